@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is measured of one lamp in one image: the vocabulary between detection (which fills it in)
+// and identification and refinement (which read it). Pixels, grey levels; pixel (0, 0) is a centre.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <limits>
+#include <optional>
+#include <vector>
+
+namespace occ {
+
+/// A point of a lamp's rim, measured along the rim's normal only.
+struct RimPoint {
+  Eigen::Vector2d px;      ///< on the rim
+  Eigen::Vector2d normal;  ///< unit, pointing out of the lamp
+  double sigma_px = 0;     ///< standard deviation along the normal; independent between points
+};
+
+/// Ellipse of a disc's image.
+struct Ellipse {
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
+  double semi_major_px = 0;
+  double semi_minor_px = 0;
+  double angle_rad = 0;  ///< of the major axis from +x towards +y, in (-pi/2, pi/2]
+};
+
+/// One bright region. Everything carries the uncertainty that the image's own noise implies.
+struct Blob {
+  Eigen::Vector2d centroid_px = Eigen::Vector2d::Zero();  ///< best centre: rim fit, PSF or moments
+  Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Zero();  ///< of the centroid
+  double flux_dn = 0;                  ///< sum of grey levels above the background
+  double flux_sigma_dn = 0;            ///< its standard deviation
+  double peak_dn = 0;                  ///< brightest pixel, background included
+  double background_dn = 0;            ///< local background
+  double noise_dn = 0;                 ///< standard deviation of one background pixel
+  int area_px = 0;                     ///< pixels above the threshold
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< bounding box, both ends included
+  Ellipse ellipse;                     ///< of the rim when there is one, else from second moments
+  std::vector<RimPoint> rim;           ///< sub-pixel rim; empty for spots too small to have one
+
+  bool saturated = false;  ///< pixels at full scale: the rim has grown, the flux is a lower bound
+  bool merged = false;     ///< shape of more than one lamp
+  bool cut_by_border =
+      false;             ///< touches the image's border: centroid and flux are of the visible part
+  bool striped = false;  ///< rolling-shutter stripes joined into one blob
+
+  std::optional<double> frequency_hz;  ///< blink frequency read from the stripes
+  double frequency_sigma_hz = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace occ

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one way to refuse a caller's mistake: std::invalid_argument that names argument and value.
+#pragma once
+
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "libocc/core/abi.hpp"
+
+namespace occ {
+
+/// Throws std::invalid_argument "`name` must be `rule`, got `value`" unless `holds`. Write ranges
+/// so that NaN fails: `require(radius_m > 0, "radius_m", radius_m, "positive")`.
+template <typename T>
+void require(bool holds, const std::string& name, const T& value, const std::string& rule) {
+  if (holds) return;
+  std::ostringstream text;
+  text << name << " must be " << rule << ", got " << value;
+  throw std::invalid_argument(text.str());
+}
+
+}  // namespace occ

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where a lamp's image is: its projected rim, the centre of that image, and how both move with the
+// pose. A disc's image is the projection of its rim, an ellipse whose centre is not the projected
+// centre of the disc; the difference is about f (r/Z)^2 sin(t) cos(t) at tilt t.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "libocc/geometry/rigid.hpp"
+#include "libocc/scene/scene.hpp"
+
+namespace occ {
+
+/// Rim of a disc or rectangle in the world: `count` points (count >= 8), counter-clockwise seen
+/// from the lit side; a rectangle's corners are always among them. Empty for a point lamp.
+LIBOCC_API std::vector<Eigen::Vector3d> rim_in_world(const Lamp& lamp, int count);
+
+/// The rim's pixels, or nothing when the lamp shows its dark side or part of the rim is outside the
+/// camera's domain. For a point lamp: its one pixel.
+LIBOCC_API std::optional<std::vector<Eigen::Vector2d>> project_rim(const Lamp& lamp,
+                                                                   const Rigid3& cam_from_world,
+                                                                   const Camera& camera, int count);
+
+/// Direction (camera frame, z = 1) of the centre of a disc's elliptical image:
+///   c = (C_xy C_z + r^2 n_z n_xy) / (C_z^2 - r^2 (1 - n_z^2)),  C centre, n normal in the camera's
+///   frame.
+/// Throws nothing; the caller makes sure that the whole rim is in front (C_z > r sqrt(1 - n_z^2)).
+LIBOCC_API Eigen::Vector3d disc_image_centre(const Eigen::Vector3d& centre_in_cam,
+                                             const Eigen::Vector3d& normal_in_cam, double radius_m);
+
+/// Pixel of the centre of the lamp's image (ellipse centre for a disc, mean of area for a
+/// rectangle, the projection for a point), or nothing as in project_rim. `jacobian` (2x6): d pixel
+/// / d pose perturbation.
+LIBOCC_API std::optional<Eigen::Vector2d> project_lamp_centre(
+    const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
+    Eigen::Matrix<double, 2, 6>* jacobian = nullptr);
+
+/// A measured rim point seen as a ray, prepared once: it does not depend on the pose.
+struct RimRay {
+  Eigen::Vector3d bearing;  ///< of the rim point, camera frame
+  Eigen::Vector3d across;   ///< d bearing / d (pixel along the rim's normal)
+};
+
+/// Distance [px] along the measured normal from the predicted rim to the measured rim point, by
+/// intersecting the ray with the lamp's plane: with P the intersection and g(P) its signed distance
+/// [m] from the rim (positive outside), the residual is g / (dg/d normal). Exact for any camera
+/// model to first order in the residual. `jacobian` (1x6): d residual / d pose perturbation.
+/// Nothing when the ray misses the plane's lit side.
+LIBOCC_API std::optional<double> rim_distance_px(const Lamp& lamp, const Rigid3& cam_from_world,
+                                                 const RimRay& ray,
+                                                 Eigen::Matrix<double, 1, 6>* jacobian = nullptr);
+
+}  // namespace occ

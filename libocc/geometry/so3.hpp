@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rotations in three dimensions: exponential, logarithm, left Jacobian. Rotation vectors are in
+// radians. Source: Sola, Deray, Atchuthan, "A micro Lie theory for state estimation in robotics",
+// arXiv:1812.01537, eqs (132)-(146). Small angles use series, so every function is accurate to
+// rounding for any angle.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+
+namespace occ {
+
+/// Cross-product matrix: skew(a) * b == a x b.
+LIBOCC_API Eigen::Matrix3d skew(const Eigen::Vector3d& a);
+
+/// Rotation matrix of a rotation vector (Rodrigues).
+LIBOCC_API Eigen::Matrix3d so3_exp(const Eigen::Vector3d& rotation_rad);
+
+/// Rotation vector of a rotation matrix, |result| <= pi; stable at 0 and at pi.
+LIBOCC_API Eigen::Vector3d so3_log(const Eigen::Matrix3d& rotation);
+
+/// J with exp(w + dw) == exp(J dw) exp(w) to first order.
+LIBOCC_API Eigen::Matrix3d so3_left_jacobian(const Eigen::Vector3d& rotation_rad);
+
+/// The rotation matrix nearest to m in the Frobenius norm (det +1).
+LIBOCC_API Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m);
+
+}  // namespace occ

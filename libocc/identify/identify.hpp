@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which blob is which lamp: by blink frequency, by geometry alone, or both; with or without a
+// prior. Blobs whose frequency matches one lamp's code are named by it; all others are matched by
+// geometry: a P3P pose for every assignment of lamps to well-spread blob triples, the rest of the
+// map projected and matched within gates that follow from the measurement's covariance. All poses
+// consistent with the map are returned, ranked.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <optional>
+#include <vector>
+
+#include "libocc/core/blob.hpp"
+#include "libocc/core/status.hpp"
+#include "libocc/geometry/rigid.hpp"
+#include "libocc/pose/match.hpp"
+#include "libocc/scene/prior.hpp"
+#include "libocc/scene/scene.hpp"
+
+namespace occ {
+
+struct IdentifyOptions {
+  std::optional<Prior> prior;
+  bool use_frequency = true;
+  double frequency_gate_sigma = 4;    ///< a blob's frequency and a lamp's code agree within this
+  double frequency_tolerance = 0.02;  ///< relative; lamps and row clocks are not exact
+  double gate_sigma = 4;              ///< a projected lamp and a blob agree within this
+  double model_sigma_px = 0.5;        ///< error of the camera and map, added to every gate
+  double miss_penalty = 6;      ///< chi-square for a lamp that should be seen but is not (e^-3)
+  int max_hypotheses = 200000;  ///< poses tried; a status says when the search was cut short
+};
+
+/// One way to explain the image.
+struct Hypothesis {
+  Rigid3 cam_from_world;       ///< coarse: from centroids
+  std::vector<Match> matches;  ///< sorted by lamp
+  double chi2 = 0;             ///< of the matched centroids and the prior, plus the miss penalties
+  int missed = 0;              ///< lamps that should be in view but match no blob
+};
+
+struct Identification {
+  std::vector<Hypothesis> hypotheses;  ///< most matches first, then smallest chi2
+  int tried = 0;                       ///< poses tried
+};
+
+/// Status: ok (unique), ambiguous (several explain as many blobs and fit no worse than a likelihood
+/// ratio of 1000 allows), too_few_lamps (fewer than three usable blobs or lamps), no_pose.
+LIBOCC_API Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& scene,
+                                           const IdentifyOptions& options = {});
+
+}  // namespace occ

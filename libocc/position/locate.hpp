@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one verb: where was the camera when it took this image of these lamps? Detects blobs, names
+// them, solves the pose and refines it; returns every pose that explains the image, best first.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "libocc/core/blob.hpp"
+#include "libocc/core/image.hpp"
+#include "libocc/core/status.hpp"
+#include "libocc/detect/detect.hpp"
+#include "libocc/geometry/rigid.hpp"
+#include "libocc/identify/identify.hpp"
+#include "libocc/refine/refine.hpp"
+#include "libocc/scene/prior.hpp"
+#include "libocc/scene/scene.hpp"
+
+namespace occ {
+
+struct LocateOptions {
+  std::optional<Prior> prior;  ///< used to identify and to refine
+  DetectOptions detect;        ///< its sensor is the scene's unless set
+  IdentifyOptions identify;    ///< its prior is the one above
+  RefineOptions refine;        ///< its prior is the one above
+  int max_candidates = 16;     ///< refined and returned
+};
+
+/// One pose that explains the image.
+struct Candidate {
+  Rigid3 cam_from_world;
+  Matrix6 covariance = Matrix6::Zero();
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  double rms_px = 0;
+  double chi2 = 0;
+  int dof = 0;
+  std::map<int, Blob> lamps;  ///< lamp id -> blob
+};
+
+struct Timing {
+  double detect_s = 0, identify_s = 0, refine_s = 0, total_s = 0;
+};
+
+struct Fix {
+  Rigid3 cam_from_world;
+  Matrix6 covariance = Matrix6::Zero();  ///< of cam_from_world, see geometry/rigid.hpp
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< of the camera in the world
+  Eigen::Matrix3d position_covariance_m2 = Eigen::Matrix3d::Zero();
+  double rms_px = 0;
+  std::map<int, Blob> lamps;          ///< lamp id -> blob, of the best candidate
+  std::vector<Blob> blobs;            ///< everything detected
+  std::vector<Candidate> candidates;  ///< all plausible poses, best first; the first is the fix
+  Timing timing_s;
+};
+
+/// Status: ok; ambiguous (the best candidate is in the fix, all are in `candidates`); no_lamps,
+/// too_few_lamps, no_pose, degenerate, not_converged (the fix holds what was found so far). Throws
+/// std::invalid_argument when the image's size is not the camera's or the scene does not validate.
+LIBOCC_API Result<Fix> locate(const ImageView& image, const Scene& scene,
+                              const LocateOptions& options = {});
+
+/// The same from blobs that are already detected.
+LIBOCC_API Result<Fix> locate(const std::vector<Blob>& blobs, const Scene& scene,
+                              const LocateOptions& options = {});
+
+}  // namespace occ

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// The camera as a light meter: from irradiance on a pixel to its grey level.
+//
+//   electrons  mu = QE E s^2 t / (h nu) + I_dark t
+//   grey level DN = black + response(K mu), clipped at full well and at full scale, then rounded
+//   noise      sigma_DN^2 = K^2 (sigma_read^2 + mu) + 1/12      (EMVA 1288, release 4.0, eq (11))
+//
+// `K` is the gain in grey levels per electron of the linear signal.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <vector>
+
+namespace occ {
+
+/// How the linear signal (0..1 of full scale) becomes the stored one (0..1).
+enum class Response { linear, gamma, srgb, table };
+
+/// Which pixels a rolling shutter exposes together.
+enum class Readout {
+  rows,     ///< image rows, top to bottom: stripes are horizontal
+  columns,  ///< image columns (a turned image): stripes are vertical
+  unknown,  ///< find out from the stripes
+};
+
+struct LIBOCC_API Sensor {
+  double pixel_pitch_m = 7.1e-6;
+  double f_number = 2.0;
+  double exposure_s = 2e-5;  ///< a 1.5 W, 170 mm lamp then fills about half the default full well
+  double quantum_efficiency = 0.5;
+  double wavelength_m = 550e-9;  ///< at which QE holds; photon energy is h c / wavelength
+  double full_well_e = 10000;
+  double gain_dn_per_e = 0.025;  ///< K
+  double read_noise_e = 10;
+  double dark_current_e_per_s = 0;
+  double black_level_dn = 2;
+  int bit_depth = 8;  ///< 8 to 16; more than 8 makes 16-bit images
+  Response response = Response::linear;
+  double gamma = 2.2;  ///< for Response::gamma: stored = linear^(1/gamma)
+  std::vector<double>
+      response_table;     ///< for Response::table: stored values at evenly spaced linear ones
+  double row_time_s = 0;  ///< from one row to the next; 0 for a global shutter
+  Readout readout = Readout::rows;
+  double psf_sigma_px =
+      0.8;  ///< Gaussian blur of lens and pixel diffusion (the pixel's box is extra)
+
+  double full_scale_dn() const { return static_cast<double>((1 << bit_depth) - 1); }
+
+  /// Mean electrons of a pixel under irradiance_w_m2, before clipping; dark current included.
+  double electrons(double irradiance_w_m2) const;
+
+  /// Mean grey level of a mean number of electrons, clipped, not rounded.
+  double grey_level(double electrons) const;
+
+  /// Linear signal [DN, black level removed] of a stored grey level: the inverse of the response.
+  double linear_dn(double grey_level) const;
+
+  /// Standard deviation of the grey level at a mean number of electrons (linear response).
+  double noise_dn(double electrons) const;
+
+  /// Throws std::invalid_argument naming the field and its value.
+  void validate() const;
+};
+
+}  // namespace occ

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// The most likely pose for a given naming of the blobs, with its covariance. Least squares by Ceres
+// (TinySolver, one residual block, analytic Jacobians) over, for each lamp,
+//   - its rim points: distance between the measured rim and the rim predicted by the pose;
+//   - or, without a rim, its centroid against the centre of the lamp's *image* (not the image of
+//   its centre);
+//   - optionally its flux against Lambertian intensity, powers known with a sigma or up to a common
+//   factor.
+// Rims of saturated lamps have grown by an unknown common amount, which is estimated along.
+// Residuals are whitened, outliers weighted down (Huber); the covariance is (J^T J)^-1 of the
+// whitened problem, times nothing: it is right when the stated sigmas are.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <optional>
+#include <vector>
+
+#include "libocc/core/blob.hpp"
+#include "libocc/core/status.hpp"
+#include "libocc/geometry/rigid.hpp"
+#include "libocc/pose/match.hpp"
+#include "libocc/scene/prior.hpp"
+#include "libocc/scene/scene.hpp"
+
+namespace occ {
+
+enum class FluxModel {
+  ignore,         ///< geometry only
+  known_power,    ///< each lamp's power_w holds within its power_sigma
+  common_factor,  ///< powers hold up to one unknown factor (exposure, aperture, ageing)
+};
+
+struct LIBOCC_API RefineOptions {
+  bool use_rims = true;  ///< false: centroids only
+  FluxModel flux = FluxModel::ignore;
+  std::optional<Prior> prior;  ///< added as observations
+  double model_sigma_px =
+      0;  ///< error of camera and map per lamp (e.g. of an uncalibrated lens), common
+          ///< to all points of a lamp; added to the measurement's own covariance
+  double huber_sigma =
+      3;  ///< residuals beyond this weigh linearly; infinity for plain least squares
+  int max_iterations = 20;
+  double tolerance_px = 1e-7;  ///< converged when a step moves no lamp further than this
+
+  void validate() const;  ///< throws std::invalid_argument naming the field and its value
+};
+
+struct LampResidual {
+  Match match;
+  double rms_px = 0;  ///< over the lamp's rim points, or the length of its centroid residual
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< predicted centre of the lamp's image
+};
+
+struct Refined {
+  Rigid3 cam_from_world;
+  Matrix6 covariance = Matrix6::Zero();  ///< see geometry/rigid.hpp for order and perturbation
+  double chi2 = 0;                       ///< whitened, robust; prior included
+  int dof = 0;                           ///< observations minus parameters
+  double rms_px = 0;                     ///< of centre residuals over lamps
+  std::vector<LampResidual> lamps;
+  std::optional<double> rim_growth_px;  ///< of saturated lamps
+  std::optional<double> flux_factor;    ///< of FluxModel::common_factor: seen over predicted
+  int iterations = 0;
+};
+
+/// Status: ok; too_few_lamps (observations do not outnumber parameters and no prior helps);
+/// degenerate (the information matrix is singular to 1e-12 of its scale); not_converged. Throws
+/// std::invalid_argument for a match outside its list or a start that is not finite.
+LIBOCC_API Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
+                                  const std::vector<Blob>& blobs, const Scene& scene,
+                                  const RefineOptions& options = {});
+
+}  // namespace occ

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// A lamp: where it is, what shape it has, how it shines and whether it blinks. Data only.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+
+namespace occ {
+
+enum class LampShape { disc, rectangle, point };
+
+struct LIBOCC_API Lamp {
+  int id = 0;
+  std::string name;  ///< optional, for people
+  LampShape shape = LampShape::disc;
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< in the world
+  Eigen::Vector3d normal =
+      -Eigen::Vector3d::UnitZ();  ///< towards the lit side; unit after validate()
+  double radius_m = 0;            ///< disc
+  Eigen::Vector2d size_m = Eigen::Vector2d::Zero();   ///< rectangle: along x_axis, across it
+  Eigen::Vector3d x_axis = Eigen::Vector3d::UnitX();  ///< rectangle: unit, in the lamp's plane
+  double power_w = 1;                                 ///< radiant power while lit
+  double power_sigma = 0.1;                           ///< relative standard deviation of power_w
+  double half_power_rad = 1.0471975511965976;         ///< half-power semi-angle (60 degrees)
+  std::optional<double> frequency_hz;                 ///< square-wave blink code; none: always lit
+  double duty = 0.5;                                  ///< lit fraction of a blink period
+
+  double area_m2() const;  ///< of the emitting face; 0 for a point
+  double order() const;    ///< Lambertian order m
+
+  /// Makes normal and x_axis unit and orthogonal. Throws std::invalid_argument naming the lamp, the
+  /// field and its value.
+  void validate();
+};
+
+}  // namespace occ

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Everything that is known before a picture is taken: camera, sensor, lamps, room. Data only.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "libocc/camera/camera.hpp"
+#include "libocc/radiometry/sensor.hpp"
+#include "libocc/scene/lamp.hpp"
+
+namespace occ {
+
+/// A box room with one corner at the world's origin.
+struct Room {
+  Eigen::Vector3d size_m = Eigen::Vector3d(4, 4, 3);
+  double wall_reflectance = 0;
+};
+
+struct LIBOCC_API Scene {
+  Camera camera;
+  Sensor sensor;
+  std::vector<Lamp> lamps;
+  std::optional<Room> room;
+
+  /// Checks every part and that no two lamps share an id; normalises lamp axes. Throws
+  /// std::invalid_argument naming the part, the field and its value.
+  void validate();
+};
+
+}  // namespace occ
