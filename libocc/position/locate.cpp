@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/position/locate.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <sstream>
+#include <utility>
+
+#include "libocc/core/require.hpp"
+
+namespace occ {
+namespace {
+
+/// Poses whose likelihood is within this factor of the best one's are plausible: 2 ln 1000.
+constexpr double plausible_chi2 = 13.8;
+
+/// Seconds since construction.
+class Clock {
+ public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// A candidate and what ranks it.
+struct Ranked {
+  Candidate candidate;
+  Status status = Status::ok;
+  std::string message;
+  std::size_t matches = 0;
+  double score = 0;  // chi-square of rims and centroids, prior and missed lamps
+};
+
+Ranked refine_hypothesis(const Hypothesis& hypothesis, const std::vector<Blob>& blobs,
+                         const Scene& scene, const LocateOptions& options) {
+  const Result<Refined> refined =
+      refine(hypothesis.cam_from_world, hypothesis.matches, blobs, scene, options.refine);
+  Ranked ranked;
+  ranked.status = refined.status;
+  ranked.message = refined.message;
+  ranked.matches = hypothesis.matches.size();
+  ranked.score = refined->chi2 + options.identify.miss_penalty * hypothesis.missed;
+  Candidate& candidate = ranked.candidate;
+  candidate.cam_from_world = refined->cam_from_world;
+  candidate.covariance = refined->covariance;
+  candidate.position_m = refined->cam_from_world.origin_in_source();
+  candidate.rms_px = refined->rms_px;
+  candidate.chi2 = refined->chi2;
+  candidate.dof = refined->dof;
+  for (const Match& match : hypothesis.matches) {
+    candidate.lamps.emplace(scene.lamps[static_cast<std::size_t>(match.lamp)].id,
+                            blobs[static_cast<std::size_t>(match.blob)]);
+  }
+  return ranked;
+}
+
+/// Solved before unsolved, then more lamps explained, then the better fit.
+bool better(const Ranked& a, const Ranked& b) {
+  const bool a_ok = a.status == Status::ok, b_ok = b.status == Status::ok;
+  if (a_ok != b_ok) return a_ok;
+  if (a.matches != b.matches) return a.matches > b.matches;
+  return a.score < b.score;
+}
+
+/// Keeps the best and what cannot be told from it. A misfit that is common to all (an imperfect
+/// lens or map) says nothing about which one is right, so differences count in units of the best
+/// one's misfit.
+void keep_plausible(std::vector<Ranked>& ranked) {
+  const Ranked best = ranked.front();
+  const double misfit =
+      best.candidate.dof > 0 ? std::max(1.0, best.candidate.chi2 / best.candidate.dof) : 1.0;
+  const auto implausible = [&](const Ranked& r) {
+    return r.status != best.status || r.matches < best.matches ||
+           r.score - best.score > plausible_chi2 * misfit;
+  };
+  ranked.erase(std::remove_if(ranked.begin() + 1, ranked.end(), implausible), ranked.end());
+}
+
+void fill_fix(Fix& fix, const std::vector<Ranked>& ranked) {
+  for (const Ranked& r : ranked) fix.candidates.push_back(r.candidate);
+  const Candidate& best = fix.candidates.front();
+  fix.cam_from_world = best.cam_from_world;
+  fix.covariance = best.covariance;
+  fix.position_m = best.position_m;
+  fix.position_covariance_m2 = position_covariance(best.cam_from_world, best.covariance);
+  fix.rms_px = best.rms_px;
+  fix.lamps = best.lamps;
+}
+
+std::string ambiguity_message(std::size_t count) {
+  std::ostringstream text;
+  text << count
+       << " poses explain the image equally well; a prior (position, heading or gravity) or "
+       << "lamp codes can tell them apart";
+  return text.str();
+}
+
+Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
+                         const LocateOptions& options) {
+  Result<Fix> result;
+  Fix& fix = result.value;
+  fix.blobs = blobs;
+  if (blobs.empty()) {
+    result.status = Status::no_lamps;
+    result.message = "nothing in the image stands out from the background";
+    return result;
+  }
+  LocateOptions with_prior = options;
+  if (options.prior) with_prior.identify.prior = with_prior.refine.prior = options.prior;
+
+  Clock identify_clock;
+  const Result<Identification> identified = identify(blobs, scene, with_prior.identify);
+  fix.timing_s.identify_s = identify_clock.seconds();
+  if (identified->hypotheses.empty()) {
+    result.status = identified.status;
+    result.message = identified.message;
+    return result;
+  }
+
+  Clock refine_clock;
+  std::vector<Ranked> ranked;
+  for (const Hypothesis& hypothesis : identified->hypotheses) {
+    if (ranked.size() == static_cast<std::size_t>(options.max_candidates)) break;
+    ranked.push_back(refine_hypothesis(hypothesis, blobs, scene, with_prior));
+  }
+  std::stable_sort(ranked.begin(), ranked.end(), better);
+  keep_plausible(ranked);
+  fix.timing_s.refine_s = refine_clock.seconds();
+
+  fill_fix(fix, ranked);
+  result.status = ranked.front().status;
+  result.message = ranked.front().message;
+  if (result.ok() && ranked.size() > 1) {
+    result.status = Status::ambiguous;
+    result.message = ambiguity_message(ranked.size());
+  }
+  return result;
+}
+
+void check_sizes(const ImageView& image, const Camera& camera) {
+  if (image.width == camera.width() && image.height == camera.height()) return;
+  std::ostringstream text;
+  text << "image must be of the camera's size, " << camera.width() << " x " << camera.height()
+       << " px, got " << image.width << " x " << image.height;
+  throw std::invalid_argument(text.str());
+}
+
+Scene checked(const Scene& scene, const LocateOptions& options) {
+  require(options.max_candidates > 0, "max_candidates", options.max_candidates, "positive");
+  if (options.prior) options.prior->validate();
+  Scene copy = scene;
+  copy.validate();
+  return copy;
+}
+
+}  // namespace
+
+Result<Fix> locate(const ImageView& image, const Scene& scene, const LocateOptions& options) {
+  const Clock clock;
+  image.validate();
+  check_sizes(image, scene.camera);
+  const Scene valid = checked(scene, options);
+  DetectOptions detect_options = options.detect;
+  if (!detect_options.sensor) detect_options.sensor = scene.sensor;
+  const std::vector<Blob> blobs = detect(image, detect_options);
+  const double detect_s = clock.seconds();
+  Result<Fix> result = locate_blobs(blobs, valid, options);
+  result.value.timing_s.detect_s = detect_s;
+  result.value.timing_s.total_s = clock.seconds();
+  return result;
+}
+
+Result<Fix> locate(const std::vector<Blob>& blobs, const Scene& scene,
+                   const LocateOptions& options) {
+  const Clock clock;
+  Result<Fix> result = locate_blobs(blobs, checked(scene, options), options);
+  result.value.timing_s.total_s = clock.seconds();
+  return result;
+}
+
+}  // namespace occ
