@@ -2,7 +2,9 @@
 // The camera as a light meter: from irradiance on a pixel to its grey level.
 //
 //   electrons  mu = QE E s^2 t / (h nu) + I_dark t
-//   grey level DN = black + response(K mu), clipped at full well and at full scale, then rounded
+//   grey level DN = black + R response(K mu / R), mu clipped at full well and DN at full scale,
+//   then
+//              rounded; R = full scale - black
 //   noise      sigma_DN^2 = K^2 (sigma_read^2 + mu) + 1/12      (EMVA 1288, release 4.0, eq (11))
 //
 // `K` is the gain in grey levels per electron of the linear signal.
@@ -14,7 +16,7 @@
 
 namespace occ {
 
-/// How the linear signal (0..1 of full scale) becomes the stored one (0..1).
+/// How the linear signal becomes the stored one, both 0..1 from black level to full scale.
 enum class Response { linear, gamma, srgb, table };
 
 /// Which pixels a rolling shutter exposes together.
@@ -54,6 +56,7 @@ struct LIBOCC_API Sensor {
   double grey_level(double electrons) const;
 
   /// Linear signal [DN, black level removed] of a stored grey level: the inverse of the response.
+  /// Grey levels below black give negative signals.
   double linear_dn(double grey_level) const;
 
   /// Standard deviation of the grey level at a mean number of electrons (linear response).

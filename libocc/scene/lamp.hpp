@@ -21,7 +21,7 @@ struct LIBOCC_API Lamp {
       -Eigen::Vector3d::UnitZ();  ///< towards the lit side; unit after validate()
   double radius_m = 0;            ///< disc
   Eigen::Vector2d size_m = Eigen::Vector2d::Zero();   ///< rectangle: along x_axis, across it
-  Eigen::Vector3d x_axis = Eigen::Vector3d::UnitX();  ///< rectangle: unit, in the lamp's plane
+  Eigen::Vector3d x_axis = Eigen::Vector3d::UnitX();  ///< rectangle: its first side's direction
   double power_w = 1;                                 ///< radiant power while lit
   double power_sigma = 0.1;                           ///< relative standard deviation of power_w
   double half_power_rad = 1.0471975511965976;         ///< half-power semi-angle (60 degrees)
@@ -31,8 +31,9 @@ struct LIBOCC_API Lamp {
   double area_m2() const;  ///< of the emitting face; 0 for a point
   double order() const;    ///< Lambertian order m
 
-  /// Makes normal and x_axis unit and orthogonal. Throws std::invalid_argument naming the lamp, the
-  /// field and its value.
+  /// Makes normal and x_axis unit and orthogonal; where the shape gives x_axis no meaning, it
+  /// becomes one that depends on the normal alone. A second call changes nothing. Throws
+  /// std::invalid_argument naming the lamp, the field and its value.
   void validate();
 };
 

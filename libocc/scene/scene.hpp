@@ -6,6 +6,7 @@
 //
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "libocc/camera/camera.hpp"
@@ -25,6 +26,7 @@ struct LIBOCC_API Scene {
   Sensor sensor;
   std::vector<Lamp> lamps;
   std::optional<Room> room;
+  std::vector<std::string> assumed;  ///< for people: which values the scene's source does not give
 
   /// Checks every part and that no two lamps share an id; normalises lamp axes. Throws
   /// std::invalid_argument naming the part, the field and its value.

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/radiometry/sensor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "libocc/core/require.hpp"
+
+namespace occ {
+namespace {
+
+constexpr double planck_times_light = 6.62607015e-34 * 299792458.0;  // h c [J m], exact in SI
+
+// IEC 61966-2-1:1999, both directions; the toe is a straight line through zero.
+double srgb_encode(double linear) {
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+}
+double srgb_decode(double stored) {
+  return stored <= 0.04045 ? stored / 12.92 : std::pow((stored + 0.055) / 1.055, 2.4);
+}
+
+double table_encode(const std::vector<double>& table, double linear) {
+  const double at = linear * static_cast<double>(table.size() - 1);
+  const auto i = std::min(static_cast<std::size_t>(at), table.size() - 2);
+  return table[i] + (at - static_cast<double>(i)) * (table[i + 1] - table[i]);
+}
+double table_decode(const std::vector<double>& table, double stored) {
+  const auto above = std::upper_bound(table.begin() + 1, table.end() - 1, stored);
+  const auto i = static_cast<std::size_t>(above - table.begin()) - 1;
+  return (static_cast<double>(i) + (stored - table[i]) / (table[i + 1] - table[i])) /
+         static_cast<double>(table.size() - 1);
+}
+
+// Linear 0..1 to stored 0..1.
+double encode(const Sensor& sensor, double linear) {
+  switch (sensor.response) {
+    case Response::gamma:
+      return std::pow(linear, 1 / sensor.gamma);
+    case Response::srgb:
+      return srgb_encode(linear);
+    case Response::table:
+      return table_encode(sensor.response_table, linear);
+    case Response::linear:
+      break;
+  }
+  return linear;
+}
+
+// Stored to linear. Noise below the black level stays below zero, so that its mean is kept as well
+// as the curve allows: the power law continues as an odd function, the others as straight lines.
+double decode(const Sensor& sensor, double stored) {
+  switch (sensor.response) {
+    case Response::gamma:
+      return std::copysign(std::pow(std::abs(stored), sensor.gamma), stored);
+    case Response::srgb:
+      return srgb_decode(stored);
+    case Response::table:
+      return table_decode(sensor.response_table, stored);
+    case Response::linear:
+      break;
+  }
+  return stored;
+}
+
+void require_positive(double value, const char* field) {
+  require(value > 0 && std::isfinite(value), std::string("sensor.") + field, value, "positive");
+}
+void require_not_negative(double value, const char* field) {
+  require(value >= 0 && std::isfinite(value), std::string("sensor.") + field, value,
+          "zero or positive");
+}
+
+void validate_table(const std::vector<double>& table) {
+  const std::string name = "sensor.response_table";
+  require(table.size() >= 2, name, table.size(), "a list of at least two values (entries)");
+  require(table.front() == 0, name, table.front(), "0 at its first entry");
+  require(table.back() == 1, name, table.back(), "1 at its last entry");
+  for (std::size_t i = 1; i < table.size(); ++i)
+    require(table[i] > table[i - 1], name + "[" + std::to_string(i) + "]", table[i],
+            "greater than the entry before it");
+}
+
+}  // namespace
+
+double Sensor::electrons(double irradiance_w_m2) const {
+  const double photon_j = planck_times_light / wavelength_m;
+  const double pixel_w = irradiance_w_m2 * pixel_pitch_m * pixel_pitch_m;
+  return (quantum_efficiency * pixel_w / photon_j + dark_current_e_per_s) * exposure_s;
+}
+
+double Sensor::grey_level(double electrons) const {
+  const double range = full_scale_dn() - black_level_dn;
+  const double signal_dn = gain_dn_per_e * std::clamp(electrons, 0.0, full_well_e);
+  return black_level_dn + range * encode(*this, std::min(signal_dn / range, 1.0));
+}
+
+double Sensor::linear_dn(double grey_level) const {
+  if (response == Response::linear) return grey_level - black_level_dn;
+  const double range = full_scale_dn() - black_level_dn;
+  return range * decode(*this, std::min((grey_level - black_level_dn) / range, 1.0));
+}
+
+double Sensor::noise_dn(double electrons) const {
+  const double variance_e = read_noise_e * read_noise_e + std::max(electrons, 0.0);
+  return std::sqrt(gain_dn_per_e * gain_dn_per_e * variance_e + 1.0 / 12.0);
+}
+
+void Sensor::validate() const {
+  require(bit_depth >= 8 && bit_depth <= 16, "sensor.bit_depth", bit_depth, "in [8, 16]");
+  require_positive(pixel_pitch_m, "pixel_pitch_m");
+  require_positive(f_number, "f_number");
+  require_positive(exposure_s, "exposure_s");
+  require(quantum_efficiency > 0 && quantum_efficiency <= 1, "sensor.quantum_efficiency",
+          quantum_efficiency, "in (0, 1]");
+  require_positive(wavelength_m, "wavelength_m");
+  require_positive(full_well_e, "full_well_e");
+  require_positive(gain_dn_per_e, "gain_dn_per_e");
+  require_not_negative(read_noise_e, "read_noise_e");
+  require_not_negative(dark_current_e_per_s, "dark_current_e_per_s");
+  require(black_level_dn >= 0 && black_level_dn < full_scale_dn(), "sensor.black_level_dn",
+          black_level_dn, "at least 0 and below full scale");
+  require_positive(gamma, "gamma");
+  if (response == Response::table || !response_table.empty()) validate_table(response_table);
+  require_not_negative(row_time_s, "row_time_s");
+  require_positive(psf_sigma_px, "psf_sigma_px");
+}
+
+}  // namespace occ

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/scene/lamp.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+
+#include "libocc/core/require.hpp"
+#include "libocc/radiometry/lambertian.hpp"
+
+namespace occ {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+// Left alone when it is unit to rounding already, so that validating twice changes no bit.
+Eigen::Vector3d unit(const Eigen::Vector3d& v) {
+  const double excess = std::abs(v.squaredNorm() - 1);
+  return excess <= 8 * std::numeric_limits<double>::epsilon() ? v : v.stableNormalized();
+}
+
+// Unit part of `axis` perpendicular to the unit vector `normal`; zero when there is none to speak
+// of (0.06 degrees).
+Eigen::Vector3d perpendicular(const Eigen::Vector3d& axis, const Eigen::Vector3d& normal) {
+  const Eigen::Vector3d direction = unit(axis);
+  const double along = direction.dot(normal);
+  if (std::abs(along) <= 8 * std::numeric_limits<double>::epsilon()) return direction;
+  const Eigen::Vector3d rest = direction - along * normal;
+  if (!(rest.norm() > 1e-3)) return Eigen::Vector3d::Zero();
+  const Eigen::Vector3d first = rest.normalized();
+  return unit(first - first.dot(normal) * normal);  // once more removes the rounding of the first
+}
+
+Eigen::Vector3d any_perpendicular(const Eigen::Vector3d& normal) {
+  const Eigen::Vector3d x = perpendicular(Eigen::Vector3d::UnitX(), normal);
+  return x.isZero() ? perpendicular(Eigen::Vector3d::UnitY(), normal) : x;
+}
+
+// Requirements on the fields of one lamp; messages start with its id.
+class Check {
+ public:
+  explicit Check(int id) : lamp_("lamp " + std::to_string(id) + ": ") {}
+
+  template <typename T>
+  void that(bool holds, const char* field, const T& value, const char* rule) const {
+    require(holds, lamp_ + field, value, rule);
+  }
+  void finite(const Eigen::Vector3d& value, const char* field) const {
+    that(value.allFinite(), field, value.transpose(), "finite");
+  }
+  void direction(const Eigen::Vector3d& value, const char* field) const {
+    finite(value, field);
+    that(value.stableNorm() > 1e-9, field, value.transpose(), "a direction, not zero");
+  }
+  void positive(double value, const char* field) const {
+    that(value > 0 && std::isfinite(value), field, value, "positive");
+  }
+
+ private:
+  std::string lamp_;
+};
+
+}  // namespace
+
+double Lamp::area_m2() const {
+  if (shape == LampShape::disc) return pi * radius_m * radius_m;
+  if (shape == LampShape::rectangle) return size_m.x() * size_m.y();
+  return 0;
+}
+
+double Lamp::order() const { return lambertian_order(half_power_rad); }
+
+void Lamp::validate() {
+  const Check check(id);
+  check.finite(centre_m, "centre_m");
+  check.direction(normal, "normal");
+  if (shape == LampShape::disc) check.positive(radius_m, "radius_m");
+  if (shape == LampShape::rectangle) {
+    check.that(size_m.allFinite() && size_m.minCoeff() > 0, "size_m", size_m.transpose(),
+               "two positive lengths");
+    check.direction(x_axis, "x_axis");
+  }
+  check.positive(power_w, "power_w");
+  check.that(power_sigma >= 0 && std::isfinite(power_sigma), "power_sigma", power_sigma,
+             "zero or positive");
+  check.that(half_power_rad > 0 && half_power_rad < pi / 2, "half_power_rad", half_power_rad,
+             "in (0, pi/2)");
+  if (frequency_hz) check.positive(*frequency_hz, "frequency_hz");
+  check.that(duty > 0 && duty <= 1, "duty", duty, "in (0, 1]");
+
+  normal = unit(normal);
+  const Eigen::Vector3d given = x_axis;
+  x_axis =
+      shape == LampShape::rectangle ? perpendicular(x_axis, normal) : any_perpendicular(normal);
+  check.that(!x_axis.isZero(), "x_axis", given.transpose(), "across the normal, not along it");
+}
+
+}  // namespace occ

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/scene/scene.hpp"
+
+#include <set>
+
+#include "libocc/core/require.hpp"
+
+namespace occ {
+
+void Scene::validate() {
+  sensor.validate();
+  std::set<int> ids;
+  for (Lamp& lamp : lamps) {
+    lamp.validate();
+    require(ids.insert(lamp.id).second, "lamps: id", lamp.id, "of one lamp only");
+  }
+  if (!room) return;
+  require(room->size_m.allFinite() && room->size_m.minCoeff() > 0, "room.size_m",
+          room->size_m.transpose(), "three positive lengths");
+  require(room->wall_reflectance >= 0 && room->wall_reflectance < 1, "room.wall_reflectance",
+          room->wall_reflectance, "in [0, 1)");
+}
+
+}  // namespace occ
