@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/detect/linear_image.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/detect/pixels.hpp"
+
+namespace occ::detecting {
+namespace {
+
+/// Weighted mean of the colour channels after `to_linear` of each.
+template <typename P, typename F>
+void read(const P& pixels, int y, int x0, int count, F&& to_linear, float* out) {
+  const typename P::Value* p = pixels.row(y) + static_cast<std::ptrdiff_t>(x0) * P::channels;
+  for (int i = 0; i < count; ++i, p += P::channels) {
+    if constexpr (P::channels == 1) {
+      out[i] = to_linear(p[0]);
+    } else {
+      out[i] = 0.25f * (to_linear(p[0]) + 2 * to_linear(p[1]) + to_linear(p[2]));
+    }
+  }
+}
+
+}  // namespace
+
+LinearImage::LinearImage(const ImageView& view, const Sensor* sensor) : view_(view) {
+  full_scale_dn_ = view.type == PixelType::u8 ? 255 : 65535;
+  if (!sensor) return;
+  full_scale_dn_ = std::min(full_scale_dn_, sensor->full_scale_dn());
+  if (sensor->response == Response::linear) {
+    offset_dn_ = sensor->black_level_dn;
+    return;
+  }
+  sensor_ = *sensor;
+  if (view.type != PixelType::u8) return;
+  table_.resize(256);
+  for (int i = 0; i < 256; ++i)
+    table_[static_cast<std::size_t>(i)] = static_cast<float>(sensor->linear_dn(i));
+}
+
+void LinearImage::read_row(int y, int x0, int count, float* out) const {
+  visit_pixels(view_, [&](const auto& pixels) {
+    if (!table_.empty()) {
+      read(
+          pixels, y, x0, count, [&](int v) { return table_[static_cast<std::size_t>(v)]; }, out);
+    } else if (sensor_) {
+      read(
+          pixels, y, x0, count, [&](int v) { return static_cast<float>(sensor_->linear_dn(v)); },
+          out);
+    } else {
+      const float offset = static_cast<float>(offset_dn_);
+      read(
+          pixels, y, x0, count, [&](int v) { return static_cast<float>(v) - offset; }, out);
+    }
+  });
+}
+
+double LinearImage::linear_dn(double stored_dn) const {
+  return sensor_ ? sensor_->linear_dn(stored_dn) : stored_dn - offset_dn_;
+}
+
+double LinearImage::slope(double stored_dn) const {
+  if (!sensor_) return 1;
+  const double low = std::max(0.0, stored_dn - 0.5);
+  const double high = std::min(full_scale_dn_, low + 1);
+  return (sensor_->linear_dn(high) - sensor_->linear_dn(low)) / (high - low);
+}
+
+}  // namespace occ::detecting
