@@ -27,7 +27,7 @@ namespace occ {
 class LIBOCC_API Camera {
  public:
   /// Throws std::invalid_argument naming the argument: sizes and focal lengths must be positive,
-  /// every number finite, distortion of 0, 4, 5, 8, 12 or 14 coefficients.
+  /// every number finite, distortion of 0, 4, 5, 8, 12 or 14 coefficients, tilts within pi/2.
   static Camera pinhole(int width, int height, double fx_px, double fy_px, double cx_px,
                         double cy_px, const std::vector<double>& distortion = {},
                         double skew_px = 0);
@@ -68,6 +68,8 @@ class LIBOCC_API Camera {
   double fx_ = 0, fy_ = 0, cx_ = 0, cy_ = 0, skew_ = 0;
   std::vector<double> distortion_;
   std::array<double, 14> k_{};  // padded with zeros
+  bool bends_ = false;          // some coefficient but the tilt is not zero
+  bool tilted_ = false;
   Eigen::Matrix3d tilt_ = Eigen::Matrix3d::Identity();
   double max_radius_squared_ = 0;  // of r^2, infinity when unlimited
 };

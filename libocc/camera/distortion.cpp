@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/camera/internal/distortion.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "libocc/camera/internal/polynomial.hpp"
+
+namespace occ {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// Radial factor and its derivative by s = r^2.
+struct Radial {
+  double factor, slope;
+};
+
+Radial radial_at(const DistortionCoefficients& k, double s) {
+  const double above = 1 + s * (k[0] + s * (k[1] + s * k[4]));
+  const double below = 1 + s * (k[5] + s * (k[6] + s * k[7]));
+  const double above_slope = k[0] + s * (2 * k[1] + s * 3 * k[4]);
+  const double below_slope = k[5] + s * (2 * k[6] + s * 3 * k[7]);
+  const double factor = above / below;
+  return {factor, (above_slope - factor * below_slope) / below};
+}
+
+/// Undistorted radius of a distorted one under the radial part alone, which grows throughout the
+/// domain: Newton's method inside a bracket. At most the domain's edge.
+double undistorted_radius(const DistortionCoefficients& k, double max_radius, double distorted) {
+  double low = 0, high = max_radius;
+  double r = distorted < high ? distorted : low + (high - low) / 2;
+  for (int i = 0; i < 100; ++i) {
+    const auto [factor, slope] = radial_at(k, r * r);
+    const double error = r * factor - distorted;
+    (error < 0 ? low : high) = r;
+    if (std::abs(error) <= 1e-15 * distorted) break;
+    const double next = r - error / (factor + 2 * r * r * slope);
+    const double middle = high < infinity ? low + (high - low) / 2 : 2 * low;
+    const double before = std::exchange(r, next > low && next < high ? next : middle);
+    if (r == before) break;
+  }
+  return r;
+}
+
+}  // namespace
+
+Eigen::Vector2d distort(const DistortionCoefficients& k, const Eigen::Vector2d& undistorted,
+                        Eigen::Matrix2d* jacobian) {
+  const double x = undistorted.x(), y = undistorted.y();
+  const double s = x * x + y * y;
+  const auto [factor, slope] = radial_at(k, s);
+  const double p1 = k[2], p2 = k[3];
+  if (jacobian) {
+    const double prism_x = 2 * (k[8] + 2 * s * k[9]), prism_y = 2 * (k[10] + 2 * s * k[11]);
+    const double mixed = 2 * x * y * slope + 2 * p1 * x + 2 * p2 * y;
+    *jacobian << factor + 2 * x * x * slope + 2 * p1 * y + 6 * p2 * x + prism_x * x,
+        mixed + prism_x * y, mixed + prism_y * x,
+        factor + 2 * y * y * slope + 6 * p1 * y + 2 * p2 * x + prism_y * y;
+  }
+  return {x * factor + 2 * p1 * x * y + p2 * (s + 2 * x * x) + s * (k[8] + s * k[9]),
+          y * factor + p1 * (s + 2 * y * y) + 2 * p2 * x * y + s * (k[10] + s * k[11])};
+}
+
+double domain_radius_squared(const DistortionCoefficients& k) {
+  // d(r above/below)/dr has the sign of above below + 2 s (above' below - above below').
+  const Polynomial above{1, k[0], k[1], k[4]}, below{1, k[5], k[6], k[7]};
+  const Polynomial wronskian =
+      sum(product(derivative(above), below), -1, product(above, derivative(below)));
+  const Polynomial growth = sum(product(above, below), 2, product({0, 1}, wronskian));
+  constexpr double limit = 1e12;  // of r^2: within 1e-6 rad of a right angle
+  double first = infinity;
+  for (const Polynomial& p : {growth, below}) {  // a zero of `below` is a pole: beyond it too
+    const std::vector<double> roots = sign_changes(p, limit);
+    if (!roots.empty()) first = std::min(first, roots.front());
+  }
+  return first;
+}
+
+std::optional<Eigen::Vector2d> undistort(const DistortionCoefficients& k, double max_radius_squared,
+                                         const Eigen::Vector2d& distorted) {
+  const double radius = distorted.norm();
+  if (!(radius < infinity)) return std::nullopt;
+  if (radius == 0) return distorted;
+  const double start = undistorted_radius(k, std::sqrt(max_radius_squared), radius);
+  Eigen::Vector2d point = distorted * (start / radius);
+  const double tolerance = 1e-15 * (1 + radius);
+  Eigen::Vector2d error;
+  for (int i = 0; i < 60; ++i) {  // near the domain's edge the root is nearly double: linear
+    Eigen::Matrix2d jacobian;
+    error = distort(k, point, &jacobian) - distorted;
+    if (error.norm() <= tolerance) break;
+    Eigen::Vector2d step = jacobian.inverse() * error;
+    while ((point - step).squaredNorm() > max_radius_squared) step /= 2;
+    if (step.norm() <= 1e-17 * point.norm()) break;
+    point -= step;
+  }
+  if (!(error.norm() <= 100 * tolerance && point.squaredNorm() < max_radius_squared)) {
+    return std::nullopt;
+  }
+  return point;
+}
+
+Eigen::Matrix3d tilt_homography(double tau_x_rad, double tau_y_rad) {
+  const Eigen::Matrix3d turn = (Eigen::AngleAxisd(-tau_y_rad, Eigen::Vector3d::UnitY()) *
+                                Eigen::AngleAxisd(-tau_x_rad, Eigen::Vector3d::UnitX()))
+                                   .toRotationMatrix();
+  Eigen::Matrix3d onto_sensor;
+  onto_sensor << turn(2, 2), 0, -turn(0, 2), 0, turn(2, 2), -turn(1, 2), 0, 0, 1;
+  return onto_sensor * turn;
+}
+
+}  // namespace occ

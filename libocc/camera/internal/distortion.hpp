@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// OpenCV's lens distortion on the plane z = 1, without the tilt; equations in camera.hpp.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+
+namespace occ {
+
+using DistortionCoefficients = std::array<double, 14>;
+
+/// Distorted point; `jacobian` (optional): d distorted / d undistorted.
+Eigen::Vector2d distort(const DistortionCoefficients& k, const Eigen::Vector2d& undistorted,
+                        Eigen::Matrix2d* jacobian = nullptr);
+
+/// First r^2 at which the distorted radius stops growing, infinity when there is none.
+double domain_radius_squared(const DistortionCoefficients& k);
+
+/// The point inside the domain that distorts to `distorted`, or nothing.
+std::optional<Eigen::Vector2d> undistort(const DistortionCoefficients& k, double max_radius_squared,
+                                         const Eigen::Vector2d& distorted);
+
+/// Homography of the tilted sensor: OpenCV 4.6 documentation, calib3d, "tilted image sensor".
+Eigen::Matrix3d tilt_homography(double tau_x_rad, double tau_y_rad);
+
+}  // namespace occ
