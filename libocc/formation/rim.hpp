@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "libocc/core/blob.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/scene.hpp"
 
@@ -32,9 +33,9 @@ LIBOCC_API std::optional<std::vector<Eigen::Vector2d>> project_rim(const Lamp& l
 LIBOCC_API Eigen::Vector3d disc_image_centre(const Eigen::Vector3d& centre_in_cam,
                                              const Eigen::Vector3d& normal_in_cam, double radius_m);
 
-/// Pixel of the centre of the lamp's image (ellipse centre for a disc, mean of area for a
-/// rectangle, the projection for a point), or nothing as in project_rim. `jacobian` (2x6): d pixel
-/// / d pose perturbation.
+/// Pixel of the centre of the lamp's image, or nothing as in project_rim: its mean of area (the
+/// ellipse's centre for a disc without lens distortion); the projection for a point. `jacobian`
+/// (2x6): d pixel / d pose perturbation.
 LIBOCC_API std::optional<Eigen::Vector2d> project_lamp_centre(
     const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
     Eigen::Matrix<double, 2, 6>* jacobian = nullptr);
@@ -45,11 +46,27 @@ struct RimRay {
   Eigen::Vector3d across;   ///< d bearing / d (pixel along the rim's normal)
 };
 
+/// Nothing when the point is outside the camera's domain.
+LIBOCC_API std::optional<RimRay> rim_ray(const RimPoint& point, const Camera& camera);
+
+/// A lamp's place and shape in the camera's frame: prepared once for all its rim points.
+struct LampInCam {
+  LampShape shape;
+  Eigen::Vector3d centre_m, normal, x_axis;
+  double radius_m;
+  Eigen::Vector2d size_m;
+};
+
+LIBOCC_API LampInCam lamp_in_cam(const Lamp& lamp, const Rigid3& cam_from_world);
+
 /// Distance [px] along the measured normal from the predicted rim to the measured rim point, by
 /// intersecting the ray with the lamp's plane: with P the intersection and g(P) its signed distance
 /// [m] from the rim (positive outside), the residual is g / (dg/d normal). Exact for any camera
-/// model to first order in the residual. `jacobian` (1x6): d residual / d pose perturbation.
-/// Nothing when the ray misses the plane's lit side.
+/// model to first order in the residual. `jacobian` (1x6): d residual / d pose perturbation, exact.
+/// Nothing when the ray misses the plane's lit side, when the distance does not grow along the
+/// measured normal (the pose is off by more than the lamp's size), or for a point lamp.
+LIBOCC_API std::optional<double> rim_distance_px(const LampInCam& lamp, const RimRay& ray,
+                                                 Eigen::Matrix<double, 1, 6>* jacobian = nullptr);
 LIBOCC_API std::optional<double> rim_distance_px(const Lamp& lamp, const Rigid3& cam_from_world,
                                                  const RimRay& ray,
                                                  Eigen::Matrix<double, 1, 6>* jacobian = nullptr);
