@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/detect/background.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "libocc/detect/pixels.hpp"
+
+namespace occ::detecting {
+namespace {
+
+constexpr int samples = 16;     // per mesh
+constexpr int mesh_across = 8;  // meshes along the image's shorter side
+// Of 16 sorted normal samples: mean of ranks 3 to 9, and median minus rank 2, in sigmas. Both look
+// at the lower half only, because what is not background is brighter.
+constexpr float level_bias = -0.247f;
+constexpr float lower_spread = 0.990f;
+
+using Samples = std::array<std::vector<float>, samples>;  // one lane for each mesh of a row
+
+/// Meshes are whole multiples of 64 pixels, the width in which thresholds are applied.
+int mesh_size(int width, int height) {
+  const int step = 64 * mesh_across;
+  return 64 * std::max(1, (std::min(width, height) + step - 1) / step);
+}
+
+void order(float& a, float& b) {
+  const float low = b < a ? b : a;
+  b = b < a ? a : b;
+  a = low;
+}
+
+/// Batcher's odd-even merge sort of all lanes at once: no branches, so it becomes vector code.
+void sort_lanes(Samples& rows, std::size_t lanes) {
+  for (int p = 1; p < samples; p *= 2) {
+    for (int k = p; k >= 1; k /= 2) {
+      for (int j = k % p; j + k < samples; j += 2 * k) {
+        for (int i = j; i < std::min(j + k, samples - k); ++i) {
+          if (i / (2 * p) != (i + k) / (2 * p)) continue;
+          float* a = rows[static_cast<std::size_t>(i)].data();
+          float* b = rows[static_cast<std::size_t>(i + k)].data();
+          for (std::size_t lane = 0; lane < lanes; ++lane) order(a[lane], b[lane]);
+        }
+      }
+    }
+  }
+}
+
+float median_of_5(float a, float b, float c, float d, float e) {
+  order(a, b);
+  order(c, d);
+  order(a, c);  // a is the least of four: not the median
+  order(b, d);  // d is the greatest of four: not the median
+  order(b, c);
+  return std::max(b, std::min(c, e));
+}
+
+/// Index of a mirrored sequence, the border itself not repeated: a lamp there counts once.
+int mirrored(int i, int count) {
+  if (count == 1) return 0;
+  const int period = 2 * count - 2;
+  i = ((i % period) + period) % period;
+  return i < count ? i : period - i;
+}
+
+/// Median of 5 along x, then along y.
+void median_filter(std::vector<float>& mesh, int columns, int rows) {
+  std::vector<float> once(mesh.size());
+  const auto pass = [](const std::vector<float>& in, std::vector<float>& out, int lines, int length,
+                       int line_step, int step) {
+    for (int l = 0; l < lines; ++l) {
+      for (int i = 0; i < length; ++i) {
+        const auto value = [&](int k) {
+          return in[static_cast<std::size_t>(l * line_step + mirrored(i + k, length) * step)];
+        };
+        out[static_cast<std::size_t>(l * line_step + i * step)] =
+            median_of_5(value(-2), value(-1), value(0), value(1), value(2));
+      }
+    }
+  };
+  pass(mesh, once, rows, columns, columns, 1);
+  pass(once, mesh, columns, rows, 1, columns);
+}
+
+/// Grey levels of one row of meshes. The 4 x 4 grid of samples in a mesh is sheared, so that no two
+/// share a row or a column.
+template <typename P>
+void sample_row(const P& pixels, int mesh_px, int row, int columns, Samples& out) {
+  for (int s = 0; s < samples; ++s) {
+    const int dy = mesh_px * (4 * (s / 4) + s % 4) / samples + mesh_px / 32;
+    const int dx = mesh_px * (4 * (s % 4) + s / 4) / samples + mesh_px / 32;
+    // A mesh that hangs over the border takes its samples mirrored.
+    const typename P::Value* line = pixels.row(mirrored(row * mesh_px + dy, pixels.height()));
+    for (int c = 0; c < columns; ++c) {
+      const int x = mirrored(c * mesh_px + dx, pixels.width());
+      out[static_cast<std::size_t>(s)][static_cast<std::size_t>(c)] =
+          static_cast<float>(P::level(line, x)) / static_cast<float>(P::scale);
+    }
+  }
+}
+
+}  // namespace
+
+Background::Background(const ImageView& image, const Sensor* sensor)
+    : mesh_px_(mesh_size(image.width, image.height)),
+      columns_((image.width + mesh_px_ - 1) / mesh_px_),
+      rows_((image.height + mesh_px_ - 1) / mesh_px_) {
+  const std::size_t columns = static_cast<std::size_t>(columns_);
+  level_.resize(columns * static_cast<std::size_t>(rows_));
+  noise_.resize(level_.size());
+  Samples sorted;
+  for (auto& lane : sorted) lane.resize(columns);
+  visit_pixels(image, [&](const auto& pixels) {
+    for (int row = 0; row < rows_; ++row) {
+      sample_row(pixels, mesh_px_, row, columns_, sorted);
+      sort_lanes(sorted, columns);
+      for (std::size_t c = 0; c < columns; ++c) {
+        float sum = 0;
+        for (std::size_t rank = 3; rank <= 9; ++rank) sum += sorted[rank][c];
+        const float median = 0.5f * (sorted[7][c] + sorted[8][c]);
+        const float sigma = (median - sorted[2][c]) / lower_spread;
+        const std::size_t i = static_cast<std::size_t>(row) * columns + c;
+        noise_[i] = sigma;
+        level_[i] = sum / 7 - level_bias * sigma;
+      }
+    }
+  });
+  median_filter(level_, columns_, rows_);
+  median_filter(noise_, columns_, rows_);
+  for (std::size_t i = 0; i < level_.size(); ++i) {
+    double floor = floor_dn;
+    if (sensor && sensor->response == Response::linear) {
+      const double signal_e = (level_[i] - sensor->black_level_dn) / sensor->gain_dn_per_e;
+      floor = std::max(floor, sensor->noise_dn(std::max(0.0, signal_e)));
+    }
+    noise_[i] = std::max(noise_[i], static_cast<float>(floor));
+  }
+}
+
+Background::Local Background::at(double x, double y) const {
+  const auto split = [this](double v, int count, int& low, int& high) {
+    const double cell = std::clamp((v + 0.5) / mesh_px_ - 0.5, 0.0, static_cast<double>(count - 1));
+    low = static_cast<int>(cell);
+    high = std::min(low + 1, count - 1);
+    return cell - low;
+  };
+  int left, right, top, bottom;
+  const double u = split(x, columns_, left, right);
+  const double v = split(y, rows_, top, bottom);
+  const auto blend = [&](const std::vector<float>& mesh) {
+    const float* upper = mesh.data() + static_cast<std::ptrdiff_t>(top) * columns_;
+    const float* lower = mesh.data() + static_cast<std::ptrdiff_t>(bottom) * columns_;
+    return (1 - v) * ((1 - u) * upper[left] + u * upper[right]) +
+           v * ((1 - u) * lower[left] + u * lower[right]);
+  };
+  return {blend(level_), blend(noise_)};
+}
+
+}  // namespace occ::detecting

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: background level and noise of an image on a coarse mesh, from few pixels and their
+// order statistics, so that lamps up to about two meshes wide leave no trace in it.
+#pragma once
+
+#include <vector>
+
+#include "libocc/core/image.hpp"
+#include "libocc/radiometry/sensor.hpp"
+
+namespace occ::detecting {
+
+class Background {
+ public:
+  /// Samples the image (valid view). The noise is at least that of `sensor` at the local level when
+  /// there is one, and at least floor_dn, which stands for what quantisation hides.
+  Background(const ImageView& image, const Sensor* sensor);
+
+  struct Local {
+    double level_dn;
+    double noise_dn;
+  };
+
+  /// Level and noise at a pixel, bilinear between the meshes' centres.
+  Local at(double x, double y) const;
+
+  static constexpr double floor_dn = 0.5;
+
+ private:
+  int mesh_px_ = 0;
+  int columns_ = 0, rows_ = 0;
+  std::vector<float> level_, noise_;
+};
+
+}  // namespace occ::detecting

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/detect/detect.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "libocc/core/require.hpp"
+#include "libocc/detect/background.hpp"
+#include "libocc/detect/components.hpp"
+#include "libocc/detect/linear_image.hpp"
+#include "libocc/detect/measure.hpp"
+
+namespace occ {
+namespace {
+
+using detecting::Component;
+
+/// Stored level from which on a channel is clipped: at full scale, or where the full well is. Read
+/// noise blurs the latter.
+double clipped_from_dn(const ImageView& image, const Sensor* sensor) {
+  const double highest = image.type == PixelType::u8 ? 255 : 65535;
+  if (!sensor) return highest;
+  const double read_noise_dn = sensor->gain_dn_per_e * sensor->read_noise_e;
+  const double full_well_dn = sensor->grey_level(sensor->full_well_e);
+  const double margin_dn = full_well_dn < sensor->full_scale_dn() ? 3 * read_noise_dn : 0;
+  return std::min({highest, sensor->full_scale_dn(), std::floor(full_well_dn - margin_dn)});
+}
+
+void keep_brightest(std::vector<Component>& components, int count) {
+  const auto keep = static_cast<std::size_t>(count);
+  if (components.size() <= keep) return;
+  const auto brighter = [](const Component& a, const Component& b) {
+    return std::tuple(-a.grey.sum, a.y0, a.x0) < std::tuple(-b.grey.sum, b.y0, b.x0);
+  };
+  std::nth_element(components.begin(), components.begin() + count, components.end(), brighter);
+  components.resize(keep);
+}
+
+bool comes_before(const Blob& a, const Blob& b) {
+  const auto key = [](const Blob& blob) {
+    return std::tuple(-blob.flux_dn, blob.y0, blob.x0, blob.y1, blob.x1);
+  };
+  return key(a) < key(b);
+}
+
+}  // namespace
+
+void DetectOptions::validate() const {
+  require(threshold_sigma > 0 && std::isfinite(threshold_sigma), "threshold_sigma", threshold_sigma,
+          "positive");
+  if (threshold_dn)
+    require(*threshold_dn >= 0 && std::isfinite(*threshold_dn), "threshold_dn", *threshold_dn,
+            "zero or positive");
+  require(min_area_px >= 1, "min_area_px", min_area_px, "at least 1");
+  require(max_blobs >= 1, "max_blobs", max_blobs, "at least 1");
+  require(max_frequency_hz > 0 && std::isfinite(max_frequency_hz), "max_frequency_hz",
+          max_frequency_hz, "positive");
+  if (sensor) sensor->validate();
+  if (stripes.value_or(false)) {
+    require(sensor.has_value(), "sensor", "none", "given when stripes are to be read");
+    require(sensor->row_time_s > 0, "sensor.row_time_s", sensor->row_time_s,
+            "positive when stripes are to be read");
+  }
+}
+
+std::vector<Blob> detect(const ImageView& image, const DetectOptions& options) {
+  image.validate();
+  options.validate();
+  const Sensor* sensor = options.sensor ? &*options.sensor : nullptr;
+  const detecting::Background background(image, sensor);
+  detecting::ThresholdRule rule;
+  rule.sigma = options.threshold_sigma;
+  rule.level_dn = options.threshold_dn;
+  rule.full_scale_dn = clipped_from_dn(image, sensor);
+  rule.min_area_px = options.min_area_px;
+  std::vector<Component> components = detecting::find_components(image, background, rule);
+
+  const detecting::LinearImage linear(image, sensor);
+  std::vector<Blob> blobs;
+  keep_brightest(components, options.max_blobs);
+  blobs.reserve(components.size());
+  for (const Component& component : components)
+    blobs.push_back(detecting::measure(linear, component, options));
+  std::sort(blobs.begin(), blobs.end(), comes_before);
+  return blobs;
+}
+
+}  // namespace occ
