@@ -88,21 +88,21 @@ std::optional<Eigen::Vector2d> undistort(const DistortionCoefficients& k, double
   if (!(radius < infinity)) return std::nullopt;
   if (radius == 0) return distorted;
   const double start = undistorted_radius(k, std::sqrt(max_radius_squared), radius);
-  Eigen::Vector2d point = distorted * (start / radius);
-  const double tolerance = 1e-15 * (1 + radius);
-  Eigen::Vector2d error;
+  Eigen::Vector2d point = distorted * (start * (1 - 1e-12) / radius);  // off the domain's edge
+  const double enough = 1e-13 * (1 + radius);
+  double before = infinity;
   for (int i = 0; i < 60; ++i) {  // near the domain's edge the root is nearly double: linear
     Eigen::Matrix2d jacobian;
-    error = distort(k, point, &jacobian) - distorted;
-    if (error.norm() <= tolerance) break;
+    const Eigen::Vector2d error = distort(k, point, &jacobian) - distorted;
+    const double size = error.norm();
+    if (size <= enough && size >= 0.1 * before) break;  // rounding is all that is left
+    before = size;
     Eigen::Vector2d step = jacobian.inverse() * error;
-    while ((point - step).squaredNorm() > max_radius_squared) step /= 2;
-    if (step.norm() <= 1e-17 * point.norm()) break;
+    for (int j = 0; j < 64 && !((point - step).squaredNorm() < max_radius_squared); ++j) step /= 2;
     point -= step;
   }
-  if (!(error.norm() <= 100 * tolerance && point.squaredNorm() < max_radius_squared)) {
-    return std::nullopt;
-  }
+  const bool inside = point.squaredNorm() < max_radius_squared;
+  if (!(inside && (distort(k, point) - distorted).norm() <= enough)) return std::nullopt;
   return point;
 }
 

@@ -16,7 +16,8 @@ namespace occ {
 enum class PixelType { u8, u16 };
 
 /// Non-owning view of a grey (1 channel) or colour (3 or 4 interleaved channels) image. Colour is
-/// read as grey (c0 + 2 c1 + c2) / 4, the same for RGB and BGR; a fourth channel is ignored.
+/// read as grey (c0 + 2 c1 + c2 + 2) / 4 rounded down, the same for RGB and BGR; a fourth channel
+/// is ignored.
 struct ImageView {
   const void* data = nullptr;
   int width = 0;
@@ -26,7 +27,7 @@ struct ImageView {
   std::size_t row_bytes = 0;  ///< bytes from one row to the next
 
   /// Throws std::invalid_argument when the view cannot be an image (null, empty, 2 channels, rows
-  /// that overlap). `name` is what the message calls it.
+  /// that overlap, 16-bit pixels at odd addresses). `name` is what the message calls it.
   LIBOCC_API void validate(const std::string& name = "image") const;
 };
 
@@ -39,6 +40,7 @@ struct Image {
   std::vector<std::uint8_t> u8;
   std::vector<std::uint16_t> u16;
 
+  /// Throws std::invalid_argument when the pixels held are not as many as the size says.
   LIBOCC_API ImageView view() const;
 };
 

@@ -65,6 +65,7 @@ Image read_image(const std::string& path) {
     fail(path, "pixels must be 8- or 16-bit unsigned, got OpenCV type " +
                    cv::typeToString(pixels.type()));
   }
+  if (pixels.channels() == 2) fail(path, "has 2 channels; 1, 3 or 4 are read");
   Image image;
   image.width = pixels.cols;
   image.height = pixels.rows;
@@ -75,7 +76,6 @@ Image read_image(const std::string& path) {
   } else {
     copy_pixels(pixels, image.u16);
   }
-  image.view().validate(path);
   return image;
 }
 

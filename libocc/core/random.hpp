@@ -24,8 +24,8 @@ class LIBOCC_API Random {
   double uniform();                         ///< in [0, 1), 53 bits
   double uniform(double low, double high);  ///< in [low, high)
   double normal();                          ///< mean 0, variance 1 (Box-Muller)
-  int poisson(double mean);                 ///< mean >= 0; exact for any mean
-  int below(int count);                     ///< in {0, ..., count-1}, count > 0
+  int poisson(double mean);  ///< 0 <= mean <= 2e9; exact, at a cost that does not grow with it
+  int below(int count);      ///< in {0, ..., count-1}, count > 0
 
  private:
   std::array<std::uint32_t, 4> counter_{};
