@@ -7,6 +7,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 #include <functional>
+#include <stdexcept>
 #include <string>
 
 #include "libocc/core/random.hpp"
@@ -42,6 +43,17 @@ inline ::testing::AssertionResult jacobian_agrees(const Eigen::MatrixXd& analyti
   return ::testing::AssertionFailure() << "relative difference " << worst << "\nanalytic\n"
                                        << analytic << "\nnumeric\n"
                                        << numeric;
+}
+
+/// What `call` complained of by throwing an Error; empty when it did not.
+template <typename Error = std::invalid_argument>
+std::string complaint(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
 }
 
 inline Eigen::Vector3d random_vector(Random& random) {

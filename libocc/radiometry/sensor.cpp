@@ -73,7 +73,7 @@ void require_not_negative(double value, const char* field) {
 
 void validate_table(const std::vector<double>& table) {
   const std::string name = "sensor.response_table";
-  require(table.size() >= 2, name, table.size(), "a list of at least two values (entries)");
+  require(table.size() >= 2, name, table.size(), "a list of at least two values");
   require(table.front() == 0, name, table.front(), "0 at its first entry");
   require(table.back() == 1, name, table.back(), "1 at its last entry");
   for (std::size_t i = 1; i < table.size(); ++i)

@@ -7,6 +7,7 @@
 
 #include "libocc/core/require.hpp"
 #include "libocc/radiometry/lambertian.hpp"
+#include "libocc/scene/internal/vector_text.hpp"
 
 namespace occ {
 namespace {
@@ -36,28 +37,35 @@ Eigen::Vector3d any_perpendicular(const Eigen::Vector3d& normal) {
   return x.isZero() ? perpendicular(Eigen::Vector3d::UnitY(), normal) : x;
 }
 
-// Requirements on the fields of one lamp; messages start with its id.
+// Requirements on the fields of one lamp; messages start with its id. Text is made for a bad value
+// only: validate() runs before every image.
 class Check {
  public:
-  explicit Check(int id) : lamp_("lamp " + std::to_string(id) + ": ") {}
+  explicit Check(int id) : id_(id) {}
 
   template <typename T>
   void that(bool holds, const char* field, const T& value, const char* rule) const {
-    require(holds, lamp_ + field, value, rule);
+    if (!holds) require(false, "lamp " + std::to_string(id_) + ": " + field, shown(value), rule);
   }
   void finite(const Eigen::Vector3d& value, const char* field) const {
-    that(value.allFinite(), field, value.transpose(), "finite");
+    that(value.allFinite(), field, value, "finite");
   }
   void direction(const Eigen::Vector3d& value, const char* field) const {
     finite(value, field);
-    that(value.stableNorm() > 1e-9, field, value.transpose(), "a direction, not zero");
+    that(value.stableNorm() > 1e-9, field, value, "a direction, not zero");
   }
   void positive(double value, const char* field) const {
     that(value > 0 && std::isfinite(value), field, value, "positive");
   }
 
  private:
-  std::string lamp_;
+  static double shown(double value) { return value; }
+  template <typename Vector>
+  static std::string shown(const Vector& value) {
+    return vector_text(value);
+  }
+
+  int id_;
 };
 
 }  // namespace
@@ -76,7 +84,7 @@ void Lamp::validate() {
   check.direction(normal, "normal");
   if (shape == LampShape::disc) check.positive(radius_m, "radius_m");
   if (shape == LampShape::rectangle) {
-    check.that(size_m.allFinite() && size_m.minCoeff() > 0, "size_m", size_m.transpose(),
+    check.that(size_m.allFinite() && size_m.minCoeff() > 0, "size_m", size_m,
                "two positive lengths");
     check.direction(x_axis, "x_axis");
   }
@@ -92,7 +100,7 @@ void Lamp::validate() {
   const Eigen::Vector3d given = x_axis;
   x_axis =
       shape == LampShape::rectangle ? perpendicular(x_axis, normal) : any_perpendicular(normal);
-  check.that(!x_axis.isZero(), "x_axis", given.transpose(), "across the normal, not along it");
+  check.that(!x_axis.isZero(), "x_axis", given, "across the normal, not along it");
 }
 
 }  // namespace occ

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "libocc/core/require.hpp"
+#include "libocc/scene/internal/vector_text.hpp"
 
 namespace occ {
 namespace {
@@ -40,14 +41,14 @@ double Prior::chi2(const Rigid3& cam_from_world) const {
 
 void Prior::validate() const {
   if (position_m)
-    require(position_m->allFinite(), "prior.position_m", position_m->transpose(), "finite");
+    require(position_m->allFinite(), "prior.position_m", vector_text(*position_m), "finite");
   require_positive(position_sigma_m, "prior.position_sigma_m");
   if (heading_rad)
     require(std::isfinite(*heading_rad), "prior.heading_rad", *heading_rad, "finite");
   require_positive(heading_sigma_rad, "prior.heading_sigma_rad");
   if (gravity_in_cam)
     require(std::abs(gravity_in_cam->norm() - 1) < 1e-3, "prior.gravity_in_cam",
-            gravity_in_cam->transpose(), "a unit vector");
+            vector_text(*gravity_in_cam), "a unit vector");
   require_positive(gravity_sigma_rad, "prior.gravity_sigma_rad");
 }
 

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "libocc/core/require.hpp"
+#include "libocc/scene/internal/vector_text.hpp"
 
 namespace occ {
 
@@ -16,7 +17,7 @@ void Scene::validate() {
   }
   if (!room) return;
   require(room->size_m.allFinite() && room->size_m.minCoeff() > 0, "room.size_m",
-          room->size_m.transpose(), "three positive lengths");
+          vector_text(room->size_m), "three positive lengths");
   require(room->wall_reflectance >= 0 && room->wall_reflectance < 1, "room.wall_reflectance",
           room->wall_reflectance, "in [0, 1)");
 }

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cameras from the `camera:` section of a scene file and from calibration files.
+#pragma once
+
+#include "libocc/camera/camera.hpp"
+#include "libocc/scene/internal/yaml_section.hpp"
+
+namespace occ {
+
+/// The `camera:` section of a scene file's root, or the calibration file that it names.
+Camera read_camera_section(YamlSection& root);
+
+}  // namespace occ

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// The words that scene files use, shared by reader and writer.
+#pragma once
+
+#include "libocc/scene/internal/yaml_section.hpp"
+#include "libocc/scene/scene.hpp"
+
+namespace occ {
+
+inline constexpr char schema_prefix[] = "libocc-scene/";
+
+inline YamlSection::Words<LampShape> shape_words() {
+  return {
+      {"disc", LampShape::disc}, {"rectangle", LampShape::rectangle}, {"point", LampShape::point}};
+}
+
+inline YamlSection::Words<Response> response_words() {
+  return {{"linear", Response::linear},
+          {"gamma", Response::gamma},
+          {"srgb", Response::srgb},
+          {"table", Response::table}};
+}
+
+inline YamlSection::Words<Readout> readout_words() {
+  return {{"rows", Readout::rows}, {"columns", Readout::columns}, {"unknown", Readout::unknown}};
+}
+
+}  // namespace occ

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// A YAML document as a tree that knows its lines. Files come from strangers: size, nesting and the
+// number of values are bounded, aliases share their node instead of copying it.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace occ {
+
+struct YamlNode {
+  enum class Kind { nothing, scalar, sequence, mapping };
+  struct Entry {
+    std::string key;
+    int line = 0;
+    std::shared_ptr<const YamlNode> value;
+  };
+
+  Kind kind = Kind::nothing;
+  int line = 0;      ///< from 1
+  std::string text;  ///< of a scalar
+  std::vector<std::shared_ptr<const YamlNode>> items;
+  std::vector<Entry> entries;
+
+  const Entry* find(const std::string& key) const;
+
+  /// For messages: the scalar itself (shortened, printable), "a list of 3", "a mapping", "nothing".
+  std::string describe() const;
+};
+
+/// Throws std::runtime_error "NAME:LINE: REASON" when `text` is not one YAML document whose root is
+/// a mapping.
+std::shared_ptr<const YamlNode> parse_yaml(const std::string& text, const std::string& name);
+
+/// The same from a file, at most as large as a scene can sensibly be.
+std::shared_ptr<const YamlNode> read_yaml(const std::string& path);
+
+/// Text fit for a one-line message: shortened, control characters replaced.
+std::string printable(const std::string& text);
+
+}  // namespace occ

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <charconv>
+#include <map>
+
+#include "libocc/scene/internal/camera_reader.hpp"
+#include "libocc/scene/internal/words.hpp"
+#include "libocc/scene/internal/yaml_section.hpp"
+#include "libocc/scene/scene_file.hpp"
+
+namespace occ {
+namespace {
+
+void refuse_other_schema(YamlSection& root) {
+  std::string schema;
+  root.need("schema", schema);
+  const std::string prefix = schema_prefix;
+  int version = 0;
+  const char* digits = schema.c_str() + std::min(prefix.size(), schema.size());
+  const char* end = schema.c_str() + schema.size();
+  const auto parsed = std::from_chars(digits, end, version);
+  const bool is_schema = schema.compare(0, prefix.size(), prefix) == 0 &&
+                         parsed.ec == std::errc() && parsed.ptr == end && version > 0;
+  const std::string own = prefix + std::to_string(scene_schema_version);
+  if (!is_schema) root.fail_value("schema", "must be " + own);
+  if (version > scene_schema_version)
+    root.fail_value("schema", "is newer than this library, which reads up to " + own);
+}
+
+Sensor read_sensor(YamlSection section) {
+  Sensor sensor;
+  section.read("pixel_pitch_m", sensor.pixel_pitch_m);
+  section.read("f_number", sensor.f_number);
+  section.read("exposure_s", sensor.exposure_s);
+  section.read("quantum_efficiency", sensor.quantum_efficiency);
+  section.read("wavelength_m", sensor.wavelength_m);
+  section.read("full_well_e", sensor.full_well_e);
+  section.read("gain_dn_per_e", sensor.gain_dn_per_e);
+  section.read("read_noise_e", sensor.read_noise_e);
+  section.read("dark_current_e_per_s", sensor.dark_current_e_per_s);
+  section.read("black_level_dn", sensor.black_level_dn);
+  section.read("bit_depth", sensor.bit_depth);
+  section.read("response", sensor.response, response_words());
+  section.read("gamma", sensor.gamma);
+  section.read("response_table", sensor.response_table);
+  section.read("row_time_s", sensor.row_time_s);
+  section.read("readout", sensor.readout, readout_words());
+  section.read("psf_sigma_px", sensor.psf_sigma_px);
+  section.refuse_unknown();
+  section.check([&] { sensor.validate(); });
+  return sensor;
+}
+
+// Keys of a shape are known for that shape alone: a disc with `size_m` is a mistake.
+void read_shape(YamlSection& section, Lamp& lamp) {
+  section.read("shape", lamp.shape, shape_words());
+  if (lamp.shape == LampShape::disc) section.need("radius_m", lamp.radius_m);
+  if (lamp.shape == LampShape::rectangle) {
+    section.need("size_m", lamp.size_m);
+    section.read("x_axis", lamp.x_axis);
+  }
+}
+
+Lamp read_lamp(YamlSection section) {
+  Lamp lamp;
+  section.need("id", lamp.id);
+  section.read("name", lamp.name);
+  section.need("centre_m", lamp.centre_m);
+  section.read("normal", lamp.normal);
+  section.read("power_w", lamp.power_w);
+  section.read("power_sigma", lamp.power_sigma);
+  section.read_half_angle("half_power_deg", lamp.half_power_rad);
+  section.read("frequency_hz", lamp.frequency_hz);
+  section.read("duty", lamp.duty);
+  read_shape(section, lamp);
+  section.refuse_unknown();
+  section.check([&] { lamp.validate(); });
+  return lamp;
+}
+
+std::vector<Lamp> read_lamps(YamlSection& root) {
+  std::vector<Lamp> lamps;
+  std::map<int, std::size_t> index_of;
+  for (const YamlSection& section : root.sections("lamps")) {
+    lamps.push_back(read_lamp(section));
+    const auto [first, is_new] = index_of.emplace(lamps.back().id, lamps.size() - 1);
+    if (!is_new)
+      section.fail_value("id", "must be of one lamp only, lamps[" + std::to_string(first->second) +
+                                   "] has it too");
+  }
+  return lamps;
+}
+
+void read_room(YamlSection section, Scene& scene) {
+  Room& room = scene.room.emplace();
+  section.read("size_m", room.size_m);
+  section.read("wall_reflectance", room.wall_reflectance);
+  section.refuse_unknown();
+  section.check([&] { scene.validate(); });  // every other part has been checked before
+}
+
+Scene read_root(const std::shared_ptr<const YamlNode>& node, const std::string& name) {
+  YamlSection root(node, node->line, name, "");
+  refuse_other_schema(root);
+  Scene scene;
+  scene.camera = read_camera_section(root);
+  if (root.has("sensor")) scene.sensor = read_sensor(root.section("sensor"));
+  scene.lamps = read_lamps(root);
+  if (root.has("room")) read_room(root.section("room"), scene);
+  root.read("assumed", scene.assumed);
+  root.refuse_unknown();
+  return scene;
+}
+
+}  // namespace
+
+Scene read_scene(const std::string& path) { return read_root(read_yaml(path), path); }
+
+Scene parse_scene(const std::string& text, const std::string& name) {
+  return read_root(parse_yaml(text, name), name);
+}
+
+}  // namespace occ

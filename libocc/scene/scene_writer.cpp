@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <charconv>
+#include <stdexcept>
+
+#include "libocc/core/internal/file.hpp"
+#include "libocc/scene/internal/angle.hpp"
+#include "libocc/scene/internal/words.hpp"
+#include "libocc/scene/scene_file.hpp"
+
+namespace occ {
+namespace {
+
+// The fewest digits that read back to the same double; zero has no sign.
+std::string text_of(double value) {
+  std::array<char, 32> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value + 0.0).ptr;
+  return {digits.data(), end};
+}
+
+// The fewest digits in degrees that read back to the same double in radians.
+std::string degrees_text(double value_rad) {
+  const long double degrees = static_cast<long double>(value_rad) / radians_per_degree;
+  std::array<char, 64> digits{};
+  for (int precision = 2;; ++precision) {
+    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), degrees,
+                                   std::chars_format::general, precision)
+                         .ptr;
+    long double read = 0;
+    std::from_chars(digits.data(), end, read);
+    if (radians(read) == value_rad || precision == 21) return {digits.data(), end};
+  }
+}
+
+template <typename List>
+std::string list_text(const List& values) {
+  std::string text;
+  for (const double value : values) text += (text.empty() ? "" : ", ") + text_of(value);
+  return "[" + text + "]";
+}
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      out += {'\\', c};
+    } else if (byte < 0x20 || byte == 0x7f) {
+      constexpr char hex[] = "0123456789abcdef";
+      out += {'\\', 'x', hex[byte / 16], hex[byte % 16]};
+    } else {
+      out += c;
+    }
+  }
+  return out + '"';
+}
+
+template <typename T>
+std::string word(const YamlSection::Words<T>& words, T value) {
+  for (const auto& [name, meaning] : words)
+    if (meaning == value) return name;
+  throw std::invalid_argument("scene: an enumerator without a name");
+}
+
+// Lines `key: value` of one mapping; a mapping inside a list starts with "- ".
+class Lines {
+ public:
+  Lines(std::string& out, std::string indent) : out_(out), indent_(std::move(indent)) {}
+
+  void add(const std::string& key, const std::string& value) {
+    out_ += indent_ + key + ": " + value + "\n";
+    if (const auto dash = indent_.find('-'); dash != std::string::npos) indent_[dash] = ' ';
+  }
+  void add(const std::string& key, double value) { add(key, text_of(value)); }
+  void add(const std::string& key, int value) { add(key, std::to_string(value)); }
+  void add(const std::string& key, const Eigen::Vector3d& v) { add(key, list_text(v)); }
+
+ private:
+  std::string& out_;
+  std::string indent_;
+};
+
+void write_camera(const Camera& camera, std::string& out) {
+  out += "camera:\n";
+  Lines lines(out, "  ");
+  lines.add("model", std::string("pinhole"));
+  lines.add("width_px", camera.width());
+  lines.add("height_px", camera.height());
+  lines.add("fx_px", camera.fx_px());
+  lines.add("fy_px", camera.fy_px());
+  lines.add("cx_px", camera.cx_px());
+  lines.add("cy_px", camera.cy_px());
+  lines.add("skew_px", camera.skew_px());
+  lines.add("distortion", list_text(camera.distortion()));
+}
+
+void write_sensor(const Sensor& sensor, std::string& out) {
+  out += "sensor:\n";
+  Lines lines(out, "  ");
+  lines.add("pixel_pitch_m", sensor.pixel_pitch_m);
+  lines.add("f_number", sensor.f_number);
+  lines.add("exposure_s", sensor.exposure_s);
+  lines.add("quantum_efficiency", sensor.quantum_efficiency);
+  lines.add("wavelength_m", sensor.wavelength_m);
+  lines.add("full_well_e", sensor.full_well_e);
+  lines.add("gain_dn_per_e", sensor.gain_dn_per_e);
+  lines.add("read_noise_e", sensor.read_noise_e);
+  lines.add("dark_current_e_per_s", sensor.dark_current_e_per_s);
+  lines.add("black_level_dn", sensor.black_level_dn);
+  lines.add("bit_depth", sensor.bit_depth);
+  lines.add("response", word(response_words(), sensor.response));
+  lines.add("gamma", sensor.gamma);
+  if (!sensor.response_table.empty()) lines.add("response_table", list_text(sensor.response_table));
+  lines.add("row_time_s", sensor.row_time_s);
+  lines.add("readout", word(readout_words(), sensor.readout));
+  lines.add("psf_sigma_px", sensor.psf_sigma_px);
+}
+
+void write_lamp(const Lamp& lamp, std::string& out) {
+  Lines lines(out, "  - ");
+  lines.add("id", lamp.id);
+  if (!lamp.name.empty()) lines.add("name", quoted(lamp.name));
+  lines.add("shape", word(shape_words(), lamp.shape));
+  lines.add("centre_m", lamp.centre_m);
+  lines.add("normal", lamp.normal);
+  if (lamp.shape == LampShape::disc) lines.add("radius_m", lamp.radius_m);
+  if (lamp.shape == LampShape::rectangle) {
+    lines.add("size_m", list_text(lamp.size_m));
+    lines.add("x_axis", lamp.x_axis);
+  }
+  lines.add("power_w", lamp.power_w);
+  lines.add("power_sigma", lamp.power_sigma);
+  lines.add("half_power_deg", degrees_text(lamp.half_power_rad));
+  if (lamp.frequency_hz) lines.add("frequency_hz", *lamp.frequency_hz);
+  lines.add("duty", lamp.duty);
+}
+
+}  // namespace
+
+std::string format_scene(const Scene& scene) {
+  Scene checked = scene;
+  checked.validate();
+  std::string out =
+      "schema: " + std::string(schema_prefix) + std::to_string(scene_schema_version) + "\n";
+  write_camera(checked.camera, out);
+  write_sensor(checked.sensor, out);
+  out += checked.lamps.empty() ? "lamps: []\n" : "lamps:\n";
+  for (const Lamp& lamp : checked.lamps) write_lamp(lamp, out);
+  if (checked.room) {
+    out += "room:\n";
+    Lines lines(out, "  ");
+    lines.add("size_m", checked.room->size_m);
+    lines.add("wall_reflectance", checked.room->wall_reflectance);
+  }
+  if (!checked.assumed.empty()) out += "assumed:\n";
+  for (const std::string& sentence : checked.assumed) out += "  - " + quoted(sentence) + "\n";
+  return out;
+}
+
+void write_scene(const std::string& path, const Scene& scene) {
+  const std::string text = format_scene(scene);
+  write_file(path, text.data(), text.size());
+}
+
+}  // namespace occ
