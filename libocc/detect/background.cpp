@@ -18,7 +18,7 @@ constexpr int mesh_across = 8;  // meshes along the image's shorter side
 constexpr float level_bias = -0.247f;
 constexpr float lower_spread = 0.990f;
 
-using Samples = std::array<std::vector<float>, samples>;  // one lane for each mesh of a row
+using Samples = std::array<std::vector<float>, samples>;  // one lane for each mesh
 
 /// Meshes are whole multiples of 64 pixels, the width in which thresholds are applied.
 int mesh_size(int width, int height) {
@@ -59,6 +59,7 @@ float median_of_5(float a, float b, float c, float d, float e) {
 
 /// Index of a mirrored sequence, the border itself not repeated: a lamp there counts once.
 int mirrored(int i, int count) {
+  if (i >= 0 && i < count) return i;
   if (count == 1) return 0;
   const int period = 2 * count - 2;
   i = ((i % period) + period) % period;
@@ -84,19 +85,20 @@ void median_filter(std::vector<float>& mesh, int columns, int rows) {
   pass(once, mesh, columns, rows, 1, columns);
 }
 
-/// Grey levels of one row of meshes. The 4 x 4 grid of samples in a mesh is sheared, so that no two
-/// share a row or a column.
+/// Grey levels at a 4 x 4 grid in each mesh, sheared so that no two share a row or a column. A mesh
+/// that hangs over the border takes its samples mirrored.
 template <typename P>
-void sample_row(const P& pixels, int mesh_px, int row, int columns, Samples& out) {
+void sample(const P& pixels, int mesh_px, int columns, int rows, Samples& out) {
   for (int s = 0; s < samples; ++s) {
     const int dy = mesh_px * (4 * (s / 4) + s % 4) / samples + mesh_px / 32;
     const int dx = mesh_px * (4 * (s % 4) + s / 4) / samples + mesh_px / 32;
-    // A mesh that hangs over the border takes its samples mirrored.
-    const typename P::Value* line = pixels.row(mirrored(row * mesh_px + dy, pixels.height()));
-    for (int c = 0; c < columns; ++c) {
-      const int x = mirrored(c * mesh_px + dx, pixels.width());
-      out[static_cast<std::size_t>(s)][static_cast<std::size_t>(c)] =
-          static_cast<float>(P::level(line, x)) / static_cast<float>(P::scale);
+    float* lane = out[static_cast<std::size_t>(s)].data();
+    for (int row = 0; row < rows; ++row) {
+      const typename P::Value* line = pixels.row(mirrored(row * mesh_px + dy, pixels.height()));
+      for (int column = 0; column < columns; ++column) {
+        const int x = mirrored(column * mesh_px + dx, pixels.width());
+        *lane++ = static_cast<float>(P::level(line, x)) / static_cast<float>(P::scale);
+      }
     }
   }
 }
@@ -107,26 +109,21 @@ Background::Background(const ImageView& image, const Sensor* sensor)
     : mesh_px_(mesh_size(image.width, image.height)),
       columns_((image.width + mesh_px_ - 1) / mesh_px_),
       rows_((image.height + mesh_px_ - 1) / mesh_px_) {
-  const std::size_t columns = static_cast<std::size_t>(columns_);
-  level_.resize(columns * static_cast<std::size_t>(rows_));
-  noise_.resize(level_.size());
+  const std::size_t meshes = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
+  level_.resize(meshes);
+  noise_.resize(meshes);
   Samples sorted;
-  for (auto& lane : sorted) lane.resize(columns);
-  visit_pixels(image, [&](const auto& pixels) {
-    for (int row = 0; row < rows_; ++row) {
-      sample_row(pixels, mesh_px_, row, columns_, sorted);
-      sort_lanes(sorted, columns);
-      for (std::size_t c = 0; c < columns; ++c) {
-        float sum = 0;
-        for (std::size_t rank = 3; rank <= 9; ++rank) sum += sorted[rank][c];
-        const float median = 0.5f * (sorted[7][c] + sorted[8][c]);
-        const float sigma = (median - sorted[2][c]) / lower_spread;
-        const std::size_t i = static_cast<std::size_t>(row) * columns + c;
-        noise_[i] = sigma;
-        level_[i] = sum / 7 - level_bias * sigma;
-      }
-    }
-  });
+  for (auto& lanes : sorted) lanes.resize(meshes);
+  visit_pixels(image,
+               [&](const auto& pixels) { sample(pixels, mesh_px_, columns_, rows_, sorted); });
+  sort_lanes(sorted, meshes);
+  for (std::size_t i = 0; i < meshes; ++i) {
+    float sum = 0;
+    for (std::size_t rank = 3; rank <= 9; ++rank) sum += sorted[rank][i];
+    const float median = 0.5f * (sorted[7][i] + sorted[8][i]);
+    noise_[i] = (median - sorted[2][i]) / lower_spread;
+    level_[i] = sum / 7 - level_bias * noise_[i];
+  }
   median_filter(level_, columns_, rows_);
   median_filter(noise_, columns_, rows_);
   for (std::size_t i = 0; i < level_.size(); ++i) {
@@ -139,23 +136,38 @@ Background::Background(const ImageView& image, const Sensor* sensor)
   }
 }
 
-Background::Local Background::at(double x, double y) const {
-  const auto split = [this](double v, int count, int& low, int& high) {
-    const double cell = std::clamp((v + 0.5) / mesh_px_ - 0.5, 0.0, static_cast<double>(count - 1));
-    low = static_cast<int>(cell);
-    high = std::min(low + 1, count - 1);
-    return cell - low;
+namespace {
+
+/// Where a pixel lies between the centres of meshes.
+struct Between {
+  int low, high;
+  double weight;  ///< of high
+};
+
+Between between(double pixel, int mesh_px, int count) {
+  const double cell = std::clamp((pixel + 0.5) / mesh_px - 0.5, 0.0, count - 1.0);
+  const int low = static_cast<int>(cell);
+  return {low, std::min(low + 1, count - 1), cell - low};
+}
+
+}  // namespace
+
+void Background::row(double y, double x, double step, std::vector<Local>& out) const {
+  const Between v = between(y, mesh_px_, rows_);
+  const auto upper = static_cast<std::size_t>(v.low * columns_);
+  const auto lower = static_cast<std::size_t>(v.high * columns_);
+  const auto column = [&](const std::vector<float>& mesh, int c) {
+    const auto i = static_cast<std::size_t>(c);
+    return (1 - v.weight) * mesh[upper + i] + v.weight * mesh[lower + i];
   };
-  int left, right, top, bottom;
-  const double u = split(x, columns_, left, right);
-  const double v = split(y, rows_, top, bottom);
-  const auto blend = [&](const std::vector<float>& mesh) {
-    const float* upper = mesh.data() + static_cast<std::ptrdiff_t>(top) * columns_;
-    const float* lower = mesh.data() + static_cast<std::ptrdiff_t>(bottom) * columns_;
-    return (1 - v) * ((1 - u) * upper[left] + u * upper[right]) +
-           v * ((1 - u) * lower[left] + u * lower[right]);
-  };
-  return {blend(level_), blend(noise_)};
+  for (Local& local : out) {
+    const Between u = between(x, mesh_px_, columns_);
+    const auto blend = [&](const std::vector<float>& mesh) {
+      return (1 - u.weight) * column(mesh, u.low) + u.weight * column(mesh, u.high);
+    };
+    local = {blend(level_), blend(noise_)};
+    x += step;
+  }
 }
 
 }  // namespace occ::detecting

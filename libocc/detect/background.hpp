@@ -21,8 +21,9 @@ class Background {
     double noise_dn;
   };
 
-  /// Level and noise at a pixel, bilinear between the meshes' centres.
-  Local at(double x, double y) const;
+  /// Level and noise of pixels x, x + step, ... of row y, as many as `out` holds: bilinear between
+  /// the meshes' centres.
+  void row(double y, double x, double step, std::vector<Local>& out) const;
 
   static constexpr double floor_dn = 0.5;
 

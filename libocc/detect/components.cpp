@@ -14,17 +14,11 @@ namespace occ::detecting {
 namespace {
 
 constexpr int word = 64;       // pixels that share one threshold
-constexpr int band_rows = 32;  // rows that share the thresholds of a word
+constexpr int band_rows = 64;  // rows that share the thresholds of a word
 
 struct Run {
   int x0, x1;  ///< both ends included
   int label;
-};
-
-/// What the pixels of one word are held against.
-struct WordLevel {
-  int threshold;  ///< level (times scale) that a bright pixel exceeds
-  Background::Local background;
 };
 
 /// A component that may still grow, or a pointer to the one it has joined.
@@ -41,7 +35,8 @@ class Pass {
         background_(background),
         rule_(rule),
         full_scale_(static_cast<int>(std::ceil(std::min(rule.full_scale_dn, 65536.0)))),
-        levels_(static_cast<std::size_t>((pixels.width() + word - 1) / word)) {}
+        local_(static_cast<std::size_t>((pixels.width() + word - 1) / word)),
+        threshold_(local_.size()) {}
 
   std::vector<Component> run() {
     for (int y = 0; y < pixels_.height(); ++y) {
@@ -59,14 +54,14 @@ class Pass {
 
   void set_levels(int y) {
     constexpr double top = std::numeric_limits<int>::max() / 2;
+    background_.row(y, 0.5 * (word - 1), word, local_);
     lowest_ = std::numeric_limits<int>::max();
-    for (std::size_t w = 0; w < levels_.size(); ++w) {
-      const auto local = background_.at(static_cast<double>(w) * word + 0.5 * (word - 1), y);
+    for (std::size_t w = 0; w < local_.size(); ++w) {
       const double limit_dn =
-          rule_.level_dn.value_or(local.level_dn + rule_.sigma * local.noise_dn);
+          rule_.level_dn.value_or(local_[w].level_dn + rule_.sigma * local_[w].noise_dn);
       const double limit = std::clamp(std::floor(limit_dn * P::scale), -1.0, top);
-      levels_[w] = {static_cast<int>(limit), local};
-      lowest_ = std::min(lowest_, levels_[w].threshold);
+      threshold_[w] = static_cast<int>(limit);
+      lowest_ = std::min(lowest_, threshold_[w]);
     }
   }
 
@@ -87,7 +82,7 @@ class Pass {
       const int x0 = hit / (word * P::channels) * word;
       if (open >= 0 && x0 != end) add_run(y, std::exchange(open, -1), end - 1);
       const int count = std::min(word, pixels_.width() - x0);
-      const int threshold = levels_[static_cast<std::size_t>(x0 / word)].threshold;
+      const int threshold = threshold_[static_cast<std::size_t>(x0 / word)];
       read_bits(bright_pixels<P>(row, x0, count, threshold), x0, y, open);
       end = x0 + count;
     }
@@ -142,7 +137,7 @@ class Pass {
       s1 += static_cast<std::int64_t>(level) * i;
       s2 += static_cast<std::int64_t>(level) * (i * i);
     }
-    const Background::Local& local = levels_[static_cast<std::size_t>(x0 / word)].background;
+    const Background::Local& local = local_[static_cast<std::size_t>(x0 / word)];
     const double n = x1 - x0 + 1;
     const double i1 = n * (n - 1) / 2, i2 = (n - 1) * n * (2 * n - 1) / 6;
     const double dn = 1.0 / P::scale;
@@ -222,8 +217,9 @@ class Pass {
   const Background& background_;
   const ThresholdRule& rule_;
   const int full_scale_;
-  std::vector<WordLevel> levels_;
-  int lowest_ = 0;  ///< threshold of all words
+  std::vector<Background::Local> local_;  ///< of each word, in this band of rows
+  std::vector<int> threshold_;  ///< level (times scale) that a bright pixel of the word exceeds
+  int lowest_ = 0;              ///< threshold of all words
   std::vector<Run> above_, current_;
   std::size_t next_above_ = 0;
   std::vector<Tree> trees_;

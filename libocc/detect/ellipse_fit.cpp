@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/detect/ellipse_fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <cmath>
+
+namespace occ::detecting {
+namespace {
+
+using Matrix5 = Eigen::Matrix<double, 5, 5>;
+using Vector5 = Eigen::Matrix<double, 5, 1>;
+
+constexpr int parameters = 5;  // centre x, y; shape xx, xy, yy
+constexpr int max_steps = 20;
+constexpr double converged = 1e-10;  // of the ellipse's size
+
+bool is_ellipse(const Conic& conic) {
+  return conic.centre.allFinite() && conic.shape.allFinite() && conic.shape(0, 0) > 0 &&
+         conic.shape.determinant() > 0;
+}
+
+/// Mean of the points and their root mean square distance from it: coordinates of order one keep
+/// the normal equations well scaled.
+struct Frame {
+  Eigen::Vector2d origin = Eigen::Vector2d::Zero();
+  double size = 0;
+
+  explicit Frame(const std::vector<RimPoint>& rim) {
+    const double n = static_cast<double>(rim.size());
+    for (const RimPoint& point : rim) origin += point.px / n;
+    for (const RimPoint& point : rim) size += (point.px - origin).squaredNorm() / n;
+    size = std::sqrt(size);
+  }
+
+  Eigen::Vector2d in(const Eigen::Vector2d& px) const { return (px - origin) / size; }
+  Conic in(const Conic& conic) const { return {in(conic.centre), conic.shape * (size * size)}; }
+  Conic out(const Conic& conic) const {
+    return {origin + size * conic.centre, conic.shape / (size * size)};
+  }
+};
+
+/// Linear least squares of a x^2 + 2 b x y + c y^2 + 2 d x + 2 e y = 1: a start, no more, because
+/// it weighs points by how far the curve's level lines are apart.
+std::optional<Conic> algebraic_fit(const std::vector<RimPoint>& rim, const Frame& frame) {
+  Matrix5 normal = Matrix5::Zero();
+  Vector5 right = Vector5::Zero();
+  for (const RimPoint& point : rim) {
+    const Eigen::Vector2d p = frame.in(point.px);
+    Vector5 row;
+    row << p.x() * p.x(), 2 * p.x() * p.y(), p.y() * p.y(), 2 * p.x(), 2 * p.y();
+    normal += row * row.transpose();
+    right += row;
+  }
+  const Eigen::LDLT<Matrix5> solver(normal);
+  if (solver.info() != Eigen::Success || !(solver.rcond() > 1e-12)) return std::nullopt;
+  const Vector5 s = solver.solve(right);
+  Conic conic;
+  conic.shape << s[0], s[1], s[1], s[2];
+  if (!(conic.shape.determinant() > 0)) return std::nullopt;
+  conic.centre = -conic.shape.inverse() * s.tail<2>();
+  const double level = 1 + conic.centre.dot(conic.shape * conic.centre);
+  conic.shape /= level;
+  if (!is_ellipse(conic)) return std::nullopt;
+  return conic;
+}
+
+struct Normal {
+  Matrix5 matrix = Matrix5::Zero();
+  Vector5 right = Vector5::Zero();
+  double chi2 = 0, sum_squares = 0;
+};
+
+/// Normal equations of the whitened normal distances about a conic (in the frame's unit).
+Normal normal_equations(const std::vector<RimPoint>& rim, const Frame& frame, const Conic& conic) {
+  Normal sums;
+  for (const RimPoint& point : rim) {
+    const Eigen::Vector2d d = frame.in(point.px) - conic.centre;
+    const Eigen::Vector2d out = conic.shape * d;
+    const double slope = 2 * out.norm();
+    const double residual = (out.dot(d) - 1) / slope;
+    const double weight = frame.size * frame.size / (point.sigma_px * point.sigma_px);
+    Vector5 row;
+    row << -2 * out.x(), -2 * out.y(), d.x() * d.x(), 2 * d.x() * d.y(), d.y() * d.y();
+    row /= slope;
+    sums.matrix += weight * row * row.transpose();
+    sums.right += weight * residual * row;
+    sums.chi2 += weight * residual * residual;
+    sums.sum_squares += residual * residual;
+  }
+  return sums;
+}
+
+std::optional<EllipseFit> iterate(const std::vector<RimPoint>& rim, const Frame& frame,
+                                  Conic conic) {
+  for (int step = 0; step < max_steps; ++step) {
+    const Normal sums = normal_equations(rim, frame, conic);
+    const Eigen::LDLT<Matrix5> solver(sums.matrix);
+    if (solver.info() != Eigen::Success || !(solver.rcond() > 1e-13)) return std::nullopt;
+    const Vector5 change = solver.solve(sums.right);
+    if (change.norm() < converged) {
+      EllipseFit fit;
+      fit.conic = frame.out(conic);
+      const Matrix5 covariance = solver.solve(Matrix5::Identity());
+      fit.centre_covariance_px2 = covariance.topLeftCorner<2, 2>() * (frame.size * frame.size);
+      fit.chi2 = sums.chi2;
+      fit.dof = static_cast<int>(rim.size()) - parameters;
+      fit.rms_px = frame.size * std::sqrt(sums.sum_squares / static_cast<double>(rim.size()));
+      return fit;
+    }
+    conic.centre -= change.head<2>();
+    conic.shape(0, 0) -= change[2];
+    conic.shape(0, 1) -= change[3];
+    conic.shape(1, 0) = conic.shape(0, 1);
+    conic.shape(1, 1) -= change[4];
+    if (!is_ellipse(conic)) return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Ellipse Conic::ellipse() const {
+  const double middle = 0.5 * (shape(0, 0) + shape(1, 1));
+  const double half = std::hypot(0.5 * (shape(0, 0) - shape(1, 1)), shape(0, 1));
+  Ellipse ellipse;
+  ellipse.centre_px = centre;
+  ellipse.semi_major_px = 1 / std::sqrt(middle - half);
+  ellipse.semi_minor_px = 1 / std::sqrt(middle + half);
+  // The major axis belongs to the smaller eigenvalue.
+  if (half > 0) ellipse.angle_rad = 0.5 * std::atan2(-2 * shape(0, 1), shape(1, 1) - shape(0, 0));
+  return ellipse;
+}
+
+std::optional<EllipseFit> fit_ellipse(const std::vector<RimPoint>& rim) {
+  if (rim.size() <= parameters) return std::nullopt;
+  const Frame frame(rim);
+  const std::optional<Conic> start = algebraic_fit(rim, frame);
+  if (!start) return std::nullopt;
+  return iterate(rim, frame, *start);
+}
+
+std::optional<EllipseFit> fit_ellipse(const std::vector<RimPoint>& rim, const Conic& start) {
+  if (rim.size() <= parameters) return std::nullopt;
+  const Frame frame(rim);
+  return iterate(rim, frame, frame.in(start));
+}
+
+}  // namespace occ::detecting
