@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The image of a uniform shape under a Gaussian PSF and the pixel's box, as a contour integral
 // along its rim (Green's theorem):
-//     I(i, j) = closed integral of Gx(x_i - x(t)) By(y_j - y(t)) y'(t) dt
-// with By the box-blurred Gaussian and Gx the running integral of the box-blurred Gaussian. The
-// trapezoid rule converges spectrally for a smooth rim: `spacing` is the dial between accuracy and
-// time.
+//     I(i, j) = closed integral of G(x_i - x(t)) B(y_j - y(t)) y'(t) dt
+// with B the box-blurred Gaussian and G its running integral (formation/pixel_psf.hpp). The
+// trapezoid rule converges spectrally for a smooth rim: the spacing of the contour's points is the
+// dial between accuracy and time. Measured worst error for discs of 0.05 to 300 px and sigma 0.2 to
+// 5: 5e-7 of a fully covered pixel at a spacing of 1 sigma, 2e-4 at 1.5 sigma.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -12,9 +13,12 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "libocc/formation/contour.hpp"
+#include "libocc/formation/pixel_psf.hpp"
+
 namespace occ {
 
-/// A rectangle of pixels with a value each, row by row.
+/// A rectangle of pixels with a value each, row by row; width and height are 0 when it is empty.
 struct Patch {
   int x0 = 0, y0 = 0, width = 0, height = 0;
   std::vector<double> values;
@@ -24,13 +28,28 @@ struct Patch {
   }
 };
 
-/// Fraction 0..1 of each pixel's light that the shape inside `rim_px` (closed polygon of samples of
-/// a smooth curve, at most about one PSF sigma apart) gives, over its bounding box grown by 4.5
-/// sigma + 1 and clipped to the image. psf_sigma_px > 0.
+/// Fraction 0..1 of each pixel's light that the shape inside the contour gives, over the contour's
+/// bounding box grown by the PSF's reach and clipped to the image. Either orientation.
+LIBOCC_API Patch coverage(const Contour& contour, const PixelPsf& psf, int image_width,
+                          int image_height);
+
+/// Coverage together with its first moments about each pixel's centre, (x - x_i) and (y - y_j)
+/// weighted like the light itself: a brightness that varies as E + grad E . (p - p_ij) over the
+/// pixel's surroundings gives it E c + grad E . (m_x, m_y).
+struct CoverageMoments {
+  Patch c, m_x, m_y;  ///< of equal extent
+};
+LIBOCC_API CoverageMoments coverage_moments(const Contour& contour, const PixelPsf& psf,
+                                            int image_width, int image_height);
+
+/// Coverage from samples of a smooth closed curve, evenly spaced in some parameter (see
+/// smooth_contour), at most about one PSF sigma apart.
 LIBOCC_API Patch coverage(const std::vector<Eigen::Vector2d>& rim_px, double psf_sigma_px,
                           int image_width, int image_height);
 
 /// The same for a point source of unit flux at `px`: the PSF integrated over each pixel.
+LIBOCC_API Patch point_coverage(const Eigen::Vector2d& px, const PixelPsf& psf, int image_width,
+                                int image_height);
 LIBOCC_API Patch point_coverage(const Eigen::Vector2d& px, double psf_sigma_px, int image_width,
                                 int image_height);
 

@@ -1,7 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much light of a lamp reaches the sensor: irradiance at an image point and the electrons of
-// the whole image of the lamp. The sum equals the aperture formula I cos(psi) A / d^2 as the lamp
-// shrinks.
+// How much light of a lamp reaches the sensor: irradiance at an image point, and the electrons of
+// the lamp's whole image.
+//
+//   aperture     A = pi/4 fx fy pitch^2 / N^2                       area of the lens opening [m^2]
+//   irradiance   E = L(phi) A cos(psi) dOmega / dS                  [W/m^2]
+//   whole image  P = I(phi) A cos(psi) / d^2                        [W]
+//
+// dOmega/dS is the solid angle that a unit of sensor area sees. For a pinhole it is cos^3(psi)/f^2
+// and E becomes pi/4 / N^2 cos^4(psi) L (radiometry/lambertian.hpp); a lens that distorts spreads
+// the same light over another area, so that E summed over the image is P for every camera.
+// L, I, phi, psi, N: see radiometry/lambertian.hpp.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -13,15 +21,17 @@
 
 namespace occ {
 
-/// Irradiance [W/m^2] that the extended lamp gives at the pixel whose bearing (camera frame) is
-/// given, as if the pixel were inside the lamp's image: Lambertian radiance towards the camera
-/// times cos^4.
+/// Irradiance [W/m^2] that the extended lamp gives at a pixel, as if that pixel were inside the
+/// lamp's image. 0 when the pixel is outside the camera's domain or its ray does not meet the lit
+/// side of the lamp's plane. Throws std::invalid_argument for a point lamp, which has no radiance.
 LIBOCC_API double irradiance_at(const Lamp& lamp, const Rigid3& cam_from_world,
-                                const Sensor& sensor, const Eigen::Vector3d& bearing);
+                                const Camera& camera, const Sensor& sensor,
+                                const Eigen::Vector2d& px);
 
-/// Signal electrons of the lamp's whole image while lit, by the aperture formula at the lamp's
-/// centre with the second-order correction left out: relative error of order (r/d)^2. 0 when it
-/// shows its dark side. `jacobian` (1x6): d ln(electrons) / d pose perturbation.
+/// Signal electrons of the lamp's whole image while lit, before clipping, by the aperture formula
+/// at the lamp's centre: exact for a point, relative error of order (size/d)^2 for the others. 0
+/// when it shows its dark side or is behind the camera. `log_jacobian` (1x6): d ln(electrons) / d
+/// pose perturbation, zero when there is no light.
 LIBOCC_API double lamp_electrons(const Lamp& lamp, const Rigid3& cam_from_world,
                                  const Camera& camera, const Sensor& sensor,
                                  Eigen::Matrix<double, 1, 6>* log_jacobian = nullptr);

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rim of a lamp's image prepared for integration: points on the rim, each with its share dy of
+// the contour integral, closed integral of F(x, y) dy ~ sum of F(x_i, y_i) dy_i.
+//
+// A smooth rim is sampled evenly in its own parameter (trapezoid rule: the error falls
+// exponentially with the number of points); a rim with corners edge by edge (Gauss-Legendre).
+// Tangents come from the camera's Jacobian, so lens distortion costs no accuracy.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "libocc/geometry/rigid.hpp"
+#include "libocc/scene/scene.hpp"
+
+namespace occ {
+
+struct ContourPoint {
+  Eigen::Vector2d px;
+  double dy_px = 0;
+};
+using Contour = std::vector<ContourPoint>;
+
+/// Contour of a disc's or rectangle's image, points at most about spacing_px apart (never more than
+/// 65536 of them). Nothing when the lamp shows its dark side or part of the rim is outside the
+/// camera's domain; empty for a point lamp. Throws std::invalid_argument unless spacing_px > 0.
+LIBOCC_API std::optional<Contour> project_contour(const Lamp& lamp, const Rigid3& cam_from_world,
+                                                  const Camera& camera, double spacing_px);
+
+/// Contour through samples of a smooth closed curve, evenly spaced in some parameter; tangents by
+/// central differences of order 12. Throws std::invalid_argument for fewer than 13 samples.
+LIBOCC_API Contour smooth_contour(const std::vector<Eigen::Vector2d>& rim_px);
+
+}  // namespace occ

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/formation/coverage.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace occ {
+namespace {
+
+double fraction(double position) { return position - std::floor(position); }
+
+// Pixels touched by light between two positions on one axis, within an image of `size` pixels.
+struct Range {
+  int first = 0, count = 0;
+};
+
+Range touched(double low, double high, int reach, int size) {
+  // In floating point first: a rim may lie further out than an int can say.
+  const double first = std::max(0.0, std::floor(low) - reach);
+  const double last = std::min(size - 1.0, std::floor(high) + reach + 1);
+  if (!(first <= last)) return {};
+  return {static_cast<int>(first), static_cast<int>(last - first) + 1};
+}
+
+Patch dark_patch(const Eigen::Vector2d& low, const Eigen::Vector2d& high, int reach, int width,
+                 int height) {
+  const Range columns = touched(low.x(), high.x(), reach, width);
+  const Range rows = touched(low.y(), high.y(), reach, height);
+  if (columns.count == 0 || rows.count == 0) return {};
+  Patch patch{columns.first, rows.first, columns.count, rows.count, {}};
+  patch.values.assign(
+      static_cast<std::size_t>(columns.count) * static_cast<std::size_t>(rows.count), 0.0);
+  return patch;
+}
+
+Patch dark_patch(const Contour& contour, const PixelPsf& psf, int width, int height) {
+  if (contour.empty()) return {};
+  Eigen::Vector2d low = contour.front().px, high = low;
+  for (const ContourPoint& point : contour) {
+    low = low.cwiseMin(point.px);
+    high = high.cwiseMax(point.px);
+  }
+  return dark_patch(low, high, psf.reach(), width, height);
+}
+
+// Sign that makes coverage positive: a pixel to the right of the shape's left flank sees light.
+double orientation(const Contour& contour) {
+  const double origin = contour.front().px.x();
+  double area = 0;
+  for (const ContourPoint& point : contour) area += (point.px.x() - origin) * point.dy_px;
+  return area > 0 ? -1 : 1;
+}
+
+// Where on the patch a contour point's light falls. Of the touched rows (columns), `first_row` ...
+// `end_row` - 1 are on the patch, the touched row 0 being row `top` of the patch, and so on.
+struct Footprint {
+  bool on_patch = false;
+  int top = 0, first_row = 0, end_row = 0;
+  int left = 0, first_column = 0, end_column = 0;
+};
+
+Footprint footprint(const Eigen::Vector2d& px, const PixelPsf& psf, const Patch& patch) {
+  Footprint print;
+  // In floating point first, and no further left than where the whole patch is to its right.
+  const double row = std::floor(px.y()) - psf.reach() - patch.y0;
+  const double column = std::floor(px.x()) - psf.reach() - patch.x0;
+  if (!(row + psf.count() > 0 && row < patch.height && column < patch.width)) return print;
+  print.on_patch = true;
+  print.top = static_cast<int>(row);
+  print.first_row = std::max(0, -print.top);
+  print.end_row = std::min(psf.count(), patch.height - print.top);
+  print.left = static_cast<int>(std::max(column, -1.0 * psf.count()));
+  print.first_column = std::max(0, -print.left);
+  print.end_column = std::min(psf.count() + 1, patch.width - print.left);
+  return print;
+}
+
+// Steps left of the patch are taken in its first column.
+void gather(const Footprint& print, std::vector<double>& steps) {
+  double& first = steps[static_cast<std::size_t>(print.first_column)];
+  for (int k = 0; k < print.first_column; ++k) first += steps[static_cast<std::size_t>(k)];
+}
+
+void add_scaled(double* to, const double* from, int count, double factor) {
+  for (int i = 0; i < count; ++i) to[i] += factor * from[i];
+}
+
+// Paints a contour point as steps along each row: a pixel's value is the sum of the steps up to it,
+// so that a point costs the same however many pixels lie to its right.
+void paint(Patch& patch, const Footprint& print, double amount, const std::vector<double>& weights,
+           const std::vector<double>& steps) {
+  for (int k = print.first_row; k < print.end_row; ++k) {
+    double* row = &patch.values[static_cast<std::size_t>(print.top + k) *
+                                static_cast<std::size_t>(patch.width)];
+    add_scaled(row + (print.left + print.first_column),
+               &steps[static_cast<std::size_t>(print.first_column)],
+               print.end_column - print.first_column,
+               amount * weights[static_cast<std::size_t>(k)]);
+  }
+}
+
+void sum_steps(Patch& patch) {
+  for (int y = 0; y < patch.height; ++y) {
+    double* row =
+        &patch.values[static_cast<std::size_t>(y) * static_cast<std::size_t>(patch.width)];
+    for (int x = 1; x < patch.width; ++x) row[x] += row[x - 1];
+  }
+}
+
+std::vector<double> buffer(const PixelPsf& psf) {
+  return std::vector<double>(static_cast<std::size_t>(psf.count()) + 1);
+}
+
+}  // namespace
+
+Patch coverage(const Contour& contour, const PixelPsf& psf, int image_width, int image_height) {
+  Patch patch = dark_patch(contour, psf, image_width, image_height);
+  if (patch.width == 0) return patch;
+  std::vector<double> weights = buffer(psf), steps = buffer(psf);
+  const double sign = orientation(contour);
+  for (const ContourPoint& point : contour) {
+    const Footprint print = footprint(point.px, psf, patch);
+    if (!print.on_patch) continue;
+    psf.weights(fraction(point.px.y()), weights.data());
+    psf.steps(fraction(point.px.x()), steps.data());
+    gather(print, steps);
+    paint(patch, print, sign * point.dy_px, weights, steps);
+  }
+  sum_steps(patch);
+  return patch;
+}
+
+CoverageMoments coverage_moments(const Contour& contour, const PixelPsf& psf, int image_width,
+                                 int image_height) {
+  CoverageMoments moments;
+  moments.c = dark_patch(contour, psf, image_width, image_height);
+  if (moments.c.width == 0) return moments;
+  moments.m_x = moments.m_y = moments.c;
+  std::vector<double> weights = buffer(psf), moment_weights = buffer(psf);
+  std::vector<double> steps = buffer(psf), moment_steps = buffer(psf);
+  const double sign = orientation(contour);
+  for (const ContourPoint& point : contour) {
+    const Footprint print = footprint(point.px, psf, moments.c);
+    if (!print.on_patch) continue;
+    psf.weights(fraction(point.px.y()), weights.data());
+    psf.moment_weights(fraction(point.px.y()), moment_weights.data());
+    psf.steps(fraction(point.px.x()), steps.data());
+    psf.moment_steps(fraction(point.px.x()), moment_steps.data());
+    gather(print, steps);
+    gather(print, moment_steps);
+    const double amount = sign * point.dy_px;
+    paint(moments.c, print, amount, weights, steps);
+    paint(moments.m_x, print, amount, weights, moment_steps);
+    paint(moments.m_y, print, amount, moment_weights, steps);
+  }
+  for (Patch* patch : {&moments.c, &moments.m_x, &moments.m_y}) sum_steps(*patch);
+  return moments;
+}
+
+Patch coverage(const std::vector<Eigen::Vector2d>& rim_px, double psf_sigma_px, int image_width,
+               int image_height) {
+  return coverage(smooth_contour(rim_px), PixelPsf(psf_sigma_px), image_width, image_height);
+}
+
+Patch point_coverage(const Eigen::Vector2d& px, const PixelPsf& psf, int image_width,
+                     int image_height) {
+  Patch patch = dark_patch(px, px, psf.reach(), image_width, image_height);
+  if (patch.width == 0) return patch;
+  std::vector<double> across = buffer(psf), down = buffer(psf);
+  psf.weights(fraction(px.x()), across.data());
+  psf.weights(fraction(px.y()), down.data());
+  const int left = patch.x0 - (static_cast<int>(std::floor(px.x())) - psf.reach());
+  const int top = patch.y0 - (static_cast<int>(std::floor(px.y())) - psf.reach());
+  for (int y = 0; y < patch.height; ++y)
+    for (int x = 0; x < patch.width; ++x)
+      patch.values[static_cast<std::size_t>(y * patch.width + x)] =
+          down[static_cast<std::size_t>(top + y)] * across[static_cast<std::size_t>(left + x)];
+  return patch;
+}
+
+Patch point_coverage(const Eigen::Vector2d& px, double psf_sigma_px, int image_width,
+                     int image_height) {
+  return point_coverage(px, PixelPsf(psf_sigma_px), image_width, image_height);
+}
+
+}  // namespace occ

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/formation/light.hpp"
+
+#include <Eigen/Geometry>
+
+#include "libocc/radiometry/lambertian.hpp"
+
+namespace occ {
+namespace {
+
+double aperture_m2(const Camera& camera, const Sensor& sensor) {
+  constexpr double quarter_pi = 0.7853981633974483;
+  const double diameter_squared = camera.fx_px() * camera.fy_px() * sensor.pixel_pitch_m *
+                                  sensor.pixel_pitch_m / (sensor.f_number * sensor.f_number);
+  return quarter_pi * diameter_squared;
+}
+
+}  // namespace
+
+double irradiance_at(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
+                     const Sensor& sensor, const Eigen::Vector2d& px) {
+  Eigen::Matrix<double, 3, 2> jacobian;
+  const auto bearing = camera.unproject(px, &jacobian);
+  if (!bearing) return 0;
+  const Eigen::Vector3d normal = cam_from_world.rotation * lamp.normal;
+  // The ray must meet the plane in front of the camera, and on its lit side.
+  if (!((cam_from_world * lamp.centre_m).dot(normal) < 0)) return 0;
+  const double l = radiance(lamp.power_w, lamp.order(), lamp.area_m2(), -bearing->dot(normal));
+  const double solid_angle = jacobian.col(0).cross(jacobian.col(1)).norm();  // of one pixel
+  const double pixel_m2 = sensor.pixel_pitch_m * sensor.pixel_pitch_m;
+  return l * aperture_m2(camera, sensor) * bearing->z() * solid_angle / pixel_m2;
+}
+
+double lamp_electrons(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
+                      const Sensor& sensor, Eigen::Matrix<double, 1, 6>* log_jacobian) {
+  if (log_jacobian) log_jacobian->setZero();
+  const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
+  const Eigen::Vector3d normal = cam_from_world.rotation * lamp.normal;
+  const double height = -centre.dot(normal);  // of the camera above the lamp's plane
+  if (!(height > 0 && centre.z() > 0)) return 0;
+
+  const double distance = centre.norm(), order = lamp.order();
+  const double power_w =
+      aperture_power(lamp.power_w, order, height / distance, centre.z() / distance, distance,
+                     aperture_m2(camera, sensor));
+  if (log_jacobian) {
+    // ln P = m ln(height) + ln(z) - (m + 3) ln(distance) + constant; a rotation changes only z.
+    const Eigen::Vector3d z_axis = Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d by_rotation = centre.cross(z_axis) / centre.z();
+    const Eigen::Vector3d by_translation = -order / height * normal + z_axis / centre.z() -
+                                           (order + 3) / (distance * distance) * centre;
+    *log_jacobian << by_rotation.transpose(), by_translation.transpose();
+  }
+  const double pixel_m2 = sensor.pixel_pitch_m * sensor.pixel_pitch_m;
+  return sensor.electrons(power_w / pixel_m2) - sensor.electrons(0);
+}
+
+}  // namespace occ

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/formation/pixel_psf.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/core/require.hpp"
+
+namespace occ {
+namespace {
+
+constexpr double reach_sigma = 5;      // the tail beyond holds 6e-7 of the light
+constexpr double bins_per_sigma = 32;  // cubic interpolation then errs by less than 1e-7
+
+// The normal distribution of deviation sigma, integrated once, twice and three times, on a grid.
+struct Integrals {
+  std::vector<double> once, twice, thrice;
+};
+
+Integrals gaussian_integrals(double sigma, double first_u, double step_u, std::size_t size) {
+  Integrals integrals;
+  for (std::size_t i = 0; i < size; ++i) {
+    const double u = first_u + static_cast<double>(i) * step_u;
+    const double z = u / sigma;
+    const double cumulative = 0.5 * std::erfc(-z * std::sqrt(0.5));
+    const double density = sigma * std::exp(-0.5 * z * z) * 0.3989422804014327;
+    integrals.once.push_back(cumulative);
+    integrals.twice.push_back(u * cumulative + density);
+    integrals.thrice.push_back(0.5 * ((u * u + sigma * sigma) * cumulative + u * density));
+  }
+  return integrals;
+}
+
+void normalise(double* row, std::size_t columns) {
+  double sum = 0;
+  for (std::size_t k = 0; k < columns; ++k) sum += row[k];
+  for (std::size_t k = 0; k < columns; ++k) row[k] /= sum;
+}
+
+}  // namespace
+
+PixelPsf::PixelPsf(double psf_sigma_px) : sigma_(psf_sigma_px) {
+  require(psf_sigma_px >= 0.01 && psf_sigma_px <= 100, "psf_sigma_px", psf_sigma_px,
+          "in [0.01, 100]");
+  reach_ = static_cast<int>(reach_sigma * sigma_ + 0.5);
+  bins_ = 2 * std::max(4, static_cast<int>(std::ceil(0.5 * bins_per_sigma / sigma_)));
+
+  tabulate();
+}
+
+void PixelPsf::tabulate() {
+  // Pixel k (counted from -reach) of bin f is at u = k - f/bins from the light.
+  const std::size_t touched = static_cast<std::size_t>(count());
+  const int half = bins_ / 2;
+  const int first = -reach_ * bins_ - (bins_ + 1) - half;  // grid index of the smallest u needed
+  const int last = (reach_ + 1) * bins_ + 1 + half;
+  const Integrals at = gaussian_integrals(sigma_, static_cast<double>(first) / bins_, 1.0 / bins_,
+                                          static_cast<std::size_t>(last - first + 1));
+  const auto rows = static_cast<std::size_t>(bins_ + 3);
+  for (Table* table : {&weights_, &moment_weights_}) table->columns = touched;
+  for (Table* table : {&steps_, &moment_steps_}) table->columns = touched + 1;
+  for (Table* table : {&weights_, &moment_weights_, &steps_, &moment_steps_})
+    table->values.resize(rows * table->columns);
+
+  for (std::size_t row = 0; row < rows; ++row) {
+    double* weight = &weights_.values[row * touched];
+    double* moment = &moment_weights_.values[row * touched];
+    double* step = &steps_.values[row * (touched + 1)];
+    double* moment_step = &moment_steps_.values[row * (touched + 1)];
+    double g_before = 0, f_before = 0;
+    for (std::size_t k = 0; k < touched; ++k) {
+      const int grid = (static_cast<int>(k) - reach_) * bins_ - (static_cast<int>(row) - 1);
+      const auto low = static_cast<std::size_t>(grid - half - first);
+      const auto high = low + static_cast<std::size_t>(bins_);
+      const double u = static_cast<double>(grid) / bins_;
+      weight[k] = at.once[high] - at.once[low];
+      moment[k] = -u * weight[k];
+      const double g = at.twice[high] - at.twice[low];
+      const double f = at.thrice[high] - at.thrice[low] - u * g;  // by parts
+      step[k] = g - g_before;
+      moment_step[k] = f - f_before;
+      g_before = g;
+      f_before = f;
+    }
+    step[touched] = 1 - g_before;
+    moment_step[touched] = -f_before;
+    normalise(weight, touched);
+  }
+}
+
+// Lagrange's cubic through the two table rows on each side.
+void PixelPsf::interpolate(const Table& table, double fraction, double* out) const {
+  const double at = fraction * bins_;
+  const int bin = std::clamp(static_cast<int>(at), 0, bins_ - 1);
+  const double t = at - bin;
+  const double a = -t * (t - 1) * (t - 2) / 6, b = (t + 1) * (t - 1) * (t - 2) / 2;
+  const double c = -(t + 1) * t * (t - 2) / 2, d = (t + 1) * t * (t - 1) / 6;
+  const std::size_t n = table.columns;
+  const double* row = &table.values[static_cast<std::size_t>(bin) * n];
+  for (std::size_t k = 0; k < n; ++k)
+    out[k] = a * row[k] + b * row[k + n] + c * row[k + 2 * n] + d * row[k + 3 * n];
+}
+
+}  // namespace occ

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a pixel collects of the light around it: Gaussian PSF convolved with the pixel's box,
+//     B(u) = Phi((u + 1/2)/sigma) - Phi((u - 1/2)/sigma)         along one axis,
+//     G(u) = running integral of B,
+//     F(u) = running integral of -u B(u)
+// at a pixel u to the right of the light (Phi: the normal distribution). All are tabulated once for
+// a sigma at a fine set of sub-pixel offsets and read off by cubic interpolation, so a row of
+// neighbouring pixels costs a few multiplications each and no erf.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <cstddef>
+#include <vector>
+
+namespace occ {
+
+class LIBOCC_API PixelPsf {
+ public:
+  /// Throws std::invalid_argument unless 0.01 <= psf_sigma_px <= 100.
+  explicit PixelPsf(double psf_sigma_px);
+
+  double sigma_px() const { return sigma_; }
+
+  /// A position touches the pixels floor(position) - reach() ... floor(position) + reach() + 1;
+  /// beyond is less than 6e-7 of its light.
+  int reach() const { return reach_; }
+  int count() const { return 2 * reach_ + 2; }  ///< pixels touched
+
+  // In all that follows: 0 <= fraction < 1 is the position minus its floor, out[0] belongs to the
+  // first touched pixel.
+
+  /// count() values of B, which sum to 1.
+  void weights(double fraction, double* out) const { interpolate(weights_, fraction, out); }
+
+  /// count() values of -u B(u): the light's first moment about each pixel.
+  void moment_weights(double fraction, double* out) const {
+    interpolate(moment_weights_, fraction, out);
+  }
+
+  /// Differences of G from each touched pixel to the next, from 0 before the first to 1 after the
+  /// last: count() + 1 values, which sum to 1.
+  void steps(double fraction, double* out) const { interpolate(steps_, fraction, out); }
+
+  /// The same of F: count() + 1 values, which sum to 0.
+  void moment_steps(double fraction, double* out) const {
+    interpolate(moment_steps_, fraction, out);
+  }
+
+ private:
+  // One row for every sub-pixel offset, from one bin below 0 to one bin above 1.
+  struct Table {
+    std::size_t columns = 0;
+    std::vector<double> values;
+  };
+
+  void tabulate();
+  void interpolate(const Table& table, double fraction, double* out) const;
+
+  double sigma_ = 0;
+  int reach_ = 0;
+  int bins_ = 0;  // per pixel of offset
+  Table weights_, moment_weights_, steps_, moment_steps_;
+};
+
+}  // namespace occ

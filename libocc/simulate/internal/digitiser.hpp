@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a pixel's electrons to its grey level: full well, response, quantisation. The inverse of the
+// response (Sensor::linear_dn) says at how many electrons one grey level ends and the next begins.
+#pragma once
+
+#include <vector>
+
+#include "libocc/radiometry/sensor.hpp"
+
+namespace occ {
+
+class Digitiser {
+ public:
+  explicit Digitiser(const Sensor& sensor);
+
+  int levels() const { return levels_; }
+
+  /// Electrons at which grey level `level` ends, 0 <= level < levels() - 1; noise may make the
+  /// signal negative.
+  double upper_bound_e(int level) const;
+
+  /// Grey level of a signal that the full well has already clipped, read noise included.
+  int grey_level(double electrons) const;
+
+ private:
+  int levels_ = 0;
+  double gain_ = 0, black_ = 0;
+  std::vector<double> bounds_e_;  // empty for a linear response, where they are evenly spaced
+};
+
+}  // namespace occ
