@@ -20,7 +20,7 @@
 
 namespace occ {
 
-struct IdentifyOptions {
+struct LIBOCC_API IdentifyOptions {
   std::optional<Prior> prior;
   bool use_frequency = true;
   double frequency_gate_sigma = 4;    ///< a blob's frequency and a lamp's code agree within this
@@ -28,24 +28,33 @@ struct IdentifyOptions {
   double gate_sigma = 4;              ///< a projected lamp and a blob agree within this
   double model_sigma_px = 0.5;        ///< error of the camera and map, added to every gate
   double miss_penalty = 6;      ///< chi-square for a lamp that should be seen but is not (e^-3)
-  int max_hypotheses = 200000;  ///< poses tried; a status says when the search was cut short
+  int max_hypotheses = 200000;  ///< namings of three blobs tried; the message says when it ended
+                                ///< the search
+
+  void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
 /// One way to explain the image.
 struct Hypothesis {
   Rigid3 cam_from_world;       ///< coarse: from centroids
-  std::vector<Match> matches;  ///< sorted by lamp
+  std::vector<Match> matches;  ///< sorted by lamp; includes blobs cut by the border or merged that
+                               ///< are where a lamp must be (they do not count in the ranking)
   double chi2 = 0;             ///< of the matched centroids and the prior, plus the miss penalties
   int missed = 0;              ///< lamps that should be in view but match no blob
 };
 
 struct Identification {
-  std::vector<Hypothesis> hypotheses;  ///< most matches first, then smallest chi2
-  int tried = 0;                       ///< poses tried
+  std::vector<Hypothesis> hypotheses;  ///< all that are plausible, smallest chi2 first
+  int tried = 0;                       ///< namings of three blobs tried
+  double chance = 0;  ///< expected number of wrong poses that explain as many blobs by accident
 };
 
-/// Status: ok (unique), ambiguous (several explain as many blobs and fit no worse than a likelihood
-/// ratio of 1000 allows), too_few_lamps (fewer than three usable blobs or lamps), no_pose.
+/// Plausible are the hypotheses that explain the most whole blobs and are no less likely than
+/// 1/1000 of the best of them. Status: ok (one), ambiguous (several), too_few_lamps (fewer than
+/// three whole blobs or lamps), no_pose (nothing explains four blobs, or three that are named,
+/// backed by a prior or all there are), degenerate (all lamps on a line). Throws
+/// std::invalid_argument for options out of range and blobs that are not finite; the scene must be
+/// valid.
 LIBOCC_API Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& scene,
                                            const IdentifyOptions& options = {});
 

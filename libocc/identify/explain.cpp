@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/identify/explain.hpp"
+//
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace occ::naming {
+namespace {
+
+// Covariance of a point in the camera's frame: it moves by delta_rot x point + delta_trans.
+Eigen::Matrix3d point_covariance(const Matrix6& pose_covariance, const Eigen::Vector3d& point) {
+  Eigen::Matrix<double, 3, 6> jacobian;
+  jacobian << 0, point.z(), -point.y(), 1, 0, 0,  //
+      -point.z(), 0, point.x(), 0, 1, 0,          //
+      point.y(), -point.x(), 0, 0, 0, 1;
+  return jacobian * pose_covariance * jacobian.transpose();
+}
+
+double squared_sigmas(const Eigen::Vector2d& error, const Eigen::Matrix2d& covariance) {
+  return error.dot(covariance.inverse() * error);
+}
+
+// Trace of point_covariance for many points, quickly: |p|^2 tr(RR) - p' RR p + tr(TT) + 2 p .
+// twist.
+struct SpreadBound {
+  explicit SpreadBound(const Matrix6& c)
+      : rotation(c.topLeftCorner<3, 3>()),
+        rotation_trace(rotation.trace()),
+        translation_trace(c.bottomRightCorner<3, 3>().trace()),
+        twist(c(4, 2) - c(5, 1), c(5, 0) - c(3, 2), c(3, 1) - c(4, 0)) {}
+  double trace(const Eigen::Vector3d& p) const {
+    return p.squaredNorm() * rotation_trace - p.dot(rotation * p) + translation_trace +
+           2 * p.dot(twist);
+  }
+
+  Eigen::Matrix3d rotation;
+  double rotation_trace, translation_trace;
+  Eigen::Vector3d twist;
+};
+
+// Upper bound of the gate, and cheap: most pairs are far outside it.
+bool far_outside(const Sighting& sighting, const Target& target, const Eigen::Vector3d& point,
+                 double spread_trace, double gate2) {
+  const double depth = sighting.bearing.dot(point), distance2 = point.squaredNorm();
+  const double depth2 = depth * depth;
+  if (!(depth > 0) || depth2 < 0.25 * distance2) return true;  // 60 degrees off
+  const double shift = target.radius_m * target.radius_m / point.z();
+  return distance2 - depth2 > gate2 * (distance2 / depth2 * spread_trace +
+                                       sighting.covariance.trace() * depth2 + shift * shift);
+}
+
+// Nothing when the lamp cannot be this blob.
+std::optional<double> pair_score(const Sighting& sighting, const Target& target,
+                                 const PoseEstimate& estimate, const Eigen::Vector3d& point,
+                                 double gate2) {
+  Mismatch m;
+  if (!compare(sighting, target, estimate.pose.rotation, point, m)) return std::nullopt;
+  const Eigen::Matrix2d total = m.covariance + m.by_point *
+                                                   point_covariance(estimate.covariance, point) *
+                                                   m.by_point.transpose();
+  const double chi2 = squared_sigmas(m.error, total);
+  if (!(chi2 <= gate2)) return std::nullopt;
+  return chi2 + std::log(total.determinant());
+}
+
+// All pairs within the gate that `wanted(sighting, target)`.
+template <typename Wanted>
+std::vector<ScoredPair> pairs_within_gate(const Problem& problem, const PoseEstimate& estimate,
+                                          const Wanted& wanted) {
+  const double gate2 = problem.options->gate_sigma * problem.options->gate_sigma;
+  const Eigen::Vector3d camera = estimate.pose.origin_in_source();
+  const SpreadBound bound(estimate.covariance);
+  std::vector<ScoredPair> pairs;
+  for (int t = 0; t < static_cast<int>(problem.targets.size()); ++t) {
+    const Target& target = problem.target(t);
+    const Eigen::Vector3d point = estimate.pose * target.centre;
+    if (!(point.z() > 0) || !faces(target, camera)) continue;
+    const double spread_trace = bound.trace(point);
+    for (int s = 0; s < static_cast<int>(problem.sightings.size()); ++s) {
+      const Sighting& sighting = problem.sighting(s);
+      if (!problem.may_be(s, t) || !wanted(s, t) ||
+          far_outside(sighting, target, point, spread_trace, gate2))
+        continue;
+      if (const auto score = pair_score(sighting, target, estimate, point, gate2))
+        pairs.push_back({{s, t}, *score});
+    }
+  }
+  return pairs;
+}
+
+std::vector<Pair> match_all(const Problem& problem, const PoseEstimate& estimate) {
+  return one_to_one(pairs_within_gate(problem, estimate, [](int, int) { return true; }));
+}
+
+// Pairs whose residual after the fit is outside the gate, the worst one; -1 when all are inside.
+int worst_outlier(const Problem& problem, const std::vector<Pair>& pairs, const Rigid3& pose) {
+  double worst = problem.options->gate_sigma * problem.options->gate_sigma;
+  int index = -1;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const Target& target = problem.target(pairs[i].target);
+    Mismatch m;
+    const bool seen = compare(problem.sighting(pairs[i].sighting), target, pose.rotation,
+                              pose * target.centre, m);
+    const double chi2 =
+        seen ? squared_sigmas(m.error, m.covariance) : std::numeric_limits<double>::infinity();
+    if (chi2 <= worst) continue;
+    worst = chi2;
+    index = static_cast<int>(i);
+  }
+  return index;
+}
+
+// A pose from three pairs first gets the one further pair that is surest: with four it is firm, and
+// the others are no longer guesses.
+PoseEstimate firm_up(const Problem& problem, const PoseEstimate& seed, const Naming& naming,
+                     const std::vector<ScoredPair>& further) {
+  if (further.empty()) return seed;
+  const auto surest =
+      std::min_element(further.begin(), further.end(),
+                       [](const ScoredPair& a, const ScoredPair& b) { return a.score < b.score; });
+  std::vector<Pair> four(naming.begin(), naming.end());
+  four.push_back(surest->pair);
+  return fit_pose(problem, four, seed.pose);
+}
+
+}  // namespace
+
+bool contains(const std::vector<Pair>& pairs, const Pair& pair) {
+  return std::any_of(pairs.begin(), pairs.end(), [&](const Pair& p) {
+    return p.sighting == pair.sighting && p.target == pair.target;
+  });
+}
+
+bool same_pairs(const std::vector<Pair>& a, const std::vector<Pair>& b) {
+  return a.size() == b.size() &&
+         std::all_of(a.begin(), a.end(), [&](const Pair& p) { return contains(b, p); });
+}
+
+bool faces(const Target& target, const Eigen::Vector3d& camera_position) {
+  return target.normal.dot(camera_position - target.centre) > 0;
+}
+
+std::vector<ScoredPair> further_pairs(const Problem& problem, const PoseEstimate& estimate,
+                                      const Naming& naming) {
+  return pairs_within_gate(problem, estimate, [&](int sighting, int target) {
+    return std::none_of(naming.begin(), naming.end(), [&](const Pair& p) {
+      return p.sighting == sighting || p.target == target;
+    });
+  });
+}
+
+std::vector<Pair> one_to_one(std::vector<ScoredPair> candidates) {
+  std::sort(candidates.begin(), candidates.end(),
+            [](const ScoredPair& a, const ScoredPair& b) { return a.score < b.score; });
+  std::vector<Pair> pairs;
+  for (const ScoredPair& c : candidates) {
+    const bool taken = std::any_of(pairs.begin(), pairs.end(), [&](const Pair& p) {
+      return p.sighting == c.pair.sighting || p.target == c.pair.target;
+    });
+    if (!taken) pairs.push_back(c.pair);
+  }
+  std::sort(pairs.begin(), pairs.end(),
+            [](const Pair& a, const Pair& b) { return a.sighting < b.sighting; });
+  return pairs;
+}
+
+double prior_chi2(const Problem& problem, const PoseEstimate& estimate) {
+  if (!problem.options->prior) return 0;
+  // The least sum of the prior's chi-square and the pose's own is that of the sum of variances.
+  Prior prior = *problem.options->prior;
+  const double turn2 = estimate.covariance.topLeftCorner<3, 3>().trace();
+  prior.position_sigma_m = std::hypot(
+      prior.position_sigma_m, std::sqrt(estimate.covariance.bottomRightCorner<3, 3>().trace()));
+  prior.heading_sigma_rad = std::hypot(prior.heading_sigma_rad, std::sqrt(turn2));
+  prior.gravity_sigma_rad = std::hypot(prior.gravity_sigma_rad, std::sqrt(turn2));
+  return prior.chi2(problem.from_world(estimate.pose));
+}
+
+Explanation explain(const Problem& problem, const PoseEstimate& seed, const Naming& naming,
+                    const std::vector<ScoredPair>& further) {
+  constexpr int max_rounds = 5;
+  Explanation e;
+  e.estimate = firm_up(problem, seed, naming, further);
+  std::vector<Pair> found(naming.begin(), naming.end());
+  if (!further.empty()) found = match_all(problem, e.estimate);
+  for (int i = 0; i < max_rounds && found.size() >= 3 && !same_pairs(found, e.pairs); ++i) {
+    e.pairs = found;
+    e.estimate = fit_pose(problem, e.pairs, e.estimate.pose);
+    found = match_all(problem, e.estimate);
+  }
+  while (e.pairs.size() >= 3) {
+    const int worst = worst_outlier(problem, e.pairs, e.estimate.pose);
+    if (worst < 0) break;
+    e.pairs.erase(e.pairs.begin() + worst);
+    if (e.pairs.size() >= 3) e.estimate = fit_pose(problem, e.pairs, e.estimate.pose);
+  }
+  std::sort(e.pairs.begin(), e.pairs.end(),
+            [](const Pair& a, const Pair& b) { return a.sighting < b.sighting; });
+  e.chi2 = e.estimate.chi2 + prior_chi2(problem, e.estimate);
+  return e;
+}
+
+}  // namespace occ::naming

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: from a pose that three pairs suggest to everything that the pose explains.
+#pragma once
+
+#include <array>
+
+#include "libocc/identify/point_pose.hpp"
+
+namespace occ::naming {
+
+/// A pose with all that agrees with it.
+struct Explanation {
+  PoseEstimate estimate;
+  std::vector<Pair> pairs;      ///< sorted by sighting
+  std::vector<Match> attached;  ///< weak blobs where a lamp must be
+  double chi2 = 0;              ///< of the pairs and the prior, plus the misses
+  int missed = 0;
+};
+
+bool contains(const std::vector<Pair>& pairs, const Pair& pair);
+bool same_pairs(const std::vector<Pair>& a, const std::vector<Pair>& b);  ///< in any order
+
+/// Whether a lamp turns its lit side to the camera.
+bool faces(const Target& target, const Eigen::Vector3d& camera_position);
+
+/// Three namings that a pose came from.
+using Naming = std::array<Pair, 3>;
+
+/// A pair that agrees within the gate, given how well the pose is known.
+struct ScoredPair {
+  Pair pair;
+  double score = 0;  ///< minus twice the logarithm of its likelihood, up to a constant
+};
+
+/// All pairs that agree with a pose and touch neither the blobs nor the lamps of `naming`.
+std::vector<ScoredPair> further_pairs(const Problem& problem, const PoseEstimate& estimate,
+                                      const Naming& naming);
+
+/// Each blob and each lamp at most once, likely pairs first. Sorted by sighting.
+std::vector<Pair> one_to_one(std::vector<ScoredPair> candidates);
+
+/// Chi-square of the prior for a pose that is itself uncertain.
+double prior_chi2(const Problem& problem, const PoseEstimate& estimate);
+
+/// Fits the pose to all that agrees with it and drops what then does not. `further` comes from
+/// further_pairs of the same seed. Fewer than three pairs are left when nothing holds together.
+Explanation explain(const Problem& problem, const PoseEstimate& seed, const Naming& naming,
+                    const std::vector<ScoredPair>& further);
+
+}  // namespace occ::naming

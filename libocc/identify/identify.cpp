@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/identify/identify.hpp"
+//
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "libocc/core/require.hpp"
+#include "libocc/identify/search.hpp"
+
+namespace occ {
+namespace {
+
+constexpr double plausible_chi2 = 13.8;  // 2 ln 1000
+constexpr double largest_chance = 0.1;   // expected wrong poses that a unique one may leave
+
+void check(const std::vector<Blob>& blobs) {
+  for (std::size_t i = 0; i < blobs.size(); ++i) {
+    const std::string name = "blobs[" + std::to_string(i) + "].";
+    require(blobs[i].centroid_px.allFinite(), name + "centroid_px",
+            blobs[i].centroid_px.transpose(), "finite");
+    require(blobs[i].covariance_px2.allFinite() && blobs[i].covariance_px2.trace() >= 0,
+            name + "covariance_px2", blobs[i].covariance_px2, "finite and not negative");
+  }
+}
+
+Hypothesis to_hypothesis(const naming::Problem& problem, const naming::Explanation& e) {
+  Hypothesis h;
+  h.cam_from_world = problem.from_world(e.estimate.pose);
+  for (const naming::Pair& p : e.pairs)
+    h.matches.push_back({p.target, problem.sighting(p.sighting).blob});
+  h.matches.insert(h.matches.end(), e.attached.begin(), e.attached.end());
+  std::sort(h.matches.begin(), h.matches.end(),
+            [](const Match& a, const Match& b) { return a.lamp < b.lamp; });
+  h.chi2 = e.chi2;
+  h.missed = e.missed;
+  return h;
+}
+
+// Whether all lamps are on one line (or in one place): no pose follows from them.
+bool collinear(const naming::Problem& problem) {
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+  for (const naming::Target& t : problem.targets)
+    if (t.centre.norm() > axis.norm()) axis = t.centre;
+  for (const naming::Target& t : problem.targets)
+    if ((t.centre * axis.squaredNorm() - axis * axis.dot(t.centre)).norm() >
+        1e-9 * axis.squaredNorm() * axis.norm())
+      return false;
+  return true;
+}
+
+// Whether the best explanation leaves blobs unexplained, so that there are false lights, and these
+// could as well have conspired to it.
+bool may_be_chance(const Identification& found, const naming::Problem& problem) {
+  std::size_t whole = 0;
+  for (const Match& match : found.hypotheses.front().matches)
+    whole += std::any_of(problem.sightings.begin(), problem.sightings.end(),
+                         [&](const naming::Sighting& s) { return s.blob == match.blob; });
+  return whole < problem.sightings.size() && found.chance > largest_chance;
+}
+
+void judge(Result<Identification>& result, const naming::Problem& problem, bool cut_short) {
+  const std::size_t count = result->hypotheses.size();
+  std::ostringstream text;
+  if (count == 0) {
+    result.status = Status::no_pose;
+    text << "no pose explains enough of the " << problem.sightings.size() << " blobs by the "
+         << problem.targets.size() << " lamps";
+  } else if (count > 1) {
+    result.status = Status::ambiguous;
+    text << count << " poses explain the same number of blobs about equally well";
+  } else if (may_be_chance(*result, problem)) {
+    result.status = Status::ambiguous;
+    text << "the one pose found leaves blobs unexplained and may be chance: " << result->chance
+         << " wrong ones are expected to explain as many";
+  }
+  if (cut_short)
+    text << (text.tellp() > 0 ? "; " : "")
+         << "the search stopped after max_hypotheses = " << problem.options->max_hypotheses;
+  result.message = text.str();
+}
+
+}  // namespace
+
+void IdentifyOptions::validate() const {
+  if (prior) prior->validate();
+  require(frequency_gate_sigma >= 0, "frequency_gate_sigma", frequency_gate_sigma, "not negative");
+  require(frequency_tolerance >= 0, "frequency_tolerance", frequency_tolerance, "not negative");
+  require(gate_sigma > 0 && std::isfinite(gate_sigma), "gate_sigma", gate_sigma, "positive");
+  require(model_sigma_px >= 0 && std::isfinite(model_sigma_px), "model_sigma_px", model_sigma_px,
+          "not negative");
+  require(miss_penalty >= 0, "miss_penalty", miss_penalty, "not negative");
+  require(max_hypotheses > 0, "max_hypotheses", max_hypotheses, "positive");
+}
+
+Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& scene,
+                                const IdentifyOptions& options) {
+  options.validate();
+  check(blobs);
+  Result<Identification> result;
+  const naming::Problem problem = naming::make_problem(blobs, scene, options);
+  if (problem.sightings.size() < 3 || problem.targets.size() < 3) {
+    result.status = Status::too_few_lamps;
+    std::ostringstream text;
+    text << "three lamps are needed: the scene has " << problem.targets.size() << ", the image "
+         << problem.sightings.size() << " blobs that are whole";
+    result.message = text.str();
+    return result;
+  }
+  if (collinear(problem)) {
+    result.status = Status::degenerate;
+    result.message =
+        "the scene's lamps are on one line: a pose cannot be told from its turns about it";
+    return result;
+  }
+  naming::Search search(problem);
+  search.run();
+  result.value.tried = search.tried();
+  result.value.chance = search.chance();
+  for (const naming::Explanation& e : search.found())
+    if (e.chi2 <= search.found().front().chi2 + plausible_chi2)
+      result.value.hypotheses.push_back(to_hypothesis(problem, e));
+  judge(result, problem, search.cut_short());
+  return result;
+}
+
+}  // namespace occ

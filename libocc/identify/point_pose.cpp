@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/identify/point_pose.hpp"
+//
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <limits>
+
+namespace occ::naming {
+namespace {
+
+struct NormalEquations {
+  Matrix6 information = Matrix6::Zero();
+  Vector6 gradient = Vector6::Zero();
+  double chi2 = 0;
+};
+
+// Columns point x m_k, that is skew(point) m.
+Eigen::Matrix3d cross_columns(const Eigen::Vector3d& point, const Eigen::Matrix3d& m) {
+  Eigen::Matrix3d result;
+  for (int k = 0; k < 3; ++k) result.col(k) = point.cross(Eigen::Vector3d(m.col(k)));
+  return result;
+}
+
+// chi2 is infinite when a lamp is not in front of the camera. A point moves by
+// delta_rot x point + delta_trans.
+NormalEquations normal_equations(const Problem& problem, const std::vector<Pair>& pairs,
+                                 const Rigid3& pose) {
+  NormalEquations n;
+  for (const Pair& pair : pairs) {
+    const Target& target = problem.target(pair.target);
+    const Eigen::Vector3d point = pose * target.centre;
+    Mismatch m;
+    if (!compare(problem.sighting(pair.sighting), target, pose.rotation, point, m)) {
+      n.chi2 = std::numeric_limits<double>::infinity();
+      return n;
+    }
+    const Eigen::Matrix2d weight = m.covariance.inverse();
+    const Eigen::Matrix<double, 3, 2> weighted = m.by_point.transpose() * weight;
+    const Eigen::Matrix3d translation = weighted * m.by_point;
+    const Eigen::Vector3d gradient = weighted * m.error;
+    const Eigen::Matrix3d mixed = cross_columns(point, translation);
+    n.information.topLeftCorner<3, 3>() += cross_columns(point, mixed.transpose());
+    n.information.topRightCorner<3, 3>() += mixed;
+    n.information.bottomRightCorner<3, 3>() += translation;
+    n.gradient.head<3>() += point.cross(gradient);
+    n.gradient.tail<3>() += gradient;
+    n.chi2 += m.error.dot(weight * m.error);
+  }
+  n.information.bottomLeftCorner<3, 3>() = n.information.topRightCorner<3, 3>().transpose();
+  return n;
+}
+
+// A pose is never worse known than a radian and ten times the lamps' spread: keeps weak ones
+// finite.
+Matrix6 with_floor(const Problem& problem, const Matrix6& information) {
+  Matrix6 m = information;
+  const double spread = 10 * problem.size_m;
+  m.diagonal().head<3>().array() += 1;
+  m.diagonal().tail<3>().array() += 1 / (spread * spread);
+  return m;
+}
+
+// By 3x3 blocks (Schur's complement): several times faster than a general inverse.
+Matrix6 invert(const Problem& problem, const Matrix6& information) {
+  const Matrix6 m = with_floor(problem, information);
+  const Eigen::Matrix3d mixed = m.topRightCorner<3, 3>();
+  const Eigen::Matrix3d translation = m.bottomRightCorner<3, 3>().inverse();
+  const Eigen::Matrix3d gain = mixed * translation;
+  const Eigen::Matrix3d rest = m.topLeftCorner<3, 3>() - gain * mixed.transpose();
+  const Eigen::Matrix3d rotation = rest.inverse();
+  const Eigen::Matrix3d crossed = -rotation * gain;
+  Matrix6 inverse;
+  inverse << rotation, crossed, crossed.transpose(), translation - gain.transpose() * crossed;
+  return inverse;
+}
+
+}  // namespace
+
+bool compare(const Sighting& sighting, const Target& target, const Eigen::Matrix3d& rotation,
+             const Eigen::Vector3d& point, Mismatch& mismatch) {
+  const double depth = sighting.bearing.dot(point);
+  if (!(point.z() > 0) || !(depth > 0)) return false;
+  mismatch.error = sighting.tangent * point / depth;
+  mismatch.by_point = (sighting.tangent - mismatch.error * sighting.bearing.transpose()) / depth;
+  mismatch.covariance = sighting.covariance;
+  if (target.radius_m > 0) {
+    // The ellipse's centre is along C + (r^2 / C_z) (n_z n - e_z), not along C.
+    const Eigen::Vector3d normal = rotation * target.normal;
+    Eigen::Vector3d shift = normal.z() * normal;
+    shift.z() -= 1;
+    shift *= target.radius_m * target.radius_m / point.z();
+    mismatch.covariance.diagonal().array() +=
+        (sighting.tangent * shift).squaredNorm() / (depth * depth);
+  }
+  return true;
+}
+
+Matrix6 pose_covariance(const Problem& problem, const std::vector<Pair>& pairs,
+                        const Rigid3& pose) {
+  return invert(problem, normal_equations(problem, pairs, pose).information);
+}
+
+PoseEstimate fit_pose(const Problem& problem, const std::vector<Pair>& pairs, const Rigid3& start) {
+  constexpr int max_steps = 20;
+  constexpr double negligible = 1e-4;  // squared step in sigmas
+  PoseEstimate best;
+  best.pose = start;
+  NormalEquations n = normal_equations(problem, pairs, start);
+  double damping = 0;
+  for (int i = 0; i < max_steps; ++i) {
+    Matrix6 damped = with_floor(problem, n.information);
+    damped.diagonal() *= 1 + damping;
+    const Vector6 step = -damped.llt().solve(n.gradient);
+    const Rigid3 moved = perturb(best.pose, step);
+    const NormalEquations after = normal_equations(problem, pairs, moved);
+    if (after.chi2 <= n.chi2) {
+      best.pose = moved;
+      n = after;
+      damping /= 10;
+      if (step.dot(n.information * step) < negligible) break;
+    } else if (step.dot(n.information * step) < negligible) {
+      break;
+    } else {
+      damping = damping > 0 ? 10 * damping : 1e-3;
+    }
+  }
+  best.chi2 = n.chi2;
+  best.covariance = invert(problem, n.information);
+  return best;
+}
+
+}  // namespace occ::naming

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: the pose that best fits pairs of blobs and lamp centres, and how well it is known.
+// Levenberg-Marquardt on directions; good enough to decide what belongs together, not a result.
+#pragma once
+
+#include "libocc/identify/problem.hpp"
+
+namespace occ::naming {
+
+struct Pair {
+  int sighting = 0;
+  int target = 0;
+};
+
+struct PoseEstimate {
+  Rigid3 pose;  ///< camera from the local frame
+  Matrix6 covariance;
+  double chi2 = 0;
+};
+
+/// How a lamp's centre, `point` in the camera's frame, differs from a sighting.
+struct Mismatch {
+  Eigen::Vector2d error;                 ///< [rad]
+  Eigen::Matrix<double, 2, 3> by_point;  ///< d error / d point
+  Eigen::Matrix2d covariance;            ///< of the sighting, and for a lamp's centre not being its
+                                         ///< image's centre
+};
+
+/// False when the point is not in front of the camera and on the sighting's side.
+bool compare(const Sighting& sighting, const Target& target, const Eigen::Matrix3d& rotation,
+             const Eigen::Vector3d& point, Mismatch& mismatch);
+
+/// Covariance of a pose that its pairs determine (to first order; finite even where they do not).
+Matrix6 pose_covariance(const Problem& problem, const std::vector<Pair>& pairs, const Rigid3& pose);
+
+/// Best fit from `start`; three pairs suffice.
+PoseEstimate fit_pose(const Problem& problem, const std::vector<Pair>& pairs, const Rigid3& start);
+
+}  // namespace occ::naming

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/identify/problem.hpp"
+//
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace occ::naming {
+namespace {
+
+double lamp_radius(const Lamp& lamp) {
+  switch (lamp.shape) {
+    case LampShape::disc:
+      return lamp.radius_m;
+    case LampShape::rectangle:
+      return lamp.size_m.norm() / 2;
+    case LampShape::point:
+      break;
+  }
+  return 0;
+}
+
+void add_targets(Problem& problem) {
+  const std::vector<Lamp>& lamps = problem.scene->lamps;
+  for (const Lamp& lamp : lamps)
+    problem.origin += lamp.centre_m / static_cast<double>(lamps.size());
+  for (const Lamp& lamp : lamps) {
+    const Eigen::Vector3d centre = lamp.centre_m - problem.origin;
+    problem.targets.push_back({centre, lamp.normal.normalized(), lamp_radius(lamp)});
+    problem.size_m = std::max(problem.size_m, centre.norm());
+  }
+}
+
+Eigen::Matrix<double, 2, 3> tangent_plane(const Eigen::Vector3d& bearing) {
+  Eigen::Index smallest = 0;
+  bearing.cwiseAbs().minCoeff(&smallest);
+  const Eigen::Vector3d first = bearing.cross(Eigen::Vector3d::Unit(smallest)).normalized();
+  Eigen::Matrix<double, 2, 3> rows;
+  rows << first.transpose(), bearing.cross(first).transpose();
+  return rows;
+}
+
+// Nothing when the pixel is outside the camera's domain.
+std::optional<Sighting> make_sighting(const Problem& problem, int blob_index) {
+  constexpr double least_variance_px2 = 1e-8;  // noise-free blobs under a perfect model
+  const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(blob_index)];
+  Eigen::Matrix<double, 3, 2> jacobian;
+  const auto bearing = problem.scene->camera.unproject(blob.centroid_px, &jacobian);
+  if (!bearing) return std::nullopt;
+  Sighting s;
+  s.blob = blob_index;
+  s.bearing = *bearing;
+  s.tangent = tangent_plane(s.bearing);
+  const double model = problem.options->model_sigma_px;
+  const Eigen::Matrix2d pixel_covariance =
+      blob.covariance_px2 + (model * model + least_variance_px2) * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d across = s.tangent * jacobian;
+  s.covariance = across * pixel_covariance * across.transpose();
+  s.sigma_rad = std::sqrt(s.covariance.trace());
+  return s;
+}
+
+// Lamps whose code agrees with the blob's frequency and is as near to it as any; none when the
+// frequency is absent or fits no code.
+std::vector<int> lamps_of_frequency(const Blob& blob, const Problem& problem) {
+  std::vector<int> lamps;
+  if (!problem.options->use_frequency || !blob.frequency_hz) return lamps;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < static_cast<int>(problem.targets.size()); ++i) {
+    const auto& code = problem.scene->lamps[static_cast<std::size_t>(i)].frequency_hz;
+    if (!code) continue;
+    const double off = std::abs(*blob.frequency_hz - *code);
+    const double gate = problem.options->frequency_gate_sigma * blob.frequency_sigma_hz +
+                        problem.options->frequency_tolerance * *code;
+    if (!(off <= gate) || off > nearest) continue;
+    if (off < nearest) lamps.clear();
+    nearest = off;
+    lamps.push_back(i);
+  }
+  return lamps;
+}
+
+void name_by_frequency(Sighting& s, const Problem& problem) {
+  const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(s.blob)];
+  s.lamps = lamps_of_frequency(blob, problem);
+  s.named = !s.lamps.empty();
+  if (s.named) return;
+  for (int i = 0; i < static_cast<int>(problem.targets.size()); ++i) s.lamps.push_back(i);
+}
+
+// Merged blobs serve as whole ones when there are too few of those.
+void add_sightings(Problem& problem) {
+  const std::vector<Blob>& blobs = *problem.blobs;
+  const auto whole = std::count_if(blobs.begin(), blobs.end(),
+                                   [](const Blob& b) { return !b.cut_by_border && !b.merged; });
+  for (int i = 0; i < static_cast<int>(blobs.size()); ++i) {
+    const Blob& blob = blobs[static_cast<std::size_t>(i)];
+    if (blob.cut_by_border || (blob.merged && whole >= 3)) {
+      problem.weak_blobs.push_back(i);
+    } else if (std::optional<Sighting> s = make_sighting(problem, i)) {
+      name_by_frequency(*s, problem);
+      problem.sightings.push_back(std::move(*s));
+    }
+  }
+  std::stable_sort(problem.sightings.begin(), problem.sightings.end(),
+                   [&](const Sighting& a, const Sighting& b) {
+                     if (a.named != b.named) return a.named;
+                     return blobs[static_cast<std::size_t>(a.blob)].flux_dn >
+                            blobs[static_cast<std::size_t>(b.blob)].flux_dn;
+                   });
+  if (problem.sightings.size() > max_sightings) problem.sightings.resize(max_sightings);
+}
+
+}  // namespace
+
+Problem make_problem(const std::vector<Blob>& blobs, const Scene& scene,
+                     const IdentifyOptions& options) {
+  Problem problem;
+  problem.blobs = &blobs;
+  problem.scene = &scene;
+  problem.options = &options;
+  add_targets(problem);
+  add_sightings(problem);
+  problem.allowed.assign(problem.sightings.size() * problem.targets.size(), 0);
+  for (std::size_t i = 0; i < problem.sightings.size(); ++i)
+    for (const int lamp : problem.sightings[i].lamps)
+      problem.allowed[i * problem.targets.size() + static_cast<std::size_t>(lamp)] = 1;
+  return problem;
+}
+
+}  // namespace occ::naming

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: what the search for names needs, prepared once: blobs as bearings with the covariance
+// of their direction, lamps about a local origin (so that large world coordinates cost no digits),
+// and which blob may be which lamp.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <vector>
+
+#include "libocc/identify/identify.hpp"
+
+namespace occ::naming {
+
+/// A blob that is a whole lamp. The direction of a point Y is compared with it in its tangent
+/// plane: e = tangent Y / (bearing . Y), in radians to first order.
+struct Sighting {
+  int blob = 0;
+  Eigen::Vector3d bearing;              ///< unit, camera frame
+  Eigen::Matrix<double, 2, 3> tangent;  ///< orthonormal rows across the bearing
+  Eigen::Matrix2d covariance;           ///< [rad^2] in that plane, the model's error included
+  double sigma_rad = 0;                 ///< largest standard deviation
+  bool named = false;                   ///< by its frequency
+  std::vector<int> lamps;               ///< those it may be
+};
+
+struct Target {
+  Eigen::Vector3d centre;  ///< about the local origin [m]
+  Eigen::Vector3d normal;
+  double radius_m = 0;  ///< of the smallest circle around it
+};
+
+struct Problem {
+  const std::vector<Blob>* blobs = nullptr;
+  const Scene* scene = nullptr;
+  const IdentifyOptions* options = nullptr;
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< of the local frame, in the world
+  double size_m = 0;                                 ///< largest distance of a lamp from it
+  std::vector<Target> targets;                       ///< one for each lamp, in the scene's order
+  std::vector<Sighting> sightings;                   ///< named first, then the brightest
+  std::vector<int>
+      weak_blobs;             ///< cut or merged: their centroid says little, their place something
+  std::vector<char> allowed;  ///< [sighting * targets + target]
+
+  bool may_be(int sighting, int target) const {
+    return allowed[static_cast<std::size_t>(sighting) * targets.size() +
+                   static_cast<std::size_t>(target)] != 0;
+  }
+  const Sighting& sighting(int i) const { return sightings[static_cast<std::size_t>(i)]; }
+  const Target& target(int i) const { return targets[static_cast<std::size_t>(i)]; }
+  Rigid3 from_world(const Rigid3& cam_from_local) const {
+    return {cam_from_local.rotation, cam_from_local.translation - cam_from_local.rotation * origin};
+  }
+};
+
+/// More whole blobs than this are not looked at; the brightest are.
+inline constexpr std::size_t max_sightings = 64;
+
+Problem make_problem(const std::vector<Blob>& blobs, const Scene& scene,
+                     const IdentifyOptions& options);
+
+}  // namespace occ::naming

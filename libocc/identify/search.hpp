@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: all explanations of the blobs that explain as many of them as any does.
+#pragma once
+
+#include "libocc/identify/explain.hpp"
+#include "libocc/identify/triples.hpp"
+
+namespace occ::naming {
+
+class Search {
+ public:
+  explicit Search(const Problem& problem);
+
+  void run();
+
+  /// Best first; all pair the same number of blobs.
+  const std::vector<Explanation>& found() const { return found_; }
+  /// Explanations by accident that are to be expected to pair as many blobs as the best one.
+  double chance() const;
+  int tried() const { return tried_; }  ///< namings of three blobs
+  bool cut_short() const { return cut_short_; }
+
+ private:
+  struct Seed {
+    Naming naming;
+    int extra = 0;  // pairs found beyond these, before any fit
+  };
+
+  void try_triple(const BlobTriple& triple);
+  void try_naming(const Naming& naming);
+  void consider(const Rigid3& pose, const Naming& naming);
+  void keep(Explanation explanation);
+  void merge_and_rank();
+  bool contradicts_view(const Naming& naming) const;
+  std::size_t least_pairs(const Naming& naming) const;
+  int false_lights() const;
+
+  const Problem& problem_;
+  bool prior_ = false;
+  std::vector<Explanation> found_;
+  std::size_t most_pairs_ = 0;
+  int tried_ = 0;
+  std::vector<Seed>
+      seeds_;  // poses from three pairs that face their lamps and agree with the prior
+  bool cut_short_ = false;
+};
+
+}  // namespace occ::naming

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/identify/visibility.hpp"
+//
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+namespace occ::naming {
+namespace {
+
+struct Expected {
+  int lamp = 0;
+  Eigen::Vector2d px;
+  double radius_px = 0;
+  double cos_emission = 0;
+};
+
+// Where an unpaired lamp's image must be; nothing when it shows its dark side or is out of view.
+std::optional<Expected> expect(const Problem& problem, int lamp, const Rigid3& pose) {
+  const Target& target = problem.target(lamp);
+  const Eigen::Vector3d to_camera = pose.origin_in_source() - target.centre;
+  const double distance = to_camera.norm();
+  if (!faces(target, pose.origin_in_source())) return std::nullopt;
+  const Camera& camera = problem.scene->camera;
+  const auto px = camera.project(pose * target.centre);
+  if (!px) return std::nullopt;
+  const double focal_px = std::max(camera.fx_px(), camera.fy_px());
+  return Expected{lamp, *px, focal_px * target.radius_m / distance,
+                  target.normal.dot(to_camera) / distance};
+}
+
+// Distance of a point from a blob's bounding box; 0 inside.
+double distance_px(const Blob& blob, const Eigen::Vector2d& px) {
+  const Eigen::Vector2d low(blob.x0, blob.y0), high(blob.x1, blob.y1);
+  return (px - px.cwiseMax(low).cwiseMin(high)).norm();
+}
+
+double inside_px(const Camera& camera, const Eigen::Vector2d& px) {
+  return std::min(std::min(px.x(), camera.width() - 1 - px.x()),
+                  std::min(px.y(), camera.height() - 1 - px.y()));
+}
+
+// A merged blob covers its lamps' centres; of a cut one the visible part is within a radius.
+bool may_hold(const Blob& blob, const Expected& expected, double margin_px) {
+  const double reach = blob.cut_by_border ? expected.radius_px + margin_px : margin_px;
+  return distance_px(blob, expected.px) <= reach;
+}
+
+// The weak blob nearest to where the lamp must be; -1 when there is none.
+int find_weak_blob(const Problem& problem, const std::vector<Match>& attached,
+                   const Expected& expected, double margin_px) {
+  int nearest = -1;
+  double least = std::numeric_limits<double>::infinity();
+  for (const int index : problem.weak_blobs) {
+    const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(index)];
+    const bool taken = std::any_of(attached.begin(), attached.end(),
+                                   [&](const Match& m) { return m.blob == index; });
+    const double distance = (blob.centroid_px - expected.px).norm();
+    if (taken || distance >= least || !may_hold(blob, expected, margin_px)) continue;
+    nearest = index;
+    least = distance;
+  }
+  return nearest;
+}
+
+// Behind the image of another lamp, or in a blob that holds several.
+bool is_covered(const Problem& problem, const Expected& expected, double margin_px) {
+  return std::any_of(problem.blobs->begin(), problem.blobs->end(),
+                     [&](const Blob& blob) { return distance_px(blob, expected.px) <= margin_px; });
+}
+
+}  // namespace
+
+void account_for_unpaired(const Problem& problem, Explanation& explanation) {
+  constexpr double least_cos_emission = 0.1;  // a lamp seen edge-on is too faint to be missed
+  const double margin_px = problem.options->gate_sigma * (problem.options->model_sigma_px + 0.5);
+  for (int lamp = 0; lamp < static_cast<int>(problem.targets.size()); ++lamp) {
+    const bool paired = std::any_of(explanation.pairs.begin(), explanation.pairs.end(),
+                                    [&](const Pair& p) { return p.target == lamp; });
+    if (paired) continue;
+    const std::optional<Expected> expected = expect(problem, lamp, explanation.estimate.pose);
+    if (!expected) continue;
+    const int weak = find_weak_blob(problem, explanation.attached, *expected, margin_px);
+    if (weak >= 0) explanation.attached.push_back({lamp, weak});
+    const bool well_inside =
+        inside_px(problem.scene->camera, expected->px) > expected->radius_px + margin_px;
+    if (weak >= 0 || !well_inside || expected->cos_emission < least_cos_emission ||
+        is_covered(problem, *expected, margin_px))
+      continue;
+    ++explanation.missed;
+    explanation.chi2 += problem.options->miss_penalty;
+  }
+}
+
+}  // namespace occ::naming

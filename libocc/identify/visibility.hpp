@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: what a pose says about the lamps that no whole blob was paired with.
+#pragma once
+
+#include "libocc/identify/explain.hpp"
+
+namespace occ::naming {
+
+/// Gives weak blobs (cut by the border, merged) to lamps that must be there, and counts and charges
+/// the lamps that should be well inside the image but are not.
+void account_for_unpaired(const Problem& problem, Explanation& explanation);
+
+}  // namespace occ::naming
