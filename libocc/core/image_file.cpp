@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstring>
+#include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
 
@@ -20,6 +21,7 @@ namespace {
 
 cv::Mat decode(const std::string& path, std::string bytes) {
   if (bytes.empty()) fail(path, "is empty, not an image");
+  if (bytes.size() > std::numeric_limits<int>::max()) fail(path, "is larger than 2 GiB");
   try {
     const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8U, bytes.data());
     return cv::imdecode(buffer, cv::IMREAD_UNCHANGED);
