@@ -16,9 +16,11 @@
 namespace occ {
 namespace {
 
-constexpr std::size_t max_bytes = 4u << 20;  // some 20000 lamps
+constexpr std::size_t max_bytes = 4u << 20;  // some 50000 lamps
 constexpr std::size_t max_nodes = 1000000;
-constexpr std::size_t max_depth = 16;  // a scene needs 4
+constexpr std::size_t max_depth = 16;    // a scene needs 4
+constexpr int max_open_brackets = 1000;  // texts may hold some too
+constexpr char too_deep[] = "nested deeper than a scene can be";
 
 [[noreturn]] void fail(const std::string& name, int line, const std::string& reason) {
   throw std::runtime_error(name + ":" + std::to_string(line) + ": " + reason);
@@ -78,7 +80,7 @@ class TreeBuilder : public YAML::EventHandler {
   }
 
   void open(std::shared_ptr<YamlNode> made, YAML::anchor_t anchor) {
-    if (open_.size() >= max_depth) fail(name_, made->line, "nested deeper than a scene can be");
+    if (open_.size() >= max_depth) fail(name_, made->line, too_deep);
     open_.push_back({std::move(made), anchor, false, {}});
   }
 
@@ -123,12 +125,16 @@ void require_text(const std::string& text, const std::string& name) {
   if (text.size() > max_bytes)
     throw std::runtime_error(name + ": " + std::to_string(text.size()) +
                              " bytes are more than a scene or camera file can have");
-  int line = 1;
+  int line = 1, open = 0;
   for (const char c : text) {
     const bool is_text =
         static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\r' || c == '\t';
     if (!is_text) fail(name, line, "not a text file");
     if (c == '\n') ++line;
+    // The scanner would queue every open bracket, 200 bytes each, before the parser sees the depth.
+    if (c == '[' || c == '{') ++open;
+    if ((c == ']' || c == '}') && open > 0) --open;
+    if (open > max_open_brackets) fail(name, line, too_deep);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <stdexcept>
+#include <unordered_map>
 
 #include "libocc/scene/internal/angle.hpp"
 
@@ -47,10 +48,10 @@ std::string joined(const std::vector<std::string>& words) {
 YamlSection::YamlSection(std::shared_ptr<const YamlNode> node, int line, std::string file,
                          std::string path)
     : node_(std::move(node)), line_(line), file_(std::move(file)), path_(std::move(path)) {
-  for (auto entry = node_->entries.begin(); entry != node_->entries.end(); ++entry) {
-    const YamlNode::Entry* first = node_->find(entry->key);
-    if (first != &*entry)
-      fail(entry->key, "is given twice, first in line " + std::to_string(first->line));
+  std::unordered_map<std::string, int> line_of;  // not find(): a hostile file has many keys
+  for (const YamlNode::Entry& entry : node_->entries) {
+    const auto [first, is_new] = line_of.emplace(entry.key, entry.line);
+    if (!is_new) fail(entry.key, "is given twice, first in line " + std::to_string(first->second));
   }
 }
 
