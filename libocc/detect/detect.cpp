@@ -16,17 +16,6 @@ namespace {
 
 using detecting::Component;
 
-/// Stored level from which on a channel is clipped: at full scale, or where the full well is. Read
-/// noise blurs the latter.
-double clipped_from_dn(const ImageView& image, const Sensor* sensor) {
-  const double highest = image.type == PixelType::u8 ? 255 : 65535;
-  if (!sensor) return highest;
-  const double read_noise_dn = sensor->gain_dn_per_e * sensor->read_noise_e;
-  const double full_well_dn = sensor->grey_level(sensor->full_well_e);
-  const double margin_dn = full_well_dn < sensor->full_scale_dn() ? 3 * read_noise_dn : 0;
-  return std::min({highest, sensor->full_scale_dn(), std::floor(full_well_dn - margin_dn)});
-}
-
 void keep_brightest(std::vector<Component>& components, int count) {
   const auto keep = static_cast<std::size_t>(count);
   if (components.size() <= keep) return;
@@ -68,20 +57,21 @@ std::vector<Blob> detect(const ImageView& image, const DetectOptions& options) {
   image.validate();
   options.validate();
   const Sensor* sensor = options.sensor ? &*options.sensor : nullptr;
+  const detecting::LinearImage linear(image, sensor);
   const detecting::Background background(image, sensor);
   detecting::ThresholdRule rule;
   rule.sigma = options.threshold_sigma;
   rule.level_dn = options.threshold_dn;
-  rule.full_scale_dn = clipped_from_dn(image, sensor);
+  rule.full_scale_dn = linear.full_scale_dn();
   rule.min_area_px = options.min_area_px;
   std::vector<Component> components = detecting::find_components(image, background, rule);
 
-  const detecting::LinearImage linear(image, sensor);
   std::vector<Blob> blobs;
   keep_brightest(components, options.max_blobs);
   blobs.reserve(components.size());
+  detecting::Patch scratch;
   for (const Component& component : components)
-    blobs.push_back(detecting::measure(linear, component, options));
+    blobs.push_back(detecting::measure(linear, component, options, scratch));
   std::sort(blobs.begin(), blobs.end(), comes_before);
   return blobs;
 }

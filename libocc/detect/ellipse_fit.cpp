@@ -13,7 +13,7 @@ using Vector5 = Eigen::Matrix<double, 5, 1>;
 
 constexpr int parameters = 5;  // centre x, y; shape xx, xy, yy
 constexpr int max_steps = 20;
-constexpr double converged = 1e-10;  // of the ellipse's size
+constexpr double converged = 1e-8;  // of the ellipse's size
 
 bool is_ellipse(const Conic& conic) {
   return conic.centre.allFinite() && conic.shape.allFinite() && conic.shape(0, 0) > 0 &&

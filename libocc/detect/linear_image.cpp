@@ -22,12 +22,21 @@ void read(const P& pixels, int y, int x0, int count, F&& to_linear, float* out) 
   }
 }
 
+/// Full scale, or where the full well is when that comes first: the read noise then blurs it.
+double clipped_from_dn(const ImageView& view, const Sensor* sensor) {
+  const double highest = view.type == PixelType::u8 ? 255 : 65535;
+  if (!sensor) return highest;
+  const double full_scale = std::min(highest, sensor->full_scale_dn());
+  const double full_well = sensor->grey_level(sensor->full_well_e);
+  if (full_well >= full_scale) return full_scale;
+  return std::floor(full_well - 3 * sensor->gain_dn_per_e * sensor->read_noise_e);
+}
+
 }  // namespace
 
-LinearImage::LinearImage(const ImageView& view, const Sensor* sensor) : view_(view) {
-  full_scale_dn_ = view.type == PixelType::u8 ? 255 : 65535;
+LinearImage::LinearImage(const ImageView& view, const Sensor* sensor)
+    : view_(view), full_scale_dn_(clipped_from_dn(view, sensor)) {
   if (!sensor) return;
-  full_scale_dn_ = std::min(full_scale_dn_, sensor->full_scale_dn());
   if (sensor->response == Response::linear) {
     offset_dn_ = sensor->black_level_dn;
     return;

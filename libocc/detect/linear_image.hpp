@@ -29,7 +29,7 @@ class LinearImage {
   /// d linear / d stored at a stored grey level; 1 for a linear response.
   double slope(double stored_dn) const;
 
-  /// Stored value at which a channel is clipped.
+  /// Stored value from which on a channel is clipped.
   double full_scale_dn() const { return full_scale_dn_; }
 
  private:

@@ -1,29 +1,54 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/detect/measure.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+#include "libocc/detect/rim.hpp"
+#include "libocc/detect/spot.hpp"
 
 namespace occ::detecting {
 namespace {
 
+constexpr double least_rim_px = 3;        // semi-minor axis of a disc that has a rim to speak of
+constexpr double most_spot_px = 5;        // of what may be measured as a spot
+constexpr double saturated_share = 0.05;  // of the pixels, for the rim to be that of a clipped disc
+constexpr double default_psf_px = 0.8;
+constexpr std::int64_t most_pixels = 1 << 22;  // in a patch; anything larger is no lamp
+constexpr int skirt_px = 2;                    // light just outside the box, below the threshold
+
 /// Ellipse of uniform brightness that has these second moments.
-Ellipse ellipse_of(double x, double y, double xx, double xy, double yy) {
-  const double middle = 0.5 * (xx + yy), half = std::hypot(0.5 * (xx - yy), xy);
+Ellipse ellipse_of(const Eigen::Vector2d& centre, const Eigen::Matrix2d& moments) {
+  const double middle = 0.5 * moments.trace();
+  const double half = std::hypot(0.5 * (moments(0, 0) - moments(1, 1)), moments(0, 1));
   Ellipse ellipse;
-  ellipse.centre_px = {x, y};
+  ellipse.centre_px = centre;
   ellipse.semi_major_px = 2 * std::sqrt(std::max(0.0, middle + half));
   ellipse.semi_minor_px = 2 * std::sqrt(std::max(0.0, middle - half));
-  ellipse.angle_rad = half > 0 ? 0.5 * std::atan2(2 * xy, xx - yy) : 0;
+  if (half > 0)
+    ellipse.angle_rad = 0.5 * std::atan2(2 * moments(0, 1), moments(0, 0) - moments(1, 1));
   return ellipse;
 }
 
-}  // namespace
+Eigen::Vector2d mean_of(const Moments& m) { return {m.mean_x(), m.mean_y()}; }
 
-Blob moments_blob(const Component& component) {
+Eigen::Matrix2d variance_of(const Moments& m) {
+  Eigen::Matrix2d out;
+  out << m.variance_x(), m.covariance(), m.covariance(), m.variance_y();
+  return out;
+}
+
+/// What the one pass over the image knows.
+Blob coarse_blob(const Component& component) {
+  const Moments& light = component.grey.sum > 0 ? component.grey : component.shape;
   Blob blob;
-  const Moments& grey = component.grey.sum > 0 ? component.grey : component.shape;
-  blob.centroid_px = {grey.mean_x(), grey.mean_y()};
+  blob.centroid_px = mean_of(light);
+  blob.ellipse = ellipse_of(blob.centroid_px, variance_of(light));
   blob.flux_dn = component.grey.sum;
+  blob.flux_sigma_dn = component.noise_dn * std::sqrt(component.area_px);
   blob.peak_dn = component.peak_dn;
   blob.background_dn = component.background_dn;
   blob.noise_dn = component.noise_dn;
@@ -32,23 +57,123 @@ Blob moments_blob(const Component& component) {
   blob.y0 = component.y0;
   blob.x1 = component.x1;
   blob.y1 = component.y1;
-  blob.ellipse = ellipse_of(grey.mean_x(), grey.mean_y(), grey.variance_x(), grey.covariance(),
-                            grey.variance_y());
   blob.saturated = component.saturated_px > 0;
   blob.cut_by_border = component.touches_border;
-  const double variance = component.noise_dn * component.noise_dn;
-  blob.flux_sigma_dn = std::sqrt(variance * component.area_px);
-  // Of a centroid of area A under white noise: sigma^2 * (second moment of the area) / flux^2.
-  const double scale = variance * component.area_px / (grey.sum * grey.sum);
-  const Moments& shape = component.shape;
-  blob.covariance_px2 << scale * shape.variance_x(), scale * shape.covariance(),
-      scale * shape.covariance(), scale * shape.variance_y();
-  blob.covariance_px2.diagonal().array() += 1e-6;
+  // White noise over the component's area moves the centroid by its second moments.
+  const double relative = blob.flux_sigma_dn / light.sum;
+  blob.covariance_px2 = relative * relative * variance_of(component.shape);
   return blob;
 }
 
-Blob measure(const LinearImage&, const Component& component, const DetectOptions&) {
-  return moments_blob(component);
+/// The centre is only known to lie well inside: what was measured is not one whole lamp.
+void loosen(Blob& blob) {
+  const double spread = 0.25 * std::max(blob.x1 - blob.x0 + 1, blob.y1 - blob.y0 + 1);
+  blob.covariance_px2 += spread * spread * Eigen::Matrix2d::Identity();
+}
+
+/// Sum of the signal in the box and its skirt, with the noise of its pixels and of the background.
+void measure_flux(const Patch& patch, const Component& component, Blob& blob) {
+  const int x0 = std::max(patch.x0(), component.x0 - skirt_px);
+  const int y0 = std::max(patch.y0(), component.y0 - skirt_px);
+  const int x1 = std::min(patch.x0() + patch.width() - 1, component.x1 + skirt_px);
+  const int y1 = std::min(patch.y0() + patch.height() - 1, component.y1 + skirt_px);
+  double sum = 0;
+  for (int y = y0; y <= y1; ++y) {
+    const float* row = patch.at(x0, y);
+    for (int x = x0; x <= x1; ++x) sum += *row++;
+  }
+  const double pixels = static_cast<double>(x1 - x0 + 1) * (y1 - y0 + 1);
+  const double common = pixels * patch.background_sigma_dn();
+  const Noise& noise = patch.noise();
+  blob.flux_dn = sum;
+  blob.flux_sigma_dn =
+      std::sqrt(pixels * noise.floor + std::max(0.0, sum) * noise.per_dn + common * common);
+}
+
+/// Centroid and second moments of the component's linear signal.
+void measure_moments(const Patch& patch, const Component& component, Blob& blob) {
+  const double limit = 5 * std::sqrt(patch.noise().floor);
+  Moments light, noise;
+  for (int y = component.y0; y <= component.y1; ++y) {
+    const float* row = patch.at(component.x0, y);
+    for (int x = component.x0; x <= component.x1; ++x) {
+      const double v = *row++;
+      if (v <= limit) continue;
+      const double dx = x - blob.centroid_px.x(), dy = y - blob.centroid_px.y();
+      const double variance = patch.noise().variance(v);
+      light += {v, v * dx, v * dy, v * dx * dx, v * dx * dy, v * dy * dy};
+      noise += {variance,           variance * dx,      variance * dy,
+                variance * dx * dx, variance * dx * dy, variance * dy * dy};
+    }
+  }
+  if (!(light.sum > 0)) return;
+  blob.covariance_px2 << noise.xx, noise.xy, noise.xy, noise.yy;
+  blob.covariance_px2 /= light.sum * light.sum;
+  blob.centroid_px += mean_of(light);
+  blob.ellipse = ellipse_of(blob.centroid_px, variance_of(light));
+}
+
+bool use_rim(std::optional<Rim>&& rim, Blob& blob) {
+  if (!rim) return false;
+  blob.merged = rim->merged;
+  if (rim->merged) return false;
+  blob.centroid_px = rim->fit.conic.centre;
+  blob.covariance_px2 = rim->fit.centre_covariance_px2;
+  blob.ellipse = rim->fit.conic.ellipse();
+  blob.rim = std::move(rim->points);
+  return true;
+}
+
+bool use_spot(const std::optional<Spot>& spot, Blob& blob) {
+  if (!spot) return false;
+  blob.centroid_px = spot->centre_px;
+  blob.covariance_px2 = spot->covariance_px2;
+  blob.ellipse = ellipse_of(spot->centre_px, spot->second_moments_px2);
+  return true;
+}
+
+/// By the rim if there is one, else as a spot, else by moments.
+void measure_centre(const Patch& patch, const Component& component, const DetectOptions& options,
+                    Blob& blob) {
+  const double psf_px = options.sensor ? options.sensor->psf_sigma_px : default_psf_px;
+  const double blur2 = psf_px * psf_px + 1.0 / 12;  // with the pixel's box
+  const double minor2 = blob.ellipse.semi_minor_px * blob.ellipse.semi_minor_px - 4 * blur2;
+  const bool clipped = component.saturated_px > saturated_share * component.area_px;
+  if (options.rims && minor2 > least_rim_px * least_rim_px) {
+    if (use_rim(clipped ? measure_saturated_rim(patch, component)
+                        : measure_rim(patch, component, std::sqrt(blur2)),
+                blob)) {
+      return;
+    }
+  }
+  if (minor2 < most_spot_px * most_spot_px && !blob.merged) {
+    Eigen::Matrix2d start = variance_of(component.grey);
+    start.diagonal() = start.diagonal().cwiseMax(blur2);
+    if (use_spot(measure_spot(patch, blob.centroid_px, start), blob)) return;
+  }
+  measure_moments(patch, component, blob);
+}
+
+}  // namespace
+
+Blob measure(const LinearImage& image, const Component& component, const DetectOptions& options,
+             Patch& scratch) {
+  Blob blob = coarse_blob(component);
+  const std::int64_t width = component.x1 - component.x0 + 1;
+  if (width * (component.y1 - component.y0 + 1) > most_pixels) {
+    loosen(blob);
+    return blob;
+  }
+  const double limit_stored = options.threshold_dn.value_or(
+      component.background_dn + options.threshold_sigma * component.noise_dn);
+  const Sensor* sensor = options.sensor ? &*options.sensor : nullptr;
+  scratch.load(image, component, image.linear_dn(limit_stored), sensor);
+  blob.noise_dn = std::sqrt(scratch.noise().floor);
+  measure_flux(scratch, component, blob);
+
+  measure_centre(scratch, component, options, blob);
+  if (blob.rim.empty() && (blob.merged || blob.cut_by_border)) loosen(blob);
+  return blob;
 }
 
 }  // namespace occ::detecting

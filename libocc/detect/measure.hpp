@@ -6,12 +6,12 @@
 #include "libocc/detect/component.hpp"
 #include "libocc/detect/detect.hpp"
 #include "libocc/detect/linear_image.hpp"
+#include "libocc/detect/patch.hpp"
 
 namespace occ::detecting {
 
-Blob measure(const LinearImage& image, const Component& component, const DetectOptions& options);
-
-/// The blob as its moments have it, without a look at the pixels.
-Blob moments_blob(const Component& component);
+/// `scratch` keeps its storage from blob to blob.
+Blob measure(const LinearImage& image, const Component& component, const DetectOptions& options,
+             Patch& scratch);
 
 }  // namespace occ::detecting

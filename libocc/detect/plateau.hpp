@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: the light inside a disc, a smooth surface, fitted where the blur of the rim does not
+// reach and carried on across the rim.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+
+#include "libocc/detect/ellipse_fit.hpp"
+#include "libocc/detect/patch.hpp"
+
+namespace occ::detecting {
+
+class Plateau {
+ public:
+  /// Least squares over the pixels further than `clear_px` inside the ellipse: a constant, plane or
+  /// paraboloid, whatever the number of pixels bears. Nothing when there are hardly any.
+  static std::optional<Plateau> fit(const Patch& patch, const Conic& conic, double clear_px);
+
+  /// Signal of the unblurred disc at a pixel.
+  double operator()(double x, double y) const {
+    const double u = (x - centre_.x()) * scale_, v = (y - centre_.y()) * scale_;
+    return c_[0] + u * (c_[1] + u * c_[3] + v * c_[4]) + v * (c_[2] + v * c_[5]);
+  }
+
+  double level() const { return c_[0]; }         ///< at the centre
+  double variance() const { return variance_; }  ///< of a pixel about the surface
+  int pixels() const { return pixels_; }
+
+ private:
+  Eigen::Vector2d centre_ = Eigen::Vector2d::Zero();
+  double scale_ = 1;
+  std::array<double, 6> c_{};  // 1, u, v, u^2, u v, v^2
+  double variance_ = 0;
+  int pixels_ = 0;
+};
+
+}  // namespace occ::detecting

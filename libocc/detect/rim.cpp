@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/detect/rim.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "libocc/detect/normal_table.hpp"
+#include "libocc/detect/outline.hpp"
+#include "libocc/detect/plateau.hpp"
+#include "libocc/detect/rim_line.hpp"
+
+namespace occ::detecting {
+namespace {
+
+constexpr double window_sigmas = 3;   // of the edge's blur, each way
+constexpr double clear_sigmas = 2.5;  // inside the rim, where the plateau is read
+constexpr int most_passes = 6;
+constexpr double settled_px = 0.01;  // shift of the ellipse's centre and change of the blur
+constexpr double least_blur_px = 0.3, most_blur_px = 4;
+constexpr double most_misfit = 0.05;  // of the profiles, root mean square over the plateau
+constexpr double least_minor_px = 3;
+
+double square(double v) { return v * v; }
+
+/// Plateau, blur and noise: what a rim's profile is compared with.
+struct Model {
+  Plateau plateau;
+  Noise noise;
+  double blur_px = 0;
+};
+
+/// Goes over the rim's lines; adds a point for each and sums what they say together.
+class Profiles {
+ public:
+  Profiles(const Patch& patch, const Model& model)
+      : patch_(patch),
+        model_(model),
+        dim_(std::max(5 * std::sqrt(model.noise.floor), 0.05 * model.plateau.level())) {}
+
+  void add(const RimLine& line) {
+    // Seen along the line the edge is blurred more and displaced.
+    const double blur = model_.blur_px / line.cosine();
+    const double edge = line.edge + displacement(line);
+    const int low = static_cast<int>(std::ceil(edge - window_sigmas * blur));
+    const int high = static_cast<int>(std::floor(edge + window_sigmas * blur));
+    if (!line.inside(patch_, low, high)) return;
+    const double chord = line.outward * (line.edge - line.opposite);
+    const bool thin = chord < 2 * window_sigmas * blur;
+    const float* pixel = line.pixel(patch_, low);
+    const std::ptrdiff_t step = line.step(patch_);
+    Sums sums;
+    for (int along = low; along <= high; ++along, pixel += step) {
+      const double z = line.outward * (along - edge) / blur;
+      if (z > 2 && *pixel > dim_) return;  // another light is too close
+      const NormalTable::Value normal = table_(z);
+      double cover = 1 - normal.below;
+      if (thin) cover -= 1 - table_(z + chord / blur).below;
+      const Eigen::Vector2d at = line.point(along);
+      sums.add(*pixel, model_.plateau(at.x(), at.y()), cover, z, normal.density, model_.noise);
+    }
+    if (!(sums.weight > 0)) return;
+    const double shift = blur * sums.shift / sums.weight;
+    const double sigma = blur * std::sqrt(sums.variance) / sums.weight;
+    points.push_back(
+        {line.point(line.edge + line.outward * shift), line.normal(), sigma * line.cosine()});
+    total += sums;
+  }
+
+  /// Relative change of the blur that the profiles ask for.
+  double blur_change() const { return total.blur / total.blur_weight; }
+
+  /// Misfit of the profiles beyond noise, relative to the plateau.
+  double misfit() const {
+    return std::sqrt(std::max(0.0, total.misfit - total.expected) / total.light);
+  }
+
+  std::vector<RimPoint> points;
+
+ private:
+  struct Sums {
+    double shift = 0, weight = 0, variance = 0;  // weighted by the edge's derivative
+    double blur = 0, blur_weight = 0;
+    double misfit = 0, expected = 0, light = 0;
+
+    void add(double signal, double level, double cover, double z, double density,
+             const Noise& noise) {
+      const double residual = signal - level * cover;
+      const double pixel_variance = noise.variance(level * cover);
+      shift += density * residual;
+      weight += density * density * level;
+      variance += density * density * pixel_variance;
+      const double by_blur = level * density * z;
+      blur += by_blur * residual;
+      blur_weight += by_blur * by_blur;
+      misfit += residual * residual;
+      expected += pixel_variance;
+      light += level * level;
+    }
+
+    Sums& operator+=(const Sums& other) {
+      blur += other.blur;
+      blur_weight += other.blur_weight;
+      misfit += other.misfit;
+      expected += other.expected;
+      light += other.light;
+      return *this;
+    }
+  };
+
+  /// Where the blurred edge of a bent rim appears, from the rim: the offsets that blur adds have
+  /// mean bend s^2/2 and a third moment 3 slope^2 bend s^4, which moves the edge that the weight
+  /// (as wide as the edge itself) sees by minus a sixth of it over the summed variance.
+  double displacement(const RimLine& line) const {
+    const double slope2 = square(line.slope);
+    return 0.5 * line.bend * square(model_.blur_px) * (1 - slope2 / (2 * (1 + slope2)));
+  }
+
+  const Patch& patch_;
+  const Model& model_;
+  const double dim_;  ///< signal of an edge's dark side
+  const NormalTable& table_ = NormalTable::get();
+  Sums total;
+};
+
+/// The patch's noise; shot noise that no sensor tells is read from the plateau's scatter, and so is
+/// a texture that exceeds what the sensor tells.
+Noise noise_of(const Patch& patch, const Plateau& plateau) {
+  Noise noise = patch.noise();
+  const double measured = (plateau.variance() - noise.floor) / plateau.level();
+  if (!noise.known || measured > 2 * noise.per_dn) noise.per_dn = std::max(0.0, measured);
+  return noise;
+}
+
+}  // namespace
+
+void widen_sigmas(Rim& rim) {
+  const double excess = rim.fit.chi2 / std::max(1, rim.fit.dof);
+  if (!(excess > 1.5)) return;
+  for (RimPoint& point : rim.points) point.sigma_px *= std::sqrt(excess);
+  rim.fit.centre_covariance_px2 *= excess;
+  rim.fit.chi2 /= excess;
+}
+
+std::optional<Rim> measure_rim(const Patch& patch, const Component& component, double blur_px) {
+  const std::optional<Outline> outline =
+      find_outline(patch, component, 0.5 * typical_signal(patch, component));
+  if (!outline) return std::nullopt;
+  Rim rim;
+  rim.merged = outline->merged;
+  if (rim.merged) return rim;
+  Conic conic = outline->conic;
+  rim.blur_px = blur_px;
+  for (int pass = 0; pass < most_passes; ++pass) {
+    if (conic.ellipse().semi_minor_px < least_minor_px) return std::nullopt;
+    const std::optional<Plateau> plateau = Plateau::fit(patch, conic, clear_sigmas * rim.blur_px);
+    if (!plateau || !(plateau->level() > 0)) return std::nullopt;
+    const Model model{*plateau, noise_of(patch, *plateau), rim.blur_px};
+    Profiles profiles(patch, model);
+    for_each_rim_line(conic, [&](const RimLine& line) { profiles.add(line); });
+    const std::optional<EllipseFit> fit = fit_ellipse(profiles.points, conic);
+    if (!fit) return std::nullopt;
+    const double blur = rim.blur_px * (1 + std::clamp(profiles.blur_change(), -0.4, 0.6));
+    const bool settled = (fit->conic.centre - conic.centre).norm() < settled_px &&
+                         std::abs(blur - rim.blur_px) < settled_px;
+    conic = fit->conic;
+    rim.fit = *fit;
+    rim.points = std::move(profiles.points);
+    if (settled) {
+      if (profiles.misfit() > most_misfit) return std::nullopt;
+      widen_sigmas(rim);
+      return rim;
+    }
+    rim.blur_px = std::clamp(blur, least_blur_px, most_blur_px);
+  }
+  return std::nullopt;
+}
+
+}  // namespace occ::detecting

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/detect/outline.hpp"
+#include "libocc/detect/rim.hpp"
+#include "libocc/detect/rim_line.hpp"
+
+namespace occ::detecting {
+namespace {
+
+// Only the tail of the edge is left below full scale. It is described by what the blob itself
+// shows, not by a PSF: the logarithm of the signal, all around the rim, as a parabola in the
+// distance from the rim.
+constexpr double brightest_used = 0.97, dimmest_used = 0.03;  // of full scale
+constexpr double inside_px = 1.5, outside_px = 4;             // window about the rim
+constexpr double rim_level = 0.5;                             // of full scale
+constexpr int most_passes = 8;
+constexpr double settled_px = 0.003;
+constexpr double least_minor_px = 2;
+
+double square(double v) { return v * v; }
+
+/// ln(signal / level at the rim) = offset - slope t - bend t^2, t pixels outside the rim.
+struct Tail {
+  double offset = 0, slope = 1.5, bend = 0.3;
+
+  double signal(double level, double t) const {
+    return level * std::exp(offset - t * (slope + bend * t));
+  }
+  double decay(double t) const { return slope + 2 * bend * t; }
+
+  /// Where the signal is that of the rim's level; the offset is small once the ellipse is right.
+  double rim() const { return std::clamp(offset / decay(0.5 * offset / slope), -1.0, 1.0); }
+};
+
+struct Sample {
+  double t, signal;
+};
+
+/// Samples of a line that are neither clipped nor lost in the background.
+template <typename F>
+void for_each_sample(const Patch& patch, const RimLine& line, F&& f) {
+  const double cosine = line.cosine(), outward = line.outward;
+  const double inner = line.edge - outward * inside_px / cosine;
+  const double outer = line.edge + outward * outside_px / cosine;
+  const int low = static_cast<int>(std::ceil(std::min(inner, outer)));
+  const int high = static_cast<int>(std::floor(std::max(inner, outer)));
+  if (!line.inside(patch, low, high)) return;
+  const float* pixel = line.pixel(patch, low);
+  const double curvature = std::abs(line.bend) * cosine * cosine * cosine;
+  const double full = patch.full_scale_signal();
+  for (int along = low; along <= high; ++along, pixel += line.step(patch)) {
+    const double signal = *pixel;
+    if (!(signal < brightest_used * full && signal > dimmest_used * full)) continue;
+    const double d = outward * (along - line.edge);
+    f(d * cosine + 0.5 * curvature * square(d) * (1 - square(cosine)), signal);
+  }
+}
+
+Tail fit_tail(const Patch& patch, const Conic& conic, double level) {
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  for_each_rim_line(conic, [&](const RimLine& line) {
+    for_each_sample(patch, line, [&](double t, double signal) {
+      const Eigen::Vector3d row(1, -t, -t * t);
+      const double weight = square(signal) / patch.noise().variance(signal);
+      normal += weight * row * row.transpose();
+      right += weight * std::log(signal / level) * row;
+    });
+  });
+  const Eigen::Vector3d s = normal.ldlt().solve(right);
+  Tail tail;
+  tail.offset = s[0];
+  tail.slope = s[1];
+  tail.bend = s[2];
+  return tail;
+}
+
+/// One rim point for each line: the shift of the tail that fits its samples best.
+std::vector<RimPoint> fit_points(const Patch& patch, const Conic& conic, const Tail& tail,
+                                 double level) {
+  std::vector<RimPoint> points;
+  for_each_rim_line(conic, [&](const RimLine& line) {
+    double numerator = 0, denominator = 0;
+    for_each_sample(patch, line, [&](double t, double signal) {
+      const double model = tail.signal(level, t);
+      const double weight = 1 / patch.noise().variance(model);
+      const double slope = model * tail.decay(t);
+      numerator += weight * slope * (signal - model);
+      denominator += weight * slope * slope;
+    });
+    if (!(denominator > 0)) return;
+    const double shift = numerator / denominator + tail.rim();
+    points.push_back({line.point(line.edge + line.outward * shift / line.cosine()), line.normal(),
+                      1 / std::sqrt(denominator)});
+  });
+  return points;
+}
+
+}  // namespace
+
+std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& component) {
+  const double level = rim_level * patch.full_scale_signal();
+  if (!(level > 0)) return std::nullopt;
+  const std::optional<Outline> outline = find_outline(patch, component, level);
+  if (!outline) return std::nullopt;
+  Rim rim;
+  rim.merged = outline->merged;
+  if (rim.merged) return rim;
+  Conic conic = outline->conic;
+  for (int pass = 0; pass < most_passes; ++pass) {
+    if (conic.ellipse().semi_minor_px < least_minor_px) return std::nullopt;
+    const Tail tail = fit_tail(patch, conic, level);
+    if (!(tail.slope > 0) || !std::isfinite(tail.bend)) return std::nullopt;
+    rim.points = fit_points(patch, conic, tail, level);
+    const std::optional<EllipseFit> fit = fit_ellipse(rim.points, conic);
+    if (!fit) return std::nullopt;
+    const bool settled =
+        (fit->conic.centre - conic.centre).norm() < settled_px && std::abs(tail.rim()) < settled_px;
+    conic = fit->conic;
+    rim.fit = *fit;
+    if (settled) {
+      widen_sigmas(rim);
+      return rim;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace occ::detecting
