@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// One lamp's rim in the normal equations. Its residuals are r = (d - growth) / sigma, d the
+// distance along the measured normal n. An error of camera or map that is common to the lamp, an
+// offset o ~ N(0, s^2 I) in the image, would add n . o / sigma to each; it is eliminated in closed
+// form (Woodbury):
+//     r^T (I + s^2 V V^T)^-1 r = r^T r - u^T (I / s^2 + N)^-1 u,   V = n / sigma, u = V^T r, N =
+//     V^T V.
+//
+// Huber's weights: each point by what is left of it after the lamp's offset, the lamp as a whole by
+// its offset. A lamp that is wrong is one outlier, not eighty.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <vector>
+
+#include "libocc/refine/internal/normal.hpp"
+#include "libocc/refine/internal/observations.hpp"
+
+namespace occ {
+
+/// Weight of a residual of this size (over its sigma) in Huber's function.
+inline double huber_weight(double size, double threshold) {
+  return size > threshold ? threshold / size : 1;
+}
+
+class LampRim {
+ public:
+  /// An empty rim unless the lamp has one. Keeps references.
+  LampRim(const LampObservation& lamp, const std::vector<RimObservation>& rim);
+
+  bool empty() const { return points_ == end_; }
+
+  /// Residuals and their derivatives at a state. Returns how many points are lost: their rays miss
+  /// the lamp.
+  std::size_t linearise(const State& state, const Eigen::Vector3d& pivot);
+
+  /// Adds what was linearised, weighted; the weights are held for chi2() until the next time.
+  void add_to(Normal& normal, double model_sigma_px, double huber_sigma);
+
+  /// r^T r at a state under the weights held; lost points cost a constant.
+  double chi2(const State& state) const;
+
+ private:
+  /// d residual / d (pose, growth), then the residual.
+  struct Row {
+    Vector8 values;
+    std::size_t point;
+  };
+
+  void weigh_points(double huber_sigma);
+  double robust_excess(double huber_sigma) const;
+
+  const LampObservation& lamp_;
+  const RimObservation* points_ = nullptr;
+  const RimObservation* end_ = nullptr;
+  std::vector<double> weights_;  // of points; 0 for a lost one
+  std::vector<Row> rows_;
+  double lamp_weight_ = 1;
+  Eigen::Matrix2d offset_gain_ = Eigen::Matrix2d::Zero();  // (I / s^2 + N)^-1
+};
+
+}  // namespace occ

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Levenberg-Marquardt on a Problem, by Ceres' TinySolver.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include "libocc/refine/internal/problem.hpp"
+
+namespace occ {
+
+struct Minimum {
+  State state;
+  Eigen::Vector3d pivot;  ///< of the normal equations
+  Normal normal;          ///< at the state
+  int iterations = 0;
+  bool defined = false;    ///< all lamps can be seen from the start
+  bool converged = false;  ///< the last step moved no lamp further than the tolerance
+};
+
+LIBOCC_API Minimum minimise(Problem& problem, const State& start, int max_iterations,
+                            double tolerance_px);
+
+}  // namespace occ

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Normal equations of the refinement and the unknowns they are for. The pose's part is a *centred*
+// perturbation: a rotation about a pivot among the lamps (camera frame), then a translation. Far
+// lamps then leave rotation and translation nearly uncorrelated, which they are not about the
+// camera's centre.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "libocc/geometry/rigid.hpp"
+#include "libocc/geometry/so3.hpp"
+
+namespace occ {
+
+/// Order: rotation, translation, growth_px, log_factor.
+using Vector8 = Eigen::Matrix<double, 8, 1>;
+using Matrix8 = Eigen::Matrix<double, 8, 8>;
+inline constexpr int growth_index = 6;
+inline constexpr int log_factor_index = 7;
+
+struct State {
+  Rigid3 cam_from_world;
+  double growth_px = 0;   ///< of the rims of saturated lamps
+  double log_factor = 0;  ///< ln(seen flux / predicted flux), common to all lamps
+};
+
+/// J^T J, J^T r and r^T r of whitened, weighted residuals.
+struct Normal {
+  Matrix8 information = Matrix8::Zero();
+  Vector8 gradient = Vector8::Zero();
+  double chi2 = 0;
+  double robust_chi2 = 0;  ///< Huber's function summed instead
+
+  void add(const Vector8& row, double residual) {
+    information.noalias() += row * row.transpose();
+    gradient += residual * row;
+    chi2 += residual * residual;
+    robust_chi2 += residual * residual;
+  }
+};
+
+/// The state after a finite step whose pose part is centred at the pivot.
+inline State moved(const State& state, const Eigen::Vector3d& pivot, const Vector8& step) {
+  const Eigen::Matrix3d turn = so3_exp(step.head<3>());
+  const Rigid3& pose = state.cam_from_world;
+  return {{turn * pose.rotation, turn * (pose.translation - pivot) + pivot + step.segment<3>(3)},
+          state.growth_px + step[growth_index],
+          state.log_factor + step[log_factor_index]};
+}
+
+/// Row of d residual / d left perturbation -> d residual / d centred perturbation.
+inline void centre_row(Vector8& row, const Eigen::Vector3d& pivot) {
+  row.head<3>() += row.segment<3>(3).cross(pivot);
+}
+
+}  // namespace occ

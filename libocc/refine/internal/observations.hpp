@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the pose has to explain, prepared once: rim points as rays, centroids and fluxes with their
+// information.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "libocc/formation/rim.hpp"
+#include "libocc/refine/refine.hpp"
+
+namespace occ {
+
+struct RimObservation {
+  RimRay ray;
+  Eigen::Vector2d normal;
+  double inverse_sigma;
+};
+
+struct LampObservation {
+  const Lamp* lamp;
+  const Blob* blob;
+  std::size_t rim_begin = 0, rim_end = 0;  ///< in Observations::rim; empty without a usable rim
+  bool has_place = false;                  ///< its centroid is that of the whole lamp
+  Eigen::Matrix2d place_information = Eigen::Matrix2d::Zero();  ///< model error included
+  bool has_flux = false;
+  double log_electrons = 0;  ///< measured
+  double flux_inverse_sigma = 0;
+
+  bool has_rim() const { return rim_begin < rim_end; }
+};
+
+struct Observations {
+  std::vector<LampObservation> lamps;
+  std::vector<RimObservation> rim;
+  bool rims_grow = false;  ///< the rim of a saturated lamp is among them
+  bool has_flux = false;
+
+  /// Independent equations for the pose: at most 5 from a disc's rim, 6 from a rectangle's, 2 from
+  /// a centroid, 1 from a flux (one less in all when their factor is unknown), and the prior's.
+  int equations(const RefineOptions& options) const;
+
+  /// Observed numbers minus unknowns.
+  int degrees_of_freedom(const RefineOptions& options) const;
+};
+
+/// Throws std::invalid_argument for a match outside its list, a lamp axis that is not unit, or a
+/// sigma that is not positive.
+Observations observe(const std::vector<Match>& matches, const std::vector<Blob>& blobs,
+                     const Scene& scene, const RefineOptions& options);
+
+}  // namespace occ

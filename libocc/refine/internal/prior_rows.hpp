@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// A prior as rows of the normal equations; their squares sum to Prior::chi2.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+
+#include "libocc/refine/internal/normal.hpp"
+#include "libocc/scene/prior.hpp"
+
+namespace occ {
+
+void add_prior(const Prior& prior, const Rigid3& cam_from_world, const Eigen::Vector3d& pivot,
+               Normal& normal);
+
+}  // namespace occ

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// The refinement's least-squares problem: rims or centroids, fluxes, prior. Residuals are measured
+// minus predicted, over their sigma. Huber's weights are set where the equations are linearised and
+// held until the next time, so that a solver's trial steps compare like with like.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <vector>
+
+#include "libocc/refine/internal/lamp_rim.hpp"
+#include "libocc/refine/internal/normal.hpp"
+#include "libocc/refine/internal/observations.hpp"
+
+namespace occ {
+
+class LIBOCC_API Problem {
+ public:
+  /// Keeps references to the first three. Without rims, lamps are taken by their centroids.
+  Problem(const Observations& observations, const Scene& scene, const RefineOptions& options,
+          bool use_rims);
+
+  /// Normal equations at a state; sets the weights. False where a lamp cannot be seen at all.
+  bool linearise(const State& state, const Eigen::Vector3d& pivot, Normal& normal);
+
+  /// r^T r under the weights of the last linearisation; infinity where a lamp cannot be seen.
+  double chi2(const State& state) const;
+
+  /// Mean of the lamps' centres in the camera's frame.
+  Eigen::Vector3d pivot(const State& state) const;
+
+  /// How far [px] a step moves the image of the lamp that it moves most.
+  double largest_motion_px(const State& state, const Eigen::Vector3d& pivot,
+                           const Vector8& step) const;
+
+ private:
+  struct LampWeights {
+    bool by_rim = false;
+    double place = 1;
+    double flux = 1;
+  };
+
+  bool add_lamp(std::size_t index, const State& state, const Eigen::Vector3d& pivot,
+                Normal& normal);
+  bool add_place(const LampObservation& lamp, const State& state, const Eigen::Vector3d& pivot,
+                 double& weight, Normal& normal) const;
+  bool add_flux(const LampObservation& lamp, const State& state, const Eigen::Vector3d& pivot,
+                double& weight, Normal& normal) const;
+  void add_priors(const State& state, const Eigen::Vector3d& pivot, Normal& normal) const;
+  bool estimates_log_factor() const;
+
+  const Observations& observations_;
+  const Scene& scene_;
+  const RefineOptions& options_;
+  bool use_rims_;
+  std::vector<LampRim> rims_;  // one for each lamp, possibly empty
+  std::vector<LampWeights> weights_;
+};
+
+}  // namespace occ

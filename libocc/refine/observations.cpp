@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/refine/internal/observations.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "libocc/core/require.hpp"
+
+namespace occ {
+namespace {
+
+/// An ellipse has five unknowns: with fewer points the centroid says more, when there is one.
+constexpr std::size_t min_rim_points = 5;
+
+void check_match(const Match& match, std::size_t lamp_count, std::size_t blob_count) {
+  const auto inside = [](int i, std::size_t n) {
+    return i >= 0 && static_cast<std::size_t>(i) < n;
+  };
+  require(inside(match.lamp, lamp_count), "match.lamp", match.lamp,
+          "an index into the scene's " + std::to_string(lamp_count) + " lamps");
+  require(inside(match.blob, blob_count), "match.blob", match.blob,
+          "an index into the " + std::to_string(blob_count) + " blobs");
+}
+
+void check_axes(const Lamp& lamp) {
+  const auto is_unit = [](const Eigen::Vector3d& v) {
+    return std::abs(v.squaredNorm() - 1) < 1e-6;
+  };
+  const std::string name = "lamp " + std::to_string(lamp.id);
+  const char* rule = "unit (call Scene::validate)";
+  require(is_unit(lamp.normal), name + ": normal", lamp.normal.transpose(), rule);
+  if (lamp.shape != LampShape::rectangle) return;
+  require(is_unit(lamp.x_axis), name + ": x_axis", lamp.x_axis.transpose(), rule);
+}
+
+bool uses_rim(const Lamp& lamp, const Blob& blob, const RefineOptions& options) {
+  const std::size_t needed = blob.cut_by_border ? 1 : min_rim_points;
+  return options.use_rims && lamp.shape != LampShape::point && blob.rim.size() >= needed;
+}
+
+void observe_rim(const Match& match, const Blob& blob, const Camera& camera,
+                 LampObservation& observation, std::vector<RimObservation>& rim) {
+  observation.rim_begin = rim.size();
+  for (const RimPoint& point : blob.rim) {
+    if (!(point.sigma_px > 0)) {
+      const std::string name = "blobs[" + std::to_string(match.blob) + "].rim.sigma_px";
+      require(false, name, point.sigma_px, "positive");
+    }
+    const std::optional<RimRay> ray = rim_ray(point, camera);
+    if (ray) rim.push_back({*ray, point.normal, 1 / point.sigma_px});
+  }
+  observation.rim_end = rim.size();
+}
+
+void observe_place(const Match& match, const Blob& blob, double model_sigma_px,
+                   LampObservation& observation) {
+  const Eigen::Matrix2d covariance =
+      blob.covariance_px2 + model_sigma_px * model_sigma_px * Eigen::Matrix2d::Identity();
+  const bool positive = covariance(0, 0) > 0 && covariance.determinant() > 0;
+  if (!positive || !covariance.allFinite()) {
+    const std::string name = "blobs[" + std::to_string(match.blob) + "].covariance_px2";
+    require(false, name, blob.covariance_px2, "positive definite");
+  }
+  observation.has_place = true;
+  observation.place_information = covariance.inverse();
+}
+
+/// What a blinking lamp shows depends on its phase, what a saturated or cut one on what is missing.
+void observe_flux(const Lamp& lamp, const Blob& blob, const Sensor& sensor,
+                  LampObservation& observation) {
+  if (blob.saturated || blob.cut_by_border || lamp.frequency_hz || !(blob.flux_dn > 0)) return;
+  const double variance =
+      std::pow(blob.flux_sigma_dn / blob.flux_dn, 2) + lamp.power_sigma * lamp.power_sigma;
+  if (!(variance > 0) || !std::isfinite(variance)) return;
+  observation.has_flux = true;
+  observation.log_electrons = std::log(blob.flux_dn / sensor.gain_dn_per_e);
+  observation.flux_inverse_sigma = 1 / std::sqrt(variance);
+}
+
+int prior_equations(const RefineOptions& options) {
+  if (!options.prior) return 0;
+  return (options.prior->position_m ? 3 : 0) + (options.prior->heading_rad ? 1 : 0) +
+         (options.prior->gravity_in_cam ? 2 : 0);
+}
+
+}  // namespace
+
+int Observations::equations(const RefineOptions& options) const {
+  int count = prior_equations(options), fluxes = 0;
+  for (const LampObservation& o : lamps) {
+    const int most = o.lamp->shape == LampShape::disc ? 5 : 6;
+    if (o.has_rim()) {
+      count += std::min(most, static_cast<int>(o.rim_end - o.rim_begin));
+    } else if (o.has_place) {
+      count += 2;
+    }
+    fluxes += o.has_flux ? 1 : 0;
+  }
+  if (options.flux == FluxModel::common_factor) fluxes = std::max(0, fluxes - 1);
+  return count + fluxes;
+}
+
+int Observations::degrees_of_freedom(const RefineOptions& options) const {
+  int count = prior_equations(options) - 6 + static_cast<int>(rim.size());
+  for (const LampObservation& o : lamps) {
+    if (!o.has_rim() && o.has_place) count += 2;
+    if (o.has_flux) ++count;
+  }
+  if (has_flux && options.flux == FluxModel::common_factor) --count;
+  return count;  // the growth of rims comes with its own prior
+}
+
+Observations observe(const std::vector<Match>& matches, const std::vector<Blob>& blobs,
+                     const Scene& scene, const RefineOptions& options) {
+  Observations all;
+  all.lamps.reserve(matches.size());
+  std::size_t rim_count = 0;
+  for (const Match& match : matches) {
+    check_match(match, scene.lamps.size(), blobs.size());
+    rim_count += blobs[static_cast<std::size_t>(match.blob)].rim.size();
+  }
+  all.rim.reserve(options.use_rims ? rim_count : 0);
+  for (const Match& match : matches) {
+    const Lamp& lamp = scene.lamps[static_cast<std::size_t>(match.lamp)];
+    const Blob& blob = blobs[static_cast<std::size_t>(match.blob)];
+    check_axes(lamp);
+    LampObservation observation{&lamp, &blob};
+    if (uses_rim(lamp, blob, options)) {
+      observe_rim(match, blob, scene.camera, observation, all.rim);
+      all.rims_grow = all.rims_grow || blob.saturated;
+    }
+    if (!blob.cut_by_border) observe_place(match, blob, options.model_sigma_px, observation);
+    if (options.flux != FluxModel::ignore) observe_flux(lamp, blob, scene.sensor, observation);
+    all.has_flux = all.has_flux || observation.has_flux;
+    all.lamps.push_back(observation);
+  }
+  return all;
+}
+
+}  // namespace occ

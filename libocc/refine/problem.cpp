@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/refine/internal/problem.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "libocc/formation/light.hpp"
+#include "libocc/refine/internal/prior_rows.hpp"
+
+namespace occ {
+namespace {
+
+/// Bloom and blur enlarge a saturated rim by a pixel or two.
+constexpr double growth_sigma_px = 2;
+
+/// With more of its rim points lost than this share, a lamp is taken by its centroid.
+constexpr double max_lost_share = 0.25;
+
+using Jacobian16 = Eigen::Matrix<double, 1, 6>;
+
+/// ln(seen / predicted electrons) over its sigma, or nothing where the lamp gives no light.
+std::optional<double> flux_residual(const LampObservation& lamp, const State& state,
+                                    const Scene& scene, Jacobian16* log_jacobian = nullptr) {
+  const double electrons =
+      lamp_electrons(*lamp.lamp, state.cam_from_world, scene.camera, scene.sensor, log_jacobian);
+  if (!(electrons > 0)) return std::nullopt;
+  return (lamp.log_electrons - std::log(electrons) - state.log_factor) * lamp.flux_inverse_sigma;
+}
+
+/// Adds rows that share one of Huber's weights; `chi2` is of the unweighted rows.
+void add_weighted(const Normal& rows, double weight, Normal& normal) {
+  normal.information += weight * rows.information;
+  normal.gradient += weight * rows.gradient;
+  normal.chi2 += weight * rows.chi2;
+  normal.robust_chi2 += weight * (2 - weight) * rows.chi2;
+}
+
+}  // namespace
+
+Problem::Problem(const Observations& observations, const Scene& scene, const RefineOptions& options,
+                 bool use_rims)
+    : observations_(observations),
+      scene_(scene),
+      options_(options),
+      use_rims_(use_rims),
+      weights_(observations.lamps.size()) {
+  if (!use_rims) return;
+  rims_.reserve(observations.lamps.size());
+  for (const LampObservation& lamp : observations.lamps) rims_.emplace_back(lamp, observations.rim);
+}
+
+bool Problem::estimates_log_factor() const {
+  return observations_.has_flux && options_.flux == FluxModel::common_factor;
+}
+
+Eigen::Vector3d Problem::pivot(const State& state) const {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const LampObservation& lamp : observations_.lamps) sum += lamp.lamp->centre_m;
+  const auto count = static_cast<double>(std::max<std::size_t>(1, observations_.lamps.size()));
+  return state.cam_from_world * (sum / count);
+}
+
+bool Problem::linearise(const State& state, const Eigen::Vector3d& pivot, Normal& normal) {
+  normal = Normal{};
+  for (std::size_t i = 0; i < observations_.lamps.size(); ++i) {
+    if (!add_lamp(i, state, pivot, normal)) return false;
+  }
+  add_priors(state, pivot, normal);
+  return true;
+}
+
+bool Problem::add_lamp(std::size_t index, const State& state, const Eigen::Vector3d& pivot,
+                       Normal& normal) {
+  const LampObservation& lamp = observations_.lamps[index];
+  LampWeights& weights = weights_[index];
+  weights.by_rim = false;
+  if (use_rims_ && lamp.has_rim()) {
+    const auto count = static_cast<double>(lamp.rim_end - lamp.rim_begin);
+    const auto lost = static_cast<double>(rims_[index].linearise(state, pivot));
+    weights.by_rim = !lamp.has_place || lost <= max_lost_share * count;
+  }
+  if (weights.by_rim) {
+    rims_[index].add_to(normal, options_.model_sigma_px, options_.huber_sigma);
+  } else if (lamp.has_place && !add_place(lamp, state, pivot, weights.place, normal)) {
+    return false;
+  }
+  return !lamp.has_flux || add_flux(lamp, state, pivot, weights.flux, normal);
+}
+
+bool Problem::add_place(const LampObservation& lamp, const State& state,
+                        const Eigen::Vector3d& pivot, double& weight, Normal& normal) const {
+  Eigen::Matrix<double, 2, 6> d_pose;
+  const std::optional<Eigen::Vector2d> centre =
+      project_lamp_centre(*lamp.lamp, state.cam_from_world, scene_.camera, &d_pose);
+  if (!centre) return false;
+  Eigen::Matrix<double, 2, 8> rows = Eigen::Matrix<double, 2, 8>::Zero();
+  for (int i = 0; i < 2; ++i) {
+    Vector8 row = Vector8::Zero();
+    row.head<6>() = -d_pose.row(i).transpose();
+    centre_row(row, pivot);
+    rows.row(i) = row.transpose();
+  }
+  const Eigen::Vector2d residual = lamp.blob->centroid_px - *centre;
+  const Eigen::Matrix<double, 8, 2> informed = rows.transpose() * lamp.place_information;
+  Normal place;
+  place.information.noalias() = informed * rows;
+  place.gradient.noalias() = informed * residual;
+  place.chi2 = residual.dot(lamp.place_information * residual);
+  weight = huber_weight(std::sqrt(place.chi2), options_.huber_sigma);
+  add_weighted(place, weight, normal);
+  return true;
+}
+
+bool Problem::add_flux(const LampObservation& lamp, const State& state,
+                       const Eigen::Vector3d& pivot, double& weight, Normal& normal) const {
+  Jacobian16 d_pose;
+  const std::optional<double> residual = flux_residual(lamp, state, scene_, &d_pose);
+  if (!residual) return false;
+  Vector8 row = Vector8::Zero();
+  row.head<6>() = -d_pose.transpose();
+  centre_row(row, pivot);
+  row[log_factor_index] = estimates_log_factor() ? -1 : 0;
+  Normal flux;
+  flux.add(row * lamp.flux_inverse_sigma, *residual);
+  weight = huber_weight(std::abs(*residual), options_.huber_sigma);
+  add_weighted(flux, weight, normal);
+  return true;
+}
+
+void Problem::add_priors(const State& state, const Eigen::Vector3d& pivot, Normal& normal) const {
+  const double growth_sigma = observations_.rims_grow ? growth_sigma_px : 1;
+  normal.add(Vector8::Unit(growth_index) / growth_sigma, state.growth_px / growth_sigma);
+  if (!estimates_log_factor()) normal.add(Vector8::Unit(log_factor_index), state.log_factor);
+  if (options_.prior) add_prior(*options_.prior, state.cam_from_world, pivot, normal);
+}
+
+double Problem::chi2(const State& state) const {
+  Normal own;
+  add_priors(state, Eigen::Vector3d::Zero(), own);
+  double sum = own.chi2;
+  for (std::size_t i = 0; i < observations_.lamps.size(); ++i) {
+    const LampObservation& lamp = observations_.lamps[i];
+    if (weights_[i].by_rim) {
+      sum += rims_[i].chi2(state);
+    } else if (lamp.has_place) {
+      const std::optional<Eigen::Vector2d> centre =
+          project_lamp_centre(*lamp.lamp, state.cam_from_world, scene_.camera);
+      if (!centre) return std::numeric_limits<double>::infinity();
+      const Eigen::Vector2d residual = lamp.blob->centroid_px - *centre;
+      sum += weights_[i].place * residual.dot(lamp.place_information * residual);
+    }
+    if (lamp.has_flux) {
+      const std::optional<double> residual = flux_residual(lamp, state, scene_);
+      if (!residual) return std::numeric_limits<double>::infinity();
+      sum += weights_[i].flux * *residual * *residual;
+    }
+  }
+  return sum;
+}
+
+double Problem::largest_motion_px(const State& state, const Eigen::Vector3d& pivot,
+                                  const Vector8& step) const {
+  double largest = 0;
+  for (const LampObservation& lamp : observations_.lamps) {
+    const Eigen::Vector3d point = state.cam_from_world * lamp.lamp->centre_m;
+    Eigen::Matrix<double, 2, 3> d_point;
+    if (!scene_.camera.project(point, &d_point)) continue;
+    const Eigen::Vector3d motion = step.head<3>().cross(point - pivot) + step.segment<3>(3);
+    largest = std::max(largest, (d_point * motion).norm());
+  }
+  return largest;
+}
+
+}  // namespace occ

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/refine/refine.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "libocc/core/require.hpp"
+#include "libocc/refine/internal/minimise.hpp"
+
+namespace occ {
+namespace {
+
+/// Centroids bring the pose this near before the rims take over.
+constexpr double rough_tolerance_px = 0.01;
+
+/// Smallest over largest eigenvalue of the information, in units of its largest rotation and its
+/// largest translation, at which the pose counts as undetermined.
+constexpr double singular = 1e-12;
+
+/// Covariance of the left perturbation, nuisances marginalised, or nothing when singular.
+std::optional<Matrix6> covariance_of(const Normal& normal, const Eigen::Vector3d& pivot) {
+  const Eigen::Matrix<double, 6, 2> mixed = normal.information.topRightCorner<6, 2>();
+  const Eigen::Matrix2d nuisance = normal.information.bottomRightCorner<2, 2>();
+  const Matrix6 information =
+      normal.information.topLeftCorner<6, 6>() - mixed * nuisance.ldlt().solve(mixed.transpose());
+  const Vector6 diagonal = information.diagonal();
+  const double turn = std::sqrt(diagonal.head<3>().maxCoeff());
+  const double shift = std::sqrt(diagonal.tail<3>().maxCoeff());
+  if (!(turn > 0) || !(shift > 0) || !information.allFinite()) return std::nullopt;
+  Vector6 scale;
+  scale << Eigen::Vector3d::Constant(1 / turn), Eigen::Vector3d::Constant(1 / shift);
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(scale.asDiagonal() * information *
+                                                     scale.asDiagonal());
+  const Vector6 values = eigen.eigenvalues();
+  if (!(values.minCoeff() > singular * values.maxCoeff())) return std::nullopt;
+  Matrix6 left_from_centred = Matrix6::Identity();
+  left_from_centred.bottomLeftCorner<3, 3>() = skew(pivot);
+  const Matrix6 root = left_from_centred * scale.asDiagonal() * eigen.eigenvectors() *
+                       values.cwiseSqrt().cwiseInverse().asDiagonal();
+  return root * root.transpose();
+}
+
+double rim_rms(const LampObservation& lamp, const Observations& observations, const State& state) {
+  const LampInCam in_cam = lamp_in_cam(*lamp.lamp, state.cam_from_world);
+  const double growth_px = lamp.blob->saturated ? state.growth_px : 0;
+  double sum = 0;
+  int count = 0;
+  for (std::size_t i = lamp.rim_begin; i < lamp.rim_end; ++i) {
+    const std::optional<double> distance = rim_distance_px(in_cam, observations.rim[i].ray);
+    if (!distance) continue;
+    sum += (*distance - growth_px) * (*distance - growth_px);
+    ++count;
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+/// Fills in each lamp's residual and the root mean square over lamps; a cut lamp's centroid is that
+/// of its visible part, so its rim stands for it.
+void report_residuals(const State& state, const std::vector<Match>& matches,
+                      const Observations& observations, const Camera& camera, Refined& refined) {
+  double sum = 0;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    const LampObservation& lamp = observations.lamps[i];
+    LampResidual residual{matches[i]};
+    const std::optional<Eigen::Vector2d> centre =
+        project_lamp_centre(*lamp.lamp, state.cam_from_world, camera);
+    double centre_error = 0;
+    if (centre) {
+      residual.centre_px = *centre;
+      if (lamp.has_place) centre_error = (lamp.blob->centroid_px - *centre).norm();
+    }
+    residual.rms_px = lamp.has_rim() ? rim_rms(lamp, observations, state) : centre_error;
+    const double of_lamp = lamp.has_place ? centre_error : residual.rms_px;
+    sum += of_lamp * of_lamp;
+    refined.lamps.push_back(residual);
+  }
+  if (!matches.empty()) refined.rms_px = std::sqrt(sum / static_cast<double>(matches.size()));
+}
+
+/// Centroids have a far wider basin of convergence than rims; a failure leaves the start alone.
+State approach_by_centroids(const State& start, const Observations& observations,
+                            const Scene& scene, const RefineOptions& options) {
+  const auto places = std::count_if(observations.lamps.begin(), observations.lamps.end(),
+                                    [](const LampObservation& lamp) { return lamp.has_place; });
+  if (observations.rim.empty() || places < 3) return start;
+  Problem by_centroids(observations, scene, options, false);
+  const Minimum near = minimise(by_centroids, start, options.max_iterations, rough_tolerance_px);
+  return near.converged ? near.state : start;
+}
+
+std::string too_few_message(std::size_t lamps, int equations) {
+  std::ostringstream text;
+  text << lamps << " lamps give " << equations << " equations, a pose has 6 unknowns";
+  return text.str();
+}
+
+void conclude(const Minimum& minimum, const RefineOptions& options, Result<Refined>& result) {
+  if (!minimum.defined) {
+    result.status = Status::not_converged;
+    result.message =
+        "from the start pose a matched lamp is behind the camera or shows its dark side";
+    return;
+  }
+  const std::optional<Matrix6> covariance = covariance_of(minimum.normal, minimum.pivot);
+  if (!covariance) {
+    result.status = Status::degenerate;
+    result.message = "the lamps do not determine the pose: they are collinear or coincide";
+    return;
+  }
+  result.value.covariance = *covariance;
+  if (minimum.converged) return;
+  result.status = Status::not_converged;
+  result.message = "still moving after " + std::to_string(options.max_iterations) + " iterations";
+}
+
+}  // namespace
+
+void RefineOptions::validate() const {
+  if (prior) prior->validate();
+  require(model_sigma_px >= 0 && std::isfinite(model_sigma_px), "model_sigma_px", model_sigma_px,
+          "zero or positive");
+  require(huber_sigma > 0, "huber_sigma", huber_sigma, "positive");
+  require(max_iterations > 0, "max_iterations", max_iterations, "positive");
+  require(tolerance_px > 0, "tolerance_px", tolerance_px, "positive");
+}
+
+Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
+                       const std::vector<Blob>& blobs, const Scene& scene,
+                       const RefineOptions& options) {
+  options.validate();
+  require(start.rotation.allFinite() && start.translation.allFinite(), "start", start.matrix(),
+          "finite");
+  const Observations observations = observe(matches, blobs, scene, options);
+  Result<Refined> result;
+  Refined& refined = result.value;
+  State state{start};
+  const int equations = observations.equations(options);
+  if (equations >= 6) {
+    state = approach_by_centroids(state, observations, scene, options);
+    Problem problem(observations, scene, options, options.use_rims);
+    const Minimum minimum = minimise(problem, state, options.max_iterations, options.tolerance_px);
+    state = minimum.state;
+    refined.chi2 = minimum.normal.robust_chi2;
+    refined.iterations = minimum.iterations;
+    conclude(minimum, options, result);
+  } else {
+    result.status = Status::too_few_lamps;
+    result.message = too_few_message(matches.size(), equations);
+  }
+  refined.cam_from_world = state.cam_from_world;
+  refined.dof = observations.degrees_of_freedom(options);
+  if (observations.rims_grow) refined.rim_growth_px = state.growth_px;
+  if (observations.has_flux && options.flux == FluxModel::common_factor) {
+    refined.flux_factor = std::exp(state.log_factor);
+  }
+  report_residuals(state, matches, observations, scene.camera, refined);
+  return result;
+}
+
+}  // namespace occ
