@@ -65,10 +65,13 @@ LIBOCC_API LampInCam lamp_in_cam(const Lamp& lamp, const Rigid3& cam_from_world)
 /// model to first order in the residual. `jacobian` (1x6): d residual / d pose perturbation, exact.
 /// Nothing when the ray misses the plane's lit side, when the distance does not grow along the
 /// measured normal (the pose is off by more than the lamp's size), or for a point lamp.
-LIBOCC_API std::optional<double> rim_distance_px(const LampInCam& lamp, const RimRay& ray,
-                                                 Eigen::Matrix<double, 1, 6>* jacobian = nullptr);
 LIBOCC_API std::optional<double> rim_distance_px(const Lamp& lamp, const Rigid3& cam_from_world,
                                                  const RimRay& ray,
+                                                 Eigen::Matrix<double, 1, 6>* jacobian = nullptr);
+
+/// The same for a lamp that is prepared; here `jacobian` is d residual / d (turn of the lamp about
+/// its centre, shift of its centre), both in the camera's frame.
+LIBOCC_API std::optional<double> rim_distance_px(const LampInCam& lamp, const RimRay& ray,
                                                  Eigen::Matrix<double, 1, 6>* jacobian = nullptr);
 
 }  // namespace occ

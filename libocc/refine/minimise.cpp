@@ -13,6 +13,9 @@ namespace {
 /// Length of the residuals where a lamp cannot be seen: never accepted, and its square is finite.
 constexpr double refused = 1e100;
 
+/// How well a lamp's image is usually placed: turns pixels into the solver's units, sigmas.
+constexpr double typical_sigma_px = 0.01;
+
 /// The normal equations at the last step from a base state.
 class Steps {
  public:
@@ -96,8 +99,8 @@ struct SquareRoot {
       j.row(i) = std::sqrt(d[i]) * upper.row(i);
       r[i] = solved[i] / std::sqrt(d[i]);
     }
-    const Matrix8 permuted_back = j.topRows<8>() * ldlt.transpositionsP();
-    j.topRows<8>() = permuted_back;
+    const Matrix8 lower = j.topRows<8>().transpose();
+    j.topRows<8>() = (ldlt.transpositionsP().transpose() * lower).transpose();
     r[8] = std::sqrt(std::max(0.0, chi2 - r.head<8>().squaredNorm()));
   }
 };
@@ -110,10 +113,10 @@ Vector8 gauss_newton_step(const Normal& normal) {
 }
 
 /// Runs until the gradient is far below its noise or costs change by less than rounding shows.
-int levenberg_marquardt(Steps& steps, int max_iterations) {
+int levenberg_marquardt(Steps& steps, int max_iterations, double tolerance_px) {
   ceres::TinySolver<SquareRoot> solver;
   solver.options.max_num_iterations = max_iterations + 1;  // it counts the evaluation at the start
-  solver.options.gradient_tolerance = 1e-5;
+  solver.options.gradient_tolerance = tolerance_px / typical_sigma_px;
   solver.options.function_tolerance = 1e-9;
   solver.options.parameter_tolerance = 0;
   solver.options.cost_threshold = 0;
@@ -131,7 +134,7 @@ Minimum minimise(Problem& problem, const State& start, int max_iterations, doubl
   Steps steps(problem, start);
   Minimum minimum{start, steps.pivot(), steps.normal(), 0, steps.defined(), false};
   if (!minimum.defined) return minimum;
-  minimum.iterations = levenberg_marquardt(steps, max_iterations);
+  minimum.iterations = levenberg_marquardt(steps, max_iterations, tolerance_px);
   // What is left is below the resolution of the cost: plain Gauss-Newton steps.
   while (steps.defined()) {
     minimum.pivot = steps.pivot();

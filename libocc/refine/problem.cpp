@@ -77,7 +77,7 @@ bool Problem::add_lamp(std::size_t index, const State& state, const Eigen::Vecto
   weights.by_rim = false;
   if (use_rims_ && lamp.has_rim()) {
     const auto count = static_cast<double>(lamp.rim_end - lamp.rim_begin);
-    const auto lost = static_cast<double>(rims_[index].linearise(state, pivot));
+    const int lost = rims_[index].linearise(state, pivot);
     weights.by_rim = !lamp.has_place || lost <= max_lost_share * count;
   }
   if (weights.by_rim) {

@@ -27,14 +27,12 @@ inline double huber_weight(double size, double threshold) {
 
 class LampRim {
  public:
-  /// An empty rim unless the lamp has one. Keeps references.
+  /// Empty unless the lamp has a rim. Keeps references.
   LampRim(const LampObservation& lamp, const std::vector<RimObservation>& rim);
-
-  bool empty() const { return points_ == end_; }
 
   /// Residuals and their derivatives at a state. Returns how many points are lost: their rays miss
   /// the lamp.
-  std::size_t linearise(const State& state, const Eigen::Vector3d& pivot);
+  int linearise(const State& state, const Eigen::Vector3d& pivot);
 
   /// Adds what was linearised, weighted; the weights are held for chi2() until the next time.
   void add_to(Normal& normal, double model_sigma_px, double huber_sigma);
@@ -43,20 +41,21 @@ class LampRim {
   double chi2(const State& state) const;
 
  private:
-  /// d residual / d (pose, growth), then the residual.
-  struct Row {
-    Vector8 values;
-    std::size_t point;
-  };
-
   void weigh_points(double huber_sigma);
   double robust_excess(double huber_sigma) const;
 
   const LampObservation& lamp_;
-  const RimObservation* points_ = nullptr;
-  const RimObservation* end_ = nullptr;
-  std::vector<double> weights_;  // of points; 0 for a lost one
-  std::vector<Row> rows_;
+  const RimObservation* points_;
+
+  // One column or entry for each point.
+  Eigen::Matrix2Xd directions_;                        // n / sigma
+  Eigen::Matrix<double, 8, Eigen::Dynamic> rows_;      // d residual / d (turn of the lamp, shift of
+                                                       // its centre, growth), then the residual
+  Eigen::Matrix<double, 8, Eigen::Dynamic> weighted_;  // the same, weighted
+  Eigen::VectorXd weights_;                            // 0 for a lost one
+
+  Eigen::Vector3d arm_ = Eigen::Vector3d::Zero();  // from the pivot to the lamp's centre
+  int lost_ = 0;
   double lamp_weight_ = 1;
   Eigen::Matrix2d offset_gain_ = Eigen::Matrix2d::Zero();  // (I / s^2 + N)^-1
 };

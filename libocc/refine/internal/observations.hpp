@@ -49,7 +49,7 @@ struct Observations {
 
 /// Throws std::invalid_argument for a match outside its list, a lamp axis that is not unit, or a
 /// sigma that is not positive.
-Observations observe(const std::vector<Match>& matches, const std::vector<Blob>& blobs,
-                     const Scene& scene, const RefineOptions& options);
+LIBOCC_API Observations observe(const std::vector<Match>& matches, const std::vector<Blob>& blobs,
+                                const Scene& scene, const RefineOptions& options);
 
 }  // namespace occ

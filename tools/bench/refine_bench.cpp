@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// Refinement of a pose 1 cm and 0.5 degrees off, and OpenCV's refinement of the same centroids.
+#include <benchmark/benchmark.h>
+
+#include <opencv2/calib3d.hpp>
+
+#include "libocc/refine/refine.hpp"
+#include "tests/measured_blobs.hpp"
+
+namespace occ {
+namespace {
+
+struct Case {
+  Scene scene;
+  std::vector<Blob> blobs;
+  std::vector<Match> matches;
+  Rigid3 start;
+};
+
+Case make_case(Scene scene, int rim_points) {
+  Random random(1);
+  Case c;
+  c.scene = std::move(scene);
+  const Rigid3 truth = look_at({2.1, 1.9, 0.5}, {2.0, 2.0, 3.0}, Eigen::Vector3d::UnitY());
+  c.blobs = test::measured_blobs(c.scene, truth, {rim_points}, &random);
+  c.matches = test::in_order(c.scene);
+  Vector6 off;
+  off << 0.005, -0.005, 0.005, 0.006, -0.006, 0.006;
+  c.start = perturb(truth, off);
+  return c;
+}
+
+void run(benchmark::State& state, const Case& c, const RefineOptions& options = {}) {
+  for (auto _ : state) {
+    const Result<Refined> refined = refine(c.start, c.matches, c.blobs, c.scene, options);
+    benchmark::DoNotOptimize(refined);
+    if (!refined.ok()) state.SkipWithError("not refined");
+    state.counters["iterations"] = refined->iterations;
+  }
+}
+
+void six_discs_by_rims(benchmark::State& state) {
+  run(state, make_case(test::irregular_room(), 80));
+}
+BENCHMARK(six_discs_by_rims);
+
+void six_discs_by_rims_distorted(benchmark::State& state) {
+  Scene scene = test::irregular_room();
+  scene.camera = Camera::pinhole(640, 480, 422.5, 422.5, 319.5, 239.5, {-0.2, 0.05, 0, 0});
+  run(state, make_case(scene, 80));
+}
+BENCHMARK(six_discs_by_rims_distorted);
+
+void four_discs_by_centroids(benchmark::State& state) {
+  run(state, make_case(test::square_room(), 0));
+}
+BENCHMARK(four_discs_by_centroids);
+
+void opencv_four_points(benchmark::State& state) {
+  const Case c = make_case(test::square_room(), 0);
+  std::vector<cv::Point3d> world;
+  std::vector<cv::Point2d> image;
+  for (std::size_t i = 0; i < c.blobs.size(); ++i) {
+    const Eigen::Vector3d& p = c.scene.lamps[i].centre_m;
+    world.emplace_back(p.x(), p.y(), p.z());
+    image.emplace_back(c.blobs[i].centroid_px.x(), c.blobs[i].centroid_px.y());
+  }
+  const Eigen::Vector3d w = so3_log(c.start.rotation);
+  const Eigen::Vector3d& t = c.start.translation;
+  const cv::Matx33d k(422.5, 0, 319.5, 0, 422.5, 239.5, 0, 0, 1);
+  for (auto _ : state) {
+    cv::Mat rotation = (cv::Mat_<double>(3, 1) << w.x(), w.y(), w.z());
+    cv::Mat translation = (cv::Mat_<double>(3, 1) << t.x(), t.y(), t.z());
+    cv::solvePnPRefineLM(world, image, k, cv::noArray(), rotation, translation);
+    benchmark::DoNotOptimize(translation.data);
+  }
+}
+BENCHMARK(opencv_four_points);
+
+}  // namespace
+}  // namespace occ
+
+BENCHMARK_MAIN();
