@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: the centre of a lamp of which only the lit stripes are seen. A plain centroid follows
+// the phase of the stripes by several pixels. Two models do not:
+//   disc: the two ends of every lit line lie on the rim; an ellipse through them.
+//   glow: log(signal) = quadratic(line, pos) + periodic(line), linear in all unknowns. Over the log
+//         every contour weighs the same, so a hot spot off the centre of the glow pulls little.
+// Vectors here are (line, pos).
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "libocc/core/abi.hpp"
+#include "libocc/detect/stripe_signal.hpp"
+#include "libocc/detect/stripe_window.hpp"
+
+namespace occ::detecting {
+
+struct StripeRimPoint {
+  Eigen::Vector2d at, normal;
+};
+
+/// |shape (p - centre)| = 1 on the outline.
+struct StripedShape {
+  Eigen::Vector2d centre;
+  Eigen::Matrix2d covariance;
+  Eigen::Matrix2d shape;
+  double log_range = 0;  ///< of a glow: log of its peak over the signal on the outline; disc: 0
+  std::vector<StripeRimPoint> rim;  ///< of a disc
+  double rim_sigma_px = 0;          ///< of each point, correlation between neighbours included
+};
+
+/// Empty when the body has no sharp, elliptic rim.
+std::optional<StripedShape> fit_disc(const LineWindow& window, const LineBox& body, double peak);
+
+struct GlowOptions {
+  double floor = 0;    ///< smallest signal used
+  double clipped = 0;  ///< signal from here on is not used
+  const Blink* blink = nullptr;
+};
+
+/// Empty when the signal does not fall off on all sides.
+std::optional<StripedShape> fit_glow(const LineWindow& window, const GlowOptions& options);
+
+}  // namespace occ::detecting

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/detect/stripe_centre.hpp"
+
+namespace occ::detecting {
+namespace {
+
+/// The lit part of one line.
+struct Chord {
+  int line;
+  double pos0, pos1;  ///< where the signal crosses a fraction of the line's plateau
+  double softness;    ///< distance from 1/4 to 3/4 of the plateau, both ends' mean, over half chord
+};
+
+/// Outermost crossings of `level` in a line; false when there are none inside the window.
+bool crossings(const float* signal, int length, double level, double& first, double& last) {
+  int a = 0, b = length - 1;
+  while (a < length && !(signal[a] > level)) ++a;
+  while (b > a && !(signal[b] > level)) --b;
+  if (a == 0 || a >= length || b == length - 1 || b - a < 3) return false;
+  first = a - (signal[a] - level) / (signal[a] - signal[a - 1]);
+  last = b + (signal[b] - level) / (signal[b] - signal[b + 1]);
+  return true;
+}
+
+/// Mean of the pixels of a line that reach more than half of its maximum.
+double plateau(const float* signal, int length) {
+  const float half = 0.5f * *std::max_element(signal, signal + length);
+  double sum = 0;
+  int count = 0;
+  for (int i = 0; i < length; ++i) {
+    if (!(signal[i] > half)) continue;
+    sum += signal[i];
+    ++count;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+/// Chords of all well-lit lines at a fraction of the plateau.
+std::vector<Chord> lit_chords(const LineWindow& window, const LineBox& part, double peak,
+                              double fraction) {
+  std::vector<Chord> chords;
+  for (int line = part.line0; line <= part.line1; ++line) {
+    const float* signal = window.line(line) + (part.pos0 - window.box.pos0);
+    const int length = part.length();
+    const double top = plateau(signal, length);
+    if (top < 0.55 * peak) continue;
+    double a, b, inner_a, inner_b, outer_a, outer_b;
+    if (!crossings(signal, length, fraction * top, a, b) ||
+        !crossings(signal, length, 0.75 * top, inner_a, inner_b) ||
+        !crossings(signal, length, 0.25 * top, outer_a, outer_b))
+      continue;
+    const double soft = (outer_b - outer_a - (inner_b - inner_a)) / 2 / ((b - a) / 2);
+    chords.push_back({line, part.pos0 + a, part.pos0 + b, soft});
+  }
+  return chords;
+}
+
+std::vector<Eigen::Vector2d> ends_of(const std::vector<Chord>& chords) {
+  std::vector<Eigen::Vector2d> ends;
+  for (const Chord& chord : chords) {
+    ends.emplace_back(chord.line, chord.pos0);
+    ends.emplace_back(chord.line, chord.pos1);
+  }
+  return ends;
+}
+
+using Vector5 = Eigen::Matrix<double, 5, 1>;
+using Matrix5 = Eigen::Matrix<double, 5, 5>;
+
+/// Ellipse |M (p - c)| = r with M = [e^a, b; b, e^-a]; unknowns c, r, a, b.
+struct RimEllipse {
+  Vector5 x = Vector5::Zero();
+  Matrix5 information = Matrix5::Zero();  ///< of residuals of unit variance
+  double rms = 0;                         ///< robust, along the normal
+  double correlation = 0;                 ///< of residuals of neighbouring lines, same end
+
+  Eigen::Matrix2d m() const {
+    Eigen::Matrix2d out;
+    out << std::exp(x[3]), x[4], x[4], std::exp(-x[3]);
+    return out;
+  }
+};
+
+/// Distance of p from the ellipse along the normal (first order), its Jacobian, the normal.
+double ellipse_residual(const RimEllipse& fit, const Eigen::Vector2d& p, Vector5* jacobian,
+                        Eigen::Vector2d* normal) {
+  const Eigen::Vector2d d = p - fit.x.head<2>();
+  const Eigen::Matrix2d m = fit.m();
+  const Eigen::Vector2d q = m * d;
+  const double length = std::max(1e-9, q.norm());
+  const Eigen::Vector2d gradient = m * q / length;
+  const double scale = gradient.norm();
+  if (normal) *normal = gradient / scale;
+  if (jacobian) {
+    const double da = (q[0] * m(0, 0) * d[0] - q[1] * m(1, 1) * d[1]) / length;
+    const double db = (q[0] * d[1] + q[1] * d[0]) / length;
+    *jacobian << -gradient, -1, da, db;
+    *jacobian /= scale;
+  }
+  return (length - fit.x[2]) / scale;
+}
+
+/// Robust Gauss-Newton from a start; `ends` as ends_of() orders them.
+RimEllipse fit_rim(const std::vector<Eigen::Vector2d>& ends, RimEllipse fit) {
+  constexpr double shape_sigma = 0.35;  // prior: lamps are seldom seen at more than 60 degrees
+  fit.rms = std::max(1.0, 0.1 * fit.x[2]);
+  std::vector<double> residuals(ends.size());
+  for (int iteration = 0; iteration < 20; ++iteration) {
+    Matrix5 information = Matrix5::Zero();
+    Vector5 right = Vector5::Zero();
+    std::vector<double> sizes;
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+      Vector5 j;
+      const double r = residuals[i] = ellipse_residual(fit, ends[i], &j, nullptr);
+      const double u = r / (3 * fit.rms);
+      const double weight = 1 / (1 + u * u);
+      information += weight * j * j.transpose();
+      right -= weight * r * j;
+      sizes.push_back(std::abs(r));
+    }
+    fit.information = information;
+    const double prior = fit.rms * fit.rms / (shape_sigma * shape_sigma);
+    for (int k = 3; k < 5; ++k) {
+      fit.information(k, k) += prior;
+      right[k] -= prior * fit.x[k];
+    }
+    const Vector5 step = fit.information.ldlt().solve(right);
+    fit.x += step;
+    fit.x.tail<2>() = fit.x.tail<2>().cwiseMax(-1.2).cwiseMin(1.2);
+    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+    std::nth_element(sizes.begin(), middle, sizes.end());
+    fit.rms = std::max(0.02, 1.4826 * *middle);
+    if (step.head<3>().norm() < 1e-6 * std::abs(fit.x[2])) break;
+  }
+  double product = 0, square = 0;
+  for (std::size_t i = 0; i + 2 < ends.size(); ++i) {
+    const double bound = 3 * fit.rms;
+    const double a = std::clamp(residuals[i], -bound, bound);
+    const double b = std::clamp(residuals[i + 2], -bound, bound);
+    product += a * b;
+    square += a * a;
+  }
+  fit.correlation = square > 0 ? std::clamp(product / square, 0.0, 0.8) : 0;
+  return fit;
+}
+
+/// Start: middle and size of the chords' box.
+RimEllipse first_guess(const std::vector<Chord>& chords) {
+  double pos = 0, longest = 0;
+  for (const Chord& chord : chords) {
+    pos += (chord.pos0 + chord.pos1) / 2 / static_cast<double>(chords.size());
+    longest = std::max(longest, chord.pos1 - chord.pos0);
+  }
+  RimEllipse fit;
+  fit.x << (chords.front().line + chords.back().line) / 2.0, pos, longest / 2, 0, 0;
+  return fit;
+}
+
+double median_softness(const std::vector<Chord>& chords) {
+  std::vector<double> values;
+  for (const Chord& chord : chords) values.push_back(chord.softness);
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+std::optional<StripedShape> fit_disc(const LineWindow& window, const LineBox& body, double peak) {
+  const LineBox part = body.grown(3, 3 + body.length() / 8).cut_to(window.box);
+  const std::vector<Chord> chords = lit_chords(window, part, peak, 0.5);
+  if (chords.size() < 5 || median_softness(chords) > 0.35) return std::nullopt;
+  const std::vector<Eigen::Vector2d> ends = ends_of(chords);
+  const RimEllipse fit = fit_rim(ends, first_guess(chords));
+  const double radius = fit.x[2];
+  if (!(radius > 2) || !(fit.rms < 0.3 + 0.03 * radius) ||
+      !part.grown(part.lines() / 2, 0).holds(fit.x[0], fit.x[1]))
+    return std::nullopt;
+
+  StripedShape disc;
+  disc.centre = fit.x.head<2>();
+  disc.shape = fit.m() / radius;
+  const double inflation = (1 + fit.correlation) / (1 - fit.correlation);
+  disc.rim_sigma_px = fit.rms * std::sqrt(inflation);
+  disc.covariance = disc.rim_sigma_px * disc.rim_sigma_px *
+                    Matrix5(fit.information.inverse()).topLeftCorner<2, 2>();
+  // What the choice of the contour's level moves is a systematic part of the error.
+  const std::vector<Chord> low = lit_chords(window, part, peak, 0.35);
+  const std::vector<Chord> high = lit_chords(window, part, peak, 0.65);
+  if (low.size() >= 5 && high.size() >= 5) {
+    const Eigen::Vector2d moved =
+        fit_rim(ends_of(high), fit).x.head<2>() - fit_rim(ends_of(low), fit).x.head<2>();
+    disc.covariance += moved.squaredNorm() / 4 * Eigen::Matrix2d::Identity();
+  }
+  for (const Eigen::Vector2d& end : ends) {
+    Eigen::Vector2d normal;
+    const double r = ellipse_residual(fit, end, nullptr, &normal);
+    if (std::abs(r) < 4 * fit.rms + 0.5) disc.rim.push_back({end, normal});
+  }
+  return disc;
+}
+
+}  // namespace occ::detecting

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: measures one bright body that may be a striped lamp: is there a blink in it, at which
+// frequency, and where is the lamp's centre?
+#pragma once
+
+#include <optional>
+
+#include "libocc/core/abi.hpp"
+#include "libocc/detect/stripe_centre.hpp"
+#include "libocc/detect/stripe_signal.hpp"
+#include "libocc/detect/stripe_window.hpp"
+
+namespace occ::detecting {
+
+struct LampLimits {
+  double lit = 0;                    ///< linear signal that stands out from the noise
+  double clipped = 0;                ///< linear signal of saturated pixels
+  double max_cycles_per_line = 0.5;  ///< highest frequency looked for
+};
+
+/// Where to look for a lamp, and how to read there.
+struct BodyPlace {
+  const LinearImage& image;
+  bool columns;
+  double background_dn;
+  LineBox body;
+  LineBox territory;  ///< may hold the body's glow, and no other body
+};
+
+struct StripedLamp {
+  Blink blink;
+  StripedShape shape;
+  double signal = 0;    ///< sum of the linear signal of the lit pixels
+  double lit_px = 0;    ///< their number
+  double evidence = 0;  ///< log of the likelihood ratio of stripes against none
+};
+
+/// The body's coarse blink in a window around it; cycles_per_line 0 when there is none to be seen.
+Blink coarse_blink(const LineWindow& window, const BodyPlace& place, const LampLimits& limits);
+
+/// Empty for a body without stripes: fewer than two periods in view, no significant line, a line
+/// too weak, or one that differs from side to side.
+std::optional<StripedLamp> measure_striped_lamp(const BodyPlace& place, const Blink& coarse,
+                                                const LampLimits& limits);
+
+}  // namespace occ::detecting

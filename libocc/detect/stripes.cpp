@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/detect/stripes.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "libocc/detect/ellipse_fit.hpp"
+#include "libocc/detect/stripe_window.hpp"
+#include "libocc/detect/striped_lamp.hpp"
+
+namespace occ::detecting {
+namespace {
+
+constexpr std::size_t max_candidates =
+    4096;                      // components looked at, the brightest: bounds the time
+constexpr int max_rounds = 8;  // of one cluster, each taking a body out
+
+using Members = std::vector<std::size_t>;  ///< indices of components
+
+struct Found {
+  std::vector<Blob> blobs;
+  std::vector<bool> taken;  ///< of the components
+  double evidence = 0;
+};
+
+/// Reads an image whose lines are known to be rows or columns.
+class Reader {
+ public:
+  Reader(const LinearImage& image, const DetectOptions& options, bool columns,
+         const std::vector<Component>& components)
+      : image_(image), options_(options), columns_(columns), components_(components) {
+    boxes_.reserve(components.size());
+    for (const Component& c : components) boxes_.push_back(line_box(c, columns));
+    found_.taken.assign(components.size(), false);
+  }
+
+  Found read() {
+    std::vector<Members> clusters = this->clusters(candidates());
+    const auto flux = [&](const Members& members) {
+      double sum = 0;
+      for (const std::size_t i : members) sum += components_[i].grey.sum;
+      return sum;
+    };
+    std::stable_sort(clusters.begin(), clusters.end(),
+                     [&](const Members& a, const Members& b) { return flux(a) > flux(b); });
+    for (Members& cluster : clusters) read_cluster(std::move(cluster));
+    return std::move(found_);
+  }
+
+ private:
+  /// The brightest components of a useful size, by line.
+  Members candidates() const {
+    Members chosen;
+    for (std::size_t i = 0; i < boxes_.size(); ++i)
+      if (boxes_[i].length() >= 4) chosen.push_back(i);
+    const auto flux = [&](std::size_t i) { return components_[i].grey.sum; };
+    if (chosen.size() > max_candidates) {
+      std::nth_element(chosen.begin(), chosen.begin() + max_candidates, chosen.end(),
+                       [&](std::size_t a, std::size_t b) {
+                         return std::pair(-flux(a), a) < std::pair(-flux(b), b);
+                       });
+      chosen.resize(max_candidates);
+    }
+    std::sort(chosen.begin(), chosen.end(), [&](std::size_t a, std::size_t b) {
+      return std::pair(boxes_[a].line0, a) < std::pair(boxes_[b].line0, b);
+    });
+    return chosen;
+  }
+
+  /// Whether two components may be stripes of one lamp: alike in length and height, one behind the
+  /// other at a distance that fits.
+  bool may_be_one(std::size_t i, std::size_t j) const {
+    const LineBox &a = boxes_[i], &b = boxes_[j];
+    const int longer = std::max(a.length(), b.length()), shorter = std::min(a.length(), b.length());
+    const double high_i = components_[i].peak_dn - components_[i].background_dn;
+    const double high_j = components_[j].peak_dn - components_[j].background_dn;
+    return longer <= 8 * shorter && std::min(high_i, high_j) > 0.2 * std::max(high_i, high_j) &&
+           stacked(a, b);
+  }
+
+  std::vector<Members> clusters(const Members& chosen) const {
+    std::vector<std::size_t> parent(chosen.size());
+    std::iota(parent.begin(), parent.end(), std::size_t{0});
+    const auto root = [&](std::size_t i) {
+      while (parent[i] != i) i = parent[i] = parent[parent[i]];
+      return i;
+    };
+    for (std::size_t i = 0; i < chosen.size(); ++i) {
+      const LineBox& box = boxes_[chosen[i]];
+      const int reach = box.line1 + 4 * box.length() + 1;  // a partner is at most 8 times as long
+      for (std::size_t j = i + 1; j < chosen.size() && boxes_[chosen[j]].line0 <= reach; ++j)
+        if (may_be_one(chosen[i], chosen[j])) parent[root(j)] = root(i);
+    }
+    std::vector<Members> out(chosen.size());
+    for (std::size_t i = 0; i < chosen.size(); ++i) out[root(i)].push_back(chosen[i]);
+    out.erase(std::remove_if(out.begin(), out.end(), [](const Members& m) { return m.empty(); }),
+              out.end());
+    return out;
+  }
+
+  LineBox box_of(const Members& members) const {
+    LineBox box = boxes_[members.front()];
+    for (const std::size_t i : members) box += boxes_[i];
+    return box;
+  }
+
+  /// Background, noise and clipping level in terms of the linear signal around some components.
+  LampLimits limits(const Members& members, double& background_dn) const {
+    Component sum;
+    for (const std::size_t i : members) sum += components_[i];
+    background_dn = sum.background_dn;
+    const double above = options_.threshold_dn
+                             ? std::max(*options_.threshold_dn - background_dn, 1.0)
+                             : std::max(options_.threshold_sigma * sum.noise_dn, 1.0);
+    LampLimits limits;
+    const double dark = image_.linear_dn(background_dn);
+    limits.lit = image_.linear_dn(background_dn + above) - dark;
+    limits.clipped = 0.95 * image_.linear_dn(image_.full_scale_dn()) - dark;
+    const Sensor& sensor = *options_.sensor;
+    const double highest_hz =
+        std::min(options_.max_frequency_hz, sensor.exposure_s > 0 ? 1 / sensor.exposure_s : 1e300);
+    limits.max_cycles_per_line = std::min(0.5, highest_hz * sensor.row_time_s);
+    return limits;
+  }
+
+  /// Bodies of a cluster, brightest first: after each lamp what is left is looked at again.
+  void read_cluster(Members members) {
+    const auto taken = [&](std::size_t i) { return found_.taken[i]; };
+    for (int round = 0; round < max_rounds; ++round) {
+      members.erase(std::remove_if(members.begin(), members.end(), taken), members.end());
+      if (members.empty()) return;
+      const LineBox box = box_of(members);
+      if (box.lines() < 8 || box.length() < 4) return;
+      double background_dn = 0;
+      const LampLimits limits = this->limits(members, background_dn);
+      const LineBox around = box.grown(8 + box.lines() / 4, 8).cut_to(line_box(image_, columns_));
+      const LineWindow window(image_, around, columns_, background_dn, modest_stride(around));
+      const double peak = robust_peak(window, limits.lit);
+      if (!(peak > 3 * limits.lit)) return;
+      const std::vector<LineBox> bodies = find_bodies(window, 0.35 * peak);
+      for (const LineBox& body : bodies) {
+        if (body.lines() < 6 || body.length() < 4) continue;
+        read_body(window, {image_, columns_, background_dn, body, territory(around, body, bodies)},
+                  limits);
+      }
+      const auto done = [&](std::size_t i) {
+        return std::any_of(bodies.begin(), bodies.end(),
+                           [&](const LineBox& body) { return body.meets(boxes_[i]); });
+      };
+      const std::size_t before = members.size();
+      members.erase(std::remove_if(members.begin(), members.end(), done), members.end());
+      if (members.size() == before) return;
+    }
+  }
+
+  /// The part of a window that belongs to a body: what its glow may reach, up to half the way to
+  /// other bodies.
+  static LineBox territory(const LineBox& all, const LineBox& body,
+                           const std::vector<LineBox>& bodies) {
+    const int reach = 8 + 3 * std::max(body.lines(), body.length()) / 2;
+    LineBox box = body.grown(reach, reach).cut_to(all);
+    for (const LineBox& other : bodies) {
+      if (other.line0 > body.line1)
+        box.line1 = std::min(box.line1, (body.line1 + other.line0) / 2);
+      else if (other.line1 < body.line0)
+        box.line0 = std::max(box.line0, (body.line0 + other.line1 + 1) / 2);
+      else if (other.pos0 > body.pos1)
+        box.pos1 = std::min(box.pos1, (body.pos1 + other.pos0) / 2);
+      else if (other.pos1 < body.pos0)
+        box.pos0 = std::max(box.pos0, (body.pos0 + other.pos1 + 1) / 2);
+    }
+    return box;
+  }
+
+  void read_body(const LineWindow& window, const BodyPlace& place, const LampLimits& limits) {
+    const Blink coarse = coarse_blink(window, place, limits);
+    if (!(coarse.cycles_per_line > 0)) return;
+    const auto lamp = measure_striped_lamp(place, coarse, limits);
+    if (!lamp) return;
+    found_.blobs.push_back(blob_of(*lamp, take_parts(*lamp, place.body)));
+    found_.evidence += lamp->evidence;
+  }
+
+  /// Takes the components of a lamp and of the halo around it; the sum of the lamp's own.
+  Component take_parts(const StripedLamp& lamp, const LineBox& body) {
+    const int period = static_cast<int>(std::ceil(1 / lamp.blink.cycles_per_line));
+    const LineBox around = body.grown(period, body.length() / 4);
+    Component sum;
+    for (std::size_t i = 0; i < boxes_.size(); ++i) {
+      if (found_.taken[i]) continue;
+      const LineBox& box = boxes_[i];
+      const bool part = box.meets(body);
+      if (part) sum += components_[i];
+      const Eigen::Vector2d middle(0.5 * (box.line0 + box.line1), 0.5 * (box.pos0 + box.pos1));
+      const bool near = around.holds(middle[0], middle[1]) ||
+                        (lamp.shape.shape * (middle - lamp.shape.centre)).norm() < 1.3;
+      found_.taken[i] = part || near;
+    }
+    return sum;
+  }
+
+  Eigen::Vector2d to_xy(const Eigen::Vector2d& v) const {
+    return columns_ ? v : Eigen::Vector2d(v[1], v[0]);
+  }
+  Eigen::Matrix2d to_xy(const Eigen::Matrix2d& m) const {
+    Eigen::Matrix2d out;
+    out << m(1, 1), m(1, 0), m(0, 1), m(0, 0);
+    return columns_ ? m : out;
+  }
+
+  Blob blob_of(const StripedLamp& lamp, const Component& sum) const {
+    Blob blob;
+    blob.striped = true;
+    blob.centroid_px = to_xy(lamp.shape.centre);
+    blob.covariance_px2 = to_xy(lamp.shape.covariance);
+    blob.frequency_hz = lamp.blink.cycles_per_line / options_.sensor->row_time_s;
+    blob.frequency_sigma_hz = lamp.blink.sigma / options_.sensor->row_time_s;
+    blob.peak_dn = sum.peak_dn;
+    blob.background_dn = sum.background_dn;
+    blob.noise_dn = sum.noise_dn;
+    blob.saturated = sum.saturated_px > 0;
+    set_outline(lamp.shape, blob);
+    blob.flux_dn = lamp.signal;
+    blob.area_px = static_cast<int>(std::lround(lamp.lit_px));
+    blob.flux_sigma_dn = sum.noise_dn * std::sqrt(lamp.lit_px);
+    if (options_.rims)
+      for (const StripeRimPoint& p : lamp.shape.rim)
+        blob.rim.push_back({to_xy(p.at), to_xy(p.normal), lamp.shape.rim_sigma_px});
+    return blob;
+  }
+
+  /// Ellipse, bounding box and whether the image's border cuts it.
+  void set_outline(const StripedShape& shape, Blob& blob) const {
+    const Eigen::Matrix2d spread =
+        to_xy(Eigen::Matrix2d((shape.shape.transpose() * shape.shape).inverse()));
+    blob.ellipse = Conic{blob.centroid_px, spread.inverse()}.ellipse();
+    const Eigen::Vector2d half(std::sqrt(spread(0, 0)), std::sqrt(spread(1, 1)));
+    const Eigen::Vector2d low = blob.centroid_px - half, high = blob.centroid_px + half;
+    const int right = image_.width() - 1, bottom = image_.height() - 1;
+    blob.cut_by_border = low.minCoeff() < 0 || high.x() > right || high.y() > bottom;
+    blob.x0 = std::clamp(static_cast<int>(std::floor(low.x())), 0, right);
+    blob.y0 = std::clamp(static_cast<int>(std::floor(low.y())), 0, bottom);
+    blob.x1 = std::clamp(static_cast<int>(std::ceil(high.x())), 0, right);
+    blob.y1 = std::clamp(static_cast<int>(std::ceil(high.y())), 0, bottom);
+  }
+
+  const LinearImage& image_;
+  const DetectOptions& options_;
+  bool columns_;
+  const std::vector<Component>& components_;
+  std::vector<LineBox> boxes_;
+  Found found_;
+};
+
+}  // namespace
+
+bool reads_stripes(const DetectOptions& options) {
+  return options.sensor && options.sensor->row_time_s > 0 && options.stripes.value_or(true);
+}
+
+std::vector<Blob> take_striped_lamps(const LinearImage& image, const DetectOptions& options,
+                                     std::vector<Component>& components) {
+  const Readout readout = options.sensor->readout;
+  Found found;
+  if (readout != Readout::columns) found = Reader(image, options, false, components).read();
+  if (readout != Readout::rows) {
+    Found turned = Reader(image, options, true, components).read();
+    if (readout == Readout::columns || turned.evidence > found.evidence) found = std::move(turned);
+  }
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < components.size(); ++i)
+    if (!found.taken[i]) components[kept++] = components[i];
+  components.resize(kept);
+  return std::move(found.blobs);
+}
+
+}  // namespace occ::detecting
