@@ -1,41 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Coverage against quadrature over the shape's *area* (the library integrates along its rim).
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "libocc/formation/coverage.hpp"
+#include "quadrature.hpp"
 #include "support.hpp"
 
 namespace {
 
 using namespace occ;
+using namespace occ::test;
 constexpr double pi = 3.14159265358979323846;
-
-double box_blurred(double u, double sigma) {
-  const auto cumulative = [&](double z) { return 0.5 * std::erfc(-z / sigma * std::sqrt(0.5)); };
-  return cumulative(u + 0.5) - cumulative(u - 0.5);
-}
-
-// Nodes (x) and weights (y) on [-1/2, 1/2]: panels of the 4-point Gauss-Legendre rule.
-std::vector<Eigen::Vector2d> quadrature(int panels) {
-  constexpr std::array<double, 4> node = {-0.8611363115940526, -0.3399810435848563,
-                                          0.3399810435848563, 0.8611363115940526};
-  constexpr std::array<double, 4> weight = {0.3478548451374538, 0.6521451548625461,
-                                            0.6521451548625461, 0.3478548451374538};
-  std::vector<Eigen::Vector2d> nodes;
-  for (int panel = 0; panel < panels; ++panel)
-    for (std::size_t i = 0; i < 4; ++i)
-      nodes.emplace_back((2 * panel + 1 + node[i]) / panels / 2 - 0.5, weight[i] / panels / 2);
-  return nodes;
-}
-
-double integrate(const std::function<double(double)>& f, double from, double to, double step) {
-  double sum = 0;
-  for (const Eigen::Vector2d& node : quadrature(static_cast<int>(std::ceil((to - from) / step))))
-    sum += node.y() * f(0.5 * (from + to) + node.x() * (to - from));
-  return sum * (to - from);
-}
 
 // A disc's share of the pixel at `offset` from its centre, in polar coordinates about the centre;
 // only the part within reach of the pixel is visited.
@@ -57,7 +33,7 @@ double disc_pixel(const Eigen::Vector2d& offset, double radius, double sigma) {
 }
 
 Contour disc_contour(const Eigen::Vector2d& centre, double radius, double spacing) {
-  const Camera camera = Camera::pinhole(64, 64, 1000, 1000, centre.x(), centre.y());
+  const Camera camera = Camera::pinhole(701, 701, 1000, 1000, centre.x(), centre.y());
   return *project_contour(test::disc_lamp(0, {0, 0, 1}, radius / 1000), Rigid3{}, camera, spacing);
 }
 
@@ -190,6 +166,27 @@ TEST(Coverage, UprightRectangleMatchesItsClosedForm) {
     }
 }
 
+TEST(Coverage, ARimFarLargerThanTheImageIsAHalfPlane) {
+  // A disc of 500000 px whose right end passes through the image; the rim's sagitta is 1e-3 px.
+  const double sigma = 0.8, end_x = 31.3;
+  for (const double tilt : {0.0, 1.5, 3.0}) {  // the rim's start is on and off the image
+    Lamp lamp = test::disc_lamp(0, {0, 0, 2}, 1);
+    lamp.normal = Eigen::Vector3d(0, 0, -1);
+    const Camera camera = Camera::pinhole(64, 48, 1e6, 1e6, end_x - 5e5, 23.5);
+    const Rigid3 spun{so3_exp({0, 0, tilt}), Eigen::Vector3d::Zero()};
+    const auto contour = project_contour(lamp, spun, camera, sigma);
+    ASSERT_TRUE(contour);
+    EXPECT_LT(contour->size(), 3000u);
+    const Patch patch = coverage(*contour, PixelPsf(sigma), 64, 48);
+    for (int x = 0; x < 64; ++x)
+      for (const int y : {0, 23, 47}) {
+        const double sagitta = (y - 23.5) * (y - 23.5) / 1e6;
+        EXPECT_NEAR(value_at(patch, x, y), 1 - integral(x - end_x + sagitta, sigma), 2e-6)
+            << x << ' ' << y;
+      }
+  }
+}
+
 TEST(Coverage, TiltedRectangleBehindALensMatchesQuadratureOverTheLamp) {
   const Camera camera = Camera::pinhole(80, 60, 70, 72, 40.3, 29.1, {-0.2, 0.05, 0.002, -0.003});
   const Rigid3 pose{so3_exp({0.3, -0.2, 0.5}), {0.1, 0.05, 0.1}};
@@ -209,10 +206,7 @@ TEST(Coverage, TiltedRectangleBehindALensMatchesQuadratureOverTheLamp) {
       Eigen::Matrix<double, 2, 3> jacobian;
       const Eigen::Vector2d px = *camera.project(at, &jacobian);
       const double area = u.y() * v.y() * std::abs((jacobian * sides).determinant());
-      Eigen::VectorXd across(80), down(60);
-      for (int x = 0; x < 80; ++x) across[x] = box_blurred(x - px.x(), sigma);
-      for (int y = 0; y < 60; ++y) down[y] = box_blurred(y - px.y(), sigma);
-      truth += area * across * down.transpose();
+      add_dot(truth, px, sigma, area);
     }
   for (int y = 0; y < 60; ++y)
     for (int x = 0; x < 80; ++x) EXPECT_NEAR(value_at(patch, x, y), truth(x, y), 2e-6);

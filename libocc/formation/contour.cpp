@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <limits>
+#include <utility>
 
 #include "libocc/core/require.hpp"
 
@@ -12,65 +15,76 @@ namespace occ {
 namespace {
 
 constexpr double two_pi = 6.283185307179586;
-constexpr int max_points = 65536;
 constexpr int min_disc_points = 24;
+constexpr double max_disc_points = 8192;  // a longer rim lies mostly outside the image
+constexpr int max_splits = 60;
 
 // A curve in the camera's frame: position and tangent at a parameter.
 struct CurvePoint {
   Eigen::Vector3d at, tangent;
 };
+using Curve = std::function<CurvePoint(double)>;
 
-struct ImagePoint {
-  Eigen::Vector2d px, tangent_px;
-};
+// One curve of a lamp's rim under one camera; every function returns nothing (or false) when a
+// point is outside the camera's domain.
+class Projector {
+ public:
+  Projector(Curve curve, const Camera& camera, double spacing_px)
+      : curve_(std::move(curve)), camera_(camera), spacing_px_(spacing_px) {}
 
-std::optional<ImagePoint> project_point(const CurvePoint& point, const Camera& camera) {
-  Eigen::Matrix<double, 2, 3> jacobian;
-  const auto px = camera.project(point.at, &jacobian);
-  if (!px) return std::nullopt;
-  return ImagePoint{*px, jacobian * point.tangent};
-}
-
-// Greatest speed [px per unit of parameter] at `probes` places of [from, to].
-template <typename Curve>
-std::optional<double> max_speed(const Curve& curve, const Camera& camera, double from, double to,
-                                int probes) {
-  double speed = 0;
-  for (int i = 0; i < probes; ++i) {
-    const auto point = project_point(curve(from + (to - from) * i / (probes - 1)), camera);
-    if (!point) return std::nullopt;
-    speed = std::max(speed, point->tangent_px.norm());
+  // The contour point at a parameter, with `weight` of the parameter's range.
+  bool add_point(double at, double weight, Contour& contour) const {
+    const auto point = project(at);
+    if (!point) return false;
+    contour.push_back({point->px, point->tangent_px.y() * weight});
+    return true;
   }
-  return speed;
-}
 
-int points_for(double length_px, double spacing_px, int at_least) {
-  const double wanted = std::ceil(length_px / spacing_px);
-  return static_cast<int>(std::clamp(wanted, static_cast<double>(at_least), 1.0 * max_points));
-}
-
-std::optional<Contour> disc_contour(const Lamp& lamp, const Rigid3& cam_from_world,
-                                    const Camera& camera, double spacing_px) {
-  const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
-  const Eigen::Vector3d normal = cam_from_world.rotation * lamp.normal;
-  const Eigen::Vector3d across = normal.unitOrthogonal() * lamp.radius_m;
-  const Eigen::Vector3d along = normal.cross(across);
-  const auto curve = [&](double angle) {
-    const double c = std::cos(angle), s = std::sin(angle);
-    return CurvePoint{centre + c * across + s * along, c * along - s * across};
+  // Bound on the image's length [px] over [from, to], and whether all of it is far off the image.
+  struct Extent {
+    double length_px = 0;
+    bool off_image = false;
   };
-  const auto speed = max_speed(curve, camera, 0, two_pi, 17);
-  if (!speed) return std::nullopt;
-  const int count = points_for(two_pi * *speed, spacing_px, min_disc_points);
-  Contour contour;
-  contour.reserve(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i) {
-    const auto point = project_point(curve(two_pi * i / count), camera);
-    if (!point) return std::nullopt;
-    contour.push_back({point->px, point->tangent_px.y() * two_pi / count});
+  std::optional<Extent> extent(double from, double to, int probes) const {
+    Eigen::Array2d low = Eigen::Array2d::Constant(std::numeric_limits<double>::infinity());
+    Eigen::Array2d high = -low;
+    double speed = 0;
+    for (int i = 0; i < probes; ++i) {
+      const auto point = project(from + (to - from) * i / (probes - 1));
+      if (!point) return std::nullopt;
+      speed = std::max(speed, point->tangent_px.norm());
+      low = low.min(point->px.array());
+      high = high.max(point->px.array());
+    }
+    Extent extent;
+    extent.length_px = speed * (to - from);
+    // Light to the left matters to the pixels at its right; light above, below or right does not.
+    // The probes may miss the curve by the distance between them; no PSF reaches so far.
+    const double margin = camera_.width() + camera_.height() + extent.length_px / (probes - 1);
+    extent.off_image = high.y() < -margin || low.y() > camera_.height() + margin ||
+                       low.x() > camera_.width() + margin;
+    return extent;
   }
-  return contour;
-}
+
+  // Gauss-Legendre panels no longer than 16 nodes at 0.6 spacings, except off the image.
+  bool add_panels(double from, double to, int splits, Contour& contour) const;
+
+ private:
+  struct ImagePoint {
+    Eigen::Vector2d px, tangent_px;
+  };
+  std::optional<ImagePoint> project(double at) const {
+    const CurvePoint point = curve_(at);
+    Eigen::Matrix<double, 2, 3> jacobian;
+    const auto px = camera_.project(point.at, &jacobian);
+    if (!px) return std::nullopt;
+    return ImagePoint{*px, jacobian * point.tangent};
+  }
+
+  Curve curve_;
+  const Camera& camera_;
+  double spacing_px_;
+};
 
 // Positive half of the 16-point Gauss-Legendre rule on [-1, 1] (Abramowitz & Stegun, table 25.4).
 constexpr std::array<double, 8> gauss_nodes = {
@@ -80,25 +94,45 @@ constexpr std::array<double, 8> gauss_weights = {
     0.1894506104550685, 0.1826034150449236, 0.1691565193950025, 0.1495959888165767,
     0.1246289712555339, 0.0951585116824928, 0.0622535239386479, 0.0271524594117541};
 
-// One edge from `from` to `to`, in panels whose widest node gap (0.19 of half a panel) is the
-// spacing.
-bool add_edge(const Eigen::Vector3d& from, const Eigen::Vector3d& to, const Camera& camera,
-              double spacing_px, Contour& contour) {
-  const auto curve = [&](double s) { return CurvePoint{from + s * (to - from), to - from}; };
-  const auto speed = max_speed(curve, camera, 0, 1, 5);
-  if (!speed) return false;
-  const int panels = points_for(*speed * 0.095, spacing_px, 1);
-  const double half = 0.5 / panels;
-  for (int panel = 0; panel < panels; ++panel) {
-    for (int i = 0; i < 16; ++i) {
-      const auto node = static_cast<std::size_t>(i < 8 ? i : i - 8);
-      const double offset = i < 8 ? -gauss_nodes[node] : gauss_nodes[node];
-      const auto point = project_point(curve((2 * panel + 1 + offset) * half), camera);
-      if (!point) return false;
-      contour.push_back({point->px, point->tangent_px.y() * half * gauss_weights[node]});
-    }
-  }
+bool Projector::add_panels(double from, double to, int splits, Contour& contour) const {
+  const auto size = extent(from, to, 5);
+  if (!size || splits > max_splits) return false;
+  const double middle = 0.5 * (from + to), half = 0.5 * (to - from);
+  if (size->length_px > 16 * 0.6 * spacing_px_ && !size->off_image)
+    return add_panels(from, middle, splits + 1, contour) &&
+           add_panels(middle, to, splits + 1, contour);
+  for (std::size_t i = 0; i < 8; ++i)
+    for (const double side : {-half, half})
+      if (!add_point(middle + side * gauss_nodes[i], half * gauss_weights[i], contour))
+        return false;
   return true;
+}
+
+std::optional<Contour> disc_contour(const Lamp& lamp, const Rigid3& cam_from_world,
+                                    const Camera& camera, double spacing_px) {
+  const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
+  const Eigen::Vector3d normal = cam_from_world.rotation * lamp.normal;
+  const Eigen::Vector3d across = normal.unitOrthogonal() * lamp.radius_m;
+  const Eigen::Vector3d along = normal.cross(across);
+  const Projector rim(
+      [&](double angle) {
+        const double c = std::cos(angle), s = std::sin(angle);
+        return CurvePoint{centre + c * across + s * along, c * along - s * across};
+      },
+      camera, spacing_px);
+  const auto size = rim.extent(0, two_pi, 17);
+  if (!size) return std::nullopt;
+  Contour contour;
+  const double wanted = std::ceil(size->length_px / spacing_px);
+  if (wanted > max_disc_points) {
+    if (!rim.add_panels(0, two_pi, 0, contour)) return std::nullopt;
+    return contour;
+  }
+  const int count = std::max(min_disc_points, static_cast<int>(wanted));
+  contour.reserve(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i)
+    if (!rim.add_point(two_pi * i / count, two_pi / count, contour)) return std::nullopt;
+  return contour;
 }
 
 std::optional<Contour> rectangle_contour(const Lamp& lamp, const Rigid3& cam_from_world,
@@ -111,9 +145,15 @@ std::optional<Contour> rectangle_contour(const Lamp& lamp, const Rigid3& cam_fro
   const std::array<Eigen::Vector3d, 4> corners = {centre - along - across, centre + along - across,
                                                   centre + along + across, centre - along + across};
   Contour contour;
-  for (std::size_t i = 0; i < 4; ++i)
-    if (!add_edge(corners[i], corners[(i + 1) % 4], camera, spacing_px, contour))
-      return std::nullopt;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector3d from = corners[i], edge = corners[(i + 1) % 4] - from;
+    const Projector rim(
+        [&](double s) {
+          return CurvePoint{from + s * edge, edge};
+        },
+        camera, spacing_px);
+    if (!rim.add_panels(0, 1, 0, contour)) return std::nullopt;
+  }
   return contour;
 }
 

@@ -3,7 +3,8 @@
 // the contour integral, closed integral of F(x, y) dy ~ sum of F(x_i, y_i) dy_i.
 //
 // A smooth rim is sampled evenly in its own parameter (trapezoid rule: the error falls
-// exponentially with the number of points); a rim with corners edge by edge (Gauss-Legendre).
+// exponentially with the number of points); a rim with corners, or one that lies mostly off the
+// image, piece by piece (Gauss-Legendre).
 // Tangents come from the camera's Jacobian, so lens distortion costs no accuracy.
 #pragma once
 
@@ -24,9 +25,10 @@ struct ContourPoint {
 };
 using Contour = std::vector<ContourPoint>;
 
-/// Contour of a disc's or rectangle's image, points at most about spacing_px apart (never more than
-/// 65536 of them). Nothing when the lamp shows its dark side or part of the rim is outside the
-/// camera's domain; empty for a point lamp. Throws std::invalid_argument unless spacing_px > 0.
+/// Contour of a disc's or rectangle's image, points at most about spacing_px apart; coarser in
+/// parts that are so far off the image that no light of theirs reaches it. Nothing when the lamp
+/// shows its dark side or part of the rim is outside the camera's domain; empty for a point lamp.
+/// Throws std::invalid_argument unless spacing_px > 0.
 LIBOCC_API std::optional<Contour> project_contour(const Lamp& lamp, const Rigid3& cam_from_world,
                                                   const Camera& camera, double spacing_px);
 
