@@ -11,8 +11,8 @@
 namespace occ {
 namespace {
 
-/// Poses whose likelihood is within this factor of the best one's are plausible: 2 ln 1000.
-constexpr double plausible_chi2 = 13.8;
+/// Poses whose likelihood is within a factor of 100 of the best one's are plausible: 2 ln 100.
+constexpr double plausible_chi2 = 9.2;
 
 /// Seconds since construction.
 class Clock {
@@ -31,7 +31,8 @@ struct Ranked {
   Status status = Status::ok;
   std::string message;
   std::size_t matches = 0;
-  double score = 0;  // chi-square of rims and centroids, prior and missed lamps
+  double measured = 0;  // chi-square of rims and centroids
+  double assumed = 0;   // chi-square of the prior and of missed lamps
 };
 
 Ranked refine_hypothesis(const Hypothesis& hypothesis, const std::vector<Blob>& blobs,
@@ -42,7 +43,9 @@ Ranked refine_hypothesis(const Hypothesis& hypothesis, const std::vector<Blob>& 
   ranked.status = refined.status;
   ranked.message = refined.message;
   ranked.matches = hypothesis.matches.size();
-  ranked.score = refined->chi2 + options.identify.miss_penalty * hypothesis.missed;
+  const double prior = options.prior ? options.prior->chi2(refined->cam_from_world) : 0;
+  ranked.measured = refined->chi2 - prior;
+  ranked.assumed = prior + options.identify.miss_penalty * hypothesis.missed;
   Candidate& candidate = ranked.candidate;
   candidate.cam_from_world = refined->cam_from_world;
   candidate.covariance = refined->covariance;
@@ -62,7 +65,7 @@ bool better(const Ranked& a, const Ranked& b) {
   const bool a_ok = a.status == Status::ok, b_ok = b.status == Status::ok;
   if (a_ok != b_ok) return a_ok;
   if (a.matches != b.matches) return a.matches > b.matches;
-  return a.score < b.score;
+  return a.measured + a.assumed < b.measured + b.assumed;
 }
 
 /// Keeps the best and what cannot be told from it. A misfit that is common to all (an imperfect
@@ -71,10 +74,10 @@ bool better(const Ranked& a, const Ranked& b) {
 void keep_plausible(std::vector<Ranked>& ranked) {
   const Ranked best = ranked.front();
   const double misfit =
-      best.candidate.dof > 0 ? std::max(1.0, best.candidate.chi2 / best.candidate.dof) : 1.0;
+      best.candidate.dof > 0 ? std::max(1.0, best.measured / best.candidate.dof) : 1.0;
   const auto implausible = [&](const Ranked& r) {
-    return r.status != best.status || r.matches < best.matches ||
-           r.score - best.score > plausible_chi2 * misfit;
+    const double worse = (r.measured - best.measured) / misfit + r.assumed - best.assumed;
+    return r.status != best.status || r.matches < best.matches || worse > plausible_chi2;
   };
   ranked.erase(std::remove_if(ranked.begin() + 1, ranked.end(), implausible), ranked.end());
 }

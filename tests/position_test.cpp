@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole path on simulated frames: image -> blobs -> names -> pose, and what it says when it
+// cannot.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "libocc/position/locate.hpp"
+#include "libocc/simulate/simulate.hpp"
+#include "support.hpp"
+
+namespace occ {
+namespace {
+
+using test::irregular_room;
+using test::random_room_pose;
+using test::square_room;
+
+double position_error_m(const Fix& fix, const Rigid3& truth) {
+  return (fix.position_m - truth.origin_in_source()).norm();
+}
+
+Image constant_image(int width, int height, std::uint8_t level) {
+  Image image;
+  image.width = width;
+  image.height = height;
+  image.u8.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), level);
+  return image;
+}
+
+TEST(Locate, FindsTheCameraWithoutCodeOrPrior) {
+  const Scene scene = irregular_room();
+  Random random(1);
+  for (int trial = 0; trial < 10; ++trial) {
+    const Rigid3 truth = random_room_pose(random);
+    SimulateOptions options;
+    options.seed = static_cast<std::uint64_t>(trial);
+    const Rendered rendered = simulate(scene, truth, options);
+    const Result<Fix> fix = locate(rendered.image.view(), scene);
+    ASSERT_EQ(fix.status, Status::ok) << "trial " << trial << ": " << fix.message;
+    EXPECT_LT(position_error_m(*fix, truth), 1e-3) << "trial " << trial;
+    EXPECT_EQ(fix->candidates.size(), 1u);
+    EXPECT_LT(fix->rms_px, 0.05);
+    for (const LampTruth& lamp : rendered.lamps) {
+      if (!lamp.whole) continue;
+      ASSERT_EQ(fix->lamps.count(lamp.id), 1u) << "lamp " << lamp.id << ", trial " << trial;
+      EXPECT_LT((fix->lamps.at(lamp.id).centroid_px - lamp.image_centre_px).norm(), 0.1);
+    }
+  }
+}
+
+TEST(Locate, ASquareOfLampsIsAmbiguousUntilAPriorBreaksIt) {
+  const Scene scene = square_room();
+  Random random(2);
+  const Rigid3 truth = random_room_pose(random, 0.1);
+  const Rendered rendered = simulate(scene, truth);
+  const Result<Fix> without = locate(rendered.image.view(), scene);
+  EXPECT_EQ(without.status, Status::ambiguous) << without.message;
+  EXPECT_EQ(without->candidates.size(), 4u);
+
+  LocateOptions options;
+  options.prior.emplace();
+  options.prior->heading_rad = heading_rad(truth) + 0.2;
+  options.prior->heading_sigma_rad = 20 * M_PI / 180;
+  const Result<Fix> with = locate(rendered.image.view(), scene, options);
+  ASSERT_EQ(with.status, Status::ok) << with.message;
+  EXPECT_LT(position_error_m(*with, truth), 2e-3);
+}
+
+TEST(Locate, NamesCodedLampsThroughARollingShutter) {
+  Scene scene = square_room();
+  const double codes_hz[] = {2000, 2500, 3000, 3500};
+  for (std::size_t i = 0; i < 4; ++i) {
+    scene.lamps[i].frequency_hz = codes_hz[i];
+    scene.lamps[i].radius_m = 0.17;
+  }
+  scene.camera = Camera::pinhole(1280, 960, 845, 845, 639.5, 479.5);
+  scene.sensor.row_time_s = 1 / 47540.0;
+  scene.sensor.exposure_s = 6e-5;
+  Random random(3);
+  const Rigid3 truth = random_room_pose(random, 0.1);
+  const Result<Fix> fix = locate(simulate(scene, truth).image.view(), scene);
+  ASSERT_EQ(fix.status, Status::ok) << fix.message;
+  EXPECT_EQ(fix->lamps.size(), 4u);
+  EXPECT_LT(position_error_m(*fix, truth), 0.01);
+}
+
+// Over 500 frames the normalised estimation error squared of the position, summed, is chi-square
+// with 1500 degrees of freedom when the stated covariance is true.
+TEST(Locate, StatedPositionCovarianceIsTrue) {
+  const Scene scene = irregular_room();
+  Random random(4);
+  double nees = 0;
+  int frames = 0;
+  for (int trial = 0; trial < 500; ++trial) {
+    const Rigid3 truth = random_room_pose(random);
+    SimulateOptions options;
+    options.seed = 100 + static_cast<std::uint64_t>(trial);
+    const Result<Fix> fix = locate(simulate(scene, truth, options).image.view(), scene);
+    ASSERT_EQ(fix.status, Status::ok) << "trial " << trial << ": " << fix.message;
+    const Eigen::Vector3d error = fix->position_m - truth.origin_in_source();
+    nees += error.dot(fix->position_covariance_m2.inverse() * error);
+    ++frames;
+  }
+  const auto [low, high] = test::chi2_interval(3.0 * frames);
+  EXPECT_GT(nees, low) << "mean NEES " << nees / frames << " of 3";
+  EXPECT_LT(nees, high) << "mean NEES " << nees / frames << " of 3";
+}
+
+TEST(Locate, TheSameImageGivesTheSameBits) {
+  const Scene scene = irregular_room();
+  Random random(5);
+  const Rendered rendered = simulate(scene, random_room_pose(random));
+  const Result<Fix> first = locate(rendered.image.view(), scene);
+  const Result<Fix> second = locate(rendered.image.view(), scene);
+  EXPECT_EQ(first->cam_from_world.matrix(), second->cam_from_world.matrix());
+  EXPECT_EQ(first->covariance, second->covariance);
+}
+
+TEST(Locate, BlackAndWhiteImagesHoldNoLamps) {
+  const Scene scene = irregular_room();
+  for (const std::uint8_t level : {0, 128, 255}) {
+    const Image image = constant_image(640, 480, level);
+    const Result<Fix> fix = locate(image.view(), scene);
+    EXPECT_EQ(fix.status, Status::no_lamps) << "level " << int{level};
+    EXPECT_FALSE(fix.message.empty());
+    EXPECT_TRUE(fix->candidates.empty());
+  }
+}
+
+TEST(Locate, TwoLampsAreTooFewAndTheBlobsAreReturned) {
+  Scene scene = square_room();
+  scene.lamps.resize(2);
+  Random random(6);
+  const Result<Fix> fix = locate(simulate(scene, random_room_pose(random)).image.view(), scene);
+  EXPECT_EQ(fix.status, Status::too_few_lamps) << fix.message;
+  EXPECT_EQ(fix->blobs.size(), 2u);
+}
+
+TEST(Locate, LampsThatAreNotOnTheMapGiveNoPose) {
+  const Scene seen = irregular_room();
+  Scene map = seen;
+  for (std::size_t i = 0; i < map.lamps.size(); ++i) {  // another room altogether
+    map.lamps[i].centre_m += Eigen::Vector3d(0.37 * std::cos(9.0 * static_cast<double>(i)),
+                                             0.41 * std::sin(5.0 * static_cast<double>(i * i)), 0);
+  }
+  Random random(7);
+  const Result<Fix> fix = locate(simulate(seen, random_room_pose(random)).image.view(), map);
+  EXPECT_NE(fix.status, Status::ok);
+}
+
+TEST(Locate, RefusesAnImageOfAnotherSizeThanTheCameras) {
+  const Image image = constant_image(320, 240, 0);
+  try {
+    locate(image.view(), irregular_room());
+    FAIL() << "no exception";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("640 x 480"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("320 x 240"), std::string::npos) << error.what();
+  }
+}
+
+TEST(Locate, RefusesAnInvalidScene) {
+  const Image image = constant_image(640, 480, 0);
+  Scene scene = irregular_room();
+  scene.lamps[1].id = scene.lamps[0].id;
+  EXPECT_THROW(locate(image.view(), scene), std::invalid_argument);
+  scene = irregular_room();
+  scene.lamps[2].radius_m = -0.1;
+  EXPECT_THROW(locate(image.view(), scene), std::invalid_argument);
+}
+
+TEST(Locate, RefusesBadOptions) {
+  const Image image = constant_image(640, 480, 0);
+  LocateOptions options;
+  options.max_candidates = 0;
+  EXPECT_THROW(locate(image.view(), irregular_room(), options), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace occ
