@@ -122,10 +122,10 @@ TEST(Locate, TheSameImageGivesTheSameBits) {
 
 TEST(Locate, BlackAndWhiteImagesHoldNoLamps) {
   const Scene scene = irregular_room();
-  for (const std::uint8_t level : {0, 128, 255}) {
-    const Image image = constant_image(640, 480, level);
+  for (const int level : {0, 128, 255}) {
+    const Image image = constant_image(640, 480, static_cast<std::uint8_t>(level));
     const Result<Fix> fix = locate(image.view(), scene);
-    EXPECT_EQ(fix.status, Status::no_lamps) << "level " << int{level};
+    EXPECT_EQ(fix.status, Status::no_lamps) << "level " << level;
     EXPECT_FALSE(fix.message.empty());
     EXPECT_TRUE(fix->candidates.empty());
   }
