@@ -11,7 +11,7 @@ namespace {
 /// What a lost point costs: ten sigma, squared.
 constexpr double lost_chi2 = 100;
 
-constexpr int residual_index = 7;  // in a row, after pose and growth
+constexpr int residual_index = 7;  // in a column of rows_, after pose and growth
 
 /// Of a 2x2 information that may have rank one, as that of a single straight side.
 Eigen::Matrix2d inverse_of(Eigen::Matrix2d information) {
@@ -24,13 +24,9 @@ Eigen::Matrix2d inverse_of(Eigen::Matrix2d information) {
 LampRim::LampRim(const LampObservation& lamp, const std::vector<RimObservation>& rim)
     : lamp_(lamp), points_(rim.data() + lamp.rim_begin) {
   const auto count = static_cast<Eigen::Index>(lamp.rim_end - lamp.rim_begin);
-  directions_.resize(2, count);
-  rows_.resize(8, count);
-  weighted_.resize(8, count);
+  rows_.resize(10, count);
+  weighted_.resize(10, count);
   weights_.setOnes(count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    directions_.col(i) = points_[i].inverse_sigma * points_[i].normal;
-  }
 }
 
 int LampRim::linearise(const State& state, const Eigen::Vector3d& pivot) {
@@ -48,30 +44,38 @@ int LampRim::linearise(const State& state, const Eigen::Vector3d& pivot) {
       continue;
     }
     if (weights_[i] == 0) weights_[i] = 1;
-    rows_.col(i) << d_lamp.transpose(), growth_slope, *distance + growth_slope * state.growth_px;
+    rows_.col(i) << d_lamp.transpose(), growth_slope, *distance + growth_slope * state.growth_px,
+        points_[i].normal;
     rows_.col(i) *= points_[i].inverse_sigma;
   }
   return lost_;
 }
 
 void LampRim::weigh_points(double huber_sigma) {
-  const Eigen::Matrix2Xd weighted = directions_ * weights_.asDiagonal();
-  const Eigen::Matrix2d spread = weighted * directions_.transpose();
-  const Eigen::Vector2d offset =
-      inverse_of(spread) * (weighted * rows_.row(residual_index).transpose());
-  const Eigen::ArrayXd left =
-      rows_.row(residual_index).transpose() - directions_.transpose() * offset;
+  const auto residuals = rows_.row(residual_index);
+  const auto directions = rows_.bottomRows<2>();
+  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d pull = Eigen::Vector2d::Zero();
   for (Eigen::Index i = 0; i < weights_.size(); ++i) {
-    if (weights_[i] > 0) weights_[i] = huber_weight(std::abs(left[i]), huber_sigma);
+    const Eigen::Vector2d weighted = weights_[i] * directions.col(i);
+    spread += weighted * directions.col(i).transpose();
+    pull += weighted * residuals[i];
+  }
+  const Eigen::Vector2d offset = inverse_of(spread) * pull;
+  for (Eigen::Index i = 0; i < weights_.size(); ++i) {
+    if (weights_[i] == 0) continue;
+    const double left = residuals[i] - directions.col(i).dot(offset);
+    weights_[i] = huber_weight(std::abs(left), huber_sigma);
   }
 }
 
 void LampRim::add_to(Normal& normal, double model_sigma_px, double huber_sigma) {
   weigh_points(huber_sigma);
   weighted_.noalias() = rows_ * weights_.asDiagonal();
-  Matrix8 sum = weighted_ * rows_.transpose();  // gradient and chi2 in the last column
-  const Eigen::Matrix<double, 2, 8> along = directions_ * weighted_.transpose();
-  const Eigen::Matrix2d spread = directions_ * weights_.asDiagonal() * directions_.transpose();
+  const Eigen::Matrix<double, 10, 10> products = weighted_ * rows_.transpose();
+  Matrix8 sum = products.topLeftCorner<8, 8>();  // gradient and chi2 in the last column
+  const Eigen::Matrix<double, 2, 8> along = products.bottomLeftCorner<2, 8>();
+  const Eigen::Matrix2d spread = products.bottomRightCorner<2, 2>();
 
   const double variance = model_sigma_px * model_sigma_px;
   const Eigen::Matrix2d shrink = Eigen::Matrix2d::Identity() + variance * spread;
@@ -116,7 +120,7 @@ double LampRim::chi2(const State& state) const {
     }
     const double residual = (*distance - growth_px) * points_[i].inverse_sigma;
     sum += weights_[i] * residual * residual;
-    pull += weights_[i] * residual * directions_.col(i);
+    pull += weights_[i] * residual * points_[i].inverse_sigma * points_[i].normal;
   }
   return lamp_weight_ * (sum - pull.dot(offset_gain_ * pull)) + lost;
 }

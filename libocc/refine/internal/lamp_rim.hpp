@@ -47,12 +47,11 @@ class LampRim {
   const LampObservation& lamp_;
   const RimObservation* points_;
 
-  // One column or entry for each point.
-  Eigen::Matrix2Xd directions_;                        // n / sigma
-  Eigen::Matrix<double, 8, Eigen::Dynamic> rows_;      // d residual / d (turn of the lamp, shift of
-                                                       // its centre, growth), then the residual
-  Eigen::Matrix<double, 8, Eigen::Dynamic> weighted_;  // the same, weighted
-  Eigen::VectorXd weights_;                            // 0 for a lost one
+  // One column or entry for each point: d residual / d (turn of the lamp, shift of its centre,
+  // growth), the residual, and n / sigma.
+  using Rows = Eigen::Matrix<double, 10, Eigen::Dynamic>;
+  Rows rows_, weighted_;
+  Eigen::VectorXd weights_;  // 0 for a lost one
 
   Eigen::Vector3d arm_ = Eigen::Vector3d::Zero();  // from the pivot to the lamp's centre
   int lost_ = 0;
