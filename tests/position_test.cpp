@@ -23,6 +23,23 @@ double position_error_m(const Fix& fix, const Rigid3& truth) {
   return (fix.position_m - truth.origin_in_source()).norm();
 }
 
+/// A random pose from which at least `least` lamps are whole in the image, and one that is not
+/// whole is out of it, so that nothing depends on how much of a lamp the border leaves.
+Rigid3 pose_with_lamps(Random& random, const Scene& scene, int least, double tilt_rad = 0.25) {
+  while (true) {
+    const Rigid3 pose = random_room_pose(random, tilt_rad);
+    SimulateOptions options;
+    options.noise = false;
+    int whole = 0;
+    bool cut = false;
+    for (const LampTruth& lamp : simulate(scene, pose, options).lamps) {
+      whole += lamp.whole;
+      cut = cut || lamp.in_view != lamp.whole;
+    }
+    if (whole >= least && !cut) return pose;
+  }
+}
+
 Image constant_image(int width, int height, std::uint8_t level) {
   Image image;
   image.width = width;
@@ -35,7 +52,7 @@ TEST(Locate, FindsTheCameraWithoutCodeOrPrior) {
   const Scene scene = irregular_room();
   Random random(1);
   for (int trial = 0; trial < 10; ++trial) {
-    const Rigid3 truth = random_room_pose(random);
+    const Rigid3 truth = pose_with_lamps(random, scene, 4);
     SimulateOptions options;
     options.seed = static_cast<std::uint64_t>(trial);
     const Rendered rendered = simulate(scene, truth, options);
@@ -55,7 +72,7 @@ TEST(Locate, FindsTheCameraWithoutCodeOrPrior) {
 TEST(Locate, ASquareOfLampsIsAmbiguousUntilAPriorBreaksIt) {
   const Scene scene = square_room();
   Random random(2);
-  const Rigid3 truth = random_room_pose(random, 0.1);
+  const Rigid3 truth = pose_with_lamps(random, scene, 4, 0.1);
   const Rendered rendered = simulate(scene, truth);
   const Result<Fix> without = locate(rendered.image.view(), scene);
   EXPECT_EQ(without.status, Status::ambiguous) << without.message;
@@ -81,7 +98,7 @@ TEST(Locate, NamesCodedLampsThroughARollingShutter) {
   scene.sensor.row_time_s = 1 / 47540.0;
   scene.sensor.exposure_s = 6e-5;
   Random random(3);
-  const Rigid3 truth = random_room_pose(random, 0.1);
+  const Rigid3 truth = pose_with_lamps(random, scene, 4, 0.1);
   const Result<Fix> fix = locate(simulate(scene, truth).image.view(), scene);
   ASSERT_EQ(fix.status, Status::ok) << fix.message;
   EXPECT_EQ(fix->lamps.size(), 4u);
@@ -96,7 +113,7 @@ TEST(Locate, StatedPositionCovarianceIsTrue) {
   double nees = 0;
   int frames = 0;
   for (int trial = 0; trial < 500; ++trial) {
-    const Rigid3 truth = random_room_pose(random);
+    const Rigid3 truth = pose_with_lamps(random, scene, 4);
     SimulateOptions options;
     options.seed = 100 + static_cast<std::uint64_t>(trial);
     const Result<Fix> fix = locate(simulate(scene, truth, options).image.view(), scene);
@@ -113,7 +130,7 @@ TEST(Locate, StatedPositionCovarianceIsTrue) {
 TEST(Locate, TheSameImageGivesTheSameBits) {
   const Scene scene = irregular_room();
   Random random(5);
-  const Rendered rendered = simulate(scene, random_room_pose(random));
+  const Rendered rendered = simulate(scene, pose_with_lamps(random, scene, 2));
   const Result<Fix> first = locate(rendered.image.view(), scene);
   const Result<Fix> second = locate(rendered.image.view(), scene);
   EXPECT_EQ(first->cam_from_world.matrix(), second->cam_from_world.matrix());
@@ -135,7 +152,8 @@ TEST(Locate, TwoLampsAreTooFewAndTheBlobsAreReturned) {
   Scene scene = square_room();
   scene.lamps.resize(2);
   Random random(6);
-  const Result<Fix> fix = locate(simulate(scene, random_room_pose(random)).image.view(), scene);
+  const Result<Fix> fix =
+      locate(simulate(scene, pose_with_lamps(random, scene, 2)).image.view(), scene);
   EXPECT_EQ(fix.status, Status::too_few_lamps) << fix.message;
   EXPECT_EQ(fix->blobs.size(), 2u);
 }

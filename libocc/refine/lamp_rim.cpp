@@ -13,8 +13,8 @@ constexpr double lost_chi2 = 100;
 
 constexpr int residual_index = 7;  // in a column of rows_, after pose and growth
 
-/// Of a 2x2 information that may have rank one, as that of a single straight side.
-Eigen::Matrix2d inverse_of(Eigen::Matrix2d information) {
+/// Of an information that may lack rank, as that of a single straight side.
+Eigen::Matrix3d inverse_of(Eigen::Matrix3d information) {
   information.diagonal().array() += 1e-9 * information.trace() + std::numeric_limits<double>::min();
   return information.inverse();
 }
@@ -24,8 +24,8 @@ Eigen::Matrix2d inverse_of(Eigen::Matrix2d information) {
 LampRim::LampRim(const LampObservation& lamp, const std::vector<RimObservation>& rim)
     : lamp_(lamp), points_(rim.data() + lamp.rim_begin) {
   const auto count = static_cast<Eigen::Index>(lamp.rim_end - lamp.rim_begin);
-  rows_.resize(10, count);
-  weighted_.resize(10, count);
+  rows_.resize(11, count);
+  weighted_.resize(11, count);
   weights_.setOnes(count);
 }
 
@@ -44,7 +44,7 @@ int LampRim::linearise(const State& state, const Eigen::Vector3d& pivot) {
       continue;
     }
     if (weights_[i] == 0) weights_[i] = 1;
-    rows_.col(i) << d_lamp.transpose(), growth_slope, *distance + growth_slope * state.growth_px,
+    rows_.col(i) << d_lamp.transpose(), growth_slope, *distance + growth_slope * state.growth_px, 1,
         points_[i].normal;
     rows_.col(i) *= points_[i].inverse_sigma;
   }
@@ -53,15 +53,15 @@ int LampRim::linearise(const State& state, const Eigen::Vector3d& pivot) {
 
 void LampRim::weigh_points(double huber_sigma) {
   const auto residuals = rows_.row(residual_index);
-  const auto directions = rows_.bottomRows<2>();
-  Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
-  Eigen::Vector2d pull = Eigen::Vector2d::Zero();
+  const auto directions = rows_.bottomRows<3>();
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d pull = Eigen::Vector3d::Zero();
   for (Eigen::Index i = 0; i < weights_.size(); ++i) {
-    const Eigen::Vector2d weighted = weights_[i] * directions.col(i);
+    const Eigen::Vector3d weighted = weights_[i] * directions.col(i);
     spread += weighted * directions.col(i).transpose();
     pull += weighted * residuals[i];
   }
-  const Eigen::Vector2d offset = inverse_of(spread) * pull;
+  const Eigen::Vector3d offset = inverse_of(spread) * pull;
   for (Eigen::Index i = 0; i < weights_.size(); ++i) {
     if (weights_[i] == 0) continue;
     const double left = residuals[i] - directions.col(i).dot(offset);
@@ -69,21 +69,23 @@ void LampRim::weigh_points(double huber_sigma) {
   }
 }
 
-void LampRim::add_to(Normal& normal, double model_sigma_px, double huber_sigma) {
+void LampRim::add_to(Normal& normal, double huber_sigma) {
   weigh_points(huber_sigma);
   weighted_.noalias() = rows_ * weights_.asDiagonal();
-  const Eigen::Matrix<double, 10, 10> products = weighted_ * rows_.transpose();
+  const Eigen::Matrix<double, 11, 11> products = weighted_ * rows_.transpose();
   Matrix8 sum = products.topLeftCorner<8, 8>();  // gradient and chi2 in the last column
-  const Eigen::Matrix<double, 2, 8> along = products.bottomLeftCorner<2, 8>();
-  const Eigen::Matrix2d spread = products.bottomRightCorner<2, 2>();
+  const Eigen::Matrix<double, 3, 8> along = products.bottomLeftCorner<3, 8>();
+  const Eigen::Matrix3d spread = products.bottomRightCorner<3, 3>();
 
-  const double variance = model_sigma_px * model_sigma_px;
-  const Eigen::Matrix2d shrink = Eigen::Matrix2d::Identity() + variance * spread;
-  offset_gain_ = variance * shrink.inverse();
+  const auto variance = lamp_.common_variance_px2.asDiagonal();
+  const Eigen::Matrix3d damped = Eigen::Matrix3d::Identity() + spread * variance;
+  offset_gain_ = variance * damped.inverse();
   sum.noalias() -= along.transpose() * offset_gain_ * along;
 
-  const Eigen::Vector2d pull = along.col(residual_index);
-  const double place_chi2 = pull.dot(inverse_of(spread * shrink) * pull);
+  const Eigen::Matrix3d uncertainty = inverse_of(spread);
+  const Eigen::Vector3d offset = uncertainty * along.col(residual_index);
+  const Eigen::Matrix3d allowed = uncertainty + Eigen::Matrix3d(variance);
+  const double place_chi2 = offset.dot(allowed.inverse() * offset);
   lamp_weight_ = huber_weight(std::sqrt(std::max(0.0, place_chi2)), huber_sigma);
 
   // a turn of the pose about the pivot turns the lamp and swings its centre: w x arm
@@ -110,7 +112,7 @@ double LampRim::chi2(const State& state) const {
   const LampInCam in_cam = lamp_in_cam(*lamp_.lamp, state.cam_from_world);
   const double growth_px = lamp_.blob->saturated ? state.growth_px : 0;
   double sum = 0, lost = 0;
-  Eigen::Vector2d pull = Eigen::Vector2d::Zero();
+  Eigen::Vector3d pull = Eigen::Vector3d::Zero();
   for (Eigen::Index i = 0; i < weights_.size(); ++i) {
     const std::optional<double> distance =
         weights_[i] > 0 ? rim_distance_px(in_cam, points_[i].ray) : std::nullopt;
@@ -120,7 +122,8 @@ double LampRim::chi2(const State& state) const {
     }
     const double residual = (*distance - growth_px) * points_[i].inverse_sigma;
     sum += weights_[i] * residual * residual;
-    pull += weights_[i] * residual * points_[i].inverse_sigma * points_[i].normal;
+    pull += weights_[i] * residual * points_[i].inverse_sigma *
+            Eigen::Vector3d(1, points_[i].normal.x(), points_[i].normal.y());
   }
   return lamp_weight_ * (sum - pull.dot(offset_gain_ * pull)) + lost;
 }

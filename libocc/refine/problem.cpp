@@ -81,7 +81,7 @@ bool Problem::add_lamp(std::size_t index, const State& state, const Eigen::Vecto
     weights.by_rim = !lamp.has_place || lost <= max_lost_share * count;
   }
   if (weights.by_rim) {
-    rims_[index].add_to(normal, options_.model_sigma_px, options_.huber_sigma);
+    rims_[index].add_to(normal, options_.huber_sigma);
   } else if (lamp.has_place && !add_place(lamp, state, pivot, weights.place, normal)) {
     return false;
   }

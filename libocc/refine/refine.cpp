@@ -91,6 +91,24 @@ State approach_by_centroids(const State& start, const Observations& observations
   return near.converged ? near.state : start;
 }
 
+/// Median distance of the saturated rims from where the pose predicts them: near enough to the
+/// common growth that Huber's weights start from the right points.
+double typical_growth_px(const State& state, const Observations& observations) {
+  std::vector<double> distances;
+  for (const LampObservation& lamp : observations.lamps) {
+    if (!lamp.blob->saturated) continue;
+    const LampInCam in_cam = lamp_in_cam(*lamp.lamp, state.cam_from_world);
+    for (std::size_t i = lamp.rim_begin; i < lamp.rim_end; ++i) {
+      const std::optional<double> distance = rim_distance_px(in_cam, observations.rim[i].ray);
+      if (distance) distances.push_back(*distance);
+    }
+  }
+  if (distances.empty()) return 0;
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return *middle;
+}
+
 std::string too_few_message(std::size_t lamps, int equations) {
   std::ostringstream text;
   text << lamps << " lamps give " << equations << " equations, a pose has 6 unknowns";
@@ -140,6 +158,7 @@ Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
   const int equations = observations.equations(options);
   if (equations >= 6) {
     state = approach_by_centroids(state, observations, scene, options);
+    if (observations.rims_grow) state.growth_px = typical_growth_px(state, observations);
     Problem problem(observations, scene, options, options.use_rims);
     const Minimum minimum = minimise(problem, state, options.max_iterations, options.tolerance_px);
     state = minimum.state;

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // One lamp's rim in the normal equations. Its residuals are r = (d - growth) / sigma, d the
-// distance along the measured normal n. An error of camera or map that is common to the lamp, an
-// offset o ~ N(0, s^2 I) in the image, would add n . o / sigma to each; it is eliminated in closed
-// form (Woodbury):
-//     r^T (I + s^2 V V^T)^-1 r = r^T r - u^T (I / s^2 + N)^-1 u,   V = n / sigma, u = V^T r, N =
-//     V^T V.
+// distance along the measured normal n. An error o ~ N(0, S) that is common to the lamp (a growth
+// of its own rim and an offset in the image) would add v . o / sigma with v = (1, n) to each; it is
+// eliminated in closed form (Woodbury):
+//     r^T (I + V S V^T)^-1 r = r^T r - u^T (S^-1 + N)^-1 u,   V = v / sigma, u = V^T r, N = V^T V.
 //
 // Huber's weights: each point by what is left of it after the lamp's offset, the lamp as a whole by
 // its offset. A lamp that is wrong is one outlier, not eighty.
@@ -35,7 +34,7 @@ class LampRim {
   int linearise(const State& state, const Eigen::Vector3d& pivot);
 
   /// Adds what was linearised, weighted; the weights are held for chi2() until the next time.
-  void add_to(Normal& normal, double model_sigma_px, double huber_sigma);
+  void add_to(Normal& normal, double huber_sigma);
 
   /// r^T r at a state under the weights held; lost points cost a constant.
   double chi2(const State& state) const;
@@ -48,15 +47,15 @@ class LampRim {
   const RimObservation* points_;
 
   // One column or entry for each point: d residual / d (turn of the lamp, shift of its centre,
-  // growth), the residual, and n / sigma.
-  using Rows = Eigen::Matrix<double, 10, Eigen::Dynamic>;
+  // growth), the residual, and v / sigma.
+  using Rows = Eigen::Matrix<double, 11, Eigen::Dynamic>;
   Rows rows_, weighted_;
   Eigen::VectorXd weights_;  // 0 for a lost one
 
   Eigen::Vector3d arm_ = Eigen::Vector3d::Zero();  // from the pivot to the lamp's centre
   int lost_ = 0;
   double lamp_weight_ = 1;
-  Eigen::Matrix2d offset_gain_ = Eigen::Matrix2d::Zero();  // (I / s^2 + N)^-1
+  Eigen::Matrix3d offset_gain_ = Eigen::Matrix3d::Zero();  // (S^-1 + N)^-1
 };
 
 }  // namespace occ
