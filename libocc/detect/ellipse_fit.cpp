@@ -65,36 +65,43 @@ std::optional<Conic> algebraic_fit(const std::vector<RimPoint>& rim, const Frame
   return conic;
 }
 
+/// One point's distance from the conic, whitened, and its derivatives (in the frame's unit).
+struct Row {
+  Vector5 derivatives;
+  double residual;
+  double weight;
+
+  Row(const RimPoint& point, const Frame& frame, const Conic& conic) {
+    const Eigen::Vector2d d = frame.in(point.px) - conic.centre;
+    const Eigen::Vector2d out = conic.shape * d;
+    const double slope = 2 * out.norm();
+    residual = (out.dot(d) - 1) / slope;
+    derivatives << -2 * out.x(), -2 * out.y(), d.x() * d.x(), 2 * d.x() * d.y(), d.y() * d.y();
+    derivatives /= slope;
+    weight = frame.size * frame.size / (point.sigma_px * point.sigma_px);
+  }
+};
+
 struct Normal {
   Matrix5 matrix = Matrix5::Zero();
   Vector5 right = Vector5::Zero();
   double chi2 = 0, sum_squares = 0;
-};
 
-/// Normal equations of the whitened normal distances about a conic (in the frame's unit).
-Normal normal_equations(const std::vector<RimPoint>& rim, const Frame& frame, const Conic& conic) {
-  Normal sums;
-  for (const RimPoint& point : rim) {
-    const Eigen::Vector2d d = frame.in(point.px) - conic.centre;
-    const Eigen::Vector2d out = conic.shape * d;
-    const double slope = 2 * out.norm();
-    const double residual = (out.dot(d) - 1) / slope;
-    const double weight = frame.size * frame.size / (point.sigma_px * point.sigma_px);
-    Vector5 row;
-    row << -2 * out.x(), -2 * out.y(), d.x() * d.x(), 2 * d.x() * d.y(), d.y() * d.y();
-    row /= slope;
-    sums.matrix += weight * row * row.transpose();
-    sums.right += weight * residual * row;
-    sums.chi2 += weight * residual * residual;
-    sums.sum_squares += residual * residual;
+  Normal(const std::vector<RimPoint>& rim, const Frame& frame, const Conic& conic) {
+    for (const RimPoint& point : rim) {
+      const Row row(point, frame, conic);
+      matrix += row.weight * row.derivatives * row.derivatives.transpose();
+      right += row.weight * row.residual * row.derivatives;
+      chi2 += row.weight * row.residual * row.residual;
+      sum_squares += row.residual * row.residual;
+    }
   }
-  return sums;
-}
+};
 
 std::optional<EllipseFit> iterate(const std::vector<RimPoint>& rim, const Frame& frame,
                                   Conic conic) {
   for (int step = 0; step < max_steps; ++step) {
-    const Normal sums = normal_equations(rim, frame, conic);
+    const Normal sums(rim, frame, conic);
     const Eigen::LDLT<Matrix5> solver(sums.matrix);
     if (solver.info() != Eigen::Success || !(solver.rcond() > 1e-13)) return std::nullopt;
     const Vector5 change = solver.solve(sums.right);
@@ -144,6 +151,20 @@ std::optional<EllipseFit> fit_ellipse(const std::vector<RimPoint>& rim, const Co
   if (rim.size() <= parameters) return std::nullopt;
   const Frame frame(rim);
   return iterate(rim, frame, frame.in(start));
+}
+
+Eigen::Matrix2d centre_response(const std::vector<RimPoint>& rim, const Conic& conic,
+                                const std::vector<Eigen::Vector2d>& moves) {
+  const Frame frame(rim);
+  const Conic scaled = frame.in(conic);
+  Eigen::Matrix<double, parameters, 2> right = Eigen::Matrix<double, parameters, 2>::Zero();
+  for (std::size_t i = 0; i < rim.size(); ++i) {
+    const Row row(rim[i], frame, scaled);
+    right += row.weight * row.derivatives * moves[i].transpose();
+  }
+  // A point that moves outwards raises the residual; the fit follows it.
+  const Normal sums(rim, frame, scaled);
+  return -sums.matrix.ldlt().solve(right).topRows<2>();
 }
 
 }  // namespace occ::detecting

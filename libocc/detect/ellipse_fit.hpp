@@ -44,4 +44,9 @@ std::optional<EllipseFit> fit_ellipse(const std::vector<RimPoint>& rim);
 /// The same from a start close to the answer.
 std::optional<EllipseFit> fit_ellipse(const std::vector<RimPoint>& rim, const Conic& start);
 
+/// How the fitted centre moves (columns) when each point moves along its normal by the x or the y
+/// of its entry in `moves`.
+Eigen::Matrix2d centre_response(const std::vector<RimPoint>& rim, const Conic& conic,
+                                const std::vector<Eigen::Vector2d>& moves);
+
 }  // namespace occ::detecting

@@ -8,29 +8,80 @@
 #include <cmath>
 #include <cstddef>
 
+#include "libocc/detect/normal_table.hpp"
+
 namespace occ::detecting {
 namespace {
 
 // Fewer pixels than this leave a surface too free where it is carried on across the rim.
+constexpr double clear_sigmas = 1.5;  // of blur inside the rim: 93 % of the light is there
 constexpr int least_pixels = 4, plane_pixels = 30, paraboloid_pixels = 200;
 
 constexpr std::size_t terms = 6;
 constexpr std::array<std::size_t, terms> u_power = {0, 1, 0, 2, 1, 0};
 constexpr std::array<std::size_t, terms> v_power = {0, 0, 1, 0, 1, 2};
 
-/// Sums over pixels of u^i v^j, and of these times the signal.
+double square(double v) { return v * v; }
+
+/// Part of the light that the blur of the rim leaves to a pixel inside.
+class Cover {
+ public:
+  Cover(const Conic& conic, double blur_px)
+      : xx_(conic.shape(0, 0)),
+        xy_(conic.shape(0, 1)),
+        yy_(conic.shape(1, 1)),
+        determinant_(conic.shape.determinant()),
+        blur_(blur_px) {}
+
+  /// (dx, dy): from the ellipse's centre. The distance is that of the rim on the ray through the
+  /// pixel, along the normal there; blur moves the edge of a convex shape inwards by half its
+  /// curvature times the blur squared.
+  double operator()(double dx, double dy) const {
+    const double out_x = xx_ * dx + xy_ * dy, out_y = xy_ * dx + yy_ * dy;
+    const double form = out_x * dx + out_y * dy;
+    const double length2 = out_x * out_x + out_y * out_y;
+    // Cheap and sure: (1 - form) / 2 |out| is more than the distance by less than half of it.
+    if (square(1 - form) > square(12 * blur_) * length2) return 1;
+    const double radius = std::sqrt(form), length = std::sqrt(length2);
+    const double distance = radius * (1 - radius) / length;
+    const double curvature = determinant_ * form * radius / (length2 * length);
+    return table_(distance / blur_ - 0.5 * curvature * blur_).below;
+  }
+
+ private:
+  double xx_, xy_, yy_, determinant_, blur_;
+  const NormalTable& table_ = NormalTable::get();
+};
+
+/// Sums over pixels of u^i v^j, and of these times the signal, of a surface seen through `cover`.
 struct Sums {
   double power[5][5] = {};
   double signal[3][3] = {};
   double squares = 0;
   int pixels = 0;
 
-  /// A row adds what depends on u alone; v is common to it.
-  void add_row(const std::array<double, 5>& u, const std::array<double, 3>& s, double v) {
+  /// A row of pixels from (dx, dy) on; v is common to it, only powers of u are summed.
+  void add_row(const float* row, double dx, double dy, int count, double scale,
+               const Cover& cover) {
+    double u[5] = {}, s[3] = {};
+    for (int i = 0; i < count; ++i, dx += 1) {
+      const double part = cover(dx, dy), part2 = part * part;
+      const double at = dx * scale, at2 = at * at, value = row[i], seen = part * value;
+      u[0] += part2;
+      u[1] += part2 * at;
+      u[2] += part2 * at2;
+      u[3] += part2 * at2 * at;
+      u[4] += part2 * at2 * at2;
+      s[0] += seen;
+      s[1] += seen * at;
+      s[2] += seen * at2;
+      squares += value * value;
+    }
+    pixels += count;
     double factor = 1;
-    for (std::size_t j = 0; j < 5; ++j, factor *= v) {
-      for (std::size_t i = 0; i + j < 5; ++i) power[i][j] += factor * u[i];
-      for (std::size_t i = 0; i + j < 3; ++i) signal[i][j] += factor * s[i];
+    for (int j = 0; j < 5; ++j, factor *= dy * scale) {
+      for (int i = 0; i + j < 5; ++i) power[i][j] += factor * u[i];
+      for (int i = 0; i + j < 3; ++i) signal[i][j] += factor * s[i];
     }
   }
 };
@@ -80,37 +131,27 @@ double solve(const Sums& sums, int used, std::array<double, terms>& coefficients
 
 }  // namespace
 
-std::optional<Plateau> Plateau::fit(const Patch& patch, const Conic& conic, double clear_px) {
+std::optional<Plateau> Plateau::fit(const Patch& patch, const Conic& conic, double blur_px) {
   const Ellipse ellipse = conic.ellipse();
-  const double shrink = 1 - clear_px / ellipse.semi_minor_px;
+  const double shrink = 1 - clear_sigmas * blur_px / ellipse.semi_minor_px;
   if (!(shrink > 0)) return std::nullopt;
   Plateau plateau;
   plateau.centre_ = conic.centre;
   plateau.scale_ = 1 / ellipse.semi_major_px;
+  const Cover cover(conic, blur_px);
   Sums sums;
   for_each_row(patch, conic, shrink, [&](int y, int x0, int x1) {
-    const float* row = patch.at(x0, y);
-    std::array<double, 5> u{static_cast<double>(x1 - x0 + 1)};
-    std::array<double, 3> s{};
-    for (int x = x0; x <= x1; ++x) {
-      const double at = (x - conic.centre.x()) * plateau.scale_;
-      const double at2 = at * at, value = *row++;
-      u[1] += at;
-      u[2] += at2;
-      u[3] += at2 * at;
-      u[4] += at2 * at2;
-      s[0] += value;
-      s[1] += at * value;
-      s[2] += at2 * value;
-      sums.squares += value * value;
-    }
-    sums.pixels += x1 - x0 + 1;
-    sums.add_row(u, s, (y - conic.centre.y()) * plateau.scale_);
+    const double dy = y - conic.centre.y();
+    sums.add_row(patch.at(x0, y), x0 - conic.centre.x(), dy, x1 - x0 + 1, plateau.scale_, cover);
   });
   if (sums.pixels < least_pixels) return std::nullopt;
   const int used = sums.pixels < plane_pixels ? 1 : sums.pixels < paraboloid_pixels ? 3 : 6;
-  plateau.pixels_ = sums.pixels;
   plateau.variance_ = solve(sums, used, plateau.c_);
+  if (used > 1) {
+    Eigen::Matrix2d normal;
+    normal << sums.power[2][0], sums.power[1][1], sums.power[1][1], sums.power[0][2];
+    plateau.gradient_covariance_ = plateau.scale_ * plateau.scale_ * normal.inverse();
+  }
   return plateau;
 }
 

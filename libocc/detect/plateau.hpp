@@ -16,9 +16,10 @@ namespace occ::detecting {
 
 class Plateau {
  public:
-  /// Least squares over the pixels further than `clear_px` inside the ellipse: a constant, plane or
-  /// paraboloid, whatever the number of pixels bears. Nothing when there are hardly any.
-  static std::optional<Plateau> fit(const Patch& patch, const Conic& conic, double clear_px);
+  /// Least squares over the pixels inside the ellipse that the rim's blur leaves most of their
+  /// light: a constant, plane or paraboloid, whatever the number of pixels bears. Nothing when
+  /// there are hardly any.
+  static std::optional<Plateau> fit(const Patch& patch, const Conic& conic, double blur_px);
 
   /// Signal of the unblurred disc at a pixel.
   double operator()(double x, double y) const {
@@ -26,16 +27,25 @@ class Plateau {
     return c_[0] + u * (c_[1] + u * c_[3] + v * c_[4]) + v * (c_[2] + v * c_[5]);
   }
 
+  /// Its gradient there.
+  Eigen::Vector2d gradient(double x, double y) const {
+    const double u = (x - centre_.x()) * scale_, v = (y - centre_.y()) * scale_;
+    return scale_ *
+           Eigen::Vector2d(c_[1] + 2 * u * c_[3] + v * c_[4], c_[2] + u * c_[4] + 2 * v * c_[5]);
+  }
+
   double level() const { return c_[0]; }         ///< at the centre
   double variance() const { return variance_; }  ///< of a pixel about the surface
-  int pixels() const { return pixels_; }
+
+  /// Covariance of the linear terms [DN per pixel] for a unit variance of the pixels.
+  const Eigen::Matrix2d& gradient_covariance() const { return gradient_covariance_; }
 
  private:
   Eigen::Vector2d centre_ = Eigen::Vector2d::Zero();
   double scale_ = 1;
   std::array<double, 6> c_{};  // 1, u, v, u^2, u v, v^2
   double variance_ = 0;
-  int pixels_ = 0;
+  Eigen::Matrix2d gradient_covariance_ = Eigen::Matrix2d::Zero();
 };
 
 }  // namespace occ::detecting

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/detect/rim.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -13,15 +14,17 @@
 namespace occ::detecting {
 namespace {
 
-constexpr double window_sigmas = 3;   // of the edge's blur, each way
-constexpr double clear_sigmas = 2.5;  // inside the rim, where the plateau is read
+constexpr double window_sigmas = 3;  // of the edge's blur, each way
 constexpr int most_passes = 6;
-constexpr double settled_px = 0.01;  // shift of the ellipse's centre and change of the blur
+constexpr double settled_px = 0.005;  // changes of the ellipse's centre and size, of the blur
 constexpr double least_blur_px = 0.3, most_blur_px = 4;
 constexpr double most_misfit = 0.05;  // of the profiles, root mean square over the plateau
 constexpr double least_minor_px = 3;
 
 double square(double v) { return v * v; }
+
+/// Geometric mean of the semi-axes.
+double size_of(const Conic& conic) { return std::pow(conic.shape.determinant(), -0.25); }
 
 /// Plateau, blur and noise: what a rim's profile is compared with.
 struct Model {
@@ -33,9 +36,10 @@ struct Model {
 /// Goes over the rim's lines; adds a point for each and sums what they say together.
 class Profiles {
  public:
-  Profiles(const Patch& patch, const Model& model)
+  Profiles(const Patch& patch, const Model& model, const Eigen::Vector2d& centre)
       : patch_(patch),
         model_(model),
+        centre_(centre),
         dim_(std::max(5 * std::sqrt(model.noise.floor), 0.05 * model.plateau.level())) {}
 
   void add(const RimLine& line) {
@@ -49,21 +53,28 @@ class Profiles {
     const bool thin = chord < 2 * window_sigmas * blur;
     const float* pixel = line.pixel(patch_, low);
     const std::ptrdiff_t step = line.step(patch_);
+    const Eigen::Vector2d normal = line.normal();
+    const Eigen::Vector2d rim = line.point(line.edge);
+    // Blur carries light down the plateau's slope, too.
+    const double carried = model_.blur_px * model_.plateau.gradient(rim.x(), rim.y()).dot(normal);
     Sums sums;
     for (int along = low; along <= high; ++along, pixel += step) {
       const double z = line.outward * (along - edge) / blur;
       if (z > 2 && *pixel > dim_) return;  // another light is too close
-      const NormalTable::Value normal = table_(z);
-      double cover = 1 - normal.below;
+      const NormalTable::Value at_z = table_(z);
+      double cover = 1 - at_z.below;
       if (thin) cover -= 1 - table_(z + chord / blur).below;
       const Eigen::Vector2d at = line.point(along);
-      sums.add(*pixel, model_.plateau(at.x(), at.y()), cover, z, normal.density, model_.noise);
+      const double level = model_.plateau(at.x(), at.y());
+      sums.add(*pixel, level, level * cover - carried * at_z.density, z, at_z.density,
+               model_.noise);
+      sums.by_level += at_z.density * cover;
     }
     if (!(sums.weight > 0)) return;
     const double shift = blur * sums.shift / sums.weight;
     const double sigma = blur * std::sqrt(sums.variance) / sums.weight;
-    points.push_back(
-        {line.point(line.edge + line.outward * shift), line.normal(), sigma * line.cosine()});
+    points.push_back({line.point(line.edge + line.outward * shift), normal, sigma * line.cosine()});
+    by_gradient.push_back(-model_.blur_px * sums.by_level / sums.weight * (rim - centre_));
     total += sums;
   }
 
@@ -76,17 +87,18 @@ class Profiles {
   }
 
   std::vector<RimPoint> points;
+  std::vector<Eigen::Vector2d> by_gradient;  ///< d shift / d the plateau's gradient, of each point
 
  private:
   struct Sums {
-    double shift = 0, weight = 0, variance = 0;  // weighted by the edge's derivative
+    double shift = 0, weight = 0, variance = 0, by_level = 0;  // weighted by the edge's derivative
     double blur = 0, blur_weight = 0;
     double misfit = 0, expected = 0, light = 0;
 
-    void add(double signal, double level, double cover, double z, double density,
+    void add(double signal, double level, double model, double z, double density,
              const Noise& noise) {
-      const double residual = signal - level * cover;
-      const double pixel_variance = noise.variance(level * cover);
+      const double residual = signal - model;
+      const double pixel_variance = noise.variance(model);
       shift += density * residual;
       weight += density * density * level;
       variance += density * density * pixel_variance;
@@ -118,6 +130,7 @@ class Profiles {
 
   const Patch& patch_;
   const Model& model_;
+  const Eigen::Vector2d centre_;
   const double dim_;  ///< signal of an edge's dark side
   const NormalTable& table_ = NormalTable::get();
   Sums total;
@@ -132,11 +145,25 @@ Noise noise_of(const Patch& patch, const Plateau& plateau) {
   return noise;
 }
 
+/// The plateau's gradient is measured, too; its noise moves the points of opposite sides one way.
+/// They stay independent in name only, so each takes a share of it.
+void add_gradient_noise(const Model& model, const Profiles& profiles, Rim& rim) {
+  const Eigen::Matrix2d response = centre_response(rim.points, rim.fit.conic, profiles.by_gradient);
+  const Eigen::Matrix2d gradient =
+      model.noise.variance(model.plateau.level()) * model.plateau.gradient_covariance();
+  Eigen::Matrix2d& covariance = rim.fit.centre_covariance_px2;
+  const double before = covariance.determinant();
+  covariance += response * gradient * response.transpose();
+  const double factor = std::pow(covariance.determinant() / before, 0.25);
+  for (RimPoint& point : rim.points) point.sigma_px *= factor;
+}
+
 }  // namespace
 
 void widen_sigmas(Rim& rim) {
-  const double excess = rim.fit.chi2 / std::max(1, rim.fit.dof);
-  if (!(excess > 1.5)) return;
+  const double dof = std::max(1, rim.fit.dof);
+  const double excess = rim.fit.chi2 / dof - std::sqrt(2 / dof);
+  if (!(excess > 1)) return;
   for (RimPoint& point : rim.points) point.sigma_px *= std::sqrt(excess);
   rim.fit.centre_covariance_px2 *= excess;
   rim.fit.chi2 /= excess;
@@ -153,21 +180,23 @@ std::optional<Rim> measure_rim(const Patch& patch, const Component& component, d
   rim.blur_px = blur_px;
   for (int pass = 0; pass < most_passes; ++pass) {
     if (conic.ellipse().semi_minor_px < least_minor_px) return std::nullopt;
-    const std::optional<Plateau> plateau = Plateau::fit(patch, conic, clear_sigmas * rim.blur_px);
+    const std::optional<Plateau> plateau = Plateau::fit(patch, conic, rim.blur_px);
     if (!plateau || !(plateau->level() > 0)) return std::nullopt;
     const Model model{*plateau, noise_of(patch, *plateau), rim.blur_px};
-    Profiles profiles(patch, model);
+    Profiles profiles(patch, model, conic.centre);
     for_each_rim_line(conic, [&](const RimLine& line) { profiles.add(line); });
     const std::optional<EllipseFit> fit = fit_ellipse(profiles.points, conic);
     if (!fit) return std::nullopt;
     const double blur = rim.blur_px * (1 + std::clamp(profiles.blur_change(), -0.4, 0.6));
     const bool settled = (fit->conic.centre - conic.centre).norm() < settled_px &&
+                         std::abs(size_of(fit->conic) - size_of(conic)) < settled_px &&
                          std::abs(blur - rim.blur_px) < settled_px;
     conic = fit->conic;
     rim.fit = *fit;
     rim.points = std::move(profiles.points);
     if (settled) {
       if (profiles.misfit() > most_misfit) return std::nullopt;
+      add_gradient_noise(model, profiles, rim);
       widen_sigmas(rim);
       return rim;
     }
