@@ -50,13 +50,11 @@ bool surrounds(const std::vector<Eigen::Vector2d>& rim, const Eigen::Vector2d& p
   return inside;
 }
 
-// Truth of a lamp that can be rendered; `electrons` is filled in by the caller.
-LampTruth truth_of(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera) {
-  LampTruth truth;
-  truth.id = lamp.id;
-  if (const auto px = camera.project(cam_from_world * lamp.centre_m)) truth.centre_px = *px;
+// Where a lamp that can be rendered is in the image.
+void locate_image(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
+                  LampTruth& truth) {
   const auto rim = project_rim(lamp, cam_from_world, camera, truth_rim_points);
-  if (!rim) return truth;
+  if (!rim) return;
   if (const auto px = project_lamp_centre(lamp, cam_from_world, camera))
     truth.image_centre_px = *px;
   const auto inside = std::count_if(rim->begin(), rim->end(),
@@ -65,7 +63,6 @@ LampTruth truth_of(const Lamp& lamp, const Rigid3& cam_from_world, const Camera&
   const Eigen::Vector2d middle(0.5 * (camera.width() - 1), 0.5 * (camera.height() - 1));
   truth.in_view = inside > 0 || surrounds(*rim, middle);
   if (truth.in_view) truth.rim_px = *rim;
-  return truth;
 }
 
 template <typename Pixel>
@@ -117,10 +114,14 @@ Rendered simulate(const Scene& given, const Rigid3& cam_from_world,
   Signal signal(static_cast<std::size_t>(camera.width()) *
                 static_cast<std::size_t>(camera.height()));
   for (const Lamp& lamp : scene.lamps) {
-    LampTruth truth = truth_of(lamp, cam_from_world, camera);
-    if (const auto image = lamp_image(lamp, cam_from_world, camera, sensor, psf, spacing_px))
+    LampTruth truth;
+    truth.id = lamp.id;
+    if (const auto px = camera.project(cam_from_world * lamp.centre_m)) truth.centre_px = *px;
+    if (const auto image = lamp_image(lamp, cam_from_world, camera, sensor, psf, spacing_px)) {
+      locate_image(lamp, cam_from_world, camera, truth);
       truth.electrons = add_lamp(*image, lit_fractions(lamp, sensor, options.start_s, lines),
                                  by_columns, camera, signal);
+    }
     rendered.lamps.push_back(truth);
   }
 

@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Renders what a camera sees of the lamps, with the truth. Effects so far: extended lamps by their
 // rim integral, PSF, Lambertian and cos^4 gradient over the lamp, blinking under a rolling shutter,
-// saturation, response, shot and read noise, quantisation. The same seed gives the same bits.
+// saturation, response, shot and read noise, quantisation.
+//
+// Mean electrons of a pixel are good to 1e-5 of the lamp's peak (1e-4 for a PSF of 2 px or a focal
+// length of 200 px): formation/coverage.hpp, formation/light.hpp. Noise is a function of (seed,
+// frame, pixel): the same seed gives the same bits, and a pixel's noise does not depend on lamps
+// elsewhere. Lamps do not hide one another and light no walls.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -20,7 +25,8 @@ struct SimulateOptions {
   std::uint64_t seed = 0;
   std::uint32_t frame = 0;  ///< noise differs from frame to frame under one seed
   bool noise = true;        ///< shot and read noise
-  double start_s = 0;       ///< time at which the first row's exposure begins
+  double start_s = 0;       ///< time at which the first row's exposure begins; blinking lamps begin
+                            ///< a period, lit, at time 0
   double spacing_sigma =
       1.0;  ///< rim samples are this many PSF sigmas apart: accuracy against time
 };
@@ -33,7 +39,7 @@ struct LampTruth {
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< projection of the lamp's centre
   Eigen::Vector2d image_centre_px =
       Eigen::Vector2d::Zero();          ///< centre of the lamp's image (ellipse centre)
-  double electrons = 0;                 ///< signal electrons of its image on the sensor
+  double electrons = 0;                 ///< signal electrons on the sensor, before any clipping
   std::vector<Eigen::Vector2d> rim_px;  ///< empty when it is not in view
 };
 
@@ -43,7 +49,11 @@ struct Rendered {
   std::vector<LampTruth> lamps;  ///< one for each lamp of the scene, in its order
 };
 
-/// Throws std::invalid_argument when the scene does not validate or the pose is not finite.
+/// An image of the camera's size, 16 bits when the sensor has more than 8. Stripes of blinking
+/// lamps follow sensor.row_time_s and sensor.readout (unknown: rows). A lamp whose rim is partly
+/// behind the camera or outside the lens's domain, or that shows its dark side, is not rendered;
+/// its truth says that it is not in view. Throws std::invalid_argument when the scene, the pose or
+/// the options do not validate.
 LIBOCC_API Rendered simulate(const Scene& scene, const Rigid3& cam_from_world,
                              const SimulateOptions& options = {});
 
