@@ -10,6 +10,7 @@
 #include "libocc/detect/components.hpp"
 #include "libocc/detect/linear_image.hpp"
 #include "libocc/detect/measure.hpp"
+#include "libocc/detect/stripes.hpp"
 
 namespace occ {
 namespace {
@@ -67,8 +68,10 @@ std::vector<Blob> detect(const ImageView& image, const DetectOptions& options) {
   std::vector<Component> components = detecting::find_components(image, background, rule);
 
   std::vector<Blob> blobs;
+  if (detecting::reads_stripes(options))
+    blobs = detecting::take_striped_lamps(linear, options, components);
   keep_brightest(components, options.max_blobs);
-  blobs.reserve(components.size());
+  blobs.reserve(blobs.size() + components.size());
   detecting::Patch scratch;
   for (const Component& component : components)
     blobs.push_back(detecting::measure(linear, component, options, scratch));

@@ -42,6 +42,20 @@ Eigen::MatrixXd baseline(int lines, int degree) {
   return p;
 }
 
+/// Cosine and sine from line to line, by rotation.
+struct Rotation {
+  double c = 1, s = 0, turn_c, turn_s;
+
+  explicit Rotation(double cycles_per_line)
+      : turn_c(std::cos(two_pi * cycles_per_line)), turn_s(std::sin(two_pi * cycles_per_line)) {}
+
+  void next() {
+    const double next_c = c * turn_c - s * turn_s;
+    s = s * turn_c + c * turn_s;
+    c = next_c;
+  }
+};
+
 /// Square roots of the weights, weighted values, weighted orthonormal baseline.
 struct Weighted {
   Eigen::VectorXd root, value;
@@ -57,20 +71,6 @@ struct Weighted {
            Eigen::MatrixXd::Identity(n, degree + 1);
     residual = value - base * (base.transpose() * value);
   }
-
-  /// Weighted cosine and sine, by rotation from line to line.
-  void wave(double cycles_per_line, Eigen::Ref<Eigen::MatrixXd> columns) const {
-    const double step = two_pi * cycles_per_line;
-    const double turn_c = std::cos(step), turn_s = std::sin(step);
-    double c = 1, s = 0;
-    for (Eigen::Index i = 0; i < root.size(); ++i) {
-      columns(i, 0) = root[i] * c;
-      columns(i, 1) = root[i] * s;
-      const double next = c * turn_c - s * turn_s;
-      s = s * turn_c + c * turn_s;
-      c = next;
-    }
-  }
 };
 
 /// Amplitudes of one line and how much of the residual's sum of squares it explains.
@@ -79,15 +79,37 @@ struct OneLine {
   double power = 0;
 };
 
-OneLine fit_line(const Weighted& w, double cycles_per_line, Eigen::MatrixXd& wave) {
+/// One pass over the lines, as the scan spends its time here.
+OneLine fit_line(const Weighted& w, double cycles_per_line) {
+  Rotation wave(cycles_per_line);
+  double cc = 0, cs = 0, ss = 0, cr = 0, sr = 0;
+  double cb[3] = {}, sb[3] = {};
+  const double *b0 = w.base.col(0).data(), *b1 = w.base.col(1).data(), *b2 = w.base.col(2).data();
+  for (Eigen::Index i = 0; i < w.root.size(); ++i, wave.next()) {
+    const double c = w.root[i] * wave.c, s = w.root[i] * wave.s, r = w.residual[i];
+    cc += c * c;
+    cs += c * s;
+    ss += s * s;
+    cr += c * r;
+    sr += s * r;
+    cb[0] += c * b0[i];
+    cb[1] += c * b1[i];
+    cb[2] += c * b2[i];
+    sb[0] += s * b0[i];
+    sb[1] += s * b1[i];
+    sb[2] += s * b2[i];
+  }
+  for (int k = 0; k < 3; ++k) {
+    cc -= cb[k] * cb[k];
+    cs -= cb[k] * sb[k];
+    ss -= sb[k] * sb[k];
+  }
+  Eigen::Matrix2d gram;
+  gram << cc, cs, cs, ss;
   OneLine line;
-  w.wave(cycles_per_line, wave);
-  const Eigen::MatrixXd on_base = w.base.transpose() * wave;
-  const Eigen::Matrix2d gram = wave.transpose() * wave - on_base.transpose() * on_base;
-  const Eigen::Vector2d right = wave.transpose() * w.residual;
   if (!(gram.determinant() > 1e-6 * gram.trace() * gram.trace())) return line;
-  line.amplitude = gram.inverse() * right;
-  line.power = right.dot(line.amplitude);
+  line.amplitude = gram.inverse() * Eigen::Vector2d(cr, sr);
+  line.power = cr * line.amplitude[0] + sr * line.amplitude[1];
   return line;
 }
 
@@ -95,8 +117,14 @@ OneLine fit_line(const Weighted& w, double cycles_per_line, Eigen::MatrixXd& wav
 Eigen::MatrixXd model(const Weighted& w, double cycles_per_line, int harmonics) {
   Eigen::MatrixXd a(w.root.size(), w.base.cols() + 2 * harmonics);
   a.leftCols(w.base.cols()) = w.base;
-  for (int k = 1; k <= harmonics; ++k)
-    w.wave(k * cycles_per_line, a.middleCols(w.base.cols() + 2 * (k - 1), 2));
+  for (int k = 1; k <= harmonics; ++k) {
+    Rotation wave(k * cycles_per_line);
+    const Eigen::Index at = w.base.cols() + 2 * (k - 1);
+    for (Eigen::Index i = 0; i < w.root.size(); ++i, wave.next()) {
+      a(i, at) = w.root[i] * wave.c;
+      a(i, at + 1) = w.root[i] * wave.s;
+    }
+  }
   return a;
 }
 
@@ -206,9 +234,8 @@ double strongest_line(const LineSignal& signal, double max_cycles_per_line) {
   const double high = std::min(max_cycles_per_line, 0.5 - resolution / 2);
   if (!(high > low)) return 0;
   const Weighted w(signal, 2);
-  Eigen::MatrixXd wave(w.root.size(), 2);
   std::vector<double> power;
-  for (double f = low; f <= high; f += step) power.push_back(fit_line(w, f, wave).power);
+  for (double f = low; f <= high; f += step) power.push_back(fit_line(w, f).power);
   const auto best =
       static_cast<std::size_t>(std::max_element(power.begin(), power.end()) - power.begin());
   double offset = 0;  // of a parabola's top
@@ -221,12 +248,12 @@ double strongest_line(const LineSignal& signal, double max_cycles_per_line) {
 
 std::complex<double> amplitude_at(const LineSignal& signal, double cycles_per_line) {
   const Weighted w(signal, 2);
-  Eigen::MatrixXd wave(w.root.size(), 2);
-  const Eigen::Vector2d amplitude = fit_line(w, cycles_per_line, wave).amplitude;
+  const Eigen::Vector2d amplitude = fit_line(w, cycles_per_line).amplitude;
   return {amplitude[0], amplitude[1]};
 }
 
-Blink fit_blink(const LineSignal& signal, double cycles_per_line, int baseline_degree) {
+Blink fit_blink(const LineSignal& signal, double cycles_per_line, int baseline_degree,
+                int max_harmonics) {
   Blink blink;
   const Weighted w(signal, baseline_degree);
   const int in_view = lines_in_view(signal);
@@ -236,7 +263,7 @@ Blink fit_blink(const LineSignal& signal, double cycles_per_line, int baseline_d
     return k * cycles_per_line < 0.45 && lines > 2 * (baseline_degree + 2 + 2 * k);
   };
   blink.harmonics = 1;
-  while (blink.harmonics < 6 && allowed(blink.harmonics + 1)) ++blink.harmonics;
+  while (blink.harmonics < max_harmonics && allowed(blink.harmonics + 1)) ++blink.harmonics;
 
   double f = cycles_per_line;
   const Linearised at = descend(w, f, 0.6 / in_view, blink.harmonics);

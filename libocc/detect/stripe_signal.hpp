@@ -29,8 +29,9 @@ LineSignal levelled(const LineSignal& signal, double half_window_lines);
 struct Blink {
   double cycles_per_line = 0;
   double sigma = 0;  ///< of cycles_per_line
+  static constexpr int most_harmonics = 6;
   int harmonics = 0;
-  std::array<double, 6> cosine{}, sine{};
+  std::array<double, most_harmonics> cosine{}, sine{};
   int line0 = 0;
   double mean = 0;       ///< of the baseline
   double explained = 0;  ///< part of the variance about the baseline, 0..1
@@ -50,6 +51,7 @@ double strongest_line(const LineSignal& signal, double max_cycles_per_line);
 std::complex<double> amplitude_at(const LineSignal& signal, double cycles_per_line);
 
 /// Fit of the blink near a coarse frequency.
-Blink fit_blink(const LineSignal& signal, double cycles_per_line, int baseline_degree);
+Blink fit_blink(const LineSignal& signal, double cycles_per_line, int baseline_degree,
+                int max_harmonics = Blink::most_harmonics);
 
 }  // namespace occ::detecting

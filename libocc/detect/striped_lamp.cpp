@@ -8,7 +8,7 @@
 namespace occ::detecting {
 namespace {
 
-constexpr int max_lines = 1024;      // of a signal: bounds the time that a huge body takes
+constexpr int max_lines = 512;       // of a signal: bounds the time that a huge body takes
 constexpr double usual_knee = 0.1;   // of the logarithm that compresses a signal, of its highest
 constexpr double distant_knee = 10;  // hardly compresses
 
@@ -205,7 +205,7 @@ Blink coarse_blink(const LineWindow& window, const BodyPlace& place, const LampL
   const LineSignal signal = compressed_signal(window, part, std::max(limits.lit, 0.005 * peak));
   const double f = strongest_line(levelled(signal, part.lines() / 8.0), limits.max_cycles_per_line);
   if (!(f > 0)) return {};
-  const Blink blink = fit_blink(levelled(signal, 0.4 / f), f, 2);
+  const Blink blink = fit_blink(levelled(signal, 0.4 / f), f, 2, 2);
   return blink.explained > 0.4 ? blink : Blink{};
 }
 

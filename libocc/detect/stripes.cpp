@@ -22,6 +22,7 @@ using Members = std::vector<std::size_t>;  ///< indices of components
 
 struct Found {
   std::vector<Blob> blobs;
+  std::vector<LineBox> bodies;  ///< of the blobs
   std::vector<bool> taken;  ///< of the components
   double evidence = 0;
 };
@@ -142,7 +143,10 @@ class Reader {
       if (!(peak > 3 * limits.lit)) return;
       const std::vector<LineBox> bodies = find_bodies(window, 0.35 * peak);
       for (const LineBox& body : bodies) {
-        if (body.lines() < 6 || body.length() < 4) continue;
+        const auto meets = [&](const LineBox& lamp) { return body.meets(lamp); };
+        if (body.lines() < 6 || body.length() < 4 ||
+            std::any_of(found_.bodies.begin(), found_.bodies.end(), meets))
+          continue;
         read_body(window, {image_, columns_, background_dn, body, territory(around, body, bodies)},
                   limits);
       }
@@ -160,8 +164,9 @@ class Reader {
   /// other bodies.
   static LineBox territory(const LineBox& all, const LineBox& body,
                            const std::vector<LineBox>& bodies) {
-    const int reach = 8 + 3 * std::max(body.lines(), body.length()) / 2;
-    LineBox box = body.grown(reach, reach).cut_to(all);
+    const int size = 3 * std::max(body.lines(), body.length()) / 2;
+    LineBox box = body.grown(8 + std::min(size, 4 * body.lines()),
+                             8 + std::min(size, 4 * body.length())).cut_to(all);
     for (const LineBox& other : bodies) {
       if (other.line0 > body.line1)
         box.line1 = std::min(box.line1, (body.line1 + other.line0) / 2);
@@ -181,6 +186,7 @@ class Reader {
     const auto lamp = measure_striped_lamp(place, coarse, limits);
     if (!lamp) return;
     found_.blobs.push_back(blob_of(*lamp, take_parts(*lamp, place.body)));
+    found_.bodies.push_back(place.body);
     found_.evidence += lamp->evidence;
   }
 
