@@ -141,7 +141,9 @@ bool same_pairs(const std::vector<Pair>& a, const std::vector<Pair>& b) {
 }
 
 bool faces(const Target& target, const Eigen::Vector3d& camera_position) {
-  return target.normal.dot(camera_position - target.centre) > 0;
+  const Eigen::Vector3d to_camera = camera_position - target.centre;
+  return target.normal.dot(to_camera) > 0 &&
+         to_camera.squaredNorm() > 4 * target.radius_m * target.radius_m;
 }
 
 std::vector<ScoredPair> further_pairs(const Problem& problem, const PoseEstimate& estimate,

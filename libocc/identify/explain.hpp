@@ -20,7 +20,7 @@ struct Explanation {
 bool contains(const std::vector<Pair>& pairs, const Pair& pair);
 bool same_pairs(const std::vector<Pair>& a, const std::vector<Pair>& b);  ///< in any order
 
-/// Whether a lamp turns its lit side to the camera.
+/// Whether the camera is on a lamp's lit side, and not so near that no image could hold it.
 bool faces(const Target& target, const Eigen::Vector3d& camera_position);
 
 /// Three namings that a pose came from.

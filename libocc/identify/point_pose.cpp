@@ -96,9 +96,10 @@ bool compare(const Sighting& sighting, const Target& target, const Eigen::Matrix
   return true;
 }
 
-Matrix6 pose_covariance(const Problem& problem, const std::vector<Pair>& pairs,
-                        const Rigid3& pose) {
-  return invert(problem, normal_equations(problem, pairs, pose).information);
+PoseEstimate assess_pose(const Problem& problem, const std::vector<Pair>& pairs,
+                         const Rigid3& pose) {
+  const NormalEquations n = normal_equations(problem, pairs, pose);
+  return {pose, invert(problem, n.information), n.chi2};
 }
 
 PoseEstimate fit_pose(const Problem& problem, const std::vector<Pair>& pairs, const Rigid3& start) {

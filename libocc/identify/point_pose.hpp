@@ -30,8 +30,10 @@ struct Mismatch {
 bool compare(const Sighting& sighting, const Target& target, const Eigen::Matrix3d& rotation,
              const Eigen::Vector3d& point, Mismatch& mismatch);
 
-/// Covariance of a pose that its pairs determine (to first order; finite even where they do not).
-Matrix6 pose_covariance(const Problem& problem, const std::vector<Pair>& pairs, const Rigid3& pose);
+/// How a pose fits, and how well its pairs determine it (to first order; finite even where they do
+/// not).
+PoseEstimate assess_pose(const Problem& problem, const std::vector<Pair>& pairs,
+                         const Rigid3& pose);
 
 /// Best fit from `start`; three pairs suffice.
 PoseEstimate fit_pose(const Problem& problem, const std::vector<Pair>& pairs, const Rigid3& start);

@@ -14,6 +14,9 @@ namespace occ::naming {
 namespace {
 
 constexpr std::size_t max_kept = 64;  // explanations; with more the answer is "cannot tell" anyway
+// Near a double root noise makes the roots complex, and their real part is off by more than the
+// noise.
+constexpr double kneip_tolerance_rad = 0.1;
 constexpr double same_pose_chi2 = 9;  // poses nearer than this in their own sigmas are one
 
 double squared_sigmas(const Rigid3& a, const PoseEstimate& b) {
@@ -30,6 +33,17 @@ double gate_share(const Problem& problem) {
   const double gate = problem.options->gate_sigma;
   const double pi = std::acos(-1.0);
   return 2 * pi * gate * gate * ellipses / (static_cast<double>(problem.sightings.size()) * image);
+}
+
+bool believable(const Problem& problem, const Explanation& e) {
+  constexpr double largest_prior_chi2 = 36;  // six sigma
+  return prior_chi2(problem, e.estimate) <= largest_prior_chi2;
+}
+
+bool faces_all(const Problem& problem, const Naming& naming, const Rigid3& pose) {
+  const Eigen::Vector3d camera = pose.origin_in_source();
+  return std::all_of(naming.begin(), naming.end(),
+                     [&](const Pair& p) { return faces(problem.target(p.target), camera); });
 }
 
 }  // namespace
@@ -57,11 +71,23 @@ int Search::false_lights() const {
 
 // Any three blobs fit some pose: three of more say nothing unless named or backed by a prior.
 std::size_t Search::least_pairs(const Naming& naming) const {
-  const bool named = std::all_of(naming.begin(), naming.end(), [&](const Pair& p) {
-    return problem_.sighting(p.sighting).named;
-  });
+  const bool named = named_pairs({naming.begin(), naming.end()}) == 3;
+  if (named && most_pairs_ == 4) return 3;
   const std::size_t enough = named || prior_ || problem_.sightings.size() == 3 ? 3 : 4;
   return std::max(enough, most_pairs_);
+}
+
+long Search::named_pairs(const std::vector<Pair>& pairs) const {
+  return std::count_if(pairs.begin(), pairs.end(),
+                       [&](const Pair& p) { return problem_.sighting(p.sighting).named; });
+}
+
+// Whether an explanation is as good as the first one by number of pairs. A fourth pair that has no
+// name is easily an accident, because three determine a pose but poorly.
+bool Search::rivals(const Explanation& e) const {
+  const Explanation& best = found_.front();
+  return e.pairs.size() == best.pairs.size() ||
+         (best.pairs.size() == 4 && named_pairs(e.pairs) == 3 && named_pairs(best.pairs) == 3);
 }
 
 void Search::try_triple(const BlobTriple& triple) {
@@ -79,15 +105,18 @@ void Search::try_triple(const BlobTriple& triple) {
         naming[0].target = a;
         naming[1].target = b;
         naming[2].target = c;
-        if (!contradicts_view(naming)) try_naming(naming);
+        if (contradicts_view(naming)) continue;
+        for (const PoseEstimate& seed : seeds_of(naming)) consider(seed, naming);
       }
 }
 
 // Accidents with four pairs are counted: poses that gather a fourth and do not belong to the best
-// explanation (once for each of its triples, so this is an upper bound). Four make the pose firm:
-// each further pair then comes with the share of the image that its gate covers.
+// explanation (once for each of its triples, so this is an upper bound), but no fewer than the
+// poses tried make likely. Four pairs make a pose firm: each further one then comes with the share
+// of the image that its gate covers.
 double Search::chance() const {
-  if (found_.empty()) return 0;
+  constexpr double gate_of_three = 5;  // typically, over that of a firm pose
+  if (found_.empty() || found_.front().pairs.size() == 3) return 0;  // of three pairs all are found
   const std::vector<Pair>& best = found_.front().pairs;
   double poses = 0, accidents = 0;
   for (const Seed& seed : seeds_) {
@@ -97,12 +126,13 @@ double Search::chance() const {
     poses += 1;
     accidents += seed.extra;
   }
-  double expected = best.size() == 3 ? poses : accidents;
-  for (std::size_t pairs = 5; pairs <= best.size(); ++pairs) {
-    const double lamps = static_cast<double>(problem_.targets.size() - (pairs - 1));
-    const double blobs = static_cast<double>(problem_.sightings.size() - (pairs - 1));
-    expected *= lamps * blobs * gate_share(problem_) / static_cast<double>(pairs - 3);
-  }
+  const auto one_more = [&](std::size_t pairs) {
+    return static_cast<double>(problem_.targets.size() - pairs) *
+           static_cast<double>(problem_.sightings.size() - pairs) * gate_share(problem_);
+  };
+  double expected = std::max(accidents, poses * one_more(3) * gate_of_three);
+  for (std::size_t pairs = 4; pairs < best.size(); ++pairs)
+    expected *= one_more(pairs) / static_cast<double>(pairs - 2);
   return expected;
 }
 
@@ -128,41 +158,39 @@ bool Search::contradicts_view(const Naming& naming) const {
   return std::abs(turn) > noise && (turn > 0) == (facing > 0);
 }
 
-void Search::try_naming(const Naming& naming) {
+// Poses from which the three lamps look as they do within the noise.
+std::vector<PoseEstimate> Search::seeds_of(const Naming& naming) const {
   Eigen::Matrix3d bearings, points;
-  double sigma_rad = 0;
   for (int i = 0; i < 3; ++i) {
     const Pair& pair = naming[static_cast<std::size_t>(i)];
-    const Sighting& sighting = problem_.sighting(pair.sighting);
-    bearings.col(i) = sighting.bearing;
+    bearings.col(i) = problem_.sighting(pair.sighting).bearing;
     points.col(i) = problem_.target(pair.target).centre;
-    sigma_rad = std::max(sigma_rad, sighting.sigma_rad);
   }
   std::array<Rigid3, 4> poses;
-  const int count =
-      p3p_within(bearings, points, 2 * problem_.options->gate_sigma * sigma_rad, poses);
-  for (int i = 0; i < count; ++i) consider(poses[static_cast<std::size_t>(i)], naming);
+  const int count = p3p_within(bearings, points, kneip_tolerance_rad, poses);
+  const double gate2 = problem_.options->gate_sigma * problem_.options->gate_sigma;
+  const std::vector<Pair> triple(naming.begin(), naming.end());
+  std::vector<PoseEstimate> seeds;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    if (!faces_all(problem_, naming, poses[i])) continue;
+    PoseEstimate seed = assess_pose(problem_, triple, poses[i]);
+    if (seed.chi2 > gate2) seed = fit_pose(problem_, triple, poses[i]);
+    if (seed.chi2 > gate2) continue;
+    seeds.push_back(seed);
+  }
+  return seeds;
 }
 
-void Search::consider(const Rigid3& pose, const Naming& naming) {
-  const Eigen::Vector3d camera = pose.origin_in_source();
-  for (const Pair& p : naming)
-    if (!faces(problem_.target(p.target), camera)) return;
-  const std::vector<Pair> triple(naming.begin(), naming.end());
-  const PoseEstimate seed{pose, pose_covariance(problem_, triple, pose), 0};
+void Search::consider(const PoseEstimate& seed, const Naming& naming) {
   const double gate2 = problem_.options->gate_sigma * problem_.options->gate_sigma;
   if (prior_ && prior_chi2(problem_, seed) > 4 * gate2) return;
   const std::vector<ScoredPair> further = further_pairs(problem_, seed, naming);
-  std::vector<Pair> pairs = one_to_one(further);
-  seeds_.push_back({naming, static_cast<int>(pairs.size())});
-  if (pairs.size() + 3 < least_pairs(naming)) return;
-  pairs.insert(pairs.end(), naming.begin(), naming.end());
-  for (const Explanation& known : found_)
-    if (same_pairs(known.pairs, pairs) &&
-        squared_sigmas(known.estimate.pose, seed) < same_pose_chi2)
-      return;
+  const std::size_t pairs = 3 + one_to_one(further).size();
+  seeds_.push_back({naming, static_cast<int>(pairs) - 3});
+  if (pairs < least_pairs(naming)) return;
   Explanation explanation = explain(problem_, seed, naming, further);
-  if (explanation.pairs.size() >= least_pairs(naming)) keep(std::move(explanation));
+  if (explanation.pairs.size() >= least_pairs(naming) && believable(problem_, explanation))
+    keep(std::move(explanation));
 }
 
 void Search::keep(Explanation explanation) {
@@ -170,24 +198,22 @@ void Search::keep(Explanation explanation) {
     if (same_pairs(known.pairs, explanation.pairs) &&
         squared_sigmas(explanation.estimate.pose, known.estimate) < same_pose_chi2)
       return;
-  if (explanation.pairs.size() > most_pairs_) {
-    found_.clear();
-    most_pairs_ = explanation.pairs.size();
-  }
+  most_pairs_ = std::max(most_pairs_, explanation.pairs.size());
   account_for_unpaired(problem_, explanation);
   found_.push_back(std::move(explanation));
   if (found_.size() >= 4 * max_kept) merge_and_rank();
 }
 
 void Search::merge_and_rank() {
-  std::stable_sort(found_.begin(), found_.end(),
-                   [](const Explanation& a, const Explanation& b) { return a.chi2 < b.chi2; });
+  std::stable_sort(found_.begin(), found_.end(), [](const Explanation& a, const Explanation& b) {
+    return a.pairs.size() != b.pairs.size() ? a.pairs.size() > b.pairs.size() : a.chi2 < b.chi2;
+  });
   std::vector<Explanation> distinct;
-  for (Explanation& e : found_) {
+  for (const Explanation& e : found_) {
     const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const Explanation& d) {
       return squared_sigmas(e.estimate.pose, d.estimate) < same_pose_chi2;
     });
-    if (!known && distinct.size() < max_kept) distinct.push_back(std::move(e));
+    if (!known && rivals(e) && distinct.size() < max_kept) distinct.push_back(e);
   }
   found_ = std::move(distinct);
 }

@@ -13,7 +13,8 @@ class Search {
 
   void run();
 
-  /// Best first; all pair the same number of blobs.
+  /// Most pairs first, then the smallest chi-square. All pair as many blobs as the best one, or
+  /// three that are named when the best adds but one unnamed blob: that may be an accident.
   const std::vector<Explanation>& found() const { return found_; }
   /// Explanations by accident that are to be expected to pair as many blobs as the best one.
   double chance() const;
@@ -27,13 +28,15 @@ class Search {
   };
 
   void try_triple(const BlobTriple& triple);
-  void try_naming(const Naming& naming);
-  void consider(const Rigid3& pose, const Naming& naming);
+  std::vector<PoseEstimate> seeds_of(const Naming& naming) const;
+  void consider(const PoseEstimate& seed, const Naming& naming);
   void keep(Explanation explanation);
   void merge_and_rank();
   bool contradicts_view(const Naming& naming) const;
   std::size_t least_pairs(const Naming& naming) const;
   int false_lights() const;
+  long named_pairs(const std::vector<Pair>& pairs) const;
+  bool rivals(const Explanation& e) const;
 
   const Problem& problem_;
   bool prior_ = false;
