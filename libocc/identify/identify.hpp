@@ -49,6 +49,7 @@ struct Identification {
   double chance = 0;  ///< expected number of wrong poses that explain as many blobs by accident
 };
 
+/// Once three lamps are named by their codes, a blob without a code is taken for no coded lamp.
 /// Plausible are the hypotheses that explain the most whole blobs and are no less likely than
 /// 1/1000 of the best of them. Status: ok (one), ambiguous (several), too_few_lamps (fewer than
 /// three whole blobs or lamps), no_pose (nothing explains four blobs, or three that are named,

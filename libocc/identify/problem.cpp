@@ -89,6 +89,25 @@ void name_by_frequency(Sighting& s, const Problem& problem) {
   for (int i = 0; i < static_cast<int>(problem.targets.size()); ++i) s.lamps.push_back(i);
 }
 
+// Where codes are legible, a light without one is no coded lamp: three lamps named by their codes
+// show that they are. What then can be no lamp at all is left out.
+void rule_out_by_code(Problem& problem) {
+  const std::vector<Lamp>& lamps = problem.scene->lamps;
+  std::vector<char> named(lamps.size(), 0);
+  for (const Sighting& s : problem.sightings)
+    if (s.named) named[static_cast<std::size_t>(s.lamps.front())] = 1;
+  if (std::count(named.begin(), named.end(), 1) < 3) return;
+  const auto coded = [&](int lamp) {
+    return lamps[static_cast<std::size_t>(lamp)].frequency_hz.has_value();
+  };
+  for (Sighting& s : problem.sightings)
+    if (!s.named)
+      s.lamps.erase(std::remove_if(s.lamps.begin(), s.lamps.end(), coded), s.lamps.end());
+  problem.sightings.erase(std::remove_if(problem.sightings.begin(), problem.sightings.end(),
+                                         [](const Sighting& s) { return s.lamps.empty(); }),
+                          problem.sightings.end());
+}
+
 // Merged blobs serve as whole ones when there are too few of those.
 void add_sightings(Problem& problem) {
   const std::vector<Blob>& blobs = *problem.blobs;
@@ -103,6 +122,7 @@ void add_sightings(Problem& problem) {
       problem.sightings.push_back(std::move(*s));
     }
   }
+  rule_out_by_code(problem);
   std::stable_sort(problem.sightings.begin(), problem.sightings.end(),
                    [&](const Sighting& a, const Sighting& b) {
                      if (a.named != b.named) return a.named;
