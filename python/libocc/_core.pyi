@@ -1,0 +1,1237 @@
+# SPDX-License-Identifier: Apache-2.0
+"""
+The compiled part of libocc; use `import libocc`.
+"""
+from __future__ import annotations
+import collections.abc
+import enum
+import numpy
+import numpy.typing
+import os
+import typing
+__all__: list[str] = ['Blob', 'Camera', 'Candidate', 'Ellipse', 'Fix', 'FluxModel', 'Hypothesis', 'Identification', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Match', 'Prior', 'Readout', 'Refined', 'Response', 'Room', 'Scene', 'Sensor', 'Status', 'Timing', 'Truth', 'detect', 'heading_rad', 'identify', 'locate', 'look_at', 'p3p', 'position_covariance', 'project_lamp_centre', 'project_rim', 'read_camera', 'read_image', 'refine', 'simulate', 'write_image']
+class Status(enum.Enum):
+    """
+    How a search for a pose ended.
+    """
+    ambiguous = 1
+    degenerate = 5
+    no_lamps = 2
+    no_pose = 4
+    not_converged = 6
+    ok = 0
+    too_few_lamps = 3
+class Camera:
+    """
+    A pinhole camera with OpenCV's lens distortion.
+
+    Pixel (0, 0) is the centre of the first pixel; camera axes: x right, y down, z forward.
+
+    >>> import libocc as occ
+    >>> camera = occ.Camera.pinhole(width=640, height=480, fx_px=400, fy_px=400, cx_px=319.5, cy_px=239.5)
+    >>> camera.project([0.1, 0, 2]).tolist()
+    [339.5, 239.5]
+    """
+    @staticmethod
+    def pinhole(*, width: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex, fx_px: typing.SupportsFloat | typing.SupportsIndex, fy_px: typing.SupportsFloat | typing.SupportsIndex, cx_px: typing.SupportsFloat | typing.SupportsIndex, cy_px: typing.SupportsFloat | typing.SupportsIndex, distortion: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], skew_px: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> Camera:
+        """
+        Camera of a size, focal lengths and principal point in pixels.
+
+        distortion: 0, 4, 5, 8, 12 or 14 coefficients in OpenCV's order k1 k2 p1 p2 k3 k4 k5 k6 s1 ...
+        Raises: ValueError naming the argument and its value.
+        """
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> tuple[typing.Any, ...]:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: tuple[typing.Any, ...]) -> None:
+        ...
+    def contains(self, pixel: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"]) -> bool:
+        """
+        Whether a pixel is on the sensor.
+        """
+    def project(self, point_in_cam_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"] | None:
+        """
+        Pixel (2,) of a point (3,) in the camera's frame [m]; None outside the lens model.
+        """
+    def unproject(self, pixel: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"] | None:
+        """
+        Unit bearing (3,) of a pixel (2,); None outside the lens model.
+        """
+    @property
+    def cx_px(self) -> float:
+        """
+        Principal point, column [px].
+        """
+    @property
+    def cy_px(self) -> float:
+        """
+        Principal point, row [px].
+        """
+    @property
+    def distortion(self) -> list[float]:
+        """
+        Coefficients, OpenCV's order.
+        """
+    @property
+    def fx_px(self) -> float:
+        """
+        Focal length along a row [px].
+        """
+    @property
+    def fy_px(self) -> float:
+        """
+        Focal length along a column [px].
+        """
+    @property
+    def height(self) -> int:
+        """
+        Rows [px].
+        """
+    @property
+    def matrix(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        K, 3x3.
+        """
+    @property
+    def max_angle_rad(self) -> float:
+        """
+        Largest angle from the optical axis the lens model covers [rad].
+        """
+    @property
+    def skew_px(self) -> float:
+        """
+        Skew [px].
+        """
+    @property
+    def width(self) -> int:
+        """
+        Columns [px].
+        """
+class LampShape(enum.Enum):
+    """
+    Shape of a lamp's lit face.
+    """
+    disc = 0
+    point = 2
+    rectangle = 1
+class Response(enum.Enum):
+    """
+    How the linear signal becomes the stored grey level.
+    """
+    gamma = 1
+    linear = 0
+    srgb = 2
+    table = 3
+class Readout(enum.Enum):
+    """
+    Which pixels a rolling shutter exposes together.
+    """
+    columns = 1
+    rows = 0
+    unknown = 2
+class Sensor:
+    """
+    The camera as a light meter: exposure, noise, response.
+
+    Keywords (and properties):
+      pixel_pitch_m: pixel pitch [m]
+      f_number: focal length over aperture
+      exposure_s: exposure time [s]
+      quantum_efficiency: electrons per photon
+      wavelength_m: at which it holds [m]
+      full_well_e: electrons a pixel can hold
+      gain_dn_per_e: grey levels per electron
+      read_noise_e: standard deviation of reading [electrons]
+      dark_current_e_per_s: [electrons/s]
+      black_level_dn: grey level without light
+      bit_depth: 8 to 16; more than 8 makes uint16 images
+      response: linear, gamma, srgb or table
+      gamma: of Response.gamma: stored = linear^(1/gamma)
+      response_table: of Response.table: stored values (0..1) at evenly spaced linear ones
+      row_time_s: from one row to the next [s]; 0: global shutter
+      readout: pixels a rolling shutter exposes together
+      psf_sigma_px: Gaussian blur of the lens [px]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, pixel_pitch_m: typing.SupportsFloat | typing.SupportsIndex = 7.1e-06, f_number: typing.SupportsFloat | typing.SupportsIndex = 2.0, exposure_s: typing.SupportsFloat | typing.SupportsIndex = 2e-05, quantum_efficiency: typing.SupportsFloat | typing.SupportsIndex = 0.5, wavelength_m: typing.SupportsFloat | typing.SupportsIndex = 5.5e-07, full_well_e: typing.SupportsFloat | typing.SupportsIndex = 10000.0, gain_dn_per_e: typing.SupportsFloat | typing.SupportsIndex = 0.025, read_noise_e: typing.SupportsFloat | typing.SupportsIndex = 10.0, dark_current_e_per_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, black_level_dn: typing.SupportsFloat | typing.SupportsIndex = 2.0, bit_depth: typing.SupportsInt | typing.SupportsIndex = 8, response: Response = ..., gamma: typing.SupportsFloat | typing.SupportsIndex = 2.2, response_table: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], row_time_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, readout: Readout = ..., psf_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.8) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Sensor:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def bit_depth(self) -> int:
+        """
+        8 to 16; more than 8 makes uint16 images
+        """
+    @property
+    def black_level_dn(self) -> float:
+        """
+        grey level without light
+        """
+    @property
+    def dark_current_e_per_s(self) -> float:
+        """
+        [electrons/s]
+        """
+    @property
+    def exposure_s(self) -> float:
+        """
+        exposure time [s]
+        """
+    @property
+    def f_number(self) -> float:
+        """
+        focal length over aperture
+        """
+    @property
+    def full_well_e(self) -> float:
+        """
+        electrons a pixel can hold
+        """
+    @property
+    def gain_dn_per_e(self) -> float:
+        """
+        grey levels per electron
+        """
+    @property
+    def gamma(self) -> float:
+        """
+        of Response.gamma: stored = linear^(1/gamma)
+        """
+    @property
+    def pixel_pitch_m(self) -> float:
+        """
+        pixel pitch [m]
+        """
+    @property
+    def psf_sigma_px(self) -> float:
+        """
+        Gaussian blur of the lens [px]
+        """
+    @property
+    def quantum_efficiency(self) -> float:
+        """
+        electrons per photon
+        """
+    @property
+    def read_noise_e(self) -> float:
+        """
+        standard deviation of reading [electrons]
+        """
+    @property
+    def readout(self) -> Readout:
+        """
+        pixels a rolling shutter exposes together
+        """
+    @property
+    def response(self) -> Response:
+        """
+        linear, gamma, srgb or table
+        """
+    @property
+    def response_table(self) -> list[float]:
+        """
+        of Response.table: stored values (0..1) at evenly spaced linear ones
+        """
+    @property
+    def row_time_s(self) -> float:
+        """
+        from one row to the next [s]; 0: global shutter
+        """
+    @property
+    def wavelength_m(self) -> float:
+        """
+        at which it holds [m]
+        """
+class Lamp:
+    """
+    A lamp: where it is, its shape, how it shines and blinks.
+
+    Keywords (and properties):
+      id: unique in its scene
+      centre_m: (3,) centre of the lit face [m, world]
+      normal: (3,) towards the lit side; made unit
+      radius_m: of a disc [m]
+      power_w: radiant power while lit [W]
+      half_power_rad: half-power semi-angle [rad]
+      frequency_hz: blink code [Hz]; None: always lit
+      shape: disc, rectangle or point
+      size_m: (2,) of a rectangle: along x_axis, across it [m]
+      x_axis: (3,) of a rectangle: in its plane; made unit
+      name: for people
+      duty: lit fraction of a blink period
+      power_sigma: relative standard deviation of power_w
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, id: typing.SupportsInt | typing.SupportsIndex, centre_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], normal: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, -1.0], radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, power_w: typing.SupportsFloat | typing.SupportsIndex = 1.0, half_power_rad: typing.SupportsFloat | typing.SupportsIndex = 1.0471975511965976, frequency_hz: typing.SupportsFloat | typing.SupportsIndex | None = None, shape: LampShape = ..., size_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"] = [0.0, 0.0], x_axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [1.0, 0.0, 0.0], name: str = '', duty: typing.SupportsFloat | typing.SupportsIndex = 0.5, power_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.1) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Lamp:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def centre_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) centre of the lit face [m, world]
+        """
+    @property
+    def duty(self) -> float:
+        """
+        lit fraction of a blink period
+        """
+    @property
+    def frequency_hz(self) -> float | None:
+        """
+        blink code [Hz]; None: always lit
+        """
+    @property
+    def half_power_rad(self) -> float:
+        """
+        half-power semi-angle [rad]
+        """
+    @property
+    def id(self) -> int:
+        """
+        unique in its scene
+        """
+    @property
+    def name(self) -> str:
+        """
+        for people
+        """
+    @property
+    def normal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) towards the lit side; made unit
+        """
+    @property
+    def power_sigma(self) -> float:
+        """
+        relative standard deviation of power_w
+        """
+    @property
+    def power_w(self) -> float:
+        """
+        radiant power while lit [W]
+        """
+    @property
+    def radius_m(self) -> float:
+        """
+        of a disc [m]
+        """
+    @property
+    def shape(self) -> LampShape:
+        """
+        disc, rectangle or point
+        """
+    @property
+    def size_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+        """
+        (2,) of a rectangle: along x_axis, across it [m]
+        """
+    @property
+    def x_axis(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) of a rectangle: in its plane; made unit
+        """
+class Room:
+    """
+    A box room with one corner at the world's origin.
+
+    Keywords (and properties):
+      size_m: (3,) box with a corner at the origin [m]
+      wall_reflectance: 0 to 1
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, size_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [4.0, 4.0, 3.0], wall_reflectance: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Room:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def size_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) box with a corner at the origin [m]
+        """
+    @property
+    def wall_reflectance(self) -> float:
+        """
+        0 to 1
+        """
+class Prior:
+    """
+    What is known of a pose beforehand; each part is optional.
+
+    Keywords (and properties):
+      position_m: (3,) of the camera [m, world]
+      position_sigma_m: standard deviation per axis [m]
+      heading_rad: as heading_rad() defines it [rad]
+      heading_sigma_rad: its standard deviation [rad]
+      gravity_in_cam: (3,) unit, down, in the camera's frame
+      gravity_sigma_rad: its standard deviation [rad]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = None, position_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 0.5, heading_rad: typing.SupportsFloat | typing.SupportsIndex | None = None, heading_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.35, gravity_in_cam: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = None, gravity_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.02) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Prior:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def gravity_in_cam(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"] | None:
+        """
+        (3,) unit, down, in the camera's frame
+        """
+    @property
+    def gravity_sigma_rad(self) -> float:
+        """
+        its standard deviation [rad]
+        """
+    @property
+    def heading_rad(self) -> float | None:
+        """
+        as heading_rad() defines it [rad]
+        """
+    @property
+    def heading_sigma_rad(self) -> float:
+        """
+        its standard deviation [rad]
+        """
+    @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"] | None:
+        """
+        (3,) of the camera [m, world]
+        """
+    @property
+    def position_sigma_m(self) -> float:
+        """
+        standard deviation per axis [m]
+        """
+class Scene:
+    """
+    What is known before a picture is taken: camera, sensor, lamps.
+
+    camera: Camera. lamps: Lamps with different ids. sensor: Sensor, default one when None.
+    room: Room or None.
+    Raises: ValueError naming the part, the field and its value.
+
+    >>> import libocc as occ
+    >>> camera = occ.Camera.pinhole(width=640, height=480, fx_px=400, fy_px=400, cx_px=319.5, cy_px=239.5)
+    >>> occ.Scene(camera=camera, lamps=[occ.Lamp(id=7, centre_m=[0, 0, 3], radius_m=0.1)])
+    <Scene: camera 640x480, 1 lamps [7]>
+    """
+    @staticmethod
+    def load(path: os.PathLike[str] | str) -> Scene:
+        """
+        Scene from a YAML file (the schema is in data/scenes/README.md).
+
+        Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming file, line, key
+          and value.
+        """
+    @staticmethod
+    def parse(text: str) -> Scene:
+        """
+        Scene from YAML text. Raises: ValueError naming line, key and value.
+        """
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> str:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __init__(self, *, camera: Camera, lamps: collections.abc.Sequence[Lamp], sensor: Sensor | None = None, room: Room | None = None) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: str) -> None:
+        ...
+    def format(self) -> str:
+        """
+        The YAML text that save() writes.
+        """
+    def replace(self, *, camera: Camera | None = None, lamps: collections.abc.Sequence[Lamp] | None = None, sensor: Sensor | None = None, room: Room | None = None) -> Scene:
+        """
+        A copy with the parts that are given changed.
+        """
+    def save(self, path: os.PathLike[str] | str) -> None:
+        """
+        Writes a YAML file that load() reads back to an equal scene.
+        """
+    @property
+    def camera(self) -> Camera:
+        """
+        Camera.
+        """
+    @property
+    def lamps(self) -> tuple[Lamp, ...]:
+        """
+        Lamps, a tuple: a scene does not change.
+        """
+    @property
+    def room(self) -> Room | None:
+        """
+        Room or None.
+        """
+    @property
+    def sensor(self) -> Sensor:
+        """
+        Sensor.
+        """
+class LampTruth:
+    """
+    What is true of one lamp in a rendered image.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def centre_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+        """
+        (2,) projection of the lamp's centre.
+        """
+    @property
+    def electrons(self) -> float:
+        """
+        Signal electrons of its image.
+        """
+    @property
+    def id(self) -> int:
+        """
+        Of the lamp.
+        """
+    @property
+    def image_centre_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+        """
+        (2,) centre of the lamp's image: of the ellipse of a disc.
+        """
+    @property
+    def in_view(self) -> bool:
+        """
+        Some of its image lies on the sensor.
+        """
+    @property
+    def rim_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"]:
+        """
+        (n, 2) its rim; empty out of view.
+        """
+    @property
+    def whole(self) -> bool:
+        """
+        All of its rim does.
+        """
+class Truth:
+    """
+    What is true of a rendered image: the pose and every lamp.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def cam_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        Pose, 4x4.
+        """
+    @property
+    def lamps(self) -> tuple[LampTruth, ...]:
+        """
+        A LampTruth for each lamp of the scene, in its order.
+        """
+    @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) of the camera [m, world].
+        """
+class Ellipse:
+    """
+    Ellipse of a disc's image.
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, centre_px: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"] = [0.0, 0.0], semi_major_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, semi_minor_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, angle_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Ellipse:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def angle_rad(self) -> float:
+        """
+        of the major axis from +x towards +y [rad]
+        """
+    @property
+    def centre_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+        """
+        (2,) [px]
+        """
+    @property
+    def semi_major_px(self) -> float:
+        """
+        [px]
+        """
+    @property
+    def semi_minor_px(self) -> float:
+        """
+        [px]
+        """
+class Blob:
+    """
+    One bright region of an image, measured.
+
+    Keywords (and properties):
+      centroid_px: (2,) best centre: rim fit, PSF or moments
+      covariance_px2: (2, 2) of the centroid [px^2]
+      flux_dn: sum of grey levels above the background
+      flux_sigma_dn: its standard deviation
+      peak_dn: brightest pixel, background included
+      background_dn: local background [grey levels]
+      noise_dn: standard deviation of a background pixel
+      area_px: pixels above the threshold
+      x0: bounding box, both ends included
+      y0: bounding box, both ends included
+      x1: bounding box, both ends included
+      y1: bounding box, both ends included
+      saturated: pixels at full scale: rim has grown, flux is too low
+      merged: shape of more than one lamp
+      cut_by_border: touches the image's border
+      striped: rolling-shutter stripes joined into one blob
+      frequency_hz: blink frequency read from the stripes, or None
+      frequency_sigma_hz: its standard deviation
+      ellipse: of the rim, else of the second moments
+      rim: (n, 5) sub-pixel rim: x, y, outward unit normal x, y, sigma along it [px]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, centroid_px: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"], covariance_px2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 2]"] = [[0.0, 0.0], [0.0, 0.0]], flux_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, flux_sigma_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, peak_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, background_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, noise_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, area_px: typing.SupportsInt | typing.SupportsIndex = 0, x0: typing.SupportsInt | typing.SupportsIndex = 0, y0: typing.SupportsInt | typing.SupportsIndex = 0, x1: typing.SupportsInt | typing.SupportsIndex = 0, y1: typing.SupportsInt | typing.SupportsIndex = 0, saturated: bool = False, merged: bool = False, cut_by_border: bool = False, striped: bool = False, frequency_hz: typing.SupportsFloat | typing.SupportsIndex | None = None, frequency_sigma_hz: typing.SupportsFloat | typing.SupportsIndex = ..., ellipse: Ellipse = ..., rim: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 5]"] = []) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Blob:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def area_px(self) -> int:
+        """
+        pixels above the threshold
+        """
+    @property
+    def background_dn(self) -> float:
+        """
+        local background [grey levels]
+        """
+    @property
+    def centroid_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+        """
+        (2,) best centre: rim fit, PSF or moments
+        """
+    @property
+    def covariance_px2(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 2]"]:
+        """
+        (2, 2) of the centroid [px^2]
+        """
+    @property
+    def cut_by_border(self) -> bool:
+        """
+        touches the image's border
+        """
+    @property
+    def ellipse(self) -> Ellipse:
+        """
+        of the rim, else of the second moments
+        """
+    @property
+    def flux_dn(self) -> float:
+        """
+        sum of grey levels above the background
+        """
+    @property
+    def flux_sigma_dn(self) -> float:
+        """
+        its standard deviation
+        """
+    @property
+    def frequency_hz(self) -> float | None:
+        """
+        blink frequency read from the stripes, or None
+        """
+    @property
+    def frequency_sigma_hz(self) -> float:
+        """
+        its standard deviation
+        """
+    @property
+    def merged(self) -> bool:
+        """
+        shape of more than one lamp
+        """
+    @property
+    def noise_dn(self) -> float:
+        """
+        standard deviation of a background pixel
+        """
+    @property
+    def peak_dn(self) -> float:
+        """
+        brightest pixel, background included
+        """
+    @property
+    def rim(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 5]"]:
+        """
+        (n, 5) sub-pixel rim: x, y, outward unit normal x, y, sigma along it [px]
+        """
+    @property
+    def saturated(self) -> bool:
+        """
+        pixels at full scale: rim has grown, flux is too low
+        """
+    @property
+    def striped(self) -> bool:
+        """
+        rolling-shutter stripes joined into one blob
+        """
+    @property
+    def x0(self) -> int:
+        """
+        bounding box, both ends included
+        """
+    @property
+    def x1(self) -> int:
+        """
+        bounding box, both ends included
+        """
+    @property
+    def y0(self) -> int:
+        """
+        bounding box, both ends included
+        """
+    @property
+    def y1(self) -> int:
+        """
+        bounding box, both ends included
+        """
+class Match:
+    """
+    Which lamp of the scene is which blob: two indices.
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, lamp: typing.SupportsInt | typing.SupportsIndex, blob: typing.SupportsInt | typing.SupportsIndex) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Match:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def blob(self) -> int:
+        """
+        index in the blobs
+        """
+    @property
+    def lamp(self) -> int:
+        """
+        index in scene.lamps
+        """
+class Hypothesis:
+    """
+    One way to explain an image.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def cam_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        Coarse pose, 4x4.
+        """
+    @property
+    def chi2(self) -> float:
+        """
+        Of centroids, prior and missed lamps.
+        """
+    @property
+    def matches(self) -> list[Match]:
+        """
+        Matches, sorted by lamp.
+        """
+    @property
+    def missed(self) -> int:
+        """
+        Lamps that should be in view but are not.
+        """
+class Identification:
+    """
+    Which blob is which lamp, all answers.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def hypotheses(self) -> list[Hypothesis]:
+        """
+        Hypotheses, best first.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def tried(self) -> int:
+        """
+        Poses tried.
+        """
+class FluxModel(enum.Enum):
+    """
+    What the lamps' brightness tells.
+    """
+    common_factor = 2
+    ignore = 0
+    known_power = 1
+class LampResidual:
+    """
+    How well one lamp fits.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def centre_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+        """
+        (2,) predicted centre of its image.
+        """
+    @property
+    def match(self) -> Match:
+        """
+        Which lamp and blob.
+        """
+    @property
+    def rms_px(self) -> float:
+        """
+        Over its rim, or of its centroid [px].
+        """
+class Refined:
+    """
+    The most likely pose for one naming of the blobs.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def cam_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        Pose, 4x4.
+        """
+    @property
+    def chi2(self) -> float:
+        """
+        Whitened, robust.
+        """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        (6, 6) [rotation, translation], left perturbation.
+        """
+    @property
+    def dof(self) -> int:
+        """
+        Observations minus parameters.
+        """
+    @property
+    def flux_factor(self) -> float | None:
+        """
+        Seen over predicted, with FluxModel.common_factor; or None.
+        """
+    @property
+    def iterations(self) -> int:
+        """
+        Steps taken.
+        """
+    @property
+    def lamps(self) -> list[LampResidual]:
+        """
+        LampResidual of each match.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def rim_growth_px(self) -> float | None:
+        """
+        Of saturated lamps, or None [px].
+        """
+    @property
+    def rms_px(self) -> float:
+        """
+        Of centres over lamps [px].
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+class Candidate:
+    """
+    One pose that explains the image.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def cam_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        Pose, 4x4.
+        """
+    @property
+    def chi2(self) -> float:
+        """
+        Whitened, robust.
+        """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        (6, 6) of cam_from_world [rotation, translation], left perturbation.
+        """
+    @property
+    def dof(self) -> int:
+        """
+        Observations minus parameters.
+        """
+    @property
+    def lamps(self) -> dict[int, Blob]:
+        """
+        Lamp id -> Blob.
+        """
+    @property
+    def position_covariance_m2(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3) of the position [m^2, world].
+        """
+    @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) of the camera [m, world].
+        """
+    @property
+    def rms_px(self) -> float:
+        """
+        Of centres over lamps [px].
+        """
+class Timing:
+    """
+    Where the time went [s].
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def detect_s(self) -> float:
+        """
+        Finding blobs [s].
+        """
+    @property
+    def identify_s(self) -> float:
+        """
+        Naming them [s].
+        """
+    @property
+    def refine_s(self) -> float:
+        """
+        Refining poses [s].
+        """
+    @property
+    def total_s(self) -> float:
+        """
+        All [s].
+        """
+class Fix:
+    """
+    Where the camera was: the answer of locate().
+
+    What was found so far is there even when the fix is not ok: look at status and message.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def blobs(self) -> list[Blob]:
+        """
+        Everything detected.
+        """
+    @property
+    def cam_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        Pose, 4x4.
+        """
+    @property
+    def candidates(self) -> list[Candidate]:
+        """
+        Every plausible pose, best first; the first is the fix.
+        """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        (6, 6) of cam_from_world [rotation rad, translation m], left perturbation.
+        """
+    @property
+    def lamps(self) -> dict[int, Blob]:
+        """
+        Lamp id -> Blob.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def position_covariance_m2(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3) of the position [m^2, world].
+        """
+    @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) of the camera [m, world].
+        """
+    @property
+    def rms_px(self) -> float:
+        """
+        Of centres over lamps [px].
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def timing_s(self) -> Timing:
+        """
+        Where the time went [s].
+        """
+def detect(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *, sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0) -> list[Blob]:
+    """
+    Finds the lamps of an image: a list of Blobs, brightest first; empty when there is none.
+
+    image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16; not copied when the
+    pixels of a row are adjacent.
+    Raises: TypeError or ValueError for another array or a bad option, naming it.
+
+    >>> import libocc as occ, numpy as np
+    >>> image = np.full((40, 60), 10, np.uint8)
+    >>> image[10:13, 20:23] = 200
+    >>> [blob.centroid_px.round(2).tolist() for blob in occ.detect(image)]
+    [[21.0, 11.0]]
+
+    Options:
+      sensor: Sensor for noise, full scale, stripes; None: estimate
+      threshold_sigma: threshold above the background [its sigma]
+      threshold_dn: absolute threshold [grey levels] instead
+      min_area_px: smaller blobs are dropped [px]
+      max_blobs: the brightest are kept
+      rims: measure sub-pixel rims of discs
+      stripes: join stripes, read frequencies; None: when rows have a time
+      max_frequency_hz: stripes are read up to this [Hz]
+    """
+def heading_rad(cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]) -> float:
+    """
+    Azimuth [rad] about the world's Z of the camera's +x axis (image right), in (-pi, pi].
+    """
+def identify(blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 200000) -> Identification:
+    """
+    Which blob is which lamp: by blink code, by geometry, with or without a prior.
+
+    Returns: Identification with every pose that is consistent with the map, ranked.
+
+    Options:
+      use_frequency: name lamps by their blink code where there is one
+      frequency_gate_sigma: code and blob agree within [sigma]
+      frequency_tolerance: relative error of lamp and row clocks
+      gate_sigma: projected lamp and blob agree within [sigma]
+      gate_model_sigma_px: camera and map error in every gate [px]
+      miss_penalty: chi-square for a lamp that should be seen but is not
+      max_hypotheses: poses tried at most
+    """
+@typing.overload
+def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], scene: Scene, prior: Prior | None = None, *, max_candidates: typing.SupportsInt | typing.SupportsIndex = 16, sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 200000, use_rims: bool = True, flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-07) -> Fix:
+    """
+    Where was the camera when it took this image of these lamps?
+
+    image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16, of the camera's size;
+    not copied when the pixels of a row are adjacent. scene: Scene. prior: Prior or None.
+    Returns: Fix; look at `ok` or `status` before using it. All plausible poses are in `candidates`.
+    Raises: TypeError or ValueError for another array, an image of another size than the camera's, or
+    a bad option.
+
+    Options:
+      max_candidates: refined and returned
+      sensor: Sensor for noise, full scale, stripes; None: estimate
+      threshold_sigma: threshold above the background [its sigma]
+      threshold_dn: absolute threshold [grey levels] instead
+      min_area_px: smaller blobs are dropped [px]
+      max_blobs: the brightest are kept
+      rims: measure sub-pixel rims of discs
+      stripes: join stripes, read frequencies; None: when rows have a time
+      max_frequency_hz: stripes are read up to this [Hz]
+      use_frequency: name lamps by their blink code where there is one
+      frequency_gate_sigma: code and blob agree within [sigma]
+      frequency_tolerance: relative error of lamp and row clocks
+      gate_sigma: projected lamp and blob agree within [sigma]
+      gate_model_sigma_px: camera and map error in every gate [px]
+      miss_penalty: chi-square for a lamp that should be seen but is not
+      max_hypotheses: poses tried at most
+      use_rims: fit rims; False: centroids only
+      flux: whether lamps' brightness counts, and what is known of it
+      model_sigma_px: camera and map error per lamp [px]
+      huber_sigma: residuals beyond this weigh linearly [sigma]
+      max_iterations: steps of the refinement
+      tolerance_px: converged when no lamp moves further [px]
+    """
+@typing.overload
+def locate(blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, max_candidates: typing.SupportsInt | typing.SupportsIndex = 16, sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 200000, use_rims: bool = True, flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-07) -> Fix:
+    """
+    The same from blobs that are already detected.
+    """
+def look_at(position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], target_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], up: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = (0, 0, 1)) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+    """
+    cam_from_world (4x4) of a camera at position_m [m, world] that looks at target_m.
+
+    The image's up direction is as near to `up` as it can be.
+    Raises: ValueError when target and position coincide or the view is along `up`.
+
+    >>> import libocc as occ
+    >>> pose = occ.look_at(position_m=[0, 0, 1], target_m=[0, 0, 3], up=[0, 1, 0])
+    >>> pose[:3, 3].tolist()
+    [0.0, 0.0, -1.0]
+    """
+def p3p(bearings: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"], points_in_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"]) -> numpy.typing.NDArray[numpy.float64]:
+    """
+    All poses from which three known points are seen along three bearings.
+
+    bearings: (3, 3), a unit vector (camera frame) in each row. points_in_world: (3, 3), a point [m] in
+    each row. Returns: (k, 4, 4) candidates for cam_from_world, k from 0 to 4.
+    Raises: ValueError for numbers that are not finite or bearings that are not unit.
+    """
+def position_covariance(cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 6]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+    """
+    3x3 covariance [m^2, world] of the camera's position, from the 6x6 one of cam_from_world.
+    """
+def project_lamp_centre(lamp: Lamp, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], camera: Camera) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"] | None:
+    """
+    (2,) pixel of the centre of a lamp's image: of the ellipse of a disc, which is not where the
+    disc's own centre projects. None as in project_rim().
+    """
+def project_rim(lamp: Lamp, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], camera: Camera, count: typing.SupportsInt | typing.SupportsIndex = 64) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"] | None:
+    """
+    (n, 2) pixels of a lamp's rim, counter-clockwise seen from its lit side; one for a point lamp.
+
+    None when the lamp shows its dark side or part of the rim is outside the lens model.
+    """
+def read_camera(path: os.PathLike[str] | str) -> Camera:
+    """
+    Camera from an OpenCV or ROS camera YAML file, or from a scene file.
+
+    Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming file, line, key.
+    """
+def read_image(path: os.PathLike[str] | str) -> numpy.typing.NDArray[numpy.uint8 | numpy.uint16]:
+    """
+    Reads an 8- or 16-bit image (PNG, JPEG, PGM, TIFF) as it is stored.
+
+    Returns: (height, width) array, or (height, width, 3 or 4) in the order blue, green, red;
+      uint8 or uint16.
+    Raises: FileNotFoundError or OSError when the file cannot be opened; ValueError when it is not a
+      whole image of a supported type.
+    """
+def refine(start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], matches: collections.abc.Sequence[Match], blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, use_rims: bool = True, flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-07) -> Refined:
+    """
+    The most likely pose for a given naming of the blobs, with its covariance.
+
+    start: 4x4 cam_from_world, for example a Hypothesis'. Returns: Refined.
+    Raises: ValueError for a match outside its list.
+
+    Options:
+      use_rims: fit rims; False: centroids only
+      flux: whether lamps' brightness counts, and what is known of it
+      model_sigma_px: camera and map error per lamp [px]
+      huber_sigma: residuals beyond this weigh linearly [sigma]
+      max_iterations: steps of the refinement
+      tolerance_px: converged when no lamp moves further [px]
+    """
+def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> tuple[numpy.typing.NDArray[numpy.uint8 | numpy.uint16], Truth]:
+    """
+    Renders what the scene's camera sees of its lamps.
+
+    cam_from_world: 4x4, see look_at(). Returns (image, truth): a (height, width) array, uint8 or
+    uint16 by the sensor's bit depth, and a Truth.
+    Raises: ValueError when the pose is not a rigid transform.
+
+    >>> import libocc as occ
+    >>> camera = occ.Camera.pinhole(width=64, height=48, fx_px=40, fy_px=40, cx_px=31.5, cy_px=23.5)
+    >>> scene = occ.Scene(camera=camera, lamps=[occ.Lamp(id=7, centre_m=[0, 0, 3], radius_m=0.1)])
+    >>> pose = occ.look_at(position_m=[0, 0, 1], target_m=[0, 0, 3], up=[0, 1, 0])
+    >>> image, truth = occ.simulate(scene, cam_from_world=pose, seed=1)
+    >>> image.shape, image.dtype.name, truth.lamps[0].centre_px.tolist()
+    ((48, 64), 'uint8', [31.5, 23.5])
+
+    Options:
+      seed: of the noise; the same seed gives the same image
+      frame: noise differs from frame to frame under one seed
+      noise: shot and read noise
+      start_s: time at which the first row's exposure begins [s]
+      spacing_sigma: rim samples are this many PSF sigmas apart
+    """
+def write_image(path: os.PathLike[str] | str, image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16]) -> None:
+    """
+    Writes an image, whole or not at all; the format follows the name's extension.
+
+    Raises: OSError when it cannot be written.
+    """
+__version__: str

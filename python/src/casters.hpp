@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// How images and transforms cross the border: numpy arrays are looked at, not copied; a transform
+// is a 4x4 matrix.
+#pragma once
+
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "libocc/core/blob.hpp"
+#include "libocc/core/image.hpp"
+#include "libocc/geometry/rigid.hpp"
+
+namespace occ::python {
+
+namespace py = pybind11;
+
+/// A view of a numpy array's pixels, and the array that keeps them alive.
+struct NumpyImage {
+  ImageView view;
+  py::object owner;
+};
+
+/// Throws TypeError or ValueError that says what was got and what is wanted. Copies only when
+/// the pixels of a row are not adjacent.
+NumpyImage numpy_image(py::handle object);
+
+/// A numpy array of pixels, for signatures.
+class PixelArray : public py::array {
+ public:
+  explicit PixelArray(py::array array) : py::array(std::move(array)) {}
+  using py::array::array;
+};
+
+/// A new array that takes over the image's pixels: (H, W), or (H, W, C) with colour.
+PixelArray to_numpy(Image&& image);
+
+/// Points as the rows of a matrix.
+Eigen::MatrixX2d rows_of(const std::vector<Eigen::Vector2d>& points);
+
+/// Whether the object is a list or tuple of Blobs (and so the other overload of a function).
+bool is_blob_sequence(py::handle object);
+
+}  // namespace occ::python
+
+namespace pybind11::detail {
+
+inline constexpr auto pixels_name = const_name("numpy.typing.NDArray[numpy.uint8 | numpy.uint16]");
+
+template <>
+struct handle_type_name<occ::python::PixelArray> {
+  static constexpr auto name = pixels_name;
+};
+
+template <>
+struct type_caster<occ::python::NumpyImage> {
+  PYBIND11_TYPE_CASTER(occ::python::NumpyImage, pixels_name);
+  bool load(handle source, bool) {
+    if (occ::python::is_blob_sequence(source)) return false;
+    value = occ::python::numpy_image(source);
+    return true;
+  }
+};
+
+template <>
+struct type_caster<occ::Rigid3> {
+  PYBIND11_TYPE_CASTER(occ::Rigid3, make_caster<Eigen::Matrix4d>::name);
+  bool load(handle source, bool) {
+    make_caster<Eigen::Matrix4d> matrix;
+    if (!matrix.load(source, true))
+      throw type_error("a transform must be a 4x4 matrix of numbers, got " +
+                       pybind11::cast<std::string>(repr(source)));
+    value = occ::Rigid3::from_matrix(cast_op<Eigen::Matrix4d&>(matrix));
+    return true;
+  }
+  static handle cast(const occ::Rigid3& transform, return_value_policy, handle) {
+    return pybind11::cast(Eigen::Matrix4d(transform.matrix())).release();
+  }
+};
+
+template <>
+struct type_caster<std::vector<occ::RimPoint>> {
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, 5, Eigen::RowMajor>;
+  PYBIND11_TYPE_CASTER(std::vector<occ::RimPoint>, make_caster<Rows>::name);
+  bool load(handle source, bool convert) {
+    make_caster<Rows> rows;
+    if (!rows.load(source, convert)) return false;
+    const Rows& r = cast_op<Rows&>(rows);
+    value.clear();
+    for (Eigen::Index i = 0; i < r.rows(); ++i)
+      value.push_back({{r(i, 0), r(i, 1)}, {r(i, 2), r(i, 3)}, r(i, 4)});
+    return true;
+  }
+  static handle cast(const std::vector<occ::RimPoint>& rim, return_value_policy, handle) {
+    Rows rows(static_cast<Eigen::Index>(rim.size()), 5);
+    for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+      const occ::RimPoint& point = rim[static_cast<std::size_t>(i)];
+      rows.row(i) << point.px.transpose(), point.normal.transpose(), point.sigma_px;
+    }
+    return pybind11::cast(rows).release();
+  }
+};
+
+}  // namespace pybind11::detail

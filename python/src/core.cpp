@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <pybind11/native_enum.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "casters.hpp"
+#include "libocc/core/image_file.hpp"
+#include "libocc/core/status.hpp"
+#include "module.hpp"
+
+namespace occ::python {
+
+void define_core(py::module_& m) {
+  py::native_enum<Status>(m, "Status", "enum.Enum", "How a search for a pose ended.")
+      .value("ok", Status::ok)
+      .value("ambiguous", Status::ambiguous)
+      .value("no_lamps", Status::no_lamps)
+      .value("too_few_lamps", Status::too_few_lamps)
+      .value("no_pose", Status::no_pose)
+      .value("degenerate", Status::degenerate)
+      .value("not_converged", Status::not_converged)
+      .finalize();
+
+  m.def(
+      "read_image",
+      [](const std::filesystem::path& path) { return to_numpy(reading(path, &read_image)); },
+      py::arg("path"),
+      R"(Reads an 8- or 16-bit image (PNG, JPEG, PGM, TIFF) as it is stored.
+
+Returns: (height, width) array, or (height, width, 3 or 4) in the order blue, green, red;
+  uint8 or uint16.
+Raises: FileNotFoundError or OSError when the file cannot be opened; ValueError when it is not a
+  whole image of a supported type.)");
+
+  m.def(
+      "write_image",
+      [](const std::filesystem::path& path, const NumpyImage& image) {
+        writing(path, [&](const std::string& name) { write_image(name, image.view); });
+      },
+      py::arg("path"), py::arg("image"),
+      R"(Writes an image, whole or not at all; the format follows the name's extension.
+
+Raises: OSError when it cannot be written.)");
+}
+
+}  // namespace occ::python
+
+PYBIND11_MODULE(_core, m) {
+  m.doc() = "The compiled part of libocc; use `import libocc`.";
+  m.attr("__version__") = LIBOCC_VERSION;
+  occ::python::define_core(m);
+  occ::python::define_camera(m);
+  occ::python::define_scene(m);
+  occ::python::define_formation(m);
+  occ::python::define_simulate(m);
+  occ::python::define_detect(m);
+  occ::python::define_identify(m);
+  occ::python::define_locate(m);
+}

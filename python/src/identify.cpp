@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// P3P, identification and refinement: the steps that locate() strings together.
+#include "libocc/identify/identify.hpp"
+
+#include "fields.hpp"
+#include "libocc/pose/p3p.hpp"
+#include "module.hpp"
+#include "results.hpp"
+#include "tables.hpp"
+
+namespace occ::python {
+namespace {
+
+py::array_t<double> stacked(const std::vector<Rigid3>& poses) {
+  py::array_t<double> array(std::vector<py::ssize_t>{static_cast<py::ssize_t>(poses.size()), 4, 4});
+  auto out = array.mutable_unchecked<3>();
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    const Eigen::Matrix4d matrix = poses[k].matrix();
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) out(static_cast<py::ssize_t>(k), i, j) = matrix(i, j);
+  }
+  return array;
+}
+
+using Rows3 = Eigen::Matrix<double, 3, 3>;
+
+void define_p3p(py::module_& m) {
+  m.def(
+      "p3p",
+      [](const Rows3& bearings, const Rows3& points_in_world) {
+        return stacked(p3p(bearings.transpose(), points_in_world.transpose()));
+      },
+      py::arg("bearings"), py::arg("points_in_world"),
+      R"(All poses from which three known points are seen along three bearings.
+
+bearings: (3, 3), a unit vector (camera frame) in each row. points_in_world: (3, 3), a point [m] in
+each row. Returns: (k, 4, 4) candidates for cam_from_world, k from 0 to 4.
+Raises: ValueError for numbers that are not finite or bearings that are not unit.)");
+}
+
+void define_matches(py::module_& m) {
+  py::class_<Match> match(m, "Match", "Which lamp of the scene is which blob: two indices.");
+  const auto fields = std::make_tuple(required_field("lamp", &Match::lamp, "index in scene.lamps"),
+                                      required_field("blob", &Match::blob, "index in the blobs"));
+  define_value(match, fields);
+  match.def("__repr__", [](const Match& pair) {
+    return "Match(lamp=" + std::to_string(pair.lamp) + ", blob=" + std::to_string(pair.blob) + ")";
+  });
+
+  py::class_<Hypothesis>(m, "Hypothesis", "One way to explain an image.")
+      .def_readonly("cam_from_world", &Hypothesis::cam_from_world, "Coarse pose, 4x4.")
+      .def_readonly("matches", &Hypothesis::matches, "Matches, sorted by lamp.")
+      .def_readonly("chi2", &Hypothesis::chi2, "Of centroids, prior and missed lamps.")
+      .def_readonly("missed", &Hypothesis::missed, "Lamps that should be in view but are not.")
+      .def("__repr__", [](const Hypothesis& h) {
+        return "<Hypothesis: " + std::to_string(h.matches.size()) + " matches, " +
+               std::to_string(h.missed) + " missed, chi2 " + value_repr(h.chi2) + ">";
+      });
+
+  using Identified = Result<Identification>;
+  py::class_<Identified> identified(m, "Identification", "Which blob is which lamp, all answers.");
+  define_result(identified);
+  identified
+      .def_property_readonly(
+          "hypotheses", [](const Identified& r) { return r.value.hypotheses; },
+          "Hypotheses, best first.")
+      .def_property_readonly(
+          "tried", [](const Identified& r) { return r.value.tried; }, "Poses tried.")
+      .def("__repr__", [](const Identified& r) {
+        return "<Identification: " + std::string(to_string(r.status)) + ", " +
+               std::to_string(r.value.hypotheses.size()) + " hypotheses>";
+      });
+}
+
+void define_identify_function(py::module_& m) {
+  const auto fields = identify_fields();
+  DefaultTexts texts;
+  std::apply(
+      [&](const auto&... f) {
+        m.def(
+            "identify",
+            [fields](const std::vector<Blob>& blobs, const Scene& scene,
+                     const std::optional<Prior>& prior,
+                     const typename std::decay_t<decltype(f)>::value_type&... values) {
+              auto options = from_values<IdentifyOptions>(fields, values...);
+              options.prior = prior;
+              py::gil_scoped_release unlocked;
+              return identify(blobs, scene, options);
+            },
+            py::arg("blobs"), py::arg("scene"), py::arg("prior") = py::none(), py::kw_only(),
+            argument(f, texts)...,
+            ("Which blob is which lamp: by blink code, by geometry, with or without a prior.\n\n"
+             "Returns: Identification with every pose that is consistent with the map, ranked." +
+             fields_doc(fields, "Options"))
+                .c_str());
+      },
+      fields);
+}
+
+}  // namespace
+
+void define_identify(py::module_& m) {
+  define_p3p(m);
+  define_matches(m);
+  define_identify_function(m);
+}
+
+}  // namespace occ::python

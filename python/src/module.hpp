@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of the compiled module, defined in this order.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace occ::python {
+
+namespace py = pybind11;
+
+void define_core(py::module_& m);
+void define_camera(py::module_& m);
+void define_scene(py::module_& m);
+void define_formation(py::module_& m);
+void define_simulate(py::module_& m);
+void define_detect(py::module_& m);
+void define_identify(py::module_& m);
+void define_locate(py::module_& m);
+
+/// Runs `read(path)` without the GIL; its std::runtime_error becomes FileNotFoundError or OSError
+/// when the file cannot be opened, ValueError when its content is wrong; the message stays.
+template <class Read>
+auto reading(const std::filesystem::path& path, Read&& read) {
+  try {
+    py::gil_scoped_release unlocked;
+    return read(path.string());
+  } catch (const std::runtime_error& error) {
+    std::error_code ignored;
+    PyObject* type = PyExc_ValueError;
+    if (!std::filesystem::exists(path, ignored)) {
+      type = PyExc_FileNotFoundError;
+    } else if (std::filesystem::is_directory(path, ignored) || !std::ifstream(path)) {
+      type = PyExc_OSError;
+    }
+    py::set_error(type, error.what());
+    throw py::error_already_set();
+  }
+}
+
+/// Runs `write(path)` without the GIL; its std::runtime_error becomes OSError.
+template <class Write>
+void writing(const std::filesystem::path& path, Write&& write) {
+  try {
+    py::gil_scoped_release unlocked;
+    write(path.string());
+  } catch (const std::runtime_error& error) {
+    py::set_error(PyExc_OSError, error.what());
+    throw py::error_already_set();
+  }
+}
+
+}  // namespace occ::python

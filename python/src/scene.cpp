@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/scene/scene.hpp"
+
+#include <pybind11/stl/filesystem.h>
+#include <pybind11/typing.h>
+
+#include "fields.hpp"
+#include "libocc/scene/prior.hpp"
+#include "libocc/scene/scene_file.hpp"
+#include "module.hpp"
+
+namespace occ::python {
+namespace {
+
+auto sensor_fields() {
+  return std::make_tuple(
+      field("pixel_pitch_m", &Sensor::pixel_pitch_m, "pixel pitch [m]"),
+      field("f_number", &Sensor::f_number, "focal length over aperture"),
+      field("exposure_s", &Sensor::exposure_s, "exposure time [s]"),
+      field("quantum_efficiency", &Sensor::quantum_efficiency, "electrons per photon"),
+      field("wavelength_m", &Sensor::wavelength_m, "at which it holds [m]"),
+      field("full_well_e", &Sensor::full_well_e, "electrons a pixel can hold"),
+      field("gain_dn_per_e", &Sensor::gain_dn_per_e, "grey levels per electron"),
+      field("read_noise_e", &Sensor::read_noise_e, "standard deviation of reading [electrons]"),
+      field("dark_current_e_per_s", &Sensor::dark_current_e_per_s, "[electrons/s]"),
+      field("black_level_dn", &Sensor::black_level_dn, "grey level without light"),
+      field("bit_depth", &Sensor::bit_depth, "8 to 16; more than 8 makes uint16 images"),
+      field("response", &Sensor::response, "linear, gamma, srgb or table"),
+      field("gamma", &Sensor::gamma, "of Response.gamma: stored = linear^(1/gamma)"),
+      field("response_table", &Sensor::response_table,
+            "of Response.table: stored values (0..1) at evenly spaced linear ones"),
+      field("row_time_s", &Sensor::row_time_s, "from one row to the next [s]; 0: global shutter"),
+      field("readout", &Sensor::readout, "pixels a rolling shutter exposes together"),
+      field("psf_sigma_px", &Sensor::psf_sigma_px, "Gaussian blur of the lens [px]"));
+}
+
+auto lamp_fields() {
+  return std::make_tuple(
+      required_field("id", &Lamp::id, "unique in its scene"),
+      required_field("centre_m", &Lamp::centre_m, "(3,) centre of the lit face [m, world]"),
+      field("normal", &Lamp::normal, "(3,) towards the lit side; made unit"),
+      field("radius_m", &Lamp::radius_m, "of a disc [m]"),
+      field("power_w", &Lamp::power_w, "radiant power while lit [W]"),
+      field("half_power_rad", &Lamp::half_power_rad, "half-power semi-angle [rad]"),
+      field("frequency_hz", &Lamp::frequency_hz, "blink code [Hz]; None: always lit"),
+      field("shape", &Lamp::shape, "disc, rectangle or point"),
+      field("size_m", &Lamp::size_m, "(2,) of a rectangle: along x_axis, across it [m]"),
+      field("x_axis", &Lamp::x_axis, "(3,) of a rectangle: in its plane; made unit"),
+      field("name", &Lamp::name, "for people"),
+      field("duty", &Lamp::duty, "lit fraction of a blink period"),
+      field("power_sigma", &Lamp::power_sigma, "relative standard deviation of power_w"));
+}
+
+auto room_fields() {
+  return std::make_tuple(field("size_m", &Room::size_m, "(3,) box with a corner at the origin [m]"),
+                         field("wall_reflectance", &Room::wall_reflectance, "0 to 1"));
+}
+
+auto prior_fields() {
+  return std::make_tuple(
+      field("position_m", &Prior::position_m, "(3,) of the camera [m, world]"),
+      field("position_sigma_m", &Prior::position_sigma_m, "standard deviation per axis [m]"),
+      field("heading_rad", &Prior::heading_rad, "as heading_rad() defines it [rad]"),
+      field("heading_sigma_rad", &Prior::heading_sigma_rad, "its standard deviation [rad]"),
+      field("gravity_in_cam", &Prior::gravity_in_cam, "(3,) unit, down, in the camera's frame"),
+      field("gravity_sigma_rad", &Prior::gravity_sigma_rad, "its standard deviation [rad]"));
+}
+
+void define_enums(py::module_& m) {
+  py::native_enum<LampShape>(m, "LampShape", "enum.Enum", "Shape of a lamp's lit face.")
+      .value("disc", LampShape::disc)
+      .value("rectangle", LampShape::rectangle)
+      .value("point", LampShape::point)
+      .finalize();
+  py::native_enum<Response>(m, "Response", "enum.Enum",
+                            "How the linear signal becomes the stored grey level.")
+      .value("linear", Response::linear)
+      .value("gamma", Response::gamma)
+      .value("srgb", Response::srgb)
+      .value("table", Response::table)
+      .finalize();
+  py::native_enum<Readout>(m, "Readout", "enum.Enum",
+                           "Which pixels a rolling shutter exposes together.")
+      .value("rows", Readout::rows)
+      .value("columns", Readout::columns)
+      .value("unknown", Readout::unknown)
+      .finalize();
+}
+
+template <class C, class Fields>
+void define_documented(py::module_& m, const char* name, const std::string& doc,
+                       const Fields& fields) {
+  py::class_<C> cls(m, name, (doc + fields_doc(fields, "Keywords (and properties)")).c_str());
+  define_value(cls, fields);
+  define_repr(cls, name, fields);
+}
+
+Scene make_scene(const Camera& camera, const std::vector<Lamp>& lamps,
+                 const std::optional<Sensor>& sensor, const std::optional<Room>& room) {
+  Scene scene;
+  scene.camera = camera;
+  scene.lamps = lamps;
+  if (sensor) scene.sensor = *sensor;
+  scene.room = room;
+  scene.validate();
+  return scene;
+}
+
+Scene parse_text(const std::string& text) {
+  try {
+    return parse_scene(text);
+  } catch (const std::runtime_error& error) {
+    throw py::value_error(error.what());
+  }
+}
+
+std::string scene_repr(const Scene& scene) {
+  std::string ids;
+  for (const Lamp& lamp : scene.lamps) ids += (ids.empty() ? "" : ", ") + std::to_string(lamp.id);
+  return "<Scene: camera " + std::to_string(scene.camera.width()) + "x" +
+         std::to_string(scene.camera.height()) + ", " + std::to_string(scene.lamps.size()) +
+         " lamps [" + ids + "]" + (scene.room ? ", room" : "") + ">";
+}
+
+void define_scene_class(py::module_& m) {
+  py::class_<Scene>(m, "Scene", R"(What is known before a picture is taken: camera, sensor, lamps.
+
+camera: Camera. lamps: Lamps with different ids. sensor: Sensor, default one when None.
+room: Room or None.
+Raises: ValueError naming the part, the field and its value.
+
+>>> import libocc as occ
+>>> camera = occ.Camera.pinhole(width=640, height=480, fx_px=400, fy_px=400, cx_px=319.5, cy_px=239.5)
+>>> occ.Scene(camera=camera, lamps=[occ.Lamp(id=7, centre_m=[0, 0, 3], radius_m=0.1)])
+<Scene: camera 640x480, 1 lamps [7]>)")
+      .def(py::init(&make_scene), py::kw_only(), py::arg("camera"), py::arg("lamps"),
+           py::arg("sensor") = py::none(), py::arg("room") = py::none())
+      .def_static(
+          "load", [](const std::filesystem::path& path) { return reading(path, &read_scene); },
+          py::arg("path"),
+          R"(Scene from a YAML file (the schema is in data/scenes/README.md).
+
+Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming file, line, key
+  and value.)")
+      .def(
+          "save",
+          [](const Scene& scene, const std::filesystem::path& path) {
+            writing(path, [&](const std::string& name) { write_scene(name, scene); });
+          },
+          py::arg("path"), "Writes a YAML file that load() reads back to an equal scene.")
+      .def_static("parse", &parse_text, py::arg("text"),
+                  "Scene from YAML text. Raises: ValueError naming line, key and value.")
+      .def("format", &format_scene, "The YAML text that save() writes.")
+      .def_readonly("camera", &Scene::camera, "Camera.")
+      .def_readonly("sensor", &Scene::sensor, "Sensor.")
+      .def_property_readonly(
+          "lamps",
+          [](const Scene& scene) -> py::typing::Tuple<Lamp, py::ellipsis> {
+            return py::tuple(py::cast(scene.lamps));
+          },
+          "Lamps, a tuple: a scene does not change.")
+      .def_readonly("room", &Scene::room, "Room or None.")
+      .def(
+          "replace",
+          [](const Scene& s, const std::optional<Camera>& camera,
+             const std::optional<std::vector<Lamp>>& lamps, const std::optional<Sensor>& sensor,
+             const std::optional<Room>& room) {
+            return make_scene(camera.value_or(s.camera), lamps.value_or(s.lamps),
+                              sensor.value_or(s.sensor), room ? room : s.room);
+          },
+          py::kw_only(), py::arg("camera") = py::none(), py::arg("lamps") = py::none(),
+          py::arg("sensor") = py::none(), py::arg("room") = py::none(),
+          "A copy with the parts that are given changed.")
+      .def("__repr__", &scene_repr)
+      .def("__eq__",
+           [](const Scene& a, const py::object& b) {
+             return py::isinstance<Scene>(b) &&
+                    format_scene(a) == format_scene(b.cast<const Scene&>());
+           })
+      .def("__hash__", [](const Scene& s) { return py::hash(py::str(format_scene(s))); })
+      .def(py::pickle(&format_scene, &parse_text));
+}
+
+}  // namespace
+
+void define_scene(py::module_& m) {
+  define_enums(m);
+  define_documented<Sensor>(m, "Sensor", "The camera as a light meter: exposure, noise, response.",
+                            sensor_fields());
+  define_documented<Lamp>(m, "Lamp", "A lamp: where it is, its shape, how it shines and blinks.",
+                          lamp_fields());
+  define_documented<Room>(m, "Room", "A box room with one corner at the world's origin.",
+                          room_fields());
+  define_documented<Prior>(m, "Prior", "What is known of a pose beforehand; each part is optional.",
+                           prior_fields());
+  define_scene_class(m);
+}
+
+}  // namespace occ::python

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/simulate/simulate.hpp"
+
+#include <pybind11/typing.h>
+
+#include "fields.hpp"
+#include "module.hpp"
+
+namespace occ::python {
+namespace {
+
+/// What is true of a rendered image: the part of Rendered that is not the image.
+struct Truth {
+  Rigid3 cam_from_world;
+  std::vector<LampTruth> lamps;
+};
+
+auto options_fields() {
+  using O = SimulateOptions;
+  return std::make_tuple(
+      field("seed", &O::seed, "of the noise; the same seed gives the same image"),
+      field("frame", &O::frame, "noise differs from frame to frame under one seed"),
+      field("noise", &O::noise, "shot and read noise"),
+      field("start_s", &O::start_s, "time at which the first row's exposure begins [s]"),
+      field("spacing_sigma", &O::spacing_sigma, "rim samples are this many PSF sigmas apart"));
+}
+
+std::string lamp_truth_repr(const LampTruth& lamp) {
+  return "<LampTruth " + std::to_string(lamp.id) +
+         (lamp.whole     ? ": whole"
+          : lamp.in_view ? ": partly in view"
+                         : ": out of view") +
+         ", image centre " + value_repr(lamp.image_centre_px) + " px>";
+}
+
+void define_truth(py::module_& m) {
+  py::class_<LampTruth>(m, "LampTruth", "What is true of one lamp in a rendered image.")
+      .def_readonly("id", &LampTruth::id, "Of the lamp.")
+      .def_readonly("in_view", &LampTruth::in_view, "Some of its image lies on the sensor.")
+      .def_readonly("whole", &LampTruth::whole, "All of its rim does.")
+      .def_readonly("centre_px", &LampTruth::centre_px, "(2,) projection of the lamp's centre.")
+      .def_readonly("image_centre_px", &LampTruth::image_centre_px,
+                    "(2,) centre of the lamp's image: of the ellipse of a disc.")
+      .def_readonly("electrons", &LampTruth::electrons, "Signal electrons of its image.")
+      .def_property_readonly(
+          "rim_px", [](const LampTruth& lamp) { return rows_of(lamp.rim_px); },
+          "(n, 2) its rim; empty out of view.")
+      .def("__repr__", &lamp_truth_repr);
+
+  py::class_<Truth>(m, "Truth", "What is true of a rendered image: the pose and every lamp.")
+      .def_readonly("cam_from_world", &Truth::cam_from_world, "Pose, 4x4.")
+      .def_property_readonly(
+          "position_m", [](const Truth& t) { return t.cam_from_world.origin_in_source(); },
+          "(3,) of the camera [m, world].")
+      .def_property_readonly(
+          "lamps",
+          [](const Truth& t) -> py::typing::Tuple<LampTruth, py::ellipsis> {
+            return py::tuple(py::cast(t.lamps));
+          },
+          "A LampTruth for each lamp of the scene, in its order.")
+      .def("__repr__", [](const Truth& t) {
+        return "<Truth: camera at " + value_repr(t.cam_from_world.origin_in_source()) + " m, " +
+               std::to_string(t.lamps.size()) + " lamps>";
+      });
+}
+
+}  // namespace
+
+void define_simulate(py::module_& m) {
+  define_truth(m);
+  const auto fields = options_fields();
+  DefaultTexts texts;
+  std::apply(
+      [&](const auto&... f) {
+        m.def(
+            "simulate",
+            [fields](const Scene& scene, const Rigid3& cam_from_world,
+                     const typename std::decay_t<decltype(f)>::value_type&... values)
+                -> py::typing::Tuple<PixelArray, Truth> {
+              const auto options = from_values<SimulateOptions>(fields, values...);
+              Rendered rendered = [&] {
+                py::gil_scoped_release unlocked;
+                return simulate(scene, cam_from_world, options);
+              }();
+              return py::make_tuple(to_numpy(std::move(rendered.image)),
+                                    Truth{rendered.cam_from_world, std::move(rendered.lamps)});
+            },
+            py::arg("scene"), py::arg("cam_from_world"), py::kw_only(), argument(f, texts)...,
+            (R"(Renders what the scene's camera sees of its lamps.
+
+cam_from_world: 4x4, see look_at(). Returns (image, truth): a (height, width) array, uint8 or
+uint16 by the sensor's bit depth, and a Truth.
+Raises: ValueError when the pose is not a rigid transform.
+
+>>> import libocc as occ
+>>> camera = occ.Camera.pinhole(width=64, height=48, fx_px=40, fy_px=40, cx_px=31.5, cy_px=23.5)
+>>> scene = occ.Scene(camera=camera, lamps=[occ.Lamp(id=7, centre_m=[0, 0, 3], radius_m=0.1)])
+>>> pose = occ.look_at(position_m=[0, 0, 1], target_m=[0, 0, 3], up=[0, 1, 0])
+>>> image, truth = occ.simulate(scene, cam_from_world=pose, seed=1)
+>>> image.shape, image.dtype.name, truth.lamps[0].centre_px.tolist()
+((48, 64), 'uint8', [31.5, 23.5]))" +
+             fields_doc(fields, "Options"))
+                .c_str());
+      },
+      fields);
+}
+
+}  // namespace occ::python

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Keyword options that several functions share.
+#pragma once
+
+#include "fields.hpp"
+#include "libocc/detect/detect.hpp"
+#include "libocc/identify/identify.hpp"
+#include "libocc/refine/refine.hpp"
+
+namespace occ::python {
+
+inline auto detect_fields() {
+  using O = DetectOptions;
+  return std::make_tuple(
+      field("sensor", &O::sensor, "Sensor for noise, full scale, stripes; None: estimate"),
+      field("threshold_sigma", &O::threshold_sigma, "threshold above the background [its sigma]"),
+      field("threshold_dn", &O::threshold_dn, "absolute threshold [grey levels] instead"),
+      field("min_area_px", &O::min_area_px, "smaller blobs are dropped [px]"),
+      field("max_blobs", &O::max_blobs, "the brightest are kept"),
+      field("rims", &O::rims, "measure sub-pixel rims of discs"),
+      field("stripes", &O::stripes, "join stripes, read frequencies; None: when rows have a time"),
+      field("max_frequency_hz", &O::max_frequency_hz, "stripes are read up to this [Hz]"));
+}
+
+inline auto identify_fields() {
+  using O = IdentifyOptions;
+  return std::make_tuple(
+      field("use_frequency", &O::use_frequency,
+            "name lamps by their blink code where there is one"),
+      field("frequency_gate_sigma", &O::frequency_gate_sigma, "code and blob agree within [sigma]"),
+      field("frequency_tolerance", &O::frequency_tolerance,
+            "relative error of lamp and row clocks"),
+      field("gate_sigma", &O::gate_sigma, "projected lamp and blob agree within [sigma]"),
+      field("gate_model_sigma_px", &O::model_sigma_px, "camera and map error in every gate [px]"),
+      field("miss_penalty", &O::miss_penalty,
+            "chi-square for a lamp that should be seen but is not"),
+      field("max_hypotheses", &O::max_hypotheses, "poses tried at most"));
+}
+
+inline auto refine_fields() {
+  using O = RefineOptions;
+  return std::make_tuple(
+      field("use_rims", &O::use_rims, "fit rims; False: centroids only"),
+      field("flux", &O::flux, "whether lamps' brightness counts, and what is known of it"),
+      field("model_sigma_px", &O::model_sigma_px, "camera and map error per lamp [px]"),
+      field("huber_sigma", &O::huber_sigma, "residuals beyond this weigh linearly [sigma]"),
+      field("max_iterations", &O::max_iterations, "steps of the refinement"),
+      field("tolerance_px", &O::tolerance_px, "converged when no lamp moves further [px]"));
+}
+
+}  // namespace occ::python
