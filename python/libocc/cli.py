@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command line: `libocc demo | simulate | detect | locate`.
+
+Each command is a module of its own that is imported when it is called, so that none waits for what
+only another one needs.
+"""
+
+import importlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import IO, Any
+
+import click
+
+from ._core import __version__
+
+COMMANDS = ("demo", "simulate", "detect", "locate")
+
+
+class Failure(click.ClickException):
+    """One line on stderr and exit code 2."""
+
+    exit_code = 2
+
+    def show(self, file: IO[Any] | None = None) -> None:
+        click.echo("error: " + " ".join(self.message.split()), file=file, err=file is None)
+
+
+@contextmanager
+def blamed_on(path: object) -> Iterator[None]:
+    """Turns what is wrong with a file into one line that names it."""
+    try:
+        yield
+    except (OSError, ValueError, TypeError) as error:
+        text = str(error)
+        raise Failure(text if text.startswith(str(path)) else f"{path}: {text}") from error
+
+
+class Commands(click.Group):
+    """Imports a command when it is asked for."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        module = importlib.import_module(f"libocc.commands.{cmd_name}")
+        command: click.Command = module.command
+        return command
+
+
+@click.command(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__)
+def main() -> None:
+    """Finds a camera's position from an image of lamps.
+
+    \b
+    $ libocc simulate irregular_six --position 1.7 2.1 0.5 --seed 1 --out room.png
+    $ libocc locate room.png irregular_six
+    """
+
+
+def emit_json(data: Any) -> None:
+    """Prints plain data as JSON."""
+    import json
+
+    click.echo(json.dumps(data, indent=1))
+
+
+json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of text.")
+overlay_option = click.option(
+    "--overlay", type=click.Path(dir_okay=False), metavar="FILE.png", help="Write an annotated picture."
+)
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: Apache-2.0
+import click
+
+import libocc as occ
+
+from .. import report, samples
+from ..cli import blamed_on, emit_json, json_option, overlay_option
+
+
+@click.command()
+@click.argument("image")
+@click.option("--scene", metavar="SCENE", help="Take the sensor from this scene: noise, blink codes.")
+@click.option("--threshold-dn", type=float, help="Absolute threshold instead of the noise-based one.")
+@json_option
+@overlay_option
+def command(
+    image: str, scene: str | None, threshold_dn: float | None, as_json: bool, overlay: str | None
+) -> None:
+    """Lists the bright blobs of IMAGE, brightest first.
+
+    EXAMPLE
+    """
+    sensor = None
+    if scene is not None:
+        with blamed_on(scene):
+            sensor = samples.load_scene(scene).sensor
+    with blamed_on(image):
+        pixels = occ.read_image(image)
+        blobs = occ.detect(pixels, sensor=sensor, threshold_dn=threshold_dn)
+    if overlay is not None:
+        from ..overlay import draw
+
+        with blamed_on(overlay):
+            draw(overlay, pixels, blobs=blobs, title=f"{image}: {len(blobs)} blobs")
+    if as_json:
+        emit_json([report.blob_dict(blob) for blob in blobs])
+    else:
+        click.echo(report.blobs_text(blobs))

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+import math
+
+import click
+
+import libocc as occ
+
+from .. import report, samples
+from ..cli import blamed_on, emit_json, json_option, overlay_option
+
+
+@click.command()
+@click.argument("image")
+@click.argument("scene")
+@click.option("--prior-position", type=float, nargs=3, metavar="X Y Z", help="About where [m].")
+@click.option("--prior-position-sigma", type=float, default=0.5, show_default=True, help="[m]")
+@click.option("--prior-heading-deg", type=float, help="About which azimuth of the image's right.")
+@click.option("--prior-heading-sigma-deg", type=float, default=20, show_default=True)
+@click.option("--prior-gravity", type=float, nargs=3, metavar="X Y Z", help="Down, camera frame.")
+@click.option("--prior-gravity-sigma-deg", type=float, default=1, show_default=True)
+@json_option
+@overlay_option
+@click.pass_context
+def command(
+    ctx: click.Context,
+    image: str,
+    scene: str,
+    prior_position: tuple[float, float, float] | None,
+    prior_position_sigma: float,
+    prior_heading_deg: float | None,
+    prior_heading_sigma_deg: float,
+    prior_gravity: tuple[float, float, float] | None,
+    prior_gravity_sigma_deg: float,
+    as_json: bool,
+    overlay: str | None,
+) -> None:
+    """Finds where the camera was when it took IMAGE of the lamps of SCENE.
+
+    SCENE is a YAML file or the name of a scene that comes with libocc. Exit code 0: one pose fits;
+    1: none, or several, which are shown; 2: bad input.
+
+    EXAMPLE
+    """
+    with blamed_on("prior"):
+        prior = occ.Prior(
+            position_m=prior_position,
+            position_sigma_m=prior_position_sigma,
+            heading_rad=None if prior_heading_deg is None else math.radians(prior_heading_deg),
+            heading_sigma_rad=math.radians(prior_heading_sigma_deg),
+            gravity_in_cam=prior_gravity,
+            gravity_sigma_rad=math.radians(prior_gravity_sigma_deg),
+        )
+    with blamed_on(scene):
+        lamps = samples.load_scene(scene)
+    with blamed_on(image):
+        pixels = occ.read_image(image)
+        fix = occ.locate(pixels, lamps, prior)
+    if overlay is not None:
+        from ..overlay import draw_fix
+
+        with blamed_on(overlay):
+            draw_fix(overlay, pixels, fix, lamps, title=image)
+    if as_json:
+        emit_json(report.fix_dict(fix))
+    else:
+        click.echo(report.fix_text(fix))
+    if not fix.ok:
+        ctx.exit(1)

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Fixes, blobs and truths as plain data for JSON, and as text for people."""
+
+from typing import Any
+
+import numpy as np
+
+from ._core import Blob, Candidate, Fix, Status, Truth, heading_rad
+
+
+def sigmas_mm(found: Fix | Candidate) -> list[float]:
+    """Standard deviation of the position along the world's axes [mm]."""
+    return [float(s) * 1e3 for s in np.sqrt(np.diag(found.position_covariance_m2))]
+
+
+def sigma_px(blob: Blob) -> float:
+    """Standard deviation of the centroid [px], the mean over directions."""
+    return float(np.sqrt(np.trace(blob.covariance_px2) / 2))
+
+
+def flags(blob: Blob) -> list[str]:
+    """What qualifies a blob."""
+    named = ("saturated", "merged", "cut_by_border", "striped")
+    return [name for name in named if getattr(blob, name)]
+
+
+def blob_dict(blob: Blob) -> dict[str, Any]:
+    """A blob as plain data, without its rim's points."""
+    return {
+        "centroid_px": blob.centroid_px.tolist(),
+        "covariance_px2": blob.covariance_px2.tolist(),
+        "flux_dn": blob.flux_dn,
+        "flux_sigma_dn": blob.flux_sigma_dn,
+        "peak_dn": blob.peak_dn,
+        "background_dn": blob.background_dn,
+        "noise_dn": blob.noise_dn,
+        "area_px": blob.area_px,
+        "box_px": [blob.x0, blob.y0, blob.x1, blob.y1],
+        "ellipse": {
+            "centre_px": blob.ellipse.centre_px.tolist(),
+            "semi_major_px": blob.ellipse.semi_major_px,
+            "semi_minor_px": blob.ellipse.semi_minor_px,
+            "angle_rad": blob.ellipse.angle_rad,
+        },
+        "rim_points": len(blob.rim),
+        "flags": flags(blob),
+        "frequency_hz": blob.frequency_hz,
+        "frequency_sigma_hz": None if blob.frequency_hz is None else blob.frequency_sigma_hz,
+    }
+
+
+def candidate_dict(found: Fix | Candidate) -> dict[str, Any]:
+    """The pose of a fix or of one candidate as plain data."""
+    return {
+        "position_m": found.position_m.tolist(),
+        "position_covariance_m2": found.position_covariance_m2.tolist(),
+        "heading_rad": heading_rad(found.cam_from_world),
+        "cam_from_world": found.cam_from_world.tolist(),
+        "covariance": found.covariance.tolist(),
+        "rms_px": found.rms_px,
+        "lamps": {str(id): blob_dict(blob) for id, blob in found.lamps.items()},
+    }
+
+
+def fix_dict(fix: Fix) -> dict[str, Any]:
+    """A fix as plain data."""
+    timing = fix.timing_s
+    return {
+        "ok": fix.ok,
+        "status": fix.status.name,
+        "message": fix.message,
+        **candidate_dict(fix),
+        "candidates": [candidate_dict(candidate) for candidate in fix.candidates],
+        "timing_s": {
+            "detect": timing.detect_s,
+            "identify": timing.identify_s,
+            "refine": timing.refine_s,
+            "total": timing.total_s,
+        },
+    }
+
+
+def truth_dict(truth: Truth) -> dict[str, Any]:
+    """What is true of a rendered image as plain data: what `libocc simulate` writes beside it."""
+    return {
+        "cam_from_world": truth.cam_from_world.tolist(),
+        "position_m": truth.position_m.tolist(),
+        "lamps": [
+            {
+                "id": lamp.id,
+                "in_view": lamp.in_view,
+                "whole": lamp.whole,
+                "centre_px": lamp.centre_px.tolist(),
+                "image_centre_px": lamp.image_centre_px.tolist(),
+                "electrons": lamp.electrons,
+            }
+            for lamp in truth.lamps
+        ],
+    }
+
+
+def _numbers(values: Any, digits: int, width: int) -> str:
+    return " ".join(f"{float(v):{width}.{digits}f}" for v in values)
+
+
+def _ids(found: Fix | Candidate) -> str:
+    return " ".join(str(id) for id in found.lamps)
+
+
+def fix_text(fix: Fix) -> str:
+    """A fix for people."""
+    timing = fix.timing_s
+    lines = [f"status    {fix.status.name}" + (f": {fix.message}" if fix.message else "")]
+    if fix.candidates:
+        lines += [
+            f"position  {_numbers(fix.position_m, 4, 8)} m",
+            f"sigma     {_numbers(sigmas_mm(fix), 2, 8)} mm",
+            f"heading   {np.degrees(heading_rad(fix.cam_from_world)):8.2f} deg",
+            f"lamps     {_ids(fix)}",
+            f"rms       {fix.rms_px:.3f} px",
+        ]
+    lines.append(
+        f"time      {timing.total_s * 1e3:.1f} ms (detect {timing.detect_s * 1e3:.1f}, "
+        f"identify {timing.identify_s * 1e3:.1f}, refine {timing.refine_s * 1e3:.1f})"
+    )
+    if fix.status is not Status.ok and len(fix.candidates) > 1:
+        lines.append("candidates, best first:")
+        for i, candidate in enumerate(fix.candidates, 1):
+            lines.append(
+                f"  {i:2}  {_numbers(candidate.position_m, 4, 8)} m  "
+                f"rms {candidate.rms_px:.3f} px  lamps {_ids(candidate)}"
+            )
+    return "\n".join(lines)
+
+
+def blobs_text(blobs: list[Blob]) -> str:
+    """Blobs for people, a line each."""
+    lines = ["       x px      y px  sigma px      flux dn  area px  what"]
+    for blob in blobs:
+        x, y = blob.centroid_px
+        notes = flags(blob)
+        if blob.frequency_hz is not None:
+            notes.append(f"{blob.frequency_hz:.1f} Hz")
+        line = f"{x:11.3f} {y:9.3f} {sigma_px(blob):9.4f} {blob.flux_dn:12.0f} {blob.area_px:8}"
+        lines.append(f"{line}  {', '.join(notes)}".rstrip())
+    return "\n".join(lines) if blobs else "no blobs"

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The scenes and images that come with libocc."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ._core import Scene
+
+FOLDER = Path(__file__).parent / "data"
+
+
+@dataclass(frozen=True)
+class Sample:
+    """An image with its scene and, beside it, what is true of it."""
+
+    image: Path
+    scene: Path
+    truth: dict[str, Any]
+
+    @property
+    def name(self) -> str:
+        return self.image.stem
+
+
+def scene_names() -> list[str]:
+    """Names that find_scene() takes."""
+    return sorted(path.stem for path in (FOLDER / "scenes").glob("*.yaml"))
+
+
+def find_scene(file_or_name: str) -> Path:
+    """The file itself, or the scene of that name that comes with libocc."""
+    path = Path(file_or_name)
+    if not path.exists() and file_or_name in scene_names():
+        return FOLDER / "scenes" / f"{file_or_name}.yaml"
+    return path
+
+
+def load_scene(file_or_name: str) -> Scene:
+    """Scene of a file, or of one that comes with libocc by its name."""
+    return Scene.load(find_scene(file_or_name))
+
+
+def samples() -> list[Sample]:
+    """The images that come with libocc, by name. Each truth names its scene under "scene"."""
+    found = []
+    for truth_path in sorted((FOLDER / "images").glob("*.json")):
+        truth = json.loads(truth_path.read_text())
+        scene = FOLDER / "scenes" / f"{truth['scene']}.yaml"
+        found.append(Sample(truth_path.with_suffix(".png"), scene, truth))
+    return found
