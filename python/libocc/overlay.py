@@ -24,6 +24,7 @@ MEASURED, PREDICTED, RESIDUAL, UNUSED = "#40c4ff", "#7cff6b", "#ff5c8a", "#ffb34
 OUTLINE = [withStroke(linewidth=3, foreground="black")]
 LARGEST_SIDE_PX = 1600  # more than a picture of this size can show
 MOST_CLOSE_UPS = 6
+BACKGROUND, WIDTH_IN, CLOSE_UP_IN = "#181818", 9.6, 1.6
 
 
 @dataclass
@@ -135,10 +136,11 @@ def _picture(
     caption: str,
 ) -> None:
     height, width = image.shape[:2]
-    close_ups = sorted(marks, key=lambda m: m.label)[:MOST_CLOSE_UPS]
-    frame_in = 10 * min(height / width, 1.4)
-    strip_in = 2.2 if close_ups else 0.0
-    figure = Figure(figsize=(10, frame_in + strip_in + 1.1), dpi=110, facecolor="#181818")
+    close_ups = marks[:MOST_CLOSE_UPS]
+    frame_in = WIDTH_IN * min(height / width, 1.4)
+    strip_in = CLOSE_UP_IN if close_ups else 0.0
+    height_in = frame_in + strip_in + 1.4
+    figure = Figure(figsize=(WIDTH_IN / 0.96, height_in), dpi=110, facecolor=BACKGROUND)
     canvas = FigureCanvasAgg(figure)
     rows = figure.add_gridspec(
         2 if close_ups else 1,
@@ -146,20 +148,20 @@ def _picture(
         height_ratios=[frame_in, strip_in] if close_ups else None,
         left=0.02,
         right=0.98,
-        top=1 - 0.45 / (frame_in + strip_in + 1.1),
-        bottom=0.75 / (frame_in + strip_in + 1.1),
-        hspace=0.12,
+        top=1 - 0.4 / height_in,
+        bottom=0.95 / height_in,
+        hspace=0.1 / (frame_in + strip_in),
         wspace=0.06,
     )
     frame = figure.add_subplot(rows[0, :])
     magnified = _draw_frame(frame, image, marks, unused)
     for i, mark in enumerate(close_ups):
         _draw_close_up(figure.add_subplot(rows[1, i]), image, mark)
-    figure.text(0.02, 1 - 0.28 / figure.get_figheight(), title, color="white", fontsize=11)
+    figure.text(0.02, 1 - 0.28 / height_in, title, color="white", fontsize=11)
     if magnified:
         caption += f"   arrows: residuals x {magnified:g}"
-    figure.text(0.02, 0.12 / figure.get_figheight(), caption, color="#d0d0d0", fontsize=9)
-    canvas.print_figure(path, facecolor=figure.get_facecolor())
+    figure.text(0.02, 0.12 / height_in, caption, color="#d0d0d0", fontsize=9)
+    canvas.print_figure(path, facecolor=BACKGROUND)
 
 
 def _grey(image: Pixels) -> Array:
@@ -181,6 +183,7 @@ def _shrunk(image: Pixels) -> Pixels:
 
 
 def _bare(axes: Axes) -> None:
+    axes.set_facecolor("#303030")
     axes.set_xticks([])
     axes.set_yticks([])
     for spine in axes.spines.values():
@@ -191,6 +194,8 @@ def _draw_frame(axes: Axes, image: Pixels, marks: list[Mark], unused: Sequence[B
     height, width = image.shape[:2]
     extent = (-0.5, width - 0.5, height - 0.5, -0.5)
     axes.imshow(_grey(_shrunk(image)), cmap="gray", vmin=0, vmax=1, extent=extent)
+    axes.set_xlim(extent[:2])
+    axes.set_ylim(extent[2:])
     _bare(axes)
     for blob in unused:
         _draw_ellipse(axes, blob, UNUSED)

@@ -135,12 +135,12 @@ def fix_text(fix: Fix) -> str:
 
 def blobs_text(blobs: list[Blob]) -> str:
     """Blobs for people, a line each."""
-    lines = ["       x px      y px  sigma px      flux dn  area px  what"]
-    for blob in blobs:
+    lines = [" n      x px      y px  sigma px      flux dn  area px  what"]
+    for i, blob in enumerate(blobs):
         x, y = blob.centroid_px
         notes = flags(blob)
         if blob.frequency_hz is not None:
             notes.append(f"{blob.frequency_hz:.1f} Hz")
-        line = f"{x:11.3f} {y:9.3f} {sigma_px(blob):9.4f} {blob.flux_dn:12.0f} {blob.area_px:8}"
+        line = f"{i:2} {x:9.3f} {y:9.3f} {sigma_px(blob):9.4f} {blob.flux_dn:12.0f} {blob.area_px:8}"
         lines.append(f"{line}  {', '.join(notes)}".rstrip())
     return "\n".join(lines) if blobs else "no blobs"
