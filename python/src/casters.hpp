@@ -8,6 +8,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -43,7 +44,13 @@ PixelArray to_numpy(Image&& image);
 /// Points as the rows of a matrix.
 Eigen::MatrixX2d rows_of(const std::vector<Eigen::Vector2d>& points);
 
-/// Whether the object is a list or tuple of Blobs (and so the other overload of a function).
+/// An image, or the blobs that were found in one.
+struct ImageOrBlobs {
+  std::optional<NumpyImage> image;
+  std::vector<Blob> blobs;
+};
+
+/// Whether the object is a list or tuple of Blobs.
 bool is_blob_sequence(py::handle object);
 
 }  // namespace occ::python
@@ -61,8 +68,21 @@ template <>
 struct type_caster<occ::python::NumpyImage> {
   PYBIND11_TYPE_CASTER(occ::python::NumpyImage, pixels_name);
   bool load(handle source, bool) {
-    if (occ::python::is_blob_sequence(source)) return false;
     value = occ::python::numpy_image(source);
+    return true;
+  }
+};
+
+template <>
+struct type_caster<occ::python::ImageOrBlobs> {
+  PYBIND11_TYPE_CASTER(occ::python::ImageOrBlobs,
+                       pixels_name + const_name(" | ") + make_caster<std::vector<occ::Blob>>::name);
+  bool load(handle source, bool) {
+    if (occ::python::is_blob_sequence(source)) {
+      value.blobs = pybind11::cast<std::vector<occ::Blob>>(source);
+    } else {
+      value.image = occ::python::numpy_image(source);
+    }
     return true;
   }
 };

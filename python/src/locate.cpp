@@ -151,26 +151,33 @@ auto locate_fields() {
       fields_within(&O::refine, refine_fields()));
 }
 
-/// `locate` for images or for blobs.
-template <class Input>
-void define_locate_of(py::module_& m, const char* input, const std::string& doc) {
+void define_locate_function(py::module_& m) {
   const auto fields = locate_fields();
+  const std::string doc =
+      R"(Where was the camera when it took this image of these lamps?
+
+image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16, of the camera's size;
+not copied when the pixels of a row are adjacent. Or a list of Blobs that detect() found in it.
+scene: Scene. prior: Prior or None.
+Returns: Fix; look at `ok` or `status` before using it. All plausible poses are in `candidates`.
+Raises: TypeError or ValueError for another array, an image of another size than the camera's, or
+a bad option.)" +
+      fields_doc(fields, "Options");
   DefaultTexts texts;
   std::apply(
       [&](const auto&... f) {
         m.def(
             "locate",
-            [fields](const Input& given, const Scene& scene, const std::optional<Prior>& prior,
+            [fields](const ImageOrBlobs& given, const Scene& scene,
+                     const std::optional<Prior>& prior,
                      const typename std::decay_t<decltype(f)>::value_type&... values) {
               auto options = from_values<LocateOptions>(fields, values...);
               options.prior = prior;
               py::gil_scoped_release unlocked;
-              if constexpr (std::is_same_v<Input, NumpyImage>)
-                return locate(given.view, scene, options);
-              else
-                return locate(given, scene, options);
+              return given.image ? locate(given.image->view, scene, options)
+                                 : locate(given.blobs, scene, options);
             },
-            py::arg(input), py::arg("scene"), py::arg("prior") = py::none(), py::kw_only(),
+            py::arg("image"), py::arg("scene"), py::arg("prior") = py::none(), py::kw_only(),
             argument(f, texts)..., doc.c_str());
       },
       fields);
@@ -181,15 +188,7 @@ void define_locate_of(py::module_& m, const char* input, const std::string& doc)
 void define_locate(py::module_& m) {
   define_refine(m);
   define_fix(m);
-  define_locate_of<NumpyImage>(m, "image",
-                               R"(Where was the camera when it took this image of these lamps?
-
-image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16, of the camera's size;
-not copied when the pixels of a row are adjacent. scene: Scene. prior: Prior or None.
-Returns: Fix; look at `ok` or `status` before using it. All plausible poses are in `candidates`.
-Raises: TypeError or ValueError for another array, an image of another size than the camera's, or
-a bad option.)" + fields_doc(locate_fields(), "Options"));
-  define_locate_of<std::vector<Blob>>(m, "blobs", "The same from blobs that are already detected.");
+  define_locate_function(m);
 }
 
 }  // namespace occ::python

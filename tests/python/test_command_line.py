@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command line: what it prints, writes and returns, and how it refuses."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import libocc as occ
+from libocc.cli import COMMANDS, main
+
+TIMES = re.compile(r"\d+\.\d+(?= ms)|(?<=detect )\d+\.\d+|(?<=identify )\d+\.\d+|(?<=refine )\d+\.\d+")
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Runs a command line in an empty folder; returns exit code, stdout and stderr."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        result = CliRunner().invoke(main, [str(a) for a in arguments], prog_name="libocc")
+        if result.exception is not None and not isinstance(result.exception, SystemExit):
+            raise result.exception
+        return result.exit_code, result.stdout, result.stderr
+
+    return run
+
+
+@pytest.fixture
+def room(run):
+    code, _, _ = run("simulate", "irregular_six", "--position", 1.7, 2.1, 0.5, "--out", "room.png")
+    assert code == 0
+    return "room.png"
+
+
+def is_picture(path):
+    pixels = occ.read_image(path)
+    return pixels.ndim == 3 and min(pixels.shape[:2]) > 300 and pixels.std() > 5
+
+
+def example_of(command):
+    """Pairs of command line and expected output at the start of a help text."""
+    text = "\n".join(line.strip() for line in command.help.replace("\b", "").strip().splitlines())
+    block = text.split("\n\n")[0]
+    assert block.startswith("$ libocc"), "help opens with an example"
+    parts = re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]
+    return [part.rstrip().partition("\n")[::2] for part in parts]
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_opens_with_an_example_that_prints_what_it_says(name, run):
+    command = main.get_command(click.Context(main), name)
+    for line, expected in example_of(command):
+        code, out, err = run(*line.split()[1:])
+        assert code == 0, err
+        printed = "\n".join(text.strip() for text in out.strip().splitlines())
+        if expected.endswith("..."):
+            printed = printed[: len(expected) - 3] + "..."
+        assert TIMES.sub("#", printed) == TIMES.sub("#", expected)
+
+
+def test_locate_prints_the_fix(run, room):
+    code, out, _ = run("locate", room, "irregular_six")
+    assert code == 0
+    assert re.search(r"^status +ok$", out, re.MULTILINE)
+    x, y, z = map(float, re.search(r"^position +(\S+) +(\S+) +(\S+) m$", out, re.MULTILINE).groups())
+    assert (x, y, z) == pytest.approx((1.7, 2.1, 0.5), abs=2e-3)
+
+
+def test_json_holds_what_python_returns(run, room, scene):
+    code, out, _ = run("locate", room, "irregular_six", "--json")
+    data = json.loads(out)
+    fix = occ.locate(occ.read_image(room), scene)
+    assert code == 0 and data["ok"] is True and data["status"] == "ok"
+    assert data["position_m"] == pytest.approx(fix.position_m.tolist(), abs=1e-12)
+    assert np.shape(data["covariance"]) == (6, 6) and len(data["candidates"]) == 1
+    assert sorted(map(int, data["lamps"])) == sorted(fix.lamps)
+
+    code, out, _ = run("detect", room, "--json")
+    assert code == 0 and len(json.loads(out)) == len(occ.detect(occ.read_image(room)))
+
+
+def test_simulate_writes_truth_that_it_can_read_back(run, room):
+    truth = json.loads(Path("room.json").read_text())
+    assert truth["position_m"] == pytest.approx([1.7, 2.1, 0.5]) and truth["scene"] == "irregular_six"
+    code, out, _ = run("simulate", "irregular_six", "--pose", "room.json", "--out", "b.png", "--json")
+    assert code == 0 and np.allclose(json.loads(out)["cam_from_world"], truth["cam_from_world"])
+    assert np.array_equal(occ.read_image("b.png"), occ.read_image(room))
+
+
+@pytest.mark.parametrize(
+    "options, heading_deg, axis",
+    [
+        ((), 0, (0, 0, 1)),
+        (("--heading-deg", 90), 90, (0, 0, 1)),
+        (("--heading-deg", -30, "--tilt-deg", 90, "--tilt-towards-deg", -30), None, (0.866, -0.5, 0)),
+        (("--tilt-deg", 10, "--tilt-towards-deg", 90), 0, (0, 0.17365, 0.98481)),
+        (("--look-at", 1.7, 3.1, 0.5), 0, (0, 1, 0)),
+    ],
+)
+def test_simulate_turns_the_camera(run, options, heading_deg, axis):
+    code, out, err = run("simulate", "irregular_six", "--position", 1.7, 2.1, 0.5, "--json", *options)
+    assert code == 0, err
+    pose = np.array(json.loads(out)["cam_from_world"])
+    assert pose[2, :3] == pytest.approx(axis, abs=1e-3)
+    assert np.linalg.inv(pose)[:3, 3] == pytest.approx([1.7, 2.1, 0.5], abs=1e-12)
+    if heading_deg is not None:
+        assert np.degrees(occ.heading_rad(pose)) == pytest.approx(heading_deg, abs=1e-9)
+
+
+def test_overlays_are_pictures(run, room):
+    assert run("simulate", "irregular_six", "--position", 1, 1, 1, "--overlay", "a.png")[0] == 0
+    assert run("detect", room, "--overlay", "b.png")[0] == 0
+    assert run("locate", room, "irregular_six", "--overlay", "c.png")[0] == 0
+    assert all(is_picture(path) for path in ("a.png", "b.png", "c.png"))
+
+
+def test_an_overlay_of_nothing_is_still_a_picture(run):
+    occ.write_image("black.png", np.zeros((480, 640), np.uint8))
+    code, out, _ = run("locate", "black.png", "irregular_six", "--overlay", "o.png")
+    assert code == 1 and "no_lamps" in out
+    assert is_picture("o.png")
+
+
+def test_an_ambiguous_fix_shows_its_candidates_and_returns_1(run):
+    run("simulate", "square_four", "--position", 2.1, 1.9, 0.5, "--heading-deg", 20, "--out", "s.png")
+    code, out, _ = run("locate", "s.png", "square_four", "--overlay", "o.png")
+    assert code == 1 and "ambiguous" in out
+    assert len(re.findall(r"^ +[1-4] +.* m +rms", out, re.MULTILINE)) == 4
+    code, out, _ = run("locate", "s.png", "square_four", "--prior-heading-deg", 30)
+    assert code == 0 and re.search(r"^position +2\.1\d* +1\.(9|89)", out, re.MULTILINE)
+
+
+def test_demo_compares_with_the_truth(run):
+    code, out, err = run("demo", "--out", "pictures", "--json")
+    assert code == 0, err
+    rows = json.loads(out)
+    assert rows
+    for row in rows:
+        assert is_picture(f"pictures/{row['image']}.png")
+        assert row["error_mm"] < 5 * row["sigma_mm"] + 1
+    code, out, _ = run("demo", "--out", "pictures")
+    assert all(column in out for column in ("lamp", "image", "error", "sigma", "time", "pictures"))
+
+
+@pytest.mark.parametrize(
+    "arguments, text",
+    [
+        (("locate", "nosuch.png", "irregular_six"), "nosuch.png"),
+        (("locate", "room.png", "nosuch.yaml"), "nosuch.yaml"),
+        (("locate", "text.png", "irregular_six"), "text.png"),
+        (("locate", "cut.png", "irregular_six"), "cut.png"),
+        (("locate", "small.png", "irregular_six"), "small.png: .*40"),
+        (("locate", "room.png", "bad.yaml"), r"bad\.yaml.*schema"),
+        (("locate", "room.png", "irregular_six", "--prior-heading-deg", 0, "--prior-heading-sigma-deg", -1), "heading_sigma"),
+        (("locate", "room.png", "irregular_six", "--overlay", "nowhere/o.png"), "nowhere/o.png"),
+        (("detect", "nosuch.png"), "nosuch.png"),
+        (("detect", "room.png", "--threshold-dn", "nan"), "threshold_dn"),
+        (("simulate", "irregular_six", "--position", 1, 1, 1, "--out", "nowhere/o.png"), "nowhere/o.png"),
+        (("simulate", "irregular_six"), "--position"),
+        (("simulate", "irregular_six", "--pose", "text.png"), "text.png"),
+        (("simulate", "irregular_six", "--position", 1, 1, 1, "--look-at", 1, 1, 1), "look-at"),
+        (("demo", "--out", "text.png/folder"), "text.png"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(run, room, arguments, text):
+    Path("text.png").write_text("not an image")
+    Path("cut.png").write_bytes(Path(room).read_bytes()[:3000])
+    Path("bad.yaml").write_text("lamps: []\n")
+    occ.write_image("small.png", np.zeros((30, 40), np.uint8))
+    code, out, err = run(*arguments)
+    assert code == 2 and out == ""
+    assert re.fullmatch(rf"error: .*{text}.*\n", err)
+
+
+def test_the_installed_command_runs_as_a_process(tmp_path: Path):
+    libocc = Path(sys.executable).with_name("libocc")
+    ran = subprocess.run([libocc, "--version"], capture_output=True, text=True)
+    assert ran.returncode == 0 and occ.__version__ in ran.stdout
+    ran = subprocess.run([libocc, "locate", "nosuch.png", "x"], capture_output=True, text=True, cwd=tmp_path)
+    assert ran.returncode == 2 and ran.stdout == ""
+    assert ran.stderr.startswith("error: ") and ran.stderr.count("\n") == 1
+
+
+def test_locating_waits_for_no_picture_or_table_library(tmp_path: Path):
+    """matplotlib and rich cost more than a fix: only what draws or prints tables imports them."""
+    program = (
+        "import sys\nimport libocc.commands.locate, libocc.commands.detect\n"
+        "print([m for m in ('matplotlib', 'rich') if m in sys.modules])"
+    )
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path)
+    assert ran.stdout.strip() == "[]", ran.stderr

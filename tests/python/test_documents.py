@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the README, the docstrings and the types say is so."""
+
+import doctest
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import libocc as occ
+from libocc import _core
+
+USER = '''
+import numpy as np
+import libocc as occ
+
+scene: occ.Scene = occ.Scene.load("room.yaml")
+image = np.zeros((480, 640), np.uint8)
+fix: occ.Fix = occ.locate(image, scene, occ.Prior(heading_rad=1.0), use_rims=False)
+if fix.status is occ.Status.ambiguous:
+    print([candidate.position_m.tolist() for candidate in fix.candidates])
+blob: occ.Blob = fix.lamps[3]
+x: float = float(blob.centroid_px[0])
+lamp = occ.Lamp(id=1, centre_m=(0, 0, 3), normal=[0, 0, -1], radius_m=0.1, frequency_hz=None)
+camera = occ.Camera.pinhole(width=640, height=480, fx_px=400, fy_px=400, cx_px=319.5, cy_px=239.5)
+pixels, truth = occ.simulate(occ.Scene(camera=camera, lamps=[lamp]), cam_from_world=np.eye(4), seed=1)
+names: list[str] = [flux.name for flux in occ.FluxModel]
+'''
+
+
+def blocks(path: Path, language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", path.read_text(), re.DOTALL)
+
+
+def promised(path: Path) -> list[str]:
+    """What the README says its examples print."""
+    return re.findall(r"^prints `(.*)`\.$", path.read_text(), re.MULTILINE)
+
+
+def test_readme_python_examples_print_what_it_says(root: Path):
+    found = blocks(root / "README.md", "python")
+    assert found
+    for code in found:
+        ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=root)
+        assert ran.returncode == 0, ran.stderr
+        assert ran.stdout.strip() in promised(root / "README.md")
+
+
+def test_readme_python_example_is_short(root: Path):
+    lines = [line for line in blocks(root / "README.md", "python")[0].splitlines() if line.strip()]
+    assert len(lines) <= 8
+
+
+def test_docstring_examples():
+    parser, runner = doctest.DocTestParser(), doctest.DocTestRunner()
+    tried = 0
+    for name, value in vars(_core).items():
+        test = parser.get_doctest(getattr(value, "__doc__", None) or "", {}, name, None, None)
+        if test.examples:
+            tried += 1
+            runner.run(test)
+    assert tried >= 4 and runner.summarize().failed == 0
+
+
+def test_everything_public_is_documented():
+    for name in occ.__all__:
+        value = getattr(occ, name)
+        assert value.__doc__, name
+        for field, member in vars(value).items() if isinstance(value, type) else ():
+            if isinstance(member, property):
+                assert member.__doc__, f"{name}.{field}"
+
+
+def test_types_pass_strict_mypy(root: Path, tmp_path: Path):
+    pytest.importorskip("mypy")
+    example = tmp_path / "user.py"
+    example.write_text(USER)
+    wrong = tmp_path / "wrong.py"
+    wrong.write_text("import libocc as occ\nocc.Lamp(id='door', centre_m=3).radius_m = 2\n")
+    command = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(root / "build" / "mypy")]
+    ran = subprocess.run([*command, "-p", "libocc"], capture_output=True, text=True, cwd=tmp_path)
+    assert ran.returncode == 0, ran.stdout
+    ran = subprocess.run([*command, example], capture_output=True, text=True, cwd=tmp_path)
+    assert ran.returncode == 0, ran.stdout
+    ran = subprocess.run([*command, wrong], capture_output=True, text=True, cwd=tmp_path)
+    assert ran.returncode != 0 and "read-only" in ran.stdout and "arg-type" in ran.stdout
+
+
+def test_stubs_are_up_to_date(root: Path):
+    pytest.importorskip("pybind11_stubgen")
+    command = [sys.executable, root / "tools" / "make_stubs", "--check"]
+    ran = subprocess.run(command, capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr

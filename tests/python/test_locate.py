@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The whole path from Python: simulate, detect, identify, refine, locate."""
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import libocc as occ
+
+
+@pytest.fixture(scope="module")
+def fix(image, scene):
+    return occ.locate(image, scene)
+
+
+@pytest.fixture(scope="module")
+def square(root):
+    return occ.Scene.load(root / "data" / "scenes" / "square_four.yaml")
+
+
+def test_fix_finds_the_camera_within_its_own_sigma(fix, rendered):
+    truth = rendered[1]
+    assert fix.ok and fix.status is occ.Status.ok
+    error_m = fix.position_m - truth.position_m
+    assert np.linalg.norm(error_m) < 1e-3
+    mahalanobis = error_m @ np.linalg.solve(fix.position_covariance_m2, error_m)
+    assert mahalanobis < 21.1  # chi-square of 3 degrees of freedom: 1 in 10000
+
+
+def test_fix_has_the_settled_fields(fix, scene):
+    assert fix.cam_from_world.shape == (4, 4) and fix.covariance.shape == (6, 6)
+    assert fix.position_m.shape == (3,) and fix.position_covariance_m2.shape == (3, 3)
+    assert isinstance(fix.message, str) and fix.rms_px < 0.2
+    assert 0 < fix.timing_s.detect_s <= fix.timing_s.total_s
+    camera_in_world = np.linalg.inv(fix.cam_from_world)[:3, 3]
+    assert fix.position_m == pytest.approx(camera_in_world, abs=1e-12)
+    assert np.allclose(
+        fix.position_covariance_m2, occ.position_covariance(fix.cam_from_world, fix.covariance)
+    )
+    assert len(fix.candidates) == 1
+    assert np.array_equal(fix.candidates[0].position_m, fix.position_m)
+
+
+def test_lamps_are_named_right(fix, rendered):
+    truth = {lamp.id: lamp for lamp in rendered[1].lamps}
+    whole = {id for id, lamp in truth.items() if lamp.whole}
+    assert whole <= set(fix.lamps)
+    for id in whole:
+        assert np.linalg.norm(fix.lamps[id].centroid_px - truth[id].image_centre_px) < 0.1
+
+
+def test_an_image_of_another_size_is_refused(image, scene):
+    with pytest.raises(ValueError, match="600.*640|640.*600"):
+        occ.locate(np.ascontiguousarray(image[:, :600]), scene)
+
+
+def test_blobs_can_be_located_instead(fix, image, scene):
+    again = occ.locate(occ.detect(image, sensor=scene.sensor), scene)
+    assert again.position_m == pytest.approx(fix.position_m, abs=1e-9)
+    with pytest.raises(TypeError, match="got list"):
+        occ.locate([1, 2, 3], scene)
+
+
+def test_the_steps_give_what_locate_gives(fix, image, scene):
+    blobs = occ.detect(image, sensor=scene.sensor)
+    named = occ.identify(blobs, scene)
+    assert named.ok and named.tried > 0
+    best = named.hypotheses[0]
+    refined = occ.refine(best.cam_from_world, best.matches, blobs, scene)
+    assert refined.ok
+    assert refined.cam_from_world == pytest.approx(fix.cam_from_world, abs=1e-9)
+    assert {scene.lamps[m.lamp].id for m in best.matches} == set(fix.lamps)
+    with pytest.raises(ValueError, match="99"):
+        occ.refine(best.cam_from_world, [occ.Match(lamp=99, blob=0)] * 4, blobs, scene)
+
+
+def test_too_few_lamps_is_a_status(image, scene):
+    fix = occ.locate(image, scene.replace(lamps=scene.lamps[:2]))
+    assert fix.status is occ.Status.too_few_lamps and fix.message
+
+
+def test_a_square_is_ambiguous_until_the_heading_is_known(square, pose):
+    image, truth = occ.simulate(square, cam_from_world=pose, seed=3)
+    fix = occ.locate(image, square)
+    assert fix.status is occ.Status.ambiguous and not fix.ok
+    assert len(fix.candidates) == 4
+    nearest = min(np.linalg.norm(c.position_m - truth.position_m) for c in fix.candidates)
+    assert nearest < 2e-3
+
+    prior = occ.Prior(
+        heading_rad=occ.heading_rad(pose) + 0.1, heading_sigma_rad=math.radians(20)
+    )
+    told = occ.locate(image, square, prior)
+    assert told.ok
+    assert np.linalg.norm(told.position_m - truth.position_m) < 2e-3
+
+
+def test_options_reach_the_library(image, scene):
+    coarse = occ.locate(image, scene, use_rims=False, model_sigma_px=1.0)
+    fine = occ.locate(image, scene)
+    assert np.trace(coarse.covariance) > 10 * np.trace(fine.covariance)
+    blind = occ.locate(image, scene, threshold_dn=254)
+    assert not blind.ok
+    with pytest.raises(ValueError, match="huber_sigma.*-1"):
+        occ.locate(image, scene, huber_sigma=-1)
+    with pytest.raises(ValueError, match="threshold_sigma"):
+        occ.detect(image, threshold_sigma=math.nan)
+    with pytest.raises(TypeError, match="no_such_option"):
+        occ.locate(image, scene, no_such_option=1)
+
+
+def test_simulate_is_repeatable_and_says_the_truth(scene, pose, rendered):
+    image, truth = rendered
+    again, _ = occ.simulate(scene, cam_from_world=pose, seed=1)
+    other, _ = occ.simulate(scene, cam_from_world=pose, seed=2)
+    assert np.array_equal(image, again) and not np.array_equal(image, other)
+    assert np.array_equal(truth.cam_from_world, pose)
+    assert truth.position_m == pytest.approx([1.7, 2.1, 0.5], abs=1e-12)
+    deep = scene.replace(sensor=scene.sensor.replace(bit_depth=12, gain_dn_per_e=0.4))
+    assert occ.simulate(deep, cam_from_world=pose, seed=1)[0].dtype == np.uint16
+
+
+@pytest.mark.parametrize(
+    "bad, error, text",
+    [
+        (np.eye(3), TypeError, "4x4"),
+        (2 * np.eye(4), ValueError, "cam_from_world"),
+        (np.full((4, 4), math.nan), ValueError, "cam_from_world"),
+        ("up", TypeError, "4x4"),
+    ],
+)
+def test_bad_poses_are_refused(scene, bad, error, text):
+    with pytest.raises(error, match=text):
+        occ.simulate(scene, cam_from_world=bad)
+
+
+def test_p3p_holds_the_true_pose(pose):
+    points = np.array([[0.9, 1.0, 3], [3.1, 1.2, 3], [1.2, 3.2, 2.6]])
+    in_cam = points @ pose[:3, :3].T + pose[:3, 3]
+    bearings = in_cam / np.linalg.norm(in_cam, axis=1, keepdims=True)
+    found = occ.p3p(bearings, points)
+    assert found.shape[1:] == (4, 4) and 1 <= len(found) <= 4
+    assert min(np.abs(candidate - pose).max() for candidate in found) < 1e-9
+    assert occ.p3p(bearings, np.outer([0, 1, 2], [1.0, 0, 0])).shape == (0, 4, 4)
+    with pytest.raises(ValueError, match="unit"):
+        occ.p3p(2 * bearings, points)
+
+
+def test_heading_is_the_azimuth_of_image_right():
+    up = np.eye(4)
+    assert occ.heading_rad(up) == pytest.approx(0)
+    turned = np.array([[0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+    assert occ.heading_rad(turned) == pytest.approx(math.pi / 2)
+
+
+def test_predicted_rims_lie_on_the_measured_ones(fix, scene):
+    lamps = {lamp.id: lamp for lamp in scene.lamps}
+    for id, blob in fix.lamps.items():
+        if blob.cut_by_border:
+            continue
+        rim = occ.project_rim(lamps[id], fix.cam_from_world, scene.camera)
+        assert rim.shape == (64, 2)
+        centre = occ.project_lamp_centre(lamps[id], fix.cam_from_world, scene.camera)
+        assert np.linalg.norm(centre - blob.centroid_px) < 0.2
+        radius = np.linalg.norm(rim - centre, axis=1)
+        assert radius.min() > 0.9 * blob.ellipse.semi_minor_px
+        assert radius.max() < 1.1 * blob.ellipse.semi_major_px
+    from_behind = lamps[0].replace(normal=[0, 0, 1])
+    assert occ.project_rim(from_behind, fix.cam_from_world, scene.camera) is None
+
+
+def test_threads_agree(image, scene, fix):
+    with ThreadPoolExecutor(4) as pool:
+        fixes = list(pool.map(lambda _: occ.locate(image, scene), range(8)))
+    assert all(np.array_equal(other.cam_from_world, fix.cam_from_world) for other in fixes)
