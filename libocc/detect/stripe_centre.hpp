@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Internal: the centre of a lamp of which only the lit stripes are seen. A plain centroid follows
-// the phase of the stripes by several pixels. Two models do not:
+// the phase of the stripes by several pixels. These do not:
 //   disc: the two ends of every lit line lie on the rim; an ellipse through them.
+//   outline: the area between those ends, for lamps of any other shape with sharp edges.
 //   glow: log(signal) = quadratic(line, pos) + periodic(line), linear in all unknowns. Over the log
 //         every contour weighs the same, so a hot spot off the centre of the glow pulls little.
 // Vectors here are (line, pos).
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "libocc/core/abi.hpp"
+#include "libocc/detect/stripe_chords.hpp"
 #include "libocc/detect/stripe_signal.hpp"
 #include "libocc/detect/stripe_window.hpp"
 
@@ -23,16 +25,30 @@ struct StripeRimPoint {
 
 /// |shape (p - centre)| = 1 on the outline.
 struct StripedShape {
+  enum class Kind { disc, outline, glow };
+  Kind kind = Kind::glow;
   Eigen::Vector2d centre;
   Eigen::Matrix2d covariance;
   Eigen::Matrix2d shape;
-  double log_range = 0;  ///< of a glow: log of its peak over the signal on the outline; disc: 0
+  double log_range = 0;  ///< of a glow: log of its peak over the signal on the outline; else 0
   std::vector<StripeRimPoint> rim;  ///< of a disc
   double rim_sigma_px = 0;          ///< of each point, correlation between neighbours included
 };
 
-/// Empty when the body has no sharp, elliptic rim.
-std::optional<StripedShape> fit_disc(const LineWindow& window, const LineBox& body, double peak);
+/// Chords at a low, a middle and a high fraction of the plateau.
+struct SharpChords {
+  std::vector<Chord> low, half, high;
+};
+
+/// Empty when the body has no sharp ends, or too few.
+std::optional<SharpChords> sharp_chords(const LineWindow& window, const LineBox& body, double peak);
+
+/// Empty when the ends do not lie on an ellipse.
+std::optional<StripedShape> fit_disc(const SharpChords& chords);
+
+/// Any other sharp outline, closed by straight lines over the gaps: good to a part of the gaps that
+/// may hide its first and last line.
+StripedShape fit_outline(const std::vector<Chord>& chords);
 
 struct GlowOptions {
   double floor = 0;    ///< smallest signal used

@@ -8,57 +8,6 @@
 namespace occ::detecting {
 namespace {
 
-/// The lit part of one line.
-struct Chord {
-  int line;
-  double pos0, pos1;  ///< where the signal crosses a fraction of the line's plateau
-  double softness;    ///< distance from 1/4 to 3/4 of the plateau, both ends' mean, over half chord
-};
-
-/// Outermost crossings of `level` in a line; false when there are none inside the window.
-bool crossings(const float* signal, int length, double level, double& first, double& last) {
-  int a = 0, b = length - 1;
-  while (a < length && !(signal[a] > level)) ++a;
-  while (b > a && !(signal[b] > level)) --b;
-  if (a == 0 || a >= length || b == length - 1 || b - a < 3) return false;
-  first = a - (signal[a] - level) / (signal[a] - signal[a - 1]);
-  last = b + (signal[b] - level) / (signal[b] - signal[b + 1]);
-  return true;
-}
-
-/// Mean of the pixels of a line that reach more than half of its maximum.
-double plateau(const float* signal, int length) {
-  const float half = 0.5f * *std::max_element(signal, signal + length);
-  double sum = 0;
-  int count = 0;
-  for (int i = 0; i < length; ++i) {
-    if (!(signal[i] > half)) continue;
-    sum += signal[i];
-    ++count;
-  }
-  return count > 0 ? sum / count : 0;
-}
-
-/// Chords of all well-lit lines at a fraction of the plateau.
-std::vector<Chord> lit_chords(const LineWindow& window, const LineBox& part, double peak,
-                              double fraction) {
-  std::vector<Chord> chords;
-  for (int line = part.line0; line <= part.line1; ++line) {
-    const float* signal = window.line(line) + (part.pos0 - window.box.pos0);
-    const int length = part.length();
-    const double top = plateau(signal, length);
-    if (top < 0.55 * peak) continue;
-    double a, b, inner_a, inner_b, outer_a, outer_b;
-    if (!crossings(signal, length, fraction * top, a, b) ||
-        !crossings(signal, length, 0.75 * top, inner_a, inner_b) ||
-        !crossings(signal, length, 0.25 * top, outer_a, outer_b))
-      continue;
-    const double soft = (outer_b - outer_a - (inner_b - inner_a)) / 2 / ((b - a) / 2);
-    chords.push_back({line, part.pos0 + a, part.pos0 + b, soft});
-  }
-  return chords;
-}
-
 std::vector<Eigen::Vector2d> ends_of(const std::vector<Chord>& chords) {
   std::vector<Eigen::Vector2d> ends;
   for (const Chord& chord : chords) {
@@ -67,6 +16,8 @@ std::vector<Eigen::Vector2d> ends_of(const std::vector<Chord>& chords) {
   }
   return ends;
 }
+
+constexpr double model_sigma_px = 0.03;  // the ends' own bias: exposure, blur, pixel grid
 
 using Vector5 = Eigen::Matrix<double, 5, 1>;
 using Matrix5 = Eigen::Matrix<double, 5, 5>;
@@ -160,40 +111,30 @@ RimEllipse first_guess(const std::vector<Chord>& chords) {
   return fit;
 }
 
-double median_softness(const std::vector<Chord>& chords) {
-  std::vector<double> values;
-  for (const Chord& chord : chords) values.push_back(chord.softness);
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
-std::optional<StripedShape> fit_disc(const LineWindow& window, const LineBox& body, double peak) {
-  const LineBox part = body.grown(3, 3 + body.length() / 8).cut_to(window.box);
-  const std::vector<Chord> chords = lit_chords(window, part, peak, 0.5);
-  if (chords.size() < 5 || median_softness(chords) > 0.35) return std::nullopt;
-  const std::vector<Eigen::Vector2d> ends = ends_of(chords);
-  const RimEllipse fit = fit_rim(ends, first_guess(chords));
+std::optional<StripedShape> fit_disc(const SharpChords& chords) {
+  const std::vector<Eigen::Vector2d> ends = ends_of(chords.half);
+  const RimEllipse fit = fit_rim(ends, first_guess(chords.half));
   const double radius = fit.x[2];
-  if (!(radius > 2) || !(fit.rms < 0.3 + 0.03 * radius) ||
-      !part.grown(part.lines() / 2, 0).holds(fit.x[0], fit.x[1]))
+  const double line0 = chords.half.front().line, line1 = chords.half.back().line;
+  if (!(radius > 2) || !(fit.rms < 0.3 + 0.015 * radius) ||
+      std::abs(2 * fit.x[0] - line0 - line1) > 2 * (line1 - line0))
     return std::nullopt;
 
   StripedShape disc;
+  disc.kind = StripedShape::Kind::disc;
   disc.centre = fit.x.head<2>();
   disc.shape = fit.m() / radius;
   const double inflation = (1 + fit.correlation) / (1 - fit.correlation);
   disc.rim_sigma_px = fit.rms * std::sqrt(inflation);
   disc.covariance = disc.rim_sigma_px * disc.rim_sigma_px *
-                    Matrix5(fit.information.inverse()).topLeftCorner<2, 2>();
+                        Matrix5(fit.information.inverse()).topLeftCorner<2, 2>() +
+                    model_sigma_px * model_sigma_px * Eigen::Matrix2d::Identity();
   // What the choice of the contour's level moves is a systematic part of the error.
-  const std::vector<Chord> low = lit_chords(window, part, peak, 0.35);
-  const std::vector<Chord> high = lit_chords(window, part, peak, 0.65);
-  if (low.size() >= 5 && high.size() >= 5) {
-    const Eigen::Vector2d moved =
-        fit_rim(ends_of(high), fit).x.head<2>() - fit_rim(ends_of(low), fit).x.head<2>();
+  if (chords.low.size() >= 5 && chords.high.size() >= 5) {
+    const Eigen::Vector2d moved = fit_rim(ends_of(chords.high), fit).x.head<2>() -
+                                  fit_rim(ends_of(chords.low), fit).x.head<2>();
     disc.covariance += moved.squaredNorm() / 4 * Eigen::Matrix2d::Identity();
   }
   for (const Eigen::Vector2d& end : ends) {
@@ -201,6 +142,7 @@ std::optional<StripedShape> fit_disc(const LineWindow& window, const LineBox& bo
     const double r = ellipse_residual(fit, end, nullptr, &normal);
     if (std::abs(r) < 4 * fit.rms + 0.5) disc.rim.push_back({end, normal});
   }
+  if (5 * disc.rim.size() < 4 * ends.size()) return std::nullopt;
   return disc;
 }
 

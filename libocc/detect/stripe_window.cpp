@@ -85,8 +85,8 @@ bool stacked(const LineBox& a, const LineBox& b) {
 
 double robust_peak(const LineWindow& window, double lit) {
   std::vector<float> values;
-  for (const float value : window.signal)
-    if (value > lit) values.push_back(value);
+  for (std::size_t i = 0; i < window.signal.size(); i += 3)  // a third tells as much
+    if (window.signal[i] > lit) values.push_back(window.signal[i]);
   if (values.empty()) return 0;
   const std::size_t rank = std::min(values.size() - 1, values.size() / 50);
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank);

@@ -78,15 +78,27 @@ int add_samples(const LineWindow& window, int line, int from, int to, const Chor
   return count;
 }
 
+/// The part of the outline, by its size, that is as bright as the shape says.
+double dependable_part(const StripedShape& shape) {
+  switch (shape.kind) {
+    case StripedShape::Kind::disc:  // but for its blurred rim
+      return 1 - 1.5 * std::sqrt((shape.shape.transpose() * shape.shape)(1, 1));
+    case StripedShape::Kind::outline:  // sticks out of corners
+      return 0.75;
+    case StripedShape::Kind::glow:
+      break;
+  }
+  return 0.9;
+}
+
 enum class Side { both, low, high };
 
 /// Signal of each line over the signal that the lamp would have without blinking; what is left is
 /// the blink. Lines that the lamp hardly covers have weight 0.
 LineSignal demodulated_signal(const LineWindow& window, const StripedShape& shape, double clipped,
                               Side side = Side::both) {
-  const double range = shape.log_range;  // 0 for a disc: evenly bright, but for its blurred rim
-  const double blur = 1.5 * std::sqrt((shape.shape.transpose() * shape.shape)(1, 1));
-  const Chords chords(shape, range > 0 ? 0.9 : 1 - blur);
+  const double range = shape.log_range;  // 0: evenly bright
+  const Chords chords(shape, dependable_part(shape));
   LineSignal signal;
   signal.line0 =
       std::max(window.box.line0, static_cast<int>(shape.centre[0] - chords.half_lines()));
@@ -110,7 +122,7 @@ LineSignal demodulated_signal(const LineWindow& window, const StripedShape& shap
 /// less so when the signal is compressed by a logarithm.
 LineSignal flattened(LineSignal signal, const StripedShape& shape, double cycles_per_line,
                      double knee) {
-  if (shape.log_range == 0) return signal;
+  if (shape.kind != StripedShape::Kind::glow) return signal;
   const double highest = *std::max_element(signal.value.begin(), signal.value.end());
   for (double& value : signal.value) value = std::log1p(std::max(0.0, value) / (knee * highest));
   return levelled(signal, 0.4 / cycles_per_line);
@@ -118,7 +130,7 @@ LineSignal flattened(LineSignal signal, const StripedShape& shape, double cycles
 
 Blink fit_demodulated(const LineSignal& signal, const StripedShape& shape, const Blink& coarse) {
   const double f = coarse.cycles_per_line;
-  if (shape.log_range == 0) return fit_blink(signal, f, 1);
+  if (shape.kind != StripedShape::Kind::glow) return fit_blink(signal, f, 1);
   Blink blink = fit_blink(flattened(signal, shape, f, usual_knee), f, 2);
   const Blink other = fit_blink(flattened(signal, shape, f, distant_knee), f, 2);
   blink.sigma = std::hypot(blink.sigma, other.cycles_per_line - blink.cycles_per_line);
@@ -161,15 +173,27 @@ void add_light(const LineWindow& window, double lit, StripedLamp& lamp) {
   }
 }
 
+/// Dark lines between lit ones.
+bool has_gaps(const LineSignal& signal) {
+  const double highest = *std::max_element(signal.value.begin(), signal.value.end());
+  const auto lit = [&](double value) { return value > 0.5 * highest; };
+  const auto dark = [&](double value) { return value < 0.2 * highest; };
+  const auto first = std::find_if(signal.value.begin(), signal.value.end(), lit);
+  const auto last = std::find_if(signal.value.rbegin(), signal.value.rend(), lit).base();
+  return first < last && std::count_if(first, last, dark) >= 2;
+}
+
 std::optional<StripedLamp> finish(const LineWindow& window, const StripedShape& shape,
                                   const Blink& coarse, const LampLimits& limits) {
   const LineSignal signal = demodulated_signal(window, shape, limits.clipped);
   if (signal.lines() < 8) return std::nullopt;
   StripedLamp lamp;
   lamp.shape = shape;
-  lamp.blink = fit_demodulated(signal, shape, coarse);
-  if (!significant(lamp.blink) || !same_on_both_sides(window, shape, lamp.blink, limits.clipped))
-    return std::nullopt;
+  if (coarse.cycles_per_line > 0) lamp.blink = fit_demodulated(signal, shape, coarse);
+  if (!significant(lamp.blink) || !same_on_both_sides(window, shape, lamp.blink, limits.clipped)) {
+    if (shape.kind != StripedShape::Kind::disc || !has_gaps(signal)) return std::nullopt;
+    lamp.blink = {};
+  }
   lamp.evidence = -0.5 * signal.lines() * std::log(std::max(1e-6, 1 - lamp.blink.explained));
   return lamp;
 }
@@ -194,14 +218,14 @@ std::optional<StripedLamp> measure_glow(const BodyPlace& place, const Blink& coa
 
 }  // namespace
 
-Blink coarse_blink(const LineWindow& window, const BodyPlace& place, const LampLimits& limits) {
+Blink coarse_blink(const LineWindow& window, double peak, const BodyPlace& place,
+                   const LampLimits& limits) {
   LineBox part = place.territory;
   part.pos0 = place.body.pos0;
   part.pos1 = place.body.pos1;
   part = part.cut_to(window.box);
   const int too_many = part.lines() - max_lines;
   if (too_many > 0) part = part.grown(-(too_many + 1) / 2, 0);
-  const double peak = robust_peak(window, limits.lit);
   const LineSignal signal = compressed_signal(window, part, std::max(limits.lit, 0.005 * peak));
   const double f = strongest_line(levelled(signal, part.lines() / 8.0), limits.max_cycles_per_line);
   if (!(f > 0)) return {};
@@ -215,11 +239,13 @@ std::optional<StripedLamp> measure_striped_lamp(const BodyPlace& place, const Bl
   const LineBox close = body.grown(8 + body.lines() / 4, 8 + body.length() / 4);
   const LineWindow window(place.image, close.cut_to(place.territory), place.columns,
                           place.background_dn);
-  if (const auto disc = fit_disc(window, body, robust_peak(window, limits.lit))) {
-    auto lamp = finish(window, *disc, coarse, limits);
+  if (const auto chords = sharp_chords(window, body, robust_peak(window, limits.lit))) {
+    const auto disc = fit_disc(*chords);
+    auto lamp = finish(window, disc ? *disc : fit_outline(chords->half), coarse, limits);
     if (lamp) add_light(window, limits.lit, *lamp);
     return lamp;
   }
+  if (!(coarse.cycles_per_line > 0)) return std::nullopt;
   return measure_glow(place, coarse, limits);
 }
 

@@ -28,18 +28,21 @@ struct BodyPlace {
 };
 
 struct StripedLamp {
-  Blink blink;
+  Blink blink;  ///< cycles_per_line 0: unreadable
   StripedShape shape;
   double signal = 0;    ///< sum of the linear signal of the lit pixels
   double lit_px = 0;    ///< their number
   double evidence = 0;  ///< log of the likelihood ratio of stripes against none
 };
 
-/// The body's coarse blink in a window around it; cycles_per_line 0 when there is none to be seen.
-Blink coarse_blink(const LineWindow& window, const BodyPlace& place, const LampLimits& limits);
+/// The body's coarse blink in a window around it whose bright pixels reach `peak`; cycles_per_line
+/// is 0 when there is none to be seen.
+Blink coarse_blink(const LineWindow& window, double peak, const BodyPlace& place,
+                   const LampLimits& limits);
 
 /// Empty for a body without stripes: fewer than two periods in view, no significant line, a line
-/// too weak, or one that differs from side to side.
+/// too weak, or one that differs from side to side. A disc with dark gaps is a lamp even when its
+/// frequency cannot be read; cycles_per_line is 0 then.
 std::optional<StripedLamp> measure_striped_lamp(const BodyPlace& place, const Blink& coarse,
                                                 const LampLimits& limits);
 

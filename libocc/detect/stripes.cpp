@@ -23,7 +23,7 @@ using Members = std::vector<std::size_t>;  ///< indices of components
 struct Found {
   std::vector<Blob> blobs;
   std::vector<LineBox> bodies;  ///< of the blobs
-  std::vector<bool> taken;  ///< of the components
+  std::vector<bool> taken;      ///< of the components
   double evidence = 0;
 };
 
@@ -38,7 +38,8 @@ class Reader {
     found_.taken.assign(components.size(), false);
   }
 
-  Found read() {
+  /// Of at most so many groups of components, the brightest.
+  Found read(std::size_t max_groups) {
     std::vector<Members> clusters = this->clusters(candidates());
     const auto flux = [&](const Members& members) {
       double sum = 0;
@@ -47,6 +48,7 @@ class Reader {
     };
     std::stable_sort(clusters.begin(), clusters.end(),
                      [&](const Members& a, const Members& b) { return flux(a) > flux(b); });
+    if (clusters.size() > max_groups) clusters.resize(max_groups);
     for (Members& cluster : clusters) read_cluster(std::move(cluster));
     return std::move(found_);
   }
@@ -148,7 +150,7 @@ class Reader {
             std::any_of(found_.bodies.begin(), found_.bodies.end(), meets))
           continue;
         read_body(window, {image_, columns_, background_dn, body, territory(around, body, bodies)},
-                  limits);
+                  peak, limits);
       }
       const auto done = [&](std::size_t i) {
         return std::any_of(bodies.begin(), bodies.end(),
@@ -165,8 +167,9 @@ class Reader {
   static LineBox territory(const LineBox& all, const LineBox& body,
                            const std::vector<LineBox>& bodies) {
     const int size = 3 * std::max(body.lines(), body.length()) / 2;
-    LineBox box = body.grown(8 + std::min(size, 4 * body.lines()),
-                             8 + std::min(size, 4 * body.length())).cut_to(all);
+    LineBox box =
+        body.grown(8 + std::min(size, 4 * body.lines()), 8 + std::min(size, 4 * body.length()))
+            .cut_to(all);
     for (const LineBox& other : bodies) {
       if (other.line0 > body.line1)
         box.line1 = std::min(box.line1, (body.line1 + other.line0) / 2);
@@ -180,9 +183,9 @@ class Reader {
     return box;
   }
 
-  void read_body(const LineWindow& window, const BodyPlace& place, const LampLimits& limits) {
-    const Blink coarse = coarse_blink(window, place, limits);
-    if (!(coarse.cycles_per_line > 0)) return;
+  void read_body(const LineWindow& window, const BodyPlace& place, double peak,
+                 const LampLimits& limits) {
+    const Blink coarse = coarse_blink(window, peak, place, limits);
     const auto lamp = measure_striped_lamp(place, coarse, limits);
     if (!lamp) return;
     found_.blobs.push_back(blob_of(*lamp, take_parts(*lamp, place.body)));
@@ -192,7 +195,8 @@ class Reader {
 
   /// Takes the components of a lamp and of the halo around it; the sum of the lamp's own.
   Component take_parts(const StripedLamp& lamp, const LineBox& body) {
-    const int period = static_cast<int>(std::ceil(1 / lamp.blink.cycles_per_line));
+    const double f = lamp.blink.cycles_per_line;
+    const int period = f > 0 ? static_cast<int>(std::ceil(1 / f)) : body.lines() / 2;
     const LineBox around = body.grown(period, body.length() / 4);
     Component sum;
     for (std::size_t i = 0; i < boxes_.size(); ++i) {
@@ -222,8 +226,10 @@ class Reader {
     blob.striped = true;
     blob.centroid_px = to_xy(lamp.shape.centre);
     blob.covariance_px2 = to_xy(lamp.shape.covariance);
-    blob.frequency_hz = lamp.blink.cycles_per_line / options_.sensor->row_time_s;
-    blob.frequency_sigma_hz = lamp.blink.sigma / options_.sensor->row_time_s;
+    if (lamp.blink.cycles_per_line > 0) {
+      blob.frequency_hz = lamp.blink.cycles_per_line / options_.sensor->row_time_s;
+      blob.frequency_sigma_hz = lamp.blink.sigma / options_.sensor->row_time_s;
+    }
     blob.peak_dn = sum.peak_dn;
     blob.background_dn = sum.background_dn;
     blob.noise_dn = sum.noise_dn;
@@ -261,6 +267,22 @@ class Reader {
   Found found_;
 };
 
+/// Walls and ceilings near a lamp blink with it: a blob with the frequency of one ten times as
+/// bright is its reflection.
+void drop_reflections(std::vector<Blob>& blobs) {
+  const std::vector<Blob> all = blobs;
+  const auto reflects = [&](const Blob& blob) {
+    return std::any_of(all.begin(), all.end(), [&](const Blob& lamp) {
+      if (!blob.frequency_hz || !lamp.frequency_hz || lamp.flux_dn < 10 * blob.flux_dn)
+        return false;
+      const double sigma = std::hypot(blob.frequency_sigma_hz, lamp.frequency_sigma_hz);
+      return std::abs(*blob.frequency_hz - *lamp.frequency_hz) <
+             3 * sigma + 0.01 * *lamp.frequency_hz;
+    });
+  };
+  blobs.erase(std::remove_if(blobs.begin(), blobs.end(), reflects), blobs.end());
+}
+
 }  // namespace
 
 bool reads_stripes(const DetectOptions& options) {
@@ -269,13 +291,16 @@ bool reads_stripes(const DetectOptions& options) {
 
 std::vector<Blob> take_striped_lamps(const LinearImage& image, const DetectOptions& options,
                                      std::vector<Component>& components) {
-  const Readout readout = options.sensor->readout;
-  Found found;
-  if (readout != Readout::columns) found = Reader(image, options, false, components).read();
-  if (readout != Readout::rows) {
-    Found turned = Reader(image, options, true, components).read();
-    if (readout == Readout::columns || turned.evidence > found.evidence) found = std::move(turned);
+  const auto read = [&](bool columns, std::size_t max_groups) {
+    return Reader(image, options, columns, components).read(max_groups);
+  };
+  bool columns = options.sensor->readout == Readout::columns;
+  if (options.sensor->readout == Readout::unknown) {
+    constexpr std::size_t voters = 16;
+    columns = read(true, voters).evidence > read(false, voters).evidence;
   }
+  Found found = read(columns, components.size());
+  drop_reflections(found.blobs);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < components.size(); ++i)
     if (!found.taken[i]) components[kept++] = components[i];
