@@ -83,7 +83,8 @@ std::vector<ScoredPair> pairs_within_gate(const Problem& problem, const PoseEsti
     for (int s = 0; s < static_cast<int>(problem.sightings.size()); ++s) {
       const Sighting& sighting = problem.sighting(s);
       if (!problem.may_be(s, t) || !wanted(s, t) ||
-          far_outside(sighting, target, point, spread_trace, gate2))
+          far_outside(sighting, target, point, spread_trace, gate2) ||
+          !sizes_agree(sighting, target, point))
         continue;
       if (const auto score = pair_score(sighting, target, estimate, point, gate2))
         pairs.push_back({{s, t}, *score});
@@ -144,6 +145,12 @@ bool faces(const Target& target, const Eigen::Vector3d& camera_position) {
   const Eigen::Vector3d to_camera = camera_position - target.centre;
   return target.normal.dot(to_camera) > 0 &&
          to_camera.squaredNorm() > 4 * target.radius_m * target.radius_m;
+}
+
+bool sizes_agree(const Sighting& sighting, const Target& target, const Eigen::Vector3d& point) {
+  if (!target.disc || sighting.largest_radius_rad == 0) return true;
+  const double radius_rad = target.radius_m / point.norm();
+  return radius_rad > sighting.least_radius_rad && radius_rad < sighting.largest_radius_rad;
 }
 
 std::vector<ScoredPair> further_pairs(const Problem& problem, const PoseEstimate& estimate,

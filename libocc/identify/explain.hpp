@@ -23,6 +23,9 @@ bool same_pairs(const std::vector<Pair>& a, const std::vector<Pair>& b);  ///< i
 /// Whether the camera is on a lamp's lit side, and not so near that no image could hold it.
 bool faces(const Target& target, const Eigen::Vector3d& camera_position);
 
+/// Whether a lamp at this place (camera frame) is of the size that the blob has.
+bool sizes_agree(const Sighting& sighting, const Target& target, const Eigen::Vector3d& point);
+
 /// Three namings that a pose came from.
 using Naming = std::array<Pair, 3>;
 

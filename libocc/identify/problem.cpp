@@ -27,7 +27,8 @@ void add_targets(Problem& problem) {
     problem.origin += lamp.centre_m / static_cast<double>(lamps.size());
   for (const Lamp& lamp : lamps) {
     const Eigen::Vector3d centre = lamp.centre_m - problem.origin;
-    problem.targets.push_back({centre, lamp.normal.normalized(), lamp_radius(lamp)});
+    problem.targets.push_back(
+        {centre, lamp.normal.normalized(), lamp_radius(lamp), lamp.shape == LampShape::disc});
     problem.size_m = std::max(problem.size_m, centre.norm());
   }
 }
@@ -39,6 +40,21 @@ Eigen::Matrix<double, 2, 3> tangent_plane(const Eigen::Vector3d& bearing) {
   Eigen::Matrix<double, 2, 3> rows;
   rows << first.transpose(), bearing.cross(first).transpose();
   return rows;
+}
+
+// A disc's apparent radius is that of its ellipse's longer axis: lamp radius over distance. Rims of
+// saturated lamps have grown.
+void measure_size(const Blob& blob, const Eigen::Matrix2d& rad_per_px, Sighting& s) {
+  constexpr double tolerance = 1.3, error_px = 1, growth_px = 5;
+  if (blob.rim.empty() || blob.merged) return;
+  const Eigen::Vector2d axis(std::cos(blob.ellipse.angle_rad), std::sin(blob.ellipse.angle_rad));
+  const Eigen::Vector2d across(-axis.y(), axis.x());
+  const double radius_rad = std::max((rad_per_px * axis).norm() * blob.ellipse.semi_major_px,
+                                     (rad_per_px * across).norm() * blob.ellipse.semi_minor_px);
+  const double pixel_rad = rad_per_px.norm();
+  const double grown_px = blob.saturated ? growth_px : 0;
+  s.least_radius_rad = (radius_rad - (error_px + grown_px) * pixel_rad) / tolerance;
+  s.largest_radius_rad = (radius_rad + error_px * pixel_rad) * tolerance;
 }
 
 // Nothing when the pixel is outside the camera's domain.
@@ -58,6 +74,7 @@ std::optional<Sighting> make_sighting(const Problem& problem, int blob_index) {
   const Eigen::Matrix2d across = s.tangent * jacobian;
   s.covariance = across * pixel_covariance * across.transpose();
   s.sigma_rad = std::sqrt(s.covariance.trace());
+  measure_size(blob, across, s);
   return s;
 }
 

@@ -21,6 +21,8 @@ struct Sighting {
   Eigen::Matrix<double, 2, 3> tangent;  ///< orthonormal rows across the bearing
   Eigen::Matrix2d covariance;           ///< [rad^2] in that plane, the model's error included
   double sigma_rad = 0;                 ///< largest standard deviation
+  double least_radius_rad = 0;          ///< apparent radius of a disc, with room for its error
+  double largest_radius_rad = 0;        ///< 0 when no rim was measured
   bool named = false;                   ///< by its frequency
   std::vector<int> lamps;               ///< those it may be
 };
@@ -29,6 +31,7 @@ struct Target {
   Eigen::Vector3d centre;  ///< about the local origin [m]
   Eigen::Vector3d normal;
   double radius_m = 0;  ///< of the smallest circle around it
+  bool disc = false;
 };
 
 struct Problem {

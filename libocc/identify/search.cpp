@@ -17,6 +17,7 @@ constexpr std::size_t max_kept = 64;  // explanations; with more the answer is "
 // Near a double root noise makes the roots complex, and their real part is off by more than the
 // noise.
 constexpr double kneip_tolerance_rad = 0.1;
+constexpr int worth_of_four = 7;      // of three named pairs and one without a name
 constexpr double same_pose_chi2 = 9;  // poses nearer than this in their own sigmas are one
 
 double squared_sigmas(const Rigid3& a, const PoseEstimate& b) {
@@ -40,10 +41,14 @@ bool believable(const Problem& problem, const Explanation& e) {
   return prior_chi2(problem, e.estimate) <= largest_prior_chi2;
 }
 
-bool faces_all(const Problem& problem, const Naming& naming, const Rigid3& pose) {
+// Whether the three lamps would look as they do, apart from their place: lit side, size.
+bool looks_right(const Problem& problem, const Naming& naming, const Rigid3& pose) {
   const Eigen::Vector3d camera = pose.origin_in_source();
-  return std::all_of(naming.begin(), naming.end(),
-                     [&](const Pair& p) { return faces(problem.target(p.target), camera); });
+  return std::all_of(naming.begin(), naming.end(), [&](const Pair& p) {
+    const Target& target = problem.target(p.target);
+    return faces(target, camera) &&
+           sizes_agree(problem.sighting(p.sighting), target, pose * target.centre);
+  });
 }
 
 }  // namespace
@@ -61,33 +66,41 @@ void Search::run() {
   merge_and_rank();
 }
 
-// How many of the blobs may be false in an explanation worth finding. Beyond six pairs a second one
-// can hardly be chance, so few alternatives need ruling out.
+// How many of the blobs may be false in an explanation worth finding. A strong one can hardly be
+// rivalled by chance, so few alternatives need ruling out.
 int Search::false_lights() const {
-  const std::size_t blobs = problem_.sightings.size();
-  const int unexplained = static_cast<int>(blobs - std::max<std::size_t>(most_pairs_, 3));
-  return most_pairs_ >= 6 ? std::min(unexplained, 2) : unexplained;
+  const auto& blobs = problem_.sightings;
+  const int named = static_cast<int>(
+      std::count_if(blobs.begin(), blobs.end(), [](const Sighting& s) { return s.named; }));
+  const int unexplained = static_cast<int>(blobs.size()) - std::max(most_ - named, 3);
+  return most_ >= 6 ? std::min(unexplained, 2) : unexplained;
+}
+
+// What an explanation is worth: its pairs, those with a name twice.
+int Search::worth(const std::vector<Pair>& pairs) const {
+  return static_cast<int>(pairs.size()) + named_pairs(pairs);
 }
 
 // Any three blobs fit some pose: three of more say nothing unless named or backed by a prior.
-std::size_t Search::least_pairs(const Naming& naming) const {
+bool Search::worth_keeping(const Naming& naming, const std::vector<Pair>& pairs) const {
   const bool named = named_pairs({naming.begin(), naming.end()}) == 3;
-  if (named && most_pairs_ == 4) return 3;
   const std::size_t enough = named || prior_ || problem_.sightings.size() == 3 ? 3 : 4;
-  return std::max(enough, most_pairs_);
+  if (pairs.size() < enough) return false;
+  return worth(pairs) >= most_ || (named && most_ <= worth_of_four);
 }
 
-long Search::named_pairs(const std::vector<Pair>& pairs) const {
-  return std::count_if(pairs.begin(), pairs.end(),
-                       [&](const Pair& p) { return problem_.sighting(p.sighting).named; });
+int Search::named_pairs(const std::vector<Pair>& pairs) const {
+  return static_cast<int>(std::count_if(pairs.begin(), pairs.end(), [&](const Pair& p) {
+    return problem_.sighting(p.sighting).named;
+  }));
 }
 
-// Whether an explanation is as good as the first one by number of pairs. A fourth pair that has no
-// name is easily an accident, because three determine a pose but poorly.
+// Whether an explanation is worth as much as the first one. A fourth pair that has no name is
+// easily an accident, because three determine a pose but poorly.
 bool Search::rivals(const Explanation& e) const {
-  const Explanation& best = found_.front();
-  return e.pairs.size() == best.pairs.size() ||
-         (best.pairs.size() == 4 && named_pairs(e.pairs) == 3 && named_pairs(best.pairs) == 3);
+  const std::vector<Pair>& best = found_.front().pairs;
+  return worth(e.pairs) == worth(best) ||
+         (best.size() == 4 && named_pairs(e.pairs) == 3 && named_pairs(best) == 3);
 }
 
 void Search::try_triple(const BlobTriple& triple) {
@@ -113,26 +126,27 @@ void Search::try_triple(const BlobTriple& triple) {
 // Accidents with four pairs are counted: poses that gather a fourth and do not belong to the best
 // explanation (once for each of its triples, so this is an upper bound), but no fewer than the
 // poses tried make likely. Four pairs make a pose firm: each further one then comes with the share
-// of the image that its gate covers.
+// of the image that its gate covers. What has too few names cannot become as good as the best.
 double Search::chance() const {
   constexpr double gate_of_three = 5;  // typically, over that of a firm pose
   if (found_.empty() || found_.front().pairs.size() == 3) return 0;  // of three pairs all are found
   const std::vector<Pair>& best = found_.front().pairs;
+  const int named = named_pairs(best), size = static_cast<int>(best.size());
   double poses = 0, accidents = 0;
   for (const Seed& seed : seeds_) {
-    if (std::all_of(seed.naming.begin(), seed.naming.end(),
-                    [&](const Pair& p) { return contains(best, p); }))
+    const std::vector<Pair> naming(seed.naming.begin(), seed.naming.end());
+    if (std::all_of(naming.begin(), naming.end(), [&](const Pair& p) { return contains(best, p); }))
       continue;
-    poses += 1;
-    accidents += seed.extra;
+    if (named_pairs(naming) >= named - (size - 3)) poses += 1;
+    if (seed.named >= named - (size - 4)) accidents += seed.further;
   }
-  const auto one_more = [&](std::size_t pairs) {
-    return static_cast<double>(problem_.targets.size() - pairs) *
-           static_cast<double>(problem_.sightings.size() - pairs) * gate_share(problem_);
+  const auto one_more = [&](int pairs) {
+    return static_cast<double>(static_cast<int>(problem_.targets.size()) - pairs) *
+           static_cast<double>(static_cast<int>(problem_.sightings.size()) - pairs) *
+           gate_share(problem_);
   };
   double expected = std::max(accidents, poses * one_more(3) * gate_of_three);
-  for (std::size_t pairs = 4; pairs < best.size(); ++pairs)
-    expected *= one_more(pairs) / static_cast<double>(pairs - 2);
+  for (int pairs = 4; pairs < size; ++pairs) expected *= one_more(pairs) / (pairs - 2);
   return expected;
 }
 
@@ -172,7 +186,7 @@ std::vector<PoseEstimate> Search::seeds_of(const Naming& naming) const {
   const std::vector<Pair> triple(naming.begin(), naming.end());
   std::vector<PoseEstimate> seeds;
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-    if (!faces_all(problem_, naming, poses[i])) continue;
+    if (!looks_right(problem_, naming, poses[i])) continue;
     PoseEstimate seed = assess_pose(problem_, triple, poses[i]);
     if (seed.chi2 > gate2) seed = fit_pose(problem_, triple, poses[i]);
     if (seed.chi2 > gate2) continue;
@@ -185,11 +199,13 @@ void Search::consider(const PoseEstimate& seed, const Naming& naming) {
   const double gate2 = problem_.options->gate_sigma * problem_.options->gate_sigma;
   if (prior_ && prior_chi2(problem_, seed) > 4 * gate2) return;
   const std::vector<ScoredPair> further = further_pairs(problem_, seed, naming);
-  const std::size_t pairs = 3 + one_to_one(further).size();
-  seeds_.push_back({naming, static_cast<int>(pairs) - 3});
-  if (pairs < least_pairs(naming)) return;
+  std::vector<Pair> pairs = one_to_one(further);
+  const int more = static_cast<int>(pairs.size());
+  pairs.insert(pairs.end(), naming.begin(), naming.end());
+  seeds_.push_back({naming, more, named_pairs(pairs)});
+  if (!worth_keeping(naming, pairs)) return;
   Explanation explanation = explain(problem_, seed, naming, further);
-  if (explanation.pairs.size() >= least_pairs(naming) && believable(problem_, explanation))
+  if (worth_keeping(naming, explanation.pairs) && believable(problem_, explanation))
     keep(std::move(explanation));
 }
 
@@ -198,15 +214,15 @@ void Search::keep(Explanation explanation) {
     if (same_pairs(known.pairs, explanation.pairs) &&
         squared_sigmas(explanation.estimate.pose, known.estimate) < same_pose_chi2)
       return;
-  most_pairs_ = std::max(most_pairs_, explanation.pairs.size());
+  most_ = std::max(most_, worth(explanation.pairs));
   account_for_unpaired(problem_, explanation);
   found_.push_back(std::move(explanation));
   if (found_.size() >= 4 * max_kept) merge_and_rank();
 }
 
 void Search::merge_and_rank() {
-  std::stable_sort(found_.begin(), found_.end(), [](const Explanation& a, const Explanation& b) {
-    return a.pairs.size() != b.pairs.size() ? a.pairs.size() > b.pairs.size() : a.chi2 < b.chi2;
+  std::stable_sort(found_.begin(), found_.end(), [&](const Explanation& a, const Explanation& b) {
+    return worth(a.pairs) != worth(b.pairs) ? worth(a.pairs) > worth(b.pairs) : a.chi2 < b.chi2;
   });
   std::vector<Explanation> distinct;
   for (const Explanation& e : found_) {

@@ -24,7 +24,8 @@ class Search {
  private:
   struct Seed {
     Naming naming;
-    int extra = 0;  // pairs found beyond these, before any fit
+    int further = 0;  // pairs found beyond these, before any fit
+    int named = 0;    // of all these
   };
 
   void try_triple(const BlobTriple& triple);
@@ -33,15 +34,16 @@ class Search {
   void keep(Explanation explanation);
   void merge_and_rank();
   bool contradicts_view(const Naming& naming) const;
-  std::size_t least_pairs(const Naming& naming) const;
+  bool worth_keeping(const Naming& naming, const std::vector<Pair>& pairs) const;
   int false_lights() const;
-  long named_pairs(const std::vector<Pair>& pairs) const;
+  int named_pairs(const std::vector<Pair>& pairs) const;
+  int worth(const std::vector<Pair>& pairs) const;
   bool rivals(const Explanation& e) const;
 
   const Problem& problem_;
   bool prior_ = false;
   std::vector<Explanation> found_;
-  std::size_t most_pairs_ = 0;
+  int most_ = 0;  // the largest worth of an explanation so far
   int tried_ = 0;
   std::vector<Seed>
       seeds_;  // poses from three pairs that face their lamps and agree with the prior
