@@ -217,6 +217,47 @@ TEST(Identify, ALampCutByTheBorderIsAttached) {
   }
 }
 
+// The ellipse through most of a rim is as good as a whole lamp.
+TEST(Identify, ALampThatIsBarelyCutCounts) {
+  const Scene scene = test::irregular_room();
+  Random random(14);
+  View view = test::random_view(scene, random, 5);
+  Blob& blob = view.blobs[1];
+  blob.cut_by_border = true;
+  blob.ellipse = {blob.centroid_px, 15, 15, 0};
+  blob.area_px = 650;
+  blob.rim.resize(60);
+  view.blobs.resize(3);
+  EXPECT_NE(identify(view.blobs, scene).status, Status::too_few_lamps);
+  view.blobs[1].area_px = 300;
+  EXPECT_EQ(identify(view.blobs, scene).status, Status::too_few_lamps);
+}
+
+// Sizes of discs rule out most of what places alone allow.
+TEST(Identify, ApparentSizesNarrowTheChoice) {
+  const Scene scene = test::irregular_room();
+  Random random(15);
+  std::size_t without = 0, with = 0;
+  for (int i = 0; i < 20; ++i) {
+    View view = test::random_view(scene, random, 4, 0.1);
+    view.blobs.resize(3);
+    without += identify(view.blobs, scene)->hypotheses.size();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Lamp& lamp = scene.lamps[static_cast<std::size_t>(view.lamp[k])];
+      const double distance = (view.cam_from_world * lamp.centre_m).norm();
+      const Vector3d ray = *scene.camera.unproject(view.blobs[k].centroid_px);
+      const double radius_px = lamp.radius_m / distance * 422.5 / ray.z();
+      view.blobs[k].ellipse = {view.blobs[k].centroid_px, radius_px / ray.z(), radius_px,
+                               std::atan2(ray.y(), ray.x())};
+      view.blobs[k].rim.resize(40);
+    }
+    const Result<Identification> found = identify(view.blobs, scene);
+    EXPECT_TRUE(test::holds_truth(*found, view));
+    with += found->hypotheses.size();
+  }
+  EXPECT_LT(2 * with, without);
+}
+
 TEST(Identify, ModelSigmaOpensTheGate) {
   const Scene scene = test::irregular_room();
   Random random(13);

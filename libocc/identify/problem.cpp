@@ -57,9 +57,17 @@ void measure_size(const Blob& blob, const Eigen::Matrix2d& rad_per_px, Sighting&
   s.largest_radius_rad = (radius_rad + error_px * pixel_rad) * tolerance;
 }
 
+// Whether enough of a lamp is inside the image that the ellipse through its rim has its centre.
+bool is_almost_whole(const Blob& blob) {
+  constexpr double share = 0.7, pi = 3.141592653589793;
+  return !blob.rim.empty() && !blob.merged &&
+         blob.area_px > share * pi * blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px;
+}
+
 // Nothing when the pixel is outside the camera's domain.
 std::optional<Sighting> make_sighting(const Problem& problem, int blob_index) {
   constexpr double least_variance_px2 = 1e-8;  // noise-free blobs under a perfect model
+  constexpr double cut_sigma_px = 0.5;         // an ellipse through part of a rim
   const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(blob_index)];
   Eigen::Matrix<double, 3, 2> jacobian;
   const auto bearing = problem.scene->camera.unproject(blob.centroid_px, &jacobian);
@@ -68,9 +76,10 @@ std::optional<Sighting> make_sighting(const Problem& problem, int blob_index) {
   s.blob = blob_index;
   s.bearing = *bearing;
   s.tangent = tangent_plane(s.bearing);
-  const double model = problem.options->model_sigma_px;
+  const double model = problem.options->model_sigma_px, cut = blob.cut_by_border ? cut_sigma_px : 0;
   const Eigen::Matrix2d pixel_covariance =
-      blob.covariance_px2 + (model * model + least_variance_px2) * Eigen::Matrix2d::Identity();
+      blob.covariance_px2 +
+      (model * model + cut * cut + least_variance_px2) * Eigen::Matrix2d::Identity();
   const Eigen::Matrix2d across = s.tangent * jacobian;
   s.covariance = across * pixel_covariance * across.transpose();
   s.sigma_rad = std::sqrt(s.covariance.trace());
@@ -128,11 +137,12 @@ void rule_out_by_code(Problem& problem) {
 // Merged blobs serve as whole ones when there are too few of those.
 void add_sightings(Problem& problem) {
   const std::vector<Blob>& blobs = *problem.blobs;
+  const auto is_cut = [](const Blob& b) { return b.cut_by_border && !is_almost_whole(b); };
   const auto whole = std::count_if(blobs.begin(), blobs.end(),
-                                   [](const Blob& b) { return !b.cut_by_border && !b.merged; });
+                                   [&](const Blob& b) { return !is_cut(b) && !b.merged; });
   for (int i = 0; i < static_cast<int>(blobs.size()); ++i) {
     const Blob& blob = blobs[static_cast<std::size_t>(i)];
-    if (blob.cut_by_border || (blob.merged && whole >= 3)) {
+    if (is_cut(blob) || (blob.merged && whole >= 3)) {
       problem.weak_blobs.push_back(i);
     } else if (std::optional<Sighting> s = make_sighting(problem, i)) {
       name_by_frequency(*s, problem);

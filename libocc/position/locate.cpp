@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/position/locate.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <chrono>
 #include <sstream>
@@ -82,6 +83,20 @@ void keep_plausible(std::vector<Ranked>& ranked) {
   ranked.erase(std::remove_if(ranked.begin() + 1, ranked.end(), implausible), ranked.end());
 }
 
+/// Several namings can lead to one pose once every rim is used: the better one stands for it.
+void merge_equal_poses(std::vector<Ranked>& ranked) {
+  constexpr double same_pose_chi2 = 1;
+  std::vector<Ranked> distinct;
+  for (const Ranked& r : ranked) {
+    const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const Ranked& d) {
+      const Vector6 delta = difference(r.candidate.cam_from_world, d.candidate.cam_from_world);
+      return delta.dot(d.candidate.covariance.llt().solve(delta)) < same_pose_chi2;
+    });
+    if (!known) distinct.push_back(r);
+  }
+  ranked = std::move(distinct);
+}
+
 void fill_fix(Fix& fix, const std::vector<Ranked>& ranked) {
   for (const Ranked& r : ranked) fix.candidates.push_back(r.candidate);
   const Candidate& best = fix.candidates.front();
@@ -131,6 +146,7 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   }
   std::stable_sort(ranked.begin(), ranked.end(), better);
   keep_plausible(ranked);
+  merge_equal_poses(ranked);
   fix.timing_s.refine_s = refine_clock.seconds();
 
   fill_fix(fix, ranked);
@@ -139,6 +155,9 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   if (result.ok() && ranked.size() > 1) {
     result.status = Status::ambiguous;
     result.message = ambiguity_message(ranked.size());
+  } else if (result.ok() && !identified.ok() && identified->hypotheses.size() == 1) {
+    result.status = identified.status;  // the one pose found may be chance
+    result.message = identified.message;
   }
   return result;
 }
