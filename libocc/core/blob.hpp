@@ -40,6 +40,8 @@ struct Blob {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< bounding box, both ends included
   Ellipse ellipse;                     ///< of the rim when there is one, else from second moments
   std::vector<RimPoint> rim;           ///< sub-pixel rim; empty for spots too small to have one
+  /// Covariance of the errors common to all rim points: growth along the normals, shift in x, in y.
+  Eigen::Matrix3d rim_covariance_px2 = Eigen::Matrix3d::Zero();
 
   bool saturated = false;  ///< pixels at full scale: the rim has grown, the flux is a lower bound
   bool merged = false;     ///< shape of more than one lamp

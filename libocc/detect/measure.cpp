@@ -121,6 +121,7 @@ bool use_rim(std::optional<Rim>&& rim, Blob& blob) {
   blob.covariance_px2 = rim->fit.centre_covariance_px2;
   blob.ellipse = rim->fit.conic.ellipse();
   blob.rim = std::move(rim->points);
+  blob.rim_covariance_px2 = rim->common_covariance_px2;
   return true;
 }
 

@@ -14,6 +14,10 @@
 
 namespace occ::detecting {
 
+/// How far inside the rim, in sigmas of its blur, the plateau's level matters to where the rim is
+/// found: minus the mean of z weighted with the blurred edge times its derivative.
+inline constexpr double level_depth = 0.564;
+
 class Plateau {
  public:
   /// Least squares over the pixels inside the ellipse that the rim's blur leaves most of their
@@ -40,12 +44,16 @@ class Plateau {
   /// Covariance of the linear terms [DN per pixel] for a unit variance of the pixels.
   const Eigen::Matrix2d& gradient_covariance() const { return gradient_covariance_; }
 
+  /// Variance of the level at the rim, its mean all around, for a unit variance of the pixels.
+  double rim_level_variance() const { return rim_level_variance_; }
+
  private:
   Eigen::Vector2d centre_ = Eigen::Vector2d::Zero();
   double scale_ = 1;
   std::array<double, 6> c_{};  // 1, u, v, u^2, u v, v^2
   double variance_ = 0;
   Eigen::Matrix2d gradient_covariance_ = Eigen::Matrix2d::Zero();
+  double rim_level_variance_ = 0;
 };
 
 }  // namespace occ::detecting

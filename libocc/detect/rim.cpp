@@ -74,7 +74,9 @@ class Profiles {
     const double shift = blur * sums.shift / sums.weight;
     const double sigma = blur * std::sqrt(sums.variance) / sums.weight;
     points.push_back({line.point(line.edge + line.outward * shift), normal, sigma * line.cosine()});
-    by_gradient.push_back(-model_.blur_px * sums.by_level / sums.weight * (rim - centre_));
+    const double by_own_level = -model_.blur_px * sums.by_level / sums.weight;
+    by_gradient.push_back(by_own_level * (rim - level_depth * model_.blur_px * normal - centre_));
+    by_level += by_own_level;
     total += sums;
   }
 
@@ -88,6 +90,7 @@ class Profiles {
 
   std::vector<RimPoint> points;
   std::vector<Eigen::Vector2d> by_gradient;  ///< d shift / d the plateau's gradient, of each point
+  double by_level = 0;                       ///< d shift / d the plateau's level, summed
 
  private:
   struct Sums {
@@ -145,17 +148,18 @@ Noise noise_of(const Patch& patch, const Plateau& plateau) {
   return noise;
 }
 
-/// The plateau's gradient is measured, too; its noise moves the points of opposite sides one way.
-/// They stay independent in name only, so each takes a share of it.
-void add_gradient_noise(const Model& model, const Profiles& profiles, Rim& rim) {
+/// The plateau is measured, too: noise of its level makes the whole rim grow, noise of its gradient
+/// moves the points of opposite sides one way.
+void add_plateau_noise(const Model& model, const Profiles& profiles, Rim& rim) {
+  const double pixel_variance = model.noise.variance(model.plateau.level());
   const Eigen::Matrix2d response = centre_response(rim.points, rim.fit.conic, profiles.by_gradient);
-  const Eigen::Matrix2d gradient =
-      model.noise.variance(model.plateau.level()) * model.plateau.gradient_covariance();
-  Eigen::Matrix2d& covariance = rim.fit.centre_covariance_px2;
-  const double before = covariance.determinant();
-  covariance += response * gradient * response.transpose();
-  const double factor = std::pow(covariance.determinant() / before, 0.25);
-  for (RimPoint& point : rim.points) point.sigma_px *= factor;
+  const double growth = profiles.by_level / static_cast<double>(rim.points.size());
+  rim.common_covariance_px2(0, 0) =
+      growth * growth * pixel_variance * model.plateau.rim_level_variance();
+  const Eigen::Matrix2d shift =
+      pixel_variance * response * model.plateau.gradient_covariance() * response.transpose();
+  rim.common_covariance_px2.bottomRightCorner<2, 2>() = shift;
+  rim.fit.centre_covariance_px2 += shift;
 }
 
 }  // namespace
@@ -166,6 +170,7 @@ void widen_sigmas(Rim& rim) {
   if (!(excess > 1)) return;
   for (RimPoint& point : rim.points) point.sigma_px *= std::sqrt(excess);
   rim.fit.centre_covariance_px2 *= excess;
+  rim.common_covariance_px2 *= excess;
   rim.fit.chi2 /= excess;
 }
 
@@ -196,7 +201,7 @@ std::optional<Rim> measure_rim(const Patch& patch, const Component& component, d
     rim.points = std::move(profiles.points);
     if (settled) {
       if (profiles.misfit() > most_misfit) return std::nullopt;
-      add_gradient_noise(model, profiles, rim);
+      add_plateau_noise(model, profiles, rim);
       widen_sigmas(rim);
       return rim;
     }

@@ -77,14 +77,14 @@ void LampRim::add_to(Normal& normal, double huber_sigma) {
   const Eigen::Matrix<double, 3, 8> along = products.bottomLeftCorner<3, 8>();
   const Eigen::Matrix3d spread = products.bottomRightCorner<3, 3>();
 
-  const auto variance = lamp_.common_variance_px2.asDiagonal();
+  const Eigen::Matrix3d& variance = lamp_.common_covariance_px2;
   const Eigen::Matrix3d damped = Eigen::Matrix3d::Identity() + spread * variance;
   offset_gain_ = variance * damped.inverse();
   sum.noalias() -= along.transpose() * offset_gain_ * along;
 
   const Eigen::Matrix3d uncertainty = inverse_of(spread);
   const Eigen::Vector3d offset = uncertainty * along.col(residual_index);
-  const Eigen::Matrix3d allowed = uncertainty + Eigen::Matrix3d(variance);
+  const Eigen::Matrix3d allowed = uncertainty + variance;
   const double place_chi2 = offset.dot(allowed.inverse() * offset);
   lamp_weight_ = huber_weight(std::sqrt(std::max(0.0, place_chi2)), huber_sigma);
 

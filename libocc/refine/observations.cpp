@@ -136,10 +136,11 @@ Observations observe(const std::vector<Match>& matches, const std::vector<Blob>&
     const Blob& blob = blobs[static_cast<std::size_t>(match.blob)];
     check_axes(lamp);
     LampObservation observation{&lamp, &blob};
-    const double offset_variance = options.model_sigma_px * options.model_sigma_px;
+    const double model_variance = options.model_sigma_px * options.model_sigma_px;
     const double own_growth_px = blob.saturated ? own_growth_sigma_px : 0;
-    observation.common_variance_px2 << own_growth_px * own_growth_px, offset_variance,
-        offset_variance;
+    observation.common_covariance_px2 = blob.rim_covariance_px2;
+    observation.common_covariance_px2.diagonal() +=
+        Eigen::Vector3d(own_growth_px * own_growth_px, model_variance, model_variance);
     if (uses_rim(lamp, blob, options)) {
       observe_rim(match, blob, scene.camera, observation, all.rim);
       all.rims_grow = all.rims_grow || blob.saturated;

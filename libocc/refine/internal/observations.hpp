@@ -24,7 +24,7 @@ struct LampObservation {
   const Lamp* lamp;
   const Blob* blob;
   std::size_t rim_begin = 0, rim_end = 0;  ///< in Observations::rim; empty without a usable rim
-  Eigen::Vector3d common_variance_px2 = Eigen::Vector3d::Zero();  ///< of its rim: growth, x, y
+  Eigen::Matrix3d common_covariance_px2 = Eigen::Matrix3d::Zero();  ///< of its rim: growth, x, y
   bool has_place = false;  ///< its centroid is that of the whole lamp
   Eigen::Matrix2d place_information = Eigen::Matrix2d::Zero();  ///< model error included
   bool has_flux = false;
