@@ -237,11 +237,13 @@ TEST(Identify, ALampThatIsBarelyCutCounts) {
 TEST(Identify, ApparentSizesNarrowTheChoice) {
   const Scene scene = test::irregular_room();
   Random random(15);
+  IdentifyOptions options;
+  options.miss_penalty = 0;  // three of the lamps are lit
   std::size_t without = 0, with = 0;
   for (int i = 0; i < 20; ++i) {
     View view = test::random_view(scene, random, 4, 0.1);
     view.blobs.resize(3);
-    without += identify(view.blobs, scene)->hypotheses.size();
+    without += identify(view.blobs, scene, options)->hypotheses.size();
     for (std::size_t k = 0; k < 3; ++k) {
       const Lamp& lamp = scene.lamps[static_cast<std::size_t>(view.lamp[k])];
       const double distance = (view.cam_from_world * lamp.centre_m).norm();
@@ -251,8 +253,11 @@ TEST(Identify, ApparentSizesNarrowTheChoice) {
                                std::atan2(ray.y(), ray.x())};
       view.blobs[k].rim.resize(40);
     }
-    const Result<Identification> found = identify(view.blobs, scene);
-    EXPECT_TRUE(test::holds_truth(*found, view));
+    const Result<Identification> found = identify(view.blobs, scene, options);
+    EXPECT_TRUE(
+        std::any_of(found->hypotheses.begin(), found->hypotheses.end(), [&](const Hypothesis& h) {
+          return test::pose_is_near(h.cam_from_world, view.cam_from_world, 0.3, 0.2);
+        }));
     with += found->hypotheses.size();
   }
   EXPECT_LT(2 * with, without);
