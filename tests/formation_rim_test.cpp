@@ -212,7 +212,7 @@ TEST(RimDistance, IsZeroOnTheRimAndTheOffsetNearIt) {
   for (const Lamp& lamp : {tilted_disc(), tilted_rectangle()}) {
     for (const Camera* camera : {&straight, &bent}) {
       for (const double offset : {0.0, 0.3, -0.3}) {
-        const auto rim = test::measured_rim(lamp, some_pose(), *camera, 40, 0.05, nullptr, offset);
+        const auto rim = test::exact_rim(lamp, some_pose(), *camera, 40, 0.05, offset);
         ASSERT_GE(rim.size(), 36u);
         for (const RimPoint& point : rim) {
           const auto ray = rim_ray(point, *camera);
@@ -230,8 +230,7 @@ TEST(RimDistance, JacobianAgreesWithDifferencesAndAWrongOneIsRefused) {
   for (const Lamp& lamp : {tilted_disc(), tilted_rectangle()}) {
     for (const Camera* camera : {&straight, &bent}) {
       // 3 px off: the scale's dependence on the pose must show
-      for (const RimPoint& point :
-           test::measured_rim(lamp, some_pose(), *camera, 16, 0.05, nullptr, 3)) {
+      for (const RimPoint& point : test::exact_rim(lamp, some_pose(), *camera, 16, 0.05, 3)) {
         const auto ray = rim_ray(point, *camera);
         ASSERT_TRUE(ray);
         const auto f = [&](const Eigen::VectorXd& d) -> Eigen::VectorXd {

@@ -13,7 +13,7 @@ namespace occ {
 namespace {
 
 using test::in_order;
-using test::measured_blobs;
+using test::Measurement;
 
 const std::vector<double> bent = {-0.22, 0.06, 1e-3, -8e-4};
 
@@ -56,6 +56,13 @@ RefineOptions to_the_end() {
   return options;
 }
 
+/// What one image shows; without noise when random is null.
+std::vector<Blob> measured_blobs(const Scene& scene, const Rigid3& pose, const Measurement& m,
+                                 Random* random) {
+  const std::vector<Blob> exact = test::exact_blobs(scene, pose, m);
+  return random ? test::noisy(exact, scene, m, *random) : exact;
+}
+
 double distance(const Rigid3& a, const Rigid3& b) { return difference(a, b).norm(); }
 
 TEST(Refine, IsExactWithoutNoise) {
@@ -70,7 +77,7 @@ TEST(Refine, IsExactWithoutNoise) {
       // the chord that stands for a rim's tangent is good to 1e-4 rad; points on the rim are exact
       EXPECT_LT(distance(refined->cam_from_world, truth()), 1e-9);
       EXPECT_LT(refined->rms_px, 1e-6);
-      EXPECT_LT(refined->chi2, 1e-9);
+      EXPECT_LT(refined->chi2, 1e-7);
       ASSERT_EQ(refined->lamps.size(), scene.lamps.size());
       for (std::size_t i = 0; i < scene.lamps.size(); ++i) {
         EXPECT_LT(refined->lamps[i].rms_px, 1e-6);
@@ -180,33 +187,54 @@ TEST(Refine, RimsBeatCentroidsOfBigDiscsAndTheirImageIsNoPoint) {
   EXPECT_GT(distance(points->cam_from_world, tilted), 1e-3);
 }
 
-TEST(Refine, OneWrongLampAmongEightHardlyMatters) {
+Scene eight_lamps() {
   Scene scene = test::irregular_room();
   scene.lamps.push_back(test::disc_lamp(6, {2.6, 1.9, 3}));
   scene.lamps.push_back(test::disc_lamp(7, {1.9, 2.7, 2.8}));
-  for (const int rim_points : {0, 48}) {
-    Random random(7);
-    auto blobs = measured_blobs(scene, truth(), {rim_points}, &random);
-    const auto clean = refine(start(), in_order(scene), blobs, scene);
-    for (const double error_px : {3.0, 40.0}) {
-      auto wrong = blobs;
-      const Eigen::Vector2d shift = error_px * Eigen::Vector2d(0.6, -0.8);
-      wrong[2].centroid_px += shift;
-      for (RimPoint& point : wrong[2].rim) point.px += shift;
-      const auto robust = refine(start(), in_order(scene), wrong, scene);
-      ASSERT_TRUE(robust.ok()) << robust.message;
-      const Vector6 moved = difference(robust->cam_from_world, clean->cam_from_world);
-      EXPECT_LT(moved.dot(clean->covariance.inverse() * moved), 30) << rim_points;
-      EXPECT_GT(robust->chi2, clean->chi2 + 100);
-      EXPECT_NEAR(robust->lamps[2].rms_px, rim_points ? robust->lamps[2].rms_px : error_px, 1);
+  return scene;
+}
 
-      RefineOptions plain;
-      plain.use_rims = false;
-      plain.huber_sigma = std::numeric_limits<double>::infinity();
-      const auto fragile = refine(start(), in_order(scene), wrong, scene, plain);
-      const Vector6 dragged = difference(fragile->cam_from_world, clean->cam_from_world);
-      EXPECT_GT(dragged.dot(clean->covariance.inverse() * dragged), 500);
+TEST(Refine, OneWrongLampAmongEightIsFoundAndLeftOut) {
+  const Scene scene = eight_lamps();
+  for (const int rim_points : {0, 48}) {
+    for (int wrong = 0; wrong < 8; ++wrong) {
+      Random random(7);
+      auto blobs = measured_blobs(scene, truth(), {rim_points}, &random);
+      auto others = in_order(scene);
+      others.erase(others.begin() + wrong);
+      const auto clean = refine(start(), others, blobs, scene);
+      for (const double error_px : {1.0, 40.0}) {
+        auto spoilt = blobs;
+        const Eigen::Vector2d shift = error_px * Eigen::Vector2d(0.6, -0.8);
+        const auto k = static_cast<std::size_t>(wrong);
+        spoilt[k].centroid_px += shift;
+        for (RimPoint& point : spoilt[k].rim) point.px += shift;
+        const auto robust = refine(start(), in_order(scene), spoilt, scene);
+        ASSERT_TRUE(robust.ok()) << robust.message;
+        EXPECT_LT(distance(robust->cam_from_world, clean->cam_from_world), 1e-6);
+        EXPECT_GT(robust->chi2, clean->chi2 + 50);
+        EXPECT_EQ(robust->dof, clean->dof);
+        for (std::size_t i = 0; i < 8; ++i) EXPECT_EQ(robust->lamps[i].contradicts, i == k);
+
+        RefineOptions plain;
+        plain.huber_sigma = std::numeric_limits<double>::infinity();
+        const auto fragile = refine(start(), in_order(scene), spoilt, scene, plain);
+        EXPECT_GT(distance(fragile->cam_from_world, clean->cam_from_world), 1e-3);
+      }
     }
+  }
+}
+
+TEST(Refine, LampsThatAllDisagreeALittleAreAllKept) {
+  const Scene scene = eight_lamps();
+  Random random(8);
+  for (int trial = 0; trial < 30; ++trial) {
+    // a lens or map worse than anybody said: every lamp is off by 30 sigma
+    const auto blobs = measured_blobs(scene, truth(), {40, 0.05, 0.03, 1.0}, &random);
+    const auto refined = refine(start(), in_order(scene), blobs, scene);
+    ASSERT_TRUE(refined.ok()) << refined.message;
+    EXPECT_GT(refined->chi2, 10 * refined->dof);
+    for (const LampResidual& lamp : refined->lamps) EXPECT_FALSE(lamp.contradicts);
   }
 }
 
@@ -221,8 +249,11 @@ TEST(Refine, StrayRimPointsHardlyMatter) {
   }
   const auto robust = refine(start(), in_order(scene), blobs, scene);
   ASSERT_TRUE(robust.ok()) << robust.message;
-  const Vector6 moved = difference(robust->cam_from_world, clean->cam_from_world);
-  EXPECT_LT(moved.dot(clean->covariance.inverse() * moved), 60);
+  RefineOptions plain;
+  plain.huber_sigma = std::numeric_limits<double>::infinity();
+  const auto fragile = refine(start(), in_order(scene), blobs, scene, plain);
+  const double moved = distance(robust->cam_from_world, clean->cam_from_world);
+  EXPECT_LT(moved, 0.1 * distance(fragile->cam_from_world, clean->cam_from_world));
 }
 
 TEST(Refine, CutLampsCountByTheirVisibleRimOnly) {
@@ -262,8 +293,8 @@ TEST(Refine, PriorPullsAndFillsIn) {
   const auto by_place = refine(start(), in_order(scene), blobs, scene, options);
   ASSERT_TRUE(by_place.ok()) << by_place.message;
   EXPECT_LT(distance(by_place->cam_from_world, truth()), 1e-9);
-  EXPECT_LT(by_place->chi2, 1e-9);
-  EXPECT_NEAR(by_place->chi2, options.prior->chi2(by_place->cam_from_world), 1e-9);
+  EXPECT_LT(by_place->chi2, 1e-7);
+  EXPECT_NEAR(by_place->chi2, options.prior->chi2(by_place->cam_from_world), 1e-7);
 
   options.prior->position_sigma_m = 1e-7;  // a certain prior wins over the image
   *options.prior->position_m += Eigen::Vector3d(0.01, 0, 0);

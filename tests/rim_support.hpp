@@ -11,11 +11,11 @@
 
 namespace occ::test {
 
-/// `count` points of the lamp's projected rim with their outward normals, moved along them by noise
-/// of sigma_px (none when random is null) and by `growth_px`. Empty when the rim does not project.
-inline std::vector<RimPoint> measured_rim(const Lamp& lamp, const Rigid3& cam_from_world,
-                                          const Camera& camera, int count, double sigma_px,
-                                          Random* random = nullptr, double growth_px = 0) {
+/// `count` points of the lamp's projected rim with their outward normals, moved along them by
+/// `growth_px`; a rectangle's corners are left out. Empty when the rim does not project.
+inline std::vector<RimPoint> exact_rim(const Lamp& lamp, const Rigid3& cam_from_world,
+                                       const Camera& camera, int count, double sigma_px,
+                                       double growth_px = 0) {
   constexpr int fine = 16;  // samples per rim point: the chord across two is the tangent
   const auto dense = project_rim(lamp, cam_from_world, camera, fine * count);
   std::vector<RimPoint> rim;
@@ -31,8 +31,7 @@ inline std::vector<RimPoint> measured_rim(const Lamp& lamp, const Rigid3& cam_fr
     RimPoint point;
     point.normal = {tangent.y(), -tangent.x()};
     if (point.normal.dot((*dense)[i] - *middle) < 0) point.normal = -point.normal;
-    const double noise = random ? sigma_px * random->normal() : 0;
-    point.px = (*dense)[i] + (noise + growth_px) * point.normal;
+    point.px = (*dense)[i] + growth_px * point.normal;
     point.sigma_px = sigma_px;
     rim.push_back(point);
   }

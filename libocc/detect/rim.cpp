@@ -156,16 +156,13 @@ void add_plateau_noise(const Model& model, const Profiles& profiles, Rim& rim) {
   const double growth = profiles.by_level / static_cast<double>(rim.points.size());
   rim.common_covariance_px2(0, 0) =
       growth * growth * pixel_variance * model.plateau.rim_level_variance();
-  add_common_shift(
-      pixel_variance * response * model.plateau.gradient_covariance() * response.transpose(), rim);
+  const Eigen::Matrix2d shift =
+      pixel_variance * response * model.plateau.gradient_covariance() * response.transpose();
+  rim.common_covariance_px2.bottomRightCorner<2, 2>() = shift;
+  rim.fit.centre_covariance_px2 += shift;
 }
 
 }  // namespace
-
-void add_common_shift(const Eigen::Matrix2d& covariance_px2, Rim& rim) {
-  rim.common_covariance_px2.bottomRightCorner<2, 2>() += covariance_px2;
-  rim.fit.centre_covariance_px2 += covariance_px2;
-}
 
 void widen_sigmas(Rim& rim) {
   const double dof = std::max(1, rim.fit.dof);

@@ -35,9 +35,6 @@ std::optional<Rim> measure_rim(const Patch& patch, const Component& component, d
 /// outside the true one by about as much all around.
 std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& component);
 
-/// Adds the covariance of an error that shifts all points, and the ellipse's centre, alike.
-void add_common_shift(const Eigen::Matrix2d& covariance_px2, Rim& rim);
-
 /// What the points scatter beyond their sigmas is the lamp's or the lens's doing: they get it.
 void widen_sigmas(Rim& rim);
 

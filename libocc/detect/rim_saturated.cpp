@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -20,7 +19,6 @@ constexpr double rim_level = 0.5;                             // of full scale
 constexpr int most_passes = 8;
 constexpr double settled_px = 0.003;
 constexpr double least_minor_px = 2;
-constexpr double usual_gradient = 0.005;  // of brightness, per pixel: cos^4 and Lambert, wide lens
 
 double square(double v) { return v * v; }
 
@@ -101,82 +99,6 @@ std::vector<RimPoint> fit_points(const Patch& patch, const Conic& conic, const T
   return points;
 }
 
-/// How growth varies around the rim: by (u, v) . change [px], with (u, v) the place on the rim in
-/// units of the disc's size.
-struct GrowthVariation {
-  Eigen::Vector2d change = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-};
-
-Eigen::Vector2d place_on(const Conic& conic, const Eigen::Vector2d& px) {
-  return (px - conic.centre) * std::pow(conic.shape.determinant(), 0.25);
-}
-
-/// Growth slides the rim along the tail, out to where the logarithm falls more steeply: a slope
-/// that varies around the rim by d means growth that varies by d / (2 bend). Least squares within
-/// the lines: where each line's tail lies is left free. Scatter beyond the noise widens the
-/// covariance.
-std::optional<GrowthVariation> growth_variation(const Patch& patch, const Conic& conic,
-                                                double level) {
-  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
-  Eigen::Vector4d right = Eigen::Vector4d::Zero();
-  double squares = 0;
-  int dof = -4;
-  for_each_rim_line(conic, [&](const RimLine& line) {
-    const Eigen::Vector2d at = place_on(conic, line.point(line.edge));
-    Eigen::Vector4d row_sum = Eigen::Vector4d::Zero();
-    double weight_sum = 0, sum = 0;
-    for_each_sample(patch, line, [&](double t, double signal) {
-      const Eigen::Vector4d row(-t, -t * at.x(), -t * at.y(), -t * t);
-      const double weight = square(signal) / patch.noise().variance(signal);
-      const double value = std::log(signal / level);
-      normal += weight * row * row.transpose();
-      right += weight * value * row;
-      squares += weight * value * value;
-      row_sum += weight * row;
-      sum += weight * value;
-      weight_sum += weight;
-      ++dof;
-    });
-    if (!(weight_sum > 0)) return;
-    normal -= row_sum * row_sum.transpose() / weight_sum;
-    right -= row_sum * sum / weight_sum;
-    squares -= sum * sum / weight_sum;
-    --dof;
-  });
-  if (dof < 8) return std::nullopt;
-  const Eigen::Matrix4d inverse = normal.inverse();
-  const Eigen::Vector4d fit = inverse * right;
-  const double excess = std::max(1.0, (squares - fit.dot(right)) / dof);
-  const double bend = fit[3];
-  if (!(bend > 5 * std::sqrt(excess * inverse(3, 3)))) return std::nullopt;
-  return GrowthVariation{fit.segment<2>(1) / (2 * bend),
-                         excess * inverse.block<2, 2>(1, 1) / square(2 * bend)};
-}
-
-/// A lamp that is brighter on one side grows more there, which would move its centre. That part is
-/// taken back as far as it can be told from none, lamps having a gradient of about usual_gradient;
-/// what is left adds to the covariance.
-void even_out_growth(const Patch& patch, double level, double slope, Rim& rim) {
-  const Conic& conic = rim.fit.conic;
-  const double size = std::pow(conic.shape.determinant(), -0.25);
-  GrowthVariation variation;
-  variation.covariance = square(usual_gradient * size / slope) * Eigen::Matrix2d::Identity();
-  if (const auto seen = growth_variation(patch, conic, level)) {
-    const Eigen::Matrix2d sum = variation.covariance + seen->covariance;
-    const Eigen::Matrix2d gain = variation.covariance * sum.inverse();
-    variation = {gain * seen->change, gain * seen->covariance};
-  }
-  std::vector<Eigen::Vector2d> moves;
-  for (const RimPoint& point : rim.points) moves.push_back(-place_on(conic, point.px));
-  for (std::size_t i = 0; i < moves.size(); ++i)
-    rim.points[i].px += moves[i].dot(variation.change) * rim.points[i].normal;
-  const Eigen::Matrix2d response = centre_response(rim.points, conic, moves);
-  add_common_shift(response * variation.covariance * response.transpose(), rim);
-  if (const std::optional<EllipseFit> again = fit_ellipse(rim.points, conic))
-    rim.fit.conic = again->conic;
-}
-
 }  // namespace
 
 std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& component) {
@@ -201,7 +123,6 @@ std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& co
     rim.fit = *fit;
     if (settled) {
       widen_sigmas(rim);
-      even_out_growth(patch, level, tail.slope, rim);
       return rim;
     }
   }

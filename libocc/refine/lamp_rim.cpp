@@ -2,6 +2,7 @@
 #include "libocc/refine/internal/lamp_rim.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -17,6 +18,13 @@ constexpr int residual_index = 7;  // in a column of rows_, after pose and growt
 Eigen::Matrix3d inverse_of(Eigen::Matrix3d information) {
   information.diagonal().array() += 1e-9 * information.trace() + std::numeric_limits<double>::min();
   return information.inverse();
+}
+
+/// Standard deviation from the median of absolute values.
+double scatter(std::vector<double> sizes) {
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return *middle / 0.6745;
 }
 
 }  // namespace
@@ -53,23 +61,29 @@ int LampRim::linearise(const State& state, const Eigen::Vector3d& pivot) {
 
 void LampRim::weigh_points(double huber_sigma) {
   const auto residuals = rows_.row(residual_index);
-  const auto directions = rows_.bottomRows<3>();
+  const auto commons = rows_.bottomRows<3>();
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   Eigen::Vector3d pull = Eigen::Vector3d::Zero();
   for (Eigen::Index i = 0; i < weights_.size(); ++i) {
-    const Eigen::Vector3d weighted = weights_[i] * directions.col(i);
-    spread += weighted * directions.col(i).transpose();
+    const Eigen::Vector3d weighted = weights_[i] * commons.col(i);
+    spread += weighted * commons.col(i).transpose();
     pull += weighted * residuals[i];
   }
-  const Eigen::Vector3d offset = inverse_of(spread) * pull;
-  for (Eigen::Index i = 0; i < weights_.size(); ++i) {
-    if (weights_[i] == 0) continue;
-    const double left = residuals[i] - directions.col(i).dot(offset);
-    weights_[i] = huber_weight(std::abs(left), huber_sigma);
+  const Eigen::Vector3d common = inverse_of(spread) * pull;
+  std::vector<double> left(static_cast<std::size_t>(weights_.size()));
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    left[i] = std::abs(residuals[k] - commons.col(k).dot(common));
+  }
+  threshold_ = huber_sigma * std::max(1.0, scatter(left));
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    double& weight = weights_[static_cast<Eigen::Index>(i)];
+    if (weight > 0) weight = huber_weight(left[i], threshold_);
   }
 }
 
 void LampRim::add_to(Normal& normal, double huber_sigma) {
+  if (weights_.size() == 0) return;
   weigh_points(huber_sigma);
   weighted_.noalias() = rows_ * weights_.asDiagonal();
   const Eigen::Matrix<double, 11, 11> products = weighted_ * rows_.transpose();
@@ -77,33 +91,26 @@ void LampRim::add_to(Normal& normal, double huber_sigma) {
   const Eigen::Matrix<double, 3, 8> along = products.bottomLeftCorner<3, 8>();
   const Eigen::Matrix3d spread = products.bottomRightCorner<3, 3>();
 
-  const Eigen::Matrix3d& variance = lamp_.common_covariance_px2;
-  const Eigen::Matrix3d damped = Eigen::Matrix3d::Identity() + spread * variance;
-  offset_gain_ = variance * damped.inverse();
-  sum.noalias() -= along.transpose() * offset_gain_ * along;
-
-  const Eigen::Matrix3d uncertainty = inverse_of(spread);
-  const Eigen::Vector3d offset = uncertainty * along.col(residual_index);
-  const Eigen::Matrix3d allowed = uncertainty + variance;
-  const double place_chi2 = offset.dot(allowed.inverse() * offset);
-  lamp_weight_ = huber_weight(std::sqrt(std::max(0.0, place_chi2)), huber_sigma);
+  const Eigen::Matrix3d& covariance = lamp_.common_covariance_px2;
+  const Eigen::Matrix3d damped = Eigen::Matrix3d::Identity() + spread * covariance;
+  common_gain_ = covariance * damped.inverse();
+  sum.noalias() -= along.transpose() * common_gain_ * along;
 
   // a turn of the pose about the pivot turns the lamp and swings its centre: w x arm
   sum.leftCols<3>() -= sum.middleCols<3>(3) * skew(arm_);
   sum.topRows<3>() += skew(arm_) * sum.middleRows<3>(3);
-  const double chi2 = lamp_weight_ * sum(residual_index, residual_index) + lost_chi2 * lost_;
-  normal.information.topLeftCorner<7, 7>() += lamp_weight_ * sum.topLeftCorner<7, 7>();
-  normal.gradient.head<7>() += lamp_weight_ * sum.col(residual_index).head<7>();
+  const double chi2 = sum(residual_index, residual_index) + lost_chi2 * lost_;
+  normal.information.topLeftCorner<7, 7>() += sum.topLeftCorner<7, 7>();
+  normal.gradient.head<7>() += sum.col(residual_index).head<7>();
   normal.chi2 += chi2;
-  normal.robust_chi2 += chi2 + lamp_weight_ * (1 - lamp_weight_) * place_chi2 +
-                        lamp_weight_ * robust_excess(huber_sigma);
+  normal.robust_chi2 += chi2 + robust_excess();
 }
 
 /// Sum of rho(e) - w e^2 over the points, with |e| = k / w where w < 1.
-double LampRim::robust_excess(double huber_sigma) const {
+double LampRim::robust_excess() const {
   double sum = 0;
   for (const double weight : weights_) {
-    if (weight > 0 && weight < 1) sum += huber_sigma * huber_sigma * (1 - weight) / weight;
+    if (weight > 0 && weight < 1) sum += threshold_ * threshold_ * (1 - weight) / weight;
   }
   return sum;
 }
@@ -125,7 +132,7 @@ double LampRim::chi2(const State& state) const {
     pull += weights_[i] * residual * points_[i].inverse_sigma *
             Eigen::Vector3d(1, points_[i].normal.x(), points_[i].normal.y());
   }
-  return lamp_weight_ * (sum - pull.dot(offset_gain_ * pull)) + lost;
+  return sum - pull.dot(common_gain_ * pull) + lost;
 }
 
 }  // namespace occ

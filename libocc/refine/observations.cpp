@@ -65,8 +65,10 @@ void observe_rim(const Match& match, const Blob& blob, const Camera& camera,
 
 void observe_place(const Match& match, const Blob& blob, double model_sigma_px,
                    LampObservation& observation) {
+  const double growth_px = blob.saturated ? saturated_sigma_px : 0;
+  const double common_variance = model_sigma_px * model_sigma_px + growth_px * growth_px;
   const Eigen::Matrix2d covariance =
-      blob.covariance_px2 + model_sigma_px * model_sigma_px * Eigen::Matrix2d::Identity();
+      blob.covariance_px2 + common_variance * Eigen::Matrix2d::Identity();
   const bool positive = covariance(0, 0) > 0 && covariance.determinant() > 0;
   if (!positive || !covariance.allFinite()) {
     const std::string name = "blobs[" + std::to_string(match.blob) + "].covariance_px2";
@@ -96,11 +98,12 @@ int prior_equations(const RefineOptions& options) {
 
 }  // namespace
 
-int Observations::equations(const RefineOptions& options) const {
+int Observations::equations(const RefineOptions& options, bool use_rims) const {
   int count = prior_equations(options), fluxes = 0;
   for (const LampObservation& o : lamps) {
+    if (o.contradicts) continue;
     const int most = o.lamp->shape == LampShape::disc ? 5 : 6;
-    if (o.has_rim()) {
+    if (use_rims && o.has_rim()) {
       count += std::min(most, static_cast<int>(o.rim_end - o.rim_begin));
     } else if (o.has_place) {
       count += 2;
@@ -111,11 +114,13 @@ int Observations::equations(const RefineOptions& options) const {
   return count + fluxes;
 }
 
-int Observations::degrees_of_freedom(const RefineOptions& options) const {
-  int count = prior_equations(options) - 6 + static_cast<int>(rim.size());
+int Observations::degrees_of_freedom(const RefineOptions& options, bool use_rims) const {
+  int count = prior_equations(options) - 6;
   for (const LampObservation& o : lamps) {
-    if (!o.has_rim() && o.has_place) count += 2;
-    if (o.has_flux) ++count;
+    if (o.contradicts) continue;
+    const bool by_rim = use_rims && o.has_rim();
+    count += by_rim ? static_cast<int>(o.rim_end - o.rim_begin) : (o.has_place ? 2 : 0);
+    count += o.has_flux ? 1 : 0;
   }
   if (has_flux && options.flux == FluxModel::common_factor) --count;
   return count;  // the growth of rims comes with its own prior

@@ -28,14 +28,6 @@ std::optional<double> flux_residual(const LampObservation& lamp, const State& st
   return (lamp.log_electrons - std::log(electrons) - state.log_factor) * lamp.flux_inverse_sigma;
 }
 
-/// Adds rows that share one of Huber's weights; `chi2` is of the unweighted rows.
-void add_weighted(const Normal& rows, double weight, Normal& normal) {
-  normal.information += weight * rows.information;
-  normal.gradient += weight * rows.gradient;
-  normal.chi2 += weight * rows.chi2;
-  normal.robust_chi2 += weight * (2 - weight) * rows.chi2;
-}
-
 }  // namespace
 
 Problem::Problem(const Observations& observations, const Scene& scene, const RefineOptions& options,
@@ -44,7 +36,7 @@ Problem::Problem(const Observations& observations, const Scene& scene, const Ref
       scene_(scene),
       options_(options),
       use_rims_(use_rims),
-      weights_(observations.lamps.size()) {
+      held_(observations.lamps.size()) {
   if (!use_rims) return;
   rims_.reserve(observations.lamps.size());
   for (const LampObservation& lamp : observations.lamps) rims_.emplace_back(lamp, observations.rim);
@@ -73,42 +65,48 @@ bool Problem::linearise(const State& state, const Eigen::Vector3d& pivot, Normal
 bool Problem::add_lamp(std::size_t index, const State& state, const Eigen::Vector3d& pivot,
                        Normal& normal) {
   const LampObservation& lamp = observations_.lamps[index];
-  LampWeights& weights = weights_[index];
-  weights.by_rim = false;
+  Held& held = held_[index];
+  held.by_rim = false;
+  if (lamp.contradicts) return true;
   if (use_rims_ && lamp.has_rim()) {
     const auto count = static_cast<double>(lamp.rim_end - lamp.rim_begin);
     const int lost = rims_[index].linearise(state, pivot);
-    weights.by_rim = !lamp.has_place || lost <= max_lost_share * count;
+    held.by_rim = !lamp.has_place || lost <= max_lost_share * count;
   }
-  if (weights.by_rim) {
+  if (held.by_rim) {
     rims_[index].add_to(normal, options_.huber_sigma);
-  } else if (lamp.has_place && !add_place(lamp, state, pivot, weights.place, normal)) {
+  } else if (lamp.has_place && !add_place(lamp, state, pivot, normal)) {
     return false;
   }
-  return !lamp.has_flux || add_flux(lamp, state, pivot, weights.flux, normal);
+  return !lamp.has_flux || add_flux(lamp, state, pivot, held.flux_weight, normal);
 }
 
-bool Problem::add_place(const LampObservation& lamp, const State& state,
-                        const Eigen::Vector3d& pivot, double& weight, Normal& normal) const {
+std::optional<Problem::Place> Problem::place(const LampObservation& lamp, const State& state,
+                                             const Eigen::Vector3d& pivot) const {
   Eigen::Matrix<double, 2, 6> d_pose;
   const std::optional<Eigen::Vector2d> centre =
       project_lamp_centre(*lamp.lamp, state.cam_from_world, scene_.camera, &d_pose);
-  if (!centre) return false;
-  Eigen::Matrix<double, 2, 8> rows = Eigen::Matrix<double, 2, 8>::Zero();
+  if (!centre) return std::nullopt;
+  Place place{lamp.blob->centroid_px - *centre, Eigen::Matrix<double, 2, 8>::Zero()};
   for (int i = 0; i < 2; ++i) {
     Vector8 row = Vector8::Zero();
     row.head<6>() = -d_pose.row(i).transpose();
     centre_row(row, pivot);
-    rows.row(i) = row.transpose();
+    place.jacobian.row(i) = row.transpose();
   }
-  const Eigen::Vector2d residual = lamp.blob->centroid_px - *centre;
-  const Eigen::Matrix<double, 8, 2> informed = rows.transpose() * lamp.place_information;
-  Normal place;
-  place.information.noalias() = informed * rows;
-  place.gradient.noalias() = informed * residual;
-  place.chi2 = residual.dot(lamp.place_information * residual);
-  weight = huber_weight(std::sqrt(place.chi2), options_.huber_sigma);
-  add_weighted(place, weight, normal);
+  return place;
+}
+
+bool Problem::add_place(const LampObservation& lamp, const State& state,
+                        const Eigen::Vector3d& pivot, Normal& normal) const {
+  const std::optional<Place> p = place(lamp, state, pivot);
+  if (!p) return false;
+  const Eigen::Matrix<double, 8, 2> informed = p->jacobian.transpose() * lamp.place_information;
+  const double chi2 = p->residual_px.dot(lamp.place_information * p->residual_px);
+  normal.information.noalias() += informed * p->jacobian;
+  normal.gradient.noalias() += informed * p->residual_px;
+  normal.chi2 += chi2;
+  normal.robust_chi2 += chi2;
   return true;
 }
 
@@ -121,10 +119,10 @@ bool Problem::add_flux(const LampObservation& lamp, const State& state,
   row.head<6>() = -d_pose.transpose();
   centre_row(row, pivot);
   row[log_factor_index] = estimates_log_factor() ? -1 : 0;
-  Normal flux;
-  flux.add(row * lamp.flux_inverse_sigma, *residual);
+  row *= lamp.flux_inverse_sigma;
   weight = huber_weight(std::abs(*residual), options_.huber_sigma);
-  add_weighted(flux, weight, normal);
+  normal.add(std::sqrt(weight) * row, std::sqrt(weight) * *residual);
+  normal.robust_chi2 += weight * (1 - weight) * *residual * *residual;
   return true;
 }
 
@@ -141,19 +139,20 @@ double Problem::chi2(const State& state) const {
   double sum = own.chi2;
   for (std::size_t i = 0; i < observations_.lamps.size(); ++i) {
     const LampObservation& lamp = observations_.lamps[i];
-    if (weights_[i].by_rim) {
+    if (lamp.contradicts) continue;
+    if (held_[i].by_rim) {
       sum += rims_[i].chi2(state);
     } else if (lamp.has_place) {
       const std::optional<Eigen::Vector2d> centre =
           project_lamp_centre(*lamp.lamp, state.cam_from_world, scene_.camera);
       if (!centre) return std::numeric_limits<double>::infinity();
       const Eigen::Vector2d residual = lamp.blob->centroid_px - *centre;
-      sum += weights_[i].place * residual.dot(lamp.place_information * residual);
+      sum += residual.dot(lamp.place_information * residual);
     }
     if (lamp.has_flux) {
       const std::optional<double> residual = flux_residual(lamp, state, scene_);
       if (!residual) return std::numeric_limits<double>::infinity();
-      sum += weights_[i].flux * *residual * *residual;
+      sum += held_[i].flux_weight * *residual * *residual;
     }
   }
   return sum;

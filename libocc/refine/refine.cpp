@@ -9,6 +9,7 @@
 
 #include "libocc/core/require.hpp"
 #include "libocc/refine/internal/minimise.hpp"
+#include "libocc/refine/internal/outliers.hpp"
 
 namespace occ {
 namespace {
@@ -65,6 +66,7 @@ void report_residuals(const State& state, const std::vector<Match>& matches,
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const LampObservation& lamp = observations.lamps[i];
     LampResidual residual{matches[i]};
+    residual.contradicts = lamp.contradicts;
     const std::optional<Eigen::Vector2d> centre =
         project_lamp_centre(*lamp.lamp, state.cam_from_world, camera);
     double centre_error = 0;
@@ -80,15 +82,37 @@ void report_residuals(const State& state, const std::vector<Match>& matches,
   if (!matches.empty()) refined.rms_px = std::sqrt(sum / static_cast<double>(matches.size()));
 }
 
-/// Centroids have a far wider basin of convergence than rims; a failure leaves the start alone.
-State approach_by_centroids(const State& start, const Observations& observations,
-                            const Scene& scene, const RefineOptions& options) {
-  const auto places = std::count_if(observations.lamps.begin(), observations.lamps.end(),
-                                    [](const LampObservation& lamp) { return lamp.has_place; });
-  if (observations.rim.empty() || places < 3) return start;
-  Problem by_centroids(observations, scene, options, false);
-  const Minimum near = minimise(by_centroids, start, options.max_iterations, rough_tolerance_px);
-  return near.converged ? near.state : start;
+/// Minimum by centroids alone. Their basin of convergence is far wider than that of rims, and it
+/// costs little to leave out lamps that contradict the others here.
+Minimum minimise_by_centroids(const State& start, Observations& observations, const Scene& scene,
+                              const RefineOptions& options, double tolerance_px) {
+  Problem problem(observations, scene, options, false);
+  Minimum minimum = minimise(problem, start, options.max_iterations, tolerance_px);
+  while (minimum.converged && std::isfinite(options.huber_sigma)) {
+    const std::optional<std::size_t> worst = contradicting_lamp(
+        observations, problem, minimum, observations.degrees_of_freedom(options, false));
+    if (!worst) break;
+    observations.lamps[*worst].contradicts = true;
+    minimum = minimise(problem, minimum.state, options.max_iterations, tolerance_px);
+  }
+  return minimum;
+}
+
+/// What a lamp that was left out costs, so that a pose which needs no such excuse ranks before.
+double contradiction_chi2(const Observations& observations, const Camera& camera,
+                          const State& state, double huber_sigma) {
+  double sum = 0;
+  for (const LampObservation& lamp : observations.lamps) {
+    if (!lamp.contradicts) continue;
+    const std::optional<Eigen::Vector2d> centre =
+        project_lamp_centre(*lamp.lamp, state.cam_from_world, camera);
+    if (!centre) continue;
+    const Eigen::Vector2d residual = lamp.blob->centroid_px - *centre;
+    const double chi2 = residual.dot(lamp.place_information * residual);
+    const double weight = huber_weight(std::sqrt(chi2), huber_sigma);
+    sum += weight * (2 - weight) * chi2;
+  }
+  return sum;
 }
 
 /// Median distance of the saturated rims from where the pose predicts them: near enough to the
@@ -107,6 +131,21 @@ double typical_growth_px(const State& state, const Observations& observations) {
   const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
   std::nth_element(distances.begin(), middle, distances.end());
   return *middle;
+}
+
+Minimum find_minimum(const State& start, Observations& observations, const Scene& scene,
+                     const RefineOptions& options) {
+  const bool has_rims = !observations.rim.empty();
+  State near = start;
+  if (observations.equations(options, false) >= 6 || !has_rims) {
+    const Minimum by_centroids = minimise_by_centroids(
+        start, observations, scene, options, has_rims ? rough_tolerance_px : options.tolerance_px);
+    if (!has_rims) return by_centroids;
+    if (by_centroids.converged) near = by_centroids.state;
+  }
+  if (observations.rims_grow) near.growth_px = typical_growth_px(near, observations);
+  Problem problem(observations, scene, options, true);
+  return minimise(problem, near, options.max_iterations, options.tolerance_px);
 }
 
 std::string too_few_message(std::size_t lamps, int equations) {
@@ -151,18 +190,16 @@ Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
   options.validate();
   require(start.rotation.allFinite() && start.translation.allFinite(), "start", start.matrix(),
           "finite");
-  const Observations observations = observe(matches, blobs, scene, options);
+  Observations observations = observe(matches, blobs, scene, options);
   Result<Refined> result;
   Refined& refined = result.value;
   State state{start};
-  const int equations = observations.equations(options);
+  const int equations = observations.equations(options, true);
   if (equations >= 6) {
-    state = approach_by_centroids(state, observations, scene, options);
-    if (observations.rims_grow) state.growth_px = typical_growth_px(state, observations);
-    Problem problem(observations, scene, options, options.use_rims);
-    const Minimum minimum = minimise(problem, state, options.max_iterations, options.tolerance_px);
+    const Minimum minimum = find_minimum(state, observations, scene, options);
     state = minimum.state;
-    refined.chi2 = minimum.normal.robust_chi2;
+    refined.chi2 = minimum.normal.robust_chi2 +
+                   contradiction_chi2(observations, scene.camera, state, options.huber_sigma);
     refined.iterations = minimum.iterations;
     conclude(minimum, options, result);
   } else {
@@ -170,7 +207,7 @@ Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
     result.message = too_few_message(matches.size(), equations);
   }
   refined.cam_from_world = state.cam_from_world;
-  refined.dof = observations.degrees_of_freedom(options);
+  refined.dof = observations.degrees_of_freedom(options, true);
   if (observations.rims_grow) refined.rim_growth_px = state.growth_px;
   if (observations.has_flux && options.flux == FluxModel::common_factor) {
     refined.flux_factor = std::exp(state.log_factor);

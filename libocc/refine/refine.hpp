@@ -6,9 +6,12 @@
 //   its centre);
 //   - optionally its flux against Lambertian intensity, powers known with a sigma or up to a common
 //   factor.
-// Rims of saturated lamps have grown by an unknown common amount, which is estimated along.
-// Residuals are whitened, outliers weighted down (Huber); the covariance is (J^T J)^-1 of the
-// whitened problem, times nothing: it is right when the stated sigmas are.
+// Rims of saturated lamps have grown by an unknown common amount (prior sigma 2 px), which is
+// estimated along; each besides by its own (0.3 px) and unevenly (0.05 px).
+// Residuals are whitened. A lamp that contradicts all the others (Baarda's data snooping, chance of
+// one in a thousand) is left out, which takes five lamps or a prior; stray rim points and fluxes
+// are weighted down (Huber). The covariance is (J^T J)^-1 of the whitened problem, times nothing:
+// it is right when the stated sigmas are.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -38,8 +41,8 @@ struct LIBOCC_API RefineOptions {
   double model_sigma_px =
       0;  ///< error of camera and map per lamp (e.g. of an uncalibrated lens), common
           ///< to all points of a lamp; added to the measurement's own covariance
-  double huber_sigma =
-      3;  ///< residuals beyond this weigh linearly; infinity for plain least squares
+  double huber_sigma = 3;  ///< rim points and fluxes further off than this weigh linearly; infinity
+                           ///< for plain least squares with every lamp
   int max_iterations = 20;
   double tolerance_px = 1e-5;  ///< converged when a step moves no lamp further than this; that
                                ///< step is taken, so the error left is far smaller
@@ -49,25 +52,28 @@ struct LIBOCC_API RefineOptions {
 
 struct LampResidual {
   Match match;
-  double rms_px = 0;  ///< over the lamp's rim points, or the length of its centroid residual
+  bool contradicts = false;  ///< left out: the other lamps agree without it
+  double rms_px = 0;         ///< over the lamp's rim points, or the length of its centroid residual
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< predicted centre of the lamp's image
 };
 
 struct Refined {
   Rigid3 cam_from_world;
   Matrix6 covariance = Matrix6::Zero();  ///< see geometry/rigid.hpp for order and perturbation
-  double chi2 = 0;                       ///< whitened, robust; prior included
-  int dof = 0;                           ///< observations minus parameters
-  double rms_px = 0;                     ///< of centre residuals over lamps
+  double chi2 = 0;    ///< whitened, robust; prior and lamps that were left out included
+  int dof = 0;        ///< observations minus parameters
+  double rms_px = 0;  ///< of centre residuals over lamps
   std::vector<LampResidual> lamps;
   std::optional<double> rim_growth_px;  ///< of saturated lamps
   std::optional<double> flux_factor;    ///< of FluxModel::common_factor: seen over predicted
   int iterations = 0;
 };
 
-/// Status: ok; too_few_lamps (observations do not outnumber parameters and no prior helps);
-/// degenerate (the information matrix is singular to 1e-12 of its scale); not_converged. Throws
-/// std::invalid_argument for a match outside its list or a start that is not finite.
+/// Status: ok; too_few_lamps (fewer equations than the pose's 6 unknowns, prior included; the value
+/// is the start); degenerate (the information matrix is singular to 1e-12 of its scale; no
+/// covariance); not_converged (also when a lamp cannot be seen from the start). Throws
+/// std::invalid_argument for a match outside its list, a start that is not finite, a lamp whose
+/// axes are not unit, or a covariance that is not positive definite.
 LIBOCC_API Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
                                   const std::vector<Blob>& blobs, const Scene& scene,
                                   const RefineOptions& options = {});

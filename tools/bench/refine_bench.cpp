@@ -22,7 +22,9 @@ Case make_case(Scene scene, int rim_points) {
   Case c;
   c.scene = std::move(scene);
   const Rigid3 truth = look_at({2.1, 1.9, 0.5}, {2.0, 2.0, 3.0}, Eigen::Vector3d::UnitY());
-  c.blobs = test::measured_blobs(c.scene, truth, {rim_points}, &random);
+  const test::Measurement measurement{rim_points};
+  c.blobs =
+      test::noisy(test::exact_blobs(c.scene, truth, measurement), c.scene, measurement, random);
   c.matches = test::in_order(c.scene);
   Vector6 off;
   off << 0.005, -0.005, 0.005, 0.006, -0.006, 0.006;

@@ -5,8 +5,9 @@
 // eliminated in closed form (Woodbury):
 //     r^T (I + V S V^T)^-1 r = r^T r - u^T (S^-1 + N)^-1 u,   V = v / sigma, u = V^T r, N = V^T V.
 //
-// Huber's weights: each point by what is left of it after the lamp's offset, the lamp as a whole by
-// its offset. A lamp that is wrong is one outlier, not eighty.
+// Huber's weights are for stray points: each is weighed by what is left of it after the size and
+// place that fit the lamp best, in units of its sigma or of the lamp's own scatter if that is
+// larger.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -41,7 +42,7 @@ class LampRim {
 
  private:
   void weigh_points(double huber_sigma);
-  double robust_excess(double huber_sigma) const;
+  double robust_excess() const;
 
   const LampObservation& lamp_;
   const RimObservation* points_;
@@ -54,8 +55,8 @@ class LampRim {
 
   Eigen::Vector3d arm_ = Eigen::Vector3d::Zero();  // from the pivot to the lamp's centre
   int lost_ = 0;
-  double lamp_weight_ = 1;
-  Eigen::Matrix3d offset_gain_ = Eigen::Matrix3d::Zero();  // (S^-1 + N)^-1
+  double threshold_ = 0;                                   // of Huber's function
+  Eigen::Matrix3d common_gain_ = Eigen::Matrix3d::Zero();  // (S^-1 + N)^-1
 };
 
 }  // namespace occ

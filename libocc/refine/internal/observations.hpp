@@ -25,7 +25,8 @@ struct LampObservation {
   const Blob* blob;
   std::size_t rim_begin = 0, rim_end = 0;  ///< in Observations::rim; empty without a usable rim
   Eigen::Matrix3d common_covariance_px2 = Eigen::Matrix3d::Zero();  ///< of its rim: growth, x, y
-  bool has_place = false;  ///< its centroid is that of the whole lamp
+  bool has_place = false;    ///< its centroid is that of the whole lamp
+  bool contradicts = false;  ///< left out: the other lamps agree without it
   Eigen::Matrix2d place_information = Eigen::Matrix2d::Zero();  ///< model error included
   bool has_flux = false;
   double log_electrons = 0;  ///< measured
@@ -42,10 +43,11 @@ struct Observations {
 
   /// Independent equations for the pose: at most 5 from a disc's rim, 6 from a rectangle's, 2 from
   /// a centroid, 1 from a flux (one less in all when their factor is unknown), and the prior's.
-  int equations(const RefineOptions& options) const;
+  /// Without rims, lamps count by their centroids.
+  int equations(const RefineOptions& options, bool use_rims) const;
 
   /// Observed numbers minus unknowns.
-  int degrees_of_freedom(const RefineOptions& options) const;
+  int degrees_of_freedom(const RefineOptions& options, bool use_rims) const;
 };
 
 /// Throws std::invalid_argument for a match outside its list, a lamp axis that is not unit, or a

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The refinement's least-squares problem: rims or centroids, fluxes, prior. Residuals are measured
-// minus predicted, over their sigma. Huber's weights are set where the equations are linearised and
-// held until the next time, so that a solver's trial steps compare like with like.
+// minus predicted, over their sigma. Huber's weights, for rim points and fluxes, are set where the
+// equations are linearised and held until the next time, so that a solver's trial steps compare
+// like with like.
 #pragma once
 
 #include "libocc/core/abi.hpp"
 //
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "libocc/refine/internal/lamp_rim.hpp"
@@ -27,6 +29,15 @@ class LIBOCC_API Problem {
   /// r^T r under the weights of the last linearisation; infinity where a lamp cannot be seen.
   double chi2(const State& state) const;
 
+  /// A centroid minus the predicted centre of the lamp's image, and its derivatives; nothing where
+  /// the lamp cannot be seen.
+  struct Place {
+    Eigen::Vector2d residual_px;
+    Eigen::Matrix<double, 2, 8> jacobian;
+  };
+  std::optional<Place> place(const LampObservation& lamp, const State& state,
+                             const Eigen::Vector3d& pivot) const;
+
   /// Mean of the lamps' centres in the camera's frame.
   Eigen::Vector3d pivot(const State& state) const;
 
@@ -35,16 +46,15 @@ class LIBOCC_API Problem {
                            const Vector8& step) const;
 
  private:
-  struct LampWeights {
+  struct Held {
     bool by_rim = false;
-    double place = 1;
-    double flux = 1;
+    double flux_weight = 1;
   };
 
   bool add_lamp(std::size_t index, const State& state, const Eigen::Vector3d& pivot,
                 Normal& normal);
   bool add_place(const LampObservation& lamp, const State& state, const Eigen::Vector3d& pivot,
-                 double& weight, Normal& normal) const;
+                 Normal& normal) const;
   bool add_flux(const LampObservation& lamp, const State& state, const Eigen::Vector3d& pivot,
                 double& weight, Normal& normal) const;
   void add_priors(const State& state, const Eigen::Vector3d& pivot, Normal& normal) const;
@@ -55,7 +65,7 @@ class LIBOCC_API Problem {
   const RefineOptions& options_;
   bool use_rims_;
   std::vector<LampRim> rims_;  // one for each lamp, possibly empty
-  std::vector<LampWeights> weights_;
+  std::vector<Held> held_;     // since the last linearisation
 };
 
 }  // namespace occ

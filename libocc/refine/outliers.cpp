@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/refine/internal/outliers.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace occ {
+namespace {
+
+constexpr double chance = 1e-3;
+const double chi2_limit = -2 * std::log(chance);  // two degrees of freedom
+
+/// Least eigenvalue of C - J S J^T over C's at which the other lamps still check this one.
+constexpr double least_redundancy = 1e-6;
+
+/// The drop in chi-square without the lamp; 0 when the others cannot check it.
+double drop_without(const LampObservation& lamp, const Problem::Place& place,
+                    const Eigen::LDLT<Matrix8>& information) {
+  const Eigen::Matrix2d covariance = lamp.place_information.inverse();
+  const Eigen::Matrix2d left =
+      covariance - place.jacobian * information.solve(place.jacobian.transpose());
+  if (!(left.determinant() > least_redundancy * covariance.determinant())) return 0;
+  return place.residual_px.dot(left.inverse() * place.residual_px);
+}
+
+}  // namespace
+
+std::optional<std::size_t> contradicting_lamp(const Observations& observations,
+                                              const Problem& problem, const Minimum& minimum,
+                                              int degrees_of_freedom) {
+  const double chi2 = minimum.normal.chi2;
+  if (!(chi2 > chi2_limit) || degrees_of_freedom <= 2) return std::nullopt;
+  const Eigen::LDLT<Matrix8> information(minimum.normal.information);
+  double largest = 0;
+  std::size_t worst = 0;
+  for (std::size_t i = 0; i < observations.lamps.size(); ++i) {
+    const LampObservation& lamp = observations.lamps[i];
+    if (lamp.contradicts || !lamp.has_place) continue;
+    const std::optional<Problem::Place> place = problem.place(lamp, minimum.state, minimum.pivot);
+    const double drop = place ? drop_without(lamp, *place, information) : 0;
+    if (drop > largest) {
+      largest = drop;
+      worst = i;
+    }
+  }
+  const double rest = std::max(chi2 - largest, 1e-12 * chi2);
+  const double by_chance = std::pow(1 + largest / rest, -(degrees_of_freedom - 2) / 2.0);
+  if (largest > chi2_limit && by_chance < chance) return worst;
+  return std::nullopt;
+}
+
+}  // namespace occ
