@@ -1100,13 +1100,13 @@ def identify(blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior |
       miss_penalty: chi-square for a lamp that should be seen but is not
       max_hypotheses: poses tried at most
     """
-@typing.overload
-def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], scene: Scene, prior: Prior | None = None, *, max_candidates: typing.SupportsInt | typing.SupportsIndex = 16, sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 200000, use_rims: bool = True, flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-07) -> Fix:
+def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, max_candidates: typing.SupportsInt | typing.SupportsIndex = 16, sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 200000, use_rims: bool = True, flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Fix:
     """
     Where was the camera when it took this image of these lamps?
 
     image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16, of the camera's size;
-    not copied when the pixels of a row are adjacent. scene: Scene. prior: Prior or None.
+    not copied when the pixels of a row are adjacent. Or a list of Blobs that detect() found in it.
+    scene: Scene. prior: Prior or None.
     Returns: Fix; look at `ok` or `status` before using it. All plausible poses are in `candidates`.
     Raises: TypeError or ValueError for another array, an image of another size than the camera's, or
     a bad option.
@@ -1135,11 +1135,6 @@ def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], scene: Scene
       max_iterations: steps of the refinement
       tolerance_px: converged when no lamp moves further [px]
     """
-@typing.overload
-def locate(blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, max_candidates: typing.SupportsInt | typing.SupportsIndex = 16, sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 200000, use_rims: bool = True, flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-07) -> Fix:
-    """
-    The same from blobs that are already detected.
-    """
 def look_at(position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], target_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], up: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = (0, 0, 1)) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
     """
     cam_from_world (4x4) of a camera at position_m [m, world] that looks at target_m.
@@ -1149,8 +1144,8 @@ def look_at(position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, 
 
     >>> import libocc as occ
     >>> pose = occ.look_at(position_m=[0, 0, 1], target_m=[0, 0, 3], up=[0, 1, 0])
-    >>> pose[:3, 3].tolist()
-    [0.0, 0.0, -1.0]
+    >>> (pose @ [0.5, 0.25, 3, 1]).round(9).tolist()
+    [-0.5, -0.25, 2.0, 1.0]
     """
 def p3p(bearings: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"], points_in_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"]) -> numpy.typing.NDArray[numpy.float64]:
     """
@@ -1190,7 +1185,7 @@ def read_image(path: os.PathLike[str] | str) -> numpy.typing.NDArray[numpy.uint8
     Raises: FileNotFoundError or OSError when the file cannot be opened; ValueError when it is not a
       whole image of a supported type.
     """
-def refine(start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], matches: collections.abc.Sequence[Match], blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, use_rims: bool = True, flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-07) -> Refined:
+def refine(start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], matches: collections.abc.Sequence[Match], blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, use_rims: bool = True, flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Refined:
     """
     The most likely pose for a given naming of the blobs, with its covariance.
 

@@ -2,7 +2,7 @@
 """Annotated pictures: what was found in an image, which lamp is which, and how well it fits."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Any
 
@@ -41,7 +41,8 @@ class Mark:
 
     @property
     def residual_px(self) -> Array | None:
-        if self.blob is None or self.predicted_px is None:
+        """None for a lamp that is cut: the centre of its visible part is no measurement."""
+        if self.blob is None or self.predicted_px is None or self.blob.cut_by_border:
             return None
         return np.asarray(self.blob.centroid_px - self.predicted_px)
 
@@ -56,7 +57,7 @@ def draw(
     marks = [_blob_mark(str(i), blob) for i, blob in enumerate(blobs)]
     for mark in marks:
         assert mark.blob is not None
-        mark.notes = [f"±{report.sigma_px(mark.blob):.3f} px", *report.flags(mark.blob)]
+        mark.notes = [f"± {report.sigma_px(mark.blob):.3f} px", ", ".join(report.flags(mark.blob))]
     _picture(path, image, marks, [], title, "blue: measured ellipse and rim points")
 
 
@@ -77,7 +78,7 @@ def draw_fix(
             residual = mark.residual_px
             if residual is not None:
                 mark.notes = [f"off by {np.hypot(*residual):.3f} ± {report.sigma_px(blob):.3f} px"]
-            mark.notes += report.flags(blob)
+            mark.notes.append(", ".join(report.flags(blob)))
             marks.append(mark)
     used = [blob.centroid_px for blob in fix.lamps.values()]
     unused = [b for b in fix.blobs if not any(np.array_equal(b.centroid_px, u) for u in used)]
@@ -172,14 +173,14 @@ def _grey(image: Pixels) -> Array:
 
 
 def _shrunk(image: Pixels) -> Pixels:
-    """Mean over blocks, so that a large image is no larger than the picture."""
+    """Brightest of each block, so that a large image is no larger than the picture."""
     step = -(-max(image.shape[:2]) // LARGEST_SIDE_PX)
     if step == 1:
         return image
     height, width = image.shape[0] // step * step, image.shape[1] // step * step
     first = image[:height, :width] if image.ndim == 2 else image[:height, :width, 1]
     blocks = first.reshape(height // step, step, width // step, step)
-    return np.asarray(blocks.mean(axis=(1, 3)).astype(image.dtype))
+    return np.asarray(blocks.max(axis=(1, 3)))
 
 
 def _bare(axes: Axes) -> None:
@@ -223,7 +224,7 @@ def _draw_residuals(axes: Axes, marks: list[Mark], wanted_px: float) -> float:
     longest = max((float(np.hypot(*r)) for r in residuals), default=0.0)
     if longest <= 0:
         return 0.0
-    magnified = float(10 ** np.floor(np.log10(max(wanted_px / longest, 1.0))))
+    magnified = _round_below(max(wanted_px / longest, 1.0))
     for mark in marks:
         residual = mark.residual_px
         if residual is None or mark.predicted_px is None:
@@ -236,6 +237,12 @@ def _draw_residuals(axes: Axes, marks: list[Mark], wanted_px: float) -> float:
             arrowprops={"arrowstyle": "-|>", "color": RESIDUAL, "lw": 1.6, "shrinkA": 0, "shrinkB": 0},
         )
     return magnified
+
+
+def _round_below(value: float) -> float:
+    """The largest of 1, 2, 5, 10, 20, ... that is not above value >= 1."""
+    power = float(10 ** np.floor(np.log10(value)))
+    return power * max(step for step in (1, 2, 5) if step * power <= value)
 
 
 def _draw_outline(axes: Axes, mark: Mark, width: float) -> None:
@@ -271,9 +278,10 @@ def _draw_close_up(axes: Axes, image: Pixels, mark: Mark) -> None:
         part = _grey(_shrunk(image[y0:y1, x0:x1]))
         extent = (x0 - 0.5, x1 - 0.5, y1 - 0.5, y0 - 0.5)
         axes.imshow(part, cmap="gray", vmin=0, vmax=1, extent=extent, interpolation="nearest")
-    _draw_outline(axes, mark, 1.0)
     if mark.blob is not None and len(mark.blob.rim):
-        axes.plot(mark.blob.rim[:, 0], mark.blob.rim[:, 1], ".", color=MEASURED, ms=2.5)
+        axes.plot(mark.blob.rim[:, 0], mark.blob.rim[:, 1], ".", color=MEASURED, ms=4)
+        mark = replace(mark, blob=None)
+    _draw_outline(axes, mark, 0.8)
     axes.set_xlim(x - reach, x + reach)
     axes.set_ylim(y + reach, y - reach)
     _bare(axes)

@@ -100,7 +100,8 @@ def truth_dict(truth: Truth) -> dict[str, Any]:
 
 
 def _numbers(values: Any, digits: int, width: int) -> str:
-    return " ".join(f"{float(v):{width}.{digits}f}" for v in values)
+    """Aligned; rounded first, as nobody wants to read -0.00."""
+    return " ".join(f"{round(float(v), digits) + 0.0:{width}.{digits}f}" for v in values)
 
 
 def _ids(found: Fix | Candidate) -> str:
@@ -115,7 +116,7 @@ def fix_text(fix: Fix) -> str:
         lines += [
             f"position  {_numbers(fix.position_m, 4, 8)} m",
             f"sigma     {_numbers(sigmas_mm(fix), 2, 8)} mm",
-            f"heading   {np.degrees(heading_rad(fix.cam_from_world)):8.2f} deg",
+            f"heading   {_numbers([np.degrees(heading_rad(fix.cam_from_world))], 2, 8)} deg",
             f"lamps     {_ids(fix)}",
             f"rms       {fix.rms_px:.3f} px",
         ]

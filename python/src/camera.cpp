@@ -46,8 +46,8 @@ Raises: ValueError when target and position coincide or the view is along `up`.
 
 >>> import libocc as occ
 >>> pose = occ.look_at(position_m=[0, 0, 1], target_m=[0, 0, 3], up=[0, 1, 0])
->>> pose[:3, 3].tolist()
-[0.0, 0.0, -1.0])");
+>>> (pose @ [0.5, 0.25, 3, 1]).round(9).tolist()
+[-0.5, -0.25, 2.0, 1.0])");
   m.def(
       "heading_rad", [](const Rigid3& pose) { return heading_rad(pose); },
       py::arg("cam_from_world"),

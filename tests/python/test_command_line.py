@@ -18,6 +18,12 @@ from libocc.cli import COMMANDS, main
 TIMES = re.compile(r"\d+\.\d+(?= ms)|(?<=detect )\d+\.\d+|(?<=identify )\d+\.\d+|(?<=refine )\d+\.\d+")
 
 
+def comparable(text):
+    """Without times, which differ, and without the column widths that follow from them."""
+    text = re.sub(r"─+", "─", TIMES.sub("#", text))
+    return "\n".join(" ".join(line.split()) for line in text.strip().splitlines())
+
+
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Runs a command line in an empty folder; returns exit code, stdout and stderr."""
@@ -59,10 +65,11 @@ def test_help_opens_with_an_example_that_prints_what_it_says(name, run):
     for line, expected in example_of(command):
         code, out, err = run(*line.split()[1:])
         assert code == 0, err
-        printed = "\n".join(text.strip() for text in out.strip().splitlines())
+        printed, expected = comparable(out), comparable(expected)
         if expected.endswith("..."):
-            printed = printed[: len(expected) - 3] + "..."
-        assert TIMES.sub("#", printed) == TIMES.sub("#", expected)
+            assert printed.startswith(expected.removesuffix("..."))
+        else:
+            assert printed == expected
 
 
 def test_locate_prints_the_fix(run, room):
@@ -134,7 +141,8 @@ def test_an_ambiguous_fix_shows_its_candidates_and_returns_1(run):
     assert code == 1 and "ambiguous" in out
     assert len(re.findall(r"^ +[1-4] +.* m +rms", out, re.MULTILINE)) == 4
     code, out, _ = run("locate", "s.png", "square_four", "--prior-heading-deg", 30)
-    assert code == 0 and re.search(r"^position +2\.1\d* +1\.(9|89)", out, re.MULTILINE)
+    assert code == 0 and "status    ok" in out
+    assert re.search(r"^position +2\.(10|09)\d* +1\.(90|89)\d* ", out, re.MULTILINE)
 
 
 def test_demo_compares_with_the_truth(run):

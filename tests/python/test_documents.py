@@ -3,6 +3,7 @@
 
 import doctest
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -30,27 +31,49 @@ names: list[str] = [flux.name for flux in occ.FluxModel]
 '''
 
 
-def blocks(path: Path, language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", path.read_text(), re.DOTALL)
-
-
-def promised(path: Path) -> list[str]:
-    """What the README says its examples print."""
-    return re.findall(r"^prints `(.*)`\.$", path.read_text(), re.MULTILINE)
+def examples(readme: Path, language: str) -> list[tuple[str, str]]:
+    """Each fenced example with what the sentence after it says that it prints."""
+    pattern = rf"```{language}\n(.*?)```\n+prints `(.*?)`\."
+    found = re.findall(pattern, readme.read_text(), re.DOTALL)
+    assert found and len(found) == readme.read_text().count(f"```{language}\n")
+    return found
 
 
 def test_readme_python_examples_print_what_it_says(root: Path):
-    found = blocks(root / "README.md", "python")
-    assert found
-    for code in found:
+    for code, printed in examples(root / "README.md", "python"):
         ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=root)
         assert ran.returncode == 0, ran.stderr
-        assert ran.stdout.strip() in promised(root / "README.md")
+        assert ran.stdout.strip() == printed
 
 
-def test_readme_python_example_is_short(root: Path):
-    lines = [line for line in blocks(root / "README.md", "python")[0].splitlines() if line.strip()]
-    assert len(lines) <= 8
+def test_readme_first_example_has_five_lines(root: Path):
+    code = examples(root / "README.md", "python")[0][0]
+    assert len([line for line in code.splitlines() if line.strip()]) <= 5
+
+
+def test_readme_cpp_example_prints_what_it_says(root: Path, tmp_path: Path):
+    if shutil.which("c++") is None:
+        pytest.skip("no C++ compiler")
+    library = Path(occ.__file__).parent
+    (code, printed), = examples(root / "README.md", "cpp")
+    (tmp_path / "example.cpp").write_text(code)
+    command = ["c++", "-std=c++17", "-DEIGEN_MAX_ALIGN_BYTES=16", "-DEIGEN_MALLOC_ALREADY_ALIGNED=1"]
+    command += [f"-I{root}", "-isystem", "/usr/include/eigen3", tmp_path / "example.cpp"]
+    command += ["-o", tmp_path / "example", f"-L{library}", "-locc", f"-Wl,-rpath,{library}"]
+    built = subprocess.run(command, capture_output=True, text=True)
+    assert built.returncode == 0, built.stderr
+    ran = subprocess.run([tmp_path / "example"], capture_output=True, text=True, cwd=root)
+    assert ran.returncode == 0 and ran.stdout.strip() == printed, ran.stderr
+
+
+def test_readme_names_what_is_there(root: Path):
+    """Every file and folder that the README links to or names in backquotes exists."""
+    text = (root / "README.md").read_text()
+    named = re.findall(r"\]\(([^)#]+)\)", text) + re.findall(
+        r"`((?:data|tools|libocc|tests|python)/[\w./]+|LICENSE)`", text
+    )
+    assert len(named) >= 5
+    assert [name for name in named if not (root / name).exists()] == []
 
 
 def test_docstring_examples():

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Images from numpy: which are taken, that they are not copied, and how the rest is refused."""
 
+import sys
 import threading
 import tracemalloc
 from pathlib import Path
@@ -144,24 +145,22 @@ def test_bad_files_are_named(tmp_path: Path):
 
 
 def test_the_interpreter_runs_while_an_image_is_searched():
-    """detect() lets go of the GIL: another thread counts meanwhile."""
-    noise = np.random.default_rng(1).integers(0, 255, (3000, 4000), np.uint8)
-    counted = 0
-    running = threading.Event()
-    done = threading.Event()
-
-    def count():
-        nonlocal counted
-        running.set()
-        while not done.is_set():
-            counted += 1
-
-    other = threading.Thread(target=count)
+    """detect() lets go of the GIL: only then can the other thread run, as switching is turned off."""
+    noise = np.random.default_rng(1).integers(0, 255, (1000, 2000), np.uint8)
+    may_run = threading.Event()
+    ran = []
+    other = threading.Thread(target=lambda: (may_run.wait(), ran.append(True)))
     other.start()
-    running.wait()
-    before = counted
-    occ.detect(noise, rims=False)
-    during = counted - before
-    done.set()
+    usual = sys.getswitchinterval()
+    sys.setswitchinterval(1000)
+    try:
+        may_run.set()
+        for _ in range(100):  # the system may take its time to start the other thread
+            occ.detect(noise, rims=False)
+            if ran:
+                break
+    finally:
+        sys.setswitchinterval(usual)
+    seen = list(ran)
     other.join()
-    assert during > 100
+    assert seen

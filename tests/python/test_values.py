@@ -182,4 +182,4 @@ def test_reprs_say_what_matters(scene, pose, rendered):
     for value in (scene, truth, truth.lamps[0], fix, fix.candidates[0], fix.timing_s, fix.blobs[0]):
         text = repr(value)
         assert "object at 0x" not in text and type(value).__name__ in text
-    assert "ok" in repr(fix) and "1.7" in repr(fix)
+    assert "ok" in repr(fix) and "lamps [0, 1, 2, 3, 4, 5]" in repr(fix)

@@ -7,7 +7,7 @@ from .. import report, samples
 from ..cli import blamed_on, emit_json, json_option, overlay_option
 
 
-@click.command()
+@click.command(short_help="List the bright blobs of an image.")
 @click.argument("image")
 @click.option("--scene", metavar="SCENE", help="Take the sensor from this scene: noise, blink codes.")
 @click.option("--threshold-dn", type=float, help="Absolute threshold instead of the noise-based one.")
@@ -16,9 +16,15 @@ from ..cli import blamed_on, emit_json, json_option, overlay_option
 def command(
     image: str, scene: str | None, threshold_dn: float | None, as_json: bool, overlay: str | None
 ) -> None:
-    """Lists the bright blobs of IMAGE, brightest first.
+    """\b
+    $ libocc simulate irregular_six --position 1.7 2.1 0.5 --seed 1 --out room.png
+    ...
+    $ libocc detect room.png
+     n      x px      y px  sigma px      flux dn  area px  what
+     0   279.261   279.736    0.0027       127549     1122
+    ...
 
-    EXAMPLE
+    Lists the bright blobs of IMAGE, brightest first.
     """
     sensor = None
     if scene is not None:

@@ -9,7 +9,7 @@ from .. import report, samples
 from ..cli import blamed_on, emit_json, json_option, overlay_option
 
 
-@click.command()
+@click.command(short_help="Find where the camera was that took an image.")
 @click.argument("image")
 @click.argument("scene")
 @click.option("--prior-position", type=float, nargs=3, metavar="X Y Z", help="About where [m].")
@@ -34,12 +34,21 @@ def command(
     as_json: bool,
     overlay: str | None,
 ) -> None:
-    """Finds where the camera was when it took IMAGE of the lamps of SCENE.
+    """\b
+    $ libocc simulate irregular_six --position 1.7 2.1 0.5 --seed 1 --out room.png
+    ...
+    $ libocc locate room.png irregular_six
+    status    ok
+    position    1.7000   2.1000   0.5000 m
+    sigma         0.05     0.05     0.02 mm
+    heading       0.00 deg
+    lamps     0 1 2 3 4 5
+    rms       0.002 px
+    time      1.2 ms (detect 0.7, identify 0.2, refine 0.3)
 
-    SCENE is a YAML file or the name of a scene that comes with libocc. Exit code 0: one pose fits;
-    1: none, or several, which are shown; 2: bad input.
-
-    EXAMPLE
+    Finds where the camera was when it took IMAGE of the lamps of SCENE, a YAML file or the name of
+    a scene that comes with libocc. Exit code 0: one pose fits; 1: none, or several, which are
+    shown; 2: bad input.
     """
     with blamed_on("prior"):
         prior = occ.Prior(

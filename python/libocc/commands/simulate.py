@@ -41,7 +41,7 @@ def pose_from_file(path: str) -> Any:
     return pose
 
 
-@click.command()
+@click.command(short_help="Render what a camera sees of a scene's lamps.")
 @click.argument("scene")
 @click.option("--position", type=float, nargs=3, metavar="X Y Z", help="Of the camera [m].")
 @click.option("--heading-deg", type=float, default=0, help="Azimuth of the image's right.")
@@ -68,11 +68,14 @@ def command(
     as_json: bool,
     overlay: str | None,
 ) -> None:
-    """Renders what the camera of SCENE sees of its lamps, and writes the truth beside it.
+    """\b
+    $ libocc simulate irregular_six --position 1.7 2.1 0.5 --seed 1 --out room.png
+    room.png: 640 x 480, uint8; truth in room.json
+    lamps in view: 0 1 2 3 4 5
 
-    SCENE is a YAML file or the name of a scene that comes with libocc.
-
-    EXAMPLE
+    Renders what the camera of SCENE sees of its lamps, and writes the truth beside it. The camera
+    looks up unless told otherwise. SCENE is a YAML file or the name of a scene that comes with
+    libocc: coded_four, irregular_six, kookmin_four_lamps, kookmin_one_lamp, square_four.
     """
     if (position is None) == (pose is None):
         raise Failure("give either --position X Y Z or --pose FILE")
