@@ -40,8 +40,10 @@ struct SharpChords {
   std::vector<Chord> low, half, high;
 };
 
-/// Empty when the body has no sharp ends, or too few.
-std::optional<SharpChords> sharp_chords(const LineWindow& window, const LineBox& body, double peak);
+/// Empty when the body has no sharp ends, or too few. Clipping makes even a glow's ends look
+/// sharper than they are.
+std::optional<SharpChords> sharp_chords(const LineWindow& window, const LineBox& body, double peak,
+                                        bool clipped);
 
 /// Empty when the ends do not lie on an ellipse.
 std::optional<StripedShape> fit_disc(const SharpChords& chords);

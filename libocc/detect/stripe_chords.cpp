@@ -59,4 +59,11 @@ double median_softness(const std::vector<Chord>& chords) {
   return *middle;
 }
 
+int widest_gap(const std::vector<Chord>& chords) {
+  int gap = 0;
+  for (std::size_t i = 1; i < chords.size(); ++i)
+    gap = std::max(gap, chords[i].line - chords[i - 1].line - 1);
+  return gap;
+}
+
 }  // namespace occ::detecting

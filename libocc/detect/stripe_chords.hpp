@@ -24,4 +24,7 @@ std::vector<Chord> lit_chords(const LineWindow& window, const LineBox& part, dou
 /// Of a list that is not empty.
 double median_softness(const std::vector<Chord>& chords);
 
+/// Most lines between two successive chords.
+int widest_gap(const std::vector<Chord>& chords);
+
 }  // namespace occ::detecting

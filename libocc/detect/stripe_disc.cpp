@@ -111,15 +111,26 @@ RimEllipse first_guess(const std::vector<Chord>& chords) {
   return fit;
 }
 
+/// Whether the ellipse begins and ends where the lit lines do, but for a gap that may be there. (A
+/// rectangle's sides fit a long ellipse well.)
+bool spans(const RimEllipse& fit, const std::vector<Chord>& chords) {
+  const Eigen::Matrix2d m = fit.m() / fit.x[2];
+  const double half = std::sqrt((m.transpose() * m).inverse()(0, 0));
+  const double before = chords.front().line - (fit.x[0] - half);
+  const double behind = fit.x[0] + half - chords.back().line;
+  const double slack = 3 + 0.03 * half;
+  const double most = widest_gap(chords) + slack;
+  return before > -slack && before < most && behind > -slack && behind < most;
+}
+
 }  // namespace
 
 std::optional<StripedShape> fit_disc(const SharpChords& chords) {
   const std::vector<Eigen::Vector2d> ends = ends_of(chords.half);
   const RimEllipse fit = fit_rim(ends, first_guess(chords.half));
   const double radius = fit.x[2];
-  const double line0 = chords.half.front().line, line1 = chords.half.back().line;
-  if (!(radius > 2) || !(fit.rms < 0.3 + 0.015 * radius) ||
-      std::abs(2 * fit.x[0] - line0 - line1) > 2 * (line1 - line0))
+  if (!(radius > 2) || !(fit.m().determinant() > 0.1) || !(fit.rms < 0.3 + 0.015 * radius) ||
+      !spans(fit, chords.half))
     return std::nullopt;
 
   StripedShape disc;

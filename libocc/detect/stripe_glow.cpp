@@ -146,11 +146,15 @@ std::optional<StripedShape> fit_glow(const LineWindow& window, const GlowOptions
     if (!fit || (fit->centre - disc.centre).norm() > disc.radius) return std::nullopt;
     disc.centre = fit->centre;
   }
+  const double range = std::max(0.7, fit->above_floor);
+  // An outline far beyond the pixels that were used is no outline.
+  const double least = fit->curvature.selfadjointView<Eigen::Lower>().eigenvalues()[0];
+  if (!(std::sqrt(2 * range / least) < 3 * disc.radius)) return std::nullopt;
   StripedShape glow;
   glow.centre = fit->centre;
   glow.covariance = fit->covariance;
-  glow.log_range = std::max(0.7, fit->above_floor);
-  glow.shape = Eigen::Matrix2d(fit->curvature / (2 * glow.log_range)).llt().matrixU();
+  glow.log_range = range;
+  glow.shape = Eigen::Matrix2d(fit->curvature / (2 * range)).llt().matrixU();
   // The brighter half of the glow (by its log) has a centre of its own when the glow is lopsided.
   if (const auto inner =
           fit_quadratic(log, disc, *options.blink, log_floor + 0.5 * fit->above_floor))

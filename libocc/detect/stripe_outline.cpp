@@ -26,12 +26,13 @@ struct Area {
 
 }  // namespace
 
-std::optional<SharpChords> sharp_chords(const LineWindow& window, const LineBox& body,
-                                        double peak) {
+std::optional<SharpChords> sharp_chords(const LineWindow& window, const LineBox& body, double peak,
+                                        bool clipped) {
   const LineBox part = body.grown(3, 3 + body.length() / 8).cut_to(window.box);
   SharpChords chords;
   chords.half = lit_chords(window, part, peak, 0.5);
-  if (chords.half.size() < 5 || median_softness(chords.half) > 0.35) return std::nullopt;
+  if (chords.half.size() < 5 || median_softness(chords.half) > (clipped ? 0.1 : 0.25))
+    return std::nullopt;
   chords.low = lit_chords(window, part, peak, 0.35);
   chords.high = lit_chords(window, part, peak, 0.65);
   return chords;
@@ -39,13 +40,12 @@ std::optional<SharpChords> sharp_chords(const LineWindow& window, const LineBox&
 
 StripedShape fit_outline(const std::vector<Chord>& chords) {
   Area area;
-  int gap = 0;
+  const int gap = widest_gap(chords);
   for (std::size_t i = 0; i < chords.size(); ++i) {
     const Chord& a = chords[i];
     area.add(a.line, a.pos0, a.pos1);
     if (i + 1 == chords.size()) break;
     const Chord& b = chords[i + 1];
-    gap = std::max(gap, b.line - a.line - 1);
     for (int line = a.line + 1; line < b.line; ++line) {
       const double t = static_cast<double>(line - a.line) / (b.line - a.line);
       area.add(line, a.pos0 + t * (b.pos0 - a.pos0), a.pos1 + t * (b.pos1 - a.pos1));

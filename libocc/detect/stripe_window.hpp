@@ -18,6 +18,7 @@ struct LineBox {
 
   int lines() const { return line1 - line0 + 1; }
   int length() const { return pos1 - pos0 + 1; }
+  double area() const { return static_cast<double>(lines()) * length(); }
   LineBox& operator+=(const LineBox& other);
   /// Grown by a number of lines and pixels on every side.
   LineBox grown(int by_lines, int by_pos) const;
@@ -57,15 +58,5 @@ int modest_stride(const LineBox& box);
 
 /// What 2 % of the lit pixels of a window exceed: bright, but no single hot pixel.
 double robust_peak(const LineWindow& window, double lit);
-
-/// Whether two boxes lie one behind the other, as stripes of one lamp do: the middle of the shorter
-/// within the longer, and a gap of at most half the longer (a lamp shows two periods or more, and
-/// its dark phase is a part of one).
-bool stacked(const LineBox& a, const LineBox& b);
-
-/// Boxes of the bright bodies in a window: pixels above `level`, connected to stripes, stripes put
-/// together over gaps that fit one lamp. Two lamps one behind the other are told apart by a gap
-/// that breaks the rhythm or by a waist.
-std::vector<LineBox> find_bodies(const LineWindow& window, double level);
 
 }  // namespace occ::detecting

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "libocc/core/abi.hpp"
 #include "libocc/detect/stripe_centre.hpp"
@@ -18,11 +19,18 @@ struct LampLimits {
   double max_cycles_per_line = 0.5;  ///< highest frequency looked for
 };
 
-/// Where to look for a lamp, and how to read there.
-struct BodyPlace {
+/// How to read around some lamps.
+struct Surroundings {
   const LinearImage& image;
   bool columns;
   double background_dn;
+  const std::vector<StripedShape>& found;  ///< lamps that are known already: read as dark
+
+  LineWindow window(const LineBox& box, int stride) const;
+};
+
+/// Where to look for a lamp.
+struct BodyPlace {
   LineBox body;
   LineBox territory;  ///< may hold the body's glow, and no other body
 };
@@ -43,7 +51,7 @@ Blink coarse_blink(const LineWindow& window, double peak, const BodyPlace& place
 /// Empty for a body without stripes: fewer than two periods in view, no significant line, a line
 /// too weak, or one that differs from side to side. A disc with dark gaps is a lamp even when its
 /// frequency cannot be read; cycles_per_line is 0 then.
-std::optional<StripedLamp> measure_striped_lamp(const BodyPlace& place, const Blink& coarse,
-                                                const LampLimits& limits);
+std::optional<StripedLamp> measure_striped_lamp(const Surroundings& around, const BodyPlace& place,
+                                                const Blink& coarse, const LampLimits& limits);
 
 }  // namespace occ::detecting

@@ -7,8 +7,9 @@
 #include <numeric>
 #include <utility>
 
-#include "libocc/detect/ellipse_fit.hpp"
+#include "libocc/detect/stripe_bodies.hpp"
 #include "libocc/detect/stripe_window.hpp"
+#include "libocc/detect/striped_blob.hpp"
 #include "libocc/detect/striped_lamp.hpp"
 
 namespace occ::detecting {
@@ -22,8 +23,8 @@ using Members = std::vector<std::size_t>;  ///< indices of components
 
 struct Found {
   std::vector<Blob> blobs;
-  std::vector<LineBox> bodies;  ///< of the blobs
-  std::vector<bool> taken;      ///< of the components
+  std::vector<StripedShape> shapes;  ///< of the blobs
+  std::vector<bool> taken;           ///< of the components
   double evidence = 0;
 };
 
@@ -139,18 +140,17 @@ class Reader {
       if (box.lines() < 8 || box.length() < 4) return;
       double background_dn = 0;
       const LampLimits limits = this->limits(members, background_dn);
-      const LineBox around = box.grown(8 + box.lines() / 4, 8).cut_to(line_box(image_, columns_));
-      const LineWindow window(image_, around, columns_, background_dn, modest_stride(around));
+      const LineBox wide = box.grown(8 + box.lines() / 4, 8).cut_to(line_box(image_, columns_));
+      const Surroundings around{image_, columns_, background_dn, found_.shapes};
+      const LineWindow window = around.window(wide, modest_stride(wide));
       const double peak = robust_peak(window, limits.lit);
       if (!(peak > 3 * limits.lit)) return;
       const std::vector<LineBox> bodies = find_bodies(window, 0.35 * peak);
       for (const LineBox& body : bodies) {
-        const auto meets = [&](const LineBox& lamp) { return body.meets(lamp); };
-        if (body.lines() < 6 || body.length() < 4 ||
-            std::any_of(found_.bodies.begin(), found_.bodies.end(), meets))
-          continue;
-        read_body(window, {image_, columns_, background_dn, body, territory(around, body, bodies)},
-                  peak, limits);
+        if (body.lines() < 6 || body.length() < 4) continue;
+        const BodyPlace place{body, territory(wide, body, bodies)};
+        const Blink coarse = coarse_blink(window, peak, place, limits);
+        if (const auto lamp = measure_striped_lamp(around, place, coarse, limits)) add(*lamp, body);
       }
       const auto done = [&](std::size_t i) {
         return std::any_of(bodies.begin(), bodies.end(),
@@ -183,14 +183,10 @@ class Reader {
     return box;
   }
 
-  void read_body(const LineWindow& window, const BodyPlace& place, double peak,
-                 const LampLimits& limits) {
-    const Blink coarse = coarse_blink(window, peak, place, limits);
-    const auto lamp = measure_striped_lamp(place, coarse, limits);
-    if (!lamp) return;
-    found_.blobs.push_back(blob_of(*lamp, take_parts(*lamp, place.body)));
-    found_.bodies.push_back(place.body);
-    found_.evidence += lamp->evidence;
+  void add(const StripedLamp& lamp, const LineBox& body) {
+    found_.blobs.push_back(striped_blob(image_, options_, columns_, lamp, take_parts(lamp, body)));
+    found_.shapes.push_back(lamp.shape);
+    found_.evidence += lamp.evidence;
   }
 
   /// Takes the components of a lamp and of the halo around it; the sum of the lamp's own.
@@ -202,7 +198,9 @@ class Reader {
     for (std::size_t i = 0; i < boxes_.size(); ++i) {
       if (found_.taken[i]) continue;
       const LineBox& box = boxes_[i];
-      const bool part = box.meets(body);
+      const LineBox common = box.cut_to(body);
+      const double shared = common.meets(body) ? common.area() : 0;
+      const bool part = 2 * shared >= std::min(box.area(), body.area());
       if (part) sum += components_[i];
       const Eigen::Vector2d middle(0.5 * (box.line0 + box.line1), 0.5 * (box.pos0 + box.pos1));
       const bool near = around.holds(middle[0], middle[1]) ||
@@ -210,53 +208,6 @@ class Reader {
       found_.taken[i] = part || near;
     }
     return sum;
-  }
-
-  Eigen::Vector2d to_xy(const Eigen::Vector2d& v) const {
-    return columns_ ? v : Eigen::Vector2d(v[1], v[0]);
-  }
-  Eigen::Matrix2d to_xy(const Eigen::Matrix2d& m) const {
-    Eigen::Matrix2d out;
-    out << m(1, 1), m(1, 0), m(0, 1), m(0, 0);
-    return columns_ ? m : out;
-  }
-
-  Blob blob_of(const StripedLamp& lamp, const Component& sum) const {
-    Blob blob;
-    blob.striped = true;
-    blob.centroid_px = to_xy(lamp.shape.centre);
-    blob.covariance_px2 = to_xy(lamp.shape.covariance);
-    if (lamp.blink.cycles_per_line > 0) {
-      blob.frequency_hz = lamp.blink.cycles_per_line / options_.sensor->row_time_s;
-      blob.frequency_sigma_hz = lamp.blink.sigma / options_.sensor->row_time_s;
-    }
-    blob.peak_dn = sum.peak_dn;
-    blob.background_dn = sum.background_dn;
-    blob.noise_dn = sum.noise_dn;
-    blob.saturated = sum.saturated_px > 0;
-    set_outline(lamp.shape, blob);
-    blob.flux_dn = lamp.signal;
-    blob.area_px = static_cast<int>(std::lround(lamp.lit_px));
-    blob.flux_sigma_dn = sum.noise_dn * std::sqrt(lamp.lit_px);
-    if (options_.rims)
-      for (const StripeRimPoint& p : lamp.shape.rim)
-        blob.rim.push_back({to_xy(p.at), to_xy(p.normal), lamp.shape.rim_sigma_px});
-    return blob;
-  }
-
-  /// Ellipse, bounding box and whether the image's border cuts it.
-  void set_outline(const StripedShape& shape, Blob& blob) const {
-    const Eigen::Matrix2d spread =
-        to_xy(Eigen::Matrix2d((shape.shape.transpose() * shape.shape).inverse()));
-    blob.ellipse = Conic{blob.centroid_px, spread.inverse()}.ellipse();
-    const Eigen::Vector2d half(std::sqrt(spread(0, 0)), std::sqrt(spread(1, 1)));
-    const Eigen::Vector2d low = blob.centroid_px - half, high = blob.centroid_px + half;
-    const int right = image_.width() - 1, bottom = image_.height() - 1;
-    blob.cut_by_border = low.minCoeff() < 0 || high.x() > right || high.y() > bottom;
-    blob.x0 = std::clamp(static_cast<int>(std::floor(low.x())), 0, right);
-    blob.y0 = std::clamp(static_cast<int>(std::floor(low.y())), 0, bottom);
-    blob.x1 = std::clamp(static_cast<int>(std::ceil(high.x())), 0, right);
-    blob.y1 = std::clamp(static_cast<int>(std::ceil(high.y())), 0, bottom);
   }
 
   const LinearImage& image_;
