@@ -270,6 +270,8 @@ TEST(Stripes, BlobIsFilledIn) {
     EXPECT_NEAR(p.normal.norm(), 1, 1e-9);
     EXPECT_GT(p.sigma_px, 0);
   }
+  EXPECT_GT(blob.rim_covariance_px2(0, 0), 0);
+  EXPECT_LT(blob.rim_covariance_px2(1, 1), blob.covariance_px2(0, 0) + 1e-12);
   DetectOptions options;
   options.sensor = set.sensor;
   options.rims = false;

@@ -33,6 +33,7 @@ struct StripedShape {
   double log_range = 0;  ///< of a glow: log of its peak over the signal on the outline; else 0
   std::vector<StripeRimPoint> rim;  ///< of a disc
   double rim_sigma_px = 0;          ///< of each point, correlation between neighbours included
+  double rim_growth_variance_px2 = 0, rim_shift_variance_px2 = 0;  ///< common to all points
 };
 
 /// Chords at a low, a middle and a high fraction of the plateau.

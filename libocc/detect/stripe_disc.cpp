@@ -139,15 +139,18 @@ std::optional<StripedShape> fit_disc(const SharpChords& chords) {
   disc.shape = fit.m() / radius;
   const double inflation = (1 + fit.correlation) / (1 - fit.correlation);
   disc.rim_sigma_px = fit.rms * std::sqrt(inflation);
+  disc.rim_growth_variance_px2 = disc.rim_shift_variance_px2 = model_sigma_px * model_sigma_px;
+  // What the choice of the contour's level changes is a systematic part of the error: half of the
+  // shift; of the growth a tenth, as half of the plateau is the right level but for its unevenness.
+  if (chords.low.size() >= 5 && chords.high.size() >= 5) {
+    const Vector5 change =
+        fit_rim(ends_of(chords.high), fit).x - fit_rim(ends_of(chords.low), fit).x;
+    disc.rim_shift_variance_px2 += change.head<2>().squaredNorm() / 4;
+    disc.rim_growth_variance_px2 += change[2] * change[2] / 100;
+  }
   disc.covariance = disc.rim_sigma_px * disc.rim_sigma_px *
                         Matrix5(fit.information.inverse()).topLeftCorner<2, 2>() +
-                    model_sigma_px * model_sigma_px * Eigen::Matrix2d::Identity();
-  // What the choice of the contour's level moves is a systematic part of the error.
-  if (chords.low.size() >= 5 && chords.high.size() >= 5) {
-    const Eigen::Vector2d moved = fit_rim(ends_of(chords.high), fit).x.head<2>() -
-                                  fit_rim(ends_of(chords.low), fit).x.head<2>();
-    disc.covariance += moved.squaredNorm() / 4 * Eigen::Matrix2d::Identity();
-  }
+                    disc.rim_shift_variance_px2 * Eigen::Matrix2d::Identity();
   for (const Eigen::Vector2d& end : ends) {
     Eigen::Vector2d normal;
     const double r = ellipse_residual(fit, end, nullptr, &normal);

@@ -54,9 +54,12 @@ Blob striped_blob(const LinearImage& image, const DetectOptions& options, bool c
   blob.flux_sigma_dn = image.slope(sum.background_dn) * sum.noise_dn * std::sqrt(lamp.lit_px);
   const Eigen::Matrix2d metric = lamp.shape.shape.transpose() * lamp.shape.shape;
   set_outline(image, to_xy(Eigen::Matrix2d(metric.inverse()), columns), blob);
-  if (options.rims)
-    for (const StripeRimPoint& p : lamp.shape.rim)
-      blob.rim.push_back({to_xy(p.at, columns), to_xy(p.normal, columns), lamp.shape.rim_sigma_px});
+  if (!options.rims || lamp.shape.rim.empty()) return blob;
+  for (const StripeRimPoint& p : lamp.shape.rim)
+    blob.rim.push_back({to_xy(p.at, columns), to_xy(p.normal, columns), lamp.shape.rim_sigma_px});
+  const double shift = lamp.shape.rim_shift_variance_px2;
+  blob.rim_covariance_px2 =
+      Eigen::Vector3d(lamp.shape.rim_growth_variance_px2, shift, shift).asDiagonal();
   return blob;
 }
 
