@@ -8,7 +8,6 @@
 namespace occ {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using test::upright;
 using test::View;
