@@ -82,5 +82,3 @@ void BM_OpenCvWithNamesGiven(benchmark::State& state) {
 BENCHMARK(BM_OpenCvWithNamesGiven)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
-
-BENCHMARK_MAIN();
