@@ -8,14 +8,9 @@
 namespace occ {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using test::upright;
 using test::View;
-
-Rigid3 upright(const Vector3d& position, double yaw_rad, double tilt_rad = 0) {
-  const Matrix3d rotation = so3_exp(Vector3d(tilt_rad, 0, 0)) * so3_exp(Vector3d(0, 0, yaw_rad));
-  return {rotation, -(rotation * position)};
-}
 
 TEST(IdentifyData, SameInputSameAnswer) {
   const Scene scene = test::square_room();

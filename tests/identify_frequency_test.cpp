@@ -6,6 +6,7 @@ namespace occ {
 namespace {
 
 using Eigen::Vector2d;
+using test::expect_unique_and_right;
 using test::View;
 
 Scene coded(Scene scene) {
@@ -29,12 +30,6 @@ bool names_hold(const Hypothesis& h, const View& view) {
                          return view.lamp[static_cast<std::size_t>(m.blob)] == m.lamp;
                        }) == 3 &&
          test::pose_is_near(h.cam_from_world, view.cam_from_world, 0.3, 0.2);
-}
-
-void expect_unique_and_right(const Result<Identification>& found, const View& view) {
-  ASSERT_EQ(found.status, Status::ok) << found.message;
-  EXPECT_TRUE(test::names_are_right(found->hypotheses.front(), view));
-  EXPECT_TRUE(test::pose_is_near(found->hypotheses.front().cam_from_world, view.cam_from_world));
 }
 
 TEST(IdentifyFrequency, CodesTellASquareInOneTry) {
@@ -123,6 +118,20 @@ TEST(IdentifyFrequency, AFalseLightDoesNotOverruleThreeNames) {
   }
   EXPECT_GE(held, 195);  // three lamps on the danger cylinder give but a rough position
   EXPECT_GT(unique, 5);
+}
+
+// Once three codes are read, a light without one may be a lamp that has none, but no coded lamp.
+TEST(IdentifyFrequency, ALightWithoutACodeIsNoCodedLamp) {
+  Scene scene = coded(test::irregular_room());
+  Random random(8);
+  View view = test::random_view(scene, random, 6);
+  read_codes(view, scene);
+  view.blobs[5].frequency_hz.reset();
+  const Result<Identification> found = identify(view.blobs, scene);
+  ASSERT_EQ(found.status, Status::ok) << found.message;
+  EXPECT_EQ(found->hypotheses[0].matches.size(), 5u);
+  scene.lamps[static_cast<std::size_t>(view.lamp[5])].frequency_hz.reset();
+  expect_unique_and_right(identify(view.blobs, scene), view);
 }
 
 TEST(IdentifyFrequency, LampsThatShareACodeAreToldByGeometry) {

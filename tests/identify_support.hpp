@@ -115,4 +115,22 @@ inline View random_view(const Scene& scene, Random& random, int least, double si
   }
 }
 
+/// One answer, with the right names and pose.
+inline void expect_unique_and_right(const Result<Identification>& found, const View& view) {
+  ASSERT_EQ(found.status, Status::ok) << found.message;
+  ASSERT_EQ(found->hypotheses.size(), 1u);
+  const Hypothesis& h = found->hypotheses.front();
+  EXPECT_TRUE(names_are_right(h, view));
+  EXPECT_TRUE(pose_is_near(h.cam_from_world, view.cam_from_world));
+  EXPECT_TRUE(std::is_sorted(h.matches.begin(), h.matches.end(),
+                             [](const Match& a, const Match& b) { return a.lamp < b.lamp; }));
+}
+
+/// Turned by yaw about the vertical, then tilted about the image's x axis.
+inline Rigid3 upright(const Eigen::Vector3d& position, double yaw_rad, double tilt_rad = 0) {
+  const Eigen::Matrix3d rotation =
+      so3_exp(Eigen::Vector3d(tilt_rad, 0, 0)) * so3_exp(Eigen::Vector3d(0, 0, yaw_rad));
+  return {rotation, -(rotation * position)};
+}
+
 }  // namespace occ::test

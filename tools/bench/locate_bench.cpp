@@ -82,3 +82,5 @@ void BM_OpenCvWithNamesGiven(benchmark::State& state) {
 BENCHMARK(BM_OpenCvWithNamesGiven)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
+
+BENCHMARK_MAIN();

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+// Naming lamps, one thread, blobs made from the truth. Beside it what it is built on: P3P, with
+// OpenGV's and OpenCV's solvers as peers (neither checks its answers, ours does).
+#include "libocc/core/abi.hpp"
+//
+#include <benchmark/benchmark.h>
+
+#include <array>
+#include <opencv2/calib3d.hpp>
+#include <opengv/absolute_pose/CentralAbsoluteAdapter.hpp>
+#include <opengv/absolute_pose/methods.hpp>
+#include <string>
+#include <vector>
+
+#include "libocc/core/random.hpp"
+#include "libocc/geometry/so3.hpp"
+#include "libocc/identify/identify.hpp"
+#include "libocc/pose/p3p.hpp"
+
+namespace {
+
+using namespace occ;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+struct View {
+  Scene scene;
+  std::vector<Blob> blobs;
+};
+
+Lamp disc(int id, double x_m, double y_m, double z_m) {
+  Lamp lamp;
+  lamp.id = id;
+  lamp.centre_m = {x_m, y_m, z_m};
+  lamp.radius_m = 0.085;
+  return lamp;
+}
+
+Blob spot(const Vector2d& px, double flux_dn) {
+  Blob blob;
+  blob.centroid_px = px;
+  blob.covariance_px2 = 0.0025 * Eigen::Matrix2d::Identity();
+  blob.flux_dn = flux_dn;
+  return blob;
+}
+
+/// `lamps` lamps of which the first `seen` are in the image, and `false_lights` more blobs.
+View make_view(int lamps, int seen, int false_lights) {
+  const std::array<Vector3d, 8> places{{{1.3, 1.4, 3},
+                                        {2.6, 1.3, 3},
+                                        {1.4, 2.6, 3},
+                                        {2.6, 2.5, 3},
+                                        {2.05, 1.85, 3},
+                                        {1.6, 2.1, 2.6},
+                                        {0.4, 3.7, 3},
+                                        {3.8, 0.3, 3}}};
+  View view;
+  view.scene.camera = Camera::pinhole(640, 480, 422.5, 422.5, 319.5, 239.5);
+  const Rigid3 pose = look_at({2.0, 1.9, 0.3}, {2.1, 1.95, 3}, Vector3d::UnitY());
+  Random random(1);
+  for (int i = 0; i < lamps; ++i) {
+    const Vector3d& at = places[static_cast<std::size_t>(i)];
+    view.scene.lamps.push_back(disc(i, at.x(), at.y(), at.z()));
+    const Vector2d noise(random.normal(), random.normal());
+    if (i < seen)
+      view.blobs.push_back(spot(*view.scene.camera.project(pose * at) + 0.05 * noise, 1e4));
+  }
+  for (int i = 0; i < false_lights; ++i)
+    view.blobs.push_back(spot({random.uniform(20, 620), random.uniform(20, 460)}, 4e3));
+  return view;
+}
+
+void run(benchmark::State& state, const View& view, const IdentifyOptions& options,
+         std::size_t matches) {
+  int tried = 0;
+  for (auto _ : state) {
+    const Result<Identification> found = identify(view.blobs, view.scene, options);
+    if (!found.ok() || found->hypotheses[0].matches.size() != matches)
+      state.SkipWithError(found.message.c_str());
+    tried = found->tried;
+    benchmark::DoNotOptimize(found);
+  }
+  state.counters["tried"] = tried;
+}
+
+/// Arguments: lamps of the map, lamps seen, false lights.
+void BM_IdentifyWithoutCodes(benchmark::State& state) {
+  const int seen = static_cast<int>(state.range(1));
+  const View view =
+      make_view(static_cast<int>(state.range(0)), seen, static_cast<int>(state.range(2)));
+  run(state, view, {}, static_cast<std::size_t>(seen));
+}
+BENCHMARK(BM_IdentifyWithoutCodes)
+    ->Args({4, 4, 0})
+    ->Args({6, 6, 0})
+    ->Args({6, 5, 0})
+    ->Args({6, 6, 1})
+    ->Args({6, 6, 2})
+    ->Args({8, 6, 0})
+    ->Args({8, 6, 2})
+    ->Unit(benchmark::kMicrosecond);
+
+void BM_IdentifyByCodes(benchmark::State& state) {
+  View view = make_view(6, 6, 2);
+  for (std::size_t i = 0; i < 6; ++i) {
+    view.scene.lamps[i].frequency_hz = 1000 + 500 * static_cast<double>(i);
+    view.blobs[i].frequency_hz = view.scene.lamps[i].frequency_hz;
+    view.blobs[i].frequency_sigma_hz = 10;
+  }
+  run(state, view, {}, 6);
+}
+BENCHMARK(BM_IdentifyByCodes)->Unit(benchmark::kMicrosecond);
+
+void BM_IdentifyWithPositionPrior(benchmark::State& state) {
+  IdentifyOptions options;
+  options.prior = Prior{};
+  options.prior->position_m = Vector3d(2.1, 1.8, 0.3);
+  options.prior->position_sigma_m = 0.3;
+  run(state, make_view(8, 6, 2), options, 6);
+}
+BENCHMARK(BM_IdentifyWithPositionPrior)->Unit(benchmark::kMicrosecond);
+
+struct ThreePoints {
+  Matrix3d bearings, points;
+};
+
+/// Random problems with all points in front of the camera.
+std::vector<ThreePoints> random_problems(int count) {
+  Random random(2);
+  std::vector<ThreePoints> problems;
+  while (static_cast<int>(problems.size()) < count) {
+    ThreePoints p;
+    for (int i = 0; i < 9; ++i) p.points(i % 3, i / 3) = random.normal();
+    const Matrix3d rotation =
+        so3_exp(3 * Vector3d(random.normal(), random.normal(), random.normal()));
+    const Matrix3d in_cam =
+        (rotation * p.points).colwise() + Vector3d(random.normal(), random.normal(), 4);
+    p.bearings = in_cam.colwise().normalized();
+    if (in_cam.row(2).minCoeff() > 0.1) problems.push_back(p);
+  }
+  return problems;
+}
+
+void BM_P3p(benchmark::State& state) {
+  const std::vector<ThreePoints> problems = random_problems(1000);
+  std::size_t i = 0;
+  for (auto _ : state) {
+    const ThreePoints& p = problems[i++ % problems.size()];
+    benchmark::DoNotOptimize(p3p(p.bearings, p.points));
+  }
+}
+BENCHMARK(BM_P3p);
+
+/// As identification calls it: neither checked nor polished.
+void BM_P3pWithin(benchmark::State& state) {
+  const std::vector<ThreePoints> problems = random_problems(1000);
+  std::size_t i = 0;
+  std::array<Rigid3, 4> poses;
+  for (auto _ : state) {
+    const ThreePoints& p = problems[i++ % problems.size()];
+    benchmark::DoNotOptimize(p3p_within(p.bearings, p.points, 0.01, poses));
+  }
+}
+BENCHMARK(BM_P3pWithin);
+
+void BM_OpenGvKneip(benchmark::State& state) {
+  std::vector<opengv::bearingVectors_t> bearings;
+  std::vector<opengv::points_t> points;
+  for (const ThreePoints& p : random_problems(1000)) {
+    bearings.emplace_back();
+    points.emplace_back();
+    for (int k = 0; k < 3; ++k) {
+      bearings.back().push_back(p.bearings.col(k));
+      points.back().push_back(p.points.col(k));
+    }
+  }
+  std::size_t i = 0;
+  for (auto _ : state) {
+    const std::size_t k = i++ % points.size();
+    const opengv::absolute_pose::CentralAbsoluteAdapter adapter(bearings[k], points[k]);
+    benchmark::DoNotOptimize(opengv::absolute_pose::p3p_kneip(adapter));
+  }
+}
+BENCHMARK(BM_OpenGvKneip);
+
+void BM_OpenCvP3p(benchmark::State& state, int method) {
+  std::vector<std::vector<cv::Point3d>> points;
+  std::vector<std::vector<cv::Point2d>> pixels;
+  for (const ThreePoints& p : random_problems(1000)) {
+    points.emplace_back();
+    pixels.emplace_back();
+    for (int k = 0; k < 3; ++k) {
+      points.back().emplace_back(p.points(0, k), p.points(1, k), p.points(2, k));
+      pixels.back().emplace_back(p.bearings(0, k) / p.bearings(2, k),
+                                 p.bearings(1, k) / p.bearings(2, k));
+    }
+  }
+  const cv::Mat identity = cv::Mat::eye(3, 3, CV_64F);
+  std::size_t i = 0;
+  for (auto _ : state) {
+    const std::size_t k = i++ % points.size();
+    std::vector<cv::Mat> rotations, translations;
+    cv::solveP3P(points[k], pixels[k], identity, cv::noArray(), rotations, translations, method);
+    benchmark::DoNotOptimize(rotations);
+  }
+}
+BENCHMARK_CAPTURE(BM_OpenCvP3p, p3p, cv::SOLVEPNP_P3P);
+BENCHMARK_CAPTURE(BM_OpenCvP3p, ap3p, cv::SOLVEPNP_AP3P);
+
+}  // namespace
+
+BENCHMARK_MAIN();
