@@ -144,8 +144,8 @@ struct Between {
   double weight;  ///< of high
 };
 
-Between between(double pixel, int mesh_px, int count) {
-  const double cell = std::clamp((pixel + 0.5) / mesh_px - 0.5, 0.0, count - 1.0);
+Between between(double pixel, double meshes_per_px, int count) {
+  const double cell = std::clamp((pixel + 0.5) * meshes_per_px - 0.5, 0.0, count - 1.0);
   const int low = static_cast<int>(cell);
   return {low, std::min(low + 1, count - 1), cell - low};
 }
@@ -153,19 +153,23 @@ Between between(double pixel, int mesh_px, int count) {
 }  // namespace
 
 void Background::row(double y, double x, double step, std::vector<Local>& out) const {
-  const Between v = between(y, mesh_px_, rows_);
+  const double meshes_per_px = 1.0 / mesh_px_;
+  const Between v = between(y, meshes_per_px, rows_);
   const auto upper = static_cast<std::size_t>(v.low * columns_);
   const auto lower = static_cast<std::size_t>(v.high * columns_);
-  const auto column = [&](const std::vector<float>& mesh, int c) {
-    const auto i = static_cast<std::size_t>(c);
-    return (1 - v.weight) * mesh[upper + i] + v.weight * mesh[lower + i];
-  };
-  for (Local& local : out) {
-    const Between u = between(x, mesh_px_, columns_);
+  std::vector<Local> line(static_cast<std::size_t>(columns_));  // of the meshes' centres
+  for (std::size_t c = 0; c < line.size(); ++c) {
     const auto blend = [&](const std::vector<float>& mesh) {
-      return (1 - u.weight) * column(mesh, u.low) + u.weight * column(mesh, u.high);
+      return (1 - v.weight) * mesh[upper + c] + v.weight * mesh[lower + c];
     };
-    local = {blend(level_), blend(noise_)};
+    line[c] = {blend(level_), blend(noise_)};
+  }
+  for (Local& local : out) {
+    const Between u = between(x, meshes_per_px, columns_);
+    const Local& left = line[static_cast<std::size_t>(u.low)];
+    const Local& right = line[static_cast<std::size_t>(u.high)];
+    local = {(1 - u.weight) * left.level_dn + u.weight * right.level_dn,
+             (1 - u.weight) * left.noise_dn + u.weight * right.noise_dn};
     x += step;
   }
 }

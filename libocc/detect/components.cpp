@@ -39,10 +39,9 @@ class Pass {
         threshold_(local_.size()) {}
 
   std::vector<Component> run() {
-    for (int y = 0; y < pixels_.height(); ++y) {
-      if (y % band_rows == 0) set_levels(std::min(y + band_rows / 2, pixels_.height() - 1));
-      scan_row(y);
-      if (trees_.size() > retire_at_) retire();
+    for (int y = 0; y < pixels_.height(); y += band_rows) {
+      set_levels(std::min(y + band_rows / 2, pixels_.height() - 1));
+      scan_band(y, std::min(y + band_rows, pixels_.height()));
     }
     current_.clear();
     retire();
@@ -63,6 +62,24 @@ class Pass {
       threshold_[w] = static_cast<int>(limit);
       lowest_ = std::min(lowest_, threshold_[w]);
     }
+  }
+
+  void scan_band(int y, int end) {
+    for (; y < end; ++y) {
+      if (current_.empty()) y = first_bright_row(y, end);
+      if (y == end) return;
+      scan_row(y);
+      if (trees_.size() > retire_at_) retire();
+    }
+  }
+
+  /// First row that may hold a bright pixel; rows without a gap between them are passed as one.
+  int first_bright_row(int y, int end) const {
+    const int values = pixels_.width() * P::channels;
+    if (lowest_ < 0 || pixels_.row(y) + values != pixels_.row(y + 1)) return y;
+    const int hit =
+        first_block_above(pixels_.row(y), 0, (end - y) * values, channel_limit<P>(lowest_));
+    return y + hit / values;
   }
 
   /// Passes over what is dark and reads the bits of the words that are not.

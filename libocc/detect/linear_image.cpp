@@ -9,15 +9,21 @@
 namespace occ::detecting {
 namespace {
 
+struct Box {
+  int x0, y0, width, height;
+};
+
 /// Weighted mean of the colour channels after `to_linear` of each.
 template <typename P, typename F>
-void read(const P& pixels, int y, int x0, int count, F&& to_linear, float* out) {
-  const typename P::Value* p = pixels.row(y) + static_cast<std::ptrdiff_t>(x0) * P::channels;
-  for (int i = 0; i < count; ++i, p += P::channels) {
-    if constexpr (P::channels == 1) {
-      out[i] = to_linear(p[0]);
-    } else {
-      out[i] = 0.25f * (to_linear(p[0]) + 2 * to_linear(p[1]) + to_linear(p[2]));
+void read_box(const P& pixels, const Box& box, F&& to_linear, float* out) {
+  for (int y = box.y0; y < box.y0 + box.height; ++y, out += box.width) {
+    const typename P::Value* p = pixels.row(y) + static_cast<std::ptrdiff_t>(box.x0) * P::channels;
+    for (int i = 0; i < box.width; ++i, p += P::channels) {
+      if constexpr (P::channels == 1) {
+        out[i] = to_linear(p[0]);
+      } else {
+        out[i] = 0.25f * (to_linear(p[0]) + 2 * to_linear(p[1]) + to_linear(p[2]));
+      }
     }
   }
 }
@@ -48,19 +54,19 @@ LinearImage::LinearImage(const ImageView& view, const Sensor* sensor)
     table_[static_cast<std::size_t>(i)] = static_cast<float>(sensor->linear_dn(i));
 }
 
-void LinearImage::read_row(int y, int x0, int count, float* out) const {
+void LinearImage::read(int x0, int y0, int width, int height, float* out) const {
+  const Box box{x0, y0, width, height};
   visit_pixels(view_, [&](const auto& pixels) {
     if (!table_.empty()) {
-      read(
-          pixels, y, x0, count, [&](int v) { return table_[static_cast<std::size_t>(v)]; }, out);
+      const auto by_table = [&](int v) { return table_[static_cast<std::size_t>(v)]; };
+      read_box(pixels, box, by_table, out);
     } else if (sensor_) {
-      read(
-          pixels, y, x0, count, [&](int v) { return static_cast<float>(sensor_->linear_dn(v)); },
-          out);
+      const auto exactly = [&](int v) { return static_cast<float>(sensor_->linear_dn(v)); };
+      read_box(pixels, box, exactly, out);
     } else {
       const float offset = static_cast<float>(offset_dn_);
-      read(
-          pixels, y, x0, count, [&](int v) { return static_cast<float>(v) - offset; }, out);
+      read_box(
+          pixels, box, [&](int v) { return static_cast<float>(v) - offset; }, out);
     }
   });
 }

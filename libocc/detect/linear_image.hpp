@@ -20,8 +20,8 @@ class LinearImage {
   int height() const { return view_.height; }
 
   /// Writes the linear grey level [DN, black level removed when there is a sensor] of pixels
-  /// [x0, x0 + count) of row y.
-  void read_row(int y, int x0, int count, float* out) const;
+  /// [x0, x0 + width) of rows [y0, y0 + height), row after row.
+  void read(int x0, int y0, int width, int height, float* out) const;
 
   /// Linear signal of a stored grey level.
   double linear_dn(double stored_dn) const;

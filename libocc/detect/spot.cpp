@@ -10,11 +10,10 @@ namespace {
 
 constexpr double reach = 3;  // of the window, in sigmas of the spot along x or y
 constexpr int moment_steps = 6;
-constexpr double settled_px = 0.003;  // the shift steps that follow are linear over so little
+constexpr double settled_px = 0.003;
 constexpr int shift_steps = 2;
+constexpr double linear_px = 0.03;           // over so little one shift step is all that it takes
 constexpr double least_variance_px2 = 0.11;  // a point under the pixel's box and a hint of blur
-
-double square(double v) { return v * v; }
 
 bool positive(const Eigen::Matrix2d& m) { return m(0, 0) > 0 && m.determinant() > 0; }
 
@@ -37,26 +36,86 @@ Window window_of(const Patch& patch, const Spot& spot) {
           high(spot.centre_px.y() + ry, patch.y0() + patch.height() - 1)};
 }
 
-/// Calls f(signal, gaussian, dx, dy) for every pixel of the window; the Gaussian is 1 at the
-/// centre. Along a row it follows from its neighbour by two multiplications.
-template <typename F>
-void for_each(const Patch& patch, const Spot& spot, F&& f) {
+/// Calls pixel(signal, gaussian, dx) for the window's pixels that the Gaussian reaches, row by row,
+/// and row_end(dy) after each row; the Gaussian is 1 at the centre. Along a row it follows from its
+/// neighbour by two multiplications, from a start that is never so far out that it vanishes.
+template <typename Pixel, typename RowEnd>
+void for_each(const Patch& patch, const Spot& spot, Pixel&& pixel, RowEnd&& row_end) {
+  constexpr double row_reach = 4.5;  // sigmas along a row: beyond, the Gaussian is below 4e-5
   const Window window = window_of(patch, spot);
   const Eigen::Matrix2d inverse = spot.second_moments_px2.inverse();
-  const double a = inverse(0, 0), b = inverse(0, 1), c = inverse(1, 1);
+  const double a = inverse(0, 0), b = inverse(0, 1);
+  const double half_width = row_reach / std::sqrt(a);
   const double step_of_ratio = std::exp(-a);
   for (int y = window.y0; y <= window.y1; ++y) {
     const double dy = y - spot.centre_px.y();
-    double dx = window.x0 - spot.centre_px.x();
-    double gaussian = std::exp(-0.5 * (a * dx * dx + 2 * b * dx * dy + c * dy * dy));
-    double ratio = std::exp(-(a * (dx + 0.5) + b * dy));
-    const float* signal = patch.at(window.x0, y);
-    for (int x = window.x0; x <= window.x1; ++x, dx += 1) {
-      f(static_cast<double>(*signal++), gaussian, dx, dy);
+    const double middle = spot.centre_px.x() - b / a * dy;  // where the row's Gaussian is highest
+    const int x0 = std::max(window.x0, static_cast<int>(std::ceil(middle - half_width)));
+    const int x1 = std::min(window.x1, static_cast<int>(std::floor(middle + half_width)));
+    const double out = x0 - middle;
+    double gaussian = std::exp(-0.5 * (a * out * out + dy * dy / spot.second_moments_px2(1, 1)));
+    double ratio = std::exp(-a * (out + 0.5));
+    double dx = x0 - spot.centre_px.x();
+    const float* signal = patch.at(x0, y);
+    for (int x = x0; x <= x1; ++x, dx += 1) {
+      pixel(static_cast<double>(*signal++), gaussian, dx);
       gaussian *= ratio;
       ratio *= step_of_ratio;
     }
+    row_end(dy);
   }
+}
+
+/// Moments up to the second about the centre, added up row by row.
+struct RowMoments {
+  double row = 0, row_x = 0, row_xx = 0;
+  double sum = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+
+  void add(double value, double dx) {
+    row += value;
+    row_x += value * dx;
+    row_xx += value * dx * dx;
+  }
+
+  void end_row(double dy) {
+    sum += row;
+    x += row_x;
+    xx += row_xx;
+    y += row * dy;
+    xy += row_x * dy;
+    yy += row * dy * dy;
+    row = row_x = row_xx = 0;
+  }
+};
+
+/// A Gaussian's height over the background, and the noise of what it covers.
+struct Light {
+  double peak = 0;
+  Noise noise;
+};
+
+/// Shot noise that no sensor tells is read from the scatter about the model, to which the model's
+/// own misfit adds: it errs to the safe side.
+Light light_of(const Patch& patch, const Spot& spot) {
+  double g = 0, gg = 0, ggg = 0, gs = 0, ggs = 0, gss = 0;  // sums; s: signal
+  for_each(
+      patch, spot,
+      [&](double signal, double gaussian, double) {
+        const double g2 = gaussian * gaussian, seen = gaussian * signal;
+        g += gaussian;
+        gg += g2;
+        ggg += g2 * gaussian;
+        gs += seen;
+        ggs += gaussian * seen;
+        gss += signal * seen;
+      },
+      [](double) {});
+  Light light{gs / gg, patch.noise()};
+  if (light.noise.known) return light;
+  const double p = light.peak;
+  const double scatter = gss - 2 * p * ggs + p * p * ggg;  // sum of g (s - p g)^2
+  light.noise.per_dn = std::max(0.0, (scatter - g * light.noise.floor) / (p * gg));
+  return light;
 }
 
 /// One step of adaptive moments (Bernstein & Jarvis, AJ 123, 2002, section 3): seen through a
@@ -64,20 +123,14 @@ void for_each(const Patch& patch, const Spot& spot, F&& f) {
 /// P = (C^-1 + M^-1)^-1, and its mean is P C^-1 times its distance. Returns how far the centre
 /// moved.
 std::optional<double> moment_step(const Patch& patch, Spot& spot) {
-  double s = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
-  for_each(patch, spot, [&](double signal, double weight, double dx, double dy) {
-    const double v = signal * weight;
-    s += v;
-    sx += v * dx;
-    sy += v * dy;
-    sxx += v * dx * dx;
-    sxy += v * dx * dy;
-    syy += v * dy * dy;
-  });
-  if (!(s > 0)) return std::nullopt;
-  const Eigen::Vector2d mean(sx / s, sy / s);
+  RowMoments m;
+  for_each(
+      patch, spot, [&](double signal, double weight, double dx) { m.add(signal * weight, dx); },
+      [&](double dy) { m.end_row(dy); });
+  if (!(m.sum > 0)) return std::nullopt;
+  const Eigen::Vector2d mean(m.x / m.sum, m.y / m.sum);
   Eigen::Matrix2d seen;
-  seen << sxx / s, sxy / s, sxy / s, syy / s;
+  seen << m.xx / m.sum, m.xy / m.sum, m.xy / m.sum, m.yy / m.sum;
   seen -= mean * mean.transpose();
   if (!positive(seen)) return std::nullopt;
   const Eigen::Matrix2d& weight = spot.second_moments_px2;
@@ -93,47 +146,32 @@ std::optional<double> moment_step(const Patch& patch, Spot& spot) {
   return shift.norm();
 }
 
-/// The patch's noise; shot noise that no sensor tells is read from the scatter about the model, to
-/// which the model's own misfit adds: it errs to the safe side.
-Noise noise_of(const Patch& patch, const Spot& spot, double peak) {
-  Noise noise = patch.noise();
-  if (noise.known) return noise;
-  double scatter = 0, expected = 0, light = 0;
-  for_each(patch, spot, [&](double signal, double gaussian, double, double) {
-    scatter += gaussian * square(signal - peak * gaussian);
-    expected += gaussian * noise.floor;
-    light += gaussian * peak * gaussian;
-  });
-  noise.per_dn = std::max(0.0, (scatter - expected) / light);
-  return noise;
-}
-
-/// One weighted least-squares step of the shift, the model's flux fitted along; its inverse normal
-/// matrix is the covariance. Weights come from the model, so that noise does not steer them.
-bool shift_step(const Patch& patch, Spot& spot) {
-  double gi = 0, gg = 0;
-  for_each(patch, spot, [&](double signal, double gaussian, double, double) {
-    gi += gaussian * signal;
-    gg += gaussian * gaussian;
-  });
-  const double peak = gi / gg;
-  if (!(peak > 0)) return false;
-  const Noise noise = noise_of(patch, spot, peak);
-  Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
-  Eigen::Vector2d right = Eigen::Vector2d::Zero();
-  for_each(patch, spot, [&](double signal, double gaussian, double dx, double dy) {
-    const double model = peak * gaussian;
-    const Eigen::Vector2d d(dx, dy);
-    const double weight = model / noise.variance(model);
-    right += weight * (signal - model) * d;
-    normal += weight * model * d * d.transpose();
-  });
-  if (!positive(normal)) return false;
+/// One weighted least-squares step of the shift; its inverse normal matrix is the covariance.
+/// Weights come from the model, so that noise does not steer them.
+std::optional<double> shift_step(const Patch& patch, const Light& light, Spot& spot) {
+  RowMoments residual, curvature;
+  for_each(
+      patch, spot,
+      [&](double signal, double gaussian, double dx) {
+        const double model = light.peak * gaussian;
+        const double weight = model / light.noise.variance(model);
+        residual.add(weight * (signal - model), dx);
+        curvature.add(weight * model, dx);
+      },
+      [&](double dy) {
+        residual.end_row(dy);
+        curvature.end_row(dy);
+      });
+  const Eigen::Vector2d right(residual.x, residual.y);
+  Eigen::Matrix2d normal;
+  normal << curvature.xx, curvature.xy, curvature.xy, curvature.yy;
+  if (!positive(normal)) return std::nullopt;
   // d model / d centre = model M^-1 d; M cancels out of the step on one side.
   const Eigen::Matrix2d inverse = normal.inverse();
-  spot.centre_px += spot.second_moments_px2 * inverse * right;
+  const Eigen::Vector2d shift = spot.second_moments_px2 * inverse * right;
+  spot.centre_px += shift;
   spot.covariance_px2 = spot.second_moments_px2 * inverse * spot.second_moments_px2;
-  return true;
+  return shift.norm();
 }
 
 }  // namespace
@@ -143,7 +181,7 @@ std::optional<Spot> measure_spot(const Patch& patch, const Eigen::Vector2d& cent
   Spot spot;
   spot.centre_px = centre_px;
   spot.second_moments_px2 = second_moments_px2;
-  const double most_variance = square(Patch::margin_px);
+  const double most_variance = Patch::margin_px * Patch::margin_px;
   for (int i = 0; i < moment_steps; ++i) {
     const std::optional<double> moved = moment_step(patch, spot);
     const bool lost = !moved || (spot.centre_px - centre_px).squaredNorm() > most_variance ||
@@ -151,8 +189,13 @@ std::optional<Spot> measure_spot(const Patch& patch, const Eigen::Vector2d& cent
     if (lost) return std::nullopt;
     if (*moved < settled_px) break;
   }
-  for (int i = 0; i < shift_steps; ++i)
-    if (!shift_step(patch, spot)) return std::nullopt;
+  const Light light = light_of(patch, spot);
+  if (!(light.peak > 0)) return std::nullopt;
+  for (int i = 0; i < shift_steps; ++i) {
+    const std::optional<double> moved = shift_step(patch, light, spot);
+    if (!moved) return std::nullopt;
+    if (*moved < linear_px) break;
+  }
   return spot;
 }
 

@@ -52,13 +52,13 @@ LineWindow::LineWindow(const LinearImage& image, const LineBox& part, bool colum
   std::vector<float> row(columns ? lines : static_cast<std::size_t>(box.length()));
   if (columns) {
     for (std::size_t i = 0; i < length; ++i) {
-      image.read_row(pos(static_cast<int>(i)), box.line0, box.lines(), row.data());
+      image.read(box.line0, pos(static_cast<int>(i)), box.lines(), 1, row.data());
       for (std::size_t line = 0; line < lines; ++line)
         signal[line * length + i] = row[line] - background;
     }
   } else {
     for (std::size_t line = 0; line < lines; ++line) {
-      image.read_row(box.line0 + static_cast<int>(line), box.pos0, box.length(), row.data());
+      image.read(box.pos0, box.line0 + static_cast<int>(line), box.length(), 1, row.data());
       for (std::size_t i = 0; i < length; ++i)
         signal[line * length + i] = row[i * step] - background;
     }
