@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -168,6 +170,60 @@ TEST(Locate, LampsThatAreNotOnTheMapGiveNoPose) {
   Random random(7);
   const Result<Fix> fix = locate(simulate(seen, random_room_pose(random)).image.view(), map);
   EXPECT_NE(fix.status, Status::ok);
+}
+
+TEST(Locate, HalfTheLampsSwitchedOffAreNotMissed) {
+  const Scene map = irregular_room();
+  Scene lit = map;
+  lit.lamps = {map.lamps[1], map.lamps[3], map.lamps[4]};
+  Random random(8);
+  for (int trial = 0; trial < 10; ++trial) {
+    const Rigid3 truth = pose_with_lamps(random, lit, 3);
+    const Result<Fix> fix = locate(simulate(lit, truth).image.view(), map);
+    ASSERT_EQ(fix.status, Status::ok) << "trial " << trial << ": " << fix.message;
+    EXPECT_LT(position_error_m(*fix, truth), 3e-3) << "trial " << trial;
+  }
+}
+
+/// Right, or not said to be: no fix that claims to be the one is further off than it says.
+void expect_not_silently_wrong(const Result<Fix>& fix, const Rigid3& truth, int trial) {
+  if (!fix.ok()) return;
+  const double sigma_m = std::sqrt(fix->position_covariance_m2.trace());
+  EXPECT_LT(position_error_m(*fix, truth), std::max(5e-3, 5 * sigma_m))
+      << "trial " << trial << ", chi2 " << fix->candidates.front().chi2 << " of "
+      << fix->candidates.front().dof;
+}
+
+TEST(Locate, AHalfCoveredViewIsNeverSilentlyWrong) {
+  const Scene scene = irregular_room();
+  Random random(9);
+  int solved = 0;
+  for (int trial = 0; trial < 100; ++trial) {
+    const Rigid3 truth = random_room_pose(random);
+    Image image = simulate(scene, truth).image;
+    const auto edge = static_cast<std::ptrdiff_t>(random.uniform(200, 440));
+    for (int y = 0; y < image.height; ++y) {
+      const auto row = image.u8.begin() + static_cast<std::ptrdiff_t>(y) * image.width;
+      std::fill(row, row + edge, image.u8.front());
+    }
+    const Result<Fix> fix = locate(image.view(), scene);
+    expect_not_silently_wrong(fix, truth, trial);
+    solved += fix.ok();
+  }
+  EXPECT_GT(solved, 30);
+}
+
+TEST(Locate, AMapOfAnotherRoomIsNeverSilentlyWrong) {
+  const Scene map = irregular_room();
+  Random random(10);
+  for (int trial = 0; trial < 100; ++trial) {
+    Scene seen = map;
+    for (Lamp& lamp : seen.lamps)
+      lamp.centre_m += Eigen::Vector3d(0.4 * random.normal(), 0.4 * random.normal(), 0);
+    const Result<Fix> fix = locate(simulate(seen, random_room_pose(random)).image.view(), map);
+    EXPECT_NE(fix.status, Status::ok) << "trial " << trial;
+    EXPECT_FALSE(fix.message.empty()) << "trial " << trial;
+  }
 }
 
 TEST(Locate, RefusesAnImageOfAnotherSizeThanTheCameras) {

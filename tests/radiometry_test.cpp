@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -172,6 +173,9 @@ struct ResponseCase {
   double black;
   int bit_depth;
 };
+
+/// Without it a failure would show the bytes, addresses among them.
+void PrintTo(const ResponseCase& response, std::ostream* out) { *out << response.name; }
 
 class EveryResponse : public ::testing::TestWithParam<ResponseCase> {
  protected:

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "libocc/detect/pixels.hpp"
@@ -103,6 +104,17 @@ void sample(const P& pixels, int mesh_px, int columns, int rows, Samples& out) {
   }
 }
 
+/// Step between the grey levels that occur in an image of 16 bits: more than 1 where pixels of
+/// fewer bits were shifted up (12 bits: 16), or of 8 bits stretched (257).
+double quantisation_step(const Samples& lanes) {
+  constexpr int most = 256, stretched = 257;
+  int common = 0;
+  for (const std::vector<float>& lane : lanes)
+    for (const float level : lane) common = std::gcd(common, static_cast<int>(level - lanes[0][0]));
+  if (common == 0) return 1;
+  return common % stretched == 0 ? stretched : std::gcd(common, most);
+}
+
 }  // namespace
 
 Background::Background(const ImageView& image, const Sensor* sensor)
@@ -116,6 +128,7 @@ Background::Background(const ImageView& image, const Sensor* sensor)
   for (auto& lanes : sorted) lanes.resize(meshes);
   visit_pixels(image,
                [&](const auto& pixels) { sample(pixels, mesh_px_, columns_, rows_, sorted); });
+  const double step = image.type == PixelType::u16 ? quantisation_step(sorted) : 1;
   sort_lanes(sorted, meshes);
   for (std::size_t i = 0; i < meshes; ++i) {
     float sum = 0;
@@ -127,7 +140,7 @@ Background::Background(const ImageView& image, const Sensor* sensor)
   median_filter(level_, columns_, rows_);
   median_filter(noise_, columns_, rows_);
   for (std::size_t i = 0; i < level_.size(); ++i) {
-    double floor = floor_dn;
+    double floor = floor_dn * step;
     if (sensor && sensor->response == Response::linear) {
       const double signal_e = (level_[i] - sensor->black_level_dn) / sensor->gain_dn_per_e;
       floor = std::max(floor, sensor->noise_dn(std::max(0.0, signal_e)));

@@ -13,7 +13,7 @@ namespace occ::detecting {
 class Background {
  public:
   /// Samples the image (valid view). The noise is at least that of `sensor` at the local level when
-  /// there is one, and at least floor_dn, which stands for what quantisation hides.
+  /// there is one, and at least floor_dn grey steps, which stands for what quantisation hides.
   Background(const ImageView& image, const Sensor* sensor);
 
   struct Local {

@@ -18,7 +18,8 @@ constexpr double most_spot_px = 5;        // of what may be measured as a spot
 constexpr double saturated_share = 0.05;  // of the pixels, for the rim to be that of a clipped disc
 constexpr double default_psf_px = 0.8;
 constexpr std::int64_t most_pixels = 1 << 22;  // in a patch; anything larger is no lamp
-constexpr int skirt_px = 2;                    // light just outside the box, below the threshold
+constexpr double pixel_px2 = 1.0 / 12;  // second moment of one pixel: a line of them has two, too
+constexpr int skirt_px = 2;             // light just outside the box, below the threshold
 
 /// Ellipse of uniform brightness that has these second moments.
 Ellipse ellipse_of(const Eigen::Vector2d& centre, const Eigen::Matrix2d& moments) {
@@ -61,13 +62,23 @@ Blob coarse_blob(const Component& component) {
   blob.cut_by_border = component.touches_border;
   // White noise over the component's area moves the centroid by its second moments.
   const double relative = blob.flux_sigma_dn / light.sum;
-  blob.covariance_px2 = relative * relative * variance_of(component.shape);
+  blob.covariance_px2 = relative * relative *
+                        (variance_of(component.shape) + pixel_px2 * Eigen::Matrix2d::Identity());
   return blob;
 }
 
 /// The centre is only known to lie well inside: what was measured is not one whole lamp.
 void loosen(Blob& blob) {
   const double spread = 0.25 * std::max(blob.x1 - blob.x0 + 1, blob.y1 - blob.y0 + 1);
+  blob.covariance_px2 += spread * spread * Eigen::Matrix2d::Identity();
+}
+
+/// A whole lamp's centroid is the middle of its box, to half a pixel; what is half hidden behind an
+/// edge shows by how far they are apart.
+void loosen_lopsided(Blob& blob) {
+  const Eigen::Vector2d middle(0.5 * (blob.x0 + blob.x1), 0.5 * (blob.y0 + blob.y1));
+  const Eigen::Array2d apart = (blob.centroid_px - middle).cwiseAbs().array() - 0.5;
+  const double spread = std::max(0.0, apart.maxCoeff());
   blob.covariance_px2 += spread * spread * Eigen::Matrix2d::Identity();
 }
 
@@ -108,6 +119,7 @@ void measure_moments(const Patch& patch, const Component& component, Blob& blob)
   }
   if (!(light.sum > 0)) return;
   blob.covariance_px2 << noise.xx, noise.xy, noise.xy, noise.yy;
+  blob.covariance_px2 += noise.sum * pixel_px2 * Eigen::Matrix2d::Identity();
   blob.covariance_px2 /= light.sum * light.sum;
   blob.centroid_px += mean_of(light);
   blob.ellipse = ellipse_of(blob.centroid_px, variance_of(light));
@@ -137,10 +149,11 @@ bool use_spot(const std::optional<Spot>& spot, Blob& blob) {
 void measure_centre(const Patch& patch, const Component& component, const DetectOptions& options,
                     Blob& blob) {
   const double psf_px = options.sensor ? options.sensor->psf_sigma_px : default_psf_px;
-  const double blur2 = psf_px * psf_px + 1.0 / 12;  // with the pixel's box
+  const double blur2 = psf_px * psf_px + pixel_px2;
   const double minor2 = blob.ellipse.semi_minor_px * blob.ellipse.semi_minor_px - 4 * blur2;
   const bool clipped = component.saturated_px > saturated_share * component.area_px;
-  if (options.rims && minor2 > least_rim_px * least_rim_px) {
+  const bool has_rim = options.rims && minor2 > least_rim_px * least_rim_px;
+  if (has_rim) {
     if (use_rim(clipped ? measure_saturated_rim(patch, component)
                         : measure_rim(patch, component, std::sqrt(blur2)),
                 blob)) {
@@ -153,6 +166,7 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
     if (use_spot(measure_spot(patch, blob.centroid_px, start), blob)) return;
   }
   measure_moments(patch, component, blob);
+  if (has_rim) loosen_lopsided(blob);
 }
 
 }  // namespace

@@ -8,12 +8,15 @@
 namespace occ::detecting {
 namespace {
 
-constexpr double reach = 3;  // of the window, in sigmas of the spot along x or y
+constexpr double reach = 3;             // of the window, in sigmas of the spot along x or y
+constexpr double model_parameters = 6;  // flux, centre, second moments
+constexpr double least_share = 0.25;
 constexpr int moment_steps = 6;
 constexpr double settled_px = 0.003;
 constexpr int shift_steps = 2;
 constexpr double linear_px = 0.03;           // over so little one shift step is all that it takes
 constexpr double least_variance_px2 = 0.11;  // a point under the pixel's box and a hint of blur
+constexpr double least_weight_px2 = 2;  // narrower, light seen through it is narrower than pixels
 
 bool positive(const Eigen::Matrix2d& m) { return m(0, 0) > 0 && m.determinant() > 0; }
 
@@ -114,8 +117,16 @@ Light light_of(const Patch& patch, const Spot& spot) {
   if (light.noise.known) return light;
   const double p = light.peak;
   const double scatter = gss - 2 * p * ggs + p * p * ggg;  // sum of g (s - p g)^2
-  light.noise.per_dn = std::max(0.0, (scatter - g * light.noise.floor) / (p * gg));
+  // The model has been fitted to so many pixels: its parameters have taken their share of scatter.
+  const double pixels = g * g / gg;
+  const double share = std::max(least_share, 1 - model_parameters / pixels);
+  light.noise.per_dn = std::max(0.0, (scatter / share - g * light.noise.floor) / (p * gg));
   return light;
+}
+
+/// Widens a covariance to at least this variance in every direction.
+void widen(Eigen::Matrix2d& covariance, double variance) {
+  covariance.diagonal() = covariance.diagonal().cwiseMax(variance + std::abs(covariance(0, 1)));
 }
 
 /// One step of adaptive moments (Bernstein & Jarvis, AJ 123, 2002, section 3): seen through a
@@ -124,8 +135,10 @@ Light light_of(const Patch& patch, const Spot& spot) {
 /// moved.
 std::optional<double> moment_step(const Patch& patch, Spot& spot) {
   RowMoments m;
+  Spot window = spot;
+  widen(window.second_moments_px2, least_weight_px2);
   for_each(
-      patch, spot, [&](double signal, double weight, double dx) { m.add(signal * weight, dx); },
+      patch, window, [&](double signal, double weight, double dx) { m.add(signal * weight, dx); },
       [&](double dy) { m.end_row(dy); });
   if (!(m.sum > 0)) return std::nullopt;
   const Eigen::Vector2d mean(m.x / m.sum, m.y / m.sum);
@@ -133,7 +146,7 @@ std::optional<double> moment_step(const Patch& patch, Spot& spot) {
   seen << m.xx / m.sum, m.xy / m.sum, m.xy / m.sum, m.yy / m.sum;
   seen -= mean * mean.transpose();
   if (!positive(seen)) return std::nullopt;
-  const Eigen::Matrix2d& weight = spot.second_moments_px2;
+  const Eigen::Matrix2d& weight = window.second_moments_px2;
   const Eigen::Matrix2d inverse = seen.inverse() - weight.inverse();
   // Light much wider than the weight leaves nothing of that difference: then grow and look again.
   const bool wide = !positive(inverse - 0.25 * weight.inverse());
@@ -141,8 +154,7 @@ std::optional<double> moment_step(const Patch& patch, Spot& spot) {
   const Eigen::Vector2d shift = light * seen.inverse() * mean;
   spot.centre_px += shift;
   spot.second_moments_px2 = light;
-  spot.second_moments_px2.diagonal() =
-      light.diagonal().cwiseMax(least_variance_px2 + std::abs(light(0, 1)));
+  widen(spot.second_moments_px2, least_variance_px2);
   return shift.norm();
 }
 

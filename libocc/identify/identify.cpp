@@ -12,6 +12,7 @@ namespace occ {
 namespace {
 
 constexpr double plausible_chi2 = 13.8;  // 2 ln 1000
+constexpr int more_dark = 3;             // lamps, than of the best: they are switched in groups
 constexpr double largest_chance = 0.1;   // expected wrong poses that a unique one may leave
 
 void check(const std::vector<Blob>& blobs) {
@@ -59,8 +60,8 @@ bool may_be_chance(const Identification& found, const naming::Problem& problem) 
   return whole < problem.sightings.size() && found.chance > largest_chance;
 }
 
-void judge(Result<Identification>& result, const naming::Problem& problem, bool cut_short) {
-  const std::size_t count = result->hypotheses.size();
+void judge(Result<Identification>& result, const naming::Problem& problem, std::size_t count,
+           bool cut_short) {
   std::ostringstream text;
   if (count == 0) {
     result.status = Status::no_pose;
@@ -70,6 +71,7 @@ void judge(Result<Identification>& result, const naming::Problem& problem, bool 
     result.status = Status::ambiguous;
     text << count << " poses explain the same number of blobs about equally well";
   } else if (may_be_chance(*result, problem)) {
+    result.value.may_be_chance = true;
     result.status = Status::ambiguous;
     text << "the one pose found leaves blobs unexplained and may be chance: " << result->chance
          << " wrong ones are expected to explain as many";
@@ -117,10 +119,16 @@ Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& sce
   search.run();
   result.value.tried = search.tried();
   result.value.chance = search.chance();
-  for (const naming::Explanation& e : search.found())
-    if (e.chi2 <= search.found().front().chi2 + plausible_chi2)
-      result.value.hypotheses.push_back(to_hypothesis(problem, e));
-  judge(result, problem, search.cut_short());
+  const naming::Explanation* best = search.found().empty() ? nullptr : &search.found().front();
+  std::size_t plausible = 0;
+  for (const naming::Explanation& e : search.found()) {
+    const int more = std::clamp(e.missed - best->missed, 0, more_dark);
+    const double allowed = best->chi2 + plausible_chi2;
+    if (e.chi2 > allowed + more * options.miss_penalty) continue;
+    plausible += e.chi2 <= allowed;
+    result.value.hypotheses.push_back(to_hypothesis(problem, e));
+  }
+  judge(result, problem, plausible, search.cut_short());
   return result;
 }
 

@@ -44,15 +44,18 @@ struct Hypothesis {
 };
 
 struct Identification {
-  std::vector<Hypothesis> hypotheses;  ///< all that are plausible, smallest chi2 first
+  std::vector<Hypothesis> hypotheses;  ///< smallest chi2 first
   int tried = 0;                       ///< namings of three blobs tried
   double chance = 0;  ///< expected number of wrong poses that explain as many blobs by accident
+  bool may_be_chance = false;  ///< the one plausible pose leaves blobs unexplained, and a wrong one
+                               ///< could be expected to explain as many
 };
 
 /// Once three lamps are named by their codes, a blob without a code is taken for no coded lamp.
 /// Plausible are the hypotheses that explain the most whole blobs and are no less likely than
-/// 1/1000 of the best of them. Status: ok (one), ambiguous (several), too_few_lamps (fewer than
-/// three whole blobs or lamps), no_pose (nothing explains four blobs, or three that are named,
+/// 1/1000 of the best of them; those that only miss more lamps (up to three: they are switched in
+/// groups) are listed, too. Status: ok (one plausible), ambiguous (several), too_few_lamps (fewer
+/// than three whole blobs or lamps), no_pose (nothing explains four blobs, or three that are named,
 /// backed by a prior or all there are), degenerate (all lamps on a line). Throws
 /// std::invalid_argument for options out of range and blobs that are not finite; the scene must be
 /// valid.

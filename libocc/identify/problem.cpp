@@ -134,7 +134,8 @@ void rule_out_by_code(Problem& problem) {
                           problem.sightings.end());
 }
 
-// Merged blobs serve as whole ones when there are too few of those.
+// A merged blob serves as a whole one when there are too few of those and something else than its
+// vague place, a code or a prior, can speak for what is made of it.
 void add_sightings(Problem& problem) {
   const std::vector<Blob>& blobs = *problem.blobs;
   const auto is_cut = [](const Blob& b) { return b.cut_by_border && !is_almost_whole(b); };
@@ -142,7 +143,8 @@ void add_sightings(Problem& problem) {
                                    [&](const Blob& b) { return !is_cut(b) && !b.merged; });
   for (int i = 0; i < static_cast<int>(blobs.size()); ++i) {
     const Blob& blob = blobs[static_cast<std::size_t>(i)];
-    if (is_cut(blob) || (blob.merged && whole >= 3)) {
+    const bool serves = whole < 3 && (blob.frequency_hz || problem.options->prior);
+    if (is_cut(blob) || (blob.merged && !serves)) {
       problem.weak_blobs.push_back(i);
     } else if (std::optional<Sighting> s = make_sighting(problem, i)) {
       name_by_frequency(*s, problem);

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <sstream>
 #include <utility>
 
@@ -36,6 +37,33 @@ struct Ranked {
   double assumed = 0;   // chi-square of the prior and of missed lamps
 };
 
+/// Errors of the lens or the map move a lamp's rim but hardly change its shape: a rim this far off
+/// (of its size, and of its noise) is that of another lamp, or seen from another place. The centres
+/// of three lamps fit some pose always; then their shapes are the only evidence.
+constexpr double misshapen = 0.05, misshapen_of_three = 0.02, misshapen_sigma = 5;
+
+/// A sentence about a lamp that geometry alone has named and whose shape speaks against it; empty
+/// when there is none. Rims of saturated lamps grow, and prove nothing.
+std::string misfit(const Refined& refined, const std::vector<Blob>& blobs, const Scene& scene) {
+  const double tolerance = refined.lamps.size() > 3 ? misshapen : misshapen_of_three;
+  for (const LampResidual& residual : refined.lamps) {
+    const Lamp& lamp = scene.lamps[static_cast<std::size_t>(residual.match.lamp)];
+    const Blob& blob = blobs[static_cast<std::size_t>(residual.match.blob)];
+    const bool coded = lamp.frequency_hz && blob.frequency_hz;
+    if (coded || blob.saturated || blob.rim.empty() || residual.contradicts) continue;
+    double variance = 0;
+    for (const RimPoint& point : blob.rim) variance += point.sigma_px * point.sigma_px;
+    const double noise_px = std::sqrt(variance / static_cast<double>(blob.rim.size()));
+    const double size_px = std::sqrt(blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px);
+    if (!(residual.rms_px > std::max(tolerance * size_px, misshapen_sigma * noise_px))) continue;
+    std::ostringstream text;
+    text << "no pose explains both where the lamps are and how large: the rim of lamp " << lamp.id
+         << " misses by " << residual.rms_px << " px";
+    return text.str();
+  }
+  return {};
+}
+
 Ranked refine_hypothesis(const Hypothesis& hypothesis, const std::vector<Blob>& blobs,
                          const Scene& scene, const LocateOptions& options) {
   const Result<Refined> refined =
@@ -43,6 +71,8 @@ Ranked refine_hypothesis(const Hypothesis& hypothesis, const std::vector<Blob>& 
   Ranked ranked;
   ranked.status = refined.status;
   ranked.message = refined.message;
+  if (refined.ok()) ranked.message = misfit(*refined, blobs, scene);
+  if (refined.ok() && !ranked.message.empty()) ranked.status = Status::no_pose;
   ranked.matches = hypothesis.matches.size();
   const double prior = options.prior ? options.prior->chi2(refined->cam_from_world) : 0;
   ranked.measured = refined->chi2 - prior;
@@ -140,9 +170,11 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
 
   Clock refine_clock;
   std::vector<Ranked> ranked;
+  int solved = 0;
   for (const Hypothesis& hypothesis : identified->hypotheses) {
-    if (ranked.size() == static_cast<std::size_t>(options.max_candidates)) break;
     ranked.push_back(refine_hypothesis(hypothesis, blobs, scene, with_prior));
+    solved += ranked.back().status == Status::ok;
+    if (solved == options.max_candidates) break;
   }
   std::stable_sort(ranked.begin(), ranked.end(), better);
   keep_plausible(ranked);
@@ -155,8 +187,8 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   if (result.ok() && ranked.size() > 1) {
     result.status = Status::ambiguous;
     result.message = ambiguity_message(ranked.size());
-  } else if (result.ok() && !identified.ok() && identified->hypotheses.size() == 1) {
-    result.status = identified.status;  // the one pose found may be chance
+  } else if (result.ok() && identified->may_be_chance) {
+    result.status = identified.status;
     result.message = identified.message;
   }
   return result;

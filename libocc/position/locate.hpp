@@ -27,7 +27,7 @@ struct LocateOptions {
   DetectOptions detect;        ///< its sensor is the scene's unless set
   IdentifyOptions identify;    ///< its prior is the one above
   RefineOptions refine;        ///< its prior is the one above
-  int max_candidates = 16;     ///< refined and returned
+  int max_candidates = 16;     ///< poses that fit: refined and returned at most
 };
 
 /// One pose that explains the image.
@@ -58,7 +58,9 @@ struct Fix {
 };
 
 /// Status: ok; ambiguous (the best candidate is in the fix, all are in `candidates`); no_lamps,
-/// too_few_lamps, no_pose, degenerate, not_converged (the fix holds what was found so far). Throws
+/// too_few_lamps, no_pose (also when a pose puts the lamps in place but not to size, their names
+/// following from geometry alone), degenerate, not_converged (the fix holds what was found so far).
+/// Throws
 /// std::invalid_argument when the image's size is not the camera's or the scene does not validate.
 LIBOCC_API Result<Fix> locate(const ImageView& image, const Scene& scene,
                               const LocateOptions& options = {});

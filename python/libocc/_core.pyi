@@ -799,6 +799,11 @@ class Identification:
     def __repr__(self) -> str:
         ...
     @property
+    def chance(self) -> float:
+        """
+        Expected number of wrong poses that explain as many blobs by accident.
+        """
+    @property
     def hypotheses(self) -> list[Hypothesis]:
         """
         Hypotheses, best first.
@@ -840,6 +845,11 @@ class LampResidual:
     def centre_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
         """
         (2,) predicted centre of its image.
+        """
+    @property
+    def contradicts(self) -> bool:
+        """
+        Left out: the other lamps agree without it.
         """
     @property
     def match(self) -> Match:
@@ -1112,7 +1122,7 @@ def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections
     a bad option.
 
     Options:
-      max_candidates: refined and returned
+      max_candidates: fitting poses returned at most
       sensor: Sensor for noise, full scale, stripes; None: estimate
       threshold_sigma: threshold above the background [its sigma]
       threshold_dn: absolute threshold [grey levels] instead

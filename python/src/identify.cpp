@@ -66,6 +66,9 @@ void define_matches(py::module_& m) {
           "Hypotheses, best first.")
       .def_property_readonly(
           "tried", [](const Identified& r) { return r.value.tried; }, "Poses tried.")
+      .def_property_readonly(
+          "chance", [](const Identified& r) { return r.value.chance; },
+          "Expected number of wrong poses that explain as many blobs by accident.")
       .def("__repr__", [](const Identified& r) {
         return "<Identification: " + std::string(to_string(r.status)) + ", " +
                std::to_string(r.value.hypotheses.size()) + " hypotheses>";

@@ -34,6 +34,8 @@ void define_refine(py::module_& m) {
       .finalize();
   py::class_<LampResidual>(m, "LampResidual", "How well one lamp fits.")
       .def_readonly("match", &LampResidual::match, "Which lamp and blob.")
+      .def_readonly("contradicts", &LampResidual::contradicts,
+                    "Left out: the other lamps agree without it.")
       .def_readonly("rms_px", &LampResidual::rms_px, "Over its rim, or of its centroid [px].")
       .def_readonly("centre_px", &LampResidual::centre_px, "(2,) predicted centre of its image.")
       .def("__repr__", [](const LampResidual& r) {
@@ -145,10 +147,11 @@ What was found so far is there even when the fix is not ok: look at status and m
 
 auto locate_fields() {
   using O = LocateOptions;
-  return std::tuple_cat(
-      std::make_tuple(field("max_candidates", &O::max_candidates, "refined and returned")),
-      fields_within(&O::detect, detect_fields()), fields_within(&O::identify, identify_fields()),
-      fields_within(&O::refine, refine_fields()));
+  return std::tuple_cat(std::make_tuple(field("max_candidates", &O::max_candidates,
+                                              "fitting poses returned at most")),
+                        fields_within(&O::detect, detect_fields()),
+                        fields_within(&O::identify, identify_fields()),
+                        fields_within(&O::refine, refine_fields()));
 }
 
 void define_locate_function(py::module_& m) {
