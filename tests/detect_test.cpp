@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <utility>
@@ -213,6 +214,24 @@ TEST(Detect, ALineOfPixelsHasACovariance) {
     const std::vector<Blob> blobs = detect(canvas.image({}, nullptr).view());
     ASSERT_EQ(blobs.size(), 1u);
     EXPECT_GT(blobs[0].covariance_px2.determinant(), 0);
+  }
+}
+
+// A threshold below the background joins all kinds of shapes, some with less light than none.
+TEST(Detect, WhateverIsBelowTheThresholdTheNumbersAreFinite) {
+  Random random(9);
+  for (int trial = 0; trial < 200; ++trial) {
+    Image image;
+    image.width = 40;
+    image.height = 30;
+    for (int i = 0; i < image.width * image.height; ++i)
+      image.u8.push_back(static_cast<std::uint8_t>(random.uniform(0, 1) < 0.6 ? 100 : 99));
+    for (const Blob& blob : detect(image.view(), everything_above(99))) {
+      EXPECT_TRUE(blob.centroid_px.allFinite());
+      EXPECT_TRUE(blob.covariance_px2.allFinite());
+      EXPECT_GT(blob.covariance_px2.determinant(), 0);
+      EXPECT_TRUE(std::isfinite(blob.ellipse.semi_major_px + blob.ellipse.semi_minor_px));
+    }
   }
 }
 

@@ -193,19 +193,24 @@ std::optional<Spot> measure_spot(const Patch& patch, const Eigen::Vector2d& cent
   Spot spot;
   spot.centre_px = centre_px;
   spot.second_moments_px2 = second_moments_px2;
-  const double most_variance = Patch::margin_px * Patch::margin_px;
+  constexpr double most_variance = Patch::margin_px * Patch::margin_px;
+  // Written so that what is not a number is lost.
+  const auto found = [&] {
+    return (spot.centre_px - centre_px).squaredNorm() <= most_variance &&
+           positive(spot.second_moments_px2) &&
+           spot.second_moments_px2.trace() <= 2 * most_variance;
+  };
+  if (!found()) return std::nullopt;
   for (int i = 0; i < moment_steps; ++i) {
     const std::optional<double> moved = moment_step(patch, spot);
-    const bool lost = !moved || (spot.centre_px - centre_px).squaredNorm() > most_variance ||
-                      spot.second_moments_px2.trace() > 2 * most_variance;
-    if (lost) return std::nullopt;
+    if (!moved || !found()) return std::nullopt;
     if (*moved < settled_px) break;
   }
   const Light light = light_of(patch, spot);
   if (!(light.peak > 0)) return std::nullopt;
   for (int i = 0; i < shift_steps; ++i) {
     const std::optional<double> moved = shift_step(patch, light, spot);
-    if (!moved) return std::nullopt;
+    if (!moved || !found()) return std::nullopt;
     if (*moved < linear_px) break;
   }
   return spot;
