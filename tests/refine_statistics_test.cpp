@@ -70,6 +70,30 @@ TEST(RefineCovariance, IsTrueForPoints) {
   expect_true_covariance(over_images(points_room(), {0, 0, 0.05}, {}));
 }
 
+// Sigmas five times too small show in the residuals; chance does not look like that.
+TEST(RefineCovariance, IsTrueByItsVarianceFactorWhenSigmasAreNot) {
+  const Scene scene = points_room();
+  const test::Measurement measurement{0, 0, 0.25};
+  const std::vector<Blob> exact = test::exact_blobs(scene, truth(), measurement);
+  Random random(7);
+  double squared_error = 0, stated = 0;
+  int plain = 0;
+  for (int i = 0; i < images; ++i) {
+    auto blobs = test::noisy(exact, scene, measurement, random);
+    const auto honest = refine(truth(), test::in_order(scene), blobs, scene);
+    plain += honest->variance_factor == 1;
+    for (Blob& blob : blobs) blob.covariance_px2 /= 25;
+    RefineOptions options;
+    options.huber_sigma = std::numeric_limits<double>::infinity();
+    const auto refined = refine(truth(), test::in_order(scene), blobs, scene, options);
+    squared_error +=
+        (refined->cam_from_world.origin_in_source() - truth().origin_in_source()).squaredNorm();
+    stated += position_covariance(refined->cam_from_world, refined->covariance).trace();
+  }
+  EXPECT_NEAR(std::sqrt(squared_error / stated), 1, 0.1);
+  EXPECT_GE(plain, images - 3);
+}
+
 TEST(RefineCovariance, IsTrueForRims) {
   Scene scene = test::irregular_room();
   expect_true_covariance(over_images(scene, {40}, {}));

@@ -46,7 +46,8 @@ void Patch::subtract_background(const LinearImage& image, const Component& compo
   const auto fit = [&](const Plane& plane, double low, double high, int row_step) {
     PlaneSums sums(width_, plane, -middle_x, low, high);
     const auto add = [&](int y0, int y1, const std::vector<float>& counts) {
-      const int rows = (y1 - y0 + row_step) / row_step;
+      if (y1 < y0) return;
+      const int rows = (y1 - y0) / row_step + 1;
       sums.add_rows(signal_.data() + static_cast<std::ptrdiff_t>(y0) * width_, row_step * width_,
                     rows, y0 - middle_y, row_step, counts);
     };

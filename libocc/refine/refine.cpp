@@ -148,6 +148,15 @@ Minimum find_minimum(const State& start, Observations& observations, const Scene
   return minimise(problem, near, options.max_iterations, options.tolerance_px);
 }
 
+/// chi2 / dof when chi2 is beyond its 99.9 % quantile (Wilson & Hilferty, PNAS 17, 1931), else 1.
+double variance_factor(double chi2, int dof) {
+  constexpr double z = 3.0902;
+  if (dof <= 0) return 1;
+  const double a = 2.0 / (9.0 * dof);
+  const double quantile = dof * std::pow(1 - a + z * std::sqrt(a), 3);
+  return chi2 > quantile ? chi2 / dof : 1;
+}
+
 std::string too_few_message(std::size_t lamps, int equations) {
   std::ostringstream text;
   text << lamps << " lamps give " << equations << " equations, a pose has 6 unknowns";
@@ -167,7 +176,8 @@ void conclude(const Minimum& minimum, const RefineOptions& options, Result<Refin
     result.message = "the lamps do not determine the pose: they are collinear or coincide";
     return;
   }
-  result.value.covariance = *covariance;
+  result.value.variance_factor = variance_factor(minimum.normal.robust_chi2, result->dof);
+  result.value.covariance = result->variance_factor * *covariance;
   if (minimum.converged) return;
   result.status = Status::not_converged;
   result.message = "still moving after " + std::to_string(options.max_iterations) + " iterations";
@@ -201,13 +211,14 @@ Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
     refined.chi2 = minimum.normal.robust_chi2 +
                    contradiction_chi2(observations, scene.camera, state, options.huber_sigma);
     refined.iterations = minimum.iterations;
+    refined.dof = observations.degrees_of_freedom(options, true);
     conclude(minimum, options, result);
   } else {
+    refined.dof = observations.degrees_of_freedom(options, true);
     result.status = Status::too_few_lamps;
     result.message = too_few_message(matches.size(), equations);
   }
   refined.cam_from_world = state.cam_from_world;
-  refined.dof = observations.degrees_of_freedom(options, true);
   if (observations.rims_grow) refined.rim_growth_px = state.growth_px;
   if (observations.has_flux && options.flux == FluxModel::common_factor) {
     refined.flux_factor = std::exp(state.log_factor);

@@ -10,8 +10,9 @@
 // estimated along; each besides by its own (0.3 px) and unevenly (0.05 px).
 // Residuals are whitened. A lamp that contradicts all the others (Baarda's data snooping, chance of
 // one in a thousand) is left out, which takes five lamps or a prior; stray rim points and fluxes
-// are weighted down (Huber). The covariance is (J^T J)^-1 of the whitened problem, times nothing:
-// it is right when the stated sigmas are.
+// are weighted down (Huber). The covariance is (J^T J)^-1 of the whitened problem: it is right when
+// the stated sigmas are. Where the residuals are larger than these allow (a chance of one in a
+// thousand), it is multiplied by the variance factor chi2 / dof (Gauss's a posteriori variance).
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -60,8 +61,10 @@ struct LampResidual {
 struct Refined {
   Rigid3 cam_from_world;
   Matrix6 covariance = Matrix6::Zero();  ///< see geometry/rigid.hpp for order and perturbation
-  double chi2 = 0;    ///< whitened, robust; prior and lamps that were left out included
-  int dof = 0;        ///< observations minus parameters
+  double chi2 = 0;  ///< whitened, robust; prior and lamps that were left out included
+  int dof = 0;      ///< observations minus parameters
+  double variance_factor =
+      1;              ///< the covariance contains it; 1 unless chi2 is too large to be chance
   double rms_px = 0;  ///< of centre residuals over lamps
   std::vector<LampResidual> lamps;
   std::optional<double> rim_growth_px;  ///< of saturated lamps

@@ -927,6 +927,11 @@ class Refined:
         """
         How it ended, a Status.
         """
+    @property
+    def variance_factor(self) -> float:
+        """
+        Contained in the covariance; 1 unless chi2 is too large for chance.
+        """
 class Candidate:
     """
     One pose that explains the image.

@@ -51,6 +51,8 @@ void define_refine(py::module_& m) {
                              "(6, 6) [rotation, translation], left perturbation.")
       .def_property_readonly("chi2", value_of(&Refined::chi2), "Whitened, robust.")
       .def_property_readonly("dof", value_of(&Refined::dof), "Observations minus parameters.")
+      .def_property_readonly("variance_factor", value_of(&Refined::variance_factor),
+                             "Contained in the covariance; 1 unless chi2 is too large for chance.")
       .def_property_readonly("rms_px", value_of(&Refined::rms_px), "Of centres over lamps [px].")
       .def_property_readonly("lamps", value_of(&Refined::lamps), "LampResidual of each match.")
       .def_property_readonly("rim_growth_px", value_of(&Refined::rim_growth_px),
