@@ -17,16 +17,21 @@ constexpr double clipped_variance = 0.9733;  // of a unit normal cut at 3 sigmas
 
 double square(double v) { return v * v; }
 
+std::size_t whole_lanes(std::size_t columns) {
+  return (columns + PlaneSums::lanes - 1) / PlaneSums::lanes * PlaneSums::lanes;
+}
+
 }  // namespace
 
 void Patch::load(const LinearImage& image, const Component& component, double limit_dn,
                  const Sensor* sensor) {
   x0_ = std::max(0, component.x0 - margin_px);
   y0_ = std::max(0, component.y0 - margin_px);
-  width_ = component.x1 + margin_px - x0_ + 1;
-  width_ = std::min(image.width() - x0_, (width_ + 7) / 8 * 8);  // in whole vectors
+  width_ = std::min(image.width() - 1, component.x1 + margin_px) - x0_ + 1;
   height_ = std::min(image.height() - 1, component.y1 + margin_px) - y0_ + 1;
-  signal_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  // PlaneSums reads the last row, too, in whole lanes.
+  signal_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) +
+                 PlaneSums::lanes);
   image.read(x0_, y0_, width_, height_, signal_.data());
   subtract_background(image, component, limit_dn);
   set_noise(image, component, sensor);
@@ -40,16 +45,18 @@ void Patch::subtract_background(const LinearImage& image, const Component& compo
   const double middle_x = 0.5 * (component.x0 + component.x1) - x0_;
   const double middle_y = 0.5 * (component.y0 + component.y1) - y0_;
   // The ring beside the box, and above and below it: 1 in the columns that belong to it.
-  std::vector<float> everywhere(static_cast<std::size_t>(width_), 1.0f), beside = everywhere;
+  const auto columns = static_cast<std::size_t>(width_);
+  std::vector<float> everywhere(whole_lanes(columns), 0.0f);
+  std::fill_n(everywhere.begin(), columns, 1.0f);
+  std::vector<float> beside = everywhere;
   std::fill(beside.begin() + std::max(0, left), beside.begin() + std::min(width_, right + 1), 0.0f);
   // The plane through the ring's pixels that lie between two heights over another plane.
   const auto fit = [&](const Plane& plane, double low, double high, int row_step) {
-    PlaneSums sums(width_, plane, -middle_x, low, high);
+    PlaneSums sums(plane, low, high);
     const auto add = [&](int y0, int y1, const std::vector<float>& counts) {
       if (y1 < y0) return;
-      const int rows = (y1 - y0) / row_step + 1;
       sums.add_rows(signal_.data() + static_cast<std::ptrdiff_t>(y0) * width_, row_step * width_,
-                    rows, y0 - middle_y, row_step, counts);
+                    (y1 - y0) / row_step + 1, -middle_x, y0 - middle_y, row_step, counts);
     };
     add(0, top - 1, everywhere);
     add(std::max(0, top), std::min(bottom, height_ - 1), beside);

@@ -6,44 +6,65 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <algorithm>
-#include <cstddef>
+#include <cstring>
+#include <numeric>
 
 namespace occ::detecting {
 namespace {
 
 constexpr int enough_pixels = 24;
 
+using Lanes = float __attribute__((vector_size(4 * PlaneSums::lanes)));
+using Mask = int __attribute__((vector_size(4 * PlaneSums::lanes)));
+
 struct Rows {
   const float* pixels;
   std::ptrdiff_t stride;
-  int rows, width;
+  int rows;
   const float* counts;
-  float y, step;             ///< of the rows
-  float start, right, down;  ///< height of the plane at the first pixel, its slopes
+  std::size_t columns;
+  float x, y, step;          ///< of the first pixel, from row to row
+  float start, right, down;  ///< height of the plane there, its slopes
   float low, high;
 };
 
-/// `sums` holds six rows of the width.
-inline __attribute__((always_inline)) void add(const Rows r, float* sums) {
-  float *n = sums, *ny = n + r.width, *nyy = ny + r.width;
-  float *v = nyy + r.width, *vy = v + r.width, *vv = vy + r.width;
-  for (int row = 0; row < r.rows; ++row) {
-    const float* pixels = r.pixels + row * r.stride;
-    const float y = r.y + r.step * static_cast<float>(row), yy = y * y;
-    const float start = r.start + r.down * (y - r.y);
-#pragma GCC ivdep
-    for (int x = 0; x < r.width; ++x) {
-      const float height = pixels[x] - (start + r.right * static_cast<float>(x));
-      const int within = static_cast<int>(height >= r.low) & static_cast<int>(height <= r.high);
-      const float one = r.counts[x] * static_cast<float>(within);
-      const float value = one * height;
-      n[x] += one;
-      ny[x] += one * y;
-      nyy[x] += one * yy;
-      v[x] += value;
-      vy[x] += value * y;
-      vv[x] += value * height;
+/// Adds to sums of n, x, y, xx, xy, yy, v, xv, yv, vv, `lanes` floats each. Columns outside, rows
+/// inside: a column's sums stay in registers.
+inline __attribute__((always_inline)) void add(const Rows& r, float* sums) {
+  constexpr std::size_t lanes = PlaneSums::lanes;
+  const Lanes first = {0, 1, 2, 3, 4, 5, 6, 7};
+  for (std::size_t column = 0; column < r.columns; column += lanes) {
+    const Lanes offset = first + static_cast<float>(static_cast<int>(column));
+    const Lanes x = r.x + offset, start = r.start + r.right * offset;
+    Mask counts;
+    std::memcpy(&counts, r.counts + column, sizeof counts);
+    Lanes n = {}, ny = {}, nyy = {}, v = {}, vy = {}, vv = {};
+    const float* pixels = r.pixels + column;
+    for (int row = 0; row < r.rows; ++row, pixels += r.stride) {
+      const float below = r.step * static_cast<float>(row), y = r.y + below;
+      Lanes height;
+      std::memcpy(&height, pixels, sizeof height);
+      height -= start + r.down * below;
+      const Mask within = (height >= r.low) & (height <= r.high) & counts;
+      Lanes one;
+      std::memcpy(&one, &within, sizeof one);
+      const Lanes value = one * height;
+      n += one;
+      ny += one * y;
+      nyy += one * (y * y);
+      v += value;
+      vy += value * y;
+      vv += value * height;
     }
+    const Lanes added[] = {n, n * x, ny, n * x * x, ny * x, nyy, v, v * x, vy, vv};
+    for (const Lanes& sum : added) {
+      Lanes total;
+      std::memcpy(&total, sums, sizeof total);
+      total += sum;
+      std::memcpy(sums, &total, sizeof total);
+      sums += lanes;
+    }
+    sums -= lanes * std::size(added);
   }
 }
 
@@ -60,49 +81,32 @@ void add_fast(const Rows& rows, float* sums) { add(rows, sums); }
 
 }  // namespace
 
-PlaneSums::PlaneSums(int width, const Plane& plane, double first_x, double low, double high)
-    : plane_(plane),
-      first_x_(first_x),
-      low_(low),
-      high_(high),
-      width_(width),
-      sums_(6 * static_cast<std::size_t>(width), 0.0f) {}
-
-void PlaneSums::add_rows(const float* pixels, std::ptrdiff_t stride, int rows, double y,
-                         double step, const std::vector<float>& counts) {
+void PlaneSums::add_rows(const float* pixels, std::ptrdiff_t stride, int rows, double first_x,
+                         double first_y, double step, const std::vector<float>& counts) {
   const auto f = [](double value) { return static_cast<float>(value); };
-  add_fast({pixels, stride, rows, width_, counts.data(), f(y), f(step), f(plane_(first_x_, y)),
-            f(plane_.right), f(plane_.down), f(low_), f(high_)},
-           sums_.data());
+  add_fast({pixels, stride, rows, counts.data(), counts.size(), f(first_x), f(first_y), f(step),
+            f(plane_(first_x, first_y)), f(plane_.right), f(plane_.down), f(low_), f(high_)},
+           sums_.front().data());
+}
+
+double PlaneSums::total(Sum which) const {
+  const auto& sums = sums_[which];
+  return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
 std::optional<Plane> PlaneSums::fit() const {
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  double vv = 0;
-  const float *n = sums_.data(), *ny = n + width_, *nyy = ny + width_;
-  const float *v = nyy + width_, *vy = v + width_, *squares = vy + width_;
-  for (int i = 0; i < width_; ++i) {
-    const double x = first_x_ + i;
-    normal(0, 0) += n[i];
-    normal(0, 1) += x * n[i];
-    normal(0, 2) += ny[i];
-    normal(1, 1) += x * x * n[i];
-    normal(1, 2) += x * ny[i];
-    normal(2, 2) += nyy[i];
-    right[0] += v[i];
-    right[1] += x * v[i];
-    right[2] += vy[i];
-    vv += squares[i];
-  }
-  const double pixels = normal(0, 0);
+  const double pixels = total(n);
   if (pixels < enough_pixels) return std::nullopt;
-  normal.triangularView<Eigen::StrictlyLower>() = normal.transpose();
+  Eigen::Matrix3d normal;
+  normal << pixels, total(x), total(y),  //
+      total(x), total(xx), total(xy),    //
+      total(y), total(xy), total(yy);
+  const Eigen::Vector3d right(total(v), total(xv), total(yv));
   Plane plane = plane_;
   if (!(normal.determinant() > 1e-6 * normal.diagonal().prod())) {  // all in one row or column
     const double mean = right[0] / pixels;
     plane.at += mean;
-    plane.variance = std::max(0.0, vv / pixels - mean * mean);
+    plane.variance = std::max(0.0, total(vv) / pixels - mean * mean);
     plane.at_variance = plane.variance / pixels;
     return plane;
   }
@@ -111,7 +115,7 @@ std::optional<Plane> PlaneSums::fit() const {
   plane.at += change[0];
   plane.right += change[1];
   plane.down += change[2];
-  plane.variance = std::max(0.0, vv - change.dot(right)) / (pixels - 3);
+  plane.variance = std::max(0.0, total(vv) - change.dot(right)) / (pixels - 3);
   plane.at_variance = inverse(0, 0) * plane.variance;
   return plane;
 }

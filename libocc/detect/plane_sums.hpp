@@ -2,6 +2,7 @@
 // Internal: least-squares plane through background pixels.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -18,26 +19,31 @@ struct Plane {
 };
 
 /// Sums over those pixels whose height above a first plane lies between two bounds. Heights are
-/// small numbers, for which floats do; each column has its own sums, so that none waits for
-/// another.
+/// small numbers, for which floats do; every eighth column shares its sums.
 class PlaneSums {
  public:
-  /// `first_x`: of a row's first pixel, as the planes count it.
-  PlaneSums(int width, const Plane& plane, double first_x, double low, double high);
+  static constexpr std::size_t lanes = 8;
 
-  /// Rows of pixels, `stride` floats apart; the first is at y, the others at y + step, ... Of each
-  /// those pixels may count whose `counts` is 1; it is 0 for the others.
-  void add_rows(const float* pixels, std::ptrdiff_t stride, int rows, double y, double step,
-                const std::vector<float>& counts);
+  /// Heights from `low` to `high` above the plane count.
+  PlaneSums(const Plane& plane, double low, double high) : plane_(plane), low_(low), high_(high) {}
+
+  /// Rows of pixels, `stride` floats apart, the first pixel at (x, y), the next row at y + step.
+  /// `counts` is 1 for the columns that may count, else 0, and as many as there are columns,
+  /// rounded up to whole lanes; that many pixels of each row must be readable.
+  void add_rows(const float* pixels, std::ptrdiff_t stride, int rows, double x, double y,
+                double step, const std::vector<float>& counts);
 
   /// The plane moved to where these pixels lie; nothing when they are too few.
   std::optional<Plane> fit() const;
 
  private:
+  enum Sum { n, x, y, xx, xy, yy, v, xv, yv, vv, count };
+
+  double total(Sum which) const;
+
   Plane plane_;
-  double first_x_, low_, high_;
-  int width_;
-  std::vector<float> sums_;  ///< of n, y, yy, v, yv, vv: a row of columns for each
+  double low_, high_;
+  alignas(32) std::array<std::array<float, lanes>, count> sums_ = {};
 };
 
 }  // namespace occ::detecting

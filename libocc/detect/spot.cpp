@@ -8,15 +8,16 @@
 namespace occ::detecting {
 namespace {
 
-constexpr double reach = 3;             // of the window, in sigmas of the spot along x or y
-constexpr double model_parameters = 6;  // flux, centre, second moments
+constexpr double reach = 3;               // of the window, in sigmas of the spot along x or y
+constexpr double model_parameters = 7.5;  // flux, centre, second moments: 6, which sit in the core
 constexpr double least_share = 0.25;
 constexpr int moment_steps = 6;
 constexpr double settled_px = 0.003;
 constexpr int shift_steps = 2;
 constexpr double linear_px = 0.03;           // over so little one shift step is all that it takes
 constexpr double least_variance_px2 = 0.11;  // a point under the pixel's box and a hint of blur
-constexpr double least_weight_px2 = 2;  // narrower, light seen through it is narrower than pixels
+constexpr double least_seen_px2 = 0.36;      // variance of what pixels still sample to a per cent
+constexpr double widest_weight_px2 = 4;
 
 bool positive(const Eigen::Matrix2d& m) { return m(0, 0) > 0 && m.determinant() > 0; }
 
@@ -129,6 +130,14 @@ void widen(Eigen::Matrix2d& covariance, double variance) {
   covariance.diagonal() = covariance.diagonal().cwiseMax(variance + std::abs(covariance(0, 1)));
 }
 
+/// Variance of the weight through which light of this variance is looked at: its own, which is
+/// best against noise, or more where the product of both would fall between the pixels.
+double weight_variance(double light) {
+  if (light >= 2 * least_seen_px2) return light;
+  const double inverse = 1 / least_seen_px2 - 1 / light;
+  return inverse > 1 / widest_weight_px2 ? 1 / inverse : widest_weight_px2;
+}
+
 /// One step of adaptive moments (Bernstein & Jarvis, AJ 123, 2002, section 3): seen through a
 /// Gaussian weight of covariance M, Gaussian light of covariance C has covariance
 /// P = (C^-1 + M^-1)^-1, and its mean is P C^-1 times its distance. Returns how far the centre
@@ -136,7 +145,7 @@ void widen(Eigen::Matrix2d& covariance, double variance) {
 std::optional<double> moment_step(const Patch& patch, Spot& spot) {
   RowMoments m;
   Spot window = spot;
-  widen(window.second_moments_px2, least_weight_px2);
+  widen(window.second_moments_px2, weight_variance(spot.second_moments_px2.diagonal().minCoeff()));
   for_each(
       patch, window, [&](double signal, double weight, double dx) { m.add(signal * weight, dx); },
       [&](double dy) { m.end_row(dy); });
