@@ -4,11 +4,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <sstream>
 #include <utility>
 
 #include "libocc/core/require.hpp"
+#include "libocc/position/lamp_sizes.hpp"
 
 namespace occ {
 namespace {
@@ -37,33 +37,6 @@ struct Ranked {
   double assumed = 0;   // chi-square of the prior and of missed lamps
 };
 
-/// Errors of the lens or the map move a lamp's rim but hardly change its shape: a rim this far off
-/// (of its size, and of its noise) is that of another lamp, or seen from another place. The centres
-/// of three lamps fit some pose always; then their shapes are the only evidence.
-constexpr double misshapen = 0.05, misshapen_of_three = 0.02, misshapen_sigma = 5;
-
-/// A sentence about a lamp that geometry alone has named and whose shape speaks against it; empty
-/// when there is none. Rims of saturated lamps grow, and prove nothing.
-std::string misfit(const Refined& refined, const std::vector<Blob>& blobs, const Scene& scene) {
-  const double tolerance = refined.lamps.size() > 3 ? misshapen : misshapen_of_three;
-  for (const LampResidual& residual : refined.lamps) {
-    const Lamp& lamp = scene.lamps[static_cast<std::size_t>(residual.match.lamp)];
-    const Blob& blob = blobs[static_cast<std::size_t>(residual.match.blob)];
-    const bool coded = lamp.frequency_hz && blob.frequency_hz;
-    if (coded || blob.saturated || blob.rim.empty() || residual.contradicts) continue;
-    double variance = 0;
-    for (const RimPoint& point : blob.rim) variance += point.sigma_px * point.sigma_px;
-    const double noise_px = std::sqrt(variance / static_cast<double>(blob.rim.size()));
-    const double size_px = std::sqrt(blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px);
-    if (!(residual.rms_px > std::max(tolerance * size_px, misshapen_sigma * noise_px))) continue;
-    std::ostringstream text;
-    text << "no pose explains both where the lamps are and how large: the rim of lamp " << lamp.id
-         << " misses by " << residual.rms_px << " px";
-    return text.str();
-  }
-  return {};
-}
-
 Ranked refine_hypothesis(const Hypothesis& hypothesis, const std::vector<Blob>& blobs,
                          const Scene& scene, const LocateOptions& options) {
   const Result<Refined> refined =
@@ -71,7 +44,7 @@ Ranked refine_hypothesis(const Hypothesis& hypothesis, const std::vector<Blob>& 
   Ranked ranked;
   ranked.status = refined.status;
   ranked.message = refined.message;
-  if (refined.ok()) ranked.message = misfit(*refined, blobs, scene);
+  if (refined.ok()) ranked.message = size_contradiction(*refined, blobs, scene);
   if (refined.ok() && !ranked.message.empty()) ranked.status = Status::no_pose;
   ranked.matches = hypothesis.matches.size();
   const double prior = options.prior ? options.prior->chi2(refined->cam_from_world) : 0;
