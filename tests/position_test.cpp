@@ -226,6 +226,23 @@ TEST(Locate, AMapOfAnotherRoomIsNeverSilentlyWrong) {
   }
 }
 
+// Points have no size that could speak against a pose.
+TEST(Locate, AMapOfOtherPointsIsNeverSilentlyWrong) {
+  Scene map = irregular_room();
+  for (Lamp& lamp : map.lamps) {
+    lamp.shape = LampShape::point;
+    lamp.power_w = 0.03;
+  }
+  Random random(11);
+  for (int trial = 0; trial < 300; ++trial) {
+    Scene seen = map;
+    for (Lamp& lamp : seen.lamps)
+      lamp.centre_m += Eigen::Vector3d(0.4 * random.normal(), 0.4 * random.normal(), 0);
+    const Result<Fix> fix = locate(simulate(seen, random_room_pose(random)).image.view(), map);
+    EXPECT_NE(fix.status, Status::ok) << "trial " << trial;
+  }
+}
+
 TEST(Locate, RefusesAnImageOfAnotherSizeThanTheCameras) {
   const Image image = constant_image(320, 240, 0);
   try {

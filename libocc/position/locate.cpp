@@ -16,6 +16,10 @@ namespace {
 /// Poses whose likelihood is within a factor of 100 of the best one's are plausible: 2 ln 100.
 constexpr double plausible_chi2 = 9.2;
 
+/// Expected number of wrong poses that may explain as many lamps, when the best one's residuals are
+/// larger than they should be. (Four lamps of six are explained by chance in some 0.05 ways.)
+constexpr double chance_of_misfits = 1e-3;
+
 /// Seconds since construction.
 class Clock {
  public:
@@ -33,8 +37,9 @@ struct Ranked {
   Status status = Status::ok;
   std::string message;
   std::size_t matches = 0;
-  double measured = 0;  // chi-square of rims and centroids
-  double assumed = 0;   // chi-square of the prior and of missed lamps
+  bool misfits = false;  // residuals exceed the stated sigmas, and no rim speaks for it
+  double measured = 0;   // chi-square of rims and centroids
+  double assumed = 0;    // chi-square of the prior and of missed lamps
 };
 
 Ranked refine_hypothesis(const Hypothesis& hypothesis, const std::vector<Blob>& blobs,
@@ -46,6 +51,11 @@ Ranked refine_hypothesis(const Hypothesis& hypothesis, const std::vector<Blob>& 
   ranked.message = refined.message;
   if (refined.ok()) ranked.message = size_contradiction(*refined, blobs, scene);
   if (refined.ok() && !ranked.message.empty()) ranked.status = Status::no_pose;
+  ranked.misfits =
+      refined->variance_factor > 1 &&
+      std::none_of(hypothesis.matches.begin(), hypothesis.matches.end(), [&](const Match& match) {
+        return !blobs[static_cast<std::size_t>(match.blob)].rim.empty();
+      });
   ranked.matches = hypothesis.matches.size();
   const double prior = options.prior ? options.prior->chi2(refined->cam_from_world) : 0;
   ranked.measured = refined->chi2 - prior;
@@ -163,6 +173,11 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   } else if (result.ok() && identified->may_be_chance) {
     result.status = identified.status;
     result.message = identified.message;
+  } else if (result.ok() && ranked.front().misfits && identified->chance > chance_of_misfits) {
+    result.status = Status::ambiguous;
+    result.message =
+        "the one pose found fits badly and may be chance: " + std::to_string(identified->chance) +
+        " wrong ones are expected to fit as well";
   }
   return result;
 }
