@@ -8,11 +8,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "libocc/core/image_file.hpp"
 #include "libocc/position/locate.hpp"
+#include "rendered_rooms.hpp"
 
 namespace occ {
 namespace {
@@ -24,10 +26,6 @@ struct Case {
   Image image;
   YAML::Node meta;
 };
-
-Eigen::Vector3d vector3(const YAML::Node& node) {
-  return {node[0].as<double>(), node[1].as<double>(), node[2].as<double>()};
-}
 
 Case read_photograph(const fs::path& json) {
   Case c;
@@ -45,69 +43,28 @@ Case read_photograph(const fs::path& json) {
     lamp.id = node["frequency_hz"].as<int>();
     lamp.frequency_hz = node["frequency_hz"].as<double>();
     lamp.shape = LampShape::point;
-    lamp.centre_m = 0.01 * vector3(node["centre_cm"]);
+    lamp.centre_m = 0.01 * test::vector3(node["centre_cm"]);
     c.scene.lamps.push_back(lamp);
   }
   return c;
 }
 
-Case read_rendered(const fs::path& json) {
-  Case c;
-  c.meta = YAML::LoadFile(json.string());
-  c.image = read_image((json.parent_path() / c.meta["image"].as<std::string>()).string());
-  c.scene.camera = Camera::pinhole(c.meta["width"].as<int>(), c.meta["height"].as<int>(),
-                                   c.meta["fx_px"].as<double>(), c.meta["fy_px"].as<double>(),
-                                   c.meta["cx_px"].as<double>(), c.meta["cy_px"].as<double>());
-  c.scene.sensor.psf_sigma_px = c.meta["psf_sigma_px"].as<double>();
-  c.scene.sensor.gain_dn_per_e = 1 / c.meta["electrons_per_dn"].as<double>();
-  c.scene.sensor.read_noise_e = c.meta["read_noise_e"].as<double>();
-  c.scene.sensor.black_level_dn = c.meta["black_level_dn"].as<double>();
-  for (const YAML::Node& node : c.meta["lamps"]) {
-    Lamp lamp;
-    lamp.id = node["id"].as<int>();
-    lamp.centre_m = vector3(node["centre_m"]);
-    lamp.centre_m.z() -= 0.001;  // the emitting face hangs 1 mm below the listed height
-    lamp.radius_m = node["radius_m"].as<double>();
-    lamp.normal = vector3(node["normal"]);
-    lamp.half_power_rad = node["half_power_deg"].as<double>() * M_PI / 180;
-    c.scene.lamps.push_back(lamp);
-  }
-  return c;
-}
-
-std::vector<fs::path> files(const std::string& folder, const std::string& prefix) {
-  std::vector<fs::path> found;
-  const fs::path root = fs::path(LIBOCC_EXTRA_DATA) / folder;
-  if (!fs::exists(root)) return found;
-  for (const auto& entry : fs::directory_iterator(root)) {
-    const std::string name = entry.path().filename().string();
-    if (name.rfind(prefix, 0) == 0 && entry.path().extension() == ".json")
-      found.push_back(entry.path());
-  }
-  std::sort(found.begin(), found.end());
-  return found;
-}
-
-Rigid3 true_pose(const YAML::Node& meta) {
-  Rigid3 pose;
-  for (int row = 0; row < 3; ++row)
-    pose.rotation.row(row) = vector3(meta["cam_from_world_rotation"][row]).transpose();
-  pose.translation = vector3(meta["cam_from_world_translation_m"]);
-  return pose;
-}
-
-double error_m(const Eigen::Vector3d& position_m, const YAML::Node& meta) {
-  return (position_m - vector3(meta["camera_position_m"])).norm();
+/// Truth beside the photograph whose file name starts with `prefix`; nothing when it is absent.
+std::optional<fs::path> photograph(const std::string& prefix) {
+  const std::vector<fs::path> found = test::truth_files("luxapose", prefix);
+  if (found.empty()) return std::nullopt;
+  return found.front();
 }
 
 TEST(Photographs, RigOfFiveBlinkingLamps) {
-  const std::vector<fs::path> found = files("luxapose", "rig");
-  if (found.empty()) GTEST_SKIP() << "photographs are not here";
-  const Case c = read_photograph(found.front());
+  const auto found = photograph("rig");
+  if (!found) GTEST_SKIP() << "photographs are not here";
+  const Case c = read_photograph(*found);
   const Result<Fix> fix = locate(c.image.view(), c.scene);
   EXPECT_EQ(fix.status, Status::ok) << fix.message;
   EXPECT_EQ(fix->lamps.size(), 5u);
-  const double error = (fix->position_m - 0.01 * vector3(c.meta["camera_position_cm"])).norm();
+  const double error =
+      (fix->position_m - 0.01 * test::vector3(c.meta["camera_position_cm"])).norm();
   RecordProperty("error_m", std::to_string(error));
   std::printf("rig: error %.4f m, rms %.3f px, %.3f s\n", error, fix->rms_px,
               fix->timing_s.total_s);
@@ -116,9 +73,9 @@ TEST(Photographs, RigOfFiveBlinkingLamps) {
 }
 
 TEST(Photographs, ChandelierOfFourBlinkingLamps) {
-  const std::vector<fs::path> found = files("luxapose", "chandelier");
-  if (found.empty()) GTEST_SKIP() << "photographs are not here";
-  const Case c = read_photograph(found.front());
+  const auto found = photograph("chandelier");
+  if (!found) GTEST_SKIP() << "photographs are not here";
+  const Case c = read_photograph(*found);
   const Result<Fix> fix = locate(c.image.view(), c.scene);
   EXPECT_EQ(fix.status, Status::ok) << fix.message;
   EXPECT_EQ(fix->lamps.size(), 4u);
@@ -131,26 +88,26 @@ TEST(Photographs, ChandelierOfFourBlinkingLamps) {
 }
 
 TEST(RenderedRooms, IrregularLampsAreNamedWithoutCodes) {
-  const std::vector<fs::path> found = files("rendered", "irregular6");
+  const std::vector<fs::path> found = test::rendered_rooms("irregular6");
   if (found.empty()) GTEST_SKIP() << "rendered rooms are not here";
   std::vector<double> errors;
   for (const fs::path& path : found) {
-    const Case c = read_rendered(path);
-    const Result<Fix> fix = locate(c.image.view(), c.scene);
+    const test::RenderedRoom room = test::read_rendered_room(path);
+    const Result<Fix> fix = locate(room.image.view(), room.scene);
     ASSERT_EQ(fix.status, Status::ok) << path.stem() << ": " << fix.message;
-    for (const YAML::Node& id : c.meta["visible_lamps"])
-      EXPECT_EQ(fix->lamps.count(id.as<int>()), 1u) << path.stem() << ", lamp " << id;
-    errors.push_back(error_m(fix->position_m, c.meta));
+    for (const int id : room.whole_lamps)
+      EXPECT_EQ(fix->lamps.count(id), 1u) << path.stem() << ", lamp " << id;
+    errors.push_back((fix->position_m - room.position_m).norm());
     std::printf("%s: error %.3f mm, sigma %.3f mm, %.3f ms\n", path.stem().c_str(),
                 1e3 * errors.back(), 1e3 * std::sqrt(fix->position_covariance_m2.trace()),
                 1e3 * fix->timing_s.total_s);
   }
-  for (const fs::path& path : files("rendered", "square4")) {  // unsaturated frames too
-    const Case c = read_rendered(path);
-    const Result<Fix> fix = locate(c.image.view(), c.scene);
+  for (const fs::path& path : test::rendered_rooms("square4")) {  // unsaturated frames too
+    const test::RenderedRoom room = test::read_rendered_room(path);
+    const Result<Fix> fix = locate(room.image.view(), room.scene);
     double least = 1e9;
     for (const Candidate& candidate : fix->candidates)
-      least = std::min(least, error_m(candidate.position_m, c.meta));
+      least = std::min(least, (candidate.position_m - room.position_m).norm());
     errors.push_back(least);
     std::printf("%s: error %.3f mm\n", path.stem().c_str(), 1e3 * least);
   }
@@ -160,13 +117,13 @@ TEST(RenderedRooms, IrregularLampsAreNamedWithoutCodes) {
 }
 
 TEST(RenderedRooms, SaturatedLampsStayWithinTwoMillimetres) {
-  const std::vector<fs::path> found = files("rendered", "sat_");
+  const std::vector<fs::path> found = test::rendered_rooms("sat_");
   if (found.empty()) GTEST_SKIP() << "rendered rooms are not here";
   for (const fs::path& path : found) {
-    const Case c = read_rendered(path);
-    const Result<Fix> fix = locate(c.image.view(), c.scene);
+    const test::RenderedRoom room = test::read_rendered_room(path);
+    const Result<Fix> fix = locate(room.image.view(), room.scene);
     ASSERT_EQ(fix.status, Status::ok) << path.stem() << ": " << fix.message;
-    const double error = error_m(fix->position_m, c.meta);
+    const double error = (fix->position_m - room.position_m).norm();
     std::printf("%s: error %.3f mm, sigma %.3f mm\n", path.stem().c_str(), 1e3 * error,
                 1e3 * std::sqrt(fix->position_covariance_m2.trace()));
     EXPECT_LE(error, 2e-3) << path.stem();
@@ -175,21 +132,21 @@ TEST(RenderedRooms, SaturatedLampsStayWithinTwoMillimetres) {
 }
 
 TEST(RenderedRooms, TheSquareIsAmbiguousAndAHeadingPriorSettlesIt) {
-  const std::vector<fs::path> found = files("rendered", "square4");
+  const std::vector<fs::path> found = test::rendered_rooms("square4");
   if (found.empty()) GTEST_SKIP() << "rendered rooms are not here";
   for (const fs::path& path : found) {
-    const Case c = read_rendered(path);
-    const Result<Fix> without = locate(c.image.view(), c.scene);
+    const test::RenderedRoom room = test::read_rendered_room(path);
+    const Result<Fix> without = locate(room.image.view(), room.scene);
     EXPECT_EQ(without.status, Status::ambiguous) << path.stem() << ": " << without.message;
     EXPECT_EQ(without->candidates.size(), 4u) << path.stem();
 
     LocateOptions options;
     options.prior.emplace();
-    options.prior->heading_rad = heading_rad(true_pose(c.meta));
+    options.prior->heading_rad = heading_rad(room.cam_from_world);
     options.prior->heading_sigma_rad = 20 * M_PI / 180;
-    const Result<Fix> with = locate(c.image.view(), c.scene, options);
+    const Result<Fix> with = locate(room.image.view(), room.scene, options);
     EXPECT_EQ(with.status, Status::ok) << path.stem() << ": " << with.message;
-    EXPECT_LE(error_m(with->position_m, c.meta), 1.0e-3) << path.stem();
+    EXPECT_LE((with->position_m - room.position_m).norm(), 1.0e-3) << path.stem();
   }
 }
 

@@ -213,13 +213,17 @@ TEST(Locate, AHalfCoveredViewIsNeverSilentlyWrong) {
   EXPECT_GT(solved, 30);
 }
 
+Scene with_lamps_moved(Scene scene, Random& random) {
+  for (Lamp& lamp : scene.lamps)
+    lamp.centre_m += Eigen::Vector3d(0.4 * random.normal(), 0.4 * random.normal(), 0);
+  return scene;
+}
+
 TEST(Locate, AMapOfAnotherRoomIsNeverSilentlyWrong) {
   const Scene map = irregular_room();
   Random random(10);
   for (int trial = 0; trial < 100; ++trial) {
-    Scene seen = map;
-    for (Lamp& lamp : seen.lamps)
-      lamp.centre_m += Eigen::Vector3d(0.4 * random.normal(), 0.4 * random.normal(), 0);
+    const Scene seen = with_lamps_moved(map, random);
     const Result<Fix> fix = locate(simulate(seen, random_room_pose(random)).image.view(), map);
     EXPECT_NE(fix.status, Status::ok) << "trial " << trial;
     EXPECT_FALSE(fix.message.empty()) << "trial " << trial;
@@ -235,9 +239,7 @@ TEST(Locate, AMapOfOtherPointsIsNeverSilentlyWrong) {
   }
   Random random(11);
   for (int trial = 0; trial < 300; ++trial) {
-    Scene seen = map;
-    for (Lamp& lamp : seen.lamps)
-      lamp.centre_m += Eigen::Vector3d(0.4 * random.normal(), 0.4 * random.normal(), 0);
+    const Scene seen = with_lamps_moved(map, random);
     const Result<Fix> fix = locate(simulate(seen, random_room_pose(random)).image.view(), map);
     EXPECT_NE(fix.status, Status::ok) << "trial " << trial;
   }

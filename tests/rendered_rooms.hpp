@@ -26,17 +26,23 @@ struct RenderedRoom {
   std::vector<int> whole_lamps;  ///< ids of the lamps entirely in view
 };
 
-/// Paths of the rooms whose file name starts with `prefix`, sorted; none when they are absent.
-inline std::vector<std::filesystem::path> rendered_rooms(const std::string& prefix) {
+/// Truth in a folder of the extra data, of files whose name starts with `prefix`, sorted; none when
+/// they are absent.
+inline std::vector<std::filesystem::path> truth_files(const std::string& folder,
+                                                      const std::string& prefix) {
   std::vector<std::filesystem::path> found;
-  const std::filesystem::path folder = std::filesystem::path(LIBOCC_EXTRA_DATA) / "rendered";
-  if (!std::filesystem::exists(folder)) return found;
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
+  const std::filesystem::path root = std::filesystem::path(LIBOCC_EXTRA_DATA) / folder;
+  if (!std::filesystem::exists(root)) return found;
+  for (const auto& entry : std::filesystem::directory_iterator(root))
     if (entry.path().extension() == ".json" &&
         entry.path().filename().string().rfind(prefix, 0) == 0)
       found.push_back(entry.path());
   std::sort(found.begin(), found.end());
   return found;
+}
+
+inline std::vector<std::filesystem::path> rendered_rooms(const std::string& prefix) {
+  return truth_files("rendered", prefix);
 }
 
 inline Eigen::Vector3d vector3(const YAML::Node& node) {

@@ -3,10 +3,11 @@
 // it, before anything sub-pixel is measured. Grey levels here are as stored (no response applied).
 #pragma once
 
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
 #include <algorithm>
 #include <limits>
-
-#include "libocc/core/abi.hpp"
 
 namespace occ::detecting {
 
@@ -24,11 +25,14 @@ struct Moments {
     return *this;
   }
 
-  double mean_x() const { return x / sum; }
-  double mean_y() const { return y / sum; }
-  double variance_x() const { return xx / sum - mean_x() * mean_x(); }
-  double variance_y() const { return yy / sum - mean_y() * mean_y(); }
-  double covariance() const { return xy / sum - mean_x() * mean_y(); }
+  Eigen::Vector2d mean() const { return {x / sum, y / sum}; }
+
+  Eigen::Matrix2d variance() const {
+    const Eigen::Vector2d m = mean();
+    Eigen::Matrix2d out;
+    out << xx / sum, xy / sum, xy / sum, yy / sum;
+    return out - m * m.transpose();
+  }
 };
 
 struct Component {

@@ -34,20 +34,12 @@ Ellipse ellipse_of(const Eigen::Vector2d& centre, const Eigen::Matrix2d& moments
   return ellipse;
 }
 
-Eigen::Vector2d mean_of(const Moments& m) { return {m.mean_x(), m.mean_y()}; }
-
-Eigen::Matrix2d variance_of(const Moments& m) {
-  Eigen::Matrix2d out;
-  out << m.variance_x(), m.covariance(), m.covariance(), m.variance_y();
-  return out;
-}
-
 /// What the one pass over the image knows.
 Blob coarse_blob(const Component& component) {
   const Moments& light = component.grey.sum > 0 ? component.grey : component.shape;
   Blob blob;
-  blob.centroid_px = mean_of(light);
-  blob.ellipse = ellipse_of(blob.centroid_px, variance_of(light));
+  blob.centroid_px = light.mean();
+  blob.ellipse = ellipse_of(blob.centroid_px, light.variance());
   blob.flux_dn = component.grey.sum;
   blob.flux_sigma_dn = component.noise_dn * std::sqrt(component.area_px);
   blob.peak_dn = component.peak_dn;
@@ -62,8 +54,8 @@ Blob coarse_blob(const Component& component) {
   blob.cut_by_border = component.touches_border;
   // White noise over the component's area moves the centroid by its second moments.
   const double relative = blob.flux_sigma_dn / light.sum;
-  blob.covariance_px2 = relative * relative *
-                        (variance_of(component.shape) + pixel_px2 * Eigen::Matrix2d::Identity());
+  blob.covariance_px2 =
+      relative * relative * (component.shape.variance() + pixel_px2 * Eigen::Matrix2d::Identity());
   return blob;
 }
 
@@ -121,8 +113,8 @@ void measure_moments(const Patch& patch, const Component& component, Blob& blob)
   blob.covariance_px2 << noise.xx, noise.xy, noise.xy, noise.yy;
   blob.covariance_px2 += noise.sum * pixel_px2 * Eigen::Matrix2d::Identity();
   blob.covariance_px2 /= light.sum * light.sum;
-  blob.centroid_px += mean_of(light);
-  blob.ellipse = ellipse_of(blob.centroid_px, variance_of(light));
+  blob.centroid_px += light.mean();
+  blob.ellipse = ellipse_of(blob.centroid_px, light.variance());
 }
 
 bool use_rim(std::optional<Rim>&& rim, Blob& blob) {
@@ -161,7 +153,7 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
     }
   }
   if (minor2 < most_spot_px * most_spot_px && !blob.merged) {
-    Eigen::Matrix2d start = variance_of(component.grey);
+    Eigen::Matrix2d start = component.grey.variance();
     start.diagonal() = start.diagonal().cwiseMax(blur2);
     if (use_spot(measure_spot(patch, blob.centroid_px, start), blob)) return;
   }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/detect/component.hpp"
+
 namespace occ::detecting {
 namespace {
 
@@ -70,10 +72,10 @@ void for_each(const Patch& patch, const Spot& spot, Pixel&& pixel, RowEnd&& row_
   }
 }
 
-/// Moments up to the second about the centre, added up row by row.
+/// Moments about the centre, added up row by row.
 struct RowMoments {
   double row = 0, row_x = 0, row_xx = 0;
-  double sum = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+  Moments all;
 
   void add(double value, double dx) {
     row += value;
@@ -82,12 +84,7 @@ struct RowMoments {
   }
 
   void end_row(double dy) {
-    sum += row;
-    x += row_x;
-    xx += row_xx;
-    y += row * dy;
-    xy += row_x * dy;
-    yy += row * dy * dy;
+    all += {row, row_x, row * dy, row_xx, row_x * dy, row * dy * dy};
     row = row_x = row_xx = 0;
   }
 };
@@ -143,17 +140,16 @@ double weight_variance(double light) {
 /// P = (C^-1 + M^-1)^-1, and its mean is P C^-1 times its distance. Returns how far the centre
 /// moved.
 std::optional<double> moment_step(const Patch& patch, Spot& spot) {
-  RowMoments m;
+  RowMoments seen_light;
   Spot window = spot;
   widen(window.second_moments_px2, weight_variance(spot.second_moments_px2.diagonal().minCoeff()));
   for_each(
-      patch, window, [&](double signal, double weight, double dx) { m.add(signal * weight, dx); },
-      [&](double dy) { m.end_row(dy); });
-  if (!(m.sum > 0)) return std::nullopt;
-  const Eigen::Vector2d mean(m.x / m.sum, m.y / m.sum);
-  Eigen::Matrix2d seen;
-  seen << m.xx / m.sum, m.xy / m.sum, m.xy / m.sum, m.yy / m.sum;
-  seen -= mean * mean.transpose();
+      patch, window,
+      [&](double signal, double weight, double dx) { seen_light.add(signal * weight, dx); },
+      [&](double dy) { seen_light.end_row(dy); });
+  if (!(seen_light.all.sum > 0)) return std::nullopt;
+  const Eigen::Vector2d mean = seen_light.all.mean();
+  const Eigen::Matrix2d seen = seen_light.all.variance();
   if (!positive(seen)) return std::nullopt;
   const Eigen::Matrix2d& weight = window.second_moments_px2;
   const Eigen::Matrix2d inverse = seen.inverse() - weight.inverse();
@@ -183,9 +179,9 @@ std::optional<double> shift_step(const Patch& patch, const Light& light, Spot& s
         residual.end_row(dy);
         curvature.end_row(dy);
       });
-  const Eigen::Vector2d right(residual.x, residual.y);
+  const Eigen::Vector2d right(residual.all.x, residual.all.y);
   Eigen::Matrix2d normal;
-  normal << curvature.xx, curvature.xy, curvature.xy, curvature.yy;
+  normal << curvature.all.xx, curvature.all.xy, curvature.all.xy, curvature.all.yy;
   if (!positive(normal)) return std::nullopt;
   // d model / d centre = model M^-1 d; M cancels out of the step on one side.
   const Eigen::Matrix2d inverse = normal.inverse();

@@ -56,6 +56,16 @@ bool axes_miss(const Lamp& lamp, const Blob& blob, const Refined& refined, const
   return ((seen - *predicted).abs() > axis_misfit * *predicted + axis_misfit_px).any();
 }
 
+std::string message(const Lamp& lamp, const Blob& blob, const LampResidual& residual) {
+  std::ostringstream text;
+  text << "no pose explains both where the lamps are and how large: lamp " << lamp.id;
+  if (blob.rim.empty())
+    text << " is not what the blob at " << blob.centroid_px.transpose() << " px looks like";
+  else
+    text << "'s rim misses by " << residual.rms_px << " px";
+  return text.str();
+}
+
 }  // namespace
 
 std::string size_contradiction(const Refined& refined, const std::vector<Blob>& blobs,
@@ -71,17 +81,11 @@ std::string size_contradiction(const Refined& refined, const std::vector<Blob>& 
     const Blob& blob = blob_of(residual);
     const bool coded = lamp.frequency_hz && blob.frequency_hz;
     if (coded || blob.saturated || residual.contradicts) continue;
-    std::ostringstream text;
-    text << "no pose explains both where the lamps are and how large: lamp " << lamp.id;
-    if (!blob.rim.empty() && rim_misses(residual, blob, whole <= 3)) {
-      text << "'s rim misses by " << residual.rms_px << " px";
-      return text.str();
-    }
-    if (blob.rim.empty() && is_whole(blob) && whole <= 3 &&
-        axes_miss(lamp, blob, refined, scene.camera)) {
-      text << " is not what blob at " << blob.centroid_px.transpose() << " px looks like";
-      return text.str();
-    }
+    const bool three = whole <= 3;
+    const bool misses =
+        blob.rim.empty() ? three && is_whole(blob) && axes_miss(lamp, blob, refined, scene.camera)
+                         : rim_misses(residual, blob, three);
+    if (misses) return message(lamp, blob, residual);
   }
   return {};
 }
