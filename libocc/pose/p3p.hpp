@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Perspective-three-point: every pose from which three known points are seen along three known
-// bearings. Solver: OpenGV's p3p_kneip (Kneip, Scaramuzza, Siegwart, "A novel parametrization of
-// the perspective-three-point problem", CVPR 2011), guarded: points are first moved to their
-// centroid and scaled to unit size; candidates that are not finite, have a point behind the camera
-// or do not reproduce the bearings are dropped; the rest are polished by Newton's method on the
-// three distance equations
+// bearings. The distances of the points solve three quadratic equations
 //     (d_i - d_j)^2 + d_i d_j |f_i - f_j|^2 = |P_i - P_j|^2
-// (chords instead of cosines: nothing cancels at narrow angles), and duplicates merged. Where
-// Kneip's parametrisation is singular (symmetric views, double roots) the points are permuted and
-// the answers united. Limits, inherited: one or the other pose may be missing when the camera is
-// exactly on an axis or plane of symmetry of the three points or in their plane.
+// (Grunert 1841; chords instead of cosines, so that nothing cancels at narrow angles). They are
+// found as the intersections of two conics (pose/conic_pencil.hpp), polished by Newton's method and
+// kept when they reproduce the bearings to 3e-12 rad; close to a double root (the camera on the
+// cylinder through the points' circle, e.g. exactly under a lamp) its mate is looked for. The
+// rotation comes from two orthonormal frames.
+// Two roots closer than 1e-7 of the distance are one: rounding of the input moves a double root by
+// that much.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -22,12 +21,17 @@
 
 namespace occ {
 
-/// All candidates for cam_from_world (0 to 4), best reprojection first.
+/// All candidates for cam_from_world (0 to 4), in no order: all fit.
 /// bearings: columns, unit to 1e-6, camera frame; points_in_world: columns [m].
 /// Empty for collinear or coincident points and for bearings that fit no triangle. Throws
 /// std::invalid_argument for values that are not finite or bearings that are not unit.
 LIBOCC_API std::vector<Rigid3> p3p(const Eigen::Matrix3d& bearings,
                                    const Eigen::Matrix3d& points_in_world);
+
+/// The same into `poses`, cleared first; returns how many. For loops: input is not checked, except
+/// that points on a line give none, and nothing is allocated once `poses` has room for four.
+LIBOCC_API int p3p(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points_in_world,
+                   std::vector<Rigid3>& poses);
 
 /// For searches over noisy bearings: the poses that reproduce each bearing within tolerance_rad,
 /// not polished, in `poses`; returns how many. Noise can turn a double root into a complex pair,

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: the distances of three points from the camera.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include "libocc/pose/distance_equations.hpp"
+
+namespace occ::three_points {
+
+struct Root {
+  double depth[3];
+  double misfit;  ///< see distance_equations.hpp
+};
+
+/// All real roots with positive distances, to rounding; at most four. Two that rounding of the
+/// input cannot tell apart are one.
+int find_roots(const Triangle& triangle, Root roots[4]);
+
+/// The real parts of the roots, before any polish: noise in the bearings can turn a double root
+/// into a complex pair. At most four; misfit is not set.
+int find_real_parts(const Triangle& triangle, Root roots[4]);
+
+}  // namespace occ::three_points
