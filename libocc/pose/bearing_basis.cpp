@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/pose/bearing_basis.hpp"
+//
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace occ {
+namespace {
+
+constexpr double rounding = 1e-16;
+constexpr int most_steps = 100;
+constexpr double settled = 1e-15;  // 1 - cos of the angle between successive vectors
+
+}  // namespace
+
+TangentBasis tangent_basis(const Eigen::Vector3d& bearing) {
+  TangentBasis basis;
+  basis.row(0) = bearing.unitOrthogonal();
+  basis.row(1) = bearing.cross(basis.row(0).transpose());
+  return basis;
+}
+
+// Inverse iteration on the triangular factor R of A: (R^T R) x_next = x.
+Eigen::VectorXd smallest_right_vector(const Eigen::MatrixXd& a) {
+  const Eigen::Index columns = a.cols();
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(a);
+  Eigen::MatrixXd r = Eigen::MatrixXd::Zero(columns, columns);
+  const Eigen::Index rows = std::min(columns, a.rows());
+  r.topRows(rows) = qr.matrixR().topRows(rows).triangularView<Eigen::Upper>();
+  for (Eigen::Index i = 0; i < columns; ++i)  // a null space, to rounding, must not divide by zero
+    if (std::abs(r(i, i)) < rounding * std::abs(r(0, 0))) r(i, i) = rounding * std::abs(r(0, 0));
+  Eigen::VectorXd x = Eigen::VectorXd::Unit(columns, columns - 1);
+  for (int step = 0; step < most_steps; ++step) {
+    Eigen::VectorXd next = r.transpose().triangularView<Eigen::Lower>().solve(x);
+    next = r.triangularView<Eigen::Upper>().solve(next).normalized();
+    const double change = 1 - std::abs(next.dot(x));
+    x = next;
+    if (!(change > settled)) break;
+  }
+  return qr.colsPermutation() * x;
+}
+
+}  // namespace occ

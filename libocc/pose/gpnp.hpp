@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Many points seen from several centres on a rig (Kneip, Furgale, Siegwart, ICRA 2013, section IV):
+// EPnP's control points with an inhomogeneous system; its search of the null space is OpenGV's.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <vector>
+
+#include "libocc/pose/problem.hpp"
+
+namespace occ {
+
+void solve_gpnp(const PoseProblem& problem, std::vector<Rigid3>& candidates);
+
+}  // namespace occ

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// OpenGV's containers, spelled in Eigen's types, and its poses (world_from_cam, 3x4) as ours.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <Eigen/StdVector>
+#include <vector>
+
+#include "libocc/geometry/rigid.hpp"
+
+namespace occ {
+
+using OpengvVectors = std::vector<Eigen::Vector3d, Eigen::aligned_allocator<Eigen::Vector3d>>;
+using OpengvPose = Eigen::Matrix<double, 3, 4>;
+using OpengvPoses = std::vector<OpengvPose, Eigen::aligned_allocator<OpengvPose>>;
+
+inline OpengvVectors opengv_vectors(const Eigen::Matrix3Xd& columns) {
+  OpengvVectors vectors(static_cast<std::size_t>(columns.cols()));
+  for (std::size_t i = 0; i < vectors.size(); ++i)
+    vectors[i] = columns.col(static_cast<Eigen::Index>(i));
+  return vectors;
+}
+
+inline Rigid3 cam_from_world(const OpengvPose& world_from_cam) {
+  return Rigid3{world_from_cam.leftCols<3>(), world_from_cam.col(3)}.inverse();
+}
+
+}  // namespace occ

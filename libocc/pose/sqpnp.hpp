@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Three or more points by SQPnP (Terzakis, Lourakis, "A consistently fast and globally optimal
+// solution to the perspective-n-point problem", ECCV 2020) of OpenCV.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <vector>
+
+#include "libocc/pose/problem.hpp"
+
+namespace occ {
+
+void solve_sqpnp(const PoseProblem& problem, std::vector<Rigid3>& candidates);
+
+}  // namespace occ

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Two points when the direction of gravity is known (Kukelova, Bujnak, Pajdla, "Closed-form
+// solutions to minimal absolute pose problems with known vertical direction", ACCV 2010).
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <vector>
+
+#include "libocc/pose/problem.hpp"
+
+namespace occ {
+
+void solve_upright_p2p(const PoseProblem& problem, std::vector<Rigid3>& candidates);
+
+}  // namespace occ
