@@ -25,6 +25,7 @@ struct ProblemKind {
   bool half_turn = false;  ///< rotation by 180 degrees, half of them about a coordinate axis
   double nearest = 2;      ///< distance of the centroid, in r.m.s. distances of the points from it
   double farthest = 6;
+  double widest = 0.15;  ///< least cosine between a bearing and the direction to the centroid
 };
 
 /// Uniform over SO(3).
@@ -55,7 +56,7 @@ inline Eigen::Matrix3Xd random_points(Random& random, int count, bool flat) {
   }
 }
 
-/// Seen along any direction, all points within 81 degrees of the one to their centroid.
+/// Seen along any direction, by default all points within 81 degrees of the one to their centroid.
 inline KnownProblem random_problem(Random& random, int count, const ProblemKind& kind) {
   KnownProblem known;
   PoseProblem& problem = known.problem;
@@ -72,7 +73,7 @@ inline KnownProblem random_problem(Random& random, int count, const ProblemKind&
     if (kind.rig) problem.bearings -= problem.origins;
     problem.bearings.colwise().normalize();
     problem.up_in_cam = known.truth.rotation.col(2);
-    if ((direction.transpose() * problem.bearings).minCoeff() > 0.15) return known;
+    if ((direction.transpose() * problem.bearings).minCoeff() > kind.widest) return known;
   }
 }
 

@@ -147,6 +147,26 @@ TEST(Solvers, PositInAPlaneConvergesFromFarther) {
   EXPECT_LT(solved("posit_coplanar", 4, at(2, true)), 0.85);  // as it says
 }
 
+// Bearings all around, which no image plane holds.
+TEST(Solvers, CameraAmongThePoints) {
+  ProblemKind among{false, false, false, 0.1, 0.6};
+  among.widest = -1;
+  EXPECT_EQ(solved("upright_p2p", 2, among), 1);
+  EXPECT_GE(solved("p3p_kneip", 3, among), 0.98);
+  EXPECT_GE(solved("p3p_gao", 3, among), 0.98);
+  EXPECT_EQ(solved("triangle", 3, among), 1);
+  EXPECT_GE(solved("gp3p", 3, among, 0.1), 0.95);
+  EXPECT_EQ(solved("upnp", 6, among, exact, 100), 1);
+  EXPECT_EQ(solved("dlt", 6, among), 1);
+  among.flat = true;
+  EXPECT_EQ(solved("homography", 5, among), 1);
+  among.flat = false;
+  among.rig = true;
+  EXPECT_EQ(solved("upright_p2p", 2, among), 1);
+  EXPECT_EQ(solved("upnp", 6, among, exact, 100), 1);
+  EXPECT_EQ(solved("gpnp", 6, among, exact, 100), 1);
+}
+
 // Far away a plane has two poses that differ in tilt and fit alike: both must come out.
 TEST(Solvers, BothPosesOfAPlaneAreReturned) {
   for (const char* name : {"ippe", "posit_coplanar"})
