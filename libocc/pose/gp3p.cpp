@@ -6,6 +6,7 @@
 
 #include "libocc/pose/generic_frame.hpp"
 #include "libocc/pose/opengv_types.hpp"
+#include "libocc/pose/point_layout.hpp"
 
 namespace occ {
 namespace {
@@ -43,6 +44,7 @@ int add_poses(const ThreeRays& rays, const Eigen::Matrix3d& turn, std::vector<Ri
 // OpenGV eliminates without pivoting, and its Cayley parameters are infinite at 180 degrees: where
 // a turned world yields no pose, another may.
 void solve_gp3p(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
+  if (problem.size() != 3 || !spans_plane(point_layout(problem.points))) return;
   ThreeRays rays{problem.bearings, problem.points, Eigen::Matrix3d::Zero()};
   if (problem.origins.cols() == 3) rays.origins = problem.origins;
   const std::size_t before = candidates.size();
