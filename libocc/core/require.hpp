@@ -20,4 +20,13 @@ void require(bool holds, const std::string& name, const T& value, const std::str
   throw std::invalid_argument(text.str());
 }
 
+/// Throws naming the first column that holds NaN or infinity.
+template <typename Matrix>
+void require_finite(const Matrix& columns, const std::string& name) {
+  if (columns.allFinite()) return;
+  for (decltype(columns.cols()) i = 0; i < columns.cols(); ++i)
+    require(columns.col(i).allFinite(), name + "[" + std::to_string(i) + "]",
+            columns.col(i).transpose(), "finite");
+}
+
 }  // namespace occ

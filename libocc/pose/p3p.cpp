@@ -108,7 +108,7 @@ int p3p(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points_in_world,
 }
 
 std::vector<Rigid3> p3p(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points_in_world) {
-  require(points_in_world.allFinite(), "points_in_world", points_in_world, "finite");
+  require_finite(points_in_world, "points_in_world");
   for (int i = 0; i < 3; ++i)
     require(std::abs(bearings.col(i).norm() - 1) <= 1e-6, "bearings", bearings.col(i).transpose(),
             "unit columns");

@@ -10,8 +10,10 @@
 #include "libocc/pose/homography.hpp"
 #include "libocc/pose/ippe.hpp"
 #include "libocc/pose/iterative.hpp"
+#include "libocc/pose/p3p.hpp"
 #include "libocc/pose/p3p_gao.hpp"
 #include "libocc/pose/p3p_kneip.hpp"
+#include "libocc/pose/p3p_triples.hpp"
 #include "libocc/pose/posit.hpp"
 #include "libocc/pose/posit_coplanar.hpp"
 #include "libocc/pose/sqpnp.hpp"
@@ -20,6 +22,16 @@
 #include "libocc/pose/upright_p2p.hpp"
 
 namespace occ {
+
+namespace {
+
+void solve_p3p(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
+  std::vector<Rigid3> poses;
+  p3p(problem.bearings, problem.points, poses);
+  candidates.insert(candidates.end(), poses.begin(), poses.end());
+}
+
+}  // namespace
 
 const std::vector<Solver>& solvers() {
   constexpr Layout any = Layout::any, flat = Layout::coplanar, deep = Layout::not_coplanar;
@@ -30,6 +42,9 @@ const std::vector<Solver>& solvers() {
        "the camera at the height of both points, and points above one another, leave the heading "
        "open",
        "Kukelova, Bujnak, Pajdla, ACCV 2010", solve_upright_p2p},
+      {"p3p", 3, 3, 4, any, false, false,
+       "none known; points nearer to a line than 1e-5 of their size lose digits as any solver's do",
+       "libocc; conics after Ding, Yang, Larsson, Olsson, Astrom, CVPR 2023", solve_p3p},
       {"p3p_kneip", 3, 3, 4, any, false, false,
        "loses poses at double roots, on axes and planes of symmetry and in the plane of the points",
        "Kneip, Scaramuzza, Siegwart, CVPR 2011; OpenGV", solve_p3p_kneip},
@@ -50,6 +65,10 @@ const std::vector<Solver>& solvers() {
        "takes ten times as long as sqpnp; three points: one pose in twenty is off by more than "
        "1e-6 before polishing; in a plane with noise one in twenty is off by a tenth",
        "Kneip, Li, Seo, ECCV 2014; elimination by OpenGV", solve_upnp},
+      {"p3p_triples", 3, 0, 4, any, false, false,
+       "returns the candidates of one triple: with four points and much noise the other branch may "
+       "be missing",
+       "libocc; p3p over triples, judged by all points", solve_p3p_triples},
       {"iterative", 4, 0, 1, any, false, false,
        "points not in a plane must be six or more; may end in the wrong one of a plane's two "
        "poses; refuses bearings more than 89.9 deg from their mean",
@@ -86,11 +105,11 @@ const std::vector<Solver>& solvers() {
 }
 
 const Solver& solver_named(const std::string& name) {
-  std::string names;
-  for (const Solver& solver : solvers()) {
+  for (const Solver& solver : solvers())
     if (solver.name == name) return solver;
+  std::string names;
+  for (const Solver& solver : solvers())
     names += (names.empty() ? "" : ", ") + std::string(solver.name);
-  }
   throw std::invalid_argument("solver = \"" + name + "\" must be one of " + names);
 }
 

@@ -16,6 +16,7 @@
 #include "libocc/detect/detect.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/identify/identify.hpp"
+#include "libocc/position/fix.hpp"
 #include "libocc/refine/refine.hpp"
 #include "libocc/scene/prior.hpp"
 #include "libocc/scene/scene.hpp"
@@ -28,33 +29,6 @@ struct LocateOptions {
   IdentifyOptions identify;    ///< its prior is the one above
   RefineOptions refine;        ///< its prior is the one above
   int max_candidates = 16;     ///< poses that fit: refined and returned at most
-};
-
-/// One pose that explains the image.
-struct Candidate {
-  Rigid3 cam_from_world;
-  Matrix6 covariance = Matrix6::Zero();
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  double rms_px = 0;
-  double chi2 = 0;
-  int dof = 0;
-  std::map<int, Blob> lamps;  ///< lamp id -> blob
-};
-
-struct Timing {
-  double detect_s = 0, identify_s = 0, refine_s = 0, total_s = 0;
-};
-
-struct Fix {
-  Rigid3 cam_from_world;
-  Matrix6 covariance = Matrix6::Zero();  ///< of cam_from_world, see geometry/rigid.hpp
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< of the camera in the world
-  Eigen::Matrix3d position_covariance_m2 = Eigen::Matrix3d::Zero();
-  double rms_px = 0;
-  std::map<int, Blob> lamps;          ///< lamp id -> blob, of the best candidate
-  std::vector<Blob> blobs;            ///< everything detected
-  std::vector<Candidate> candidates;  ///< all plausible poses, best first; the first is the fix
-  Timing timing_s;
 };
 
 /// Status: ok; ambiguous (the best candidate is in the fix, all are in `candidates`); no_lamps,

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
 #include "libocc/refine/internal/minimise.hpp"
 #include "libocc/refine/internal/outliers.hpp"
 
@@ -146,15 +147,6 @@ Minimum find_minimum(const State& start, Observations& observations, const Scene
   if (observations.rims_grow) near.growth_px = typical_growth_px(near, observations);
   Problem problem(observations, scene, options, true);
   return minimise(problem, near, options.max_iterations, options.tolerance_px);
-}
-
-/// chi2 / dof when chi2 is beyond its 99.9 % quantile (Wilson & Hilferty, PNAS 17, 1931), else 1.
-double variance_factor(double chi2, int dof) {
-  constexpr double z = 3.0902;
-  if (dof <= 0) return 1;
-  const double a = 2.0 / (9.0 * dof);
-  const double quantile = dof * std::pow(1 - a + z * std::sqrt(a), 3);
-  return chi2 > quantile ? chi2 / dof : 1;
 }
 
 std::string too_few_message(std::size_t lamps, int equations) {

@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['Blob', 'Camera', 'Candidate', 'Ellipse', 'Fix', 'FluxModel', 'Hypothesis', 'Identification', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Match', 'Prior', 'Readout', 'Refined', 'Response', 'Room', 'Scene', 'Sensor', 'Status', 'Timing', 'Truth', 'detect', 'heading_rad', 'identify', 'locate', 'look_at', 'p3p', 'position_covariance', 'project_lamp_centre', 'project_rim', 'read_camera', 'read_image', 'refine', 'simulate', 'write_image']
+__all__: list[str] = ['Blob', 'Camera', 'Candidate', 'Ellipse', 'Fix', 'FluxModel', 'Hypothesis', 'Identification', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Match', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'Refined', 'Response', 'Room', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Truth', 'detect', 'heading_rad', 'identify', 'locate', 'look_at', 'p3p', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'read_camera', 'read_image', 'refine', 'simulate', 'solve_pose', 'solvers', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -1072,6 +1072,111 @@ class Fix:
         """
         Where the time went [s].
         """
+class Layout(enum.Enum):
+    """
+    Where the points that a solver takes may lie.
+    """
+    any = 0
+    coplanar = 1
+    not_coplanar = 2
+class Solver:
+    """
+    A pose solver: what it takes and where it fails.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def failures(self) -> str:
+        """
+        Where it is known to fail or to be slow.
+        """
+    @property
+    def layout(self) -> Layout:
+        """
+        Of the points.
+        """
+    @property
+    def max_candidates(self) -> int:
+        """
+        Returns so many poses at most.
+        """
+    @property
+    def max_points(self) -> int:
+        """
+        Uses so many at most; 0: all.
+        """
+    @property
+    def min_points(self) -> int:
+        """
+        Fewer are refused.
+        """
+    @property
+    def name(self) -> str:
+        """
+        For solve_pose() and pose_candidates().
+        """
+    @property
+    def needs_up(self) -> bool:
+        """
+        Takes the direction of gravity.
+        """
+    @property
+    def source(self) -> str:
+        """
+        Paper, and package it comes from.
+        """
+    @property
+    def takes_origins(self) -> bool:
+        """
+        Takes several cameras on a rig.
+        """
+class PoseCandidate:
+    """
+    A pose from which known points are seen as they are.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def cam_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        Pose, 4x4.
+        """
+    @property
+    def condition(self) -> float:
+        """
+        Errors of rotation [rad] and position / distance over those of the bearings [rad]; infinite at a double root.
+        """
+    @property
+    def misfit_rad(self) -> float:
+        """
+        Largest angle between a bearing and the direction to its point.
+        """
+class PoseCandidates:
+    """
+    What a solver found, guarded.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def value(self) -> list[PoseCandidate]:
+        """
+        PoseCandidates, best first.
+        """
 def detect(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *, sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0) -> list[Blob]:
     """
     Finds the lamps of an image: a list of Blobs, brightest first; empty when there is none.
@@ -1167,8 +1272,22 @@ def p3p(bearings: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3
     All poses from which three known points are seen along three bearings.
 
     bearings: (3, 3), a unit vector (camera frame) in each row. points_in_world: (3, 3), a point [m] in
-    each row. Returns: (k, 4, 4) candidates for cam_from_world, k from 0 to 4.
+    each row. Returns: (k, 4, 4) candidates for cam_from_world, k from 0 to 4, in no order: all fit.
     Raises: ValueError for numbers that are not finite or bearings that are not unit.
+    """
+def pose_candidates(bearings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], solver: str = 'auto', *, origins_in_cam_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"] | None = None, up_in_cam: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = None, tolerance_rad: typing.SupportsFloat | typing.SupportsIndex = 1e-06, polish: bool = True) -> PoseCandidates:
+    """
+    Every pose from which known points are seen along bearings, by any solver, guarded.
+
+    bearings: (n, 3), a unit vector (camera frame) in each row. points_in_world_m: (n, 3).
+    solver: a name in solvers(), or "auto". origins_in_cam_m: (n, 3), where each bearing starts, for
+    several cameras on a rig. up_in_cam: (3,), the world's Z in the camera's frame, when known.
+    tolerance_rad: of the misfit; noisy bearings need about 5 of their sigmas. polish: False for poses as
+    the solver returns them.
+    Returns: PoseCandidates. Their status is ok; too_few_lamps for fewer points than the solver takes;
+    degenerate for points that coincide, lie on a line or not as the solver needs them; no_pose when
+    none fits (the nearest may be in the value).
+    Raises: ValueError for an unknown solver, numbers that are not finite or counts that differ.
     """
 def position_covariance(cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 6]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
     """
@@ -1237,6 +1356,21 @@ def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLi
       noise: shot and read noise
       start_s: time at which the first row's exposure begins [s]
       spacing_sigma: rim samples are this many PSF sigmas apart
+    """
+def solve_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, solver: str = 'auto', sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, largest_misfit: typing.SupportsFloat | typing.SupportsIndex = 10.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 30) -> Fix:
+    """
+    The most likely pose from points whose names are known, with its covariance.
+
+    points_in_world_m: (n, 3), n >= 3. points_px: (n, 2), where they were seen. solver: a name in
+    solvers(), or "auto". sigma_px: of a pixel coordinate, along each axis. largest_misfit: chi2 / dof
+    beyond which nothing is said to fit.
+    Returns: Fix; status ambiguous when another pose fits nearly as well (all are in `candidates`),
+    no_pose when none fits, too_few_lamps, degenerate, not_converged.
+    Raises: ValueError for counts that differ, numbers that are not finite, an unknown solver.
+    """
+def solvers() -> list[Solver]:
+    """
+    Every pose solver, those for the fewest points first.
     """
 def write_image(path: os.PathLike[str] | str, image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16]) -> None:
     """

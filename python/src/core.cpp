@@ -55,4 +55,5 @@ PYBIND11_MODULE(_core, m) {
   occ::python::define_detect(m);
   occ::python::define_identify(m);
   occ::python::define_locate(m);
+  occ::python::define_pose(m);
 }

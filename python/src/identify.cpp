@@ -3,40 +3,12 @@
 #include "libocc/identify/identify.hpp"
 
 #include "fields.hpp"
-#include "libocc/pose/p3p.hpp"
 #include "module.hpp"
 #include "results.hpp"
 #include "tables.hpp"
 
 namespace occ::python {
 namespace {
-
-py::array_t<double> stacked(const std::vector<Rigid3>& poses) {
-  py::array_t<double> array(std::vector<py::ssize_t>{static_cast<py::ssize_t>(poses.size()), 4, 4});
-  auto out = array.mutable_unchecked<3>();
-  for (std::size_t k = 0; k < poses.size(); ++k) {
-    const Eigen::Matrix4d matrix = poses[k].matrix();
-    for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < 4; ++j) out(static_cast<py::ssize_t>(k), i, j) = matrix(i, j);
-  }
-  return array;
-}
-
-using Rows3 = Eigen::Matrix<double, 3, 3>;
-
-void define_p3p(py::module_& m) {
-  m.def(
-      "p3p",
-      [](const Rows3& bearings, const Rows3& points_in_world) {
-        return stacked(p3p(bearings.transpose(), points_in_world.transpose()));
-      },
-      py::arg("bearings"), py::arg("points_in_world"),
-      R"(All poses from which three known points are seen along three bearings.
-
-bearings: (3, 3), a unit vector (camera frame) in each row. points_in_world: (3, 3), a point [m] in
-each row. Returns: (k, 4, 4) candidates for cam_from_world, k from 0 to 4.
-Raises: ValueError for numbers that are not finite or bearings that are not unit.)");
-}
 
 void define_matches(py::module_& m) {
   py::class_<Match> match(m, "Match", "Which lamp of the scene is which blob: two indices.");
@@ -103,7 +75,6 @@ void define_identify_function(py::module_& m) {
 }  // namespace
 
 void define_identify(py::module_& m) {
-  define_p3p(m);
   define_matches(m);
   define_identify_function(m);
 }

@@ -22,6 +22,7 @@ void define_simulate(py::module_& m);
 void define_detect(py::module_& m);
 void define_identify(py::module_& m);
 void define_locate(py::module_& m);
+void define_pose(py::module_& m);
 
 /// Runs `read(path)` without the GIL; its std::runtime_error becomes FileNotFoundError or OSError
 /// when the file cannot be opened, ValueError when its content is wrong; the message stays.

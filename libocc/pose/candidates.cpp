@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/pose/candidates.hpp"
+//
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "libocc/core/require.hpp"
+#include "libocc/geometry/so3.hpp"
+#include "libocc/pose/p3p_triples.hpp"
+#include "libocc/pose/point_fit.hpp"
+#include "libocc/pose/point_layout.hpp"
+#include "libocc/pose/pose_newton.hpp"
+#include "libocc/pose/spread.hpp"
+
+namespace occ {
+namespace {
+
+// Same pose: rotation [rad] and translation over the points' distance.
+constexpr double same_pose = 1e-7;
+
+// What a solver that wants a plane still takes for one, and one that wants none takes for none:
+// thickness over extent.
+constexpr double thin = 1e-3;
+constexpr double flat = 1e-6;
+
+bool has_origins(const PoseProblem& p) { return p.origins.cols() > 0; }
+
+void check_columns(const Eigen::Matrix3Xd& columns, const char* name, Eigen::Index count) {
+  require(columns.cols() == count, name, columns.cols(), "one column for each point");
+  require_finite(columns, name);
+}
+
+constexpr double twice_unit = 2e-6;  // of a squared length: 1e-6 of the length
+
+void check(const PoseProblem& p, const Solver& solver) {
+  const Eigen::Index n = p.points.cols();
+  check_columns(p.points, "points", n);
+  check_columns(p.bearings, "bearings", n);
+  if (has_origins(p)) check_columns(p.origins, "origins", n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    if (!(std::abs(p.bearings.col(i).squaredNorm() - 1) <= twice_unit))
+      require(false, "bearings[" + std::to_string(i) + "]", p.bearings.col(i).transpose(),
+              "of unit length");
+  if (p.up_in_cam)
+    require(std::abs(p.up_in_cam->squaredNorm() - 1) <= twice_unit, "up_in_cam",
+            p.up_in_cam->transpose(), "of unit length");
+  require(p.up_in_cam || !solver.needs_up, "solver", solver.name, "given up_in_cam");
+  require(!has_origins(p) || solver.takes_origins, "solver", solver.name,
+          "one that takes origins, when origins are given");
+}
+
+const char* solver_for(const PoseProblem& p) {
+  if (p.size() == 2 && p.up_in_cam) return "upright_p2p";
+  if (has_origins(p)) return p.size() == 3 ? "gp3p" : "upnp";
+  return p.size() == 3 ? "p3p" : "p3p_triples";
+}
+
+// The problem about its centroid and of unit size, and the way back.
+struct Normalised {
+  PoseProblem problem;
+  Eigen::Vector3d centroid;
+  double scale = 0;
+
+  explicit Normalised(const PoseProblem& p) : centroid(p.points.rowwise().mean()) {
+    problem.points = p.points.colwise() - centroid;
+    scale = std::sqrt(problem.points.squaredNorm() / static_cast<double>(p.size()));
+    problem.points /= scale;
+    problem.bearings = p.bearings.colwise().normalized();
+    if (has_origins(p)) problem.origins = p.origins / scale;
+    if (p.up_in_cam) problem.up_in_cam = p.up_in_cam->normalized();
+  }
+  Rigid3 restored(const Rigid3& pose) const {
+    return {pose.rotation, scale * pose.translation - pose.rotation * centroid};
+  }
+};
+
+// A sentence about points that no pose, or not this solver, can be found from; empty when fine.
+std::string layout_fault(const PoseProblem& p, const Solver& solver) {
+  if (!std::isfinite(p.points.sum())) return "the points coincide";
+  if (p.size() < 3) return "";
+  if (p.size() == 3 || solver.layout == Layout::any) {
+    const Triple t = p.size() == 3 ? Triple{0, 1, 2} : spread_triple(p.points);
+    const Eigen::Vector3d a = p.points.col(t[1]) - p.points.col(t[0]);
+    const Eigen::Vector3d b = p.points.col(t[2]) - p.points.col(t[0]);
+    const double size2 = std::max(a.squaredNorm(), b.squaredNorm());
+    return a.cross(b).squaredNorm() > 1e-20 * size2 * size2 ? "" : "the points lie on a line";
+  }
+  const PointLayout layout = point_layout(p.points);
+  if (!spans_plane(layout)) return "the points lie on a line";
+  const double thickness = layout.extent[2] / layout.extent[0];
+  if (solver.layout == Layout::coplanar && thickness > thin)
+    return std::string(solver.name) + " takes points in one plane only";
+  if (solver.layout == Layout::not_coplanar && thickness < flat)
+    return std::string(solver.name) + " takes no points that lie in one plane";
+  return "";
+}
+
+// As many points as the solver takes, well spread.
+PoseProblem spread_part(const PoseProblem& p, int count) {
+  const Triple chosen = spread_triple(p.points);
+  PoseProblem part;
+  part.up_in_cam = p.up_in_cam;
+  part.points.resize(3, count);
+  part.bearings.resize(3, count);
+  if (has_origins(p)) part.origins.resize(3, count);
+  for (int i = 0; i < count; ++i) {
+    const int from = chosen[static_cast<std::size_t>(i)];
+    part.points.col(i) = p.points.col(from);
+    part.bearings.col(i) = p.bearings.col(from);
+    if (has_origins(p)) part.origins.col(i) = p.origins.col(from);
+  }
+  return part;
+}
+
+// A rotation to rounding, or nothing: what is further off than this is not a pose.
+bool make_rotation(Eigen::Matrix3d& r) {
+  constexpr double worst = 1e-2, nearly = 1e-7, rounding = 1e-14;
+  const Eigen::Matrix3d excess = r.transpose() * r - Eigen::Matrix3d::Identity();
+  const double off = excess.cwiseAbs().maxCoeff();
+  if (!(off < worst) || !(r.determinant() > 0)) return false;
+  if (off > nearly)
+    r = nearest_rotation(r);
+  else if (off > rounding)
+    r -= (0.5 * r * excess).eval();  // one step of Newton's method towards it
+  return true;
+}
+
+// False for a pose that no polish would make fit: with a point behind, not a rotation or, for three
+// points, which fit exactly, far off the bearings.
+bool measure(const PoseProblem& p, double tolerance_rad, PoseCandidate& c) {
+  constexpr double no_root_rad = 0.01;
+  c.misfit_rad = misfit_rad(p.bearings, p.points, p.origins, c.cam_from_world);
+  if (!std::isfinite(c.misfit_rad)) return false;
+  if (p.size() == 3 && c.misfit_rad > std::max(no_root_rad, tolerance_rad)) return false;
+  return make_rotation(c.cam_from_world.rotation);
+}
+
+void polish(const PoseProblem& p, double tolerance_rad, PoseCandidate& c) {
+  constexpr double exact_rad = 1e-11;  // nothing to gain
+  if (c.misfit_rad < exact_rad) return;
+  constexpr int max_steps = 30;
+  PoseCandidate polished = c;
+  Rigid3& pose = polished.cam_from_world;
+  if (p.size() == 3)
+    sharpen(p.bearings, p.points, p.origins, max_steps, pose);
+  else
+    pose = fit_points(seen_along(p), pose, max_steps, 1e-15).pose;
+  if (measure(p, tolerance_rad, polished) && polished.misfit_rad < c.misfit_rad) c = polished;
+}
+
+bool same(const Rigid3& a, const Rigid3& b) {
+  const double distance = 1 + a.translation.norm();  // the points have unit size
+  return (a.rotation - b.rotation).norm() < same_pose &&
+         (a.translation - b.translation).norm() < same_pose * distance;
+}
+
+void merge_and_rank(std::vector<PoseCandidate>& candidates) {
+  std::sort(
+      candidates.begin(), candidates.end(),
+      [](const PoseCandidate& a, const PoseCandidate& b) { return a.misfit_rad < b.misfit_rad; });
+  std::size_t kept = 0;
+  for (const PoseCandidate& c : candidates) {
+    const auto known = candidates.begin() + static_cast<std::ptrdiff_t>(kept);
+    if (std::none_of(candidates.begin(), known, [&](const PoseCandidate& k) {
+          return same(k.cam_from_world, c.cam_from_world);
+        }))
+      candidates[kept++] = c;
+  }
+  candidates.resize(kept);
+}
+
+std::vector<PoseCandidate> guarded(const PoseProblem& p, const Solver& solver,
+                                   const CandidateOptions& options) {
+  std::vector<Rigid3> raw;
+  raw.reserve(static_cast<std::size_t>(solver.max_candidates));
+  if (solver.max_points > 0 && p.size() > solver.max_points)
+    solver.solve(spread_part(p, solver.max_points), raw);
+  else
+    solver.solve(p, raw);
+  std::vector<PoseCandidate> candidates;
+  candidates.reserve(raw.size());
+  for (const Rigid3& pose : raw) {
+    PoseCandidate c{pose};
+    if (!measure(p, options.tolerance_rad, c)) continue;
+    if (options.polish) polish(p, options.tolerance_rad, c);
+    candidates.push_back(c);
+  }
+  merge_and_rank(candidates);
+  return candidates;
+}
+
+}  // namespace
+
+void CandidateOptions::validate() const {
+  require(tolerance_rad > 0, "tolerance_rad", tolerance_rad, "positive");
+}
+
+Result<std::vector<PoseCandidate>> pose_candidates(const PoseProblem& problem,
+                                                   const std::string& name,
+                                                   const CandidateOptions& options) {
+  options.validate();
+  const Solver& solver = solver_named(name == "auto" ? solver_for(problem) : name);
+  check(problem, solver);
+  Result<std::vector<PoseCandidate>> result;
+  if (problem.size() < solver.min_points) {
+    result.status = Status::too_few_lamps;
+    result.message = std::string(solver.name) + " takes " + std::to_string(solver.min_points) +
+                     " points or more, got " + std::to_string(problem.size());
+    return result;
+  }
+  const Normalised normalised(problem);
+  result.message = layout_fault(normalised.problem, solver);
+  if (!result.message.empty()) {
+    result.status = Status::degenerate;
+    return result;
+  }
+  std::vector<PoseCandidate>& candidates = result.value;
+  candidates = guarded(normalised.problem, solver, options);
+  for (PoseCandidate& c : candidates) c.cam_from_world = normalised.restored(c.cam_from_world);
+  const auto fits = [&](const PoseCandidate& c) { return c.misfit_rad <= options.tolerance_rad; };
+  if (std::any_of(candidates.begin(), candidates.end(), fits)) {
+    candidates.erase(std::remove_if(candidates.begin(), candidates.end(), std::not_fn(fits)),
+                     candidates.end());
+    return result;
+  }
+  result.status = Status::no_pose;
+  result.message = candidates.empty() ? "no pose puts every point in front along its bearing"
+                                      : "no pose reproduces the bearings within the tolerance";
+  if (candidates.size() > 1) candidates.resize(1);
+  return result;
+}
+
+double pose_condition(const PoseProblem& problem, const Rigid3& cam_from_world) {
+  const Normalised normalised(problem);
+  Rigid3 pose = cam_from_world;
+  pose.translation = (cam_from_world.translation + cam_from_world.rotation * normalised.centroid) /
+                     normalised.scale;
+  const Matrix6 information = point_equations(seen_along(normalised.problem), pose).information;
+  // The camera's centre moves by -(shift + t x turn) when the points turn about their centroid.
+  Matrix6 pose_by_step = Matrix6::Identity();
+  const double distance = pose.translation.norm();
+  pose_by_step.bottomLeftCorner<3, 3>() = skew(pose.translation) / distance;
+  pose_by_step.bottomRightCorner<3, 3>() /= distance;
+  const Matrix6 step_by_pose = pose_by_step.inverse();
+  const Matrix6 scaled = step_by_pose.transpose() * information * step_by_pose;
+  const double least =
+      Eigen::SelfAdjointEigenSolver<Matrix6>(scaled, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  return least > 0 ? 1 / std::sqrt(least) : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace occ

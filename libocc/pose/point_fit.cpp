@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/pose/point_fit.hpp"
+
+#include <ceres/tiny_solver.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <limits>
+
+namespace occ {
+namespace {
+
+using Four = SeenPoints::Four;
+using Block = SeenPoints::Block;
+
+struct Transformed {
+  Four turned[3];  // R X
+  Four residual[2];
+  Four inverse_depth;  // along the bearing
+};
+
+Transformed transform(const Block& b, const Rigid3& pose) {
+  Transformed t;
+  Four x[3];
+  for (int i = 0; i < 3; ++i) {
+    t.turned[i] = pose.rotation(i, 0) * b.point[0] + pose.rotation(i, 1) * b.point[1] +
+                  pose.rotation(i, 2) * b.point[2];
+    x[i] = t.turned[i] + pose.translation[i];
+  }
+  const auto dot = [&](const Four a[3]) -> Four { return a[0] * x[0] + a[1] * x[1] + a[2] * x[2]; };
+  t.inverse_depth = (dot(b.bearing) - b.along).inverse();
+  for (int k = 0; k < 2; ++k) t.residual[k] = (dot(b.across[k]) - b.offset[k]) * t.inverse_depth;
+  return t;
+}
+
+bool in_front(const Transformed& t) { return t.inverse_depth.minCoeff() > 0; }
+
+// The upper triangle of J^T J, then J^T r, then r^T r, of four lanes each.
+struct Sums {
+  Four information[21], gradient[6], chi2;
+  Sums() {
+    for (Four& s : information) s.setZero();
+    for (Four& s : gradient) s.setZero();
+    chi2.setZero();
+  }
+};
+
+void add_rows(const Block& b, const Transformed& t, Sums& sums) {
+  for (int k = 0; k < 2; ++k) {
+    Four row[6];
+    for (int i = 0; i < 3; ++i)
+      row[3 + i] = (b.across[k][i] - t.residual[k] * b.bearing[i]) * t.inverse_depth;
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, l = (i + 2) % 3;
+      row[i] = t.turned[j] * row[3 + l] - t.turned[l] * row[3 + j];
+    }
+    for (int i = 0, n = 0; i < 6; ++i) {
+      for (int j = i; j < 6; ++j, ++n) sums.information[n] += row[i] * row[j];
+      sums.gradient[i] += row[i] * t.residual[k];
+    }
+    sums.chi2 += t.residual[k] * t.residual[k];
+  }
+}
+
+// Cayley's parameters w of a turn: R = (I - [w/2])^-1 (I + [w/2]); no trigonometry.
+Eigen::Matrix3d cayley(const Eigen::Vector3d& w) {
+  const Eigen::Vector3d h = 0.5 * w;
+  const double f = 2 / (1 + h.squaredNorm());
+  const double x = h[0], y = h[1], z = h[2];
+  Eigen::Matrix3d r;
+  r << 1 - f * (y * y + z * z), f * (x * y - z), f * (x * z + y),  //
+      f * (x * y + z), 1 - f * (x * x + z * z), f * (y * z - x),   //
+      f * (x * z - y), f * (y * z + x), 1 - f * (x * x + y * y);
+  return r;
+}
+
+// The fit as TinySolver takes it: instead of 2 n residuals seven with the same J^T J, J^T r and
+// r^T r, from Cholesky's factor of the normal equations.
+struct SquareRoot {
+  using Scalar = double;
+  enum { NUM_RESIDUALS = 7, NUM_PARAMETERS = 6 };
+  static constexpr double refused = 1e150;  // its square is finite
+
+  const SeenPoints& seen;
+  const Rigid3& base;
+  Vector6* last_step;  // where the equations were last taken, without the derivative of w below
+  PointEquations* last;
+
+  Rigid3 pose_at(const double* step) const {
+    const Eigen::Map<const Vector6> s(step);
+    return {cayley(s.head<3>()) * base.rotation, base.translation + s.tail<3>()};
+  }
+
+  bool operator()(const double* step, double* residuals, double* jacobian) const {
+    Eigen::Map<Eigen::Matrix<double, 7, 1>> r(residuals);
+    const Rigid3 pose = pose_at(step);
+    if (!jacobian) {
+      r.setZero();
+      const double chi2 = point_chi2(seen, pose);
+      r[6] = chi2 < refused ? std::sqrt(chi2) : refused;
+      return true;
+    }
+    *last_step = Eigen::Map<const Vector6>(step);
+    *last = point_equations(seen, pose);
+    PointEquations e = *last;
+    // A change of w turns by (I + [w/2]) dw / (1 + |w/2|^2).
+    const Eigen::Vector3d half = 0.5 * Eigen::Map<const Eigen::Vector3d>(step);
+    if (!half.isZero(0)) {
+      Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+      turn +=
+          (Eigen::Matrix3d() << 0, -half[2], half[1], half[2], 0, -half[0], -half[1], half[0], 0)
+              .finished();
+      turn /= 1 + half.squaredNorm();
+      e.information.leftCols<3>() = (e.information.leftCols<3>() * turn).eval();
+      e.information.topRows<3>() = (turn.transpose() * e.information.topRows<3>()).eval();
+      e.gradient.head<3>() = (turn.transpose() * e.gradient.head<3>()).eval();
+    }
+    Eigen::Map<Eigen::Matrix<double, 7, 6>> j(jacobian);
+    const Eigen::LLT<Matrix6> llt(e.information);
+    if (llt.info() != Eigen::Success || !std::isfinite(e.chi2)) {
+      r.setZero();  // no gradient: the solver stops here
+      j.setZero();
+      return true;
+    }
+    j.topRows<6>() = llt.matrixU();
+    j.row(6).setZero();
+    r.head<6>() = llt.matrixL().solve(e.gradient);
+    r[6] = std::sqrt(std::max(0.0, e.chi2 - r.head<6>().squaredNorm()));
+    return true;
+  }
+};
+
+}  // namespace
+
+void SeenPoints::reserve(int count) { blocks_.reserve(static_cast<std::size_t>((count + 3) / 4)); }
+
+void SeenPoints::add(const Eigen::Vector3d& point, const Eigen::Vector3d& bearing,
+                     const Eigen::Matrix<double, 2, 3>& across, const Eigen::Vector3d& origin) {
+  const int lane = count_++ % 4;
+  if (lane == 0) blocks_.emplace_back();
+  Block& b = blocks_.back();
+  // Lanes that stay empty repeat a point in front with no weight.
+  for (int l = lane; l < (lane == 0 ? 4 : lane + 1); ++l) {
+    const double weight = l == lane ? 1 : 0;
+    for (int i = 0; i < 3; ++i) {
+      b.point[i][l] = point[i];
+      b.bearing[i][l] = bearing[i];
+      for (int k = 0; k < 2; ++k) b.across[k][i][l] = weight * across(k, i);
+    }
+    for (int k = 0; k < 2; ++k) b.offset[k][l] = weight * across.row(k).dot(origin);
+    b.along[l] = bearing.dot(origin);
+  }
+}
+
+void SeenPoints::add(const SeenPoints& other, int i) {
+  const Block& b = other.blocks_[static_cast<std::size_t>(i / 4)];
+  const int lane = i % 4;
+  Eigen::Matrix<double, 2, 3> across;
+  for (int k = 0; k < 2; ++k)
+    for (int j = 0; j < 3; ++j) across(k, j) = b.across[k][j][lane];
+  add({b.point[0][lane], b.point[1][lane], b.point[2][lane]},
+      {b.bearing[0][lane], b.bearing[1][lane], b.bearing[2][lane]}, across);
+}
+
+PointEquations point_equations(const SeenPoints& seen, const Rigid3& pose) {
+  Sums sums;
+  bool front = true;
+  for (const Block& block : seen.blocks()) {
+    const Transformed t = transform(block, pose);
+    front = front && in_front(t);
+    add_rows(block, t, sums);
+  }
+  PointEquations e;
+  for (int i = 0, n = 0; i < 6; ++i) {
+    for (int j = i; j < 6; ++j, ++n)
+      e.information(i, j) = e.information(j, i) = sums.information[n].sum();
+    e.gradient[i] = sums.gradient[i].sum();
+  }
+  e.chi2 = front ? sums.chi2.sum() : std::numeric_limits<double>::infinity();
+  return e;
+}
+
+double point_chi2(const SeenPoints& seen, const Rigid3& pose) {
+  Four chi2 = Four::Zero();
+  for (const Block& block : seen.blocks()) {
+    const Transformed t = transform(block, pose);
+    if (!in_front(t)) return std::numeric_limits<double>::infinity();
+    chi2 += t.residual[0] * t.residual[0] + t.residual[1] * t.residual[1];
+  }
+  return chi2.sum();
+}
+
+PointFit fit_points(const SeenPoints& seen, const Rigid3& start, int max_iterations,
+                    double tolerance) {
+  PointFit fit{start, {}, 0, false};
+  ceres::TinySolver<SquareRoot> solver;
+  solver.options.max_num_iterations = max_iterations + 1;  // it counts the evaluation at the start
+  solver.options.parameter_tolerance = 0;
+  solver.options.cost_threshold = 0;
+  solver.options.function_tolerance = tolerance * tolerance;
+  solver.options.gradient_tolerance = tolerance;
+  solver.options.initial_trust_region_radius = 1e8;  // plain Gauss-Newton until a step fails
+  Vector6 step = Vector6::Zero(), last_step;
+  const SquareRoot function{seen, start, &last_step, &fit.equations};
+  solver.Solve(function, &step);
+  fit.pose = function.pose_at(step.data());
+  if (step != last_step) fit.equations = point_equations(seen, fit.pose);
+  fit.iterations = solver.summary.iterations;
+  fit.converged = solver.summary.status != decltype(solver)::HIT_MAX_ITERATIONS;
+  return fit;
+}
+
+}  // namespace occ

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/pose/pose_newton.hpp"
+//
+#include <Eigen/Dense>
+#include <cmath>
+#include <limits>
+
+#include "libocc/geometry/so3.hpp"
+#include "libocc/pose/bearing_basis.hpp"
+
+namespace occ {
+namespace {
+
+Eigen::Vector3d point_from_origin(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& origins,
+                                  const Rigid3& pose, Eigen::Index i) {
+  Eigen::Vector3d x = pose * Eigen::Vector3d(points.col(i));
+  if (origins.cols() > 0) x -= origins.col(i);
+  return x;
+}
+
+// The step that takes the residuals B x / |x| to zero, to first order; B two rows across a bearing.
+Vector6 newton_step(const Eigen::Matrix3d& bearings, const Eigen::Matrix3Xd& points,
+                    const Eigen::Matrix3Xd& origins, const Rigid3& pose) {
+  Matrix6 jacobian;
+  Vector6 residual;
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Vector3d x = point_from_origin(points, origins, pose, i);
+    const Eigen::Vector3d turned = pose.rotation * points.col(i);
+    const TangentBasis rows = tangent_basis(bearings.col(i)) / x.norm();
+    residual.segment<2>(2 * i) = rows * x;
+    jacobian.block<2, 3>(2 * i, 0) = -rows * skew(turned);
+    jacobian.block<2, 3>(2 * i, 3) = rows;
+  }
+  return jacobian.partialPivLu().solve(-residual);
+}
+
+}  // namespace
+
+double misfit_rad(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
+                  const Eigen::Matrix3Xd& origins, const Rigid3& pose) {
+  double worst2 = 0;
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Eigen::Vector3d x = point_from_origin(points, origins, pose, i);
+    const Eigen::Vector3d bearing = bearings.col(i);
+    const double along = bearing.dot(x);
+    if (!(along > 0)) return std::numeric_limits<double>::infinity();
+    const double tangent2 = (x - along * bearing).squaredNorm() / (along * along);
+    if (!(tangent2 <= worst2)) worst2 = tangent2;
+  }
+  return std::sqrt(worst2);
+}
+
+void sharpen(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
+             const Eigen::Matrix3Xd& origins, int max_steps, Rigid3& pose) {
+  double misfit = misfit_rad(bearings, points, origins, pose);
+  for (int i = 0; i < max_steps; ++i) {
+    const Vector6 step = newton_step(bearings, points, origins, pose);
+    // The turn is about the points' origin: the translation is not turned.
+    const Rigid3 moved{so3_exp(step.head<3>()) * pose.rotation, pose.translation + step.tail<3>()};
+    const double after = misfit_rad(bearings, points, origins, moved);
+    if (!(after < misfit)) return;
+    misfit = after;
+    pose = moved;
+  }
+}
+
+}  // namespace occ

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: the last digits of a pose that fits three bearings exactly: Newton's method on the six
+// residuals across the bearings. Unlike the distances' equations these see the points' height over
+// a line, and a narrow view's depth, to first order.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+
+#include "libocc/geometry/rigid.hpp"
+
+namespace occ {
+
+/// Largest angle [rad] between a bearing (unit columns) and the direction to its point, to first
+/// order; infinite when a point is not in front along its bearing. `origins`: where the bearings
+/// start; empty for one camera.
+double misfit_rad(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
+                  const Eigen::Matrix3Xd& origins, const Rigid3& pose);
+
+/// Improves the pose while its misfit falls, at most max_steps times. Three columns each.
+void sharpen(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
+             const Eigen::Matrix3Xd& origins, int max_steps, Rigid3& pose);
+
+}  // namespace occ

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/pose/spread.hpp"
+//
+#include <Eigen/Geometry>
+#include <algorithm>
+
+namespace occ {
+namespace {
+
+bool holds(const Triple& triple, int i) {
+  return std::find(triple.begin(), triple.end(), i) != triple.end();
+}
+
+template <class Score>
+int best(Eigen::Index count, const Score& score) {
+  int best = 0;
+  double highest = -1;
+  for (int i = 0; i < count; ++i) {
+    const double s = score(i);
+    if (s > highest) {
+      highest = s;
+      best = i;
+    }
+  }
+  return best;
+}
+
+// All, the largest area first.
+std::vector<Triple> triples_of_four(const Eigen::Matrix3Xd& points) {
+  std::vector<Triple> triples{{0, 1, 2}, {0, 1, 3}, {0, 2, 3}, {1, 2, 3}};
+  std::array<double, 4> area2;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector3d a = points.col(triples[i][1]) - points.col(triples[i][0]);
+    const Eigen::Vector3d b = points.col(triples[i][2]) - points.col(triples[i][0]);
+    area2[i] = a.cross(b).squaredNorm();
+  }
+  const auto largest = std::max_element(area2.begin(), area2.end()) - area2.begin();
+  std::swap(triples[0], triples[static_cast<std::size_t>(largest)]);
+  return triples;
+}
+
+}  // namespace
+
+Triple spread_triple(const Eigen::Ref<const Eigen::Matrix3Xd>& points) {
+  const Eigen::Index n = points.cols();
+  const Eigen::Vector3d middle = points.rowwise().mean();
+  const int a = best(n, [&](int i) { return (points.col(i) - middle).squaredNorm(); });
+  const Eigen::Vector3d from = points.col(a);
+  const int b = best(n, [&](int i) { return (points.col(i) - from).squaredNorm(); });
+  const Eigen::Vector3d along = points.col(b) - from;
+  const int c = best(
+      n, [&](int i) { return along.cross(Eigen::Vector3d(points.col(i) - from)).squaredNorm(); });
+  return {a, b, c};
+}
+
+std::vector<Triple> triples_to_try(const Eigen::Matrix3Xd& points,
+                                   const Eigen::Matrix3Xd& bearings) {
+  const int n = static_cast<int>(points.cols());
+  if (n == 3) return {{0, 1, 2}};
+  if (n == 4) return triples_of_four(points);
+  std::vector<Triple> triples{spread_triple(points), spread_triple(bearings)};
+  if (n < 6) return triples;
+  std::vector<int> index;
+  for (int i = 0; i < n; ++i)
+    if (!holds(triples[0], i)) index.push_back(i);
+  Eigen::Matrix3Xd rest(3, static_cast<Eigen::Index>(index.size()));
+  for (std::size_t i = 0; i < index.size(); ++i)
+    rest.col(static_cast<Eigen::Index>(i)) = points.col(index[i]);
+  Triple third = spread_triple(rest);
+  for (int& i : third) i = index[static_cast<std::size_t>(i)];
+  triples.push_back(third);
+  return triples;
+}
+
+}  // namespace occ

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: which few of many points determine a pose well.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+namespace occ {
+
+using Triple = std::array<int, 3>;
+
+/// A triple of large area: an end of the points' longest extent, the point furthest from it, and
+/// the one furthest from the line through both. Columns are points.
+Triple spread_triple(const Eigen::Ref<const Eigen::Matrix3Xd>& points);
+
+/// Triples to try, the best first: all four of four points; otherwise the spread ones of the points
+/// and of the bearings, and of those points that are left.
+std::vector<Triple> triples_to_try(const Eigen::Matrix3Xd& points,
+                                   const Eigen::Matrix3Xd& bearings);
+
+}  // namespace occ

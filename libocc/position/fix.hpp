@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the camera is, how well that is known, and what else would explain what was seen.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <map>
+#include <vector>
+
+#include "libocc/core/blob.hpp"
+#include "libocc/geometry/rigid.hpp"
+
+namespace occ {
+
+/// One pose that explains the image.
+struct Candidate {
+  Rigid3 cam_from_world;
+  Matrix6 covariance = Matrix6::Zero();
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  double rms_px = 0;
+  double chi2 = 0;
+  int dof = 0;
+  std::map<int, Blob> lamps;  ///< lamp id -> blob
+};
+
+struct Timing {
+  double detect_s = 0, identify_s = 0, refine_s = 0, total_s = 0;
+};
+
+struct Fix {
+  Rigid3 cam_from_world;
+  Matrix6 covariance = Matrix6::Zero();  ///< of cam_from_world, see geometry/rigid.hpp
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< of the camera in the world
+  Eigen::Matrix3d position_covariance_m2 = Eigen::Matrix3d::Zero();
+  double rms_px = 0;
+  std::map<int, Blob> lamps;          ///< lamp id -> blob, of the best candidate
+  std::vector<Blob> blobs;            ///< everything detected
+  std::vector<Candidate> candidates;  ///< all plausible poses, best first; the first is the fix
+  Timing timing_s;
+};
+
+}  // namespace occ

@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/position/solve_pose.hpp"
+//
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
+#include "libocc/geometry/so3.hpp"
+#include "libocc/pose/candidates.hpp"
+#include "libocc/pose/p3p_triples.hpp"
+#include "libocc/pose/point_fit.hpp"
+#include "libocc/pose/spread.hpp"
+
+namespace occ {
+namespace {
+
+// Poses whose likelihood is within a factor of 100 of the best one's are plausible: 2 ln 100.
+constexpr double plausible_chi2 = 9.2;
+
+// How far below the chi2 after one Gauss-Newton step a fit may still end.
+constexpr double optimism = 0.1;
+
+// A start is found and judged by a part of many points.
+constexpr int few_points = 12;
+
+// The points about their centroid and of unit size, and what was seen of them.
+struct Problem {
+  Eigen::Matrix3Xd points, bearings;
+  Eigen::Vector3d centroid;
+  double size_m = 0;
+  SeenPoints seen;
+
+  Rigid3 restored(const Rigid3& pose) const {
+    return {pose.rotation, size_m * pose.translation - pose.rotation * centroid};
+  }
+};
+
+// Rows across the ray over sigma, so that the residual is a distance in the image. A pinhole's are
+// exact: they project onto the plane z = 1. Otherwise, to first order, about the bearing.
+void see_point(const Camera& camera, const Eigen::Vector2d& pixel, double sigma_px, int i,
+               Problem& p) {
+  Eigen::Matrix<double, 2, 3> across;
+  const Eigen::Vector3d point = p.points.col(i);
+  if (camera.distortion().empty()) {
+    across << camera.fx_px(), camera.skew_px(), camera.cx_px() - pixel.x(),  //
+        0, camera.fy_px(), camera.cy_px() - pixel.y();
+    const double y = -across(1, 2) / across(1, 1);
+    const double x = -(across(0, 2) + across(0, 1) * y) / across(0, 0);
+    p.bearings.col(i) = Eigen::Vector3d(x, y, 1) / std::sqrt(x * x + y * y + 1);
+    p.seen.add(point, Eigen::Vector3d::UnitZ(), across / sigma_px);
+    return;
+  }
+  Eigen::Matrix<double, 3, 2> by_pixel;
+  const std::optional<Eigen::Vector3d> bearing = camera.unproject(pixel, &by_pixel);
+  require(bearing.has_value(), "points_px", pixel.transpose(), "inside the camera's domain");
+  across = (by_pixel.transpose() * by_pixel).inverse() * by_pixel.transpose();
+  p.bearings.col(i) = *bearing;
+  p.seen.add(point, *bearing, across / sigma_px);
+}
+
+Problem make_problem(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& pixels,
+                     const Camera& camera, double sigma_px) {
+  Problem p;
+  const auto n = static_cast<int>(points.cols());
+  p.centroid = points.rowwise().mean();
+  p.points = points.colwise() - p.centroid;
+  p.size_m = std::sqrt(p.points.squaredNorm() / n);
+  p.points /= p.size_m;
+  p.bearings.resize(3, n);
+  p.seen.reserve(n);
+  for (int i = 0; i < n; ++i) see_point(camera, pixels.col(i), sigma_px, i, p);
+  return p;
+}
+
+// Some of many points, evenly taken.
+Problem part_of(const Problem& p, int count) {
+  Problem part;
+  part.points.resize(3, count);
+  part.bearings.resize(3, count);
+  part.seen.reserve(count);
+  for (int i = 0; i < count; ++i) {
+    const int from = i * p.seen.count() / count;
+    part.points.col(i) = p.points.col(from);
+    part.bearings.col(i) = p.bearings.col(from);
+    part.seen.add(p.seen, from);
+  }
+  return part;
+}
+
+struct Start {
+  Rigid3 pose;
+  double chi2 = 0;
+};
+
+// After one Gauss-Newton step, which tells a branch that leads to a minimum from one that does not.
+Start step_from(const SeenPoints& seen, const Rigid3& pose) {
+  const PointEquations e = point_equations(seen, pose);
+  const Vector6 step = -e.information.llt().solve(e.gradient);
+  const Start moved{{so3_exp(step.head<3>()) * pose.rotation, pose.translation + step.tail<3>()},
+                    0};
+  const double chi2 = point_chi2(seen, moved.pose);
+  return chi2 < e.chi2 ? Start{moved.pose, chi2} : Start{pose, e.chi2};
+}
+
+// By a named solver, behind its guard; the status and message are the guard's when it finds
+// nothing.
+Result<std::vector<Rigid3>> poses_by(const Problem& p, const std::string& solver) {
+  PoseProblem problem;
+  problem.points = p.points;
+  problem.bearings = p.bearings;
+  CandidateOptions options;
+  options.polish = false;
+  options.tolerance_rad = 4;  // the fit judges
+  const Result<std::vector<PoseCandidate>> found = pose_candidates(problem, solver, options);
+  Result<std::vector<Rigid3>> poses{{}, found.status, found.message};
+  for (const PoseCandidate& c : *found) poses.value.push_back(c.cam_from_world);
+  return poses;
+}
+
+Result<std::vector<Start>> starts_of(const Problem& p, const std::string& solver) {
+  constexpr double enough = 50;  // chi2 for each point: noise on three alone costs about this
+  Result<std::vector<Rigid3>> poses;
+  if (solver == "auto")
+    solve_p3p_triples(p.points, p.bearings, p.seen, enough * p.seen.count(), poses.value);
+  else
+    poses = poses_by(p, solver);
+  Result<std::vector<Start>> starts{{}, poses.status, poses.message};
+  for (const Rigid3& pose : *poses) {
+    const Start start = step_from(p.seen, pose);
+    if (std::isfinite(start.chi2)) starts.value.push_back(start);
+  }
+  std::sort(starts.value.begin(), starts.value.end(),
+            [](const Start& a, const Start& b) { return a.chi2 < b.chi2; });
+  return starts;
+}
+
+// Within a sigma.
+bool same(const PointFit& fit, const Rigid3& pose) {
+  Vector6 apart;
+  apart << so3_log(pose.rotation * fit.pose.rotation.transpose()),
+      pose.translation - fit.pose.translation;
+  return apart.dot(fit.equations.information * apart) < 1;
+}
+
+// Fits the starts that may end near the best, and keeps those that do, best first.
+std::vector<PointFit> fits_of(const Problem& p, const std::vector<Start>& starts,
+                              int max_iterations, double misfit_dof) {
+  constexpr double tolerance = 1e-3;  // sigmas
+  std::vector<PointFit> fits;
+  double best = std::numeric_limits<double>::infinity();
+  const auto plausible = [&](double chi2) {
+    return chi2 - best <= plausible_chi2 * std::max(1.0, best / misfit_dof);
+  };
+  const auto known = [&](const Rigid3& pose) {
+    return std::any_of(fits.begin(), fits.end(),
+                       [&](const PointFit& fit) { return same(fit, pose); });
+  };
+  for (const Start& start : starts) {
+    if (!plausible(optimism * start.chi2) || known(start.pose)) continue;
+    const PointFit fit = fit_points(p.seen, start.pose, max_iterations, tolerance);
+    if (!std::isfinite(fit.equations.chi2) || known(fit.pose)) continue;
+    best = std::min(best, fit.equations.chi2);
+    fits.push_back(fit);
+  }
+  fits.erase(std::remove_if(fits.begin(), fits.end(),
+                            [&](const PointFit& f) { return !plausible(f.equations.chi2); }),
+             fits.end());
+  std::sort(fits.begin(), fits.end(), [](const PointFit& a, const PointFit& b) {
+    return a.equations.chi2 < b.equations.chi2;
+  });
+  return fits;
+}
+
+Candidate candidate_of(const Problem& p, const PointFit& fit) {
+  Candidate c;
+  c.cam_from_world = p.restored(fit.pose);
+  c.chi2 = fit.equations.chi2;
+  c.dof = 2 * p.seen.count() - 6;
+  // Turns about the centroid and shifts, in units of its size -> the library's perturbation.
+  Matrix6 jacobian = Matrix6::Identity();
+  jacobian.bottomRightCorner<3, 3>() *= p.size_m;
+  jacobian.bottomLeftCorner<3, 3>() = skew(p.size_m * fit.pose.translation);
+  const Matrix6 covariance = fit.equations.information.llt().solve(Matrix6::Identity());
+  c.covariance = variance_factor(c.chi2, c.dof) * jacobian * covariance * jacobian.transpose();
+  c.covariance = 0.5 * (c.covariance + c.covariance.transpose()).eval();
+  c.position_m = c.cam_from_world.origin_in_source();
+  return c;
+}
+
+void fill(Fix& fix) {
+  const Candidate& best = fix.candidates.front();
+  fix.cam_from_world = best.cam_from_world;
+  fix.covariance = best.covariance;
+  fix.position_m = best.position_m;
+  fix.position_covariance_m2 = position_covariance(best.cam_from_world, best.covariance);
+  fix.rms_px = best.rms_px;
+}
+
+bool on_a_line(const Eigen::Matrix3Xd& points) {
+  const Triple t = spread_triple(points);
+  const Eigen::Vector3d a = points.col(t[1]) - points.col(t[0]);
+  const Eigen::Vector3d b = points.col(t[2]) - points.col(t[0]);
+  return !(a.cross(b).norm() > 1e-10 * a.squaredNorm());
+}
+
+std::string misfit_message(const Candidate& best, double sigma_px) {
+  std::ostringstream text;
+  text << "the best pose leaves " << best.rms_px << " px r.m.s. with sigma_px = " << sigma_px;
+  return text.str();
+}
+
+}  // namespace
+
+void SolvePoseOptions::validate() const {
+  require(sigma_px > 0 && std::isfinite(sigma_px), "sigma_px", sigma_px, "positive");
+  require(largest_misfit > 0, "largest_misfit", largest_misfit, "positive");
+  require(max_iterations > 0, "max_iterations", max_iterations, "positive");
+}
+
+Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Matrix2Xd& points_px,
+                       const Camera& camera, const SolvePoseOptions& options) {
+  options.validate();
+  const Eigen::Index n = points_in_world.cols();
+  require(points_px.cols() == n, "points_px", points_px.cols(), "one for each point in the world");
+  require_finite(points_in_world, "points_in_world");
+  require_finite(points_px, "points_px");
+  if (options.solver != "auto") solver_named(options.solver);
+  Result<Fix> result;
+  if (n < 3) {
+    result.status = Status::too_few_lamps;
+    result.message = std::to_string(n) + " points; a pose takes three";
+    return result;
+  }
+  const Problem problem = make_problem(points_in_world, points_px, camera, options.sigma_px);
+  if (!std::isfinite(problem.points.sum()) || on_a_line(problem.points)) {
+    result.status = Status::degenerate;
+    result.message = "the points coincide or lie on a line";
+    return result;
+  }
+  const double dof = std::max(1.0, 2.0 * static_cast<double>(n) - 6);
+  bool converged = true;
+  const bool many = options.solver == "auto" && n > 2 * few_points;
+  const Result<std::vector<Start>> starts =
+      starts_of(many ? part_of(problem, few_points) : problem, options.solver);
+  for (const PointFit& fit : fits_of(problem, *starts, options.max_iterations, dof)) {
+    Candidate c = candidate_of(problem, fit);
+    c.rms_px = options.sigma_px * std::sqrt(fit.equations.chi2 / static_cast<double>(n));
+    if (result->candidates.empty()) converged = fit.converged;
+    result.value.candidates.push_back(c);
+  }
+  if (result->candidates.empty()) {
+    result.status = starts.ok() ? Status::no_pose : starts.status;
+    result.message = starts.ok() ? "no pose has all points in front of the camera" : starts.message;
+    return result;
+  }
+  fill(result.value);
+  const Candidate& best = result->candidates.front();
+  if (!best.covariance.allFinite()) {
+    result.status = Status::degenerate;
+    result.message = "the points do not determine the pose";
+  } else if (best.chi2 > options.largest_misfit * dof) {
+    result.status = Status::no_pose;
+    result.message = misfit_message(best, options.sigma_px);
+  } else if (!converged) {
+    result.status = Status::not_converged;
+    result.message = "stopped after max_iterations = " + std::to_string(options.max_iterations);
+  } else if (result->candidates.size() > 1) {
+    result.status = Status::ambiguous;
+    result.message = std::to_string(result->candidates.size()) + " poses fit equally well";
+  }
+  return result;
+}
+
+}  // namespace occ

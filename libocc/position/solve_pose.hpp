@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// From points whose names are known, and where they were seen in the image, to a fix: a pose solver
+// for the start, least squares over the pixels for the most likely pose,
+//     chi2 = sum |projected - seen|^2 / sigma^2,
+// and its covariance. Every other pose that fits nearly as well (a plane seen from far away has
+// two) is returned beside it.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <string>
+
+#include "libocc/camera/camera.hpp"
+#include "libocc/core/status.hpp"
+#include "libocc/position/fix.hpp"
+
+namespace occ {
+
+struct LIBOCC_API SolvePoseOptions {
+  std::string solver = "auto";  ///< a name in solvers(); "auto": p3p_triples
+  double sigma_px = 1;          ///< of a pixel coordinate, along each axis
+  double largest_misfit = 10;   ///< chi2 / dof beyond which nothing is said to fit: 3 sigmas r.m.s.
+  int max_iterations = 30;
+
+  void validate() const;  ///< throws std::invalid_argument naming the field and its value
+};
+
+/// points_in_world: columns [m], n >= 3; points_px: columns, same count. The fix has no lamps or
+/// blobs; chi2 and dof are in its candidates, best first. The covariance is multiplied by chi2 /
+/// dof when that is larger than chance allows (0.1 %). Status: ok; ambiguous (a likelihood ratio of
+/// less than 100 to the next candidate); too_few_lamps (fewer than three points); degenerate
+/// (points that coincide or lie on a line, or a pose that the points do not determine); no_pose
+/// (nothing fits; the best that was found is in the fix); not_converged. Throws
+/// std::invalid_argument for counts that differ, values that are not finite, an unknown solver, or
+/// one that takes no single camera.
+LIBOCC_API Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world,
+                                  const Eigen::Matrix2Xd& points_px, const Camera& camera,
+                                  const SolvePoseOptions& options = {});
+
+}  // namespace occ

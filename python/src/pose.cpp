@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <pybind11/native_enum.h>
+
+#include "fields.hpp"
+#include "libocc/pose/candidates.hpp"
+#include "libocc/pose/p3p.hpp"
+#include "libocc/pose/solver.hpp"
+#include "libocc/position/solve_pose.hpp"
+#include "module.hpp"
+#include "results.hpp"
+
+namespace occ::python {
+namespace {
+
+// Arrays hold a point in each row: the transpose of the columns that C++ takes, at the same place.
+using Rows2 = Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>>;
+using Rows3 = Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>;
+
+py::array_t<double> stacked(const std::vector<Rigid3>& poses) {
+  py::array_t<double> array(std::vector<py::ssize_t>{static_cast<py::ssize_t>(poses.size()), 4, 4});
+  auto out = array.mutable_unchecked<3>();
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    const Eigen::Matrix4d matrix = poses[k].matrix();
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) out(static_cast<py::ssize_t>(k), i, j) = matrix(i, j);
+  }
+  return array;
+}
+
+void define_p3p(py::module_& m) {
+  m.def(
+      "p3p",
+      [](const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points_in_world) {
+        return stacked(p3p(bearings.transpose(), points_in_world.transpose()));
+      },
+      py::arg("bearings"), py::arg("points_in_world"),
+      R"(All poses from which three known points are seen along three bearings.
+
+bearings: (3, 3), a unit vector (camera frame) in each row. points_in_world: (3, 3), a point [m] in
+each row. Returns: (k, 4, 4) candidates for cam_from_world, k from 0 to 4, in no order: all fit.
+Raises: ValueError for numbers that are not finite or bearings that are not unit.)");
+}
+
+void define_solvers(py::module_& m) {
+  py::native_enum<Layout>(m, "Layout", "enum.Enum", "Where the points that a solver takes may lie.")
+      .value("any", Layout::any)
+      .value("coplanar", Layout::coplanar)
+      .value("not_coplanar", Layout::not_coplanar)
+      .finalize();
+  py::class_<Solver>(m, "Solver", "A pose solver: what it takes and where it fails.")
+      .def_readonly("name", &Solver::name, "For solve_pose() and pose_candidates().")
+      .def_readonly("min_points", &Solver::min_points, "Fewer are refused.")
+      .def_readonly("max_points", &Solver::max_points, "Uses so many at most; 0: all.")
+      .def_readonly("max_candidates", &Solver::max_candidates, "Returns so many poses at most.")
+      .def_readonly("layout", &Solver::layout, "Of the points.")
+      .def_readonly("needs_up", &Solver::needs_up, "Takes the direction of gravity.")
+      .def_readonly("takes_origins", &Solver::takes_origins, "Takes several cameras on a rig.")
+      .def_readonly("failures", &Solver::failures, "Where it is known to fail or to be slow.")
+      .def_readonly("source", &Solver::source, "Paper, and package it comes from.")
+      .def("__repr__", [](const Solver& s) { return "<Solver: " + std::string(s.name) + ">"; });
+  m.def("solvers", &solvers, "Every pose solver, those for the fewest points first.");
+}
+
+struct Conditioned {
+  PoseCandidate candidate;
+  double condition;
+};
+
+using Candidates = Result<std::vector<Conditioned>>;
+
+Candidates pose_candidates_of(const Rows3& bearings, const Rows3& points_in_world_m,
+                              const std::string& solver,
+                              const std::optional<Rows3>& origins_in_cam_m,
+                              const std::optional<Eigen::Vector3d>& up_in_cam, double tolerance_rad,
+                              bool polish) {
+  PoseProblem problem;
+  problem.bearings = bearings.transpose();
+  problem.points = points_in_world_m.transpose();
+  if (origins_in_cam_m) problem.origins = origins_in_cam_m->transpose();
+  problem.up_in_cam = up_in_cam;
+  const auto found = pose_candidates(problem, solver, {tolerance_rad, polish});
+  Candidates result{{}, found.status, found.message};
+  for (const PoseCandidate& c : *found)
+    result.value.push_back({c, pose_condition(problem, c.cam_from_world)});
+  return result;
+}
+
+void define_candidates(py::module_& m) {
+  py::class_<Conditioned>(m, "PoseCandidate",
+                          "A pose from which known points are seen as they are.")
+      .def_property_readonly(
+          "cam_from_world", [](const Conditioned& c) { return c.candidate.cam_from_world; },
+          "Pose, 4x4.")
+      .def_property_readonly(
+          "misfit_rad", [](const Conditioned& c) { return c.candidate.misfit_rad; },
+          "Largest angle between a bearing and the direction to its point.")
+      .def_readonly("condition", &Conditioned::condition,
+                    "Errors of rotation [rad] and position / distance over those of the bearings "
+                    "[rad]; infinite at a double root.")
+      .def("__repr__", [](const Conditioned& c) {
+        return "<PoseCandidate: misfit " + value_repr(c.candidate.misfit_rad) + " rad, condition " +
+               value_repr(c.condition) + ">";
+      });
+  py::class_<Candidates> candidates(m, "PoseCandidates", "What a solver found, guarded.");
+  define_result(candidates);
+  candidates
+      .def_property_readonly(
+          "value", [](const Candidates& c) { return c.value; }, "PoseCandidates, best first.")
+      .def("__repr__", [](const Candidates& c) {
+        return "<PoseCandidates: " + std::string(to_string(c.status)) + ", " +
+               std::to_string(c.value.size()) + ">";
+      });
+  m.def("pose_candidates", &pose_candidates_of, py::arg("bearings"), py::arg("points_in_world_m"),
+        py::arg("solver") = "auto", py::kw_only(), py::arg("origins_in_cam_m") = py::none(),
+        py::arg("up_in_cam") = py::none(),
+        py::arg("tolerance_rad") = CandidateOptions{}.tolerance_rad,
+        py::arg("polish") = CandidateOptions{}.polish,
+        R"(Every pose from which known points are seen along bearings, by any solver, guarded.
+
+bearings: (n, 3), a unit vector (camera frame) in each row. points_in_world_m: (n, 3).
+solver: a name in solvers(), or "auto". origins_in_cam_m: (n, 3), where each bearing starts, for
+several cameras on a rig. up_in_cam: (3,), the world's Z in the camera's frame, when known.
+tolerance_rad: of the misfit; noisy bearings need about 5 of their sigmas. polish: False for poses as
+the solver returns them.
+Returns: PoseCandidates. Their status is ok; too_few_lamps for fewer points than the solver takes;
+degenerate for points that coincide, lie on a line or not as the solver needs them; no_pose when
+none fits (the nearest may be in the value).
+Raises: ValueError for an unknown solver, numbers that are not finite or counts that differ.)");
+}
+
+Result<Fix> solve_pose_of(const Rows3& points_in_world_m, const Rows2& points_px,
+                          const Camera& camera, const std::string& solver, double sigma_px,
+                          double largest_misfit, int max_iterations) {
+  return solve_pose(points_in_world_m.transpose(), points_px.transpose(), camera,
+                    {solver, sigma_px, largest_misfit, max_iterations});
+}
+
+void define_solve_pose(py::module_& m) {
+  const SolvePoseOptions defaults;
+  m.def("solve_pose", &solve_pose_of, py::arg("points_in_world_m"), py::arg("points_px"),
+        py::arg("camera"), py::arg("solver") = defaults.solver,
+        py::arg("sigma_px") = defaults.sigma_px, py::kw_only(),
+        py::arg("largest_misfit") = defaults.largest_misfit,
+        py::arg("max_iterations") = defaults.max_iterations,
+        R"(The most likely pose from points whose names are known, with its covariance.
+
+points_in_world_m: (n, 3), n >= 3. points_px: (n, 2), where they were seen. solver: a name in
+solvers(), or "auto". sigma_px: of a pixel coordinate, along each axis. largest_misfit: chi2 / dof
+beyond which nothing is said to fit.
+Returns: Fix; status ambiguous when another pose fits nearly as well (all are in `candidates`),
+no_pose when none fits, too_few_lamps, degenerate, not_converged.
+Raises: ValueError for counts that differ, numbers that are not finite, an unknown solver.)");
+}
+
+}  // namespace
+
+void define_pose(py::module_& m) {
+  define_p3p(m);
+  define_solvers(m);
+  define_candidates(m);
+  define_solve_pose(m);
+}
+
+}  // namespace occ::python
