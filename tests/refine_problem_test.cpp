@@ -56,8 +56,8 @@ State off(const State& exact) {
 TEST(RefineProblem, GradientAgreesWithDifferencesAndAWrongOneIsRefused) {
   const Everything all;
   const Observations observations = all.observations();
-  for (const bool use_rims : {false, true}) {
-    Problem problem(observations, all.scene, all.options, use_rims);
+  for (const Rung rung : {Rung::points, Rung::centres, Rung::rims}) {
+    Problem problem(observations, all.scene, all.options, rung);
     const State state = off(all.exact());
     const Eigen::Vector3d pivot = problem.pivot(state);
     Normal normal;
@@ -81,8 +81,8 @@ TEST(RefineProblem, GradientAgreesWithDifferencesAndAWrongOneIsRefused) {
 TEST(RefineProblem, InformationIsTheHessianWhereResidualsVanish) {
   const Everything all(0);
   const Observations observations = all.observations();
-  for (const bool use_rims : {false, true}) {
-    Problem problem(observations, all.scene, all.options, use_rims);
+  for (const Rung rung : {Rung::centres, Rung::rims}) {
+    Problem problem(observations, all.scene, all.options, rung);
     const State state = all.exact();
     const Eigen::Vector3d pivot = problem.pivot(state);
     Normal normal;
@@ -100,7 +100,7 @@ TEST(RefineProblem, InformationIsTheHessianWhereResidualsVanish) {
     RefineOptions options = all.options;
     options.model_sigma_px = 0;
     const Observations stiff = observe(test::in_order(all.scene), all.blobs, all.scene, options);
-    Problem stiff_problem(stiff, all.scene, options, use_rims);
+    Problem stiff_problem(stiff, all.scene, options, rung);
     ASSERT_TRUE(stiff_problem.linearise(state, pivot, normal));
     EXPECT_FALSE(test::jacobian_agrees(normal.information, hessian, 1e-2));
   }
@@ -116,7 +116,7 @@ TEST(RefineProblem, EliminatedUnknownsEqualExplicitOnes) {
   all.options.flux = FluxModel::ignore;
   all.options.prior.reset();
   const Observations observations = all.observations();
-  Problem problem(observations, all.scene, all.options, true);
+  Problem problem(observations, all.scene, all.options, Rung::rims);
   const State state = {perturb(truth(), Vector6::Constant(1e-3)), 0.4};
   Normal normal;
   ASSERT_TRUE(problem.linearise(state, Eigen::Vector3d::Zero(), normal));
@@ -163,7 +163,7 @@ TEST(RefineProblem, PriorsRowsSumToItsChi2EvenWhereItTurnsAround) {
     Prior& prior = *all.options.prior;
     prior.heading_rad = random.uniform(-9, 9);
     prior.gravity_in_cam = test::random_vector(random).normalized();
-    Problem problem(observations, all.scene, all.options, true);
+    Problem problem(observations, all.scene, all.options, Rung::rims);
     const State state = {test::random_pose(random)};
     Normal normal;
     ASSERT_TRUE(problem.linearise(state, Eigen::Vector3d::UnitX(), normal));

@@ -44,7 +44,7 @@ void check_axes(const Lamp& lamp) {
 
 bool uses_rim(const Lamp& lamp, const Blob& blob, const RefineOptions& options) {
   const std::size_t needed = blob.cut_by_border ? 1 : min_rim_points;
-  return options.use_rims && lamp.shape != LampShape::point && blob.rim.size() >= needed;
+  return takes_rims(options.rung) && lamp.shape != LampShape::point && blob.rim.size() >= needed;
 }
 
 void observe_rim(const Match& match, const Blob& blob, const Camera& camera,
@@ -98,12 +98,12 @@ int prior_equations(const RefineOptions& options) {
 
 }  // namespace
 
-int Observations::equations(const RefineOptions& options, bool use_rims) const {
+int Observations::equations(const RefineOptions& options, Rung rung) const {
   int count = prior_equations(options), fluxes = 0;
   for (const LampObservation& o : lamps) {
     if (o.contradicts) continue;
     const int most = o.lamp->shape == LampShape::disc ? 5 : 6;
-    if (use_rims && o.has_rim()) {
+    if (takes_rims(rung) && o.has_rim()) {
       count += std::min(most, static_cast<int>(o.rim_end - o.rim_begin));
     } else if (o.has_place) {
       count += 2;
@@ -114,11 +114,11 @@ int Observations::equations(const RefineOptions& options, bool use_rims) const {
   return count + fluxes;
 }
 
-int Observations::degrees_of_freedom(const RefineOptions& options, bool use_rims) const {
+int Observations::degrees_of_freedom(const RefineOptions& options, Rung rung) const {
   int count = prior_equations(options) - 6;
   for (const LampObservation& o : lamps) {
     if (o.contradicts) continue;
-    const bool by_rim = use_rims && o.has_rim();
+    const bool by_rim = takes_rims(rung) && o.has_rim();
     count += by_rim ? static_cast<int>(o.rim_end - o.rim_begin) : (o.has_place ? 2 : 0);
     count += o.has_flux ? 1 : 0;
   }
@@ -135,7 +135,7 @@ Observations observe(const std::vector<Match>& matches, const std::vector<Blob>&
     check_match(match, scene.lamps.size(), blobs.size());
     rim_count += blobs[static_cast<std::size_t>(match.blob)].rim.size();
   }
-  all.rim.reserve(options.use_rims ? rim_count : 0);
+  all.rim.reserve(takes_rims(options.rung) ? rim_count : 0);
   for (const Match& match : matches) {
     const Lamp& lamp = scene.lamps[static_cast<std::size_t>(match.lamp)];
     const Blob& blob = blobs[static_cast<std::size_t>(match.blob)];

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "libocc/formation/light.hpp"
+#include "libocc/refine/internal/predicted_place.hpp"
 #include "libocc/refine/internal/prior_rows.hpp"
 
 namespace occ {
@@ -31,13 +32,13 @@ std::optional<double> flux_residual(const LampObservation& lamp, const State& st
 }  // namespace
 
 Problem::Problem(const Observations& observations, const Scene& scene, const RefineOptions& options,
-                 bool use_rims)
+                 Rung rung)
     : observations_(observations),
       scene_(scene),
       options_(options),
-      use_rims_(use_rims),
+      rung_(rung),
       held_(observations.lamps.size()) {
-  if (!use_rims) return;
+  if (!takes_rims(rung)) return;
   rims_.reserve(observations.lamps.size());
   for (const LampObservation& lamp : observations.lamps) rims_.emplace_back(lamp, observations.rim);
 }
@@ -68,7 +69,7 @@ bool Problem::add_lamp(std::size_t index, const State& state, const Eigen::Vecto
   Held& held = held_[index];
   held.by_rim = false;
   if (lamp.contradicts) return true;
-  if (use_rims_ && lamp.has_rim()) {
+  if (takes_rims(rung_) && lamp.has_rim()) {
     const auto count = static_cast<double>(lamp.rim_end - lamp.rim_begin);
     const int lost = rims_[index].linearise(state, pivot);
     held.by_rim = !lamp.has_place || lost <= max_lost_share * count;
@@ -85,7 +86,7 @@ std::optional<Problem::Place> Problem::place(const LampObservation& lamp, const 
                                              const Eigen::Vector3d& pivot) const {
   Eigen::Matrix<double, 2, 6> d_pose;
   const std::optional<Eigen::Vector2d> centre =
-      project_lamp_centre(*lamp.lamp, state.cam_from_world, scene_.camera, &d_pose);
+      predicted_place_px(*lamp.lamp, state.cam_from_world, scene_.camera, rung_, &d_pose);
   if (!centre) return std::nullopt;
   Place place{lamp.blob->centroid_px - *centre, Eigen::Matrix<double, 2, 8>::Zero()};
   for (int i = 0; i < 2; ++i) {
@@ -144,7 +145,7 @@ double Problem::chi2(const State& state) const {
       sum += rims_[i].chi2(state);
     } else if (lamp.has_place) {
       const std::optional<Eigen::Vector2d> centre =
-          project_lamp_centre(*lamp.lamp, state.cam_from_world, scene_.camera);
+          predicted_place_px(*lamp.lamp, state.cam_from_world, scene_.camera, rung_);
       if (!centre) return std::numeric_limits<double>::infinity();
       const Eigen::Vector2d residual = lamp.blob->centroid_px - *centre;
       sum += residual.dot(lamp.place_information * residual);

@@ -11,6 +11,7 @@
 #include "libocc/core/statistics.hpp"
 #include "libocc/refine/internal/minimise.hpp"
 #include "libocc/refine/internal/outliers.hpp"
+#include "libocc/refine/internal/predicted_place.hpp"
 
 namespace occ {
 namespace {
@@ -62,14 +63,16 @@ double rim_rms(const LampObservation& lamp, const Observations& observations, co
 /// Fills in each lamp's residual and the root mean square over lamps; a cut lamp's centroid is that
 /// of its visible part, so its rim stands for it.
 void report_residuals(const State& state, const std::vector<Match>& matches,
-                      const Observations& observations, const Camera& camera, Refined& refined) {
+                      const Observations& observations, const Camera& camera, Rung rung,
+                      Refined& refined) {
   double sum = 0;
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const LampObservation& lamp = observations.lamps[i];
     LampResidual residual{matches[i]};
+    residual.rung = lamp.has_rim() ? Rung::rims : std::min(rung, Rung::centres);
     residual.contradicts = lamp.contradicts;
     const std::optional<Eigen::Vector2d> centre =
-        project_lamp_centre(*lamp.lamp, state.cam_from_world, camera);
+        predicted_place_px(*lamp.lamp, state.cam_from_world, camera, rung);
     double centre_error = 0;
     if (centre) {
       residual.centre_px = *centre;
@@ -87,11 +90,12 @@ void report_residuals(const State& state, const std::vector<Match>& matches,
 /// costs little to leave out lamps that contradict the others here.
 Minimum minimise_by_centroids(const State& start, Observations& observations, const Scene& scene,
                               const RefineOptions& options, double tolerance_px) {
-  Problem problem(observations, scene, options, false);
+  const Rung cheap = std::min(options.rung, Rung::centres);
+  Problem problem(observations, scene, options, cheap);
   Minimum minimum = minimise(problem, start, options.max_iterations, tolerance_px);
   while (minimum.converged && std::isfinite(options.huber_sigma)) {
     const std::optional<std::size_t> worst = contradicting_lamp(
-        observations, problem, minimum, observations.degrees_of_freedom(options, false));
+        observations, problem, minimum, observations.degrees_of_freedom(options, cheap));
     if (!worst) break;
     observations.lamps[*worst].contradicts = true;
     minimum = minimise(problem, minimum.state, options.max_iterations, tolerance_px);
@@ -101,12 +105,12 @@ Minimum minimise_by_centroids(const State& start, Observations& observations, co
 
 /// What a lamp that was left out costs, so that a pose which needs no such excuse ranks before.
 double contradiction_chi2(const Observations& observations, const Camera& camera,
-                          const State& state, double huber_sigma) {
+                          const State& state, Rung rung, double huber_sigma) {
   double sum = 0;
   for (const LampObservation& lamp : observations.lamps) {
     if (!lamp.contradicts) continue;
     const std::optional<Eigen::Vector2d> centre =
-        project_lamp_centre(*lamp.lamp, state.cam_from_world, camera);
+        predicted_place_px(*lamp.lamp, state.cam_from_world, camera, rung);
     if (!centre) continue;
     const Eigen::Vector2d residual = lamp.blob->centroid_px - *centre;
     const double chi2 = residual.dot(lamp.place_information * residual);
@@ -138,14 +142,14 @@ Minimum find_minimum(const State& start, Observations& observations, const Scene
                      const RefineOptions& options) {
   const bool has_rims = !observations.rim.empty();
   State near = start;
-  if (observations.equations(options, false) >= 6 || !has_rims) {
+  if (observations.equations(options, Rung::centres) >= 6 || !has_rims) {
     const Minimum by_centroids = minimise_by_centroids(
         start, observations, scene, options, has_rims ? rough_tolerance_px : options.tolerance_px);
     if (!has_rims) return by_centroids;
     if (by_centroids.converged) near = by_centroids.state;
   }
   if (observations.rims_grow) near.growth_px = typical_growth_px(near, observations);
-  Problem problem(observations, scene, options, true);
+  Problem problem(observations, scene, options, Rung::rims);
   return minimise(problem, near, options.max_iterations, options.tolerance_px);
 }
 
@@ -196,17 +200,18 @@ Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
   Result<Refined> result;
   Refined& refined = result.value;
   State state{start};
-  const int equations = observations.equations(options, true);
+  const int equations = observations.equations(options, options.rung);
   if (equations >= 6) {
     const Minimum minimum = find_minimum(state, observations, scene, options);
     state = minimum.state;
-    refined.chi2 = minimum.normal.robust_chi2 +
-                   contradiction_chi2(observations, scene.camera, state, options.huber_sigma);
+    refined.chi2 =
+        minimum.normal.robust_chi2 +
+        contradiction_chi2(observations, scene.camera, state, options.rung, options.huber_sigma);
     refined.iterations = minimum.iterations;
-    refined.dof = observations.degrees_of_freedom(options, true);
+    refined.dof = observations.degrees_of_freedom(options, options.rung);
     conclude(minimum, options, result);
   } else {
-    refined.dof = observations.degrees_of_freedom(options, true);
+    refined.dof = observations.degrees_of_freedom(options, options.rung);
     result.status = Status::too_few_lamps;
     result.message = too_few_message(matches.size(), equations);
   }
@@ -215,7 +220,7 @@ Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
   if (observations.has_flux && options.flux == FluxModel::common_factor) {
     refined.flux_factor = std::exp(state.log_factor);
   }
-  report_residuals(state, matches, observations, scene.camera, refined);
+  report_residuals(state, matches, observations, scene.camera, options.rung, refined);
   return result;
 }
 

@@ -29,6 +29,15 @@
 
 namespace occ {
 
+/// What of the image the pose has to explain; each rung is more accurate and dearer than the one
+/// before.
+enum class Rung {
+  points,   ///< centroids against the projections of the lamps' centres: biased for large lamps
+  centres,  ///< centroids against the centres of the lamps' images
+  rims,     ///< measured rims against the projected ones
+  direct,   ///< every pixel around a lamp against the lamp's rendered image
+};
+
 enum class FluxModel {
   ignore,         ///< geometry only
   known_power,    ///< each lamp's power_w holds within its power_sigma
@@ -36,7 +45,7 @@ enum class FluxModel {
 };
 
 struct LIBOCC_API RefineOptions {
-  bool use_rims = true;  ///< false: centroids only
+  Rung rung = Rung::rims;  ///< a lamp that does not offer it is taken by the next cheaper one
   FluxModel flux = FluxModel::ignore;
   std::optional<Prior> prior;  ///< added as observations
   double model_sigma_px =
@@ -53,6 +62,7 @@ struct LIBOCC_API RefineOptions {
 
 struct LampResidual {
   Match match;
+  Rung rung = Rung::rims;    ///< by which the lamp entered
   bool contradicts = false;  ///< left out: the other lamps agree without it
   double rms_px = 0;         ///< over the lamp's rim points, or the length of its centroid residual
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< predicted centre of the lamp's image

@@ -27,6 +27,12 @@ std::string rounded(const Eigen::Vector3d& v, int digits) {
 }
 
 void define_refine(py::module_& m) {
+  py::native_enum<Rung>(m, "Rung", "enum.Enum", "What of the image the pose has to explain.")
+      .value("points", Rung::points)
+      .value("centres", Rung::centres)
+      .value("rims", Rung::rims)
+      .value("direct", Rung::direct)
+      .finalize();
   py::native_enum<FluxModel>(m, "FluxModel", "enum.Enum", "What the lamps' brightness tells.")
       .value("ignore", FluxModel::ignore)
       .value("known_power", FluxModel::known_power)

@@ -40,7 +40,7 @@ inline auto identify_fields() {
 inline auto refine_fields() {
   using O = RefineOptions;
   return std::make_tuple(
-      field("use_rims", &O::use_rims, "fit rims; False: centroids only"),
+      field("rung", &O::rung, "what of the image the pose has to explain"),
       field("flux", &O::flux, "whether lamps' brightness counts, and what is known of it"),
       field("model_sigma_px", &O::model_sigma_px, "camera and map error per lamp [px]"),
       field("huber_sigma", &O::huber_sigma, "residuals beyond this weigh linearly [sigma]"),

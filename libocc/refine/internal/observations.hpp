@@ -14,6 +14,8 @@
 
 namespace occ {
 
+inline bool takes_rims(Rung rung) { return rung == Rung::rims || rung == Rung::direct; }
+
 struct RimObservation {
   RimRay ray;
   Eigen::Vector2d normal;
@@ -43,11 +45,11 @@ struct Observations {
 
   /// Independent equations for the pose: at most 5 from a disc's rim, 6 from a rectangle's, 2 from
   /// a centroid, 1 from a flux (one less in all when their factor is unknown), and the prior's.
-  /// Without rims, lamps count by their centroids.
-  int equations(const RefineOptions& options, bool use_rims) const;
+  /// Below the rims' rung, lamps count by their centroids.
+  int equations(const RefineOptions& options, Rung rung) const;
 
   /// Observed numbers minus unknowns.
-  int degrees_of_freedom(const RefineOptions& options, bool use_rims) const;
+  int degrees_of_freedom(const RefineOptions& options, Rung rung) const;
 };
 
 /// Throws std::invalid_argument for a match outside its list, a lamp axis that is not unit, or a

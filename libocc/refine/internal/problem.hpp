@@ -19,9 +19,10 @@ namespace occ {
 
 class LIBOCC_API Problem {
  public:
-  /// Keeps references to the first three. Without rims, lamps are taken by their centroids.
+  /// Keeps references to the first three. Lamps are taken by this rung or, where
+  /// they do not offer it, the next cheaper one.
   Problem(const Observations& observations, const Scene& scene, const RefineOptions& options,
-          bool use_rims);
+          Rung rung);
 
   /// Normal equations at a state; sets the weights. False where a lamp cannot be seen at all.
   bool linearise(const State& state, const Eigen::Vector3d& pivot, Normal& normal);
@@ -63,7 +64,7 @@ class LIBOCC_API Problem {
   const Observations& observations_;
   const Scene& scene_;
   const RefineOptions& options_;
-  bool use_rims_;
+  Rung rung_;
   std::vector<LampRim> rims_;  // one for each lamp, possibly empty
   std::vector<Held> held_;     // since the last linearisation
 };

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where a pose puts a lamp's centroid, rung by rung.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <optional>
+
+#include "libocc/refine/refine.hpp"
+
+namespace occ {
+
+/// Pixel of the lamp's centre for Rung::points, of the centre of its image for every other; nothing
+/// when the lamp cannot be seen. `jacobian` (2x6): d pixel / d pose perturbation.
+std::optional<Eigen::Vector2d> predicted_place_px(const Lamp& lamp, const Rigid3& cam_from_world,
+                                                  const Camera& camera, Rung rung,
+                                                  Eigen::Matrix<double, 2, 6>* jacobian = nullptr);
+
+}  // namespace occ
