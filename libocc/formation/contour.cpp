@@ -29,14 +29,19 @@ using Curve = std::function<CurvePoint(double)>;
 // point is outside the camera's domain.
 class Projector {
  public:
-  Projector(Curve curve, const Camera& camera, double spacing_px)
-      : curve_(std::move(curve)), camera_(camera), spacing_px_(spacing_px) {}
+  Projector(Curve curve, const Eigen::Vector3d& centre_in_cam, const Camera& camera,
+            double spacing_px)
+      : curve_(std::move(curve)),
+        centre_(centre_in_cam),
+        camera_(camera),
+        spacing_px_(spacing_px) {}
 
   // The contour point at a parameter, with `weight` of the parameter's range.
-  bool add_point(double at, double weight, Contour& contour) const {
+  template <typename AnyContour>
+  bool add_point(double at, double weight, AnyContour& contour) const {
     const auto point = project(at);
     if (!point) return false;
-    contour.push_back({point->px, point->tangent_px.y() * weight});
+    append(*point, weight, contour);
     return true;
   }
 
@@ -67,21 +72,42 @@ class Projector {
   }
 
   // Gauss-Legendre panels no longer than 16 nodes at 0.6 spacings, except off the image.
-  bool add_panels(double from, double to, int splits, Contour& contour) const;
+  template <typename AnyContour>
+  bool add_panels(double from, double to, int splits, AnyContour& contour) const;
 
  private:
   struct ImagePoint {
     Eigen::Vector2d px, tangent_px;
+    Eigen::Vector3d point_in_cam;
+    Eigen::Matrix<double, 2, 3> jacobian;
   };
+
+  static void append(const ImagePoint& point, double weight, Contour& contour) {
+    contour.push_back({point.px, point.tangent_px.y() * weight});
+  }
+
+  // motion x step = q . (turn x arm + shift) with q the step turned by a right angle.
+  void append(const ImagePoint& point, double weight, MovingContour& contour) const {
+    const Eigen::Vector2d step = weight * point.tangent_px;
+    const Eigen::Vector3d q = point.jacobian.row(0) * step.y() - point.jacobian.row(1) * step.x();
+    MovingContourPoint moving{point.px, step, {}};
+    moving.sweep << (point.point_in_cam - centre_).cross(q), q;
+    contour.push_back(moving);
+  }
+
   std::optional<ImagePoint> project(double at) const {
     const CurvePoint point = curve_(at);
-    Eigen::Matrix<double, 2, 3> jacobian;
-    const auto px = camera_.project(point.at, &jacobian);
+    ImagePoint image;
+    const auto px = camera_.project(point.at, &image.jacobian);
     if (!px) return std::nullopt;
-    return ImagePoint{*px, jacobian * point.tangent};
+    image.px = *px;
+    image.tangent_px = image.jacobian * point.tangent;
+    image.point_in_cam = point.at;
+    return image;
   }
 
   Curve curve_;
+  Eigen::Vector3d centre_;
   const Camera& camera_;
   double spacing_px_;
 };
@@ -94,7 +120,8 @@ constexpr std::array<double, 8> gauss_weights = {
     0.1894506104550685, 0.1826034150449236, 0.1691565193950025, 0.1495959888165767,
     0.1246289712555339, 0.0951585116824928, 0.0622535239386479, 0.0271524594117541};
 
-bool Projector::add_panels(double from, double to, int splits, Contour& contour) const {
+template <typename AnyContour>
+bool Projector::add_panels(double from, double to, int splits, AnyContour& contour) const {
   const auto size = extent(from, to, 5);
   if (!size || splits > max_splits) return false;
   const double middle = 0.5 * (from + to), half = 0.5 * (to - from);
@@ -108,8 +135,9 @@ bool Projector::add_panels(double from, double to, int splits, Contour& contour)
   return true;
 }
 
-std::optional<Contour> disc_contour(const Lamp& lamp, const Rigid3& cam_from_world,
-                                    const Camera& camera, double spacing_px) {
+template <typename AnyContour>
+std::optional<AnyContour> disc_contour(const Lamp& lamp, const Rigid3& cam_from_world,
+                                       const Camera& camera, double spacing_px) {
   const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
   const Eigen::Vector3d normal = cam_from_world.rotation * lamp.normal;
   const Eigen::Vector3d across = normal.unitOrthogonal() * lamp.radius_m;
@@ -119,10 +147,10 @@ std::optional<Contour> disc_contour(const Lamp& lamp, const Rigid3& cam_from_wor
         const double c = std::cos(angle), s = std::sin(angle);
         return CurvePoint{centre + c * across + s * along, c * along - s * across};
       },
-      camera, spacing_px);
+      centre, camera, spacing_px);
   const auto size = rim.extent(0, two_pi, 17);
   if (!size) return std::nullopt;
-  Contour contour;
+  AnyContour contour;
   const double wanted = std::ceil(size->length_px / spacing_px);
   if (wanted > max_disc_points) {
     if (!rim.add_panels(0, two_pi, 0, contour)) return std::nullopt;
@@ -135,8 +163,9 @@ std::optional<Contour> disc_contour(const Lamp& lamp, const Rigid3& cam_from_wor
   return contour;
 }
 
-std::optional<Contour> rectangle_contour(const Lamp& lamp, const Rigid3& cam_from_world,
-                                         const Camera& camera, double spacing_px) {
+template <typename AnyContour>
+std::optional<AnyContour> rectangle_contour(const Lamp& lamp, const Rigid3& cam_from_world,
+                                            const Camera& camera, double spacing_px) {
   const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
   const Eigen::Vector3d x_axis = cam_from_world.rotation * lamp.x_axis;
   const Eigen::Vector3d y_axis = (cam_from_world.rotation * lamp.normal).cross(x_axis);
@@ -144,30 +173,41 @@ std::optional<Contour> rectangle_contour(const Lamp& lamp, const Rigid3& cam_fro
   const Eigen::Vector3d across = 0.5 * lamp.size_m.y() * y_axis;
   const std::array<Eigen::Vector3d, 4> corners = {centre - along - across, centre + along - across,
                                                   centre + along + across, centre - along + across};
-  Contour contour;
+  AnyContour contour;
   for (std::size_t i = 0; i < 4; ++i) {
     const Eigen::Vector3d from = corners[i], edge = corners[(i + 1) % 4] - from;
     const Projector rim(
         [&](double s) {
           return CurvePoint{from + s * edge, edge};
         },
-        camera, spacing_px);
+        centre, camera, spacing_px);
     if (!rim.add_panels(0, 1, 0, contour)) return std::nullopt;
   }
   return contour;
+}
+
+template <typename AnyContour>
+std::optional<AnyContour> any_contour(const Lamp& lamp, const Rigid3& cam_from_world,
+                                      const Camera& camera, double spacing_px) {
+  require(spacing_px > 0, "spacing_px", spacing_px, "positive");
+  if (lamp.shape == LampShape::point) return AnyContour();
+  const Eigen::Vector3d to_camera = cam_from_world.origin_in_source() - lamp.centre_m;
+  if (!(to_camera.dot(lamp.normal) > 0)) return std::nullopt;
+  return lamp.shape == LampShape::disc
+             ? disc_contour<AnyContour>(lamp, cam_from_world, camera, spacing_px)
+             : rectangle_contour<AnyContour>(lamp, cam_from_world, camera, spacing_px);
 }
 
 }  // namespace
 
 std::optional<Contour> project_contour(const Lamp& lamp, const Rigid3& cam_from_world,
                                        const Camera& camera, double spacing_px) {
-  require(spacing_px > 0, "spacing_px", spacing_px, "positive");
-  if (lamp.shape == LampShape::point) return Contour();
-  const Eigen::Vector3d to_camera = cam_from_world.origin_in_source() - lamp.centre_m;
-  if (!(to_camera.dot(lamp.normal) > 0)) return std::nullopt;
-  return lamp.shape == LampShape::disc
-             ? disc_contour(lamp, cam_from_world, camera, spacing_px)
-             : rectangle_contour(lamp, cam_from_world, camera, spacing_px);
+  return any_contour<Contour>(lamp, cam_from_world, camera, spacing_px);
+}
+
+std::optional<MovingContour> project_moving_contour(const Lamp& lamp, const Rigid3& cam_from_world,
+                                                    const Camera& camera, double spacing_px) {
+  return any_contour<MovingContour>(lamp, cam_from_world, camera, spacing_px);
 }
 
 Contour smooth_contour(const std::vector<Eigen::Vector2d>& rim_px) {

@@ -25,12 +25,28 @@ struct ContourPoint {
 };
 using Contour = std::vector<ContourPoint>;
 
+/// A contour point together with how it moves when the lamp does.
+struct MovingContourPoint {
+  Eigen::Vector2d px;
+  Eigen::Vector2d step_px;  ///< the point's share (dx, dy) of the contour; .y() is dy_px above
+  /// d (motion of the point x step_px) / d (turn of the lamp about its centre, shift of its
+  /// centre), both in the camera's frame: what the lamp's motion sweeps of the image here.
+  Vector6 sweep;
+};
+using MovingContour = std::vector<MovingContourPoint>;
+
 /// Contour of a disc's or rectangle's image, points at most about spacing_px apart; coarser in
 /// parts that are so far off the image that no light of theirs reaches it. Nothing when the lamp
 /// shows its dark side or part of the rim is outside the camera's domain; empty for a point lamp.
 /// Throws std::invalid_argument unless spacing_px > 0.
 LIBOCC_API std::optional<Contour> project_contour(const Lamp& lamp, const Rigid3& cam_from_world,
                                                   const Camera& camera, double spacing_px);
+
+/// The same contour with its motion.
+LIBOCC_API std::optional<MovingContour> project_moving_contour(const Lamp& lamp,
+                                                               const Rigid3& cam_from_world,
+                                                               const Camera& camera,
+                                                               double spacing_px);
 
 /// Contour through samples of a smooth closed curve, evenly spaced in some parameter; tangents by
 /// central differences of order 12. Throws std::invalid_argument for fewer than 13 samples.

@@ -33,21 +33,26 @@ Patch dark_patch(const Eigen::Vector2d& low, const Eigen::Vector2d& high, int re
   return patch;
 }
 
-Patch dark_patch(const Contour& contour, const PixelPsf& psf, int width, int height) {
+template <typename AnyContour>
+Patch dark_patch(const AnyContour& contour, const PixelPsf& psf, int width, int height) {
   if (contour.empty()) return {};
   Eigen::Vector2d low = contour.front().px, high = low;
-  for (const ContourPoint& point : contour) {
+  for (const auto& point : contour) {
     low = low.cwiseMin(point.px);
     high = high.cwiseMax(point.px);
   }
   return dark_patch(low, high, psf.reach(), width, height);
 }
 
+double dy_of(const ContourPoint& point) { return point.dy_px; }
+double dy_of(const MovingContourPoint& point) { return point.step_px.y(); }
+
 // Sign that makes coverage positive: a pixel to the right of the shape's left flank sees light.
-double orientation(const Contour& contour) {
+template <typename AnyContour>
+double orientation(const AnyContour& contour) {
   const double origin = contour.front().px.x();
   double area = 0;
-  for (const ContourPoint& point : contour) area += (point.px.x() - origin) * point.dy_px;
+  for (const auto& point : contour) area += (point.px.x() - origin) * dy_of(point);
   return area > 0 ? -1 : 1;
 }
 
@@ -111,6 +116,69 @@ std::vector<double> buffer(const PixelPsf& psf) {
   return std::vector<double>(static_cast<std::size_t>(psf.count()) + 1);
 }
 
+template <typename AnyContour>
+void paint_moments(const AnyContour& contour, const PixelPsf& psf, CoverageMoments& moments) {
+  std::vector<double> weights = buffer(psf), moment_weights = buffer(psf);
+  std::vector<double> steps = buffer(psf), moment_steps = buffer(psf);
+  const double sign = orientation(contour);
+  for (const auto& point : contour) {
+    const Footprint print = footprint(point.px, psf, moments.c);
+    if (!print.on_patch) continue;
+    psf.weights(fraction(point.px.y()), weights.data());
+    psf.moment_weights(fraction(point.px.y()), moment_weights.data());
+    psf.steps(fraction(point.px.x()), steps.data());
+    psf.moment_steps(fraction(point.px.x()), moment_steps.data());
+    gather(print, steps);
+    gather(print, moment_steps);
+    const double amount = sign * dy_of(point);
+    paint(moments.c, print, amount, weights, steps);
+    paint(moments.m_x, print, amount, weights, moment_steps);
+    paint(moments.m_y, print, amount, moment_weights, steps);
+  }
+  for (Patch* patch : {&moments.c, &moments.m_x, &moments.m_y}) sum_steps(*patch);
+}
+
+// What one contour point adds to the derivatives, kept from point to point for its storage.
+struct DerivativePainter {
+  explicit DerivativePainter(const PixelPsf& psf)
+      : across(buffer(psf)),
+        down(buffer(psf)),
+        across_slopes(buffer(psf)),
+        down_slopes(buffer(psf)),
+        columns(across.size()) {}
+
+  void paint(const MovingContourPoint& point, double outward, const PixelPsf& psf,
+             const Footprint& print, int width, std::vector<CoverageDerivatives::Row>& d) {
+    psf.weights(fraction(point.px.x()), across.data());
+    psf.weights(fraction(point.px.y()), down.data());
+    psf.slopes(fraction(point.px.x()), across_slopes.data());
+    psf.slopes(fraction(point.px.y()), down_slopes.data());
+    const int last = std::min(print.end_column, psf.count());
+    const double spread = -outward * psf.sigma_px() * psf.sigma_px();
+    for (int i = print.first_column; i < last; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      for (std::size_t n = 0; n < 6; ++n)
+        columns[k][n] = outward * across[k] * point.sweep[static_cast<Eigen::Index>(n)];
+      columns[k][6] = spread * across_slopes[k] * point.step_px.y();
+      columns[k][7] = 0;
+    }
+    const double* from = columns[static_cast<std::size_t>(print.first_column)].data();
+    for (int k = print.first_row; k < print.end_row; ++k) {
+      const auto row = static_cast<std::size_t>(k);
+      CoverageDerivatives::Row* to =
+          &d[static_cast<std::size_t>(print.top + k) * static_cast<std::size_t>(width) +
+             static_cast<std::size_t>(print.left + print.first_column)];
+      add_scaled(to->data(), from, 8 * (last - print.first_column), down[row]);
+      const double slope = -spread * down_slopes[row] * point.step_px.x();
+      for (int i = print.first_column; i < last; ++i, ++to)
+        (*to)[6] += slope * across[static_cast<std::size_t>(i)];
+    }
+  }
+
+  std::vector<double> across, down, across_slopes, down_slopes;
+  std::vector<CoverageDerivatives::Row> columns;
+};
+
 }  // namespace
 
 Patch coverage(const Contour& contour, const PixelPsf& psf, int image_width, int image_height) {
@@ -136,25 +204,25 @@ CoverageMoments coverage_moments(const Contour& contour, const PixelPsf& psf, in
   moments.c = dark_patch(contour, psf, image_width, image_height);
   if (moments.c.width == 0) return moments;
   moments.m_x = moments.m_y = moments.c;
-  std::vector<double> weights = buffer(psf), moment_weights = buffer(psf);
-  std::vector<double> steps = buffer(psf), moment_steps = buffer(psf);
-  const double sign = orientation(contour);
-  for (const ContourPoint& point : contour) {
-    const Footprint print = footprint(point.px, psf, moments.c);
-    if (!print.on_patch) continue;
-    psf.weights(fraction(point.px.y()), weights.data());
-    psf.moment_weights(fraction(point.px.y()), moment_weights.data());
-    psf.steps(fraction(point.px.x()), steps.data());
-    psf.moment_steps(fraction(point.px.x()), moment_steps.data());
-    gather(print, steps);
-    gather(print, moment_steps);
-    const double amount = sign * point.dy_px;
-    paint(moments.c, print, amount, weights, steps);
-    paint(moments.m_x, print, amount, weights, moment_steps);
-    paint(moments.m_y, print, amount, moment_weights, steps);
-  }
-  for (Patch* patch : {&moments.c, &moments.m_x, &moments.m_y}) sum_steps(*patch);
+  paint_moments(contour, psf, moments);
   return moments;
+}
+
+void coverage_derivatives(const MovingContour& contour, const PixelPsf& psf, int image_width,
+                          int image_height, CoverageDerivatives& out) {
+  CoverageMoments& moments = out.moments;
+  moments.c = dark_patch(contour, psf, image_width, image_height);
+  moments.m_x = moments.m_y = moments.c;
+  out.d.assign(moments.c.values.size(), CoverageDerivatives::Row{});
+  if (moments.c.width == 0) return;
+  paint_moments(contour, psf, moments);
+  DerivativePainter painter(psf);
+  const double outward = -orientation(contour);
+  for (const MovingContourPoint& point : contour) {
+    const Footprint print = footprint(point.px, psf, moments.c);
+    if (!print.on_patch || print.first_column >= psf.count()) continue;
+    painter.paint(point, outward, psf, print, moments.c.width, out.d);
+  }
 }
 
 Patch coverage(const std::vector<Eigen::Vector2d>& rim_px, double psf_sigma_px, int image_width,

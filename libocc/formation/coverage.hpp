@@ -11,6 +11,7 @@
 #include "libocc/core/abi.hpp"
 //
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "libocc/formation/contour.hpp"
@@ -41,6 +42,20 @@ struct CoverageMoments {
 };
 LIBOCC_API CoverageMoments coverage_moments(const Contour& contour, const PixelPsf& psf,
                                             int image_width, int image_height);
+
+/// Coverage with its moments and its derivatives, each along the contour too:
+///     d c = closed integral of K(p_ij - p(t)) (motion x step),   K(u, v) = B(u) B(v),
+/// and the PSF's width by the heat equation, dc / d sigma^2 = Laplacian(c) / 2.
+struct CoverageDerivatives {
+  CoverageMoments moments;
+  /// For each pixel of the patches: dc / d (turn of the lamp about its centre, shift of its centre,
+  /// ln psf sigma); the last entry is 0.
+  using Row = std::array<double, 8>;
+  std::vector<Row> d;
+};
+/// Reuses the storage of `out`.
+LIBOCC_API void coverage_derivatives(const MovingContour& contour, const PixelPsf& psf,
+                                     int image_width, int image_height, CoverageDerivatives& out);
 
 /// Coverage from samples of a smooth closed curve, evenly spaced in some parameter (see
 /// smooth_contour), at most about one PSF sigma apart.

@@ -12,9 +12,10 @@ namespace {
 constexpr double reach_sigma = 5;      // the tail beyond holds 6e-7 of the light
 constexpr double bins_per_sigma = 32;  // cubic interpolation then errs by less than 1e-7
 
-// The normal distribution of deviation sigma, integrated once, twice and three times, on a grid.
+// The normal distribution of deviation sigma and its integral, integrated once, twice and three
+// times, on a grid.
 struct Integrals {
-  std::vector<double> once, twice, thrice;
+  std::vector<double> density, once, twice, thrice;
 };
 
 Integrals gaussian_integrals(double sigma, double first_u, double step_u, std::size_t size) {
@@ -24,6 +25,7 @@ Integrals gaussian_integrals(double sigma, double first_u, double step_u, std::s
     const double z = u / sigma;
     const double cumulative = 0.5 * std::erfc(-z * std::sqrt(0.5));
     const double density = sigma * std::exp(-0.5 * z * z) * 0.3989422804014327;
+    integrals.density.push_back(density / (sigma * sigma));
     integrals.once.push_back(cumulative);
     integrals.twice.push_back(u * cumulative + density);
     integrals.thrice.push_back(0.5 * ((u * u + sigma * sigma) * cumulative + u * density));
@@ -57,14 +59,15 @@ void PixelPsf::tabulate() {
   const Integrals at = gaussian_integrals(sigma_, static_cast<double>(first) / bins_, 1.0 / bins_,
                                           static_cast<std::size_t>(last - first + 1));
   const auto rows = static_cast<std::size_t>(bins_ + 3);
-  for (Table* table : {&weights_, &moment_weights_}) table->columns = touched;
+  for (Table* table : {&weights_, &moment_weights_, &slopes_}) table->columns = touched;
   for (Table* table : {&steps_, &moment_steps_}) table->columns = touched + 1;
-  for (Table* table : {&weights_, &moment_weights_, &steps_, &moment_steps_})
+  for (Table* table : {&weights_, &moment_weights_, &slopes_, &steps_, &moment_steps_})
     table->values.resize(rows * table->columns);
 
   for (std::size_t row = 0; row < rows; ++row) {
     double* weight = &weights_.values[row * touched];
     double* moment = &moment_weights_.values[row * touched];
+    double* slope = &slopes_.values[row * touched];
     double* step = &steps_.values[row * (touched + 1)];
     double* moment_step = &moment_steps_.values[row * (touched + 1)];
     double g_before = 0, f_before = 0;
@@ -75,6 +78,7 @@ void PixelPsf::tabulate() {
       const double u = static_cast<double>(grid) / bins_;
       weight[k] = at.once[high] - at.once[low];
       moment[k] = -u * weight[k];
+      slope[k] = at.density[high] - at.density[low];
       const double g = at.twice[high] - at.twice[low];
       const double f = at.thrice[high] - at.thrice[low] - u * g;  // by parts
       step[k] = g - g_before;
@@ -85,6 +89,19 @@ void PixelPsf::tabulate() {
     step[touched] = 1 - g_before;
     moment_step[touched] = -f_before;
     normalise(weight, touched);
+  }
+}
+
+void PixelPsf::curvatures(double fraction, double* out) const {
+  const auto d_density = [&](double u) {
+    const double z = u / sigma_;
+    return -z * std::exp(-0.5 * z * z) * 0.3989422804014327 / (sigma_ * sigma_);
+  };
+  double below = d_density(-reach_ - fraction - 0.5);
+  for (int k = 0; k < count(); ++k) {
+    const double above = d_density(k - reach_ - fraction + 0.5);
+    out[k] = above - below;
+    below = above;
   }
 }
 

@@ -3,6 +3,7 @@
 //     B(u) = Phi((u + 1/2)/sigma) - Phi((u - 1/2)/sigma)         along one axis,
 //     G(u) = running integral of B,
 //     F(u) = running integral of -u B(u)
+//     B'(u), B''(u) the derivatives of B
 // at a pixel u to the right of the light (Phi: the normal distribution). All are tabulated once for
 // a sigma at a fine set of sub-pixel offsets and read off by cubic interpolation, so a row of
 // neighbouring pixels costs a few multiplications each and no erf.
@@ -38,6 +39,12 @@ class LIBOCC_API PixelPsf {
     interpolate(moment_weights_, fraction, out);
   }
 
+  /// count() values of B'.
+  void slopes(double fraction, double* out) const { interpolate(slopes_, fraction, out); }
+
+  /// count() values of B'': not tabulated, for point lamps only.
+  void curvatures(double fraction, double* out) const;
+
   /// Differences of G from each touched pixel to the next, from 0 before the first to 1 after the
   /// last: count() + 1 values, which sum to 1.
   void steps(double fraction, double* out) const { interpolate(steps_, fraction, out); }
@@ -60,7 +67,7 @@ class LIBOCC_API PixelPsf {
   double sigma_ = 0;
   int reach_ = 0;
   int bins_ = 0;  // per pixel of offset
-  Table weights_, moment_weights_, steps_, moment_steps_;
+  Table weights_, moment_weights_, slopes_, steps_, moment_steps_;
 };
 
 }  // namespace occ
