@@ -43,9 +43,11 @@ struct Ranked {
 };
 
 Ranked refine_hypothesis(const Hypothesis& hypothesis, const std::vector<Blob>& blobs,
-                         const Scene& scene, const LocateOptions& options) {
+                         const Scene& scene, const LocateOptions& options, const ImageView* image) {
+  const Rigid3& start = hypothesis.cam_from_world;
   const Result<Refined> refined =
-      refine(hypothesis.cam_from_world, hypothesis.matches, blobs, scene, options.refine);
+      image ? refine(start, hypothesis.matches, blobs, scene, options.refine, *image)
+            : refine(start, hypothesis.matches, blobs, scene, options.refine);
   Ranked ranked;
   ranked.status = refined.status;
   ranked.message = refined.message;
@@ -130,7 +132,7 @@ std::string ambiguity_message(std::size_t count) {
 }
 
 Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
-                         const LocateOptions& options) {
+                         const LocateOptions& options, const ImageView* image) {
   Result<Fix> result;
   Fix& fix = result.value;
   fix.blobs = blobs;
@@ -155,7 +157,7 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   std::vector<Ranked> ranked;
   int solved = 0;
   for (const Hypothesis& hypothesis : identified->hypotheses) {
-    ranked.push_back(refine_hypothesis(hypothesis, blobs, scene, with_prior));
+    ranked.push_back(refine_hypothesis(hypothesis, blobs, scene, with_prior, image));
     solved += ranked.back().status == Status::ok;
     if (solved == options.max_candidates) break;
   }
@@ -209,7 +211,7 @@ Result<Fix> locate(const ImageView& image, const Scene& scene, const LocateOptio
   if (!detect_options.sensor) detect_options.sensor = scene.sensor;
   const std::vector<Blob> blobs = detect(image, detect_options);
   const double detect_s = clock.seconds();
-  Result<Fix> result = locate_blobs(blobs, valid, options);
+  Result<Fix> result = locate_blobs(blobs, valid, options, &image);
   result.value.timing_s.detect_s = detect_s;
   result.value.timing_s.total_s = clock.seconds();
   return result;
@@ -218,7 +220,7 @@ Result<Fix> locate(const ImageView& image, const Scene& scene, const LocateOptio
 Result<Fix> locate(const std::vector<Blob>& blobs, const Scene& scene,
                    const LocateOptions& options) {
   const Clock clock;
-  Result<Fix> result = locate_blobs(blobs, checked(scene, options), options);
+  Result<Fix> result = locate_blobs(blobs, checked(scene, options), options, nullptr);
   result.value.timing_s.total_s = clock.seconds();
   return result;
 }

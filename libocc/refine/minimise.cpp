@@ -128,14 +128,9 @@ int levenberg_marquardt(Steps& steps, int max_iterations, double tolerance_px) {
   return std::min(solver.summary.iterations, max_iterations);
 }
 
-}  // namespace
-
-Minimum minimise(Problem& problem, const State& start, int max_iterations, double tolerance_px) {
-  Steps steps(problem, start);
-  Minimum minimum{start, steps.pivot(), steps.normal(), 0, steps.defined(), false};
-  if (!minimum.defined) return minimum;
-  minimum.iterations = levenberg_marquardt(steps, max_iterations, tolerance_px);
-  // What is left is below the resolution of the cost: plain Gauss-Newton steps.
+/// Plain Gauss-Newton steps until one moves no lamp further than the tolerance.
+void gauss_newton(Problem& problem, Steps& steps, int max_iterations, double tolerance_px,
+                  Minimum& minimum) {
   while (steps.defined()) {
     minimum.pivot = steps.pivot();
     minimum.normal = steps.normal();
@@ -150,6 +145,24 @@ Minimum minimise(Problem& problem, const State& start, int max_iterations, doubl
     ++minimum.iterations;
     steps.rebase(next);
   }
+}
+
+}  // namespace
+
+Minimum minimise(Problem& problem, const State& start, int max_iterations, double tolerance_px) {
+  Steps steps(problem, start);
+  Minimum minimum{start, steps.pivot(), steps.normal(), 0, steps.defined(), false};
+  if (!minimum.defined) return minimum;
+  minimum.iterations = levenberg_marquardt(steps, max_iterations, tolerance_px);
+  // What is left is below the resolution of the cost.
+  gauss_newton(problem, steps, max_iterations, tolerance_px, minimum);
+  return minimum;
+}
+
+Minimum polish(Problem& problem, const State& start, int max_iterations, double tolerance_px) {
+  Steps steps(problem, start);
+  Minimum minimum{start, steps.pivot(), steps.normal(), 0, steps.defined(), false};
+  if (minimum.defined) gauss_newton(problem, steps, max_iterations, tolerance_px, minimum);
   return minimum;
 }
 

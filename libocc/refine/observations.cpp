@@ -90,6 +90,34 @@ void observe_flux(const Lamp& lamp, const Blob& blob, const Sensor& sensor,
   observation.flux_inverse_sigma = 1 / std::sqrt(variance);
 }
 
+/// Blinking lamps under a rolling shutter shine by rows, and what is cut or merged is no image of
+/// one lamp.
+bool offers_pixels(const Lamp& lamp, const Blob& blob, const Sensor& sensor) {
+  const Eigen::Vector2d& c = blob.centroid_px;
+  const bool boxed = c.x() >= blob.x0 && c.x() <= blob.x1 && c.y() >= blob.y0 && c.y() <= blob.y1;
+  const bool by_rows = blob.striped || (lamp.frequency_hz && sensor.row_time_s > 0);
+  const bool has_psf = sensor.psf_sigma_px >= 0.01 && sensor.psf_sigma_px <= 100;
+  return boxed && has_psf && !by_rows && !blob.cut_by_border && !blob.merged;
+}
+
+void observe_pixels(const std::vector<Match>& matches, const std::vector<Blob>& blobs,
+                    const Scene& scene, const RefineOptions& options, const ImageView& image,
+                    Observations& all) {
+  image.validate();
+  const bool fits = image.width == scene.camera.width() && image.height == scene.camera.height();
+  require(fits, "image", std::to_string(image.width) + " x " + std::to_string(image.height),
+          "of the camera's size");
+  const WindowReader reader(image, scene.sensor);
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    LampObservation& lamp = all.lamps[i];
+    if (!offers_pixels(*lamp.lamp, *lamp.blob, scene.sensor)) continue;
+    lamp.window = reader.read(blobs, static_cast<std::size_t>(matches[i].blob));
+    if (options.flux == FluxModel::ignore || lamp.lamp->frequency_hz) continue;
+    lamp.light_sigma = lamp.lamp->power_sigma;
+    all.has_flux = true;
+  }
+}
+
 int prior_equations(const RefineOptions& options) {
   if (!options.prior) return 0;
   return (options.prior->position_m ? 3 : 0) + (options.prior->heading_rad ? 1 : 0) +
@@ -97,6 +125,12 @@ int prior_equations(const RefineOptions& options) {
 }
 
 }  // namespace
+
+bool Observations::has_pixels() const {
+  return std::any_of(lamps.begin(), lamps.end(), [](const LampObservation& lamp) {
+    return lamp.has_pixels() && !lamp.contradicts;
+  });
+}
 
 int Observations::equations(const RefineOptions& options, Rung rung) const {
   int count = prior_equations(options), fluxes = 0;
@@ -117,7 +151,7 @@ int Observations::equations(const RefineOptions& options, Rung rung) const {
 int Observations::degrees_of_freedom(const RefineOptions& options, Rung rung) const {
   int count = prior_equations(options) - 6;
   for (const LampObservation& o : lamps) {
-    if (o.contradicts) continue;
+    if (o.contradicts || (rung == Rung::direct && o.has_pixels())) continue;
     const bool by_rim = takes_rims(rung) && o.has_rim();
     count += by_rim ? static_cast<int>(o.rim_end - o.rim_begin) : (o.has_place ? 2 : 0);
     count += o.has_flux ? 1 : 0;
@@ -127,7 +161,7 @@ int Observations::degrees_of_freedom(const RefineOptions& options, Rung rung) co
 }
 
 Observations observe(const std::vector<Match>& matches, const std::vector<Blob>& blobs,
-                     const Scene& scene, const RefineOptions& options) {
+                     const Scene& scene, const RefineOptions& options, const ImageView* image) {
   Observations all;
   all.lamps.reserve(matches.size());
   std::size_t rim_count = 0;
@@ -154,6 +188,9 @@ Observations observe(const std::vector<Match>& matches, const std::vector<Blob>&
     if (options.flux != FluxModel::ignore) observe_flux(lamp, blob, scene.sensor, observation);
     all.has_flux = all.has_flux || observation.has_flux;
     all.lamps.push_back(observation);
+  }
+  if (image && options.rung == Rung::direct) {
+    observe_pixels(matches, blobs, scene, options, *image, all);
   }
   return all;
 }

@@ -41,6 +41,15 @@ Problem::Problem(const Observations& observations, const Scene& scene, const Ref
   if (!takes_rims(rung)) return;
   rims_.reserve(observations.lamps.size());
   for (const LampObservation& lamp : observations.lamps) rims_.emplace_back(lamp, observations.rim);
+  pixels_.resize(observations.lamps.size());
+  if (rung != Rung::direct || !observations.has_pixels()) return;
+  noise_.emplace(scene.sensor);
+  psf_.emplace(scene.sensor.psf_sigma_px);
+  for (std::size_t i = 0; i < pixels_.size(); ++i) {
+    const LampObservation& lamp = observations.lamps[i];
+    if (!lamp.has_pixels()) continue;
+    pixels_[i] = std::make_unique<LampPixels>(lamp, scene, options, *noise_, *psf_);
+  }
 }
 
 bool Problem::estimates_log_factor() const {
@@ -69,6 +78,11 @@ bool Problem::add_lamp(std::size_t index, const State& state, const Eigen::Vecto
   Held& held = held_[index];
   held.by_rim = false;
   if (lamp.contradicts) return true;
+  if (rung_ == Rung::direct && lamp.has_pixels()) {
+    if (!pixels_[index]->linearise(state, pivot)) return false;
+    pixels_[index]->add_to(normal);
+    return true;
+  }
   if (takes_rims(rung_) && lamp.has_rim()) {
     const auto count = static_cast<double>(lamp.rim_end - lamp.rim_begin);
     const int lost = rims_[index].linearise(state, pivot);

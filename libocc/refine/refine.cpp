@@ -19,6 +19,9 @@ namespace {
 /// Centroids bring the pose this near before the rims take over.
 constexpr double rough_tolerance_px = 0.01;
 
+/// A lamp whose pixels miss their model by so many times their noise is not what the scene says.
+constexpr double largest_misfit = 2;
+
 /// Smallest over largest eigenvalue of the information, in units of its largest rotation and its
 /// largest translation, at which the pose counts as undetermined.
 constexpr double singular = 1e-12;
@@ -69,7 +72,9 @@ void report_residuals(const State& state, const std::vector<Match>& matches,
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const LampObservation& lamp = observations.lamps[i];
     LampResidual residual{matches[i]};
-    residual.rung = lamp.has_rim() ? Rung::rims : std::min(rung, Rung::centres);
+    residual.rung = lamp.has_pixels() ? Rung::direct
+                    : lamp.has_rim()  ? Rung::rims
+                                      : std::min(rung, Rung::centres);
     residual.contradicts = lamp.contradicts;
     const std::optional<Eigen::Vector2d> centre =
         predicted_place_px(*lamp.lamp, state.cam_from_world, camera, rung);
@@ -138,19 +143,48 @@ double typical_growth_px(const State& state, const Observations& observations) {
   return *middle;
 }
 
-Minimum find_minimum(const State& start, Observations& observations, const Scene& scene,
-                     const RefineOptions& options) {
+/// Minimum by the rungs below direct, one after the other.
+Minimum minimise_by_rims(const State& start, Observations& observations, const Scene& scene,
+                         const RefineOptions& options, double tolerance_px) {
   const bool has_rims = !observations.rim.empty();
   State near = start;
   if (observations.equations(options, Rung::centres) >= 6 || !has_rims) {
     const Minimum by_centroids = minimise_by_centroids(
-        start, observations, scene, options, has_rims ? rough_tolerance_px : options.tolerance_px);
+        start, observations, scene, options, has_rims ? rough_tolerance_px : tolerance_px);
     if (!has_rims) return by_centroids;
     if (by_centroids.converged) near = by_centroids.state;
   }
   if (observations.rims_grow) near.growth_px = typical_growth_px(near, observations);
   Problem problem(observations, scene, options, Rung::rims);
-  return minimise(problem, near, options.max_iterations, options.tolerance_px);
+  return minimise(problem, near, options.max_iterations, tolerance_px);
+}
+
+/// Takes the pixels of lamps from the observations that the model does not explain; whether there
+/// were any.
+bool drop_misfits(const Problem& problem, Observations& observations) {
+  bool dropped = false;
+  for (std::size_t i = 0; i < observations.lamps.size(); ++i) {
+    if (!(problem.misfit(i) > largest_misfit)) continue;
+    observations.lamps[i].window = {};
+    dropped = true;
+  }
+  return dropped;
+}
+
+Minimum find_minimum(const State& start, Observations& observations, const Scene& scene,
+                     const RefineOptions& options) {
+  if (observations.has_pixels()) {
+    const Minimum rough = minimise_by_rims(start, observations, scene, options, rough_tolerance_px);
+    while (rough.converged && observations.has_pixels()) {
+      Problem problem(observations, scene, options, Rung::direct);
+      const Minimum direct =
+          polish(problem, rough.state, options.max_iterations, options.tolerance_px);
+      if (!direct.converged) break;
+      if (!drop_misfits(problem, observations)) return direct;
+    }
+    for (LampObservation& lamp : observations.lamps) lamp.window = {};
+  }
+  return minimise_by_rims(start, observations, scene, options, options.tolerance_px);
 }
 
 std::string too_few_message(std::size_t lamps, int equations) {
@@ -190,13 +224,15 @@ void RefineOptions::validate() const {
   require(tolerance_px > 0, "tolerance_px", tolerance_px, "positive");
 }
 
-Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
-                       const std::vector<Blob>& blobs, const Scene& scene,
-                       const RefineOptions& options) {
+namespace {
+
+Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& matches,
+                            const std::vector<Blob>& blobs, const Scene& scene,
+                            const RefineOptions& options, const ImageView* image) {
   options.validate();
   require(start.rotation.allFinite() && start.translation.allFinite(), "start", start.matrix(),
           "finite");
-  Observations observations = observe(matches, blobs, scene, options);
+  Observations observations = observe(matches, blobs, scene, options, image);
   Result<Refined> result;
   Refined& refined = result.value;
   State state{start};
@@ -208,7 +244,7 @@ Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
         minimum.normal.robust_chi2 +
         contradiction_chi2(observations, scene.camera, state, options.rung, options.huber_sigma);
     refined.iterations = minimum.iterations;
-    refined.dof = observations.degrees_of_freedom(options, options.rung);
+    refined.dof = observations.degrees_of_freedom(options, options.rung) + minimum.normal.pixels;
     conclude(minimum, options, result);
   } else {
     refined.dof = observations.degrees_of_freedom(options, options.rung);
@@ -222,6 +258,20 @@ Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
   }
   report_residuals(state, matches, observations, scene.camera, options.rung, refined);
   return result;
+}
+
+}  // namespace
+
+Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
+                       const std::vector<Blob>& blobs, const Scene& scene,
+                       const RefineOptions& options) {
+  return refine_with(start, matches, blobs, scene, options, nullptr);
+}
+
+Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
+                       const std::vector<Blob>& blobs, const Scene& scene,
+                       const RefineOptions& options, const ImageView& image) {
+  return refine_with(start, matches, blobs, scene, options, &image);
 }
 
 }  // namespace occ

@@ -4,6 +4,11 @@
 //   - its rim points: distance between the measured rim and the rim predicted by the pose;
 //   - or, without a rim, its centroid against the centre of the lamp's *image* (not the image of
 //   its centre);
+//   - or all its pixels against its rendered image (projected rim, PSF, Lambertian and cos^4
+//   gradients, response, clipping), weighted by the sensor's noise; its brightness, the background
+//   and, within a tenth, the PSF's width are estimated along. Lamps whose pixels the model does not
+//   explain (residuals twice their sigmas), or that are cut, merged or striped, are taken by their
+//   rims;
 //   - optionally its flux against Lambertian intensity, powers known with a sigma or up to a common
 //   factor.
 // Rims of saturated lamps have grown by an unknown common amount (prior sigma 2 px), which is
@@ -21,6 +26,7 @@
 #include <vector>
 
 #include "libocc/core/blob.hpp"
+#include "libocc/core/image.hpp"
 #include "libocc/core/status.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/pose/match.hpp"
@@ -90,5 +96,12 @@ struct Refined {
 LIBOCC_API Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
                                   const std::vector<Blob>& blobs, const Scene& scene,
                                   const RefineOptions& options = {});
+
+/// The same with the image that the blobs were found in, which Rung::direct needs: without one, all
+/// lamps are taken by their rims. Throws std::invalid_argument when the image is not of the
+/// camera's size.
+LIBOCC_API Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
+                                  const std::vector<Blob>& blobs, const Scene& scene,
+                                  const RefineOptions& options, const ImageView& image);
 
 }  // namespace occ

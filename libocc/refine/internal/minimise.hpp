@@ -20,4 +20,8 @@ struct Minimum {
 LIBOCC_API Minimum minimise(Problem& problem, const State& start, int max_iterations,
                             double tolerance_px);
 
+/// The same by plain Gauss-Newton steps from a start that is already close: one linearisation each.
+LIBOCC_API Minimum polish(Problem& problem, const State& start, int max_iterations,
+                          double tolerance_px);
+
 }  // namespace occ

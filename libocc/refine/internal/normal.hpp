@@ -33,6 +33,7 @@ struct Normal {
   Vector8 gradient = Vector8::Zero();
   double chi2 = 0;
   double robust_chi2 = 0;  ///< Huber's function summed instead
+  int pixels = 0;          ///< of the direct rung: read, less the unknowns of each lamp's own
 
   void add(const Vector8& row, double residual) {
     information.noalias() += row * row.transpose();

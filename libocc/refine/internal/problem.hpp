@@ -8,9 +8,11 @@
 #include "libocc/core/abi.hpp"
 //
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "libocc/refine/internal/lamp_pixels.hpp"
 #include "libocc/refine/internal/lamp_rim.hpp"
 #include "libocc/refine/internal/normal.hpp"
 #include "libocc/refine/internal/observations.hpp"
@@ -27,7 +29,8 @@ class LIBOCC_API Problem {
   /// Normal equations at a state; sets the weights. False where a lamp cannot be seen at all.
   bool linearise(const State& state, const Eigen::Vector3d& pivot, Normal& normal);
 
-  /// r^T r under the weights of the last linearisation; infinity where a lamp cannot be seen.
+  /// r^T r under the weights of the last linearisation; infinity where a lamp cannot be seen. Not
+  /// for Rung::direct.
   double chi2(const State& state) const;
 
   /// A centroid minus the predicted centre of the lamp's image, and its derivatives; nothing where
@@ -38,6 +41,9 @@ class LIBOCC_API Problem {
   };
   std::optional<Place> place(const LampObservation& lamp, const State& state,
                              const Eigen::Vector3d& pivot) const;
+
+  /// Of a lamp's pixels, see LampPixels.
+  double misfit(std::size_t lamp) const { return pixels_[lamp] ? pixels_[lamp]->misfit() : 1; }
 
   /// Mean of the lamps' centres in the camera's frame.
   Eigen::Vector3d pivot(const State& state) const;
@@ -66,7 +72,10 @@ class LIBOCC_API Problem {
   const RefineOptions& options_;
   Rung rung_;
   std::vector<LampRim> rims_;  // one for each lamp, possibly empty
-  std::vector<Held> held_;     // since the last linearisation
+  std::optional<PixelNoise> noise_;
+  std::optional<PixelPsf> psf_;
+  std::vector<std::unique_ptr<LampPixels>> pixels_;  // one for each lamp, possibly null
+  std::vector<Held> held_;                           // since the last linearisation
 };
 
 }  // namespace occ

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a pixel reads back, as electrons, when its mean signal is mu: mean, its derivative by mu,
+// and variance, of electrons
+//     x = linear_dn(stored grey level) / K,      var(x) = mu + sigma_read^2 + q
+// (EMVA 1288, release 4.0, eq (11)); q is the rounding's, 1/12 of a grey level squared. Near the
+// black and white ends the moments are those of a clipped normal variable, so that a saturated
+// pixel is neither left out because of what it reads nor believed. Where the noise is below a grey
+// level, rounding is no independent noise: then the exact moments of a rounded normal variable
+// (Widrow & Kollar, Quantization Noise, 2008, section 4.3) stand in.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <vector>
+
+#include "libocc/radiometry/sensor.hpp"
+
+namespace occ {
+
+struct PixelMoments {
+  double mean = 0;
+  double slope = 0;     ///< d mean / d mu
+  double variance = 0;  ///< [electrons^2]
+  bool tells = true;    ///< false: certain to be saturated, whatever mu is around here
+};
+
+class LIBOCC_API PixelNoise {
+ public:
+  explicit PixelNoise(const Sensor& sensor);
+
+  PixelMoments at(double mean_e) const {
+    const double shot = mean_e > 0 ? mean_e : 0;
+    if (mean_e > plain_from_e_ && mean_e < plain_until_e_ && quantisation_.empty()) {
+      return {mean_e, 1, read_variance_ + shot + rounding_variance_, true};
+    }
+    return carefully(mean_e, shot);
+  }
+
+  double dark_e() const { return dark_e_; }   ///< mean of a pixel without any light
+  double white_e() const { return high_e_; }  ///< where the signal is clipped
+
+ private:
+  PixelMoments carefully(double mean_e, double shot) const;
+  void clip(double deviation, PixelMoments& moments) const;
+  void round(PixelMoments& moments) const;
+  double rounding_variance(double mean_e) const;
+
+  double read_variance_, gain_, black_dn_, dark_e_;
+  double low_e_ = 0, high_e_ = 0;  // where grey levels end
+  bool full_well_first_ = false;   // electrons are clipped before the read noise
+  double plain_from_e_ = 0, plain_until_e_ = 0;
+  double rounding_variance_ = 0;      // of a linear response
+  std::vector<double> quantisation_;  // of another: at even steps of the signal up to white
+};
+
+}  // namespace occ

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pixels around one blob, as the electrons they read.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <vector>
+
+#include "libocc/core/blob.hpp"
+#include "libocc/core/image.hpp"
+#include "libocc/radiometry/sensor.hpp"
+
+namespace occ {
+
+struct PixelWindow {
+  int x0 = 0, y0 = 0, width = 0, height = 0;
+  std::vector<float> electrons;  ///< row by row; NaN where another blob shines
+  bool empty() const { return electrons.empty(); }
+};
+
+/// Reads windows of one image; the response is undone as the detection does it.
+class WindowReader {
+ public:
+  /// Keeps a reference to the sensor.
+  WindowReader(const ImageView& image, const Sensor& sensor);
+
+  /// The box of blobs[index] and a few pixels around it. The choice of pixels depends on what was
+  /// detected only, so that poses can be compared by how well they explain them.
+  PixelWindow read(const std::vector<Blob>& blobs, std::size_t index) const;
+
+ private:
+  template <typename T>
+  void read_row(const T* row, int channels, PixelWindow& window, float* out) const;
+  float electrons(int stored) const {
+    return table_.empty() ? static_cast<float>((stored - black_dn_) * inverse_gain_)
+                          : table_[static_cast<std::size_t>(stored)];
+  }
+
+  ImageView image_;
+  double black_dn_, inverse_gain_;
+  std::vector<float> table_;  // of every stored value, when the response is not linear
+};
+
+}  // namespace occ

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/refine/internal/lamp_pixels.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "libocc/refine/internal/lamp_rim.hpp"
+
+namespace occ {
+namespace {
+
+/// Of ln of the PSF's width: a tenth is what focus and field change it by.
+constexpr double spread_sigma = 0.1;
+
+/// Where the lamp covers less of a pixel, or all but less, a moving rim changes nothing there.
+constexpr double rim_coverage = 1e-5;
+
+/// Contour points this many PSF sigmas apart: the image is then good to 2e-5 of its peak.
+constexpr double spacing_sigma = 1.25;
+
+/// Passes that fit a lamp's light before the pose is looked at; that of a saturated one has to be
+/// read from the skirt of its image.
+constexpr int first_passes = 2, first_passes_saturated = 8;
+
+constexpr double mean_of_absolute = 0.7978845608028654;  // of a unit normal variable
+constexpr double outlying = 10;                          // sigmas, in the mean misfit
+
+double inverse_square(double sigma) { return 1 / (sigma * sigma); }
+
+}  // namespace
+
+/// Away from the rim a pixel knows of light and background only.
+struct LampPixels::Flat {
+  double light_light = 0, light_background = 0, background_background = 0;
+  double light_residual = 0, background_residual = 0, residual_residual = 0;
+  double misfit = 0;  // summed at the rim
+};
+
+LampPixels::LampPixels(const LampObservation& lamp, const Scene& scene,
+                       const RefineOptions& options, const PixelNoise& noise, const PixelPsf& psf)
+    : lamp_(lamp), scene_(scene), options_(options), noise_(noise), psf_(psf) {}
+
+bool LampPixels::linearise(const State& state, const Eigen::Vector3d& pivot) {
+  const Eigen::Vector3d centre = state.cam_from_world * lamp_.lamp->centre_m;
+  Eigen::Matrix<double, 2, 3> d_px;
+  if (!scene_.camera.project(centre, &d_px)) return false;
+  if (!render_lamp(*lamp_.lamp, state.cam_from_world, scene_.camera, scene_.sensor, psf_,
+                   spacing_sigma * psf_.sigma_px(), image_) ||
+      image_.width() == 0) {
+    return false;
+  }
+  state_ = state;
+  arm_ = centre - pivot;
+  shift_of_px_ = d_px.transpose() * (d_px * d_px.transpose()).inverse();
+  if (!started_) guess(state);
+  threshold_ = options_.huber_sigma * std::max(1.0, misfit_);
+  accumulate();
+  return true;
+}
+
+void LampPixels::guess(const State& state) {
+  started_ = true;
+  own_ = {state.log_factor, noise_.dark_e(), 0};
+  if (lamp_.window.empty()) return;
+  double sum = 0;
+  for (const double e : image_.electrons) sum += e;
+  const Blob& blob = *lamp_.blob;
+  const double seen = blob.flux_dn / (scene_.sensor.gain_dn_per_e * std::max(sum, 1e-9));
+  if (seen > 0) {  // of a saturated lamp it is the least that there can be
+    const double log_seen = std::log(seen);
+    own_.log_light = blob.saturated ? std::max(own_.log_light, log_seen + 0.5) : log_seen;
+  }
+  threshold_ = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < (blob.saturated ? first_passes_saturated : first_passes); ++i) {
+    accumulate();
+    fit_own(state);
+  }
+}
+
+/// Own unknowns that fit best while the pose is held.
+void LampPixels::fit_own(const State& state) {
+  Sums all = sums();
+  add_own_priors(state, all);
+  const Eigen::Matrix3d information = all.block<3, 3>(own_light, own_light);
+  move_own(information.ldlt().solve(all.block<3, 1>(own_light, rest)));
+}
+
+void LampPixels::move_own(const Eigen::Vector3d& step) {
+  if (!step.allFinite()) return;
+  own_.log_light += std::clamp(step[0], -0.7, 0.7);
+  own_.background_e += step[1];
+  own_.log_spread += std::clamp(step[2], -0.2, 0.2);
+}
+
+void LampPixels::accumulate() {
+  const CoverageMoments& cover = image_.coverage.moments;
+  const PixelWindow& window = lamp_.window;
+  const bool expected = window.empty();
+  const int x0 = expected ? image_.x0() : window.x0, y0 = expected ? image_.y0() : window.y0;
+  const int width = expected ? image_.width() : window.width;
+  const int height = expected ? image_.height() : window.height;
+  rows_.resize(Eigen::NoChange, std::max<Eigen::Index>(rows_.cols(), width * height));
+  amount_ = std::exp(own_.log_light);
+  rim_count_ = 0;
+  count_ = 0;
+  robust_excess_ = 0;
+  Flat flat;
+  const float* reads = window.electrons.data();
+  for (int y = y0; y < y0 + height; ++y) {
+    const int row = y - image_.y0();
+    const bool row_inside = row >= 0 && row < image_.height();
+    for (int x = x0; x < x0 + width; ++x) {
+      const double read = expected ? 0 : static_cast<double>(*reads++);
+      if (std::isnan(read)) continue;
+      const int column = x - image_.x0();
+      if (!row_inside || column < 0 || column >= image_.width()) {
+        add_pixel(0, 0, nullptr, read, flat);
+        continue;
+      }
+      const auto i = static_cast<std::size_t>(row * image_.width() + column);
+      const double c = cover.c.values[i];
+      const bool at_rim = c > rim_coverage && (c < 1 - rim_coverage || cover.m_x.values.empty());
+      add_pixel(image_.electrons[i], image_.full[i], at_rim ? &image_.coverage.d[i] : nullptr, read,
+                flat);
+    }
+  }
+  misfit_ = rim_count_ > 0 ? flat.misfit / (mean_of_absolute * static_cast<double>(rim_count_)) : 1;
+  products_.setZero();
+  const auto at_rim = rows_.leftCols(rim_count_);
+  products_.noalias() = at_rim * at_rim.transpose();
+  products_(light, light) += flat.light_light;
+  products_(background, background) += flat.background_background;
+  products_(residual, residual) += flat.residual_residual;
+  const auto add_pair = [&](int i, int j, double value) {
+    products_(i, j) += value;
+    products_(j, i) += value;
+  };
+  add_pair(light, background, flat.light_background);
+  add_pair(light, residual, flat.light_residual);
+  add_pair(background, residual, flat.background_residual);
+}
+
+void LampPixels::add_pixel(double signal, double full, const CoverageDerivatives::Row* d,
+                           double reads, Flat& flat) {
+  const double by_spread = d ? full * (*d)[spread] : 0;
+  const double lit = amount_ * (signal + own_.log_spread * by_spread);
+  const PixelMoments moments = noise_.at(lit + own_.background_e);
+  if (!moments.tells) return;
+  ++count_;
+  const double deviation = std::sqrt(moments.variance);
+  double weight = 1, error = 0;
+  if (lamp_.window.empty()) {
+    weight = 1 + 0.5 / moments.variance;  // Slepian-Bangs: (1 + (var')^2 / (2 var)) / var
+  } else {
+    error = (reads - moments.mean) / deviation;
+    const double size = std::abs(error);
+    if (size > threshold_) {
+      weight = threshold_ / size;
+      robust_excess_ += threshold_ * (size - threshold_);
+    }
+    if (d) flat.misfit += std::min(size, outlying);
+  }
+  const double root = std::sqrt(weight);
+  const double slope = root * moments.slope / deviation;
+  error *= root;
+  if (!d) {
+    const double by_light = slope * lit;
+    flat.light_light += by_light * by_light;
+    flat.light_background += by_light * slope;
+    flat.background_background += slope * slope;
+    flat.light_residual += by_light * error;
+    flat.background_residual += slope * error;
+    flat.residual_residual += error * error;
+    return;
+  }
+  double* row = rows_.data() + columns * rim_count_++;
+  const double factor = slope * amount_ * full;
+  for (std::size_t k = 0; k <= spread; ++k) row[k] = factor * (*d)[k];
+  row[light] = slope * lit;
+  row[background] = slope;
+  row[residual] = error;
+}
+
+LampPixels::Sums LampPixels::sums() const {
+  Eigen::Matrix<double, columns, unknowns> from = Eigen::Matrix<double, columns, unknowns>::Zero();
+  from.block<6, 6>(0, 0).setIdentity();
+  // a turn of the pose about the pivot turns the lamp and swings its centre: w x arm
+  from.block<3, 3>(3, 0) = -skew(arm_);
+  from.block<1, 6>(light, 0) = image_.d_log_light.transpose();
+  from.block<1, 3>(light, 0) -= image_.d_log_light.tail<3>().transpose() * skew(arm_);
+  from(light, own_light) = 1;
+  from(background, own_background) = 1;
+  from(spread, own_spread) = 1;
+  from.block<3, 2>(3, own_x) = shift_of_px_;
+  from(residual, rest) = 1;
+  return from.transpose() * products_ * from;
+}
+
+/// Rows (expected - unknown) / sigma.
+void LampPixels::add_own_priors(const State& state, Sums& sums) const {
+  const double spread_weight = inverse_square(spread_sigma);
+  sums(own_spread, own_spread) += spread_weight;
+  sums(own_spread, rest) -= spread_weight * own_.log_spread;  // the last column alone is read
+  sums(rest, rest) += spread_weight * own_.log_spread * own_.log_spread;
+  sums(own_background, own_background) += inverse_square(noise_.white_e());
+  const double shift_weight = inverse_square(std::max(options_.model_sigma_px, 1e-6));
+  sums(own_x, own_x) += shift_weight;
+  sums(own_y, own_y) += shift_weight;
+  if (!std::isfinite(lamp_.light_sigma)) {
+    sums(own_light, own_light) += 1e-6;
+    return;
+  }
+  const double weight = inverse_square(std::max(lamp_.light_sigma, 1e-6));
+  const double missing = state.log_factor - own_.log_light;
+  sums(own_light, own_light) += weight;
+  sums(own_light, rest) += weight * missing;
+  sums(rest, rest) += weight * missing * missing;
+  if (options_.flux != FluxModel::common_factor) return;
+  sums(log_factor, log_factor) += weight;
+  sums(own_light, log_factor) -= weight;
+  sums(log_factor, rest) -= weight * missing;
+}
+
+void LampPixels::add_to(Normal& normal) {
+  Sums all = sums();
+  add_own_priors(state_, all);
+  const Eigen::Matrix<double, 5, 5> own = all.block<5, 5>(own_light, own_light);
+  const Eigen::LDLT<Eigen::Matrix<double, 5, 5>> solver(own);
+  const Eigen::Matrix<double, 5, 7> to_pose = all.block<5, 7>(own_light, 0);
+  const Eigen::Matrix<double, 5, 1> to_rest = all.block<5, 1>(own_light, rest);
+  const Eigen::Matrix<double, 5, 1> step = solver.solve(to_rest);
+  Eigen::Matrix<double, 7, 7> information = all.topLeftCorner<7, 7>();
+  information.noalias() -= to_pose.transpose() * solver.solve(to_pose);
+  const Eigen::Matrix<double, 7, 1> pull = all.block<7, 1>(0, rest) - to_pose.transpose() * step;
+  const double chi2 = all(rest, rest) - to_rest.dot(step);
+
+  normal.information.topLeftCorner<6, 6>() += information.topLeftCorner<6, 6>();
+  normal.information.block<6, 1>(0, log_factor_index) += information.block<6, 1>(0, log_factor);
+  normal.information.block<1, 6>(log_factor_index, 0) += information.block<1, 6>(log_factor, 0);
+  normal.information(log_factor_index, log_factor_index) += information(log_factor, log_factor);
+  normal.gradient.head<6>() -= pull.head<6>();
+  normal.gradient[log_factor_index] -= pull[log_factor];
+  normal.chi2 += chi2;
+  normal.robust_chi2 += chi2 + robust_excess_;
+  normal.pixels += count_ - (std::isfinite(lamp_.light_sigma) ? 1 : 2);
+  if (!lamp_.window.empty()) move_own(step.head<3>());
+}
+
+Eigen::Matrix2d LampPixels::place_information() const {
+  const Sums all = sums();
+  const Eigen::Matrix2d own = all.block<2, 2>(own_light, own_light);
+  const Eigen::Matrix2d mixed = all.block<2, 2>(own_light, own_x);
+  return all.block<2, 2>(own_x, own_x) - mixed.transpose() * own.inverse() * mixed;
+}
+
+double LampPixels::light_information() const {
+  const double mixed = products_(light, background);
+  return products_(light, light) - mixed * mixed / products_(background, background);
+}
+
+}  // namespace occ
