@@ -138,45 +138,75 @@ void paint_moments(const AnyContour& contour, const PixelPsf& psf, CoverageMomen
   for (Patch* patch : {&moments.c, &moments.m_x, &moments.m_y}) sum_steps(*patch);
 }
 
-// What one contour point adds to the derivatives, kept from point to point for its storage.
-struct DerivativePainter {
-  explicit DerivativePainter(const PixelPsf& psf)
-      : across(buffer(psf)),
-        down(buffer(psf)),
-        across_slopes(buffer(psf)),
-        down_slopes(buffer(psf)),
-        columns(across.size()) {}
+// Light that counts for derivatives, a part of that of the nearest pixel.
+constexpr double least_light = 2e-4;
 
-  void paint(const MovingContourPoint& point, double outward, const PixelPsf& psf,
-             const Footprint& print, int width, std::vector<CoverageDerivatives::Row>& d) {
-    psf.weights(fraction(point.px.x()), across.data());
-    psf.weights(fraction(point.px.y()), down.data());
-    psf.slopes(fraction(point.px.x()), across_slopes.data());
-    psf.slopes(fraction(point.px.y()), down_slopes.data());
-    const int last = std::min(print.end_column, psf.count());
-    const double spread = -outward * psf.sigma_px() * psf.sigma_px();
-    for (int i = print.first_column; i < last; ++i) {
+// Of the touched pixels, those that get light that counts.
+struct Span {
+  int first, end;
+};
+Span trimmed(const std::vector<double>& weights, int first, int end) {
+  const auto faint = [&](int k) { return weights[static_cast<std::size_t>(k)] < least_light; };
+  while (first < end && faint(first)) ++first;
+  while (first < end && faint(end - 1)) --end;
+  return {first, end};
+}
+
+// Paints what a contour point adds to the derivatives; kept from point to point for its storage.
+class DerivativePainter {
+ public:
+  DerivativePainter(const PixelPsf& psf, double outward)
+      : psf_(psf),
+        outward_(outward),
+        across_(buffer(psf)),
+        down_(buffer(psf)),
+        across_slopes_(buffer(psf)),
+        down_slopes_(buffer(psf)),
+        columns_(across_.size()) {}
+
+  void paint(const MovingContourPoint& point, const Footprint& print, int width,
+             std::vector<CoverageDerivatives::Row>& d) {
+    psf_.weights(fraction(point.px.x()), across_.data());
+    psf_.weights(fraction(point.px.y()), down_.data());
+    psf_.slopes(fraction(point.px.x()), across_slopes_.data());
+    psf_.slopes(fraction(point.px.y()), down_slopes_.data());
+    const Span row = trimmed(down_, print.first_row, std::min(print.end_row, psf_.count()));
+    const Span column =
+        trimmed(across_, print.first_column, std::min(print.end_column, psf_.count()));
+    if (row.first >= row.end || column.first >= column.end) return;
+    const double spread = -outward_ * psf_.sigma_px() * psf_.sigma_px();
+    for (int i = column.first; i < column.end; ++i) {
       const auto k = static_cast<std::size_t>(i);
       for (std::size_t n = 0; n < 6; ++n)
-        columns[k][n] = outward * across[k] * point.sweep[static_cast<Eigen::Index>(n)];
-      columns[k][6] = spread * across_slopes[k] * point.step_px.y();
-      columns[k][7] = 0;
+        columns_[k][n] =
+            static_cast<float>(outward_ * across_[k] * point.sweep[static_cast<Eigen::Index>(n)]);
+      columns_[k][6] = static_cast<float>(spread * across_slopes_[k] * point.step_px.y());
+      columns_[k][7] = static_cast<float>(across_[k]);
     }
-    const double* from = columns[static_cast<std::size_t>(print.first_column)].data();
-    for (int k = print.first_row; k < print.end_row; ++k) {
-      const auto row = static_cast<std::size_t>(k);
+    for (int k = row.first; k < row.end; ++k) {
+      const auto down = static_cast<float>(down_[static_cast<std::size_t>(k)]);
+      const auto slope = static_cast<float>(-spread * down_slopes_[static_cast<std::size_t>(k)] *
+                                            point.step_px.x());
       CoverageDerivatives::Row* to =
           &d[static_cast<std::size_t>(print.top + k) * static_cast<std::size_t>(width) +
-             static_cast<std::size_t>(print.left + print.first_column)];
-      add_scaled(to->data(), from, 8 * (last - print.first_column), down[row]);
-      const double slope = -spread * down_slopes[row] * point.step_px.x();
-      for (int i = print.first_column; i < last; ++i, ++to)
-        (*to)[6] += slope * across[static_cast<std::size_t>(i)];
+             static_cast<std::size_t>(print.left + column.first)];
+      add_row(to, down, slope, column);
     }
   }
 
-  std::vector<double> across, down, across_slopes, down_slopes;
-  std::vector<CoverageDerivatives::Row> columns;
+ private:
+  void add_row(CoverageDerivatives::Row* to, float down, float slope, const Span& column) const {
+    for (int i = column.first; i < column.end; ++i, ++to) {
+      const CoverageDerivatives::Row& from = columns_[static_cast<std::size_t>(i)];
+      for (std::size_t n = 0; n < 8; ++n) (*to)[n] += down * from[n];
+      (*to)[6] += slope * from[7];
+    }
+  }
+
+  const PixelPsf& psf_;
+  double outward_;
+  std::vector<double> across_, down_, across_slopes_, down_slopes_;
+  std::vector<CoverageDerivatives::Row> columns_;  // by column: all but the factor of the row
 };
 
 }  // namespace
@@ -216,12 +246,11 @@ void coverage_derivatives(const MovingContour& contour, const PixelPsf& psf, int
   out.d.assign(moments.c.values.size(), CoverageDerivatives::Row{});
   if (moments.c.width == 0) return;
   paint_moments(contour, psf, moments);
-  DerivativePainter painter(psf);
-  const double outward = -orientation(contour);
+  DerivativePainter painter(psf, -orientation(contour));
   for (const MovingContourPoint& point : contour) {
     const Footprint print = footprint(point.px, psf, moments.c);
-    if (!print.on_patch || print.first_column >= psf.count()) continue;
-    painter.paint(point, outward, psf, print, moments.c.width, out.d);
+    if (!print.on_patch) continue;
+    painter.paint(point, print, moments.c.width, out.d);
   }
 }
 

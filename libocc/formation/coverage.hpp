@@ -49,8 +49,8 @@ LIBOCC_API CoverageMoments coverage_moments(const Contour& contour, const PixelP
 struct CoverageDerivatives {
   CoverageMoments moments;
   /// For each pixel of the patches: dc / d (turn of the lamp about its centre, shift of its centre,
-  /// ln psf sigma); the last entry is 0.
-  using Row = std::array<double, 8>;
+  /// ln psf sigma), good to 1e-4 of the largest; the last entry is of no meaning.
+  using Row = std::array<float, 8>;
   std::vector<Row> d;
 };
 /// Reuses the storage of `out`.

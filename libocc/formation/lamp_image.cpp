@@ -159,8 +159,10 @@ void differentiate_point(const Eigen::Vector2d& px, const Eigen::Matrix<double, 
                                        weights[0][i] * slopes[1][j] * d_px.row(1).transpose();
       const double spread =
           variance * (curvatures[0][i] * weights[1][j] + weights[0][i] * curvatures[1][j]);
-      image.coverage.d[static_cast<std::size_t>(y * c.width + x)] = {
-          0, 0, 0, by_shift.x(), by_shift.y(), by_shift.z(), spread, 0};
+      CoverageDerivatives::Row& d = image.coverage.d[static_cast<std::size_t>(y * c.width + x)];
+      for (std::size_t k = 0; k < 3; ++k)
+        d[3 + k] = static_cast<float>(by_shift[static_cast<Eigen::Index>(k)]);
+      d[6] = static_cast<float>(spread);
     }
 }
 

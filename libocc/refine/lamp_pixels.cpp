@@ -21,9 +21,9 @@ constexpr double rim_coverage = 1e-5;
 /// Contour points this many PSF sigmas apart: the image is then good to 2e-5 of its peak.
 constexpr double spacing_sigma = 1.25;
 
-/// Passes that fit a lamp's light before the pose is looked at; that of a saturated one has to be
-/// read from the skirt of its image.
-constexpr int first_passes = 2, first_passes_saturated = 8;
+/// Passes that fit a lamp's light before the pose is looked at, when its flux was not measured;
+/// that of a saturated one has to be read from the skirt of its image.
+constexpr int first_passes_unmeasured = 3, first_passes_saturated = 8;
 
 constexpr double mean_of_absolute = 0.7978845608028654;  // of a unit normal variable
 constexpr double outlying = 10;                          // sigmas, in the mean misfit
@@ -40,41 +40,49 @@ struct LampPixels::Flat {
 };
 
 LampPixels::LampPixels(const LampObservation& lamp, const Scene& scene,
-                       const RefineOptions& options, const PixelNoise& noise, const PixelPsf& psf)
-    : lamp_(lamp), scene_(scene), options_(options), noise_(noise), psf_(psf) {}
+                       const RefineOptions& options, const PixelNoise& noise, const PixelPsf& psf,
+                       PixelScratch& scratch)
+    : lamp_(lamp), scene_(scene), options_(options), noise_(noise), psf_(psf), scratch_(scratch) {}
 
 bool LampPixels::linearise(const State& state, const Eigen::Vector3d& pivot) {
   const Eigen::Vector3d centre = state.cam_from_world * lamp_.lamp->centre_m;
   Eigen::Matrix<double, 2, 3> d_px;
   if (!scene_.camera.project(centre, &d_px)) return false;
   if (!render_lamp(*lamp_.lamp, state.cam_from_world, scene_.camera, scene_.sensor, psf_,
-                   spacing_sigma * psf_.sigma_px(), image_) ||
-      image_.width() == 0) {
+                   spacing_sigma * psf_.sigma_px(), scratch_.image) ||
+      scratch_.image.width() == 0) {
     return false;
   }
+  d_log_light_ = scratch_.image.d_log_light;
   state_ = state;
   arm_ = centre - pivot;
   shift_of_px_ = d_px.transpose() * (d_px * d_px.transpose()).inverse();
-  if (!started_) guess(state);
-  threshold_ = options_.huber_sigma * std::max(1.0, misfit_);
+  if (!started_) {
+    guess(state);
+  } else {
+    threshold_ = options_.huber_sigma * std::max(1.0, misfit_);
+  }
   accumulate();
   return true;
 }
 
 void LampPixels::guess(const State& state) {
   started_ = true;
+  threshold_ = std::numeric_limits<double>::infinity();
   own_ = {state.log_factor, noise_.dark_e(), 0};
   if (lamp_.window.empty()) return;
   double sum = 0;
-  for (const double e : image_.electrons) sum += e;
+  for (const double e : scratch_.image.electrons) sum += e;
   const Blob& blob = *lamp_.blob;
   const double seen = blob.flux_dn / (scene_.sensor.gain_dn_per_e * std::max(sum, 1e-9));
   if (seen > 0) {  // of a saturated lamp it is the least that there can be
     const double log_seen = std::log(seen);
     own_.log_light = blob.saturated ? std::max(own_.log_light, log_seen + 0.5) : log_seen;
   }
-  threshold_ = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < (blob.saturated ? first_passes_saturated : first_passes); ++i) {
+  const int passes = blob.saturated ? first_passes_saturated
+                     : seen > 0     ? 0
+                                    : first_passes_unmeasured;
+  for (int i = 0; i < passes; ++i) {
     accumulate();
     fit_own(state);
   }
@@ -96,41 +104,45 @@ void LampPixels::move_own(const Eigen::Vector3d& step) {
 }
 
 void LampPixels::accumulate() {
-  const CoverageMoments& cover = image_.coverage.moments;
+  const LampImage& image = scratch_.image;
+  const CoverageMoments& cover = image.coverage.moments;
+  auto& rows = scratch_.rows;
   const PixelWindow& window = lamp_.window;
   const bool expected = window.empty();
-  const int x0 = expected ? image_.x0() : window.x0, y0 = expected ? image_.y0() : window.y0;
-  const int width = expected ? image_.width() : window.width;
-  const int height = expected ? image_.height() : window.height;
-  rows_.resize(Eigen::NoChange, std::max<Eigen::Index>(rows_.cols(), width * height));
+  const int x0 = expected ? image.x0() : window.x0, y0 = expected ? image.y0() : window.y0;
+  const int width = expected ? image.width() : window.width;
+  const int height = expected ? image.height() : window.height;
+  rows.resize(Eigen::NoChange, std::max<Eigen::Index>(rows.cols(), width * height));
   amount_ = std::exp(own_.log_light);
+  dark_ = noise_.at(own_.background_e);
+  dark_deviation_ = std::sqrt(dark_.variance);
   rim_count_ = 0;
   count_ = 0;
   robust_excess_ = 0;
   Flat flat;
   const float* reads = window.electrons.data();
   for (int y = y0; y < y0 + height; ++y) {
-    const int row = y - image_.y0();
-    const bool row_inside = row >= 0 && row < image_.height();
+    const int row = y - image.y0();
+    const bool row_inside = row >= 0 && row < image.height();
     for (int x = x0; x < x0 + width; ++x) {
       const double read = expected ? 0 : static_cast<double>(*reads++);
       if (std::isnan(read)) continue;
-      const int column = x - image_.x0();
-      if (!row_inside || column < 0 || column >= image_.width()) {
+      const int column = x - image.x0();
+      if (!row_inside || column < 0 || column >= image.width()) {
         add_pixel(0, 0, nullptr, read, flat);
         continue;
       }
-      const auto i = static_cast<std::size_t>(row * image_.width() + column);
+      const auto i = static_cast<std::size_t>(row * image.width() + column);
       const double c = cover.c.values[i];
       const bool at_rim = c > rim_coverage && (c < 1 - rim_coverage || cover.m_x.values.empty());
-      add_pixel(image_.electrons[i], image_.full[i], at_rim ? &image_.coverage.d[i] : nullptr, read,
+      add_pixel(image.electrons[i], image.full[i], at_rim ? &image.coverage.d[i] : nullptr, read,
                 flat);
     }
   }
   misfit_ = rim_count_ > 0 ? flat.misfit / (mean_of_absolute * static_cast<double>(rim_count_)) : 1;
   products_.setZero();
-  const auto at_rim = rows_.leftCols(rim_count_);
-  products_.noalias() = at_rim * at_rim.transpose();
+  const auto at_rim = rows.leftCols(rim_count_);
+  products_ = (at_rim * at_rim.transpose()).cast<double>();
   products_(light, light) += flat.light_light;
   products_(background, background) += flat.background_background;
   products_(residual, residual) += flat.residual_residual;
@@ -147,10 +159,10 @@ void LampPixels::add_pixel(double signal, double full, const CoverageDerivatives
                            double reads, Flat& flat) {
   const double by_spread = d ? full * (*d)[spread] : 0;
   const double lit = amount_ * (signal + own_.log_spread * by_spread);
-  const PixelMoments moments = noise_.at(lit + own_.background_e);
+  const PixelMoments moments = full > 0 ? noise_.at(lit + own_.background_e) : dark_;
   if (!moments.tells) return;
   ++count_;
-  const double deviation = std::sqrt(moments.variance);
+  const double deviation = full > 0 ? std::sqrt(moments.variance) : dark_deviation_;
   double weight = 1, error = 0;
   if (lamp_.window.empty()) {
     weight = 1 + 0.5 / moments.variance;  // Slepian-Bangs: (1 + (var')^2 / (2 var)) / var
@@ -163,7 +175,7 @@ void LampPixels::add_pixel(double signal, double full, const CoverageDerivatives
     }
     if (d) flat.misfit += std::min(size, outlying);
   }
-  const double root = std::sqrt(weight);
+  const double root = weight == 1 ? 1 : std::sqrt(weight);
   const double slope = root * moments.slope / deviation;
   error *= root;
   if (!d) {
@@ -176,12 +188,12 @@ void LampPixels::add_pixel(double signal, double full, const CoverageDerivatives
     flat.residual_residual += error * error;
     return;
   }
-  double* row = rows_.data() + columns * rim_count_++;
+  float* row = scratch_.rows.data() + columns * rim_count_++;
   const double factor = slope * amount_ * full;
-  for (std::size_t k = 0; k <= spread; ++k) row[k] = factor * (*d)[k];
-  row[light] = slope * lit;
-  row[background] = slope;
-  row[residual] = error;
+  for (std::size_t k = 0; k <= spread; ++k) row[k] = static_cast<float>(factor * (*d)[k]);
+  row[light] = static_cast<float>(slope * lit);
+  row[background] = static_cast<float>(slope);
+  row[residual] = static_cast<float>(error);
 }
 
 LampPixels::Sums LampPixels::sums() const {
@@ -189,8 +201,8 @@ LampPixels::Sums LampPixels::sums() const {
   from.block<6, 6>(0, 0).setIdentity();
   // a turn of the pose about the pivot turns the lamp and swings its centre: w x arm
   from.block<3, 3>(3, 0) = -skew(arm_);
-  from.block<1, 6>(light, 0) = image_.d_log_light.transpose();
-  from.block<1, 3>(light, 0) -= image_.d_log_light.tail<3>().transpose() * skew(arm_);
+  from.block<1, 6>(light, 0) = d_log_light_.transpose();
+  from.block<1, 3>(light, 0) -= d_log_light_.tail<3>().transpose() * skew(arm_);
   from(light, own_light) = 1;
   from(background, own_background) = 1;
   from(spread, own_spread) = 1;

@@ -15,10 +15,36 @@ constexpr double near_sigma = 4;
 /// Noise [grey levels] from which on rounding is independent noise to 1e-4.
 constexpr double dithered_dn = 0.7;
 
+/// A pixel that always reads the same is not believed to the last.
+constexpr double least_variance_dn2 = 0.01;
+
 constexpr int quantisation_steps = 256;
+constexpr int rounding_steps =
+    16;  // to a grey level; linear interpolation then errs by 0.002 of it
 
 double density(double z) { return std::exp(-0.5 * z * z) * 0.3989422804014327; }
 double cumulative(double z) { return 0.5 * std::erfc(-z * std::sqrt(0.5)); }
+
+/// By the first terms of their Fourier series in the place m of the mean between grey levels, v the
+/// variance: E = m + s1, Var = v + 2 v s1' + 1/12 + s2 - s1^2.
+PixelMoments moments_of_rounded(double mean_dn, double variance_dn2) {
+  const double v = std::max(variance_dn2, least_variance_dn2);
+  const double damping = std::exp(-2 * pi * pi * v);
+  const double sine = std::sin(2 * pi * mean_dn), cosine = std::cos(2 * pi * mean_dn);
+  double shift = 0, d_shift = 0, square = 1.0 / 12;
+  double sine_k = sine, cosine_k = cosine, damped = -damping;  // (-1)^k exp(-2 pi^2 k^2 v)
+  for (int k = 1; k <= 4; ++k) {
+    shift += damped / (pi * k) * sine_k;
+    d_shift += 2 * damped * cosine_k;
+    square += damped / (pi * pi * k * k) * cosine_k;
+    const double sine_next = sine_k * cosine + cosine_k * sine;
+    cosine_k = cosine_k * cosine - sine_k * sine;
+    sine_k = sine_next;
+    damped *= -std::pow(damping, 2 * k + 1);
+  }
+  const double variance = v + 2 * v * d_shift + square - shift * shift;
+  return {mean_dn + shift, 1 + d_shift, std::max(variance, least_variance_dn2), true};
+}
 
 }  // namespace
 
@@ -43,7 +69,9 @@ PixelNoise::PixelNoise(const Sensor& sensor)
   }
   const double dithered = dithered_dn * step_e;
   const double from_low = low_e_ + near_sigma * std::sqrt(read_variance_ + std::max(0.0, low_e_));
-  plain_from_e_ = std::max(from_low, dithered * dithered - read_variance_);
+  const double dithered_from_e = dithered * dithered - read_variance_;
+  if (quantisation_.empty() && dithered_from_e > low_e_) tabulate_rounding(dithered_from_e);
+  plain_from_e_ = std::max(from_low, dithered_from_e);
   plain_until_e_ = high_e_ - near_sigma * std::sqrt(read_variance_ + std::max(0.0, high_e_));
 }
 
@@ -51,6 +79,25 @@ double PixelNoise::rounding_variance(double mean_e) const {
   if (quantisation_.empty()) return rounding_variance_;
   const double at = std::clamp(mean_e / high_e_, 0.0, 1.0) * quantisation_steps;
   return quantisation_[static_cast<std::size_t>(at + 0.5)];
+}
+
+void PixelNoise::tabulate_rounding(double until_e) {
+  const double step_e = 1 / (gain_ * rounding_steps);
+  for (double e = low_e_; e < std::min(until_e, high_e_) + step_e; e += step_e) {
+    const double variance = read_variance_ + std::max(e, 0.0);
+    PixelMoments moments = moments_of_rounded(black_dn_ + gain_ * e, gain_ * gain_ * variance);
+    moments.mean = (moments.mean - black_dn_) / gain_;
+    moments.variance /= gain_ * gain_;
+    rounded_.push_back(moments);
+  }
+}
+
+PixelMoments PixelNoise::rounded(double steps) const {
+  const auto i = static_cast<std::size_t>(steps);
+  const double t = steps - static_cast<double>(i);
+  const PixelMoments &a = rounded_[i], &b = rounded_[i + 1];
+  return {a.mean + t * (b.mean - a.mean), a.slope + t * (b.slope - a.slope),
+          a.variance + t * (b.variance - a.variance), true};
 }
 
 PixelMoments PixelNoise::carefully(double mean_e, double shot) const {
@@ -61,9 +108,9 @@ PixelMoments PixelNoise::carefully(double mean_e, double shot) const {
     moments.tells = false;
     return moments;
   }
-  const double dithered = dithered_dn / gain_;
-  if (quantisation_.empty() && variance < dithered * dithered) {
-    round(moments);
+  const double steps = (mean_e - low_e_) * gain_ * rounding_steps;
+  if (steps >= 0 && steps < static_cast<double>(rounded_.size()) - 1) {
+    moments = rounded(steps);
   } else {
     moments.variance += rounding_variance(mean_e);
   }
@@ -76,9 +123,9 @@ PixelMoments PixelNoise::carefully(double mean_e, double shot) const {
 void PixelNoise::clip(double deviation, PixelMoments& moments) const {
   const bool below = moments.mean < 0.5 * (low_e_ + high_e_);
   const double sign = below ? -1 : 1;
-  if (!(deviation > 0)) return;
-  const double z = sign * ((below ? low_e_ : high_e_) - moments.mean) / deviation;
-  if (z > near_sigma) return;
+  const double room = sign * ((below ? low_e_ : high_e_) - moments.mean);
+  if (room > near_sigma * deviation || !(deviation > 0)) return;
+  const double z = room / deviation;
   const double inside = cumulative(z), outside = 1 - inside, edge = density(z);
   const double mean = z * outside - edge;
   const double square = inside - z * edge + z * z * outside;
@@ -86,24 +133,6 @@ void PixelNoise::clip(double deviation, PixelMoments& moments) const {
   moments.slope *= inside;
   const double lost = deviation * deviation * (1 - std::max(0.0, square - mean * mean));
   moments.variance = std::max(moments.variance - lost, rounding_variance_);
-}
-
-/// Moments of a rounded normal variable, by the first terms of their Fourier series in the place of
-/// the mean between grey levels: E = m + s1, Var = v + 2 v s1' + 1/12 + s2 - s1^2.
-void PixelNoise::round(PixelMoments& moments) const {
-  const double mean_dn = black_dn_ + gain_ * moments.mean;
-  const double variance = std::max(gain_ * gain_ * moments.variance, 0.01);
-  double shift = 0, d_shift = 0, square = 1.0 / 12, sign = -1;
-  for (int k = 1; k <= 4; ++k, sign = -sign) {
-    const double damped = sign * std::exp(-2 * pi * pi * k * k * variance);
-    shift += damped / (pi * k) * std::sin(2 * pi * k * mean_dn);
-    d_shift += 2 * damped * std::cos(2 * pi * k * mean_dn);
-    square += damped / (pi * pi * k * k) * std::cos(2 * pi * k * mean_dn);
-  }
-  const double rounded = variance + 2 * variance * d_shift + square - shift * shift;
-  moments.mean += shift / gain_;
-  moments.slope += d_shift;
-  moments.variance = std::max(rounded, 0.01) / (gain_ * gain_);
 }
 
 }  // namespace occ

@@ -48,7 +48,7 @@ Problem::Problem(const Observations& observations, const Scene& scene, const Ref
   for (std::size_t i = 0; i < pixels_.size(); ++i) {
     const LampObservation& lamp = observations.lamps[i];
     if (!lamp.has_pixels()) continue;
-    pixels_[i] = std::make_unique<LampPixels>(lamp, scene, options, *noise_, *psf_);
+    pixels_[i] = std::make_unique<LampPixels>(lamp, scene, options, *noise_, *psf_, scratch_);
   }
 }
 

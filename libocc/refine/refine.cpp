@@ -22,6 +22,9 @@ constexpr double rough_tolerance_px = 0.01;
 /// A lamp whose pixels miss their model by so many times their noise is not what the scene says.
 constexpr double largest_misfit = 2;
 
+/// In tolerances: every step of the direct rung leaves less than a hundredth of the error.
+constexpr double direct_tolerance = 100;
+
 /// Smallest over largest eigenvalue of the information, in units of its largest rotation and its
 /// largest translation, at which the pose counts as undetermined.
 constexpr double singular = 1e-12;
@@ -159,6 +162,18 @@ Minimum minimise_by_rims(const State& start, Observations& observations, const S
   return minimise(problem, near, options.max_iterations, tolerance_px);
 }
 
+/// Near enough for the direct rung: centroids do when there are more of them than they need.
+Minimum minimise_roughly(const State& start, Observations& observations, const Scene& scene,
+                         const RefineOptions& options) {
+  constexpr int plenty = 8;
+  if (!observations.rims_grow && observations.equations(options, Rung::centres) >= plenty) {
+    const Minimum by_centroids =
+        minimise_by_centroids(start, observations, scene, options, rough_tolerance_px);
+    if (by_centroids.converged) return by_centroids;
+  }
+  return minimise_by_rims(start, observations, scene, options, rough_tolerance_px);
+}
+
 /// Takes the pixels of lamps from the observations that the model does not explain; whether there
 /// were any.
 bool drop_misfits(const Problem& problem, Observations& observations) {
@@ -174,11 +189,11 @@ bool drop_misfits(const Problem& problem, Observations& observations) {
 Minimum find_minimum(const State& start, Observations& observations, const Scene& scene,
                      const RefineOptions& options) {
   if (observations.has_pixels()) {
-    const Minimum rough = minimise_by_rims(start, observations, scene, options, rough_tolerance_px);
+    const Minimum rough = minimise_roughly(start, observations, scene, options);
     while (rough.converged && observations.has_pixels()) {
       Problem problem(observations, scene, options, Rung::direct);
-      const Minimum direct =
-          polish(problem, rough.state, options.max_iterations, options.tolerance_px);
+      const Minimum direct = polish(problem, rough.state, options.max_iterations,
+                                    direct_tolerance * options.tolerance_px);
       if (!direct.converged) break;
       if (!drop_misfits(problem, observations)) return direct;
     }

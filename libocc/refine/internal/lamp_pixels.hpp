@@ -22,12 +22,18 @@
 
 namespace occ {
 
+/// Storage for one lamp's rendered image and linearised pixels, lent to all lamps in turn.
+struct PixelScratch {
+  LampImage image;
+  Eigen::Matrix<float, 10, Eigen::Dynamic> rows;  // one column for each pixel at the rim
+};
+
 class LampPixels {
  public:
   /// Keeps references. Without a window the lamp's pixels are taken to read what the scene says:
   /// then it tells what they know of the pose, the information in the variance included.
   LampPixels(const LampObservation& lamp, const Scene& scene, const RefineOptions& options,
-             const PixelNoise& noise, const PixelPsf& psf);
+             const PixelNoise& noise, const PixelPsf& psf, PixelScratch& scratch);
 
   /// Renders at a state and linearises; false when the lamp cannot be seen.
   bool linearise(const State& state, const Eigen::Vector3d& pivot);
@@ -83,14 +89,16 @@ class LampPixels {
   const PixelNoise& noise_;
   const PixelPsf& psf_;
 
-  LampImage image_;
+  PixelScratch& scratch_;
   State state_;
+  Vector6 d_log_light_ = Vector6::Zero();
   Own own_;
   bool started_ = false;
+  PixelMoments dark_;  // of a pixel that no light of the lamp reaches
+  double dark_deviation_ = 0;
   double amount_ = 1;     // exp(own_.log_light)
   double threshold_ = 0;  // of Huber's function
   double misfit_ = 1;
-  Eigen::Matrix<double, columns, Eigen::Dynamic> rows_;  // one column for each pixel at the rim
   Eigen::Index rim_count_ = 0;
   int count_ = 0;  // pixels used
   double robust_excess_ = 0;

@@ -42,15 +42,17 @@ class LIBOCC_API PixelNoise {
  private:
   PixelMoments carefully(double mean_e, double shot) const;
   void clip(double deviation, PixelMoments& moments) const;
-  void round(PixelMoments& moments) const;
+  void tabulate_rounding(double until_e);
+  PixelMoments rounded(double steps) const;
   double rounding_variance(double mean_e) const;
 
   double read_variance_, gain_, black_dn_, dark_e_;
   double low_e_ = 0, high_e_ = 0;  // where grey levels end
   bool full_well_first_ = false;   // electrons are clipped before the read noise
   double plain_from_e_ = 0, plain_until_e_ = 0;
-  double rounding_variance_ = 0;      // of a linear response
-  std::vector<double> quantisation_;  // of another: at even steps of the signal up to white
+  double rounding_variance_ = 0;       // of a linear response
+  std::vector<PixelMoments> rounded_;  // of faint pixels: at even steps of the signal from black
+  std::vector<double> quantisation_;   // of another: at even steps of the signal up to white
 };
 
 }  // namespace occ

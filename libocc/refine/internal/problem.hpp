@@ -74,6 +74,7 @@ class LIBOCC_API Problem {
   std::vector<LampRim> rims_;  // one for each lamp, possibly empty
   std::optional<PixelNoise> noise_;
   std::optional<PixelPsf> psf_;
+  PixelScratch scratch_;
   std::vector<std::unique_ptr<LampPixels>> pixels_;  // one for each lamp, possibly null
   std::vector<Held> held_;                           // since the last linearisation
 };
