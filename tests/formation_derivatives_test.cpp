@@ -79,9 +79,9 @@ TEST_P(LampImages, CoverageDerivativesAgreeWithDifferencesAndAWrongOneIsRefused)
         EXPECT_EQ(analytic.norm(), 0);
         continue;
       }
-      // differences of tabulated kernels are good to a few 1e-4
-      EXPECT_TRUE(test::jacobian_agrees(analytic, numeric.col(column), 1e-3)) << k;
-      EXPECT_FALSE(test::jacobian_agrees(1.005 * analytic, numeric.col(column), 1e-3)) << k;
+      // differences of tabulated kernels and trimmed kernels are good to 1e-3
+      EXPECT_TRUE(test::jacobian_agrees(analytic, numeric.col(column), 2e-3)) << k;
+      EXPECT_FALSE(test::jacobian_agrees(1.01 * analytic, numeric.col(column), 2e-3)) << k;
     }
   }
 }

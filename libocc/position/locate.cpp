@@ -36,18 +36,27 @@ struct Ranked {
   Candidate candidate;
   Status status = Status::ok;
   std::string message;
-  std::size_t matches = 0;
+  std::vector<Match> matches;
   bool misfits = false;  // residuals exceed the stated sigmas, and no rim speaks for it
   double measured = 0;   // chi-square of rims and centroids
   double assumed = 0;    // chi-square of the prior and of missed lamps
 };
 
+void set_pose(const Refined& refined, Candidate& candidate) {
+  candidate.cam_from_world = refined.cam_from_world;
+  candidate.covariance = refined.covariance;
+  candidate.position_m = refined.cam_from_world.origin_in_source();
+  candidate.rms_px = refined.rms_px;
+  candidate.chi2 = refined.chi2;
+  candidate.dof = refined.dof;
+}
+
 Ranked refine_hypothesis(const Hypothesis& hypothesis, const std::vector<Blob>& blobs,
-                         const Scene& scene, const LocateOptions& options, const ImageView* image) {
-  const Rigid3& start = hypothesis.cam_from_world;
+                         const Scene& scene, const LocateOptions& options) {
+  RefineOptions refine_options = options.refine;
+  refine_options.rung = std::min(refine_options.rung, Rung::rims);
   const Result<Refined> refined =
-      image ? refine(start, hypothesis.matches, blobs, scene, options.refine, *image)
-            : refine(start, hypothesis.matches, blobs, scene, options.refine);
+      refine(hypothesis.cam_from_world, hypothesis.matches, blobs, scene, refine_options);
   Ranked ranked;
   ranked.status = refined.status;
   ranked.message = refined.message;
@@ -58,17 +67,12 @@ Ranked refine_hypothesis(const Hypothesis& hypothesis, const std::vector<Blob>& 
       std::none_of(hypothesis.matches.begin(), hypothesis.matches.end(), [&](const Match& match) {
         return !blobs[static_cast<std::size_t>(match.blob)].rim.empty();
       });
-  ranked.matches = hypothesis.matches.size();
+  ranked.matches = hypothesis.matches;
   const double prior = options.prior ? options.prior->chi2(refined->cam_from_world) : 0;
   ranked.measured = refined->chi2 - prior;
   ranked.assumed = prior + options.identify.miss_penalty * hypothesis.missed;
   Candidate& candidate = ranked.candidate;
-  candidate.cam_from_world = refined->cam_from_world;
-  candidate.covariance = refined->covariance;
-  candidate.position_m = refined->cam_from_world.origin_in_source();
-  candidate.rms_px = refined->rms_px;
-  candidate.chi2 = refined->chi2;
-  candidate.dof = refined->dof;
+  set_pose(*refined, candidate);
   for (const Match& match : hypothesis.matches) {
     candidate.lamps.emplace(scene.lamps[static_cast<std::size_t>(match.lamp)].id,
                             blobs[static_cast<std::size_t>(match.blob)]);
@@ -80,7 +84,7 @@ Ranked refine_hypothesis(const Hypothesis& hypothesis, const std::vector<Blob>& 
 bool better(const Ranked& a, const Ranked& b) {
   const bool a_ok = a.status == Status::ok, b_ok = b.status == Status::ok;
   if (a_ok != b_ok) return a_ok;
-  if (a.matches != b.matches) return a.matches > b.matches;
+  if (a.matches.size() != b.matches.size()) return a.matches.size() > b.matches.size();
   return a.measured + a.assumed < b.measured + b.assumed;
 }
 
@@ -93,7 +97,8 @@ void keep_plausible(std::vector<Ranked>& ranked) {
       best.candidate.dof > 0 ? std::max(1.0, best.measured / best.candidate.dof) : 1.0;
   const auto implausible = [&](const Ranked& r) {
     const double worse = (r.measured - best.measured) / misfit + r.assumed - best.assumed;
-    return r.status != best.status || r.matches < best.matches || worse > plausible_chi2;
+    return r.status != best.status || r.matches.size() < best.matches.size() ||
+           worse > plausible_chi2;
   };
   ranked.erase(std::remove_if(ranked.begin() + 1, ranked.end(), implausible), ranked.end());
 }
@@ -110,6 +115,15 @@ void merge_equal_poses(std::vector<Ranked>& ranked) {
     if (!known) distinct.push_back(r);
   }
   ranked = std::move(distinct);
+}
+
+/// Poses are ranked by rims, which are the same observations for each; pixels then refine them.
+void refine_by_pixels(const std::vector<Blob>& blobs, const Scene& scene,
+                      const RefineOptions& options, const ImageView& image, Ranked& ranked) {
+  if (ranked.status != Status::ok) return;
+  const Result<Refined> refined =
+      refine(ranked.candidate.cam_from_world, ranked.matches, blobs, scene, options, image);
+  if (refined.ok()) set_pose(*refined, ranked.candidate);
 }
 
 void fill_fix(Fix& fix, const std::vector<Ranked>& ranked) {
@@ -157,13 +171,16 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   std::vector<Ranked> ranked;
   int solved = 0;
   for (const Hypothesis& hypothesis : identified->hypotheses) {
-    ranked.push_back(refine_hypothesis(hypothesis, blobs, scene, with_prior, image));
+    ranked.push_back(refine_hypothesis(hypothesis, blobs, scene, with_prior));
     solved += ranked.back().status == Status::ok;
     if (solved == options.max_candidates) break;
   }
   std::stable_sort(ranked.begin(), ranked.end(), better);
   keep_plausible(ranked);
   merge_equal_poses(ranked);
+  if (image && options.refine.rung == Rung::direct) {
+    for (Ranked& r : ranked) refine_by_pixels(blobs, scene, with_prior.refine, *image, r);
+  }
   fix.timing_s.refine_s = refine_clock.seconds();
 
   fill_fix(fix, ranked);

@@ -26,6 +26,7 @@ constexpr double spacing_sigma = 1.25;
 constexpr int first_passes_unmeasured = 3, first_passes_saturated = 8;
 
 constexpr double mean_of_absolute = 0.7978845608028654;  // of a unit normal variable
+constexpr double absolute_scatter = 0.7555;              // its relative standard deviation
 constexpr double outlying = 10;                          // sigmas, in the mean misfit
 
 double inverse_square(double sigma) { return 1 / (sigma * sigma); }
@@ -63,6 +64,7 @@ bool LampPixels::linearise(const State& state, const Eigen::Vector3d& pivot) {
     threshold_ = options_.huber_sigma * std::max(1.0, misfit_);
   }
   accumulate();
+  weigh_down();
   return true;
 }
 
@@ -234,6 +236,15 @@ void LampPixels::add_own_priors(const State& state, Sums& sums) const {
   sums(log_factor, log_factor) += weight;
   sums(own_light, log_factor) -= weight;
   sums(log_factor, rest) -= weight * missing;
+}
+
+/// Where residuals at the rim are larger than chance makes them, the scene says not all about the
+/// lamp's image: it counts for as much less.
+void LampPixels::weigh_down() {
+  const double chance = 1 + 3 * absolute_scatter / std::sqrt(std::max(1.0, double(rim_count_)));
+  if (lamp_.window.empty() || misfit_ <= chance) return;
+  products_ /= misfit_ * misfit_;
+  robust_excess_ /= misfit_ * misfit_;
 }
 
 void LampPixels::add_to(Normal& normal) {

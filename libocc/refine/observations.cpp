@@ -107,6 +107,7 @@ void observe_pixels(const std::vector<Match>& matches, const std::vector<Blob>& 
   const bool fits = image.width == scene.camera.width() && image.height == scene.camera.height();
   require(fits, "image", std::to_string(image.width) + " x " + std::to_string(image.height),
           "of the camera's size");
+  all.psf_sigma_px = scene.sensor.psf_sigma_px;
   const WindowReader reader(image, scene.sensor);
   for (std::size_t i = 0; i < matches.size(); ++i) {
     LampObservation& lamp = all.lamps[i];

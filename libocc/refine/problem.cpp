@@ -44,7 +44,7 @@ Problem::Problem(const Observations& observations, const Scene& scene, const Ref
   pixels_.resize(observations.lamps.size());
   if (rung != Rung::direct || !observations.has_pixels()) return;
   noise_.emplace(scene.sensor);
-  psf_.emplace(scene.sensor.psf_sigma_px);
+  psf_.emplace(observations.psf_sigma_px);
   for (std::size_t i = 0; i < pixels_.size(); ++i) {
     const LampObservation& lamp = observations.lamps[i];
     if (!lamp.has_pixels()) continue;

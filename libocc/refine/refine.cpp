@@ -20,7 +20,12 @@ namespace {
 constexpr double rough_tolerance_px = 0.01;
 
 /// A lamp whose pixels miss their model by so many times their noise is not what the scene says.
-constexpr double largest_misfit = 2;
+constexpr double largest_misfit = 4;
+
+/// Of ln of the PSF's width: more than a linear correction can make good.
+constexpr double largest_spread = 0.15;
+constexpr double least_psf_px = 0.2, largest_psf_px = 20;
+constexpr int most_revisions = 5;
 
 /// In tolerances: every step of the direct rung leaves less than a hundredth of the error.
 constexpr double direct_tolerance = 100;
@@ -79,6 +84,7 @@ void report_residuals(const State& state, const std::vector<Match>& matches,
                     : lamp.has_rim()  ? Rung::rims
                                       : std::min(rung, Rung::centres);
     residual.contradicts = lamp.contradicts;
+    residual.misfit = lamp.misfit;
     const std::optional<Eigen::Vector2d> centre =
         predicted_place_px(*lamp.lamp, state.cam_from_world, camera, rung);
     double centre_error = 0;
@@ -174,28 +180,56 @@ Minimum minimise_roughly(const State& start, Observations& observations, const S
   return minimise_by_rims(start, observations, scene, options, rough_tolerance_px);
 }
 
-/// Takes the pixels of lamps from the observations that the model does not explain; whether there
-/// were any.
-bool drop_misfits(const Problem& problem, Observations& observations) {
+/// Takes the PSF's width from the pixels where it is not what they were rendered with; else takes
+/// the pixels of lamps from the observations that the model does not explain. Whether it did.
+bool revise(const Problem& problem, Observations& observations) {
+  double log_spread = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < observations.lamps.size(); ++i) {
+    if (!problem.pixels(i)) continue;
+    log_spread += problem.pixels(i)->log_spread();
+    ++count;
+  }
+  log_spread /= std::max(1, count);
+  if (std::abs(log_spread) > largest_spread) {
+    const double revised = observations.psf_sigma_px * std::exp(log_spread);
+    observations.psf_sigma_px = std::clamp(revised, least_psf_px, largest_psf_px);
+    return true;
+  }
   bool dropped = false;
   for (std::size_t i = 0; i < observations.lamps.size(); ++i) {
-    if (!(problem.misfit(i) > largest_misfit)) continue;
+    if (!problem.pixels(i) || problem.pixels(i)->misfit() <= largest_misfit) continue;
     observations.lamps[i].window = {};
     dropped = true;
   }
   return dropped;
 }
 
+/// Minimum by pixels, or nothing when it is not to be had.
+std::optional<Minimum> minimise_by_pixels(const State& start, Observations& observations,
+                                          const Scene& scene, const RefineOptions& options) {
+  for (int pass = 0; pass < most_revisions && observations.has_pixels(); ++pass) {
+    Problem problem(observations, scene, options, Rung::direct);
+    const Minimum minimum =
+        polish(problem, start, options.max_iterations, direct_tolerance * options.tolerance_px);
+    if (!minimum.converged) return std::nullopt;
+    if (revise(problem, observations)) continue;
+    for (std::size_t i = 0; i < observations.lamps.size(); ++i) {
+      if (problem.pixels(i)) observations.lamps[i].misfit = problem.pixels(i)->misfit();
+    }
+    return minimum;
+  }
+  return std::nullopt;
+}
+
 Minimum find_minimum(const State& start, Observations& observations, const Scene& scene,
                      const RefineOptions& options) {
   if (observations.has_pixels()) {
     const Minimum rough = minimise_roughly(start, observations, scene, options);
-    while (rough.converged && observations.has_pixels()) {
-      Problem problem(observations, scene, options, Rung::direct);
-      const Minimum direct = polish(problem, rough.state, options.max_iterations,
-                                    direct_tolerance * options.tolerance_px);
-      if (!direct.converged) break;
-      if (!drop_misfits(problem, observations)) return direct;
+    if (rough.converged) {
+      if (const auto direct = minimise_by_pixels(rough.state, observations, scene, options)) {
+        return *direct;
+      }
     }
     for (LampObservation& lamp : observations.lamps) lamp.window = {};
   }
@@ -267,6 +301,7 @@ Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& match
     result.message = too_few_message(matches.size(), equations);
   }
   refined.cam_from_world = state.cam_from_world;
+  if (observations.has_pixels()) refined.psf_sigma_px = observations.psf_sigma_px;
   if (observations.rims_grow) refined.rim_growth_px = state.growth_px;
   if (observations.has_flux && options.flux == FluxModel::common_factor) {
     refined.flux_factor = std::exp(state.log_factor);

@@ -6,9 +6,9 @@
 //   its centre);
 //   - or all its pixels against its rendered image (projected rim, PSF, Lambertian and cos^4
 //   gradients, response, clipping), weighted by the sensor's noise; its brightness, the background
-//   and, within a tenth, the PSF's width are estimated along. Lamps whose pixels the model does not
-//   explain (residuals twice their sigmas), or that are cut, merged or striped, are taken by their
-//   rims;
+//   and the PSF's width are estimated along. A lamp whose pixels miss their model by more than
+//   chance counts for as much less; one that misses it altogether, or is cut, merged or striped, is
+//   taken by its rim;
 //   - optionally its flux against Lambertian intensity, powers known with a sigma or up to a common
 //   factor.
 // Rims of saturated lamps have grown by an unknown common amount (prior sigma 2 px), which is
@@ -70,7 +70,8 @@ struct LampResidual {
   Match match;
   Rung rung = Rung::rims;    ///< by which the lamp entered
   bool contradicts = false;  ///< left out: the other lamps agree without it
-  double rms_px = 0;         ///< over the lamp's rim points, or the length of its centroid residual
+  double misfit = 1;  ///< direct: residuals of its pixels over what the sensor's noise explains
+  double rms_px = 0;  ///< over the lamp's rim points, or the length of its centroid residual
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< predicted centre of the lamp's image
 };
 
@@ -84,6 +85,7 @@ struct Refined {
   double rms_px = 0;  ///< of centre residuals over lamps
   std::vector<LampResidual> lamps;
   std::optional<double> rim_growth_px;  ///< of saturated lamps
+  std::optional<double> psf_sigma_px;   ///< direct: as the lamps' pixels show it
   std::optional<double> flux_factor;    ///< of FluxModel::common_factor: seen over predicted
   int iterations = 0;
 };

@@ -46,6 +46,9 @@ class LampPixels {
   /// the model and its noise are right.
   double misfit() const { return misfit_; }
 
+  /// ln of the PSF's width over the one it was rendered with.
+  double log_spread() const { return own_.log_spread; }
+
   /// What the lamp's pixels know of its place in the image, when its size is known but its light
   /// and the background are not [1/px^2]; of the last linearisation.
   Eigen::Matrix2d place_information() const;
@@ -79,6 +82,7 @@ class LampPixels {
   void accumulate();
   void add_pixel(double signal, double full, const CoverageDerivatives::Row* d, double reads,
                  Flat& flat);
+  void weigh_down();
   Sums sums() const;
   void add_own_priors(const State& state, Sums& sums) const;
   void move_own(const Eigen::Vector3d& step);

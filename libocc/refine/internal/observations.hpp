@@ -35,6 +35,7 @@ struct LampObservation {
   PixelWindow window = {};  ///< for the direct rung; empty when the lamp does not offer it
   /// Of ln of its light about the flux model's; infinite when it says nothing of this lamp.
   double light_sigma = std::numeric_limits<double>::infinity();
+  double misfit = 1;  ///< of its pixels, see LampPixels
   bool has_flux = false;
   double log_electrons = 0;  ///< measured
   double flux_inverse_sigma = 0;
@@ -48,6 +49,7 @@ struct Observations {
   std::vector<RimObservation> rim;
   bool rims_grow = false;  ///< the rim of a saturated lamp is among them
   bool has_flux = false;
+  double psf_sigma_px = 0;  ///< of the image; the scene's until the pixels say otherwise
 
   bool has_pixels() const;  ///< of some lamp that does not contradict the others
 

@@ -42,8 +42,8 @@ class LIBOCC_API Problem {
   std::optional<Place> place(const LampObservation& lamp, const State& state,
                              const Eigen::Vector3d& pivot) const;
 
-  /// Of a lamp's pixels, see LampPixels.
-  double misfit(std::size_t lamp) const { return pixels_[lamp] ? pixels_[lamp]->misfit() : 1; }
+  /// A lamp that is taken by its pixels, or null.
+  const LampPixels* pixels(std::size_t lamp) const { return pixels_[lamp].get(); }
 
   /// Mean of the lamps' centres in the camera's frame.
   Eigen::Vector3d pivot(const State& state) const;
