@@ -215,7 +215,8 @@ LampPixels::Sums LampPixels::sums() const {
 
 /// Rows (expected - unknown) / sigma.
 void LampPixels::add_own_priors(const State& state, Sums& sums) const {
-  const double spread_weight = inverse_square(spread_sigma);
+  const double known = 1e-6;  // what the scene says of the PSF holds where there is no image
+  const double spread_weight = inverse_square(lamp_.window.empty() ? known : spread_sigma);
   sums(own_spread, own_spread) += spread_weight;
   sums(own_spread, rest) -= spread_weight * own_.log_spread;  // the last column alone is read
   sums(rest, rest) += spread_weight * own_.log_spread * own_.log_spread;

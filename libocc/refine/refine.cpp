@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/refine/refine.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -11,6 +9,7 @@
 #include "libocc/core/statistics.hpp"
 #include "libocc/refine/internal/minimise.hpp"
 #include "libocc/refine/internal/outliers.hpp"
+#include "libocc/refine/internal/pose_covariance.hpp"
 #include "libocc/refine/internal/predicted_place.hpp"
 
 namespace occ {
@@ -29,33 +28,6 @@ constexpr int most_revisions = 5;
 
 /// In tolerances: every step of the direct rung leaves less than a hundredth of the error.
 constexpr double direct_tolerance = 100;
-
-/// Smallest over largest eigenvalue of the information, in units of its largest rotation and its
-/// largest translation, at which the pose counts as undetermined.
-constexpr double singular = 1e-12;
-
-/// Covariance of the left perturbation, nuisances marginalised, or nothing when singular.
-std::optional<Matrix6> covariance_of(const Normal& normal, const Eigen::Vector3d& pivot) {
-  const Eigen::Matrix<double, 6, 2> mixed = normal.information.topRightCorner<6, 2>();
-  const Eigen::Matrix2d nuisance = normal.information.bottomRightCorner<2, 2>();
-  const Matrix6 information =
-      normal.information.topLeftCorner<6, 6>() - mixed * nuisance.ldlt().solve(mixed.transpose());
-  const Vector6 diagonal = information.diagonal();
-  const double turn = std::sqrt(diagonal.head<3>().maxCoeff());
-  const double shift = std::sqrt(diagonal.tail<3>().maxCoeff());
-  if (!(turn > 0) || !(shift > 0) || !information.allFinite()) return std::nullopt;
-  Vector6 scale;
-  scale << Eigen::Vector3d::Constant(1 / turn), Eigen::Vector3d::Constant(1 / shift);
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(scale.asDiagonal() * information *
-                                                     scale.asDiagonal());
-  const Vector6 values = eigen.eigenvalues();
-  if (!(values.minCoeff() > singular * values.maxCoeff())) return std::nullopt;
-  Matrix6 left_from_centred = Matrix6::Identity();
-  left_from_centred.bottomLeftCorner<3, 3>() = skew(pivot);
-  const Matrix6 root = left_from_centred * scale.asDiagonal() * eigen.eigenvectors() *
-                       values.cwiseSqrt().cwiseInverse().asDiagonal();
-  return root * root.transpose();
-}
 
 double rim_rms(const LampObservation& lamp, const Observations& observations, const State& state) {
   const LampInCam in_cam = lamp_in_cam(*lamp.lamp, state.cam_from_world);
@@ -249,14 +221,14 @@ void conclude(const Minimum& minimum, const RefineOptions& options, Result<Refin
         "from the start pose a matched lamp is behind the camera or shows its dark side";
     return;
   }
-  const std::optional<Matrix6> covariance = covariance_of(minimum.normal, minimum.pivot);
-  if (!covariance) {
+  const PoseCovariance pose = pose_covariance(minimum.normal, minimum.pivot);
+  if (pose.rank < 6) {
     result.status = Status::degenerate;
     result.message = "the lamps do not determine the pose: they are collinear or coincide";
     return;
   }
   result.value.variance_factor = variance_factor(minimum.normal.robust_chi2, result->dof);
-  result.value.covariance = result->variance_factor * *covariance;
+  result.value.covariance = result->variance_factor * pose.covariance;
   if (minimum.converged) return;
   result.status = Status::not_converged;
   result.message = "still moving after " + std::to_string(options.max_iterations) + " iterations";

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/refine/internal/expected_lamp.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/formation/light.hpp"
+#include "libocc/refine/internal/predicted_place.hpp"
+
+namespace occ {
+namespace {
+
+constexpr int rim_probes = 32;
+
+bool whole_in_image(const Lamp& lamp, const Rigid3& pose, const Camera& camera) {
+  const auto rim = project_rim(lamp, pose, camera, rim_probes);
+  return rim && std::all_of(rim->begin(), rim->end(),
+                            [&](const Eigen::Vector2d& px) { return camera.contains(px); });
+}
+
+}  // namespace
+
+ExpectedLamps::ExpectedLamps(const Scene& scene, const Rigid3& cam_from_world,
+                             const Eigen::Vector3d& pivot, Rung rung, FluxModel flux)
+    : scene_(scene),
+      pose_(cam_from_world),
+      pivot_(pivot),
+      noise_(scene.sensor),
+      psf_(scene.sensor.psf_sigma_px) {
+  options_.rung = rung;
+  options_.flux = flux;
+}
+
+bool ExpectedLamps::add(const Lamp& lamp, Normal& normal) const {
+  if (!whole_in_image(lamp, pose_, scene_.camera)) return false;
+  const Blob unseen;
+  LampObservation observation{&lamp, &unseen};
+  const bool light_says = options_.flux != FluxModel::ignore && !lamp.frequency_hz;
+  if (light_says) observation.light_sigma = lamp.power_sigma;
+  PixelScratch scratch;
+  LampPixels pixels(observation, scene_, options_, noise_, psf_, scratch);
+  if (!pixels.linearise({pose_}, pivot_)) return false;
+  if (options_.rung == Rung::direct) {
+    pixels.add_to(normal);
+    return true;
+  }
+  const auto contour = options_.rung == Rung::rims
+                           ? project_moving_contour(lamp, pose_, scene_.camera, 1)
+                           : std::nullopt;
+  if (contour && !contour->empty()) {
+    add_rim(lamp, *contour, normal);
+  } else {
+    add_place(lamp, pixels.place_information(), normal);
+  }
+  if (light_says) add_flux(lamp, pixels.light_information(), normal);
+  return true;
+}
+
+void ExpectedLamps::add_place(const Lamp& lamp, const Eigen::Matrix2d& information,
+                              Normal& normal) const {
+  Eigen::Matrix<double, 2, 6> d_pose;
+  if (!predicted_place_px(lamp, pose_, scene_.camera, options_.rung, &d_pose)) return;
+  d_pose.leftCols<3>() += d_pose.rightCols<3>() * skew(pivot_);
+  normal.information.topLeftCorner<6, 6>() += d_pose.transpose() * information * d_pose;
+}
+
+/// Information per px along a straight edge about its place across [1/px^3].
+double ExpectedLamps::edge_information(double background_e, double full_e) const {
+  constexpr double reach = 6, step = 0.125;  // sigmas; the trapezoid rule is exact to 1e-9
+  const double sigma = std::sqrt(psf_.sigma_px() * psf_.sigma_px() + 1.0 / 12);
+  double sum = 0;
+  for (double z = -reach; z <= reach; z += step) {
+    const double covered = 0.5 * std::erfc(-z * std::sqrt(0.5));
+    const double slope = full_e / sigma * 0.3989422804014327 * std::exp(-0.5 * z * z);
+    const PixelMoments moments = noise_.at(background_e + full_e * covered);
+    if (moments.tells) sum += slope * slope * moments.slope * moments.slope / moments.variance;
+  }
+  return sum * step * sigma;
+}
+
+void ExpectedLamps::add_rim(const Lamp& lamp, const MovingContour& contour, Normal& normal) const {
+  const Sensor& sensor = scene_.sensor;
+  Matrix6 information = Matrix6::Zero();
+  for (const MovingContourPoint& point : contour) {
+    const double light = irradiance_at(lamp, pose_, scene_.camera, sensor, point.px);
+    const double full_e = (sensor.electrons(1) - sensor.electrons(0)) * light;
+    information += edge_information(noise_.dark_e(), full_e) / point.step_px.norm() * point.sweep *
+                   point.sweep.transpose();
+  }
+  Matrix6 lamp_of_pose = Matrix6::Identity();  // a turn about the pivot swings the lamp
+  lamp_of_pose.bottomLeftCorner<3, 3>() = -skew(pose_ * lamp.centre_m - pivot_);
+  normal.information.topLeftCorner<6, 6>() += lamp_of_pose.transpose() * information * lamp_of_pose;
+}
+
+void ExpectedLamps::add_flux(const Lamp& lamp, double information, Normal& normal) const {
+  Eigen::Matrix<double, 1, 6> d_pose;
+  if (!(lamp_electrons(lamp, pose_, scene_.camera, scene_.sensor, &d_pose) > 0)) return;
+  const double variance = 1 / information + lamp.power_sigma * lamp.power_sigma;
+  Vector8 row = Vector8::Zero();
+  row.head<6>() = d_pose.transpose();
+  centre_row(row, pivot_);
+  row[log_factor_index] = options_.flux == FluxModel::common_factor ? 1 : 0;
+  normal.add(row / std::sqrt(variance), 0);
+}
+
+}  // namespace occ

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a lamp's image tells of the pose, before there is one.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include "libocc/refine/internal/lamp_pixels.hpp"
+
+namespace occ {
+
+class ExpectedLamps {
+ public:
+  /// Keeps references.
+  ExpectedLamps(const Scene& scene, const Rigid3& cam_from_world, const Eigen::Vector3d& pivot,
+                Rung rung, FluxModel flux);
+
+  /// Adds the lamp's information; false when it is dark, or not wholly in the image.
+  bool add(const Lamp& lamp, Normal& normal) const;
+
+ private:
+  void add_place(const Lamp& lamp, const Eigen::Matrix2d& information, Normal& normal) const;
+  void add_rim(const Lamp& lamp, const MovingContour& contour, Normal& normal) const;
+  void add_flux(const Lamp& lamp, double information, Normal& normal) const;
+  double edge_information(double background_e, double full_e) const;
+
+  const Scene& scene_;
+  Rigid3 pose_;
+  Eigen::Vector3d pivot_;
+  RefineOptions options_;
+  PixelNoise noise_;
+  PixelPsf psf_;
+};
+
+}  // namespace occ

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/refine/internal/pose_covariance.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+namespace occ {
+namespace {
+
+constexpr double singular = 1e-12;
+
+}  // namespace
+
+PoseCovariance pose_covariance(const Normal& normal, const Eigen::Vector3d& pivot) {
+  PoseCovariance pose;
+  const Eigen::Matrix<double, 6, 2> mixed = normal.information.topRightCorner<6, 2>();
+  const Eigen::Matrix2d nuisance = normal.information.bottomRightCorner<2, 2>();
+  const Matrix6 information =
+      normal.information.topLeftCorner<6, 6>() - mixed * nuisance.ldlt().solve(mixed.transpose());
+  const Vector6 diagonal = information.diagonal();
+  const double turn = std::sqrt(diagonal.head<3>().maxCoeff());
+  const double shift = std::sqrt(diagonal.tail<3>().maxCoeff());
+  if (!(turn > 0) || !(shift > 0) || !information.allFinite()) return pose;
+  Vector6 scale;
+  scale << Eigen::Vector3d::Constant(1 / turn), Eigen::Vector3d::Constant(1 / shift);
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(scale.asDiagonal() * information *
+                                                     scale.asDiagonal());
+  const Vector6 values = eigen.eigenvalues();
+  pose.rank = static_cast<int>((values.array() > singular * values.maxCoeff()).count());
+  if (pose.rank < 6) return pose;
+  Matrix6 left_from_centred = Matrix6::Identity();
+  left_from_centred.bottomLeftCorner<3, 3>() = skew(pivot);
+  const Matrix6 root = left_from_centred * scale.asDiagonal() * eigen.eigenvectors() *
+                       values.cwiseSqrt().cwiseInverse().asDiagonal();
+  pose.covariance = root * root.transpose();
+  return pose;
+}
+
+}  // namespace occ
