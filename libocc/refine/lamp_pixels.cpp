@@ -25,9 +25,10 @@ constexpr double spacing_sigma = 1.25;
 /// that of a saturated one has to be read from the skirt of its image.
 constexpr int first_passes_unmeasured = 3, first_passes_saturated = 8;
 
-constexpr double mean_of_absolute = 0.7978845608028654;  // of a unit normal variable
-constexpr double absolute_scatter = 0.7555;              // its relative standard deviation
-constexpr double outlying = 10;                          // sigmas, in the mean misfit
+/// Standard deviation of the root mean square of n residuals, times root n: of rounded ones, most
+/// of which are zero; of normal ones it is 0.7.
+constexpr double misfit_scatter = 1.5;
+constexpr double outlying = 10;  // sigmas, in the misfit
 
 double inverse_square(double sigma) { return 1 / (sigma * sigma); }
 
@@ -37,7 +38,7 @@ double inverse_square(double sigma) { return 1 / (sigma * sigma); }
 struct LampPixels::Flat {
   double light_light = 0, light_background = 0, background_background = 0;
   double light_residual = 0, background_residual = 0, residual_residual = 0;
-  double misfit = 0;  // summed at the rim
+  double misfit = 0;  // squares summed at the rim
 };
 
 LampPixels::LampPixels(const LampObservation& lamp, const Scene& scene,
@@ -141,7 +142,7 @@ void LampPixels::accumulate() {
                 flat);
     }
   }
-  misfit_ = rim_count_ > 0 ? flat.misfit / (mean_of_absolute * static_cast<double>(rim_count_)) : 1;
+  misfit_ = rim_count_ > 0 ? std::sqrt(flat.misfit / static_cast<double>(rim_count_)) : 1;
   products_.setZero();
   const auto at_rim = rows.leftCols(rim_count_);
   products_ = (at_rim * at_rim.transpose()).cast<double>();
@@ -175,7 +176,7 @@ void LampPixels::add_pixel(double signal, double full, const CoverageDerivatives
       weight = threshold_ / size;
       robust_excess_ += threshold_ * (size - threshold_);
     }
-    if (d) flat.misfit += std::min(size, outlying);
+    if (d) flat.misfit += std::min(size * size, outlying * outlying);
   }
   const double root = weight == 1 ? 1 : std::sqrt(weight);
   const double slope = root * moments.slope / deviation;
@@ -242,7 +243,8 @@ void LampPixels::add_own_priors(const State& state, Sums& sums) const {
 /// Where residuals at the rim are larger than chance makes them, the scene says not all about the
 /// lamp's image: it counts for as much less.
 void LampPixels::weigh_down() {
-  const double chance = 1 + 3 * absolute_scatter / std::sqrt(std::max(1.0, double(rim_count_)));
+  const double chance =
+      1 + 3 * misfit_scatter / std::sqrt(std::max(1.0, static_cast<double>(rim_count_)));
   if (lamp_.window.empty() || misfit_ <= chance) return;
   products_ /= misfit_ * misfit_;
   robust_excess_ /= misfit_ * misfit_;

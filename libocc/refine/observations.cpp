@@ -91,13 +91,14 @@ void observe_flux(const Lamp& lamp, const Blob& blob, const Sensor& sensor,
 }
 
 /// Blinking lamps under a rolling shutter shine by rows, and what is cut or merged is no image of
-/// one lamp.
+/// one lamp; though a rectangle, which no ellipse fits, is often taken for a merger.
 bool offers_pixels(const Lamp& lamp, const Blob& blob, const Sensor& sensor) {
   const Eigen::Vector2d& c = blob.centroid_px;
   const bool boxed = c.x() >= blob.x0 && c.x() <= blob.x1 && c.y() >= blob.y0 && c.y() <= blob.y1;
   const bool by_rows = blob.striped || (lamp.frequency_hz && sensor.row_time_s > 0);
+  const bool whole = !blob.merged || lamp.shape == LampShape::rectangle;
   const bool has_psf = sensor.psf_sigma_px >= 0.01 && sensor.psf_sigma_px <= 100;
-  return boxed && has_psf && !by_rows && !blob.cut_by_border && !blob.merged;
+  return boxed && has_psf && !by_rows && !blob.cut_by_border && whole;
 }
 
 void observe_pixels(const std::vector<Match>& matches, const std::vector<Blob>& blobs,
@@ -130,6 +131,12 @@ int prior_equations(const RefineOptions& options) {
 bool Observations::has_pixels() const {
   return std::any_of(lamps.begin(), lamps.end(), [](const LampObservation& lamp) {
     return lamp.has_pixels() && !lamp.contradicts;
+  });
+}
+
+bool Observations::growth_was_used() const {
+  return std::any_of(lamps.begin(), lamps.end(), [](const LampObservation& lamp) {
+    return lamp.blob->saturated && lamp.has_rim() && !lamp.has_pixels();
   });
 }
 

@@ -274,7 +274,7 @@ Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& match
   }
   refined.cam_from_world = state.cam_from_world;
   if (observations.has_pixels()) refined.psf_sigma_px = observations.psf_sigma_px;
-  if (observations.rims_grow) refined.rim_growth_px = state.growth_px;
+  if (observations.growth_was_used()) refined.rim_growth_px = state.growth_px;
   if (observations.has_flux && options.flux == FluxModel::common_factor) {
     refined.flux_factor = std::exp(state.log_factor);
   }

@@ -53,6 +53,8 @@ struct Observations {
 
   bool has_pixels() const;  ///< of some lamp that does not contradict the others
 
+  bool growth_was_used() const;  ///< a saturated lamp is taken by its rim
+
   /// Independent equations for the pose: at most 5 from a disc's rim, 6 from a rectangle's, 2 from
   /// a centroid, 1 from a flux (one less in all when their factor is unknown), and the prior's.
   /// Below the rims' rung, lamps count by their centroids.
