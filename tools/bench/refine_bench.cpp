@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Refinement of a pose 1 cm and 0.5 degrees off, and OpenCV's refinement of the same centroids.
+// Refinement of a pose 1 cm and 0.5 degrees off by every rung, and of the same centroids by OpenCV
+// and by hand.
 #include <benchmark/benchmark.h>
 
 #include <opencv2/calib3d.hpp>
 
 #include "libocc/refine/refine.hpp"
 #include "tests/measured_blobs.hpp"
+#include "tests/pixel_blobs.hpp"
+#include "tools/bench/points_levenberg_marquardt.hpp"
 
 namespace occ {
 namespace {
@@ -53,10 +56,65 @@ void six_discs_by_rims_distorted(benchmark::State& state) {
 }
 BENCHMARK(six_discs_by_rims_distorted);
 
+/// Six discs of `diameter_px` in a simulated frame.
+void six_discs_in_a_frame(benchmark::State& state, Rung rung, double diameter_px) {
+  Scene scene = test::irregular_room();
+  const double zoom = diameter_px / 28.7;  // 28.7 px at f = 422.5 px
+  const double f = 422.5 * zoom;
+  const int width = static_cast<int>(640 * zoom), height = static_cast<int>(480 * zoom);
+  scene.camera = Camera::pinhole(width, height, f, f, 0.5 * (width - 1), 0.5 * (height - 1));
+  scene.sensor.pixel_pitch_m /= zoom;
+  scene.sensor.exposure_s *= zoom * zoom;
+  const Rigid3 truth = look_at({2.1, 1.9, 0.5}, {2.0, 2.0, 3.0}, Eigen::Vector3d::UnitY());
+  const test::Frame frame = test::make_frame(scene, truth, 1);
+  Vector6 off;
+  off << 0.005, -0.005, 0.005, 0.006, -0.006, 0.006;
+  const Rigid3 start = perturb(truth, off);
+  RefineOptions options;
+  options.rung = rung;
+  for (auto _ : state) {
+    const Result<Refined> refined =
+        refine(start, frame.matches, frame.blobs, scene, options, frame.image.view());
+    benchmark::DoNotOptimize(refined);
+    if (!refined.ok() || refined->lamps.back().rung != rung) state.SkipWithError("not refined");
+    state.counters["iterations"] = refined->iterations;
+    state.counters["lamps"] = static_cast<double>(frame.matches.size());
+  }
+}
+BENCHMARK_CAPTURE(six_discs_in_a_frame, points_30_px, Rung::points, 30);
+BENCHMARK_CAPTURE(six_discs_in_a_frame, centres_30_px, Rung::centres, 30);
+BENCHMARK_CAPTURE(six_discs_in_a_frame, rims_30_px, Rung::rims, 30);
+BENCHMARK_CAPTURE(six_discs_in_a_frame, direct_20_px, Rung::direct, 20);
+BENCHMARK_CAPTURE(six_discs_in_a_frame, direct_30_px, Rung::direct, 30);
+BENCHMARK_CAPTURE(six_discs_in_a_frame, direct_45_px, Rung::direct, 45);
+BENCHMARK_CAPTURE(six_discs_in_a_frame, direct_60_px, Rung::direct, 60);
+
 void four_discs_by_centroids(benchmark::State& state) {
   run(state, make_case(test::square_room(), 0));
 }
 BENCHMARK(four_discs_by_centroids);
+
+void four_discs_by_points(benchmark::State& state) {
+  RefineOptions options;
+  options.rung = Rung::points;
+  run(state, make_case(test::square_room(), 0), options);
+}
+BENCHMARK(four_discs_by_points);
+
+void four_points_by_hand(benchmark::State& state) {
+  const Case c = make_case(test::square_room(), 0);
+  std::vector<Eigen::Vector3d> world;
+  std::vector<Eigen::Vector2d> px;
+  for (std::size_t i = 0; i < c.blobs.size(); ++i) {
+    world.push_back(c.scene.lamps[i].centre_m);
+    px.push_back(c.blobs[i].centroid_px);
+  }
+  const bench::PinholePoints problem{422.5, 422.5, 319.5, 239.5, world, px};
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(bench::levenberg_marquardt(problem, c.start, 20));
+  }
+}
+BENCHMARK(four_points_by_hand);
 
 void opencv_four_points(benchmark::State& state) {
   const Case c = make_case(test::square_room(), 0);
