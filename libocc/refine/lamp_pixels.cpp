@@ -118,7 +118,6 @@ void LampPixels::accumulate() {
   rows.resize(Eigen::NoChange, std::max<Eigen::Index>(rows.cols(), width * height));
   amount_ = std::exp(own_.log_light);
   dark_ = noise_.at(own_.background_e);
-  dark_deviation_ = std::sqrt(dark_.variance);
   rim_count_ = 0;
   count_ = 0;
   robust_excess_ = 0;
@@ -132,14 +131,17 @@ void LampPixels::accumulate() {
       if (std::isnan(read)) continue;
       const int column = x - image.x0();
       if (!row_inside || column < 0 || column >= image.width()) {
-        add_pixel(0, 0, nullptr, read, flat);
+        add_flat_pixel(0, 0, read, flat);
         continue;
       }
       const auto i = static_cast<std::size_t>(row * image.width() + column);
       const double c = cover.c.values[i];
       const bool at_rim = c > rim_coverage && (c < 1 - rim_coverage || cover.m_x.values.empty());
-      add_pixel(image.electrons[i], image.full[i], at_rim ? &image.coverage.d[i] : nullptr, read,
-                flat);
+      if (at_rim) {
+        add_rim_pixel(image.electrons[i], image.full[i], image.coverage.d[i], read, flat);
+      } else {
+        add_flat_pixel(image.electrons[i], image.full[i], read, flat);
+      }
     }
   }
   misfit_ = rim_count_ > 0 ? std::sqrt(flat.misfit / static_cast<double>(rim_count_)) : 1;
@@ -158,45 +160,53 @@ void LampPixels::accumulate() {
   add_pair(background, residual, flat.background_residual);
 }
 
-void LampPixels::add_pixel(double signal, double full, const CoverageDerivatives::Row* d,
-                           double reads, Flat& flat) {
-  const double by_spread = d ? full * (*d)[spread] : 0;
-  const double lit = amount_ * (signal + own_.log_spread * by_spread);
-  const PixelMoments moments = full > 0 ? noise_.at(lit + own_.background_e) : dark_;
+/// Huber's weight over the variance.
+double LampPixels::precision(const PixelMoments& moments, double error, bool at_rim, Flat& flat) {
+  const double precision = 1 / moments.variance;
+  if (lamp_.window.empty()) {  // Slepian-Bangs: (1 + (var')^2 / (2 var)) / var
+    return precision * (1 + 0.5 * precision);
+  }
+  const double square = error * error * precision;
+  if (at_rim) flat.misfit += std::min(square, outlying * outlying);
+  if (square <= threshold_ * threshold_) return precision;
+  const double size = std::sqrt(square);
+  robust_excess_ += threshold_ * (size - threshold_);
+  return precision * threshold_ / size;
+}
+
+void LampPixels::add_flat_pixel(double signal, double full, double reads, Flat& flat) {
+  const double lit = amount_ * signal;
+  const bool dark = signal < 0.5 * full || full == 0;
+  const PixelMoments moments = dark ? dark_ : noise_.at(lit + own_.background_e);
   if (!moments.tells) return;
   ++count_;
-  const double deviation = full > 0 ? std::sqrt(moments.variance) : dark_deviation_;
-  double weight = 1, error = 0;
-  if (lamp_.window.empty()) {
-    weight = 1 + 0.5 / moments.variance;  // Slepian-Bangs: (1 + (var')^2 / (2 var)) / var
-  } else {
-    error = (reads - moments.mean) / deviation;
-    const double size = std::abs(error);
-    if (size > threshold_) {
-      weight = threshold_ / size;
-      robust_excess_ += threshold_ * (size - threshold_);
-    }
-    if (d) flat.misfit += std::min(size * size, outlying * outlying);
-  }
-  const double root = weight == 1 ? 1 : std::sqrt(weight);
-  const double slope = root * moments.slope / deviation;
-  error *= root;
-  if (!d) {
-    const double by_light = slope * lit;
-    flat.light_light += by_light * by_light;
-    flat.light_background += by_light * slope;
-    flat.background_background += slope * slope;
-    flat.light_residual += by_light * error;
-    flat.background_residual += slope * error;
-    flat.residual_residual += error * error;
-    return;
-  }
+  const double error = lamp_.window.empty() ? 0 : reads - moments.mean;
+  const double weight = precision(moments, error, false, flat);
+  const double slope = weight * moments.slope;
+  const double by_background = slope * moments.slope;
+  flat.light_light += by_background * lit * lit;
+  flat.light_background += by_background * lit;
+  flat.background_background += by_background;
+  flat.light_residual += slope * lit * error;
+  flat.background_residual += slope * error;
+  flat.residual_residual += weight * error * error;
+}
+
+void LampPixels::add_rim_pixel(double signal, double full, const CoverageDerivatives::Row& d,
+                               double reads, Flat& flat) {
+  const double lit = amount_ * (signal + own_.log_spread * full * d[spread]);
+  const PixelMoments moments = noise_.at(lit + own_.background_e);
+  if (!moments.tells) return;
+  ++count_;
+  const double error = lamp_.window.empty() ? 0 : reads - moments.mean;
+  const double root = std::sqrt(precision(moments, error, true, flat));
+  const double slope = root * moments.slope;
+  const auto factor = static_cast<float>(slope * amount_ * full);
   float* row = scratch_.rows.data() + columns * rim_count_++;
-  const double factor = slope * amount_ * full;
-  for (std::size_t k = 0; k <= spread; ++k) row[k] = static_cast<float>(factor * (*d)[k]);
+  for (std::size_t k = 0; k <= spread; ++k) row[k] = factor * d[k];
   row[light] = static_cast<float>(slope * lit);
   row[background] = static_cast<float>(slope);
-  row[residual] = static_cast<float>(error);
+  row[residual] = static_cast<float>(root * error);
 }
 
 LampPixels::Sums LampPixels::sums() const {

@@ -80,8 +80,10 @@ class LampPixels {
   void guess(const State& state);
   void fit_own(const State& state);
   void accumulate();
-  void add_pixel(double signal, double full, const CoverageDerivatives::Row* d, double reads,
-                 Flat& flat);
+  double precision(const PixelMoments& moments, double error, bool at_rim, Flat& flat);
+  void add_flat_pixel(double signal, double full, double reads, Flat& flat);
+  void add_rim_pixel(double signal, double full, const CoverageDerivatives::Row& d, double reads,
+                     Flat& flat);
   void weigh_down();
   Sums sums() const;
   void add_own_priors(const State& state, Sums& sums) const;
@@ -98,8 +100,7 @@ class LampPixels {
   Vector6 d_log_light_ = Vector6::Zero();
   Own own_;
   bool started_ = false;
-  PixelMoments dark_;  // of a pixel that no light of the lamp reaches
-  double dark_deviation_ = 0;
+  PixelMoments dark_;     // of a pixel that no light of the lamp reaches
   double amount_ = 1;     // exp(own_.log_light)
   double threshold_ = 0;  // of Huber's function
   double misfit_ = 1;
