@@ -116,6 +116,30 @@ std::vector<double> buffer(const PixelPsf& psf) {
   return std::vector<double>(static_cast<std::size_t>(psf.count()) + 1);
 }
 
+// Coverage and both moments at once.
+void paint_row_moments(CoverageMoments& moments, const Footprint& print, double amount,
+                       const std::vector<double>& weights,
+                       const std::vector<double>& moment_weights, const std::vector<double>& steps,
+                       const std::vector<double>& moment_steps) {
+  const auto width = static_cast<std::size_t>(moments.c.width);
+  const int count = print.end_column - print.first_column;
+  const double* step = &steps[static_cast<std::size_t>(print.first_column)];
+  const double* moment_step = &moment_steps[static_cast<std::size_t>(print.first_column)];
+  for (int k = print.first_row; k < print.end_row; ++k) {
+    const std::size_t at = static_cast<std::size_t>(print.top + k) * width +
+                           static_cast<std::size_t>(print.left + print.first_column);
+    const double weight = amount * weights[static_cast<std::size_t>(k)];
+    const double moment_weight = amount * moment_weights[static_cast<std::size_t>(k)];
+    double *c = &moments.c.values[at], *m_x = &moments.m_x.values[at];
+    double* m_y = &moments.m_y.values[at];
+    for (int i = 0; i < count; ++i) {
+      c[i] += weight * step[i];
+      m_x[i] += weight * moment_step[i];
+      m_y[i] += moment_weight * step[i];
+    }
+  }
+}
+
 template <typename AnyContour>
 void paint_moments(const AnyContour& contour, const PixelPsf& psf, CoverageMoments& moments) {
   std::vector<double> weights = buffer(psf), moment_weights = buffer(psf);
@@ -130,10 +154,8 @@ void paint_moments(const AnyContour& contour, const PixelPsf& psf, CoverageMomen
     psf.moment_steps(fraction(point.px.x()), moment_steps.data());
     gather(print, steps);
     gather(print, moment_steps);
-    const double amount = sign * dy_of(point);
-    paint(moments.c, print, amount, weights, steps);
-    paint(moments.m_x, print, amount, weights, moment_steps);
-    paint(moments.m_y, print, amount, moment_weights, steps);
+    paint_row_moments(moments, print, sign * dy_of(point), weights, moment_weights, steps,
+                      moment_steps);
   }
   for (Patch* patch : {&moments.c, &moments.m_x, &moments.m_y}) sum_steps(*patch);
 }
