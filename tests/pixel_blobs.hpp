@@ -35,7 +35,8 @@ inline Frame make_frame(const Scene& scene, const Rigid3& cam_from_world, std::u
     frame.cut = frame.cut || lamp.in_view != lamp.whole;
     if (!lamp.whole) continue;
     for (std::size_t b = 0; b < frame.blobs.size(); ++b)
-      if ((frame.blobs[b].centroid_px - lamp.image_centre_px).norm() < 3)
+      if (!frame.blobs[b].cut_by_border &&
+          (frame.blobs[b].centroid_px - lamp.image_centre_px).norm() < 3)
         frame.matches.push_back({static_cast<int>(i), static_cast<int>(b)});
   }
   return frame;

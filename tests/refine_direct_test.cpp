@@ -286,6 +286,43 @@ TEST(RefineDirect, ALampThatTheModelDoesNotExplainIsTakenByItsRim) {
   EXPECT_LT(error_m(*refined, truth()), 1e-3);
 }
 
+TEST(RefineDirect, ReadsColourAsTheDetectionDoes) {
+  const Scene scene = test::irregular_room();
+  const Frame frame = make_frame(scene, truth(), 2);
+  std::vector<std::uint8_t> colour;
+  for (const std::uint8_t level : frame.image.u8)
+    colour.insert(colour.end(), {level, level, level});
+  ImageView view = frame.image.view();
+  view.data = colour.data();
+  view.channels = 3;
+  view.row_bytes *= 3;
+  const RefineOptions options = by(Rung::direct);
+  const auto refined = refine(start(), frame.matches, frame.blobs, scene, options, view);
+  EXPECT_LT(
+      difference(refined->cam_from_world, refine_directly(frame, scene)->cam_from_world).norm(),
+      1e-7);
+}
+
+TEST(RefineDirect, UndoesTheResponse) {
+  for (const int bits : {8, 12}) {
+    Scene scene = bits == 8 ? test::irregular_room() : twelve_bits(test::irregular_room());
+    scene.sensor.response = Response::gamma;
+    double nees = 0;
+    constexpr int frames = 30;
+    for (int i = 0; i < frames; ++i) {
+      const Frame frame = make_frame(scene, truth(), static_cast<std::uint64_t>(i));
+      const auto refined = refine_directly(frame, scene);
+      ASSERT_TRUE(refined.ok()) << refined.message;
+      EXPECT_EQ(refined->lamps[0].rung, Rung::direct);
+      const Vector6 error = difference(refined->cam_from_world, truth());
+      nees += error.dot(refined->covariance.ldlt().solve(error));
+    }
+    const auto interval = test::chi2_interval(6.0 * frames);
+    EXPECT_GT(nees, interval.first) << bits;
+    EXPECT_LT(nees, interval.second) << bits;
+  }
+}
+
 TEST(RefineDirect, RefusesAnImageOfAnotherSize) {
   const Scene scene = test::irregular_room();
   Frame frame = make_frame(scene, truth(), 2);

@@ -61,6 +61,9 @@ PixelWindow WindowReader::read(const std::vector<Blob>& blobs, std::size_t index
   for (std::size_t i = 0; i < blobs.size(); ++i) {
     if (i == index) continue;
     const Blob& other = blobs[i];
+    const bool around =
+        other.x0 <= blob.x0 && other.y0 <= blob.y0 && other.x1 >= blob.x1 && other.y1 >= blob.y1;
+    if (around) continue;  // a ring of glow: its box says nothing of where it shines
     const int left = std::max(0, other.x0 - skirt_px - window.x0);
     const int right = std::min(window.width - 1, other.x1 + skirt_px - window.x0);
     const int top = std::max(0, other.y0 - skirt_px - window.y0);
