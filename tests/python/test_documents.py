@@ -19,7 +19,7 @@ import libocc as occ
 
 scene: occ.Scene = occ.Scene.load("room.yaml")
 image = np.zeros((480, 640), np.uint8)
-fix: occ.Fix = occ.locate(image, scene, occ.Prior(heading_rad=1.0), use_rims=False)
+fix: occ.Fix = occ.locate(image, scene, occ.Prior(heading_rad=1.0), rung=occ.Rung.centres)
 if fix.status is occ.Status.ambiguous:
     print([candidate.position_m.tolist() for candidate in fix.candidates])
 blob: occ.Blob = fix.lamps[3]

@@ -98,7 +98,7 @@ def test_a_square_is_ambiguous_until_the_heading_is_known(square, pose):
 
 
 def test_options_reach_the_library(image, scene):
-    coarse = occ.locate(image, scene, use_rims=False, model_sigma_px=1.0)
+    coarse = occ.locate(image, scene, rung=occ.Rung.centres, model_sigma_px=1.0)
     fine = occ.locate(image, scene)
     assert np.trace(coarse.covariance) > 10 * np.trace(fine.covariance)
     blind = occ.locate(image, scene, threshold_dn=254)
