@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['Blob', 'Camera', 'Candidate', 'Ellipse', 'Fix', 'FluxModel', 'Hypothesis', 'Identification', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Match', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'Refined', 'Response', 'Room', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Truth', 'detect', 'heading_rad', 'identify', 'locate', 'look_at', 'p3p', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'read_camera', 'read_image', 'refine', 'simulate', 'solve_pose', 'solvers', 'write_image']
+__all__: list[str] = ['Blob', 'Camera', 'Candidate', 'Ellipse', 'Fix', 'FluxModel', 'Hypothesis', 'Identification', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Match', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'Refined', 'Response', 'Room', 'Rung', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Truth', 'detect', 'heading_rad', 'identify', 'locate', 'look_at', 'p3p', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'read_camera', 'read_image', 'refine', 'simulate', 'solve_pose', 'solvers', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -828,6 +828,14 @@ class Identification:
         """
         Poses tried.
         """
+class Rung(enum.Enum):
+    """
+    What of the image the pose has to explain.
+    """
+    centres = 1
+    direct = 3
+    points = 0
+    rims = 2
 class FluxModel(enum.Enum):
     """
     What the lamps' brightness tells.
@@ -1220,7 +1228,7 @@ def identify(blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior |
       miss_penalty: chi-square for a lamp that should be seen but is not
       max_hypotheses: poses tried at most
     """
-def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, max_candidates: typing.SupportsInt | typing.SupportsIndex = 16, sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 200000, use_rims: bool = True, flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Fix:
+def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, max_candidates: typing.SupportsInt | typing.SupportsIndex = 16, sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 200000, rung: Rung = ..., flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Fix:
     """
     Where was the camera when it took this image of these lamps?
 
@@ -1248,7 +1256,7 @@ def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections
       gate_model_sigma_px: camera and map error in every gate [px]
       miss_penalty: chi-square for a lamp that should be seen but is not
       max_hypotheses: poses tried at most
-      use_rims: fit rims; False: centroids only
+      rung: what of the image the pose has to explain
       flux: whether lamps' brightness counts, and what is known of it
       model_sigma_px: camera and map error per lamp [px]
       huber_sigma: residuals beyond this weigh linearly [sigma]
@@ -1319,7 +1327,7 @@ def read_image(path: os.PathLike[str] | str) -> numpy.typing.NDArray[numpy.uint8
     Raises: FileNotFoundError or OSError when the file cannot be opened; ValueError when it is not a
       whole image of a supported type.
     """
-def refine(start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], matches: collections.abc.Sequence[Match], blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, use_rims: bool = True, flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Refined:
+def refine(start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], matches: collections.abc.Sequence[Match], blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, rung: Rung = ..., flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Refined:
     """
     The most likely pose for a given naming of the blobs, with its covariance.
 
@@ -1327,7 +1335,7 @@ def refine(start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4
     Raises: ValueError for a match outside its list.
 
     Options:
-      use_rims: fit rims; False: centroids only
+      rung: what of the image the pose has to explain
       flux: whether lamps' brightness counts, and what is known of it
       model_sigma_px: camera and map error per lamp [px]
       huber_sigma: residuals beyond this weigh linearly [sigma]
