@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line: `libocc demo | simulate | detect | locate`.
+"""The command line: `libocc demo | simulate | detect | locate | hard-cases`.
 
 Each command is a module of its own that is imported when it is called, so that none waits for what
 only another one needs.
@@ -14,7 +14,7 @@ import click
 
 from ._core import __version__
 
-COMMANDS = ("demo", "simulate", "detect", "locate")
+COMMANDS = ("demo", "simulate", "detect", "locate", "hard-cases")
 
 
 class Failure(click.ClickException):
@@ -45,7 +45,7 @@ class Commands(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        module = importlib.import_module(f"libocc.commands.{cmd_name}")
+        module = importlib.import_module(f"libocc.commands.{cmd_name.replace('-', '_')}")
         command: click.Command = module.command
         return command
 

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How far a pose may be from the truth when its input is right to a rounding.
+
+A change of the pose is x = (rotation about the points' centroid [rad], shift of the centroid over
+the points' r.m.s. distance), F(x) the change of the seen directions [rad]. Let s be the smallest
+singular value of F' with right and left vectors v, w, and k = w . F''(v, v) / 2. A change e of the
+directions then moves the pose by t with s t + k t^2 = e: by e / s, and at a double root, where s
+vanishes, by sqrt(e / k). Rounding changes each direction by an epsilon, and by that of the points'
+coordinates about their centroid as seen from the camera: near points of a wide scene by more.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+EPSILON = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A pose that is known to more digits than a double has."""
+
+    rotation: Any  # (3, 3) long double
+    centroid_in_cam: Any  # (3,) long double
+    distance: float  # r.m.s. over the points
+    condition: float  # 1 / s
+    curvature: float  # k
+    rounding: float  # of the points' coordinates, over distance
+
+    def allowed(self, factor: float) -> float:
+        """The pose error (see `error`) that `factor` roundings of the input explain."""
+        change = factor * EPSILON
+        first = change * self.condition
+        second = np.sqrt(change / self.curvature) if self.curvature > 0 else np.inf
+        return float(min(first, second)) + factor * self.rounding
+
+    def error(self, cam_from_world: Any, centroid: Any) -> float:
+        """Of a pose against this one: rotation [rad] and shift over distance, whichever is larger."""
+        given = np.asarray(cam_from_world, dtype=np.longdouble)
+        turned = np.linalg.norm((given[:3, :3] - self.rotation).astype(float)) / np.sqrt(2)
+        shift = given[:3, :3] @ centroid + given[:3, 3] - self.centroid_in_cam
+        return float(max(turned, np.linalg.norm(shift.astype(float)) / self.distance))
+
+
+def long_norm(vectors: Any) -> Any:
+    """Length along the last axis, in long double (numpy.linalg computes in double)."""
+    return np.sqrt((vectors * vectors).sum(-1))
+
+
+def hat(w: Any) -> Any:
+    zero = w[0] * 0
+    return np.array([[zero, -w[2], w[1]], [w[2], zero, -w[0]], [-w[1], w[0], zero]])
+
+
+def turn(w: Any) -> Any:
+    """Rotation by a vector (Cayley's form: exact to second order, a rotation to the last digit)."""
+    half = hat(w) / 2
+    a, b, c = w / 2
+    squared = a * a + b * b + c * c
+    return np.eye(3, dtype=np.longdouble) + (2 * half + 2 * half @ half) / (1 + squared)
+
+
+class Directions:
+    """The directions in which points are seen, as a function of the pose."""
+
+    def __init__(self, bearings: Any, points: Any, rotation: Any, centroid_in_cam: Any) -> None:
+        world = np.asarray(points, dtype=np.longdouble)
+        self.arms = (world - world.mean(0)) @ np.asarray(rotation, dtype=np.longdouble).T
+        self.centroid = np.asarray(centroid_in_cam, dtype=np.longdouble)
+        seen = np.asarray(bearings, dtype=np.longdouble)
+        self.seen = seen / long_norm(seen)[:, None]
+        self.tangents = tangent_bases(self.seen.astype(float))
+        self.distance = float(np.sqrt((long_norm(self.in_cam()) ** 2).mean()))
+
+    def in_cam(self, x: Any = None) -> Any:
+        if x is None:
+            return self.centroid + self.arms
+        x = np.asarray(x, dtype=np.longdouble)
+        return self.centroid + self.distance * x[3:] + self.arms @ turn(x[:3]).T
+
+    def residuals(self, x: Any = None) -> Any:
+        """(2 n,) tangential components of seen direction to direction of the point."""
+        points = self.in_cam(x)
+        off = points / long_norm(points)[:, None] - self.seen
+        return (self.tangents * off[:, None]).sum(-1).ravel()
+
+    def jacobian(self) -> Any:
+        """(2 n, 6) of `residuals`, in double."""
+        points, arms = self.in_cam().astype(float), self.arms.astype(float)
+        length = np.sqrt((points * points).sum(1))[:, None, None]
+        unit = points[:, None] / length
+        across = (self.tangents - (self.tangents * unit).sum(-1)[..., None] * unit) / length
+        turning = np.cross(arms[:, None], across)
+        return np.concatenate([turning, self.distance * across], axis=2).reshape(-1, 6)
+
+
+def tangent_bases(f: Any) -> Any:
+    """(n, 2, 3) two orthonormal directions across each unit vector."""
+    other = np.eye(3)[np.argmin(np.abs(f), axis=1)]
+    a = np.cross(f, other)
+    a /= np.sqrt((a * a).sum(1))[:, None]
+    return np.stack([a, np.cross(f, a)], axis=1)
+
+
+def reference(bearings: Any, points: Any, rotation: Any, centroid_in_cam: Any) -> Reference:
+    """A known pose with its conditioning."""
+    seen = Directions(bearings, points, rotation, centroid_in_cam)
+    depths, arms = long_norm(seen.in_cam()), long_norm(seen.arms)
+    weights = np.repeat(1 / np.maximum(1, arms.max() / depths), 2)
+    jacobian = weights[:, None].astype(float) * seen.jacobian()
+    left, singular, right = np.linalg.svd(jacobian, full_matrices=False)
+    step = 1e-3 * float((depths / (arms + seen.distance)).min())
+    bend = seen.residuals(step * right[-1]) + seen.residuals(-step * right[-1]) - 2 * seen.residuals()
+    return Reference(
+        np.asarray(rotation, dtype=np.longdouble),
+        seen.centroid,
+        seen.distance,
+        float(1 / singular[-1]) if singular[-1] > 0 else np.inf,
+        abs(float(left[:, -1] @ (weights * bend))) / (2 * step * step),
+        EPSILON * float(np.abs(np.asarray(points)).max()) / seen.distance,
+    )
+
+
+def refined(bearings: Any, points: Any, rotation: Any, centroid_in_cam: Any) -> Reference:
+    """The least-squares pose next to a given one: Gauss-Newton on residuals in long double.
+
+    Where the normal equations are singular the given pose stays: no neighbour fits better.
+    """
+    rotation = np.asarray(rotation, dtype=np.longdouble)
+    centroid = np.asarray(centroid_in_cam, dtype=np.longdouble)
+    for _ in range(4):
+        seen = Directions(bearings, points, rotation, centroid)
+        jacobian = seen.jacobian()
+        if np.linalg.cond(jacobian) > 1e7:
+            break
+        x = -np.linalg.lstsq(jacobian, seen.residuals().astype(float), rcond=None)[0]
+        x = x.astype(np.longdouble)
+        rotation = turn(x[:3]) @ rotation
+        centroid = centroid + seen.distance * x[3:]
+    return reference(bearings, points, rotation, centroid)
