@@ -113,8 +113,8 @@ def _between(polynomial: Sequence[Decimal], low: Decimal, high: Decimal) -> Deci
 def positive_roots(polynomial: Sequence[Decimal]) -> list[list[Decimal]]:
     """Rising positive roots of a polynomial and of each of its derivatives, itself first.
 
-    Between two neighbouring extrema lies at most one root. One at which the sign does not change is
-    not found as a root, but is among those of the derivative.
+    Between two neighbouring extrema lies at most one root. One at which the sign does not change may
+    be missing, but is among those of the derivative.
     """
     largest = max((abs(c) for c in polynomial), default=ZERO)
     trimmed = list(polynomial)

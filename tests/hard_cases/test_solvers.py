@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every solver behind the guard on every hard case, and libocc's own held to more."""
+
+import pytest
+from problems import CASES, problems
+
+import libocc as occ
+from libocc.hard_cases.judge import Outcome, judge
+from libocc.hard_cases.methods import OWN, Method, own_methods
+
+METHODS = {method.name: method for method in own_methods()}
+HARMLESS = {Outcome.solved, Outcome.refused, Outcome.dropped}
+
+
+def check(case_name: str, method: Method, count: int | None) -> None:
+    case = CASES[case_name]
+    tried = 0
+    for row, of_row in problems(case_name, count):
+        for i, instance in enumerate(of_row):
+            if not method.takes(instance):
+                continue
+            tried += 1
+            answer = method.answer(instance)
+            judgement = judge(case, instance, answer)
+            where = f"{case_name} {row} #{i}: {judgement} {answer.raised}"
+            if case.verdict == "error":
+                assert answer.raised.startswith("ValueError: "), where
+            else:
+                assert not answer.raised, where
+            assert judgement.outcome in HARMLESS, where
+            if method.name in OWN:
+                assert judgement.right, where
+                assert not judgement.over_allowed > 1, where
+    if not tried:
+        pytest.skip("takes another number of points")
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("case", CASES)
+def test_solver(case, method):
+    check(case, METHODS[method], None)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("case", CASES)
+def test_solver_many_times(case, method):
+    check(case, METHODS[method], CASES[case].slow_count)
+
+
+def test_p3p_is_the_solver_of_that_name():
+    """The function without a guard's name gives what the guarded solver gives."""
+    for name in ("ceiling_triple_under_lamp", "no_triangle", "collinear_three", "grazing_three"):
+        for _, of_row in problems(name):
+            for instance in of_row:
+                poses = occ.p3p(instance.bearings, instance.points)
+                assert poses.shape == (len(METHODS["p3p"].answer(instance).poses), 4, 4)
