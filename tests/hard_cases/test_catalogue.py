@@ -1,20 +1,41 @@
 # SPDX-License-Identifier: Apache-2.0
 """The catalogue's files: complete, read strictly, and the same problems every time."""
 
+import inspect
+from pathlib import Path
+
 import numpy as np
 import pytest
 from problems import CASES, problems
 
-from libocc.hard_cases.cases import FOLDER, GENERATORS, catalogue, read_case
+from libocc.hard_cases.cases import FOLDER, GENERATORS, KINDS, catalogue, read_case
 from libocc.hard_cases.instances import instances
+from libocc.hard_cases.judge import Outcome
+
+SOURCE = Path(__file__).resolve().parents[2] / "data" / "hard_cases"
 
 GOOD = (FOLDER / "danger_cylinder.yaml").read_text()
 
 
 def test_every_generator_is_used_and_documented():
     assert {case.generator for case in CASES.values()} == set(GENERATORS)
-    text = (FOLDER / "README.md").read_text() if (FOLDER / "README.md").exists() else None
-    assert text is None or all(f"`{name}`" in text for name in GENERATORS)
+    text = (SOURCE / "README.md").read_text()
+    for name, generator in GENERATORS.items():
+        line = next(line for line in text.splitlines() if line.startswith(f"| `{name}` |"))
+        for parameter in list(inspect.signature(generator).parameters)[2:]:
+            assert f"`{parameter}`" in line, (name, parameter)
+
+
+def test_the_readme_names_every_key_and_outcome():
+    text = (SOURCE / "README.md").read_text()
+    assert [key for key in (*KINDS, "schema") if f"`{key}`" not in text] == []
+    assert [outcome.name for outcome in Outcome if f"| {outcome.name} |" not in text] == []
+
+
+def test_the_installed_catalogue_is_that_of_the_source():
+    assert {p.name: p.read_text() for p in FOLDER.glob("*.yaml")} == {
+        p.name: p.read_text() for p in SOURCE.glob("*.yaml")
+    }
 
 
 def test_the_catalogue_has_every_kind():

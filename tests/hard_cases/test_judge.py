@@ -122,7 +122,8 @@ def test_none_is_a_refusal_and_right_only_where_there_is_none():
 
 
 def test_any_pose_is_wrong_where_none_can_be_told():
-    for name in ("no_triangle", "collinear_three", "duplicates_three", "bad_numbers_six", "behind_camera_six"):
+    for name in ("no_triangle", "collinear_three", "duplicates_three", "bad_numbers_six",
+                 "behind_camera_six"):
         instance = problems(name)[0][1][0]
         assert outcome(CASES[name], instance, instance.nominal) is Outcome.wrong, name
 

@@ -56,7 +56,8 @@ def test_the_pose_a_problem_was_made_from_is_found():
             rotation, centroid = ex.rounded(view.rotation), ex.rounded(view.in_cam().sum(0) / 3)
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = rotation, centroid - rotation @ points.mean(0)
-        errors = [s.pose.error(pose, points.mean(0)) / s.pose.allowed(8) for s in three_points(bearings, points)]
+        found = [s.pose for s in three_points(bearings, points)]
+        errors = [known.error(pose, points.mean(0)) / known.allowed(8) for known in found]
         assert 1 <= len(errors) <= 4 and min(errors) < 1
         assert sorted(errors)[1:] == [] or sorted(errors)[1] > 1e3, "the others are other poses"
 

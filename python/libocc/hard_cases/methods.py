@@ -99,10 +99,11 @@ def _opencv(cv2: Any) -> list[Method]:
 
         return call
 
-    flags = {"P3P": (3, 4), "AP3P": (3, 4), "EPNP": (4, 0), "IPPE": (4, 0), "SQPNP": (3, 0), "ITERATIVE": (4, 0)}
+    minimal, general = ("P3P", "AP3P"), (("EPNP", 4), ("IPPE", 4), ("SQPNP", 3), ("ITERATIVE", 4))
+    flags = {name: getattr(cv2, f"SOLVEPNP_{name}") for name in (*minimal, *dict(general))}
     return [
-        Method(name, family, caller(getattr(cv2, f"SOLVEPNP_{name}"), high == 4), low, high, False)
-        for name, (low, high) in flags.items()
+        *(Method(name, family, caller(flags[name], True), 3, 4, False) for name in minimal),
+        *(Method(name, family, caller(flags[name], False), low, 0, False) for name, low in general),
     ]
 
 
