@@ -131,11 +131,12 @@ def command(
     plot_path: str | None,
 ) -> None:
     """\b
-    $ libocc hard-cases --case ceiling_triple_under_lamp --case no_triangle --solver p3p
-    case                       1
-    ────────────────────────────
-    ceiling_triple_under_lamp  ●
-    no_triangle                ○
+    $ libocc hard-cases --solver p3p --case equilateral_on_axis --case no_triangle
+    case                 1
+    ──────────────────────
+    equilateral_on_axis  ●
+    no_triangle          ○
+    libocc: 1 p3p
     ...
 
     Runs every pose solver on the catalogue of problems that break them and judges each answer

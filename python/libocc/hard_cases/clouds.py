@@ -39,7 +39,8 @@ def cloud(
 
     depth_m: a range, on a logarithmic scale. rotation: of cam_from_world: any, identity, half_turn
     (about any axis), half_turn_x, _y, _z. offset_m: of the world's origin. scale: of everything.
-    behind: so many bearings are turned round. duplicates: so many points lie on the first one.
+    behind: so many points are behind the camera; where lines through a pinhole would image them,
+    their bearings point away from them. duplicates: so many points lie on the first one.
     """
     low, high = np.log(depth_m[0]), np.log(depth_m[1])
     while True:
@@ -49,6 +50,7 @@ def cloud(
         in_cam = cone(rng, points, half_angle_rad) * depths[:, None]
         if points < 3 or area_share(in_cam[:3] / depths[:3, None]) > 0.2:
             break
+    in_cam[:behind] *= -1
     for i in range(points - duplicates, points):
         in_cam[i] = in_cam[0]
     turned = _rotation(rng, rotation)

@@ -18,7 +18,7 @@ class View:
     points: Any  # (n, 3), world
     rotation: Any  # (3, 3), of cam_from_world
     position: Any  # (3,), of the camera in the world
-    behind: tuple[int, ...] = ()  # points whose bearings are turned round
+    behind: tuple[int, ...] = ()  # points whose bearings point away from them
     of_others: Any = None  # bearings instead of those of the points
     spoilt: str = ""  # one number, as `bad_input` says
 
