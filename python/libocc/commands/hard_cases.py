@@ -136,7 +136,6 @@ def command(
     ──────────────────────
     equilateral_on_axis  ●
     no_triangle          ○
-    libocc: 1 p3p
     ...
 
     Runs every pose solver on the catalogue of problems that break them and judges each answer
