@@ -101,7 +101,13 @@ def test_a_solvable_problem_says_what_it_allows(name):
         for instance in of_row:
             assert instance.truth is not None
             assert 0 < instance.truth.allowed(CASES[name].tolerance_factor) < 1e-5
+            from_nominal = instance.truth.error(instance.nominal, long_mean(instance.points))
+            assert (from_nominal < 1e-5) == (CASES[name].truth == "view")
             assert np.abs(np.linalg.norm(instance.bearings, axis=1) - 1).max() < 4e-16
+
+
+def long_mean(points):
+    return points.astype(np.longdouble).mean(0)
 
 
 def test_generators_refuse_unknown_words():

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import exact as ex
 from .cases import GENERATORS, Case
-from .conditioning import Reference, refined
+from .conditioning import EPSILON, Reference, refined
 from .oracle import Solution, three_points
 from .views import View
 
@@ -66,10 +66,8 @@ def _instance(case: Case, parameters: dict[str, Any], rng: np.random.Generator) 
         truth = refined(bearings, points, rotation, centroid) if case.points > 1 else None
         return Instance(bearings, points, up, truth, None, nominal)
     chosen = _chosen(case, solutions, rotation, centroid)
-    if chosen is None and case.truth == "mate":
+    if chosen is None:  # no mate, or a double root that rounding large coordinates took away
         return None
-    if chosen is None:
-        raise AssertionError(f"{case.name}: the pose it was made from is not among the solutions")
     return Instance(bearings, points, up, chosen, solutions, nominal)
 
 
@@ -83,7 +81,8 @@ def _chosen(
         shift = (solution.pose.centroid_in_cam - centroid).astype(float)
         turned = (solution.pose.rotation - rotation).astype(float)
         away = max(np.linalg.norm(shift) / solution.pose.distance, np.linalg.norm(turned))
-        near = max(1e-9, 4 * solution.pose.allowed(case.tolerance_factor))
+        rounding = max(1, solution.pose.rounding / EPSILON)  # of the world's coordinates
+        near = max(1e-9, 4 * solution.pose.allowed(case.tolerance_factor * rounding))
         (own if away < near else others).append((float(away), solution))
     if case.truth == "mate":
         clear = [s.pose for _, s in others if s.real and not s.is_double()]

@@ -43,10 +43,10 @@ class Show(Enum):
 
 def grouped(cases: Iterable[Case]) -> list[tuple[str, list[Case]]]:
     """Cases by what can be asked of a solver, each group by name; empty groups are left out."""
-    groups: dict[str, list[Case]] = {"three points": [], "four and more": [], "without an answer": []}
+    groups: dict[str, list[Case]] = {"three points": [], "four and more": [], "without a sure answer": []}
     for case in sorted(cases, key=lambda case: case.name):
         solvable = case.verdict == "solved"
-        of = ("three points" if case.points == 3 else "four and more") if solvable else "without an answer"
+        of = ("three points" if case.points == 3 else "four and more") if solvable else "without a sure answer"
         groups[of].append(case)
     return [(heading, members) for heading, members in groups.items() if members]
 
