@@ -23,7 +23,7 @@ class Outcome(Enum):
     refused = "no pose is returned"
     dropped = "poses that exist are missing"
     inexact = "fits the bearings, yet farther from the truth than conditioning allows"
-    wrong = "a pose that does not fit, or one where none can be told"
+    wrong = "a pose that does not fit or has a point behind, or one where none can be told"
     nan = "numbers that are not finite"
 
     @property
