@@ -143,10 +143,8 @@ void polish(const PoseProblem& p, double tolerance_rad, PoseCandidate& c) {
   constexpr int max_steps = 30;
   PoseCandidate polished = c;
   Rigid3& pose = polished.cam_from_world;
-  if (p.size() == 3)
-    sharpen(p.bearings, p.points, p.origins, max_steps, pose);
-  else
-    pose = fit_points(seen_along(p), pose, max_steps, 1e-15).pose;
+  if (p.size() > 3) pose = fit_points(seen_along(p), pose, max_steps, 1e-15).pose;
+  sharpen(p.bearings, p.points, p.origins, max_steps, pose);
   if (measure(p, tolerance_rad, polished) && polished.misfit_rad < c.misfit_rad) c = polished;
 }
 

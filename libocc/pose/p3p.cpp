@@ -2,10 +2,12 @@
 #include "libocc/pose/p3p.hpp"
 //
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 
 #include "libocc/core/require.hpp"
 #include "libocc/pose/p3p_roots.hpp"
+#include "libocc/pose/pose_newton.hpp"
 
 namespace occ {
 namespace {
@@ -43,11 +45,11 @@ bool make_corners(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points
   const Eigen::Vector3d origin = points.col(c.order[0]);
   const Eigen::Vector3d side = points.col(c.order[1]) - origin;
   const Eigen::Vector3d normal = side.cross(points.col(c.order[2]) - origin);
-  const double area = normal.norm(), length = side.norm();
-  c.inverse_side = 1 / length;
-  c.inverse_height = length / area;
+  const double area = normal.norm(), inverse_area = 1 / area;
+  c.inverse_side = t.inverse_side[0] * c.unit * inverse;
+  c.inverse_height = side2[c.order[0]] * c.inverse_side * inverse_area;
   c.axes.col(0) = side * c.inverse_side;
-  c.axes.col(2) = normal / area;
+  c.axes.col(2) = normal * inverse_area;
   c.axes.col(1) = c.axes.col(2).cross(c.axes.col(0));
   constexpr double on_a_line = 1e-11;  // area over squared size
   return area > on_a_line * sum && std::min({chord2[0], chord2[1], chord2[2]}) > 0;
@@ -60,6 +62,7 @@ void orthonormalise(Eigen::Vector3d& x, Eigen::Vector3d& z) {
   z = (z - x * x.dot(z)).normalized();
 }
 
+// `exact`: the distances have the triangle's sides, to rounding.
 void pose_of(const Corners& c, const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points,
              const double depth[3], bool exact, Rigid3& pose) {
   const auto corner = [&](int i) -> Eigen::Vector3d {
@@ -68,15 +71,14 @@ void pose_of(const Corners& c, const Eigen::Matrix3d& bearings, const Eigen::Mat
   const Eigen::Vector3d first = corner(0), other = corner(2) - first;
   Eigen::Vector3d x = (corner(1) - first) * c.inverse_side;
   Eigen::Vector3d z = x.cross(other) * c.inverse_height;
-  constexpr double rounding = 4e-14;
-  if (!exact || !(std::abs(x.squaredNorm() - 1) + std::abs(z.squaredNorm() - 1) < rounding))
-    orthonormalise(x, z);
+  if (!exact) orthonormalise(x, z);
   const Eigen::Vector3d y = z.cross(x);
   for (int k = 0; k < 3; ++k)
     pose.rotation.col(k) = c.axes(k, 0) * x + c.axes(k, 1) * y + c.axes(k, 2) * z;
-  // From the nearest corner, where a shift is the largest angle.
-  const int nearest = three_points::largest_of(-depth[0], -depth[1], -depth[2]);
-  pose.translation = corner(nearest) - pose.rotation * points.col(c.order[nearest]);
+  // From the nearest corner, where a shift is the largest angle, if that matters.
+  int anchor = 0;
+  if (!(std::min(depth[1], depth[2]) > 0.1 * depth[0])) anchor = depth[1] < depth[2] ? 1 : 2;
+  pose.translation = corner(anchor) - pose.rotation * points.col(c.order[anchor]);
 }
 
 bool reproduces(const Rigid3& pose, const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points,
@@ -90,6 +92,22 @@ bool reproduces(const Rigid3& pose, const Eigen::Matrix3d& bearings, const Eigen
   return true;
 }
 
+void sharpen_about_centroid(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points,
+                            Rigid3& pose) {
+  constexpr int max_steps = 4;
+  const Eigen::Vector3d centroid = points.rowwise().mean();
+  Rigid3 centred{pose.rotation, pose * centroid};
+  sharpen(bearings, points.colwise() - centroid, {}, max_steps, centred);
+  pose = {centred.rotation, centred.translation - centred.rotation * centroid};
+}
+
+bool is_among(const Rigid3& pose, const std::vector<Rigid3>& poses) {
+  constexpr double same_rotation = 1e-7;
+  return std::any_of(poses.begin(), poses.end(), [&](const Rigid3& p) {
+    return (p.rotation - pose.rotation).norm() < same_rotation;
+  });
+}
+
 }  // namespace
 
 int p3p(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points_in_world,
@@ -97,14 +115,24 @@ int p3p(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points_in_world,
   poses.clear();
   Corners corners;
   if (!make_corners(bearings, points_in_world, corners)) return 0;
-  Root roots[4];
-  const int count = three_points::find_roots(corners.triangle, roots);
+  // In heights of the triangle: its size, and its distance, from where on rounding shows in a
+  // frame, and from where on the distances' equations hardly see the height.
+  constexpr double flat = 300, inexact = 50, far = 1000;
+  Root roots[three_points::max_roots];
+  const bool is_flat = corners.unit * corners.inverse_height > flat;
+  const int count = three_points::find_roots(corners.triangle, is_flat, roots);
   Rigid3 pose;
   for (int i = 0; i < count; ++i) {
-    pose_of(corners, bearings, points_in_world, roots[i].depth, true, pose);
+    const double* d = roots[i].depth;
+    const double heights =
+        std::max(std::max(d[0], d[1]), d[2]) * corners.unit * corners.inverse_height;
+    pose_of(corners, bearings, points_in_world, d, heights < inexact, pose);
+    if (is_flat || heights > far) sharpen_about_centroid(bearings, points_in_world, pose);
+    if (is_flat && is_among(pose, poses)) continue;
     poses.push_back(pose);
+    if (poses.size() == 4) break;  // more are copies of a double root
   }
-  return count;
+  return static_cast<int>(poses.size());
 }
 
 std::vector<Rigid3> p3p(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points_in_world) {

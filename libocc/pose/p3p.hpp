@@ -7,8 +7,9 @@
 // kept when they reproduce the bearings to 3e-12 rad; close to a double root (the camera on the
 // cylinder through the points' circle, e.g. exactly under a lamp) its mate is looked for. The
 // rotation comes from two orthonormal frames.
-// Two roots closer than 1e-7 of the distance are one: rounding of the input moves a double root by
-// that much.
+// Far away, or with points nearly on a line, the poses are improved once more on the bearings
+// themselves. Two roots that rounding of the input cannot tell apart (about 1e-7 of the distance at
+// a double root) are one.
 #pragma once
 
 #include "libocc/core/abi.hpp"

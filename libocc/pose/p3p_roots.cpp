@@ -15,10 +15,10 @@ constexpr double largest_misfit = 3e-12;
 
 constexpr double slightly_behind = 1e-6;  // may move in front by the polish
 
-constexpr double weakly_separated = 1e-3;  // see Linearised::move
+constexpr double weakly_separated = 1e-4;  // see Linearised::move
 
-double least(const double d[3]) { return std::min({d[0], d[1], d[2]}); }
-double most(const double d[3]) { return std::max({d[0], d[1], d[2]}); }
+double least(const double d[3]) { return std::min(std::min(d[0], d[1]), d[2]); }
+double most(const double d[3]) { return std::max(std::max(d[0], d[1]), d[2]); }
 
 // What rounding may leave of a root's misfit.
 double rounding(const double depth[3]) { return converged * most(depth) / least(depth); }
@@ -35,7 +35,7 @@ void add_starts(const Triangle& t, const double points[2][3], double inverse_zoo
     const double d0 = w + u, d1 = w + v, d2 = w, uv = u - v;
     const double sides2 = uv * uv + v * v + u * u + t.chord2[0] * d0 * d1 + t.chord2[1] * d1 * d2 +
                           t.chord2[2] * d2 * d0;
-    const double low = std::min({d0, d1, d2}), high = std::max({d0, d1, d2});
+    const double low = std::min(std::min(d0, d1), d2), high = std::max(std::max(d0, d1), d2);
     const bool forward = high > -low;
     const double scale = (forward ? 1 : -1) / std::sqrt(sides2);
     const int n = starts.count;
@@ -93,22 +93,36 @@ bool is_root(const Root& root) {
   return least(root.depth) > 0 && root.misfit < std::max(largest_misfit, 4 * rounding(root.depth));
 }
 
-// Two roots cannot be told apart when what lies between them fits as well.
+// Two roots cannot be told apart when rounding of the input moves a double root by as much, or when
+// what lies between them fits as well.
 bool same(const Triangle& t, const Root& a, const Root& b) {
-  double middle[3];
-  for (int k = 0; k < 3; ++k) middle[k] = 0.5 * (a.depth[k] + b.depth[k]);
-  return misfit_at(t, middle) < 2 * std::max({rounding(middle), a.misfit, b.misfit});
+  constexpr double double_root = 1e-7;  // a few square roots of rounding
+  constexpr double far_apart = 1e-2;
+  double middle[3], apart = 0;
+  for (int k = 0; k < 3; ++k) {
+    middle[k] = 0.5 * (a.depth[k] + b.depth[k]);
+    apart = std::max(apart, std::abs(a.depth[k] - b.depth[k]));
+  }
+  if (apart > far_apart * most(middle)) return false;
+  return apart < double_root * std::min(1.0, most(middle)) ||
+         misfit_at(t, middle) < 2 * std::max({rounding(middle), a.misfit, b.misfit});
 }
 
-void add(const Triangle& t, const Root& root, Root roots[4], int& count) {
-  if (!is_root(root)) return;
-  for (int i = 0; i < count; ++i) {
-    if (!same(t, root, roots[i])) continue;
-    if (root.misfit < roots[i].misfit) roots[i] = root;
-    return;
+struct Roots {
+  Root* list;
+  bool keep_close;
+  int count = 0;
+
+  void add(const Triangle& t, const Root& root) {
+    if (!is_root(root)) return;
+    for (int i = 0; i < count && !keep_close; ++i) {
+      if (!same(t, root, list[i])) continue;
+      if (root.misfit < list[i].misfit) list[i] = root;
+      return;
+    }
+    if (count < max_roots) list[count++] = root;
   }
-  if (count < 4) roots[count++] = root;
-}
+};
 
 // A nearly singular Jacobian: the direction n that it loses, and l that it does not reach.
 struct NullVectors {
@@ -141,7 +155,7 @@ NullVectors null_vectors(const Linearised<double>& e) {
 // Two roots close to each other, from a point close to both. Along n the equations change by
 // e J n + e^2 Q(n), exactly: Newton's method across n, then a quadratic equation along it, whose
 // real part is taken when rounding has made the pair complex.
-void add_pair(const Triangle& t, const Eigen::Vector3d& start, Root roots[4], int& count) {
+void add_pair(const Triangle& t, const Eigen::Vector3d& start, Roots& roots) {
   constexpr int steps_across = 4;
   Eigen::Vector3d depth = start;
   double constant = 0, linear = 0, quadratic = 0;
@@ -173,16 +187,16 @@ void add_pair(const Triangle& t, const Eigen::Vector3d& start, Root roots[4], in
     const Eigen::Vector3d d = depth + n * ((-linear + sign * root) / (2 * quadratic));
     Root one{{d[0], d[1], d[2]}, 0};
     polish(t, one);
-    add(t, one, roots, count);
+    roots.add(t, one);
   }
 }
 
 }  // namespace
 
-int find_roots(const Triangle& triangle, Root roots[4]) {
+int find_roots(const Triangle& triangle, bool keep_close, Root list[max_roots]) {
   using Two = Eigen::Array<double, 2, 1>;
   const Starts starts = find_starts(triangle, false);
-  int count = 0;
+  Roots roots{list, keep_close};
   for (int first = 0; first < starts.count; first += 2) {
     const int second = std::min(first + 1, starts.count - 1);
     Two depth[3];
@@ -194,16 +208,15 @@ int find_roots(const Triangle& triangle, Root roots[4]) {
     for (int i = 0; i <= second - first; ++i) {
       if (separation[i] > weakly_separated) {
         Root root{{depth[0][i], depth[1][i], depth[2][i]}, converged};
-        if (!(shift[i] < converged * least(root.depth))) polish(triangle, root);
-        add(triangle, root, roots, count);
+        if (!(shift[i] < 2.5 * converged * least(root.depth))) polish(triangle, root);
+        roots.add(triangle, root);
       } else {
         const int n = i == 0 ? first : second;
-        add_pair(triangle, {starts.depth[0][n], starts.depth[1][n], starts.depth[2][n]}, roots,
-                 count);
+        add_pair(triangle, {starts.depth[0][n], starts.depth[1][n], starts.depth[2][n]}, roots);
       }
     }
   }
-  return count;
+  return roots.count;
 }
 
 int find_real_parts(const Triangle& triangle, Root roots[4]) {

@@ -13,9 +13,11 @@ struct Root {
   double misfit;  ///< see distance_equations.hpp
 };
 
-/// All real roots with positive distances, to rounding; at most four. Two that rounding of the
-/// input cannot tell apart are one.
-int find_roots(const Triangle& triangle, Root roots[4]);
+inline constexpr int max_roots = 8;  ///< four, each found twice at worst
+
+/// All real roots with positive distances, to rounding. Two that rounding of the distances cannot
+/// tell apart are one, unless `keep_close`: the bearings may tell them apart.
+int find_roots(const Triangle& triangle, bool keep_close, Root roots[max_roots]);
 
 /// The real parts of the roots, before any polish: noise in the bearings can turn a double root
 /// into a complex pair. At most four; misfit is not set.

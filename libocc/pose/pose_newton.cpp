@@ -18,20 +18,23 @@ Eigen::Vector3d point_from_origin(const Eigen::Matrix3Xd& points, const Eigen::M
   return x;
 }
 
-// The step that takes the residuals B x / |x| to zero, to first order; B two rows across a bearing.
-Vector6 newton_step(const Eigen::Matrix3d& bearings, const Eigen::Matrix3Xd& points,
+// The step that takes the residuals B x / |x| to zero or their least, to first order; B two rows
+// across a bearing.
+Vector6 newton_step(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
                     const Eigen::Matrix3Xd& origins, const Rigid3& pose) {
-  Matrix6 jacobian;
-  Vector6 residual;
-  for (int i = 0; i < 3; ++i) {
+  const Eigen::Index n = points.cols();
+  Eigen::Matrix<double, Eigen::Dynamic, 6> jacobian(2 * n, 6);
+  Eigen::VectorXd residual(2 * n);
+  for (Eigen::Index i = 0; i < n; ++i) {
     const Eigen::Vector3d x = point_from_origin(points, origins, pose, i);
     const Eigen::Vector3d turned = pose.rotation * points.col(i);
     const TangentBasis rows = tangent_basis(bearings.col(i)) / x.norm();
-    residual.segment<2>(2 * i) = rows * x;
+    residual.segment<2>(2 * i) = -rows * x;
     jacobian.block<2, 3>(2 * i, 0) = -rows * skew(turned);
     jacobian.block<2, 3>(2 * i, 3) = rows;
   }
-  return jacobian.partialPivLu().solve(-residual);
+  if (n == 3) return Matrix6(jacobian).partialPivLu().solve(residual);
+  return jacobian.colPivHouseholderQr().solve(residual);
 }
 
 }  // namespace

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: the last digits of a pose that fits three bearings exactly: Newton's method on the six
-// residuals across the bearings. Unlike the distances' equations these see the points' height over
-// a line, and a narrow view's depth, to first order.
+// Internal: the last digits of a pose that fits its bearings exactly: Newton's method
+// (Gauss-Newton's by QR for more than three points) on the residuals across the bearings. Unlike
+// the equations of the distances, and the normal equations, these see a small height over a line,
+// or the depth of a narrow view, to first order.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -18,7 +19,7 @@ namespace occ {
 double misfit_rad(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
                   const Eigen::Matrix3Xd& origins, const Rigid3& pose);
 
-/// Improves the pose while its misfit falls, at most max_steps times. Three columns each.
+/// Improves the pose while its misfit falls, at most max_steps times. Three columns or more.
 void sharpen(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
              const Eigen::Matrix3Xd& origins, int max_steps, Rigid3& pose);
 
