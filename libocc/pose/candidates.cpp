@@ -138,14 +138,16 @@ bool measure(const PoseProblem& p, double tolerance_rad, PoseCandidate& c) {
 }
 
 void polish(const PoseProblem& p, double tolerance_rad, PoseCandidate& c) {
-  constexpr double exact_rad = 1e-11;  // nothing to gain
-  if (c.misfit_rad < exact_rad) return;
+  constexpr double exact_rad = 1e-11;  // nothing to gain for three points
+  constexpr double rounding = 1e-15;
+  if (p.size() == 3 && c.misfit_rad < exact_rad) return;
   constexpr int max_steps = 30;
   PoseCandidate polished = c;
   Rigid3& pose = polished.cam_from_world;
   if (p.size() > 3) pose = fit_points(seen_along(p), pose, max_steps, 1e-15).pose;
   sharpen(p.bearings, p.points, p.origins, max_steps, pose);
-  if (measure(p, tolerance_rad, polished) && polished.misfit_rad < c.misfit_rad) c = polished;
+  if (measure(p, tolerance_rad, polished) && polished.misfit_rad < c.misfit_rad + rounding)
+    c = polished;
 }
 
 bool same(const Rigid3& a, const Rigid3& b) {

@@ -2,6 +2,7 @@
 #include "libocc/pose/pose_newton.hpp"
 //
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -55,13 +56,17 @@ double misfit_rad(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& poin
 
 void sharpen(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
              const Eigen::Matrix3Xd& origins, int max_steps, Rigid3& pose) {
+  // At rounding's level the misfit cannot tell a better pose: one more step is as good as it gets.
+  constexpr double rounding = 5e-16;
   double misfit = misfit_rad(bearings, points, origins, pose);
-  for (int i = 0; i < max_steps; ++i) {
+  bool last = false;
+  for (int i = 0; i < max_steps && !last; ++i) {
+    last = misfit < rounding;
     const Vector6 step = newton_step(bearings, points, origins, pose);
     // The turn is about the points' origin: the translation is not turned.
     const Rigid3 moved{so3_exp(step.head<3>()) * pose.rotation, pose.translation + step.tail<3>()};
     const double after = misfit_rad(bearings, points, origins, moved);
-    if (!(after < misfit)) return;
+    if (!(after < std::max(misfit, rounding))) return;
     misfit = after;
     pose = moved;
   }

@@ -19,7 +19,8 @@ namespace occ {
 double misfit_rad(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
                   const Eigen::Matrix3Xd& origins, const Rigid3& pose);
 
-/// Improves the pose while its misfit falls, at most max_steps times. Three columns or more.
+/// Improves the pose while its misfit falls, and once more, at most max_steps times. Three columns
+/// or more.
 void sharpen(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
              const Eigen::Matrix3Xd& origins, int max_steps, Rigid3& pose);
 
