@@ -153,7 +153,8 @@ int p3p_within(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points_in
   const int count = three_points::find_real_parts(corners.triangle, roots);
   std::size_t kept = 0;
   for (int i = 0; i < count; ++i) {
-    pose_of(corners, bearings, points_in_world, roots[i].depth, false, poses[kept]);
+    const Root& root = roots[i];
+    pose_of(corners, bearings, points_in_world, root.depth, root.misfit < 0.5, poses[kept]);
     kept += reproduces(poses[kept], bearings, points_in_world, tolerance_rad);
   }
   return static_cast<int>(kept);

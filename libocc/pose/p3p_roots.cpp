@@ -25,11 +25,12 @@ double rounding(const double depth[3]) { return converged * most(depth) / least(
 
 struct Starts {
   double depth[3][4];
+  bool real[4];
   int count = 0;
 };
 
-void add_starts(const Triangle& t, const double points[2][3], double inverse_zoom, bool take,
-                Starts& starts) {
+void add_starts(const Triangle& t, const double points[2][3], double inverse_zoom, bool real,
+                bool take, Starts& starts) {
   for (int i = 0; i < 2; ++i) {
     const double u = points[i][0], v = points[i][1], w = points[i][2] * inverse_zoom;
     const double d0 = w + u, d1 = w + v, d2 = w, uv = u - v;
@@ -42,6 +43,7 @@ void add_starts(const Triangle& t, const double points[2][3], double inverse_zoo
     starts.depth[0][n] = d0 * scale;
     starts.depth[1][n] = d1 * scale;
     starts.depth[2][n] = d2 * scale;
+    starts.real[n] = real;
     // No branch: which roots count is as good as random.
     const bool in_front = (forward ? low : -high) > -slightly_behind * std::abs(high - low);
     starts.count += static_cast<int>(take) & static_cast<int>(in_front);
@@ -69,7 +71,7 @@ Starts find_starts(const Triangle& t, bool keep_complex) {
   double points[2][3];
   for (const double* line : {lines.first, lines.second}) {
     const bool real = intersect(other, line, points);
-    add_starts(t, points, inverse_zoom, real || keep_complex, starts);
+    add_starts(t, points, inverse_zoom, real, real || keep_complex, starts);
   }
   return starts;
 }
@@ -221,8 +223,10 @@ int find_roots(const Triangle& triangle, bool keep_close, Root list[max_roots]) 
 
 int find_real_parts(const Triangle& triangle, Root roots[4]) {
   const Starts starts = find_starts(triangle, true);
-  for (int i = 0; i < starts.count; ++i)
+  for (int i = 0; i < starts.count; ++i) {
     for (int k = 0; k < 3; ++k) roots[i].depth[k] = starts.depth[k][i];
+    roots[i].misfit = starts.real[i] ? 0 : 1;
+  }
   return starts.count;
 }
 

@@ -21,21 +21,24 @@ Eigen::Vector3d point_from_origin(const Eigen::Matrix3Xd& points, const Eigen::M
 
 // The step that takes the residuals B x / |x| to zero or their least, to first order; B two rows
 // across a bearing.
+template <int rows>
 Vector6 newton_step(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
                     const Eigen::Matrix3Xd& origins, const Rigid3& pose) {
   const Eigen::Index n = points.cols();
-  Eigen::Matrix<double, Eigen::Dynamic, 6> jacobian(2 * n, 6);
-  Eigen::VectorXd residual(2 * n);
+  Eigen::Matrix<double, rows, 6> jacobian(2 * n, 6);
+  Eigen::Matrix<double, rows, 1> residual(2 * n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const Eigen::Vector3d x = point_from_origin(points, origins, pose, i);
     const Eigen::Vector3d turned = pose.rotation * points.col(i);
-    const TangentBasis rows = tangent_basis(bearings.col(i)) / x.norm();
-    residual.segment<2>(2 * i) = -rows * x;
-    jacobian.block<2, 3>(2 * i, 0) = -rows * skew(turned);
-    jacobian.block<2, 3>(2 * i, 3) = rows;
+    const TangentBasis across = tangent_basis(bearings.col(i)) / x.norm();
+    residual.template segment<2>(2 * i) = -across * x;
+    jacobian.template block<2, 3>(2 * i, 0) = -across * skew(turned);
+    jacobian.template block<2, 3>(2 * i, 3) = across;
   }
-  if (n == 3) return Matrix6(jacobian).partialPivLu().solve(residual);
-  return jacobian.colPivHouseholderQr().solve(residual);
+  if constexpr (rows == 6)
+    return jacobian.partialPivLu().solve(residual);
+  else
+    return jacobian.colPivHouseholderQr().solve(residual);
 }
 
 }  // namespace
@@ -62,7 +65,9 @@ void sharpen(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
   bool last = false;
   for (int i = 0; i < max_steps && !last; ++i) {
     last = misfit < rounding;
-    const Vector6 step = newton_step(bearings, points, origins, pose);
+    const Vector6 step = points.cols() == 3
+                             ? newton_step<6>(bearings, points, origins, pose)
+                             : newton_step<Eigen::Dynamic>(bearings, points, origins, pose);
     // The turn is about the points' origin: the translation is not turned.
     const Rigid3 moved{so3_exp(step.head<3>()) * pose.rotation, pose.translation + step.tail<3>()};
     const double after = misfit_rad(bearings, points, origins, moved);

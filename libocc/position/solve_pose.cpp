@@ -33,6 +33,9 @@ struct Problem {
   double size_m = 0;
   SeenPoints seen;
 
+  Rigid3 normalised(const Rigid3& pose) const {
+    return {pose.rotation, (pose * centroid) / size_m};
+  }
   Rigid3 restored(const Rigid3& pose) const {
     return {pose.rotation, size_m * pose.translation - pose.rotation * centroid};
   }
@@ -243,8 +246,11 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
   const double dof = std::max(1.0, 2.0 * static_cast<double>(n) - 6);
   bool converged = true;
   const bool many = options.solver == "auto" && n > 2 * few_points;
-  const Result<std::vector<Start>> starts =
-      starts_of(many ? part_of(problem, few_points) : problem, options.solver);
+  Result<std::vector<Start>> starts;
+  if (options.start)
+    starts.value.push_back({problem.normalised(*options.start), 0});
+  else
+    starts = starts_of(many ? part_of(problem, few_points) : problem, options.solver);
   for (const PointFit& fit : fits_of(problem, *starts, options.max_iterations, dof)) {
     Candidate c = candidate_of(problem, fit);
     c.rms_px = options.sigma_px * std::sqrt(fit.equations.chi2 / static_cast<double>(n));

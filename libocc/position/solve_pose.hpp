@@ -9,6 +9,7 @@
 #include "libocc/core/abi.hpp"
 //
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 
 #include "libocc/camera/camera.hpp"
@@ -19,6 +20,8 @@ namespace occ {
 
 struct LIBOCC_API SolvePoseOptions {
   std::string solver = "auto";  ///< a name in solvers(); "auto": p3p_triples
+  std::optional<Rigid3> start;  ///< a pose close by, e.g. the last frame's, instead of a solver;
+                                ///< other poses that fit are then not looked for
   double sigma_px = 1;          ///< of a pixel coordinate, along each axis
   double largest_misfit = 10;   ///< chi2 / dof beyond which nothing is said to fit: 3 sigmas r.m.s.
   int max_iterations = 30;

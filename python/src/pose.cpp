@@ -130,23 +130,25 @@ Raises: ValueError for an unknown solver, numbers that are not finite or counts 
 
 Result<Fix> solve_pose_of(const Rows3& points_in_world_m, const Rows2& points_px,
                           const Camera& camera, const std::string& solver, double sigma_px,
-                          double largest_misfit, int max_iterations) {
+                          const std::optional<Rigid3>& start, double largest_misfit,
+                          int max_iterations) {
   return solve_pose(points_in_world_m.transpose(), points_px.transpose(), camera,
-                    {solver, sigma_px, largest_misfit, max_iterations});
+                    {solver, start, sigma_px, largest_misfit, max_iterations});
 }
 
 void define_solve_pose(py::module_& m) {
   const SolvePoseOptions defaults;
   m.def("solve_pose", &solve_pose_of, py::arg("points_in_world_m"), py::arg("points_px"),
         py::arg("camera"), py::arg("solver") = defaults.solver,
-        py::arg("sigma_px") = defaults.sigma_px, py::kw_only(),
+        py::arg("sigma_px") = defaults.sigma_px, py::kw_only(), py::arg("start") = py::none(),
         py::arg("largest_misfit") = defaults.largest_misfit,
         py::arg("max_iterations") = defaults.max_iterations,
         R"(The most likely pose from points whose names are known, with its covariance.
 
 points_in_world_m: (n, 3), n >= 3. points_px: (n, 2), where they were seen. solver: a name in
-solvers(), or "auto". sigma_px: of a pixel coordinate, along each axis. largest_misfit: chi2 / dof
-beyond which nothing is said to fit.
+solvers(), or "auto". sigma_px: of a pixel coordinate, along each axis. start: 4x4 cam_from_world
+close by, e.g. the last frame's, instead of a solver; other poses that fit are then not looked for.
+largest_misfit: chi2 / dof beyond which nothing is said to fit.
 Returns: Fix; status ambiguous when another pose fits nearly as well (all are in `candidates`),
 no_pose when none fits, too_few_lamps, degenerate, not_converged.
 Raises: ValueError for counts that differ, numbers that are not finite, an unknown solver.)");

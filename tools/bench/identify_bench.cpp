@@ -1,21 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Naming lamps, one thread, blobs made from the truth. Beside it what it is built on: P3P, with
-// OpenGV's and OpenCV's solvers as peers (neither checks its answers, ours does).
+// Naming lamps, one thread, blobs made from the truth.
 #include "libocc/core/abi.hpp"
 //
 #include <benchmark/benchmark.h>
 
-#include <array>
-#include <opencv2/calib3d.hpp>
-#include <opengv/absolute_pose/CentralAbsoluteAdapter.hpp>
-#include <opengv/absolute_pose/methods.hpp>
 #include <string>
 #include <vector>
 
 #include "libocc/core/random.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/identify/identify.hpp"
-#include "libocc/pose/p3p.hpp"
 
 namespace {
 
@@ -120,93 +114,6 @@ void BM_IdentifyWithPositionPrior(benchmark::State& state) {
   run(state, make_view(8, 6, 2), options, 6);
 }
 BENCHMARK(BM_IdentifyWithPositionPrior)->Unit(benchmark::kMicrosecond);
-
-struct ThreePoints {
-  Matrix3d bearings, points;
-};
-
-/// Random problems with all points in front of the camera.
-std::vector<ThreePoints> random_problems(int count) {
-  Random random(2);
-  std::vector<ThreePoints> problems;
-  while (static_cast<int>(problems.size()) < count) {
-    ThreePoints p;
-    for (int i = 0; i < 9; ++i) p.points(i % 3, i / 3) = random.normal();
-    const Matrix3d rotation =
-        so3_exp(3 * Vector3d(random.normal(), random.normal(), random.normal()));
-    const Matrix3d in_cam =
-        (rotation * p.points).colwise() + Vector3d(random.normal(), random.normal(), 4);
-    p.bearings = in_cam.colwise().normalized();
-    if (in_cam.row(2).minCoeff() > 0.1) problems.push_back(p);
-  }
-  return problems;
-}
-
-void BM_P3p(benchmark::State& state) {
-  const std::vector<ThreePoints> problems = random_problems(1000);
-  std::size_t i = 0;
-  for (auto _ : state) {
-    const ThreePoints& p = problems[i++ % problems.size()];
-    benchmark::DoNotOptimize(p3p(p.bearings, p.points));
-  }
-}
-BENCHMARK(BM_P3p);
-
-/// As identification calls it: neither checked nor polished.
-void BM_P3pWithin(benchmark::State& state) {
-  const std::vector<ThreePoints> problems = random_problems(1000);
-  std::size_t i = 0;
-  std::array<Rigid3, 4> poses;
-  for (auto _ : state) {
-    const ThreePoints& p = problems[i++ % problems.size()];
-    benchmark::DoNotOptimize(p3p_within(p.bearings, p.points, 0.01, poses));
-  }
-}
-BENCHMARK(BM_P3pWithin);
-
-void BM_OpenGvKneip(benchmark::State& state) {
-  std::vector<opengv::bearingVectors_t> bearings;
-  std::vector<opengv::points_t> points;
-  for (const ThreePoints& p : random_problems(1000)) {
-    bearings.emplace_back();
-    points.emplace_back();
-    for (int k = 0; k < 3; ++k) {
-      bearings.back().push_back(p.bearings.col(k));
-      points.back().push_back(p.points.col(k));
-    }
-  }
-  std::size_t i = 0;
-  for (auto _ : state) {
-    const std::size_t k = i++ % points.size();
-    const opengv::absolute_pose::CentralAbsoluteAdapter adapter(bearings[k], points[k]);
-    benchmark::DoNotOptimize(opengv::absolute_pose::p3p_kneip(adapter));
-  }
-}
-BENCHMARK(BM_OpenGvKneip);
-
-void BM_OpenCvP3p(benchmark::State& state, int method) {
-  std::vector<std::vector<cv::Point3d>> points;
-  std::vector<std::vector<cv::Point2d>> pixels;
-  for (const ThreePoints& p : random_problems(1000)) {
-    points.emplace_back();
-    pixels.emplace_back();
-    for (int k = 0; k < 3; ++k) {
-      points.back().emplace_back(p.points(0, k), p.points(1, k), p.points(2, k));
-      pixels.back().emplace_back(p.bearings(0, k) / p.bearings(2, k),
-                                 p.bearings(1, k) / p.bearings(2, k));
-    }
-  }
-  const cv::Mat identity = cv::Mat::eye(3, 3, CV_64F);
-  std::size_t i = 0;
-  for (auto _ : state) {
-    const std::size_t k = i++ % points.size();
-    std::vector<cv::Mat> rotations, translations;
-    cv::solveP3P(points[k], pixels[k], identity, cv::noArray(), rotations, translations, method);
-    benchmark::DoNotOptimize(rotations);
-  }
-}
-BENCHMARK_CAPTURE(BM_OpenCvP3p, p3p, cv::SOLVEPNP_P3P);
-BENCHMARK_CAPTURE(BM_OpenCvP3p, ap3p, cv::SOLVEPNP_AP3P);
 
 }  // namespace
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Refinement of a pose 1 cm and 0.5 degrees off by every rung, and of the same centroids by OpenCV
-// and by hand.
+// Refinement of a pose 1 cm and 0.5 degrees off by every rung, and of the same centroids by OpenCV.
 #include <benchmark/benchmark.h>
 
 #include <opencv2/calib3d.hpp>
@@ -8,7 +7,6 @@
 #include "libocc/refine/refine.hpp"
 #include "tests/measured_blobs.hpp"
 #include "tests/pixel_blobs.hpp"
-#include "tools/bench/points_levenberg_marquardt.hpp"
 
 namespace occ {
 namespace {
@@ -100,21 +98,6 @@ void four_discs_by_points(benchmark::State& state) {
   run(state, make_case(test::square_room(), 0), options);
 }
 BENCHMARK(four_discs_by_points);
-
-void four_points_by_hand(benchmark::State& state) {
-  const Case c = make_case(test::square_room(), 0);
-  std::vector<Eigen::Vector3d> world;
-  std::vector<Eigen::Vector2d> px;
-  for (std::size_t i = 0; i < c.blobs.size(); ++i) {
-    world.push_back(c.scene.lamps[i].centre_m);
-    px.push_back(c.blobs[i].centroid_px);
-  }
-  const bench::PinholePoints problem{422.5, 422.5, 319.5, 239.5, world, px};
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(bench::levenberg_marquardt(problem, c.start, 20));
-  }
-}
-BENCHMARK(four_points_by_hand);
 
 void opencv_four_points(benchmark::State& state) {
   const Case c = make_case(test::square_room(), 0);
