@@ -1365,13 +1365,14 @@ def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLi
       start_s: time at which the first row's exposure begins [s]
       spacing_sigma: rim samples are this many PSF sigmas apart
     """
-def solve_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, solver: str = 'auto', sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, largest_misfit: typing.SupportsFloat | typing.SupportsIndex = 10.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 30) -> Fix:
+def solve_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, solver: str = 'auto', sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] | None = None, largest_misfit: typing.SupportsFloat | typing.SupportsIndex = 10.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 30) -> Fix:
     """
     The most likely pose from points whose names are known, with its covariance.
 
     points_in_world_m: (n, 3), n >= 3. points_px: (n, 2), where they were seen. solver: a name in
-    solvers(), or "auto". sigma_px: of a pixel coordinate, along each axis. largest_misfit: chi2 / dof
-    beyond which nothing is said to fit.
+    solvers(), or "auto". sigma_px: of a pixel coordinate, along each axis. start: 4x4 cam_from_world
+    close by, e.g. the last frame's, instead of a solver; other poses that fit are then not looked for.
+    largest_misfit: chi2 / dof beyond which nothing is said to fit.
     Returns: Fix; status ambiguous when another pose fits nearly as well (all are in `candidates`),
     no_pose when none fits, too_few_lamps, degenerate, not_converged.
     Raises: ValueError for counts that differ, numbers that are not finite, an unknown solver.

@@ -111,6 +111,16 @@ def test_types_pass_strict_mypy(root: Path, tmp_path: Path):
     assert ran.returncode != 0 and "read-only" in ran.stdout and "arg-type" in ran.stdout
 
 
+def test_readme_lists_every_solver(root):
+    rows = re.findall(r"^\| `(\w+)` \| (.*)", (root / "README.md").read_text(), re.MULTILINE)
+    expected = []
+    for s in occ.solvers():
+        points = f"{s.min_points}" if s.max_points == s.min_points else f"{s.min_points} or more"
+        expected.append((s.name, points, str(s.max_candidates), s.failures, s.source))
+    cells = [(name, *(cell.strip() for cell in rest.split("|"))) for name, rest in rows]
+    assert [(c[0], c[1], c[2], c[5], c[6]) for c in cells] == expected
+
+
 def test_stubs_are_up_to_date(root: Path):
     pytest.importorskip("pybind11_stubgen")
     command = [sys.executable, root / "tools" / "make_stubs", "--check"]
