@@ -20,6 +20,6 @@ void solve_p3p_triples(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& b
                        const SeenPoints& seen, double enough, std::vector<Rigid3>& candidates);
 
 /// Every point along its unit bearing, all directions equally well known (sigma 1 rad).
-SeenPoints seen_along(const PoseProblem& problem);
+LIBOCC_API SeenPoints seen_along(const PoseProblem& problem);
 
 }  // namespace occ

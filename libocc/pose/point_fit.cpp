@@ -80,9 +80,11 @@ struct SquareRoot {
   using Scalar = double;
   enum { NUM_RESIDUALS = 7, NUM_PARAMETERS = 6 };
   static constexpr double refused = 1e150;  // its square is finite
+  static constexpr double rounding = 1e-14;
 
   const SeenPoints& seen;
   const Rigid3& base;
+  double enough;       // of a step, squared length in sigmas
   Vector6* last_step;  // where the equations were last taken, without the derivative of w below
   PointEquations* last;
 
@@ -124,8 +126,11 @@ struct SquareRoot {
     }
     j.topRows<6>() = llt.matrixU();
     j.row(6).setZero();
+    // As long as a Gauss-Newton step in sigmas: what is left. Below rounding chi2 cannot fall.
     r.head<6>() = llt.matrixL().solve(e.gradient);
-    r[6] = std::sqrt(std::max(0.0, e.chi2 - r.head<6>().squaredNorm()));
+    const double step2 = r.head<6>().squaredNorm();
+    r[6] = std::sqrt(std::max(0.0, e.chi2 - step2));
+    if (step2 <= std::max(enough, rounding * e.chi2)) r.head<6>().setZero();
     return true;
   }
 };
@@ -134,8 +139,9 @@ struct SquareRoot {
 
 void SeenPoints::reserve(int count) { blocks_.reserve(static_cast<std::size_t>((count + 3) / 4)); }
 
-void SeenPoints::add(const Eigen::Vector3d& point, const Eigen::Vector3d& bearing,
-                     const Eigen::Matrix<double, 2, 3>& across, const Eigen::Vector3d& origin) {
+void SeenPoints::append(const Eigen::Vector3d& point, const Eigen::Vector3d& bearing,
+                        const Eigen::Matrix<double, 2, 3>& across, const Eigen::Vector2d& offset,
+                        double along) {
   const int lane = count_++ % 4;
   if (lane == 0) blocks_.emplace_back();
   Block& b = blocks_.back();
@@ -147,9 +153,14 @@ void SeenPoints::add(const Eigen::Vector3d& point, const Eigen::Vector3d& bearin
       b.bearing[i][l] = bearing[i];
       for (int k = 0; k < 2; ++k) b.across[k][i][l] = weight * across(k, i);
     }
-    for (int k = 0; k < 2; ++k) b.offset[k][l] = weight * across.row(k).dot(origin);
-    b.along[l] = bearing.dot(origin);
+    for (int k = 0; k < 2; ++k) b.offset[k][l] = weight * offset[k];
+    b.along[l] = along;
   }
+}
+
+void SeenPoints::add(const Eigen::Vector3d& point, const Eigen::Vector3d& bearing,
+                     const Eigen::Matrix<double, 2, 3>& across, const Eigen::Vector3d& origin) {
+  append(point, bearing, across, across * origin, bearing.dot(origin));
 }
 
 void SeenPoints::add(const SeenPoints& other, int i) {
@@ -158,8 +169,9 @@ void SeenPoints::add(const SeenPoints& other, int i) {
   Eigen::Matrix<double, 2, 3> across;
   for (int k = 0; k < 2; ++k)
     for (int j = 0; j < 3; ++j) across(k, j) = b.across[k][j][lane];
-  add({b.point[0][lane], b.point[1][lane], b.point[2][lane]},
-      {b.bearing[0][lane], b.bearing[1][lane], b.bearing[2][lane]}, across);
+  append({b.point[0][lane], b.point[1][lane], b.point[2][lane]},
+         {b.bearing[0][lane], b.bearing[1][lane], b.bearing[2][lane]}, across,
+         {b.offset[0][lane], b.offset[1][lane]}, b.along[lane]);
 }
 
 PointEquations point_equations(const SeenPoints& seen, const Rigid3& pose) {
@@ -198,10 +210,10 @@ PointFit fit_points(const SeenPoints& seen, const Rigid3& start, int max_iterati
   solver.options.parameter_tolerance = 0;
   solver.options.cost_threshold = 0;
   solver.options.function_tolerance = tolerance * tolerance;
-  solver.options.gradient_tolerance = tolerance;
+  solver.options.gradient_tolerance = std::numeric_limits<double>::min();  // none
   solver.options.initial_trust_region_radius = 1e8;  // plain Gauss-Newton until a step fails
   Vector6 step = Vector6::Zero(), last_step;
-  const SquareRoot function{seen, start, &last_step, &fit.equations};
+  const SquareRoot function{seen, start, tolerance * tolerance, &last_step, &fit.equations};
   solver.Solve(function, &step);
   fit.pose = function.pose_at(step.data());
   if (step != last_step) fit.equations = point_equations(seen, fit.pose);

@@ -15,7 +15,7 @@
 namespace occ {
 
 /// Points and what was seen of them, four to a block.
-class SeenPoints {
+class LIBOCC_API SeenPoints {
  public:
   using Four = Eigen::Array<double, 4, 1>;
 
@@ -42,6 +42,10 @@ class SeenPoints {
   const std::vector<Block>& blocks() const { return blocks_; }
 
  private:
+  void append(const Eigen::Vector3d& point, const Eigen::Vector3d& bearing,
+              const Eigen::Matrix<double, 2, 3>& across, const Eigen::Vector2d& offset,
+              double along);
+
   std::vector<Block> blocks_;
   int count_ = 0;
 };
@@ -54,8 +58,8 @@ struct PointEquations {
   double chi2 = 0;  ///< infinite when a point is not in front
 };
 
-PointEquations point_equations(const SeenPoints& seen, const Rigid3& pose);
-double point_chi2(const SeenPoints& seen, const Rigid3& pose);
+LIBOCC_API PointEquations point_equations(const SeenPoints& seen, const Rigid3& pose);
+LIBOCC_API double point_chi2(const SeenPoints& seen, const Rigid3& pose);
 
 struct PointFit {
   Rigid3 pose;
@@ -65,8 +69,8 @@ struct PointFit {
 };
 
 /// Points should lie about their frame's origin, in units of their size. `tolerance`: the step in
-/// sigmas (its Mahalanobis length) that is left.
-PointFit fit_points(const SeenPoints& seen, const Rigid3& start, int max_iterations,
-                    double tolerance);
+/// sigmas (its Mahalanobis length) that is left; rounding of chi2 is a limit to it.
+LIBOCC_API PointFit fit_points(const SeenPoints& seen, const Rigid3& start, int max_iterations,
+                               double tolerance);
 
 }  // namespace occ
