@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "libocc/core/require.hpp"
@@ -34,7 +35,7 @@ void check_columns(const Eigen::Matrix3Xd& columns, const char* name, Eigen::Ind
 
 constexpr double twice_unit = 2e-6;  // of a squared length: 1e-6 of the length
 
-void check(const PoseProblem& p, const Solver& solver) {
+void check(const PoseProblem& p) {
   const Eigen::Index n = p.points.cols();
   check_columns(p.points, "points", n);
   check_columns(p.bearings, "bearings", n);
@@ -46,6 +47,9 @@ void check(const PoseProblem& p, const Solver& solver) {
   if (p.up_in_cam)
     require(std::abs(p.up_in_cam->squaredNorm() - 1) <= twice_unit, "up_in_cam",
             p.up_in_cam->transpose(), "of unit length");
+}
+
+void check_suits(const Solver& solver, const PoseProblem& p) {
   require(p.up_in_cam || !solver.needs_up, "solver", solver.name, "given up_in_cam");
   require(!has_origins(p) || solver.takes_origins, "solver", solver.name,
           "one that takes origins, when origins are given");
@@ -63,6 +67,7 @@ struct Normalised {
   Eigen::Vector3d centroid;
   double scale = 0;
 
+  double offset() const { return centroid.norm() / scale; }
   explicit Normalised(const PoseProblem& p) : centroid(p.points.rowwise().mean()) {
     problem.points = p.points.colwise() - centroid;
     scale = std::sqrt(problem.points.squaredNorm() / static_cast<double>(p.size()));
@@ -77,18 +82,13 @@ struct Normalised {
 };
 
 // A sentence about points that no pose, or not this solver, can be found from; empty when fine.
-std::string layout_fault(const PoseProblem& p, const Solver& solver) {
+std::string layout_fault(const PoseProblem& p, double offset, const Solver& solver) {
   if (!std::isfinite(p.points.sum())) return "the points coincide";
   if (p.size() < 3) return "";
-  if (p.size() == 3 || solver.layout == Layout::any) {
-    const Triple t = p.size() == 3 ? Triple{0, 1, 2} : spread_triple(p.points);
-    const Eigen::Vector3d a = p.points.col(t[1]) - p.points.col(t[0]);
-    const Eigen::Vector3d b = p.points.col(t[2]) - p.points.col(t[0]);
-    const double size2 = std::max(a.squaredNorm(), b.squaredNorm());
-    return a.cross(b).squaredNorm() > 1e-20 * size2 * size2 ? "" : "the points lie on a line";
-  }
+  const Triple chosen = p.size() == 3 ? Triple{0, 1, 2} : spread_triple(p.points);
+  if (on_a_line(p.points, chosen, offset)) return "the points lie on a line";
+  if (solver.layout == Layout::any) return "";
   const PointLayout layout = point_layout(p.points);
-  if (!spans_plane(layout)) return "the points lie on a line";
   const double thickness = layout.extent[2] / layout.extent[0];
   if (solver.layout == Layout::coplanar && thickness > thin)
     return std::string(solver.name) + " takes points in one plane only";
@@ -140,6 +140,7 @@ bool measure(const PoseProblem& p, double tolerance_rad, PoseCandidate& c) {
 void polish(const PoseProblem& p, double tolerance_rad, PoseCandidate& c) {
   constexpr double exact_rad = 1e-11;  // nothing to gain for three points
   constexpr double rounding = 1e-15;
+  if (p.size() < 3) return;  // two points leave the tilt open
   if (p.size() == 3 && c.misfit_rad < exact_rad) return;
   constexpr int max_steps = 30;
   PoseCandidate polished = c;
@@ -202,7 +203,8 @@ Result<std::vector<PoseCandidate>> pose_candidates(const PoseProblem& problem,
                                                    const CandidateOptions& options) {
   options.validate();
   const Solver& solver = solver_named(name == "auto" ? solver_for(problem) : name);
-  check(problem, solver);
+  check(problem);
+  check_suits(solver, problem);
   Result<std::vector<PoseCandidate>> result;
   if (problem.size() < solver.min_points) {
     result.status = Status::too_few_lamps;
@@ -211,7 +213,7 @@ Result<std::vector<PoseCandidate>> pose_candidates(const PoseProblem& problem,
     return result;
   }
   const Normalised normalised(problem);
-  result.message = layout_fault(normalised.problem, solver);
+  result.message = layout_fault(normalised.problem, normalised.offset(), solver);
   if (!result.message.empty()) {
     result.status = Status::degenerate;
     return result;
@@ -233,6 +235,8 @@ Result<std::vector<PoseCandidate>> pose_candidates(const PoseProblem& problem,
 }
 
 double pose_condition(const PoseProblem& problem, const Rigid3& cam_from_world) {
+  check(problem);
+  if (problem.size() < 3) return std::numeric_limits<double>::infinity();
   const Normalised normalised(problem);
   Rigid3 pose = cam_from_world;
   pose.translation = (cam_from_world.translation + cam_from_world.rotation * normalised.centroid) /

@@ -44,7 +44,8 @@ LIBOCC_API Result<std::vector<PoseCandidate>> pose_candidates(const PoseProblem&
 
 /// How errors of the bearings [rad] grow into the pose's: the largest singular value of
 /// d(rotation [rad], position / distance) / d bearings at a pose that fits; infinite at a double
-/// root. Noise of sigma rad gives errors of about condition * sigma.
+/// root, to rounding more than 1e6, and for fewer than three points. Noise of sigma rad gives
+/// errors of about condition * sigma. Throws as pose_candidates does.
 LIBOCC_API double pose_condition(const PoseProblem& problem, const Rigid3& cam_from_world);
 
 }  // namespace occ

@@ -3,6 +3,8 @@
 //
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace occ {
 namespace {
@@ -51,6 +53,14 @@ Triple spread_triple(const Eigen::Ref<const Eigen::Matrix3Xd>& points) {
   const int c = best(
       n, [&](int i) { return along.cross(Eigen::Vector3d(points.col(i) - from)).squaredNorm(); });
   return {a, b, c};
+}
+
+bool on_a_line(const Eigen::Matrix3Xd& points, const Triple& chosen, double offset) {
+  constexpr double thinnest = 1e-10, rounding = 4 * std::numeric_limits<double>::epsilon();
+  const Eigen::Vector3d a = points.col(chosen[1]) - points.col(chosen[0]);
+  const Eigen::Vector3d b = points.col(chosen[2]) - points.col(chosen[0]);
+  const double size = std::sqrt(std::max(a.squaredNorm(), b.squaredNorm()));
+  return !(a.cross(b).norm() > size * std::max(thinnest * size, rounding * offset));
 }
 
 std::vector<Triple> triples_to_try(const Eigen::Matrix3Xd& points,

@@ -16,6 +16,10 @@ using Triple = std::array<int, 3>;
 /// the one furthest from the line through both. Columns are points.
 Triple spread_triple(const Eigen::Ref<const Eigen::Matrix3Xd>& points);
 
+/// Whether the points, `chosen` being a triple of large area, are on a line but for rounding: of
+/// arithmetic, or of coordinates as far from the world's origin as `offset` (points' unit).
+bool on_a_line(const Eigen::Matrix3Xd& points, const Triple& chosen, double offset);
+
 /// Triples to try, the best first: all four of four points; otherwise the spread ones of the points
 /// and of the bearings, and of those points that are left.
 std::vector<Triple> triples_to_try(const Eigen::Matrix3Xd& points,

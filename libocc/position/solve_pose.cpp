@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "libocc/core/require.hpp"
@@ -202,13 +203,6 @@ void fill(Fix& fix) {
   fix.rms_px = best.rms_px;
 }
 
-bool on_a_line(const Eigen::Matrix3Xd& points) {
-  const Triple t = spread_triple(points);
-  const Eigen::Vector3d a = points.col(t[1]) - points.col(t[0]);
-  const Eigen::Vector3d b = points.col(t[2]) - points.col(t[0]);
-  return !(a.cross(b).norm() > 1e-10 * a.squaredNorm());
-}
-
 std::string misfit_message(const Candidate& best, double sigma_px) {
   std::ostringstream text;
   text << "the best pose leaves " << best.rms_px << " px r.m.s. with sigma_px = " << sigma_px;
@@ -238,7 +232,9 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
     return result;
   }
   const Problem problem = make_problem(points_in_world, points_px, camera, options.sigma_px);
-  if (!std::isfinite(problem.points.sum()) || on_a_line(problem.points)) {
+  const Triple spread = spread_triple(problem.points);
+  const double offset = problem.centroid.norm() / problem.size_m;
+  if (!std::isfinite(problem.points.sum()) || on_a_line(problem.points, spread, offset)) {
     result.status = Status::degenerate;
     result.message = "the points coincide or lie on a line";
     return result;
