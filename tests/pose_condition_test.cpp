@@ -75,6 +75,7 @@ TEST(PoseCondition, DoesNotDependOnTheWorld) {
     const Rigid3 world_from_old = random_pose(random);
     const double unit = std::pow(10, random.uniform(-3, 3));
     PoseProblem moved = known.problem;
+    moved.origins *= unit;
     for (int k = 0; k < moved.size(); ++k)
       moved.points.col(k) = unit * (world_from_old * Eigen::Vector3d(moved.points.col(k)));
     Rigid3 pose = known.truth * world_from_old.inverse();

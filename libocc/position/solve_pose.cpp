@@ -59,7 +59,9 @@ void see_point(const Camera& camera, const Eigen::Vector2d& pixel, double sigma_
   }
   Eigen::Matrix<double, 3, 2> by_pixel;
   const std::optional<Eigen::Vector3d> bearing = camera.unproject(pixel, &by_pixel);
-  require(bearing.has_value(), "points_px", pixel.transpose(), "inside the camera's domain");
+  if (!bearing)
+    require(false, "points_px[" + std::to_string(i) + "]", pixel.transpose(),
+            "inside the camera's domain");
   across = (by_pixel.transpose() * by_pixel).inverse() * by_pixel.transpose();
   p.bearings.col(i) = *bearing;
   p.seen.add(point, *bearing, across / sigma_px);
@@ -79,14 +81,17 @@ Problem make_problem(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& pix
   return p;
 }
 
-// Some of many points, evenly taken.
-Problem part_of(const Problem& p, int count) {
+// Some of many points: a triple of large area, and others evenly taken, which alone could be on a
+// line (a column of a grid).
+Problem part_of(const Problem& p, const Triple& spread, int count) {
+  constexpr int triple = 3;
   Problem part;
   part.points.resize(3, count);
   part.bearings.resize(3, count);
   part.seen.reserve(count);
   for (int i = 0; i < count; ++i) {
-    const int from = i * p.seen.count() / count;
+    const int from = i < triple ? spread[static_cast<std::size_t>(i)]
+                                : (i - triple) * p.seen.count() / (count - triple);
     part.points.col(i) = p.points.col(from);
     part.bearings.col(i) = p.bearings.col(from);
     part.seen.add(p.seen, from);
@@ -149,9 +154,19 @@ bool same(const PointFit& fit, const Rigid3& pose) {
   return apart.dot(fit.equations.information * apart) < 1;
 }
 
-// Fits the starts that may end near the best, and keeps those that do, best first.
+// The other pose of a plane seen from far away: its depths mirrored.
+Rigid3 mirrored(const Rigid3& pose, const Eigen::Vector3d& normal) {
+  const auto mirror = [](const Eigen::Vector3d& unit) -> Eigen::Matrix3d {
+    return Eigen::Matrix3d::Identity() - 2 * unit * unit.transpose();
+  };
+  return {mirror(pose.translation.normalized()) * pose.rotation * mirror(normal), pose.translation};
+}
+
+// Fits the starts that may end near the best, and keeps those that do, best first. `normal`: of the
+// plane through a triple of large area, if other poses are to be looked for.
 std::vector<PointFit> fits_of(const Problem& p, const std::vector<Start>& starts,
-                              int max_iterations, double misfit_dof) {
+                              const std::optional<Eigen::Vector3d>& normal, int max_iterations,
+                              double misfit_dof) {
   constexpr double tolerance = 1e-3;  // sigmas
   std::vector<PointFit> fits;
   double best = std::numeric_limits<double>::infinity();
@@ -162,12 +177,18 @@ std::vector<PointFit> fits_of(const Problem& p, const std::vector<Start>& starts
     return std::any_of(fits.begin(), fits.end(),
                        [&](const PointFit& fit) { return same(fit, pose); });
   };
-  for (const Start& start : starts) {
-    if (!plausible(optimism * start.chi2) || known(start.pose)) continue;
+  const auto try_start = [&](const Start& start) {
+    if (!plausible(optimism * start.chi2) || known(start.pose)) return;
     const PointFit fit = fit_points(p.seen, start.pose, max_iterations, tolerance);
-    if (!std::isfinite(fit.equations.chi2) || known(fit.pose)) continue;
+    if (!std::isfinite(fit.equations.chi2) || known(fit.pose)) return;
     best = std::min(best, fit.equations.chi2);
     fits.push_back(fit);
+  };
+  for (const Start& start : starts) try_start(start);
+  if (fits.size() == 1 &&
+      normal) {  // where noise turns two branches into one, both starts end in the same
+    const Rigid3 other = mirrored(fits.front().pose, *normal);
+    try_start({other, point_chi2(p.seen, other)});
   }
   fits.erase(std::remove_if(fits.begin(), fits.end(),
                             [&](const PointFit& f) { return !plausible(f.equations.chi2); }),
@@ -201,6 +222,11 @@ void fill(Fix& fix) {
   fix.position_m = best.position_m;
   fix.position_covariance_m2 = position_covariance(best.cam_from_world, best.covariance);
   fix.rms_px = best.rms_px;
+}
+
+Eigen::Vector3d normal_of(const Eigen::Matrix3Xd& points, const Triple& spread) {
+  const Eigen::Vector3d corner = points.col(spread[0]);
+  return (points.col(spread[1]) - corner).cross(points.col(spread[2]) - corner).normalized();
 }
 
 std::string misfit_message(const Candidate& best, double sigma_px) {
@@ -243,11 +269,14 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
   bool converged = true;
   const bool many = options.solver == "auto" && n > 2 * few_points;
   Result<std::vector<Start>> starts;
-  if (options.start)
+  std::optional<Eigen::Vector3d> normal;
+  if (options.start) {
     starts.value.push_back({problem.normalised(*options.start), 0});
-  else
-    starts = starts_of(many ? part_of(problem, few_points) : problem, options.solver);
-  for (const PointFit& fit : fits_of(problem, *starts, options.max_iterations, dof)) {
+  } else {
+    starts = starts_of(many ? part_of(problem, spread, few_points) : problem, options.solver);
+    normal = normal_of(problem.points, spread);
+  }
+  for (const PointFit& fit : fits_of(problem, *starts, normal, options.max_iterations, dof)) {
     Candidate c = candidate_of(problem, fit);
     c.rms_px = options.sigma_px * std::sqrt(fit.equations.chi2 / static_cast<double>(n));
     if (result->candidates.empty()) converged = fit.converged;

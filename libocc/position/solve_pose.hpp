@@ -35,8 +35,8 @@ struct LIBOCC_API SolvePoseOptions {
 /// less than 100 to the next candidate); too_few_lamps (fewer than three points); degenerate
 /// (points that coincide or lie on a line, or a pose that the points do not determine); no_pose
 /// (nothing fits; the best that was found is in the fix); not_converged. Throws
-/// std::invalid_argument for counts that differ, values that are not finite, an unknown solver, or
-/// one that takes no single camera.
+/// std::invalid_argument for counts that differ, values that are not finite, pixels outside the
+/// camera's domain, an unknown solver, or one that needs to know the vertical.
 LIBOCC_API Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world,
                                   const Eigen::Matrix2Xd& points_px, const Camera& camera,
                                   const SolvePoseOptions& options = {});
