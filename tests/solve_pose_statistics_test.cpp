@@ -47,13 +47,14 @@ Statistics over_images(const SeenScene& scene, double sigma_px, int images) {
   const double least = bound->position_covariance_m2.trace();
   Statistics s;
   double squared = 0;
+  int refused = 0;
   SeenScene noisy = scene;
   Random random(62);
   for (int i = 0; i < images; ++i) {
     noisy.pixels = noisy_pixels(scene, sigma_px, random);
     const Result<Fix> fix =
         solve_pose(noisy.points, noisy.pixels, noisy.camera, with_sigma(sigma_px));
-    EXPECT_TRUE(fix.ok()) << fix.message;
+    refused += !fix.ok();
     if (fix->candidates.empty()) continue;
     Candidate by_bound = fix->candidates[0];
     s.nees += squared_error(by_bound, scene);
@@ -61,6 +62,7 @@ Statistics over_images(const SeenScene& scene, double sigma_px, int images) {
     squared += squared_error(by_bound, scene);
     s.covariance_over_bound += fix->position_covariance_m2.trace() / least / images;
   }
+  EXPECT_LE(refused, 2e-4 * images + 1);  // two degrees of freedom: chi2 > 20 in 1 of 22000
   s.over_bound = std::sqrt(squared / (6.0 * images));
   return s;
 }
@@ -95,7 +97,7 @@ struct Answers {
   int problems = 0, ok = 0, ambiguous = 0, refused = 0;
   int wrong = 0;    ///< status ok, but the truth far away
   int missing = 0;  ///< status ok or ambiguous, the truth not among the candidates
-  int lost = 0;     ///< the same, and the pose that the truth leads to is plausible
+  int lost = 0;     ///< status ok, though the minimum that the truth leads to is plausible too
 };
 
 std::ostream& operator<<(std::ostream& out, const Answers& a) {
@@ -154,9 +156,11 @@ bool loses_the_truth(const SeenScene& scene, const Fix& fix, double sigma_px) {
   const PointFit there = fit_points(seen, truth, 200, 1e-4);
   const double best = fix.candidates[0].chi2, dof = std::max(1.0, 2 * n - 6);
   if (!there.converged || there.equations.chi2 - best > 8 * std::max(1.0, best / dof)) return false;
-  return std::none_of(fix.candidates.begin(), fix.candidates.end(), [&](const Candidate& c) {
-    return (c.cam_from_world.rotation - there.pose.rotation).norm() < 0.1;
-  });
+  SeenScene found = scene;
+  found.truth = {there.pose.rotation,
+                 size * there.pose.translation - there.pose.rotation * centroid};
+  return std::none_of(fix.candidates.begin(), fix.candidates.end(),
+                      [&](const Candidate& c) { return squared_error(c, found) < 4; });
 }
 
 template <class MakeScene>
@@ -178,7 +182,7 @@ Answers answers_to(int problems, double sigma_px, std::uint64_t seed, const Make
     ++(fix.ok() ? a.ok : a.ambiguous);
     a.wrong += fix.ok() && !found;
     a.missing += !found;
-    a.lost += loses_the_truth(scene, *fix, sigma_px);
+    a.lost += fix.ok() && loses_the_truth(scene, *fix, sigma_px);
   }
   return a;
 }
