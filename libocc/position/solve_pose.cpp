@@ -167,7 +167,7 @@ Rigid3 mirrored(const Rigid3& pose, const Eigen::Vector3d& normal) {
 std::vector<PointFit> fits_of(const Problem& p, const std::vector<Start>& starts,
                               const std::optional<Eigen::Vector3d>& normal, int max_iterations,
                               double misfit_dof) {
-  constexpr double tolerance = 1e-3;  // sigmas
+  constexpr double tolerance = 5e-3;  // sigmas
   std::vector<PointFit> fits;
   double best = std::numeric_limits<double>::infinity();
   const auto plausible = [&](double chi2) {

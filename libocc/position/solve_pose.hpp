@@ -29,14 +29,15 @@ struct LIBOCC_API SolvePoseOptions {
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
-/// points_in_world: columns [m], n >= 3; points_px: columns, same count. The fix has no lamps or
-/// blobs; chi2 and dof are in its candidates, best first. The covariance is multiplied by chi2 /
-/// dof when that is larger than chance allows (0.1 %). Status: ok; ambiguous (a likelihood ratio of
-/// less than 100 to the next candidate); too_few_lamps (fewer than three points); degenerate
-/// (points that coincide or lie on a line, or a pose that the points do not determine); no_pose
-/// (nothing fits; the best that was found is in the fix); not_converged. Throws
-/// std::invalid_argument for counts that differ, values that are not finite, pixels outside the
-/// camera's domain, an unknown solver, or one that needs to know the vertical.
+/// points_in_world: columns [m], n >= 3; points_px: columns, same count. The minimum is met to
+/// 0.005 of its sigmas. The fix has no lamps or blobs; chi2 and dof are in its candidates, best
+/// first. The covariance is multiplied by chi2 / dof when that is larger than chance allows (0.1
+/// %). Status: ok; ambiguous (a likelihood ratio of less than 100 to the next candidate);
+/// too_few_lamps (fewer than three points); degenerate (points that coincide or lie on a line, or a
+/// pose that the points do not determine); no_pose (nothing fits; the best that was found is in the
+/// fix); not_converged. Throws std::invalid_argument for counts that differ, values that are not
+/// finite, pixels outside the camera's domain, an unknown solver, or one that needs to know the
+/// vertical.
 LIBOCC_API Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world,
                                   const Eigen::Matrix2Xd& points_px, const Camera& camera,
                                   const SolvePoseOptions& options = {});
