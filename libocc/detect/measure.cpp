@@ -94,7 +94,7 @@ void measure_flux(const Patch& patch, const Component& component, Blob& blob) {
 }
 
 /// Centroid and second moments of the component's linear signal.
-void measure_moments(const Patch& patch, const Component& component, Blob& blob) {
+void measure_moments(const Patch& patch, const Component& component, double blur2, Blob& blob) {
   const double limit = 5 * std::sqrt(patch.noise().floor);
   Moments light, noise;
   for (int y = component.y0; y <= component.y1; ++y) {
@@ -115,6 +115,7 @@ void measure_moments(const Patch& patch, const Component& component, Blob& blob)
   blob.covariance_px2 /= light.sum * light.sum;
   blob.centroid_px += light.mean();
   blob.ellipse = ellipse_of(blob.centroid_px, light.variance());
+  blob.light_response_px2 = light.variance() - blur2 * Eigen::Matrix2d::Identity();
 }
 
 bool use_rim(std::optional<Rim>&& rim, Blob& blob) {
@@ -126,14 +127,16 @@ bool use_rim(std::optional<Rim>&& rim, Blob& blob) {
   blob.ellipse = rim->fit.conic.ellipse();
   blob.rim = std::move(rim->points);
   blob.rim_covariance_px2 = rim->common_covariance_px2;
+  blob.light_response_px2 = rim->light_response_px2;
   return true;
 }
 
-bool use_spot(const std::optional<Spot>& spot, Blob& blob) {
+bool use_spot(const std::optional<Spot>& spot, double blur2, Blob& blob) {
   if (!spot) return false;
   blob.centroid_px = spot->centre_px;
   blob.covariance_px2 = spot->covariance_px2;
   blob.ellipse = ellipse_of(spot->centre_px, spot->second_moments_px2);
+  blob.light_response_px2 = spot->gradient_response_px2 - blur2 * Eigen::Matrix2d::Identity();
   return true;
 }
 
@@ -155,9 +158,9 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
   if (minor2 < most_spot_px * most_spot_px && !blob.merged) {
     Eigen::Matrix2d start = component.grey.variance();
     start.diagonal() = start.diagonal().cwiseMax(blur2);
-    if (use_spot(measure_spot(patch, blob.centroid_px, start), blob)) return;
+    if (use_spot(measure_spot(patch, blob.centroid_px, start), blur2, blob)) return;
   }
-  measure_moments(patch, component, blob);
+  measure_moments(patch, component, blur2, blob);
   if (has_rim) loosen_lopsided(blob);
 }
 

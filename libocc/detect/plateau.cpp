@@ -146,6 +146,7 @@ std::optional<Plateau> Plateau::fit(const Patch& patch, const Conic& conic, doub
   });
   if (sums.pixels < least_pixels) return std::nullopt;
   const int used = sums.pixels < plane_pixels ? 1 : sums.pixels < paraboloid_pixels ? 3 : 6;
+  plateau.uniform_ = used == 1;
   plateau.variance_ = solve(sums, used, plateau.c_);
   // A line in q = (r / r_most)^2, which is uniform in 0..1 over a disc, carried on to the rim.
   const double beyond = square((1 - level_depth * blur_px / ellipse.semi_minor_px) / shrink) - 0.5;

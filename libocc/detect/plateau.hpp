@@ -38,6 +38,7 @@ class Plateau {
            Eigen::Vector2d(c_[1] + 2 * u * c_[3] + v * c_[4], c_[2] + u * c_[4] + 2 * v * c_[5]);
   }
 
+  bool uniform() const { return uniform_; }      ///< too few pixels to tell a slope
   double level() const { return c_[0]; }         ///< at the centre
   double variance() const { return variance_; }  ///< of a pixel about the surface
 
@@ -51,6 +52,7 @@ class Plateau {
   Eigen::Vector2d centre_ = Eigen::Vector2d::Zero();
   double scale_ = 1;
   std::array<double, 6> c_{};  // 1, u, v, u^2, u v, v^2
+  bool uniform_ = true;
   double variance_ = 0;
   Eigen::Matrix2d gradient_covariance_ = Eigen::Matrix2d::Zero();
   double rim_level_variance_ = 0;

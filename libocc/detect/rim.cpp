@@ -75,7 +75,8 @@ class Profiles {
     const double sigma = blur * std::sqrt(sums.variance) / sums.weight;
     points.push_back({line.point(line.edge + line.outward * shift), normal, sigma * line.cosine()});
     const double by_own_level = -model_.blur_px * sums.by_level / sums.weight;
-    by_gradient.push_back(by_own_level * (rim - level_depth * model_.blur_px * normal - centre_));
+    by_gradient.push_back(by_own_level * (rim - level_depth * model_.blur_px * normal - centre_) +
+                          square(model_.blur_px) / model_.plateau.level() * normal);
     by_level += by_own_level;
     total += sums;
   }
@@ -154,6 +155,7 @@ void add_plateau_noise(const Model& model, const Profiles& profiles, Rim& rim) {
   const double pixel_variance = model.noise.variance(model.plateau.level());
   const Eigen::Matrix2d response = centre_response(rim.points, rim.fit.conic, profiles.by_gradient);
   const double growth = profiles.by_level / static_cast<double>(rim.points.size());
+  if (model.plateau.uniform()) rim.light_response_px2 = -model.plateau.level() * response;
   rim.common_covariance_px2(0, 0) =
       growth * growth * pixel_variance * model.plateau.rim_level_variance();
   const Eigen::Matrix2d shift =

@@ -23,8 +23,9 @@ struct Rim {
   std::vector<RimPoint> points;
   EllipseFit fit;
   Eigen::Matrix3d common_covariance_px2 =
-      Eigen::Matrix3d::Zero();  ///< see Blob::rim_covariance_px2
-  double blur_px = 0;           ///< sigma of the edge, pixel box included; 0 when saturated
+      Eigen::Matrix3d::Zero();                                   ///< see Blob::rim_covariance_px2
+  Eigen::Matrix2d light_response_px2 = Eigen::Matrix2d::Zero();  ///< as in Blob
+  double blur_px = 0;   ///< sigma of the edge, pixel box included; 0 when saturated
   bool merged = false;  ///< the outline is not that of one ellipse; there are no points then
 };
 

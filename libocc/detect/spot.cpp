@@ -188,6 +188,11 @@ std::optional<double> shift_step(const Patch& patch, const Light& light, Spot& s
   const Eigen::Vector2d shift = spot.second_moments_px2 * inverse * right;
   spot.centre_px += shift;
   spot.covariance_px2 = spot.second_moments_px2 * inverse * spot.second_moments_px2;
+  // Light times (1 + g d) pulls by the light's second moments under the weight.
+  Eigen::Matrix2d light_moments;
+  light_moments << residual.all.xx, residual.all.xy, residual.all.xy, residual.all.yy;
+  light_moments += normal;
+  spot.gradient_response_px2 = spot.second_moments_px2 * inverse * light_moments;
   return shift.norm();
 }
 

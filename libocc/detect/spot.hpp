@@ -19,6 +19,9 @@ struct Spot {
   Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Zero();
   Eigen::Matrix2d second_moments_px2 =
       Eigen::Matrix2d::Zero();  ///< of the light, pixel box included
+  /// Shift of the centre for a relative gradient of brightness over the light as it is seen; what
+  /// is blurred has less by the blur's variance.
+  Eigen::Matrix2d gradient_response_px2 = Eigen::Matrix2d::Zero();
 };
 
 /// Starts at a centre good to about a pixel and a guess of the second moments. Nothing when the

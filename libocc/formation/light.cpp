@@ -31,6 +31,21 @@ double irradiance_at(const Lamp& lamp, const Rigid3& cam_from_world, const Camer
   return l * aperture_m2(camera, sensor) * bearing->z() * solid_angle / pixel_m2;
 }
 
+Eigen::Vector2d log_irradiance_gradient(const Lamp& lamp, const Rigid3& cam_from_world,
+                                        const Camera& camera, const Sensor& sensor,
+                                        const Eigen::Vector2d& px) {
+  Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
+  if (lamp.shape == LampShape::point) return gradient;
+  for (int axis = 0; axis < 2; ++axis) {
+    const Eigen::Vector2d half = 0.5 * Eigen::Vector2d::Unit(axis);
+    const double above = irradiance_at(lamp, cam_from_world, camera, sensor, px + half);
+    const double below = irradiance_at(lamp, cam_from_world, camera, sensor, px - half);
+    if (!(above > 0 && below > 0)) return Eigen::Vector2d::Zero();
+    gradient[axis] = std::log(above / below);
+  }
+  return gradient;
+}
+
 double lamp_electrons(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
                       const Sensor& sensor, Eigen::Matrix<double, 1, 6>* log_jacobian) {
   if (log_jacobian) log_jacobian->setZero();

@@ -28,6 +28,12 @@ LIBOCC_API double irradiance_at(const Lamp& lamp, const Rigid3& cam_from_world,
                                 const Camera& camera, const Sensor& sensor,
                                 const Eigen::Vector2d& px);
 
+/// Gradient of ln(irradiance_at) [1/px]; zero where that is zero or the pixel lies less than half a
+/// pixel inside the camera's domain, and for a point lamp.
+LIBOCC_API Eigen::Vector2d log_irradiance_gradient(const Lamp& lamp, const Rigid3& cam_from_world,
+                                                   const Camera& camera, const Sensor& sensor,
+                                                   const Eigen::Vector2d& px);
+
 /// Signal electrons of the lamp's whole image while lit, before clipping, by the aperture formula
 /// at the lamp's centre: exact for a point, relative error of order (size/d)^2 for the others. 0
 /// when it shows its dark side or is behind the camera. `log_jacobian` (1x6): d ln(electrons) / d

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/refine/internal/predicted_place.hpp"
+
 namespace occ {
 namespace {
 
@@ -29,8 +31,9 @@ double scatter(std::vector<double> sizes) {
 
 }  // namespace
 
-LampRim::LampRim(const LampObservation& lamp, const std::vector<RimObservation>& rim)
-    : lamp_(lamp), points_(rim.data() + lamp.rim_begin) {
+LampRim::LampRim(const LampObservation& lamp, const std::vector<RimObservation>& rim,
+                 const Scene& scene)
+    : lamp_(lamp), points_(rim.data() + lamp.rim_begin), scene_(scene) {
   const auto count = static_cast<Eigen::Index>(lamp.rim_end - lamp.rim_begin);
   rows_.resize(11, count);
   weighted_.resize(11, count);
@@ -39,6 +42,8 @@ LampRim::LampRim(const LampObservation& lamp, const std::vector<RimObservation>&
 
 int LampRim::linearise(const State& state, const Eigen::Vector3d& pivot) {
   const LampInCam in_cam = lamp_in_cam(*lamp_.lamp, state.cam_from_world);
+  const Eigen::Vector2d shift =
+      light_shift_px(*lamp_.lamp, *lamp_.blob, state.cam_from_world, scene_);
   const double growth_slope = lamp_.blob->saturated ? -1 : 0;
   arm_ = in_cam.centre_m - pivot;
   lost_ = 0;
@@ -52,8 +57,8 @@ int LampRim::linearise(const State& state, const Eigen::Vector3d& pivot) {
       continue;
     }
     if (weights_[i] == 0) weights_[i] = 1;
-    rows_.col(i) << d_lamp.transpose(), growth_slope, *distance + growth_slope * state.growth_px, 1,
-        points_[i].normal;
+    const double off = *distance + growth_slope * state.growth_px - points_[i].normal.dot(shift);
+    rows_.col(i) << d_lamp.transpose(), growth_slope, off, 1, points_[i].normal;
     rows_.col(i) *= points_[i].inverse_sigma;
   }
   return lost_;
@@ -117,6 +122,8 @@ double LampRim::robust_excess() const {
 
 double LampRim::chi2(const State& state) const {
   const LampInCam in_cam = lamp_in_cam(*lamp_.lamp, state.cam_from_world);
+  const Eigen::Vector2d shift =
+      light_shift_px(*lamp_.lamp, *lamp_.blob, state.cam_from_world, scene_);
   const double growth_px = lamp_.blob->saturated ? state.growth_px : 0;
   double sum = 0, lost = 0;
   Eigen::Vector3d pull = Eigen::Vector3d::Zero();
@@ -127,7 +134,8 @@ double LampRim::chi2(const State& state) const {
       lost += lost_chi2;
       continue;
     }
-    const double residual = (*distance - growth_px) * points_[i].inverse_sigma;
+    const double off = *distance - growth_px - points_[i].normal.dot(shift);
+    const double residual = off * points_[i].inverse_sigma;
     sum += weights_[i] * residual * residual;
     pull += weights_[i] * residual * points_[i].inverse_sigma *
             Eigen::Vector3d(1, points_[i].normal.x(), points_[i].normal.y());

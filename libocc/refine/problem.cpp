@@ -40,7 +40,8 @@ Problem::Problem(const Observations& observations, const Scene& scene, const Ref
       held_(observations.lamps.size()) {
   if (!takes_rims(rung)) return;
   rims_.reserve(observations.lamps.size());
-  for (const LampObservation& lamp : observations.lamps) rims_.emplace_back(lamp, observations.rim);
+  for (const LampObservation& lamp : observations.lamps)
+    rims_.emplace_back(lamp, observations.rim, scene);
   pixels_.resize(observations.lamps.size());
   if (rung != Rung::direct || !observations.has_pixels()) return;
   noise_.emplace(scene.sensor);
@@ -100,7 +101,7 @@ std::optional<Problem::Place> Problem::place(const LampObservation& lamp, const 
                                              const Eigen::Vector3d& pivot) const {
   Eigen::Matrix<double, 2, 6> d_pose;
   const std::optional<Eigen::Vector2d> centre =
-      predicted_place_px(*lamp.lamp, state.cam_from_world, scene_.camera, rung_, &d_pose);
+      predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene_, rung_, &d_pose);
   if (!centre) return std::nullopt;
   Place place{lamp.blob->centroid_px - *centre, Eigen::Matrix<double, 2, 8>::Zero()};
   for (int i = 0; i < 2; ++i) {
@@ -159,7 +160,7 @@ double Problem::chi2(const State& state) const {
       sum += rims_[i].chi2(state);
     } else if (lamp.has_place) {
       const std::optional<Eigen::Vector2d> centre =
-          predicted_place_px(*lamp.lamp, state.cam_from_world, scene_.camera, rung_);
+          predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene_, rung_);
       if (!centre) return std::numeric_limits<double>::infinity();
       const Eigen::Vector2d residual = lamp.blob->centroid_px - *centre;
       sum += residual.dot(lamp.place_information * residual);

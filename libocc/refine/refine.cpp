@@ -46,7 +46,7 @@ double rim_rms(const LampObservation& lamp, const Observations& observations, co
 /// Fills in each lamp's residual and the root mean square over lamps; a cut lamp's centroid is that
 /// of its visible part, so its rim stands for it.
 void report_residuals(const State& state, const std::vector<Match>& matches,
-                      const Observations& observations, const Camera& camera, Rung rung,
+                      const Observations& observations, const Scene& scene, Rung rung,
                       Refined& refined) {
   double sum = 0;
   for (std::size_t i = 0; i < matches.size(); ++i) {
@@ -58,11 +58,13 @@ void report_residuals(const State& state, const std::vector<Match>& matches,
     residual.contradicts = lamp.contradicts;
     residual.misfit = lamp.misfit;
     const std::optional<Eigen::Vector2d> centre =
-        predicted_place_px(*lamp.lamp, state.cam_from_world, camera, rung);
+        predicted_place_px(*lamp.lamp, state.cam_from_world, scene.camera, rung);
+    const auto centroid =
+        predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene, rung);
     double centre_error = 0;
     if (centre) {
       residual.centre_px = *centre;
-      if (lamp.has_place) centre_error = (lamp.blob->centroid_px - *centre).norm();
+      if (lamp.has_place) centre_error = (lamp.blob->centroid_px - *centroid).norm();
     }
     residual.rms_px = lamp.has_rim() ? rim_rms(lamp, observations, state) : centre_error;
     const double of_lamp = lamp.has_place ? centre_error : residual.rms_px;
@@ -90,13 +92,13 @@ Minimum minimise_by_centroids(const State& start, Observations& observations, co
 }
 
 /// What a lamp that was left out costs, so that a pose which needs no such excuse ranks before.
-double contradiction_chi2(const Observations& observations, const Camera& camera,
-                          const State& state, Rung rung, double huber_sigma) {
+double contradiction_chi2(const Observations& observations, const Scene& scene, const State& state,
+                          Rung rung, double huber_sigma) {
   double sum = 0;
   for (const LampObservation& lamp : observations.lamps) {
     if (!lamp.contradicts) continue;
     const std::optional<Eigen::Vector2d> centre =
-        predicted_place_px(*lamp.lamp, state.cam_from_world, camera, rung);
+        predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene, rung);
     if (!centre) continue;
     const Eigen::Vector2d residual = lamp.blob->centroid_px - *centre;
     const double chi2 = residual.dot(lamp.place_information * residual);
@@ -263,7 +265,7 @@ Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& match
     state = minimum.state;
     refined.chi2 =
         minimum.normal.robust_chi2 +
-        contradiction_chi2(observations, scene.camera, state, options.rung, options.huber_sigma);
+        contradiction_chi2(observations, scene, state, options.rung, options.huber_sigma);
     refined.iterations = minimum.iterations;
     refined.dof = observations.degrees_of_freedom(options, options.rung) + minimum.normal.pixels;
     conclude(minimum, options, result);
@@ -278,7 +280,7 @@ Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& match
   if (observations.has_flux && options.flux == FluxModel::common_factor) {
     refined.flux_factor = std::exp(state.log_factor);
   }
-  report_residuals(state, matches, observations, scene.camera, options.rung, refined);
+  report_residuals(state, matches, observations, scene, options.rung, refined);
   return result;
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// One lamp's rim in the normal equations. Its residuals are r = (d - growth) / sigma, d the
-// distance along the measured normal n. An error o ~ N(0, S) that is common to the lamp (a growth
-// of its own rim and an offset in the image) would add v . o / sigma with v = (1, n) to each; it is
-// eliminated in closed form (Woodbury):
+// One lamp's rim in the normal equations. Its residuals are r = (d - growth - n . s) / sigma, d the
+// distance along the measured normal n, s the shift by the gradient of the lamp's light. An error o
+// ~ N(0, S) that is common to the lamp (a growth of its own rim and an offset in the image) would
+// add v . o / sigma with v = (1, n) to each; it is eliminated in closed form (Woodbury):
 //     r^T (I + V S V^T)^-1 r = r^T r - u^T (S^-1 + N)^-1 u,   V = v / sigma, u = V^T r, N = V^T V.
 //
 // Huber's weights are for stray points: each is weighed by what is left of it after the size and
@@ -28,7 +28,7 @@ inline double huber_weight(double size, double threshold) {
 class LampRim {
  public:
   /// Empty unless the lamp has a rim. Keeps references.
-  LampRim(const LampObservation& lamp, const std::vector<RimObservation>& rim);
+  LampRim(const LampObservation& lamp, const std::vector<RimObservation>& rim, const Scene& scene);
 
   /// Residuals and their derivatives at a state. Returns how many points are lost: their rays miss
   /// the lamp.
@@ -46,6 +46,7 @@ class LampRim {
 
   const LampObservation& lamp_;
   const RimObservation* points_;
+  const Scene& scene_;
 
   // One column or entry for each point: d residual / d (turn of the lamp, shift of its centre,
   // growth), the residual, and v / sigma.
