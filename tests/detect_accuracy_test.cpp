@@ -146,6 +146,41 @@ TEST(DetectAccuracy, RimsOfDiscsAreUnbiasedAndSayHowWell) {
   }
 }
 
+/// How many of a disc's centres, with another of random size, brightness and place beside it, are
+/// off by more than six of their sigmas and not marked as merged.
+int unnoticed_errors(double least_radius_px, double largest_radius_px, int trials) {
+  Random random(5);
+  const Canvas::Noise noise;
+  DetectOptions options;
+  options.sensor = Canvas::sensor(noise, 0.8);
+  int unnoticed = 0;
+  for (int trial = 0; trial < trials; ++trial) {
+    Canvas canvas(110, 110, 40);
+    const double radii[] = {random.uniform(least_radius_px, largest_radius_px),
+                            random.uniform(least_radius_px, largest_radius_px)};
+    const double angle = random.uniform(-3.14, 3.14);
+    const double apart = radii[0] + radii[1] + random.uniform(0.7, 10);
+    Eigen::Vector2d centres[2];
+    centres[0] = Eigen::Vector2d(random.uniform(54, 56), random.uniform(54, 56));
+    centres[1] = centres[0] + apart * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    for (int i = 0; i < 2; ++i)
+      canvas.add_disc(centres[i], radii[i], radii[i], 0, 0.8,
+                      i == 0 ? 3000 : random.uniform(700, 3000));
+    for (const Blob& blob : detect(canvas.image(noise, &random).view(), options)) {
+      const Eigen::Vector2d first = blob.centroid_px - centres[0];
+      const Eigen::Vector2d second = blob.centroid_px - centres[1];
+      const Eigen::Vector2d error = first.norm() < second.norm() ? first : second;
+      unnoticed += !blob.merged && error.dot(blob.covariance_px2.inverse() * error) > 36;
+    }
+  }
+  return unnoticed;
+}
+
+TEST(DetectAccuracy, ANeighbourIsSeenOrAllowedFor) {
+  EXPECT_LE(unnoticed_errors(2.5, 6, 300), 1);
+  EXPECT_LE(unnoticed_errors(5, 14, 100), 1);
+}
+
 TEST(DetectAccuracy, ADiscHalfHiddenByAnEdgeSaysItIsVague) {
   Random random(4);
   for (const int hidden : {3, 6, 10}) {

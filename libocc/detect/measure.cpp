@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/detect/measure.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -18,8 +19,11 @@ constexpr double most_spot_px = 5;        // of what may be measured as a spot
 constexpr double saturated_share = 0.05;  // of the pixels, for the rim to be that of a clipped disc
 constexpr double default_psf_px = 0.8;
 constexpr std::int64_t most_pixels = 1 << 22;  // in a patch; anything larger is no lamp
-constexpr double pixel_px2 = 1.0 / 12;  // second moment of one pixel: a line of them has two, too
-constexpr int skirt_px = 2;             // light just outside the box, below the threshold
+constexpr double pixel_px2 = 1.0 / 12;    // second moment of one pixel: a line of them has two, too
+constexpr double pulled_chi2 = 4;         // of an upper bound on chance
+constexpr double least_elongation = 1.2;  // of two lamps in one blob
+constexpr double least_dip = 0.1, dip_sigmas = 5;  // of the light between them
+constexpr int skirt_px = 2;  // light just outside the box, below the threshold
 
 /// Ellipse of uniform brightness that has these second moments.
 Ellipse ellipse_of(const Eigen::Vector2d& centre, const Eigen::Matrix2d& moments) {
@@ -72,6 +76,41 @@ void loosen_lopsided(Blob& blob) {
   const Eigen::Array2d apart = (blob.centroid_px - middle).cwiseAbs().array() - 0.5;
   const double spread = std::max(0.0, apart.maxCoeff());
   blob.covariance_px2 += spread * spread * Eigen::Matrix2d::Identity();
+}
+
+/// The light of a neighbour that reaches into the window pulls a spot's centre away from that of
+/// its own pixels, and so does an unlike partner in the same blob. Where both centres differ by
+/// more than the pixels about the threshold (above the background) explain, neither is sure.
+void loosen_pulled(const Component& component, double threshold_dn, Blob& blob) {
+  const Moments& light = component.grey;
+  if (!(light.sum > 0)) return;
+  const Eigen::Vector2d apart = light.mean() - blob.centroid_px;
+  const double at_threshold = threshold_dn / light.sum;
+  const Eigen::Matrix2d by_chance =
+      blob.covariance_px2 + at_threshold * at_threshold * component.shape.sum *
+                                (component.shape.variance() + Eigen::Matrix2d::Identity());
+  if (apart.dot(by_chance.inverse() * apart) > pulled_chi2)
+    blob.covariance_px2 += apart * apart.transpose();
+}
+
+/// Whether the light along the blob's major axis falls and rises again: two lamps side by side.
+bool has_valley(const Patch& patch, const Ellipse& ellipse) {
+  if (ellipse.semi_major_px < least_elongation * ellipse.semi_minor_px) return false;
+  const Eigen::Vector2d along(std::cos(ellipse.angle_rad), std::sin(ellipse.angle_rad));
+  double peak = 0, valley = 0, dip = 0;
+  for (double t = -ellipse.semi_major_px; t <= ellipse.semi_major_px; t += 0.5) {
+    const Eigen::Vector2d at = ellipse.centre_px + t * along;
+    const int x = static_cast<int>(std::floor(at.x())), y = static_cast<int>(std::floor(at.y()));
+    if (!patch.contains(x, y) || !patch.contains(x + 1, y + 1)) continue;
+    const double u = at.x() - x, v = at.y() - y;
+    const float *upper = patch.at(x, y), *lower = patch.at(x, y + 1);
+    const double signal =
+        (1 - v) * ((1 - u) * upper[0] + u * upper[1]) + v * ((1 - u) * lower[0] + u * lower[1]);
+    dip = std::max(dip, std::min(peak, signal) - valley);
+    valley = std::min(valley, signal);
+    if (signal > peak) peak = valley = signal;
+  }
+  return dip > std::max(least_dip * peak, dip_sigmas * std::sqrt(patch.noise().variance(peak)));
 }
 
 /// Sum of the signal in the box and its skirt, with the noise of its pixels and of the background.
@@ -182,7 +221,13 @@ Blob measure(const LinearImage& image, const Component& component, const DetectO
   measure_flux(scratch, component, blob);
 
   measure_centre(scratch, component, options, blob);
-  if (blob.rim.empty() && (blob.merged || blob.cut_by_border)) loosen(blob);
+  if (!blob.rim.empty()) return blob;
+  blob.merged = blob.merged || has_valley(scratch, blob.ellipse);
+  if (blob.merged || blob.cut_by_border) {
+    loosen(blob);
+  } else {
+    loosen_pulled(component, std::max(0.0, limit_stored - component.background_dn), blob);
+  }
   return blob;
 }
 
