@@ -8,6 +8,7 @@
 
 #include "detect_support.hpp"
 #include "libocc/detect/detect.hpp"
+#include "libocc/simulate/simulate.hpp"
 #include "support.hpp"
 
 namespace occ {
@@ -179,6 +180,33 @@ int unnoticed_errors(double least_radius_px, double largest_radius_px, int trial
 TEST(DetectAccuracy, ANeighbourIsSeenOrAllowedFor) {
   EXPECT_LE(unnoticed_errors(2.5, 6, 300), 1);
   EXPECT_LE(unnoticed_errors(5, 14, 100), 1);
+}
+
+// Across a large image of a lamp in a wide view light falls off by more than a paraboloid says.
+TEST(DetectAccuracy, LargeDiscsInAWideViewAreUnbiased) {
+  Random random(3);
+  Scene scene;
+  scene.camera = Camera::pinhole(640, 480, 600, 600, 319.5, 239.5);
+  scene.lamps = {test::disc_lamp(0, Eigen::Vector3d::Zero(), 1.0 / 3)};  // 100 px at 2 m
+  scene.lamps[0].power_w = 17 * M_PI * scene.lamps[0].area_m2();
+  DetectOptions options;
+  options.sensor = scene.sensor;
+  double nees = 0;
+  constexpr int trials = 30;
+  for (std::uint64_t seed = 0; seed < trials; ++seed) {
+    const Eigen::Vector3d place(random.uniform(-0.7, 0.7), random.uniform(-0.4, 0.4), 2);
+    SimulateOptions simulation;
+    simulation.seed = seed;
+    const Rendered frame = simulate(scene, {Eigen::Matrix3d::Identity(), place}, simulation);
+    const auto blobs = detect(frame.image.view(), options);
+    ASSERT_FALSE(blobs.empty());
+    ASSERT_FALSE(blobs[0].rim.empty());
+    const Eigen::Vector2d error = blobs[0].centroid_px - frame.lamps[0].image_centre_px;
+    nees += error.dot(blobs[0].covariance_px2.inverse() * error);
+  }
+  const auto interval = test::chi2_interval(2.0 * trials);
+  EXPECT_GT(nees, interval.first);
+  EXPECT_LT(nees, interval.second);
 }
 
 TEST(DetectAccuracy, ADiscHalfHiddenByAnEdgeSaysItIsVague) {

@@ -16,10 +16,13 @@ namespace {
 // Fewer pixels than this leave a surface too free where it is carried on across the rim.
 constexpr double clear_sigmas = 1.5;  // of blur inside the rim: 93 % of the light is there
 constexpr int least_pixels = 4, plane_pixels = 30, paraboloid_pixels = 200;
+// From here on the cubic terms of the light of a wide view move the centre by more than their own
+// noise does.
+constexpr int cubic_pixels = 15000;
 
-constexpr std::size_t terms = 6;
-constexpr std::array<std::size_t, terms> u_power = {0, 1, 0, 2, 1, 0};
-constexpr std::array<std::size_t, terms> v_power = {0, 0, 1, 0, 1, 2};
+constexpr std::size_t terms = 10;
+constexpr std::array<std::size_t, terms> u_power = {0, 1, 0, 2, 1, 0, 3, 2, 1, 0};
+constexpr std::array<std::size_t, terms> v_power = {0, 0, 1, 0, 1, 2, 0, 1, 2, 3};
 
 double square(double v) { return v * v; }
 
@@ -53,35 +56,32 @@ class Cover {
   const NormalTable& table_ = NormalTable::get();
 };
 
-/// Sums over pixels of u^i v^j, and of these times the signal, of a surface seen through `cover`.
+/// Sums over pixels of u^i v^j, and of these times the signal, of a surface of this degree seen
+/// through `cover`.
+template <int Degree>
 struct Sums {
-  double power[5][5] = {};
-  double signal[3][3] = {};
+  static constexpr int powers = 2 * Degree + 1;
+  double power[powers][powers] = {};
+  double signal[Degree + 1][Degree + 1] = {};
   double squares = 0;
   int pixels = 0;
 
   /// A row of pixels from (dx, dy) on; v is common to it, only powers of u are summed.
   void add_row(const float* row, double dx, double dy, int count, double scale,
                const Cover& cover) {
-    double u[5] = {}, s[3] = {};
+    double u[powers] = {}, s[Degree + 1] = {};
     for (int i = 0; i < count; ++i, dx += 1) {
-      const double part = cover(dx, dy), part2 = part * part;
-      const double at = dx * scale, at2 = at * at, value = row[i], seen = part * value;
-      u[0] += part2;
-      u[1] += part2 * at;
-      u[2] += part2 * at2;
-      u[3] += part2 * at2 * at;
-      u[4] += part2 * at2 * at2;
-      s[0] += seen;
-      s[1] += seen * at;
-      s[2] += seen * at2;
+      const double part = cover(dx, dy), at = dx * scale, value = row[i];
+      double area = part * part, seen = part * value;
+      for (int k = 0; k < powers; ++k, area *= at) u[k] += area;
+      for (int k = 0; k <= Degree; ++k, seen *= at) s[k] += seen;
       squares += value * value;
     }
     pixels += count;
     double factor = 1;
-    for (int j = 0; j < 5; ++j, factor *= dy * scale) {
-      for (int i = 0; i + j < 5; ++i) power[i][j] += factor * u[i];
-      for (int i = 0; i + j < 3; ++i) signal[i][j] += factor * s[i];
+    for (int j = 0; j < powers; ++j, factor *= dy * scale) {
+      for (int i = 0; i + j < powers; ++i) power[i][j] += factor * u[i];
+      for (int i = 0; i + j <= Degree; ++i) signal[i][j] += factor * s[i];
     }
   }
 };
@@ -111,7 +111,8 @@ void for_each_row(const Patch& patch, const Conic& conic, double shrink, F&& f) 
 }
 
 /// Coefficients of the first `used` terms; returns the variance about the surface.
-double solve(const Sums& sums, int used, std::array<double, terms>& coefficients) {
+template <int Degree>
+double solve(const Sums<Degree>& sums, int used, std::array<double, terms>& coefficients) {
   using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, terms, terms>;
   using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, terms, 1>;
   Matrix normal(used, used);
@@ -135,26 +136,40 @@ std::optional<Plateau> Plateau::fit(const Patch& patch, const Conic& conic, doub
   const Ellipse ellipse = conic.ellipse();
   const double shrink = 1 - clear_sigmas * blur_px / ellipse.semi_minor_px;
   if (!(shrink > 0)) return std::nullopt;
+  const double area = 3.14159 * ellipse.semi_major_px * ellipse.semi_minor_px * shrink * shrink;
+  return area < cubic_pixels ? fit_surface<2>(patch, conic, blur_px, shrink)
+                             : fit_surface<3>(patch, conic, blur_px, shrink);
+}
+
+template <int Degree>
+std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const Conic& conic, double blur_px,
+                                            double shrink) {
+  const Ellipse ellipse = conic.ellipse();
   Plateau plateau;
   plateau.centre_ = conic.centre;
   plateau.scale_ = 1 / ellipse.semi_major_px;
   const Cover cover(conic, blur_px);
-  Sums sums;
+  Sums<Degree> sums;
   for_each_row(patch, conic, shrink, [&](int y, int x0, int x1) {
     const double dy = y - conic.centre.y();
     sums.add_row(patch.at(x0, y), x0 - conic.centre.x(), dy, x1 - x0 + 1, plateau.scale_, cover);
   });
   if (sums.pixels < least_pixels) return std::nullopt;
-  const int used = sums.pixels < plane_pixels ? 1 : sums.pixels < paraboloid_pixels ? 3 : 6;
+  const int used = Degree == 3                       ? 10
+                   : sums.pixels < plane_pixels      ? 1
+                   : sums.pixels < paraboloid_pixels ? 3
+                                                     : 6;
   plateau.uniform_ = used == 1;
   plateau.variance_ = solve(sums, used, plateau.c_);
   // A line in q = (r / r_most)^2, which is uniform in 0..1 over a disc, carried on to the rim.
-  const double beyond = square((1 - level_depth * blur_px / ellipse.semi_minor_px) / shrink) - 0.5;
-  plateau.rim_level_variance_ = (used > 3 ? 1 + 12 * beyond * beyond : 1) / sums.pixels;
+  const double q = square((1 - level_depth * blur_px / ellipse.semi_minor_px) / shrink);
+  plateau.rim_level_variance_ = (used > 3 ? 1 + 12 * square(q - 0.5) : 1) / sums.pixels;
   if (used > 1) {
     Eigen::Matrix2d normal;
     normal << sums.power[2][0], sums.power[1][1], sums.power[1][1], sums.power[0][2];
-    plateau.gradient_covariance_ = plateau.scale_ * plateau.scale_ * normal.inverse();
+    // Cubic terms free the slope at the rim: Zernike's tilt 2 r and coma sqrt(8) (3 r^3 - 2 r).
+    const double freedom = used > 6 ? 1 + 2 * square(3 * q - 2) : 1;
+    plateau.gradient_covariance_ = freedom * plateau.scale_ * plateau.scale_ * normal.inverse();
   }
   return plateau;
 }
