@@ -181,7 +181,7 @@ TEST(SlowRefineDirect, ErrorsOverTheBoundAreAsSmallAsTheyCanBe) {
   const Scene scene = test::irregular_room();
   for (const Scene& s : {scene, twelve_bits(scene)}) {
     for (const Rung rung : {Rung::rims, Rung::direct}) {
-      const Statistics statistics = over_frames(s, rung, 1000, FluxModel::ignore, s);
+      const Statistics statistics = over_frames(s, rung, 2000, FluxModel::ignore, s);
       std::printf(
           "rung %d, %d bits: error over bound %.4f, NEES %.3f / 6, %.3f / 3, stated over "
           "the scene's bound %.4f\n",
