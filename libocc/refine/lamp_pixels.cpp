@@ -30,6 +30,13 @@ constexpr int first_passes_unmeasured = 3, first_passes_saturated = 8;
 constexpr double misfit_scatter = 1.5;
 constexpr double outlying = 10;  // sigmas, in the misfit
 
+/// Of pixels at the rim, how an edge that is not as sharp or smooth as the model's shows: squared,
+/// 1 on the rim, a tenth where an hundredth of the light is covered or missing.
+double edge_share(double coverage) {
+  const double between = 4 * coverage * (1 - coverage);
+  return between > 0 ? std::cbrt(between * between) : 0;
+}
+
 double inverse_square(double sigma) { return 1 / (sigma * sigma); }
 
 }  // namespace
@@ -38,7 +45,8 @@ double inverse_square(double sigma) { return 1 / (sigma * sigma); }
 struct LampPixels::Flat {
   double light_light = 0, light_background = 0, background_background = 0;
   double light_residual = 0, background_residual = 0, residual_residual = 0;
-  double misfit = 0;  // squares summed at the rim
+  double misfit = 0, sensed = 0;  // squares summed at the rim: over all noise, the sensor's alone
+  double excess = 0, edges = 0;   // of these squares [e^2] over the sensor's, and where it belongs
 };
 
 LampPixels::LampPixels(const LampObservation& lamp, const Scene& scene,
@@ -62,7 +70,8 @@ bool LampPixels::linearise(const State& state, const Eigen::Vector3d& pivot) {
   if (!started_) {
     guess(state);
   } else {
-    threshold_ = options_.huber_sigma * std::max(1.0, misfit_);
+    threshold_ = options_.huber_sigma * std::max(1.0, left_);
+    edge_variance_ = next_edge_variance_;
   }
   accumulate();
   weigh_down();
@@ -138,13 +147,19 @@ void LampPixels::accumulate() {
       const double c = cover.c.values[i];
       const bool at_rim = c > rim_coverage && (c < 1 - rim_coverage || cover.m_x.values.empty());
       if (at_rim) {
-        add_rim_pixel(image.electrons[i], image.full[i], image.coverage.d[i], read, flat);
+        add_rim_pixel(image.electrons[i], image.full[i], c, image.coverage.d[i], read, flat);
       } else {
         add_flat_pixel(image.electrons[i], image.full[i], read, flat);
       }
     }
   }
-  misfit_ = rim_count_ > 0 ? std::sqrt(flat.misfit / static_cast<double>(rim_count_)) : 1;
+  const auto rim_pixels = static_cast<double>(std::max<Eigen::Index>(1, rim_count_));
+  misfit_ = rim_count_ > 0 ? std::sqrt(flat.sensed / rim_pixels) : 1;
+  left_ = rim_count_ > 0 ? std::sqrt(flat.misfit / rim_pixels) : 1;
+  const double chance = 1 + 3 * misfit_scatter / std::sqrt(rim_pixels);
+  // What is left of a clipped edge is its tail alone, where the PSF's width makes good.
+  next_edge_variance_ =
+      !lamp_.blob->saturated && misfit_ > chance && flat.edges > 0 ? flat.excess / flat.edges : 0;
   products_.setZero();
   const auto at_rim = rows.leftCols(rim_count_);
   products_ = (at_rim * at_rim.transpose()).cast<double>();
@@ -161,13 +176,21 @@ void LampPixels::accumulate() {
 }
 
 /// Huber's weight over the variance.
-double LampPixels::precision(const PixelMoments& moments, double error, bool at_rim, Flat& flat) {
-  const double precision = 1 / moments.variance;
+double LampPixels::precision(const PixelMoments& moments, double error, double edge_e2,
+                             Flat& flat) {
+  const double precision = 1 / (moments.variance + edge_variance_ * edge_e2);
   if (lamp_.window.empty()) {  // Slepian-Bangs: (1 + (var')^2 / (2 var)) / var
     return precision * (1 + 0.5 * precision);
   }
   const double square = error * error * precision;
-  if (at_rim) flat.misfit += std::min(square, outlying * outlying);
+  if (edge_e2 > 0) {
+    constexpr double most = outlying * outlying;
+    const double sensed = std::min(error * error / moments.variance, most);
+    flat.misfit += std::min(square, most);
+    flat.sensed += sensed;
+    flat.excess += (sensed - 1) * moments.variance;
+    flat.edges += edge_e2;
+  }
   if (square <= threshold_ * threshold_) return precision;
   const double size = std::sqrt(square);
   robust_excess_ += threshold_ * (size - threshold_);
@@ -181,7 +204,7 @@ void LampPixels::add_flat_pixel(double signal, double full, double reads, Flat& 
   if (!moments.tells) return;
   ++count_;
   const double error = lamp_.window.empty() ? 0 : reads - moments.mean;
-  const double weight = precision(moments, error, false, flat);
+  const double weight = precision(moments, error, 0, flat);
   const double slope = weight * moments.slope;
   const double by_background = slope * moments.slope;
   flat.light_light += by_background * lit * lit;
@@ -192,14 +215,16 @@ void LampPixels::add_flat_pixel(double signal, double full, double reads, Flat& 
   flat.residual_residual += weight * error * error;
 }
 
-void LampPixels::add_rim_pixel(double signal, double full, const CoverageDerivatives::Row& d,
-                               double reads, Flat& flat) {
+void LampPixels::add_rim_pixel(double signal, double full, double coverage,
+                               const CoverageDerivatives::Row& d, double reads, Flat& flat) {
   const double lit = amount_ * (signal + own_.log_spread * full * d[spread]);
   const PixelMoments moments = noise_.at(lit + own_.background_e);
   if (!moments.tells) return;
   ++count_;
   const double error = lamp_.window.empty() ? 0 : reads - moments.mean;
-  const double root = std::sqrt(precision(moments, error, true, flat));
+  const double step_e = amount_ * full * moments.slope;
+  const double edge_e2 = step_e * step_e * edge_share(coverage);
+  const double root = std::sqrt(precision(moments, error, edge_e2, flat));
   const double slope = root * moments.slope;
   const auto factor = static_cast<float>(slope * amount_ * full);
   float* row = scratch_.rows.data() + columns * rim_count_++;
@@ -255,9 +280,9 @@ void LampPixels::add_own_priors(const State& state, Sums& sums) const {
 void LampPixels::weigh_down() {
   const double chance =
       1 + 3 * misfit_scatter / std::sqrt(std::max(1.0, static_cast<double>(rim_count_)));
-  if (lamp_.window.empty() || misfit_ <= chance) return;
-  products_ /= misfit_ * misfit_;
-  robust_excess_ /= misfit_ * misfit_;
+  if (lamp_.window.empty() || left_ <= chance) return;
+  products_ /= left_ * left_;
+  robust_excess_ /= left_ * left_;
 }
 
 void LampPixels::add_to(Normal& normal) {

@@ -6,6 +6,11 @@
 // (prior: sigma 0.1); and, when camera and map have an error, the lamp's shift in the image. They
 // are eliminated in closed form (Schur complement) wherever the equations are linearised.
 //
+// Where the rim's pixels miss the model by more than chance, as under a PSF that is no Gaussian,
+// they get the variance that explains it, in proportion to the square of the light's step: an edge
+// is wrong on its bright side by as much as on its dark side, which the sensor's noise alone would
+// trust far more.
+//
 // Residuals are whitened by the variance that belongs to the mean, which is held while derivatives
 // are taken: quasi-likelihood (Wedderburn, Biometrika 61, 1974, eq (1)), whose estimate is that of
 // maximum likelihood up to the information in the variance itself, half of (d ln var)^2 a pixel.
@@ -80,10 +85,10 @@ class LampPixels {
   void guess(const State& state);
   void fit_own(const State& state);
   void accumulate();
-  double precision(const PixelMoments& moments, double error, bool at_rim, Flat& flat);
+  double precision(const PixelMoments& moments, double error, double edge_e2, Flat& flat);
   void add_flat_pixel(double signal, double full, double reads, Flat& flat);
-  void add_rim_pixel(double signal, double full, const CoverageDerivatives::Row& d, double reads,
-                     Flat& flat);
+  void add_rim_pixel(double signal, double full, double coverage, const CoverageDerivatives::Row& d,
+                     double reads, Flat& flat);
   void weigh_down();
   Sums sums() const;
   void add_own_priors(const State& state, Sums& sums) const;
@@ -103,7 +108,9 @@ class LampPixels {
   PixelMoments dark_;     // of a pixel that no light of the lamp reaches
   double amount_ = 1;     // exp(own_.log_light)
   double threshold_ = 0;  // of Huber's function
-  double misfit_ = 1;
+  double misfit_ = 1;     // over the sensor's noise
+  double left_ = 1;       // over the edge's variance, too
+  double edge_variance_ = 0, next_edge_variance_ = 0;  // relative to the light's step squared
   Eigen::Index rim_count_ = 0;
   int count_ = 0;  // pixels used
   double robust_excess_ = 0;
