@@ -28,7 +28,8 @@ constexpr int first_passes_unmeasured = 3, first_passes_saturated = 8;
 /// Standard deviation of the root mean square of n residuals, times root n: of rounded ones, most
 /// of which are zero; of normal ones it is 0.7.
 constexpr double misfit_scatter = 1.5;
-constexpr double outlying = 10;  // sigmas, in the misfit
+constexpr double edge_sigmas = 3;  // beyond which residuals at the edge are not chance
+constexpr double outlying = 10;    // sigmas, in the misfit
 
 /// Of pixels at the rim, how an edge that is not as sharp or smooth as the model's shows: squared,
 /// 1 on the rim, a tenth where an hundredth of the light is covered or missing.
@@ -46,7 +47,7 @@ struct LampPixels::Flat {
   double light_light = 0, light_background = 0, background_background = 0;
   double light_residual = 0, background_residual = 0, residual_residual = 0;
   double misfit = 0, sensed = 0;  // squares summed at the rim: over all noise, the sensor's alone
-  double excess = 0, edges = 0;   // of these squares [e^2] over the sensor's, and where it belongs
+  double excess = 0, edges = 0;   // of these squares over 1 where edges show, and their share
 };
 
 LampPixels::LampPixels(const LampObservation& lamp, const Scene& scene,
@@ -156,10 +157,9 @@ void LampPixels::accumulate() {
   const auto rim_pixels = static_cast<double>(std::max<Eigen::Index>(1, rim_count_));
   misfit_ = rim_count_ > 0 ? std::sqrt(flat.sensed / rim_pixels) : 1;
   left_ = rim_count_ > 0 ? std::sqrt(flat.misfit / rim_pixels) : 1;
-  const double chance = 1 + 3 * misfit_scatter / std::sqrt(rim_pixels);
   // What is left of a clipped edge is its tail alone, where the PSF's width makes good.
-  next_edge_variance_ =
-      !lamp_.blob->saturated && misfit_ > chance && flat.edges > 0 ? flat.excess / flat.edges : 0;
+  const bool by_chance = !(flat.excess > edge_sigmas * std::sqrt(2 * flat.edges));
+  next_edge_variance_ = lamp_.blob->saturated || by_chance ? 0 : flat.excess / flat.edges;
   products_.setZero();
   const auto at_rim = rows.leftCols(rim_count_);
   products_ = (at_rim * at_rim.transpose()).cast<double>();
@@ -188,8 +188,9 @@ double LampPixels::precision(const PixelMoments& moments, double error, double e
     const double sensed = std::min(error * error / moments.variance, most);
     flat.misfit += std::min(square, most);
     flat.sensed += sensed;
-    flat.excess += (sensed - 1) * moments.variance;
-    flat.edges += edge_e2;
+    const double share = edge_e2 / moments.variance;  // weighted least squares of sensed - 1
+    flat.excess += (sensed - 1) * share;
+    flat.edges += share * share;
   }
   if (square <= threshold_ * threshold_) return precision;
   const double size = std::sqrt(square);
