@@ -18,6 +18,8 @@ constexpr double least_rim_px = 3;        // semi-minor axis of a disc that has 
 constexpr double most_spot_px = 5;        // of what may be measured as a spot
 constexpr double saturated_share = 0.05;  // of the pixels, for the rim to be that of a clipped disc
 constexpr double default_psf_px = 0.8;
+constexpr double sharpest_psf_px = 0.16;       // when it is not known
+constexpr double sharpest_share = 0.8;         // of a known PSF's width
 constexpr std::int64_t most_pixels = 1 << 22;  // in a patch; anything larger is no lamp
 constexpr double pixel_px2 = 1.0 / 12;    // second moment of one pixel: a line of them has two, too
 constexpr double pulled_chi2 = 4;         // of an upper bound on chance
@@ -197,7 +199,9 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
   if (minor2 < most_spot_px * most_spot_px && !blob.merged) {
     Eigen::Matrix2d start = component.grey.variance();
     start.diagonal() = start.diagonal().cwiseMax(blur2);
-    if (use_spot(measure_spot(patch, blob.centroid_px, start), blur2, blob)) return;
+    const double sharpest_px = options.sensor ? sharpest_share * psf_px : sharpest_psf_px;
+    const double least_variance = sharpest_px * sharpest_px + pixel_px2;
+    if (use_spot(measure_spot(patch, blob.centroid_px, start, least_variance), blur2, blob)) return;
   }
   measure_moments(patch, component, blur2, blob);
   if (has_rim) loosen_lopsided(blob);

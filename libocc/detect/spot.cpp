@@ -16,9 +16,8 @@ constexpr double least_share = 0.25;
 constexpr int moment_steps = 6;
 constexpr double settled_px = 0.01;  // the shift steps that follow do the rest
 constexpr int shift_steps = 2;
-constexpr double linear_px = 0.03;           // over so little one shift step is all that it takes
-constexpr double least_variance_px2 = 0.11;  // a point under the pixel's box and a hint of blur
-constexpr double least_seen_px2 = 0.36;      // variance of what pixels still sample to a per cent
+constexpr double linear_px = 0.03;       // over so little one shift step is all that it takes
+constexpr double least_seen_px2 = 0.36;  // variance of what pixels still sample to a per cent
 constexpr double widest_weight_px2 = 4;
 
 bool positive(const Eigen::Matrix2d& m) { return m(0, 0) > 0 && m.determinant() > 0; }
@@ -139,7 +138,7 @@ double weight_variance(double light) {
 /// Gaussian weight of covariance M, Gaussian light of covariance C has covariance
 /// P = (C^-1 + M^-1)^-1, and its mean is P C^-1 times its distance. Returns how far the centre
 /// moved.
-std::optional<double> moment_step(const Patch& patch, Spot& spot) {
+std::optional<double> moment_step(const Patch& patch, double least_variance_px2, Spot& spot) {
   RowMoments seen_light;
   Spot window = spot;
   widen(window.second_moments_px2, weight_variance(spot.second_moments_px2.diagonal().minCoeff()));
@@ -199,7 +198,8 @@ std::optional<double> shift_step(const Patch& patch, const Light& light, Spot& s
 }  // namespace
 
 std::optional<Spot> measure_spot(const Patch& patch, const Eigen::Vector2d& centre_px,
-                                 const Eigen::Matrix2d& second_moments_px2) {
+                                 const Eigen::Matrix2d& second_moments_px2,
+                                 double least_variance_px2) {
   Spot spot;
   spot.centre_px = centre_px;
   spot.second_moments_px2 = second_moments_px2;
@@ -212,7 +212,7 @@ std::optional<Spot> measure_spot(const Patch& patch, const Eigen::Vector2d& cent
   };
   if (!found()) return std::nullopt;
   for (int i = 0; i < moment_steps; ++i) {
-    const std::optional<double> moved = moment_step(patch, spot);
+    const std::optional<double> moved = moment_step(patch, least_variance_px2, spot);
     if (!moved || !found()) return std::nullopt;
     if (*moved < settled_px) break;
   }

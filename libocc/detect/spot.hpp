@@ -24,9 +24,11 @@ struct Spot {
   Eigen::Matrix2d gradient_response_px2 = Eigen::Matrix2d::Zero();
 };
 
-/// Starts at a centre good to about a pixel and a guess of the second moments. Nothing when the
-/// light there does not look like a spot.
+/// Starts at a centre good to about a pixel and a guess of the second moments, which are known to
+/// be at least `least_variance_px2` in every direction: noise must not make a faint spot sharper,
+/// and surer, than the lens does. Nothing when the light there does not look like a spot.
 std::optional<Spot> measure_spot(const Patch& patch, const Eigen::Vector2d& centre_px,
-                                 const Eigen::Matrix2d& second_moments_px2);
+                                 const Eigen::Matrix2d& second_moments_px2,
+                                 double least_variance_px2);
 
 }  // namespace occ::detecting
