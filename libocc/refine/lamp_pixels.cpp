@@ -32,10 +32,10 @@ constexpr double edge_sigmas = 3;  // beyond which residuals at the edge are not
 constexpr double outlying = 10;    // sigmas, in the misfit
 
 /// Of pixels at the rim, how an edge that is not as sharp or smooth as the model's shows: squared,
-/// 1 on the rim, a tenth where an hundredth of the light is covered or missing.
+/// 1 on the rim, a fifth where a hundredth of the light is covered or missing.
 double edge_share(double coverage) {
   const double between = 4 * coverage * (1 - coverage);
-  return between > 0 ? std::cbrt(between * between) : 0;
+  return std::sqrt(std::max(between, 0.0));
 }
 
 double inverse_square(double sigma) { return 1 / (sigma * sigma); }
@@ -178,17 +178,19 @@ void LampPixels::accumulate() {
 /// Huber's weight over the variance.
 double LampPixels::precision(const PixelMoments& moments, double error, double edge_e2,
                              Flat& flat) {
-  const double precision = 1 / (moments.variance + edge_variance_ * edge_e2);
+  const double sensed_precision = 1 / moments.variance;
+  const double precision =
+      edge_variance_ > 0 ? 1 / (moments.variance + edge_variance_ * edge_e2) : sensed_precision;
   if (lamp_.window.empty()) {  // Slepian-Bangs: (1 + (var')^2 / (2 var)) / var
     return precision * (1 + 0.5 * precision);
   }
   const double square = error * error * precision;
   if (edge_e2 > 0) {
     constexpr double most = outlying * outlying;
-    const double sensed = std::min(error * error / moments.variance, most);
+    const double sensed = std::min(error * error * sensed_precision, most);
     flat.misfit += std::min(square, most);
     flat.sensed += sensed;
-    const double share = edge_e2 / moments.variance;  // weighted least squares of sensed - 1
+    const double share = edge_e2 * sensed_precision;  // weighted least squares of sensed - 1
     flat.excess += (sensed - 1) * share;
     flat.edges += share * share;
   }
