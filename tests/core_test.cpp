@@ -31,10 +31,10 @@ TEST(Status, EveryNameIsItsOwn) {
   std::set<std::string> names;
   for (const Status status :
        {Status::ok, Status::ambiguous, Status::no_lamps, Status::too_few_lamps, Status::no_pose,
-        Status::degenerate, Status::not_converged}) {
+        Status::degenerate, Status::not_converged, Status::budget_not_met}) {
     names.insert(to_string(status));
   }
-  EXPECT_EQ(names.size(), 7u);
+  EXPECT_EQ(names.size(), 8u);
   EXPECT_EQ(names.count("unknown"), 0u);
   EXPECT_STREQ(to_string(Status::too_few_lamps), "too_few_lamps");
 }

@@ -19,6 +19,8 @@ const char* to_string(Status status) {
       return "degenerate";
     case Status::not_converged:
       return "not_converged";
+    case Status::budget_not_met:
+      return "budget_not_met";
   }
   return "unknown";
 }

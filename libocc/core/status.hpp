@@ -18,6 +18,7 @@ enum class Status {
   no_pose,        ///< no pose explains what was seen
   degenerate,     ///< the lamps do not determine the pose (collinear, coincident, far too small)
   not_converged,  ///< the refinement stopped before its tolerance was met
+  budget_not_met,  ///< the answer is the best there is, but not within the time or error asked for
 };
 
 /// The enumerator's name, e.g. "too_few_lamps".

@@ -6,10 +6,12 @@
 //
 #include <Eigen/Core>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "libocc/core/blob.hpp"
 #include "libocc/geometry/rigid.hpp"
+#include "libocc/position/rung_choice.hpp"
 
 namespace occ {
 
@@ -37,6 +39,7 @@ struct Fix {
   std::map<int, Blob> lamps;          ///< lamp id -> blob, of the best candidate
   std::vector<Blob> blobs;            ///< everything detected
   std::vector<Candidate> candidates;  ///< all plausible poses, best first; the first is the fix
+  std::optional<RungChoice> choice;   ///< locate(): by which rung it was refined, and why
   Timing timing_s;
 };
 

@@ -4,10 +4,12 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <sstream>
 #include <utility>
 
 #include "libocc/core/require.hpp"
+#include "libocc/position/budget.hpp"
 #include "libocc/position/lamp_sizes.hpp"
 
 namespace occ {
@@ -37,6 +39,7 @@ struct Ranked {
   Status status = Status::ok;
   std::string message;
   std::vector<Match> matches;
+  double variance_factor = 1;
   bool misfits = false;  // residuals exceed the stated sigmas, and no rim speaks for it
   double measured = 0;   // chi-square of rims and centroids
   double assumed = 0;    // chi-square of the prior and of missed lamps
@@ -62,6 +65,7 @@ Ranked refine_hypothesis(const Hypothesis& hypothesis, const std::vector<Blob>& 
   ranked.message = refined.message;
   if (refined.ok()) ranked.message = size_contradiction(*refined, blobs, scene);
   if (refined.ok() && !ranked.message.empty()) ranked.status = Status::no_pose;
+  ranked.variance_factor = refined->variance_factor;
   ranked.misfits =
       refined->variance_factor > 1 &&
       std::none_of(hypothesis.matches.begin(), hypothesis.matches.end(), [&](const Match& match) {
@@ -123,7 +127,9 @@ void refine_by_pixels(const std::vector<Blob>& blobs, const Scene& scene,
   if (ranked.status != Status::ok) return;
   const Result<Refined> refined =
       refine(ranked.candidate.cam_from_world, ranked.matches, blobs, scene, options, image);
-  if (refined.ok()) set_pose(*refined, ranked.candidate);
+  if (!refined.ok()) return;
+  set_pose(*refined, ranked.candidate);
+  ranked.variance_factor = refined->variance_factor;
 }
 
 void fill_fix(Fix& fix, const std::vector<Ranked>& ranked) {
@@ -145,8 +151,59 @@ std::string ambiguity_message(std::size_t count) {
   return text.str();
 }
 
+/// All hypotheses by the rung that was chosen, as far as they can be told from the best, best
+/// first.
+std::vector<Ranked> refine_all(const std::vector<Hypothesis>& hypotheses,
+                               const std::vector<Blob>& blobs, const Scene& scene,
+                               const LocateOptions& options, const ImageView* image) {
+  std::vector<Ranked> ranked;
+  int solved = 0;
+  for (const Hypothesis& hypothesis : hypotheses) {
+    ranked.push_back(refine_hypothesis(hypothesis, blobs, scene, options));
+    solved += ranked.back().status == Status::ok;
+    if (solved == options.max_candidates) break;
+  }
+  std::stable_sort(ranked.begin(), ranked.end(), better);
+  keep_plausible(ranked);
+  merge_equal_poses(ranked);
+  if (image && options.refine.rung == Rung::direct) {
+    for (Ranked& r : ranked) refine_by_pixels(blobs, scene, options.refine, *image, r);
+  }
+  return ranked;
+}
+
+/// Where nobody asked beforehand: the covariance is the bound of the observations at the fix.
+void complete(RungChoice& choice, const Ranked& best) {
+  if (choice.predicted_sigma_m || best.status != Status::ok) return;
+  const Candidate& c = best.candidate;
+  const double trace_m2 = position_covariance(c.cam_from_world, c.covariance).trace();
+  choice.predicted_sigma_m = std::sqrt(trace_m2 / best.variance_factor);
+}
+
+void conclude(const std::vector<Ranked>& ranked, const Result<Identification>& identified,
+              Result<Fix>& result) {
+  const Ranked& best = ranked.front();
+  result.status = best.status;
+  result.message = best.message;
+  if (result.ok() && ranked.size() > 1) {
+    result.status = Status::ambiguous;
+    result.message = ambiguity_message(ranked.size());
+  } else if (result.ok() && identified->may_be_chance) {
+    result.status = identified.status;
+    result.message = identified.message;
+  } else if (result.ok() && best.misfits && identified->chance > chance_of_misfits) {
+    result.status = Status::ambiguous;
+    result.message =
+        "the one pose found fits badly and may be chance: " + std::to_string(identified->chance) +
+        " wrong ones are expected to fit as well";
+  } else if (result.ok() && !result->choice->met) {
+    result.status = Status::budget_not_met;
+    result.message = result->choice->reason;
+  }
+}
+
 Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
-                         const LocateOptions& options, const ImageView* image) {
+                         const LocateOptions& given, const ImageView* image, const Clock& clock) {
   Result<Fix> result;
   Fix& fix = result.value;
   fix.blobs = blobs;
@@ -155,11 +212,11 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
     result.message = "nothing in the image stands out from the background";
     return result;
   }
-  LocateOptions with_prior = options;
-  if (options.prior) with_prior.identify.prior = with_prior.refine.prior = options.prior;
+  LocateOptions options = given;
+  if (options.prior) options.identify.prior = options.refine.prior = options.prior;
 
-  Clock identify_clock;
-  const Result<Identification> identified = identify(blobs, scene, with_prior.identify);
+  const Clock identify_clock;
+  const Result<Identification> identified = identify(blobs, scene, options.identify);
   fix.timing_s.identify_s = identify_clock.seconds();
   if (identified->hypotheses.empty()) {
     result.status = identified.status;
@@ -167,37 +224,16 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
     return result;
   }
 
-  Clock refine_clock;
-  std::vector<Ranked> ranked;
-  int solved = 0;
-  for (const Hypothesis& hypothesis : identified->hypotheses) {
-    ranked.push_back(refine_hypothesis(hypothesis, blobs, scene, with_prior));
-    solved += ranked.back().status == Status::ok;
-    if (solved == options.max_candidates) break;
-  }
-  std::stable_sort(ranked.begin(), ranked.end(), better);
-  keep_plausible(ranked);
-  merge_equal_poses(ranked);
-  if (image && options.refine.rung == Rung::direct) {
-    for (Ranked& r : ranked) refine_by_pixels(blobs, scene, with_prior.refine, *image, r);
-  }
+  const Clock refine_clock;
+  fix.choice = rung_for({identified->hypotheses, blobs, scene, options, image},
+                        [&] { return clock.seconds(); });
+  options.refine.rung = fix.choice->rung;
+  const std::vector<Ranked> ranked =
+      refine_all(identified->hypotheses, blobs, scene, options, image);
+  complete(*fix.choice, ranked.front());
   fix.timing_s.refine_s = refine_clock.seconds();
-
   fill_fix(fix, ranked);
-  result.status = ranked.front().status;
-  result.message = ranked.front().message;
-  if (result.ok() && ranked.size() > 1) {
-    result.status = Status::ambiguous;
-    result.message = ambiguity_message(ranked.size());
-  } else if (result.ok() && identified->may_be_chance) {
-    result.status = identified.status;
-    result.message = identified.message;
-  } else if (result.ok() && ranked.front().misfits && identified->chance > chance_of_misfits) {
-    result.status = Status::ambiguous;
-    result.message =
-        "the one pose found fits badly and may be chance: " + std::to_string(identified->chance) +
-        " wrong ones are expected to fit as well";
-  }
+  conclude(ranked, identified, result);
   return result;
 }
 
@@ -210,14 +246,24 @@ void check_sizes(const ImageView& image, const Camera& camera) {
 }
 
 Scene checked(const Scene& scene, const LocateOptions& options) {
-  require(options.max_candidates > 0, "max_candidates", options.max_candidates, "positive");
-  if (options.prior) options.prior->validate();
+  options.validate();
   Scene copy = scene;
   copy.validate();
   return copy;
 }
 
 }  // namespace
+
+void LocateOptions::validate() const {
+  const auto check = [](const std::optional<double>& value, const char* name) {
+    if (value) require(*value > 0 && std::isfinite(*value), name, *value, "positive");
+  };
+  require(max_candidates > 0, "max_candidates", max_candidates, "positive");
+  check(budget_s, "budget_s");
+  check(target_sigma_m, "target_sigma_m");
+  costs.validate();
+  if (prior) prior->validate();
+}
 
 Result<Fix> locate(const ImageView& image, const Scene& scene, const LocateOptions& options) {
   const Clock clock;
@@ -228,7 +274,7 @@ Result<Fix> locate(const ImageView& image, const Scene& scene, const LocateOptio
   if (!detect_options.sensor) detect_options.sensor = scene.sensor;
   const std::vector<Blob> blobs = detect(image, detect_options);
   const double detect_s = clock.seconds();
-  Result<Fix> result = locate_blobs(blobs, valid, options, &image);
+  Result<Fix> result = locate_blobs(blobs, valid, options, &image, clock);
   result.value.timing_s.detect_s = detect_s;
   result.value.timing_s.total_s = clock.seconds();
   return result;
@@ -237,7 +283,7 @@ Result<Fix> locate(const ImageView& image, const Scene& scene, const LocateOptio
 Result<Fix> locate(const std::vector<Blob>& blobs, const Scene& scene,
                    const LocateOptions& options) {
   const Clock clock;
-  Result<Fix> result = locate_blobs(blobs, checked(scene, options), options, nullptr);
+  Result<Fix> result = locate_blobs(blobs, checked(scene, options), options, nullptr, clock);
   result.value.timing_s.total_s = clock.seconds();
   return result;
 }

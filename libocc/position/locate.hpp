@@ -17,25 +17,37 @@
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/identify/identify.hpp"
 #include "libocc/position/fix.hpp"
+#include "libocc/position/rung_costs.hpp"
 #include "libocc/refine/refine.hpp"
 #include "libocc/scene/prior.hpp"
 #include "libocc/scene/scene.hpp"
 
 namespace occ {
 
-struct LocateOptions {
+struct LIBOCC_API LocateOptions {
   std::optional<Prior> prior;  ///< used to identify and to refine
-  DetectOptions detect;        ///< its sensor is the scene's unless set
-  IdentifyOptions identify;    ///< its prior is the one above
-  RefineOptions refine;        ///< its prior is the one above
-  int max_candidates = 16;     ///< poses that fit: refined and returned at most
+  /// For the whole call; detection and identification are done when the rung is chosen, and what
+  /// they took is measured. The most accurate rung that is predicted to fit is taken instead of
+  /// refine.rung (its flux model is kept).
+  std::optional<double> budget_s;
+  /// Root of the trace of the position's covariance: the cheapest rung that is predicted to meet it
+  /// is taken; together with a budget, the cheapest that meets it within the budget.
+  std::optional<double> target_sigma_m;
+  RungCosts costs;           ///< what each rung takes on this machine
+  DetectOptions detect;      ///< its sensor is the scene's unless set
+  IdentifyOptions identify;  ///< its prior is the one above
+  RefineOptions refine;      ///< its prior is the one above
+  int max_candidates = 16;   ///< poses that fit: refined and returned at most
+
+  void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
 /// Status: ok; ambiguous (the best candidate is in the fix, all are in `candidates`); no_lamps,
 /// too_few_lamps, no_pose (also when a pose puts the lamps in place but not to size, their names
-/// following from geometry alone), degenerate, not_converged (the fix holds what was found so far).
-/// Throws
-/// std::invalid_argument when the image's size is not the camera's or the scene does not validate.
+/// following from geometry alone), degenerate, not_converged (the fix holds what was found so far);
+/// budget_not_met (one pose, but not within the budget or not to the target as predicted: the best
+/// there is; Fix::choice says what it would take). Throws std::invalid_argument when the image's
+/// size is not the camera's, or the scene or the options do not validate.
 LIBOCC_API Result<Fix> locate(const ImageView& image, const Scene& scene,
                               const LocateOptions& options = {});
 

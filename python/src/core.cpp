@@ -18,6 +18,7 @@ void define_core(py::module_& m) {
       .value("no_pose", Status::no_pose)
       .value("degenerate", Status::degenerate)
       .value("not_converged", Status::not_converged)
+      .value("budget_not_met", Status::budget_not_met)
       .finalize();
 
   m.def(

@@ -144,6 +144,8 @@ What was found so far is there even when the fix is not ok: look at status and m
       .def_property_readonly("blobs", value_of(&Fix::blobs), "Everything detected.")
       .def_property_readonly("rms_px", value_of(&Fix::rms_px), "Of centres over lamps [px].")
       .def_property_readonly("timing_s", value_of(&Fix::timing_s), "Where the time went [s].")
+      .def_property_readonly("choice", value_of(&Fix::choice),
+                             "RungChoice: by which rung locate() refined, and why; or None.")
       .def("__repr__", [](const R& r) {
         const Eigen::Vector3d sigma_m = r.value.position_covariance_m2.diagonal().cwiseSqrt();
         return "<Fix: " + std::string(to_string(r.status)) + ", position " +
@@ -155,11 +157,15 @@ What was found so far is there even when the fix is not ok: look at status and m
 
 auto locate_fields() {
   using O = LocateOptions;
-  return std::tuple_cat(std::make_tuple(field("max_candidates", &O::max_candidates,
-                                              "fitting poses returned at most")),
-                        fields_within(&O::detect, detect_fields()),
-                        fields_within(&O::identify, identify_fields()),
-                        fields_within(&O::refine, refine_fields()));
+  return std::tuple_cat(
+      std::make_tuple(
+          field("max_candidates", &O::max_candidates, "fitting poses returned at most"),
+          field("budget_s", &O::budget_s, "time for the whole call [s]: chooses the rung"),
+          field("target_sigma_m", &O::target_sigma_m,
+                "error of the position [m]: chooses the rung"),
+          field("costs", &O::costs, "RungCosts of this machine")),
+      fields_within(&O::detect, detect_fields()), fields_within(&O::identify, identify_fields()),
+      fields_within(&O::refine, refine_fields()));
 }
 
 void define_locate_function(py::module_& m) {
@@ -170,7 +176,12 @@ void define_locate_function(py::module_& m) {
 image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16, of the camera's size;
 not copied when the pixels of a row are adjacent. Or a list of Blobs that detect() found in it.
 scene: Scene. prior: Prior or None.
+With a budget_s the most accurate rung is taken that is predicted to fit into what detection and
+identification have left of it; with a target_sigma_m (root of the trace of the position's
+covariance) the cheapest that is predicted to meet it, within the budget when there is one. `rung`
+then does not count, and status budget_not_met says that none does; the fix is the best there is.
 Returns: Fix; look at `ok` or `status` before using it. All plausible poses are in `candidates`.
+`choice` says which rung was taken, and why.
 Raises: TypeError or ValueError for another array, an image of another size than the camera's, or
 a bad option.)" +
       fields_doc(fields, "Options");
@@ -198,6 +209,7 @@ a bad option.)" +
 
 void define_locate(py::module_& m) {
   define_refine(m);
+  define_ladder(m);
   define_fix(m);
   define_locate_function(m);
 }
