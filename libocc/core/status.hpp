@@ -11,13 +11,13 @@
 namespace occ {
 
 enum class Status {
-  ok,             ///< one answer, and it fits
-  ambiguous,      ///< several answers fit equally well; all are returned, ranked
-  no_lamps,       ///< nothing in the image stands out from the background
-  too_few_lamps,  ///< fewer identified lamps than the problem needs
-  no_pose,        ///< no pose explains what was seen
-  degenerate,     ///< the lamps do not determine the pose (collinear, coincident, far too small)
-  not_converged,  ///< the refinement stopped before its tolerance was met
+  ok,              ///< one answer, and it fits
+  ambiguous,       ///< several answers fit equally well; all are returned, ranked
+  no_lamps,        ///< nothing in the image stands out from the background
+  too_few_lamps,   ///< fewer identified lamps than the problem needs
+  no_pose,         ///< no pose explains what was seen
+  degenerate,      ///< the lamps do not determine the pose (collinear, coincident, far too small)
+  not_converged,   ///< the refinement stopped before its tolerance was met
   budget_not_met,  ///< the answer is the best there is, but not within the time or error asked for
 };
 

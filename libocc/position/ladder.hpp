@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What each way from blobs with names to a pose takes and errs, on one image whose truth is known:
 // closed forms on the centroids, the refinement's rungs, and OpenCV's solvers for comparison. Each
-// is timed here, over as many calls as the clock needs, from the same measured blobs; those that
-// need a start get it from P3P over triples, within their time.
+// is timed here, by the thread's own clock and over as many calls as that needs, from the same
+// measured blobs; those that need a start get it from P3P over triples, within their time.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -59,23 +59,25 @@ LIBOCC_API const std::vector<LadderStep>& ladder_steps();
 /// Throws std::invalid_argument naming those that exist.
 LIBOCC_API const LadderStep& ladder_step_named(const std::string& name);
 
+/// Root mean squares at the truth; zero where there is no bound.
+struct LadderBound {
+  double position_m = 0, rotation_rad = 0;  ///< Cramer-Rao bound
+  /// The same with the bias of points, which take a lamp's centre for that of its image.
+  double position_expected_m = 0, rotation_expected_rad = 0;
+};
+
+/// Of Rung::direct by the scene, of every other rung by the blobs at hand.
+LIBOCC_API LadderBound ladder_bound(const LadderProblem& problem, Rung rung,
+                                    FluxModel flux = FluxModel::ignore);
+
 struct LadderOutcome {
   const char* name = "";
   bool answered = false;
   Rigid3 cam_from_world;
   double time_s = 0;  ///< of one call, the mean over as many as take `least_time_s`
   double position_error_m = 0, rotation_error_rad = 0;
-  /// By the Cramer-Rao bound of what it sees, at the truth; zero where there is none.
-  double position_bound_m = 0, rotation_bound_rad = 0;
-  /// The same with the bias of points, which take a lamp's centre for that of its image.
-  double position_expected_m = 0, rotation_expected_rad = 0;
+  LadderBound bound;  ///< of what the step sees
 };
-
-/// The bound of all pixels, at the truth.
-struct LadderBound {
-  double position_m = 0, rotation_rad = 0;  ///< zero where there is none
-};
-LIBOCC_API LadderBound ladder_bound(const LadderProblem& problem);
 
 /// Runs one step. Throws std::invalid_argument unless it suits.
 LIBOCC_API LadderOutcome climb(const LadderProblem& problem, const LadderStep& step,

@@ -31,13 +31,13 @@ struct LIBOCC_API RungCost {
   bool operator==(const RungCost& other) const;
 };
 
-/// One pose each. The defaults were measured on one core of a server of 2020 or so (x86-64, 2.5 to
-/// 3 GHz) that had other work to do; they err on the long side on most of today's machines.
+/// One pose each. The defaults were measured by `libocc ladder --costs` (irregular_six, three to six
+/// lamps of 13 to 29 px) on one core of an x86-64 server of about 2.5 GHz.
 struct LIBOCC_API RungCosts {
-  RungCost points{2e-6, 1.3e-6, 0, 0};
-  RungCost centres{2e-6, 1.4e-6, 0, 0};
-  RungCost rims{6e-6, 2e-6, 0.29e-6, 0};
-  RungCost direct{10e-6, 90e-6, 0, 0.1e-6};
+  RungCost points{7e-6, 0.55e-6, 0, 0};
+  RungCost centres{7e-6, 0.6e-6, 0, 0};
+  RungCost rims{16e-6, 0, 0.28e-6, 0};
+  RungCost direct{80e-6, 20e-6, 0, 0.11e-6};
 
   const RungCost& of(Rung rung) const;
   bool operator==(const RungCosts& other) const;

@@ -9,12 +9,13 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['Blob', 'Camera', 'Candidate', 'Ellipse', 'Fix', 'FluxModel', 'Hypothesis', 'Identification', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Match', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'Refined', 'Response', 'Room', 'Rung', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Truth', 'detect', 'heading_rad', 'identify', 'locate', 'look_at', 'p3p', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'read_camera', 'read_image', 'refine', 'simulate', 'solve_pose', 'solvers', 'write_image']
+__all__: list[str] = ['Blob', 'Camera', 'Candidate', 'Ellipse', 'Fix', 'FluxModel', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Match', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'Refined', 'Response', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Truth', 'detect', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'locate', 'look_at', 'p3p', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'read_camera', 'read_image', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
     """
     ambiguous = 1
+    budget_not_met = 7
     degenerate = 5
     no_lamps = 2
     no_pose = 4
@@ -940,6 +941,276 @@ class Refined:
         """
         Contained in the covariance; 1 unless chi2 is too large for chance.
         """
+class RungCost:
+    """
+    What refining one pose takes by one rung.
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, fixed_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, per_lamp_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, per_rim_point_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, per_pixel_s: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> RungCost:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def fixed_s(self) -> float:
+        """
+        whatever there is to refine by [s]
+        """
+    @property
+    def per_lamp_s(self) -> float:
+        """
+        for each lamp [s]
+        """
+    @property
+    def per_pixel_s(self) -> float:
+        """
+        for each pixel around it [s]
+        """
+    @property
+    def per_rim_point_s(self) -> float:
+        """
+        for each point of its rim [s]
+        """
+class RungCosts:
+    """
+    What each rung takes on a machine: for locate(costs=...).
+
+    `libocc ladder --costs FILE.yaml` measures them; the defaults are those of an ordinary server.
+    """
+    @staticmethod
+    def load(path: os.PathLike[str] | str) -> RungCosts:
+        """
+        Reads a file of costs. Raises: FileNotFoundError or OSError when it cannot be opened,
+        ValueError naming file, line and key when its content is wrong.
+        """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, points: RungCost = ..., centres: RungCost = ..., rims: RungCost = ..., direct: RungCost = ...) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> RungCosts:
+        """
+        A copy with the given fields changed.
+        """
+    def save(self, path: os.PathLike[str] | str) -> None:
+        """
+        Writes a file, whole or not at all. Raises: OSError.
+        """
+    @property
+    def centres(self) -> RungCost:
+        """
+        of Rung.centres
+        """
+    @property
+    def direct(self) -> RungCost:
+        """
+        of Rung.direct
+        """
+    @property
+    def points(self) -> RungCost:
+        """
+        of Rung.points
+        """
+    @property
+    def rims(self) -> RungCost:
+        """
+        of Rung.rims
+        """
+class RungForecast:
+    """
+    What a rung was predicted to take and to reach.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def predicted_s(self) -> float:
+        """
+        Time of the refinement [s].
+        """
+    @property
+    def predicted_sigma_m(self) -> float | None:
+        """
+        Of the position [m], or None when nothing depended on it.
+        """
+    @property
+    def rung(self) -> Rung:
+        """
+        Rung.
+        """
+class RungChoice:
+    """
+    By which rung a pose was refined, and why.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def alternatives(self) -> list[RungForecast]:
+        """
+        A RungForecast for each rung that was considered, cheapest first.
+        """
+    @property
+    def met(self) -> bool:
+        """
+        Whether budget and target are, as predicted.
+        """
+    @property
+    def predicted_s(self) -> float:
+        """
+        Time of the refinement [s].
+        """
+    @property
+    def predicted_sigma_m(self) -> float | None:
+        """
+        Of the position [m]: root of the trace of its covariance's bound.
+        """
+    @property
+    def reason(self) -> str:
+        """
+        A sentence; unless met, what it would take.
+        """
+    @property
+    def rung(self) -> Rung:
+        """
+        Rung.
+        """
+class LadderStep:
+    """
+    A way from blobs with names to a pose.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def family(self) -> str:
+        """
+        Who wrote what it times.
+        """
+    @property
+    def name(self) -> str:
+        """
+        For ladder_frame().
+        """
+    @property
+    def observations(self) -> Rung:
+        """
+        What it sees, a Rung.
+        """
+    @property
+    def what(self) -> str:
+        """
+        A phrase for people.
+        """
+class LadderBound:
+    """
+    Least errors, root mean squares; 0 where there is no bound.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def position_expected_m(self) -> float:
+        """
+        Bound and bias [m].
+        """
+    @property
+    def position_m(self) -> float:
+        """
+        Cramer-Rao bound [m].
+        """
+    @property
+    def rotation_expected_rad(self) -> float:
+        """
+        Bound and bias [rad].
+        """
+    @property
+    def rotation_rad(self) -> float:
+        """
+        Cramer-Rao bound [rad].
+        """
+class LadderOutcome:
+    """
+    What one step took and erred on one image.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def answered(self) -> bool:
+        """
+        Whether it returned a pose.
+        """
+    @property
+    def bound(self) -> LadderBound:
+        """
+        LadderBound of what the step sees.
+        """
+    @property
+    def cam_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        Pose, 4x4.
+        """
+    @property
+    def name(self) -> str:
+        """
+        Of the step.
+        """
+    @property
+    def position_error_m(self) -> float:
+        """
+        [m]
+        """
+    @property
+    def rotation_error_rad(self) -> float:
+        """
+        [rad]
+        """
+    @property
+    def time_s(self) -> float:
+        """
+        Of one call [s].
+        """
+class LadderFrame:
+    """
+    What every step took and erred on one image.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def detect_s(self) -> float:
+        """
+        Finding the blobs [s].
+        """
+    @property
+    def outcomes(self) -> list[LadderOutcome]:
+        """
+        LadderOutcome of each step that suits.
+        """
+    @property
+    def pixels(self) -> LadderBound:
+        """
+        LadderBound of all pixels.
+        """
+    @property
+    def points(self) -> LadderBound:
+        """
+        LadderBound of the centroids.
+        """
+    @property
+    def points_in_world_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        (n, 3) lamps' centres.
+        """
+    @property
+    def points_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"]:
+        """
+        (n, 2) their centroids.
+        """
 class Candidate:
     """
     One pose that explains the image.
@@ -1034,6 +1305,11 @@ class Fix:
     def candidates(self) -> list[Candidate]:
         """
         Every plausible pose, best first; the first is the fix.
+        """
+    @property
+    def choice(self) -> RungChoice | None:
+        """
+        RungChoice: by which rung locate() refined, and why; or None.
         """
     @property
     def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
@@ -1228,19 +1504,39 @@ def identify(blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior |
       miss_penalty: chi-square for a lamp that should be seen but is not
       max_hypotheses: poses tried at most
     """
-def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, max_candidates: typing.SupportsInt | typing.SupportsIndex = 16, sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 200000, rung: Rung = ..., flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Fix:
+def ladder_frame(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], steps: collections.abc.Sequence[str], least_time_s: typing.SupportsFloat | typing.SupportsIndex = 5e-05) -> LadderFrame:
+    """
+    Runs steps of the ladder on an image whose truth is known.
+
+    steps: names of ladder_steps(); those that do not suit the lamps are left out. least_time_s: each is
+    called until so much time has gone by. Returns: LadderFrame, without outcomes below three lamps.
+    Raises: ValueError for an unknown step or an image of another size than the camera's.
+    """
+def ladder_steps() -> list[LadderStep]:
+    """
+    Every step of the ladder.
+    """
+def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, max_candidates: typing.SupportsInt | typing.SupportsIndex = 16, budget_s: typing.SupportsFloat | typing.SupportsIndex | None = None, target_sigma_m: typing.SupportsFloat | typing.SupportsIndex | None = None, costs: RungCosts = ..., sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 200000, rung: Rung = ..., flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Fix:
     """
     Where was the camera when it took this image of these lamps?
 
     image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16, of the camera's size;
     not copied when the pixels of a row are adjacent. Or a list of Blobs that detect() found in it.
     scene: Scene. prior: Prior or None.
+    With a budget_s the most accurate rung is taken that is predicted to fit into what detection and
+    identification have left of it; with a target_sigma_m (root of the trace of the position's
+    covariance) the cheapest that is predicted to meet it, within the budget when there is one. `rung`
+    then does not count, and status budget_not_met says that none does; the fix is the best there is.
     Returns: Fix; look at `ok` or `status` before using it. All plausible poses are in `candidates`.
+    `choice` says which rung was taken, and why.
     Raises: TypeError or ValueError for another array, an image of another size than the camera's, or
     a bad option.
 
     Options:
       max_candidates: fitting poses returned at most
+      budget_s: time for the whole call [s]: chooses the rung
+      target_sigma_m: error of the position [m]: chooses the rung
+      costs: RungCosts of this machine
       sensor: Sensor for noise, full scale, stripes; None: estimate
       threshold_sigma: threshold above the background [its sigma]
       threshold_dn: absolute threshold [grey levels] instead
@@ -1380,6 +1676,10 @@ def solve_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.fl
 def solvers() -> list[Solver]:
     """
     Every pose solver, those for the fewest points first.
+    """
+def time_refine(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], rung: Rung, least_time_s: typing.SupportsFloat | typing.SupportsIndex = 0.001) -> tuple[int, int, int, float]:
+    """
+    Lamps, rim points, pixels, and the time [s] of refining a pose by them; 0: none found.
     """
 def write_image(path: os.PathLike[str] | str, image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16]) -> None:
     """

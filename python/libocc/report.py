@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ._core import Blob, Candidate, Fix, Status, Truth, heading_rad
+from ._core import Blob, Candidate, Fix, RungChoice, Status, Truth, heading_rad
 
 
 def sigmas_mm(found: Fix | Candidate) -> list[float]:
@@ -62,6 +62,23 @@ def candidate_dict(found: Fix | Candidate) -> dict[str, Any]:
     }
 
 
+def choice_dict(choice: RungChoice | None) -> dict[str, Any] | None:
+    """By which rung a pose was refined, and why, as plain data."""
+    if choice is None:
+        return None
+    return {
+        "rung": choice.rung.name,
+        "predicted_s": choice.predicted_s,
+        "predicted_sigma_m": choice.predicted_sigma_m,
+        "met": choice.met,
+        "reason": choice.reason,
+        "alternatives": [
+            {"rung": f.rung.name, "predicted_s": f.predicted_s, "predicted_sigma_m": f.predicted_sigma_m}
+            for f in choice.alternatives
+        ],
+    }
+
+
 def fix_dict(fix: Fix) -> dict[str, Any]:
     """A fix as plain data."""
     timing = fix.timing_s
@@ -71,6 +88,7 @@ def fix_dict(fix: Fix) -> dict[str, Any]:
         "message": fix.message,
         **candidate_dict(fix),
         "candidates": [candidate_dict(candidate) for candidate in fix.candidates],
+        "choice": choice_dict(fix.choice),
         "timing_s": {
             "detect": timing.detect_s,
             "identify": timing.identify_s,
@@ -108,8 +126,8 @@ def _ids(found: Fix | Candidate) -> str:
     return " ".join(str(id) for id in found.lamps)
 
 
-def fix_text(fix: Fix) -> str:
-    """A fix for people."""
+def fix_text(fix: Fix, explain: bool = False) -> str:
+    """A fix for people. explain: why its rung was taken."""
     timing = fix.timing_s
     lines = [f"status    {fix.status.name}" + (f": {fix.message}" if fix.message else "")]
     if fix.candidates:
@@ -124,6 +142,8 @@ def fix_text(fix: Fix) -> str:
         f"time      {timing.total_s * 1e3:.1f} ms (detect {timing.detect_s * 1e3:.1f}, "
         f"identify {timing.identify_s * 1e3:.1f}, refine {timing.refine_s * 1e3:.1f})"
     )
+    if explain and fix.choice is not None and fix.choice.met:
+        lines.append(f"rung      {fix.choice.reason}")
     if fix.status is not Status.ok and len(fix.candidates) > 1:
         lines.append("candidates, best first:")
         for i, candidate in enumerate(fix.candidates, 1):

@@ -16,12 +16,6 @@ namespace {
 
 using Path = std::filesystem::path;
 
-template <class C>
-void define_equality(py::class_<C>& cls) {
-  cls.def(
-      "__eq__", [](const C& a, const C& b) { return a == b; }, py::is_operator());
-}
-
 void define_costs(py::module_& m) {
   py::class_<RungCost> cost(m, "RungCost", "What refining one pose takes by one rung.");
   const auto terms = std::make_tuple(
@@ -31,7 +25,6 @@ void define_costs(py::module_& m) {
       field("per_pixel_s", &RungCost::per_pixel_s, "for each pixel around it [s]"));
   define_value(cost, terms);
   define_repr(cost, "RungCost", terms);
-  define_equality(cost);
 
   py::class_<RungCosts> costs(m, "RungCosts",
                               R"(What each rung takes on a machine: for locate(costs=...).
@@ -43,7 +36,6 @@ void define_costs(py::module_& m) {
                                      field("direct", &RungCosts::direct, "of Rung.direct"));
   define_value(costs, rungs);
   define_repr(costs, "RungCosts", rungs);
-  define_equality(costs);
   costs
       .def_static(
           "load", [](const Path& path) { return reading(path, &read_rung_costs); }, py::arg("path"),
@@ -92,6 +84,15 @@ void define_steps(py::module_& m) {
            [](const LadderStep& s) { return "<LadderStep: " + std::string(s.name) + ">"; });
   m.def("ladder_steps", &ladder_steps, "Every step of the ladder.");
 
+  using B = LadderBound;
+  py::class_<B>(m, "LadderBound", "Least errors, root mean squares; 0 where there is no bound.")
+      .def_readonly("position_m", &B::position_m, "Cramer-Rao bound [m].")
+      .def_readonly("rotation_rad", &B::rotation_rad, "Cramer-Rao bound [rad].")
+      .def_readonly("position_expected_m", &B::position_expected_m, "Bound and bias [m].")
+      .def_readonly("rotation_expected_rad", &B::rotation_expected_rad, "Bound and bias [rad].")
+      .def("__repr__",
+           [](const B& b) { return "<LadderBound: " + value_repr(b.position_m) + " m>"; });
+
   using O = LadderOutcome;
   py::class_<O>(m, "LadderOutcome", "What one step took and erred on one image.")
       .def_readonly("name", &O::name, "Of the step.")
@@ -100,17 +101,14 @@ void define_steps(py::module_& m) {
       .def_readonly("time_s", &O::time_s, "Of one call [s].")
       .def_readonly("position_error_m", &O::position_error_m, "[m]")
       .def_readonly("rotation_error_rad", &O::rotation_error_rad, "[rad]")
-      .def_readonly("position_bound_m", &O::position_bound_m, "Of what it sees [m]; 0: none.")
-      .def_readonly("rotation_bound_rad", &O::rotation_bound_rad, "Of what it sees [rad].")
-      .def_readonly("position_expected_m", &O::position_expected_m, "Bound and bias [m].")
-      .def_readonly("rotation_expected_rad", &O::rotation_expected_rad, "Bound and bias [rad].")
+      .def_readonly("bound", &O::bound, "LadderBound of what the step sees.")
       .def("__repr__", [](const O& o) { return "<LadderOutcome: " + std::string(o.name) + ">"; });
 }
 
 /// All chosen steps on one image.
 struct LadderFrame {
   double detect_s = 0;
-  LadderBound bound;
+  LadderBound pixels, points;
   Eigen::MatrixX3d points_in_world_m;
   Eigen::MatrixX2d points_px;
   std::vector<LadderOutcome> outcomes;
@@ -120,10 +118,13 @@ LadderFrame ladder_frame(const NumpyImage& image, const Scene& scene, const Rigi
                          const std::vector<std::string>& steps, double least_time_s) {
   py::gil_scoped_release unlocked;
   const LadderProblem problem = ladder_problem(image.view, scene, cam_from_world);
-  LadderFrame frame{
-      problem.detect_s, {}, problem.points_in_world.transpose(), problem.points_px.transpose(), {}};
+  LadderFrame frame;
+  frame.detect_s = problem.detect_s;
+  frame.points_in_world_m = problem.points_in_world.transpose();
+  frame.points_px = problem.points_px.transpose();
   if (problem.matches.size() < 3) return frame;
-  frame.bound = ladder_bound(problem);
+  frame.pixels = ladder_bound(problem, Rung::direct);
+  frame.points = ladder_bound(problem, Rung::points);
   for (const std::string& name : steps) {
     const LadderStep& step = ladder_step_named(name);
     if (step.suits(problem)) frame.outcomes.push_back(climb(problem, step, least_time_s));
@@ -135,12 +136,8 @@ void define_frame(py::module_& m) {
   using F = LadderFrame;
   py::class_<F>(m, "LadderFrame", "What every step took and erred on one image.")
       .def_readonly("detect_s", &F::detect_s, "Finding the blobs [s].")
-      .def_property_readonly(
-          "position_bound_m", [](const F& f) { return f.bound.position_m; },
-          "Of all pixels [m]; 0 where there is none.")
-      .def_property_readonly(
-          "rotation_bound_rad", [](const F& f) { return f.bound.rotation_rad; },
-          "Of all pixels [rad].")
+      .def_readonly("pixels", &F::pixels, "LadderBound of all pixels.")
+      .def_readonly("points", &F::points, "LadderBound of the centroids.")
       .def_readonly("points_in_world_m", &F::points_in_world_m, "(n, 3) lamps' centres.")
       .def_readonly("points_px", &F::points_px, "(n, 2) their centroids.")
       .def_readonly("outcomes", &F::outcomes, "LadderOutcome of each step that suits.")

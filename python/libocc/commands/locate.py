@@ -18,6 +18,9 @@ from ..cli import blamed_on, emit_json, json_option, overlay_option
 @click.option("--prior-heading-sigma-deg", type=float, default=20, show_default=True)
 @click.option("--prior-gravity", type=float, nargs=3, metavar="X Y Z", help="Down, camera frame.")
 @click.option("--prior-gravity-sigma-deg", type=float, default=1, show_default=True)
+@click.option("--budget-ms", type=float, help="Time for all: take the most accurate rung that fits.")
+@click.option("--target-mm", type=float, help="Error of the position: take the cheapest that meets it.")
+@click.option("--costs", metavar="FILE.yaml", help="What rungs take here: see libocc ladder --costs.")
 @json_option
 @overlay_option
 @click.pass_context
@@ -31,6 +34,9 @@ def command(
     prior_heading_sigma_deg: float,
     prior_gravity: tuple[float, float, float] | None,
     prior_gravity_sigma_deg: float,
+    budget_ms: float | None,
+    target_mm: float | None,
+    costs: str | None,
     as_json: bool,
     overlay: str | None,
 ) -> None:
@@ -48,7 +54,7 @@ def command(
 
     Finds where the camera was when it took IMAGE of the lamps of SCENE, a YAML file or the name of
     a scene that comes with libocc. Exit code 0: one pose fits; 1: none, or several, which are
-    shown; 2: bad input.
+    shown, or not within --budget-ms and --target-mm; 2: bad input.
     """
     with blamed_on("prior"):
         prior = occ.Prior(
@@ -59,11 +65,19 @@ def command(
             gravity_in_cam=prior_gravity,
             gravity_sigma_rad=math.radians(prior_gravity_sigma_deg),
         )
+    table = occ.RungCosts()
+    if costs is not None:
+        with blamed_on(costs):
+            table = occ.RungCosts.load(costs)
     with blamed_on(scene):
         lamps = samples.load_scene(scene)
     with blamed_on(image):
         pixels = occ.read_image(image)
-        fix = occ.locate(pixels, lamps, prior)
+        fix = occ.locate(
+            pixels, lamps, prior, costs=table,
+            budget_s=None if budget_ms is None else 1e-3 * budget_ms,
+            target_sigma_m=None if target_mm is None else 1e-3 * target_mm,
+        )
     if overlay is not None:
         from ..overlay import draw_fix
 
@@ -72,6 +86,6 @@ def command(
     if as_json:
         emit_json(report.fix_dict(fix))
     else:
-        click.echo(report.fix_text(fix))
+        click.echo(report.fix_text(fix, explain=budget_ms is not None or target_mm is not None))
     if not fix.ok:
         ctx.exit(1)

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Files that are written whole or not at all."""
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
+
+
+@contextmanager
+def whole_file(path: str) -> Iterator[IO[bytes]]:
+    """A file that takes its name when the block ends well. Raises: OSError naming it."""
+    folder = Path(path).resolve().parent
+    try:
+        if Path(path).is_dir():
+            raise IsADirectoryError(f"{path}: is a folder")
+        handle, name = tempfile.mkstemp(dir=folder, prefix=".libocc-")
+    except OSError as error:
+        raise OSError(f"{path}: cannot be written: {error.strerror or 'is a folder'}") from error
+    try:
+        with os.fdopen(handle, "wb") as file:
+            yield file
+        os.chmod(name, 0o666 & ~_umask())
+        os.replace(name, path)
+    except BaseException:
+        os.unlink(name)
+        raise
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
