@@ -31,8 +31,8 @@ struct LIBOCC_API RungCost {
   bool operator==(const RungCost& other) const;
 };
 
-/// One pose each. The defaults were measured by `libocc ladder --costs` (irregular_six, three to six
-/// lamps of 13 to 29 px) on one core of an x86-64 server of about 2.5 GHz.
+/// One pose each. The defaults were measured by `libocc ladder --costs` (irregular_six, three to
+/// six lamps of 13 to 29 px) on one core of an x86-64 server of about 2.5 GHz.
 struct LIBOCC_API RungCosts {
   RungCost points{7e-6, 0.55e-6, 0, 0};
   RungCost centres{7e-6, 0.6e-6, 0, 0};
