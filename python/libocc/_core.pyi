@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['Blob', 'Camera', 'Candidate', 'Ellipse', 'Fix', 'FluxModel', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Match', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'Refined', 'Response', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Truth', 'detect', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'locate', 'look_at', 'p3p', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'read_camera', 'read_image', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
+__all__: list[str] = ['Blob', 'Camera', 'Candidate', 'Ellipse', 'Fix', 'FluxModel', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Match', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'Refined', 'Response', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Truth', 'detect', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'locate', 'look_at', 'p3p', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'read_camera', 'read_image', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -941,6 +941,47 @@ class Refined:
         """
         Contained in the covariance; 1 unless chi2 is too large for chance.
         """
+class PoseBound:
+    """
+    The least covariance that an unbiased pose can have.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        (6, 6) [rotation, translation], left perturbation; 0: no bound.
+        """
+    @property
+    def lamps(self) -> int:
+        """
+        Lamps or points that contribute.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def position_covariance_m2(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3) of the position [m^2, world].
+        """
+    @property
+    def rank(self) -> int:
+        """
+        Directions of the pose that are determined, of 6.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
 class RungCost:
     """
     What refining one pose takes by one rung.
@@ -1578,6 +1619,23 @@ def p3p(bearings: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3
     bearings: (3, 3), a unit vector (camera frame) in each row. points_in_world: (3, 3), a point [m] in
     each row. Returns: (k, 4, 4) candidates for cam_from_world, k from 0 to 4, in no order: all fit.
     Raises: ValueError for numbers that are not finite or bearings that are not unit.
+    """
+@typing.overload
+def pose_bound(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], rung: Rung = Rung.direct, flux: FluxModel = FluxModel.ignore) -> PoseBound:
+    """
+    The Cramer-Rao bound of the pose from an image that the scene's camera would take.
+
+    rung: from what of the image; direct: from every pixel. flux: what is known of the lamps' light.
+    Returns: PoseBound; status too_few_lamps or degenerate where there is none.
+    Raises: ValueError for a pose that is no rigid transform.
+    """
+@typing.overload
+def pose_bound(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], camera: Camera, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], sigma_px: typing.SupportsFloat | typing.SupportsIndex | collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]) -> PoseBound:
+    """
+    The Cramer-Rao bound of the pose from image points.
+
+    points_in_world_m: (n, 3). sigma_px: of a pixel coordinate, along each axis, one or for each point.
+    Returns: PoseBound. Raises: ValueError for counts that differ or numbers that are not finite.
     """
 def pose_candidates(bearings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], solver: str = 'auto', *, origins_in_cam_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"] | None = None, up_in_cam: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = None, tolerance_rad: typing.SupportsFloat | typing.SupportsIndex = 1e-06, polish: bool = True) -> PoseCandidates:
     """

@@ -209,6 +209,7 @@ a bad option.)" +
 
 void define_locate(py::module_& m) {
   define_refine(m);
+  define_bound(m);
   define_ladder(m);
   define_fix(m);
   define_locate_function(m);

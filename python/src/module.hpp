@@ -21,6 +21,7 @@ void define_formation(py::module_& m);
 void define_simulate(py::module_& m);
 void define_detect(py::module_& m);
 void define_identify(py::module_& m);
+void define_bound(py::module_& m);   // by define_locate
 void define_ladder(py::module_& m);  // by define_locate
 void define_locate(py::module_& m);
 void define_pose(py::module_& m);

@@ -306,3 +306,22 @@ def test_costs_are_values_and_files(tmp_path: Path):
         occ.RungCosts.load(tmp_path / "bad.yaml")
     with pytest.raises(ValueError, match="costs.rims.fixed_s"):
         occ.RungCosts(rims=occ.RungCost(fixed_s=-1))
+
+
+def test_pose_bound_of_points_and_scenes(scene, pose, image):
+    points = np.array([lamp.centre_m for lamp in scene.lamps])
+    one = occ.pose_bound(points, scene.camera, pose, 0.1)
+    assert one.ok and one.rank == 6 and one.lamps == 6 and one.covariance.shape == (6, 6)
+    each = occ.pose_bound(points, scene.camera, pose, [0.2] * 6)
+    assert np.allclose(each.covariance, 4 * one.covariance)
+    expected = occ.position_covariance(pose, one.covariance)
+    assert np.allclose(one.position_covariance_m2, expected)
+    direct = occ.pose_bound(scene, pose)
+    rims = occ.pose_bound(scene, pose, occ.Rung.rims)
+    assert 0 < np.trace(direct.position_covariance_m2) < np.trace(rims.position_covariance_m2)
+    fix = occ.locate(image, scene, rung=occ.Rung.direct)
+    assert np.allclose(np.diag(fix.covariance), np.diag(direct.covariance), rtol=0.1)
+    none = occ.pose_bound(points[:2], scene.camera, pose, 0.1)
+    assert none.status is occ.Status.too_few_lamps and none.rank == 4 and not none.covariance.any()
+    with pytest.raises(ValueError, match="sigma"):
+        occ.pose_bound(points, scene.camera, pose, -1)
