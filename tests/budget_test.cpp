@@ -8,10 +8,12 @@
 #include <map>
 #include <vector>
 
+#include "libocc/core/image_file.hpp"
 #include "libocc/position/locate.hpp"
 #include "libocc/position/rung_choice.hpp"
 #include "libocc/position/rung_costs.hpp"
 #include "libocc/refine/bound.hpp"
+#include "libocc/scene/scene_file.hpp"
 #include "libocc/simulate/simulate.hpp"
 #include "support.hpp"
 #include "temporary_folder.hpp"
@@ -321,6 +323,16 @@ TEST_F(LocateBudget, OffersNoPixelsWithoutAnImage) {
   options.budget_s.reset();
   options.refine.rung = Rung::direct;
   EXPECT_EQ(locate(blobs, scene_, options)->choice->rung, Rung::rims);
+}
+
+TEST(LocateBudgetOfStripes, OffersNoPixelsOfBlinkingLamps) {
+  const Scene scene = read_scene(LIBOCC_DATA "/scenes/coded_four.yaml");
+  const Image image = read_image(LIBOCC_DATA "/images/coded_four_1.png");
+  LocateOptions options;
+  options.budget_s = 1e3;
+  const Result<Fix> fix = locate(image.view(), scene, options);
+  ASSERT_TRUE(fix.ok()) << fix.message;
+  EXPECT_EQ(fix->choice->rung, Rung::rims);
 }
 
 TEST_F(LocateBudget, AmbiguityIsWorseThanAMissedBudget) {

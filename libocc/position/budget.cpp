@@ -13,22 +13,28 @@ namespace {
 /// Hypotheses further off than this (a likelihood ratio of 1000) are not refined by pixels.
 constexpr double plausible_chi2 = 13.8;
 
-template <typename Holds>
-bool some_blob(const RefinementAhead& ahead, const Holds& holds) {
-  const std::vector<Match>& matches = ahead.hypotheses.front().matches;
-  return std::any_of(matches.begin(), matches.end(), [&](const Match& match) {
-    return holds(ahead.blobs[static_cast<std::size_t>(match.blob)]);
-  });
+bool has_rim(const RefinementAhead& ahead, const Match& match) {
+  return !ahead.blobs[static_cast<std::size_t>(match.blob)].rim.empty();
+}
+
+/// Whether the direct rung takes a lamp by its pixels.
+bool shows_pixels(const RefinementAhead& ahead, const Match& match) {
+  const Blob& blob = ahead.blobs[static_cast<std::size_t>(match.blob)];
+  const Lamp& lamp = ahead.scene.lamps[static_cast<std::size_t>(match.lamp)];
+  const bool by_rows = blob.striped || (lamp.frequency_hz && ahead.scene.sensor.row_time_s > 0);
+  return !by_rows && !blob.merged && !blob.cut_by_border;
 }
 
 /// Those that differ for these blobs, cheapest first.
 std::vector<Rung> rungs_on_offer(const RefinementAhead& ahead) {
   std::vector<Rung> rungs = {Rung::points, Rung::centres};
-  if (some_blob(ahead, [](const Blob& b) { return !b.rim.empty(); })) rungs.push_back(Rung::rims);
-  const auto shows_pixels = [](const Blob& b) {
-    return !b.striped && !b.merged && !b.cut_by_border;
+  const auto some = [&](bool (*holds)(const RefinementAhead&, const Match&)) {
+    const std::vector<Match>& matches = ahead.hypotheses.front().matches;
+    return std::any_of(matches.begin(), matches.end(),
+                       [&](const Match& match) { return holds(ahead, match); });
   };
-  if (ahead.image && some_blob(ahead, shows_pixels)) rungs.push_back(Rung::direct);
+  if (some(has_rim)) rungs.push_back(Rung::rims);
+  if (ahead.image && some(shows_pixels)) rungs.push_back(Rung::direct);
   return rungs;
 }
 
@@ -49,10 +55,13 @@ double predicted_s(const RefinementAhead& ahead, Rung rung) {
   return sum;
 }
 
-/// What a scene of the lamps that were seen says costs half of what the image itself says.
+/// What a scene of the lamps that were seen says costs half of what the image itself says, but
+/// knows nothing of priors, model errors and lamps whose pixels are of no use.
 Result<PoseBound> bound_of_pixels(const RefinementAhead& ahead, const RefineOptions& options) {
   const Hypothesis& best = ahead.hypotheses.front();
-  if (options.prior || options.model_sigma_px > 0) {
+  const bool all_show = std::all_of(best.matches.begin(), best.matches.end(),
+                                    [&](const Match& m) { return shows_pixels(ahead, m); });
+  if (options.prior || options.model_sigma_px > 0 || !all_show) {
     return pose_bound(best.matches, ahead.blobs, ahead.scene, best.cam_from_world, options,
                       *ahead.image);
   }

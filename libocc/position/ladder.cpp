@@ -77,18 +77,10 @@ void take_points(LadderProblem& p) {
 }
 
 Result<PoseBound> bound_of(const LadderProblem& p, Rung rung, FluxModel flux) {
-  if (rung != Rung::direct) {
-    RefineOptions options;
-    options.rung = rung;
-    options.flux = flux;
-    return pose_bound(p.matches, p.blobs, p.scene, p.truth, options);
-  }
-  Scene seen = p.scene;
-  seen.lamps.clear();
-  for (const Match& match : p.matches) {
-    seen.lamps.push_back(p.scene.lamps[static_cast<std::size_t>(match.lamp)]);
-  }
-  return pose_bound(seen, p.truth, rung, flux);
+  RefineOptions options;
+  options.rung = rung;
+  options.flux = flux;
+  return pose_bound(p.matches, p.blobs, p.scene, p.truth, options, p.image);
 }
 
 }  // namespace

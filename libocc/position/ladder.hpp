@@ -66,7 +66,7 @@ struct LadderBound {
   double position_expected_m = 0, rotation_expected_rad = 0;
 };
 
-/// Of Rung::direct by the scene, of every other rung by the blobs at hand.
+/// Of what the blobs and the image at hand offer to a rung.
 LIBOCC_API LadderBound ladder_bound(const LadderProblem& problem, Rung rung,
                                     FluxModel flux = FluxModel::ignore);
 
