@@ -82,8 +82,12 @@ def chosen_rungs(wanted: tuple[str, ...]) -> tuple[list[Rung], list[str]]:
 def check_outputs(csv_path: str | None, plot_path: str | None, costs_path: str | None) -> None:
     """Before the work: files that cannot be written, a plot that cannot be drawn."""
     for path in (csv_path, plot_path, costs_path):
-        if path is not None and not Path(path).resolve().parent.is_dir():
+        if path is None:
+            continue
+        if not Path(path).resolve().parent.is_dir():
             raise Failure(f"{path}: cannot be written: its folder does not exist")
+        if Path(path).is_dir():
+            raise Failure(f"{path}: cannot be written: is a folder")
     if plot_path is not None:
         from ..ladder.plot import ending_of
 
@@ -116,7 +120,8 @@ def headline(settings: dict[str, Any], result: Run) -> str:
     noise = "" if settings["noise"] == 1 else f", noise x {settings['noise']:g}"
     return (
         f"{settings['scene']}: {count} lamps at {settings['range_m']:g} m, tilt "
-        f"{settings['tilt_deg']:g} deg{noise}, {result.frames} frames"
+        f"{settings['tilt_deg']:g} deg{noise}, {result.frames} frame"
+        + ("" if result.frames == 1 else "s")
     )
 
 
