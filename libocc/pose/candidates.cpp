@@ -14,6 +14,7 @@
 #include "libocc/pose/point_layout.hpp"
 #include "libocc/pose/pose_newton.hpp"
 #include "libocc/pose/spread.hpp"
+#include "libocc/pose/unit_frame.hpp"
 
 namespace occ {
 namespace {
@@ -61,23 +62,17 @@ const char* solver_for(const PoseProblem& p) {
   return p.size() == 3 ? "p3p" : "p3p_triples";
 }
 
-// The problem about its centroid and of unit size, and the way back.
+// The problem in its points' unit frame.
 struct Normalised {
   PoseProblem problem;
-  Eigen::Vector3d centroid;
-  double scale = 0;
+  UnitFrame frame;
 
-  double offset() const { return centroid.norm() / scale; }
-  explicit Normalised(const PoseProblem& p) : centroid(p.points.rowwise().mean()) {
-    problem.points = p.points.colwise() - centroid;
-    scale = std::sqrt(problem.points.squaredNorm() / static_cast<double>(p.size()));
-    problem.points /= scale;
+  explicit Normalised(const PoseProblem& p) {
+    problem.points = p.points;
+    frame = normalise(problem.points);
     problem.bearings = p.bearings.colwise().normalized();
-    if (has_origins(p)) problem.origins = p.origins / scale;
+    if (has_origins(p)) problem.origins = p.origins / frame.size_m;
     if (p.up_in_cam) problem.up_in_cam = p.up_in_cam->normalized();
-  }
-  Rigid3 restored(const Rigid3& pose) const {
-    return {pose.rotation, scale * pose.translation - pose.rotation * centroid};
   }
 };
 
@@ -137,7 +132,8 @@ bool measure(const PoseProblem& p, double tolerance_rad, PoseCandidate& c) {
   return make_rotation(c.cam_from_world.rotation);
 }
 
-void polish(const PoseProblem& p, double tolerance_rad, PoseCandidate& c) {
+// `seen`: the problem's, for more than three points.
+void polish(const PoseProblem& p, const SeenPoints& seen, double tolerance_rad, PoseCandidate& c) {
   constexpr double exact_rad = 1e-11;  // nothing to gain for three points
   constexpr double rounding = 1e-15;
   if (p.size() < 3) return;  // two points leave the tilt open
@@ -145,7 +141,7 @@ void polish(const PoseProblem& p, double tolerance_rad, PoseCandidate& c) {
   constexpr int max_steps = 30;
   PoseCandidate polished = c;
   Rigid3& pose = polished.cam_from_world;
-  if (p.size() > 3) pose = fit_points(seen_along(p), pose, max_steps, 1e-15).pose;
+  if (p.size() > 3) pose = fit_points(seen, pose, max_steps, 1e-15).pose;
   sharpen(p.bearings, p.points, p.origins, max_steps, pose);
   if (measure(p, tolerance_rad, polished) && polished.misfit_rad < c.misfit_rad + rounding)
     c = polished;
@@ -180,12 +176,14 @@ std::vector<PoseCandidate> guarded(const PoseProblem& p, const Solver& solver,
     solver.solve(spread_part(p, solver.max_points), raw);
   else
     solver.solve(p, raw);
+  const bool fitted = options.polish && p.size() > 3;
+  const SeenPoints seen = fitted ? seen_along(p) : SeenPoints{};
   std::vector<PoseCandidate> candidates;
   candidates.reserve(raw.size());
   for (const Rigid3& pose : raw) {
     PoseCandidate c{pose};
     if (!measure(p, options.tolerance_rad, c)) continue;
-    if (options.polish) polish(p, options.tolerance_rad, c);
+    if (options.polish) polish(p, seen, options.tolerance_rad, c);
     candidates.push_back(c);
   }
   merge_and_rank(candidates);
@@ -213,14 +211,15 @@ Result<std::vector<PoseCandidate>> pose_candidates(const PoseProblem& problem,
     return result;
   }
   const Normalised normalised(problem);
-  result.message = layout_fault(normalised.problem, normalised.offset(), solver);
+  result.message = layout_fault(normalised.problem, normalised.frame.offset(), solver);
   if (!result.message.empty()) {
     result.status = Status::degenerate;
     return result;
   }
   std::vector<PoseCandidate>& candidates = result.value;
   candidates = guarded(normalised.problem, solver, options);
-  for (PoseCandidate& c : candidates) c.cam_from_world = normalised.restored(c.cam_from_world);
+  for (PoseCandidate& c : candidates)
+    c.cam_from_world = normalised.frame.restored(c.cam_from_world);
   const auto fits = [&](const PoseCandidate& c) { return c.misfit_rad <= options.tolerance_rad; };
   if (std::any_of(candidates.begin(), candidates.end(), fits)) {
     candidates.erase(std::remove_if(candidates.begin(), candidates.end(), std::not_fn(fits)),
@@ -238,9 +237,7 @@ double pose_condition(const PoseProblem& problem, const Rigid3& cam_from_world) 
   check(problem);
   if (problem.size() < 3) return std::numeric_limits<double>::infinity();
   const Normalised normalised(problem);
-  Rigid3 pose = cam_from_world;
-  pose.translation = (cam_from_world.translation + cam_from_world.rotation * normalised.centroid) /
-                     normalised.scale;
+  const Rigid3 pose = normalised.frame.normalised(cam_from_world);
   const Matrix6 information = point_equations(seen_along(normalised.problem), pose).information;
   // The camera's centre moves by -(shift + t x turn) when the points turn about their centroid.
   Matrix6 pose_by_step = Matrix6::Identity();

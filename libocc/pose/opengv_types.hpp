@@ -8,7 +8,7 @@
 #include <Eigen/StdVector>
 #include <vector>
 
-#include "libocc/geometry/rigid.hpp"
+#include "libocc/pose/problem.hpp"
 
 namespace occ {
 
@@ -25,6 +25,16 @@ inline OpengvVectors opengv_vectors(const Eigen::Matrix3Xd& columns) {
 
 inline Rigid3 cam_from_world(const OpengvPose& world_from_cam) {
   return Rigid3{world_from_cam.leftCols<3>(), world_from_cam.col(3)}.inverse();
+}
+
+/// `solve`: one of OpenGV's functions from three bearings and points to poses.
+template <class Solve>
+void add_opengv_p3p(const Solve& solve, const PoseProblem& problem,
+                    std::vector<Rigid3>& candidates) {
+  OpengvPoses world_from_cam;
+  world_from_cam.reserve(4);
+  solve(opengv_vectors(problem.bearings), opengv_vectors(problem.points), world_from_cam);
+  for (const OpengvPose& pose : world_from_cam) candidates.push_back(cam_from_world(pose));
 }
 
 }  // namespace occ

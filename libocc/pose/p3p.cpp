@@ -8,6 +8,7 @@
 #include "libocc/core/require.hpp"
 #include "libocc/pose/p3p_roots.hpp"
 #include "libocc/pose/pose_newton.hpp"
+#include "libocc/pose/unit_frame.hpp"
 
 namespace occ {
 namespace {
@@ -95,10 +96,10 @@ bool reproduces(const Rigid3& pose, const Eigen::Matrix3d& bearings, const Eigen
 void sharpen_about_centroid(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points,
                             Rigid3& pose) {
   constexpr int max_steps = 4;
-  const Eigen::Vector3d centroid = points.rowwise().mean();
-  Rigid3 centred{pose.rotation, pose * centroid};
-  sharpen(bearings, points.colwise() - centroid, {}, max_steps, centred);
-  pose = {centred.rotation, centred.translation - centred.rotation * centroid};
+  const UnitFrame about{points.rowwise().mean(), 1};
+  Rigid3 centred = about.normalised(pose);
+  sharpen(bearings, points.colwise() - about.centroid, {}, max_steps, centred);
+  pose = about.restored(centred);
 }
 
 bool is_among(const Rigid3& pose, const std::vector<Rigid3>& poses) {
@@ -154,7 +155,7 @@ int p3p_within(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points_in
   std::size_t kept = 0;
   for (int i = 0; i < count; ++i) {
     const Root& root = roots[i];
-    pose_of(corners, bearings, points_in_world, root.depth, root.misfit < 0.5, poses[kept]);
+    pose_of(corners, bearings, points_in_world, root.depth, root.real, poses[kept]);
     kept += reproduces(poses[kept], bearings, points_in_world, tolerance_rad);
   }
   return static_cast<int>(kept);

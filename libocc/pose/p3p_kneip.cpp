@@ -8,11 +8,7 @@
 namespace occ {
 
 void solve_p3p_kneip(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
-  OpengvPoses world_from_cam;
-  world_from_cam.reserve(4);
-  opengv::absolute_pose::modules::p3p_kneip_main(opengv_vectors(problem.bearings),
-                                                 opengv_vectors(problem.points), world_from_cam);
-  for (const OpengvPose& pose : world_from_cam) candidates.push_back(cam_from_world(pose));
+  add_opengv_p3p(opengv::absolute_pose::modules::p3p_kneip_main, problem, candidates);
 }
 
 }  // namespace occ

@@ -225,7 +225,7 @@ int find_real_parts(const Triangle& triangle, Root roots[4]) {
   const Starts starts = find_starts(triangle, true);
   for (int i = 0; i < starts.count; ++i) {
     for (int k = 0; k < 3; ++k) roots[i].depth[k] = starts.depth[k][i];
-    roots[i].misfit = starts.real[i] ? 0 : 1;
+    roots[i].real = starts.real[i];
   }
   return starts.count;
 }

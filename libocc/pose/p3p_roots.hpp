@@ -10,7 +10,8 @@ namespace occ::three_points {
 
 struct Root {
   double depth[3];
-  double misfit;  ///< see distance_equations.hpp
+  double misfit = 0;  ///< see distance_equations.hpp
+  bool real = true;   ///< false for the real part of a complex pair
 };
 
 inline constexpr int max_roots = 8;  ///< four, each found twice at worst

@@ -10,6 +10,7 @@
 #include "libocc/pose/p3p_kneip.hpp"
 #include "libocc/pose/point_layout.hpp"
 #include "libocc/pose/spread.hpp"
+#include "libocc/pose/unit_frame.hpp"
 #include "libocc/position/solve_pose.hpp"
 
 namespace occ {
@@ -38,28 +39,23 @@ void own_p3p(const PoseProblem& three, std::vector<Rigid3>& candidates) {
   p3p(three.bearings, three.points, candidates);
 }
 
-enum class Name { p3p_triples, upnp, epnp, posit, posit_coplanar, homography, dlt };
-constexpr const char* names[] = {"p3p_triples",    "upnp",       "epnp", "posit",
-                                 "posit_coplanar", "homography", "dlt"};
-
 /// The bare solver, with the frame that it expects.
 Result<Rigid3> by_solver(const LadderProblem& p, const char* name) {
   PoseProblem problem = bearings_of(p);
-  const Eigen::Vector3d centroid = problem.points.rowwise().mean();
-  problem.points.colwise() -= centroid;
-  const double size_m =
-      std::sqrt(problem.points.squaredNorm() / static_cast<double>(problem.points.cols()));
-  problem.points /= size_m;
+  const UnitFrame frame = normalise(problem.points);
   std::vector<Rigid3> candidates;
   solver_named(name).solve(problem, candidates);
-  for (Rigid3& c : candidates) c.translation = size_m * c.translation - c.rotation * centroid;
+  for (Rigid3& c : candidates) c = frame.restored(c);
   return nearest_candidate(p, candidates);
 }
 
-template <Name name>
-Result<Rigid3> bare(const LadderProblem& p) {
-  return by_solver(p, names[static_cast<std::size_t>(name)]);
-}
+Result<Rigid3> by_p3p_triples(const LadderProblem& p) { return by_solver(p, "p3p_triples"); }
+Result<Rigid3> by_upnp(const LadderProblem& p) { return by_solver(p, "upnp"); }
+Result<Rigid3> by_epnp(const LadderProblem& p) { return by_solver(p, "epnp"); }
+Result<Rigid3> by_posit(const LadderProblem& p) { return by_solver(p, "posit"); }
+Result<Rigid3> by_posit_coplanar(const LadderProblem& p) { return by_solver(p, "posit_coplanar"); }
+Result<Rigid3> by_homography(const LadderProblem& p) { return by_solver(p, "homography"); }
+Result<Rigid3> by_dlt(const LadderProblem& p) { return by_solver(p, "dlt"); }
 
 Result<Rigid3> guarded(const LadderProblem& p) {
   CandidateOptions options;
@@ -80,7 +76,7 @@ Result<Rigid3> by_solve_pose(const LadderProblem& p) {
 
 template <Rung rung, FluxModel flux = FluxModel::ignore>
 Result<Rigid3> refined(const LadderProblem& p) {
-  const Result<Rigid3> start = bare<Name::p3p_triples>(p);
+  const Result<Rigid3> start = by_p3p_triples(p);
   if (!start.ok()) return start;
   RefineOptions options;
   options.rung = rung;
@@ -103,17 +99,15 @@ std::vector<LadderStep> own_steps() {
        by_three<own_p3p>},
       {"p3p_kneip", "OpenGV", "three points, chosen by the others", points, dark, three,
        by_three<solve_p3p_kneip>},
-      {"p3p_triples", "libocc", "the best of several triples", points, dark, three,
-       bare<Name::p3p_triples>},
+      {"p3p_triples", "libocc", "the best of several triples", points, dark, three, by_p3p_triples},
       {"guard", "libocc", "p3p_triples, checked and polished by all points", points, dark, three,
        guarded},
-      {"posit", "libocc", "all points", points, dark, deep_four, bare<Name::posit>},
-      {"posit_coplanar", "libocc", "a plane's points", points, dark, flat_four,
-       bare<Name::posit_coplanar>},
-      {"homography", "libocc", "a plane's points", points, dark, flat_four, bare<Name::homography>},
-      {"dlt", "libocc", "all points", points, dark, deep_six, bare<Name::dlt>},
-      {"epnp", "OpenGV", "all points", points, dark, deep_four, bare<Name::epnp>},
-      {"upnp", "OpenGV", "all points", points, dark, four, bare<Name::upnp>},
+      {"posit", "libocc", "all points", points, dark, deep_four, by_posit},
+      {"posit_coplanar", "libocc", "a plane's points", points, dark, flat_four, by_posit_coplanar},
+      {"homography", "libocc", "a plane's points", points, dark, flat_four, by_homography},
+      {"dlt", "libocc", "all points", points, dark, deep_six, by_dlt},
+      {"epnp", "OpenGV", "all points", points, dark, deep_four, by_epnp},
+      {"upnp", "OpenGV", "all points", points, dark, four, by_upnp},
       {"solve_pose", "libocc", "all points, least squares, with covariance", points, dark, three,
        by_solve_pose},
       {"points", "libocc", "refined by centroids taken for the lamps' centres", points, dark, three,

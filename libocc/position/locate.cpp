@@ -9,14 +9,12 @@
 #include <utility>
 
 #include "libocc/core/require.hpp"
+#include "libocc/position/best_candidate.hpp"
 #include "libocc/position/budget.hpp"
 #include "libocc/position/lamp_sizes.hpp"
 
 namespace occ {
 namespace {
-
-/// Poses whose likelihood is within a factor of 100 of the best one's are plausible: 2 ln 100.
-constexpr double plausible_chi2 = 9.2;
 
 /// Expected number of wrong poses that may explain as many lamps, when the best one's residuals are
 /// larger than they should be. (Four lamps of six are explained by chance in some 0.05 ways.)
@@ -134,13 +132,7 @@ void refine_by_pixels(const std::vector<Blob>& blobs, const Scene& scene,
 
 void fill_fix(Fix& fix, const std::vector<Ranked>& ranked) {
   for (const Ranked& r : ranked) fix.candidates.push_back(r.candidate);
-  const Candidate& best = fix.candidates.front();
-  fix.cam_from_world = best.cam_from_world;
-  fix.covariance = best.covariance;
-  fix.position_m = best.position_m;
-  fix.position_covariance_m2 = position_covariance(best.cam_from_world, best.covariance);
-  fix.rms_px = best.rms_px;
-  fix.lamps = best.lamps;
+  take_best(fix);
 }
 
 std::string ambiguity_message(std::size_t count) {

@@ -14,12 +14,11 @@
 #include "libocc/pose/p3p_triples.hpp"
 #include "libocc/pose/point_fit.hpp"
 #include "libocc/pose/spread.hpp"
+#include "libocc/pose/unit_frame.hpp"
+#include "libocc/position/best_candidate.hpp"
 
 namespace occ {
 namespace {
-
-// Poses whose likelihood is within a factor of 100 of the best one's are plausible: 2 ln 100.
-constexpr double plausible_chi2 = 9.2;
 
 // How far below the chi2 after one Gauss-Newton step a fit may still end.
 constexpr double optimism = 0.1;
@@ -27,19 +26,11 @@ constexpr double optimism = 0.1;
 // A start is found and judged by a part of many points.
 constexpr int few_points = 12;
 
-// The points about their centroid and of unit size, and what was seen of them.
+// The points in their unit frame, and what was seen of them.
 struct Problem {
   Eigen::Matrix3Xd points, bearings;
-  Eigen::Vector3d centroid;
-  double size_m = 0;
+  UnitFrame frame;
   SeenPoints seen;
-
-  Rigid3 normalised(const Rigid3& pose) const {
-    return {pose.rotation, (pose * centroid) / size_m};
-  }
-  Rigid3 restored(const Rigid3& pose) const {
-    return {pose.rotation, size_m * pose.translation - pose.rotation * centroid};
-  }
 };
 
 // Rows across the ray over sigma, so that the residual is a distance in the image. A pinhole's are
@@ -71,10 +62,8 @@ Problem make_problem(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& pix
                      const Camera& camera, double sigma_px) {
   Problem p;
   const auto n = static_cast<int>(points.cols());
-  p.centroid = points.rowwise().mean();
-  p.points = points.colwise() - p.centroid;
-  p.size_m = std::sqrt(p.points.squaredNorm() / n);
-  p.points /= p.size_m;
+  p.points = points;
+  p.frame = normalise(p.points);
   p.bearings.resize(3, n);
   p.seen.reserve(n);
   for (int i = 0; i < n; ++i) see_point(camera, pixels.col(i), sigma_px, i, p);
@@ -201,27 +190,18 @@ std::vector<PointFit> fits_of(const Problem& p, const std::vector<Start>& starts
 
 Candidate candidate_of(const Problem& p, const PointFit& fit) {
   Candidate c;
-  c.cam_from_world = p.restored(fit.pose);
+  c.cam_from_world = p.frame.restored(fit.pose);
   c.chi2 = fit.equations.chi2;
   c.dof = 2 * p.seen.count() - 6;
   // Turns about the centroid and shifts, in units of its size -> the library's perturbation.
   Matrix6 jacobian = Matrix6::Identity();
-  jacobian.bottomRightCorner<3, 3>() *= p.size_m;
-  jacobian.bottomLeftCorner<3, 3>() = skew(p.size_m * fit.pose.translation);
+  jacobian.bottomRightCorner<3, 3>() *= p.frame.size_m;
+  jacobian.bottomLeftCorner<3, 3>() = skew(p.frame.size_m * fit.pose.translation);
   const Matrix6 covariance = fit.equations.information.llt().solve(Matrix6::Identity());
   c.covariance = variance_factor(c.chi2, c.dof) * jacobian * covariance * jacobian.transpose();
   c.covariance = 0.5 * (c.covariance + c.covariance.transpose()).eval();
   c.position_m = c.cam_from_world.origin_in_source();
   return c;
-}
-
-void fill(Fix& fix) {
-  const Candidate& best = fix.candidates.front();
-  fix.cam_from_world = best.cam_from_world;
-  fix.covariance = best.covariance;
-  fix.position_m = best.position_m;
-  fix.position_covariance_m2 = position_covariance(best.cam_from_world, best.covariance);
-  fix.rms_px = best.rms_px;
 }
 
 Eigen::Vector3d normal_of(const Eigen::Matrix3Xd& points, const Triple& spread) {
@@ -259,8 +239,8 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
   }
   const Problem problem = make_problem(points_in_world, points_px, camera, options.sigma_px);
   const Triple spread = spread_triple(problem.points);
-  const double offset = problem.centroid.norm() / problem.size_m;
-  if (!std::isfinite(problem.points.sum()) || on_a_line(problem.points, spread, offset)) {
+  if (!std::isfinite(problem.points.sum()) ||
+      on_a_line(problem.points, spread, problem.frame.offset())) {
     result.status = Status::degenerate;
     result.message = "the points coincide or lie on a line";
     return result;
@@ -271,7 +251,7 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
   Result<std::vector<Start>> starts;
   std::optional<Eigen::Vector3d> normal;
   if (options.start) {
-    starts.value.push_back({problem.normalised(*options.start), 0});
+    starts.value.push_back({problem.frame.normalised(*options.start), 0});
   } else {
     starts = starts_of(many ? part_of(problem, spread, few_points) : problem, options.solver);
     normal = normal_of(problem.points, spread);
@@ -287,7 +267,7 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
     result.message = starts.ok() ? "no pose has all points in front of the camera" : starts.message;
     return result;
   }
-  fill(result.value);
+  take_best(result.value);
   const Candidate& best = result->candidates.front();
   if (!best.covariance.allFinite()) {
     result.status = Status::degenerate;
