@@ -71,14 +71,30 @@ void require_not_negative(double value, const char* field) {
           "zero or positive");
 }
 
-void validate_table(const std::vector<double>& table) {
-  const std::string name = "sensor.response_table";
+void validate_table(const std::vector<double>& table, const std::string& name) {
   require(table.size() >= 2, name, table.size(), "a list of at least two values");
   require(table.front() == 0, name, table.front(), "0 at its first entry");
   require(table.back() == 1, name, table.back(), "1 at its last entry");
   for (std::size_t i = 1; i < table.size(); ++i)
     require(table[i] > table[i - 1], name + "[" + std::to_string(i) + "]", table[i],
             "greater than the entry before it");
+}
+
+void validate_channels(const Sensor& sensor) {
+  const std::vector<Channel>& channels = sensor.channels;
+  if (channels.empty()) return;
+  require(sensor.mosaic != Mosaic::none, "sensor.mosaic", "none", "given beside `channels`");
+  require(channels.size() == 3, "sensor.channels", channels.size(), "three: red, green and blue");
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const Channel& channel = channels[i];
+    const std::string name = "sensor.channels[" + std::to_string(i) + "].";
+    require(channel.efficiency >= 0 && std::isfinite(channel.efficiency), name + "efficiency",
+            channel.efficiency, "zero or positive");
+    require(channel.gamma > 0 && std::isfinite(channel.gamma), name + "gamma", channel.gamma,
+            "positive");
+    if (channel.response == Response::table || !channel.response_table.empty())
+      validate_table(channel.response_table, name + "response_table");
+  }
 }
 
 }  // namespace
@@ -121,9 +137,13 @@ void Sensor::validate() const {
   require(black_level_dn >= 0 && black_level_dn < full_scale_dn(), "sensor.black_level_dn",
           black_level_dn, "at least 0 and below full scale");
   require_positive(gamma, "gamma");
-  if (response == Response::table || !response_table.empty()) validate_table(response_table);
+  if (response == Response::table || !response_table.empty())
+    validate_table(response_table, "sensor.response_table");
   require_not_negative(row_time_s, "row_time_s");
   require_positive(psf_sigma_px, "psf_sigma_px");
+  require(gain_sigma >= 0 && gain_sigma <= 0.3, "sensor.gain_sigma", gain_sigma, "in [0, 0.3]");
+  require(blooming >= 0 && blooming <= 1, "sensor.blooming", blooming, "in [0, 1]");
+  validate_channels(*this);
 }
 
 }  // namespace occ

@@ -19,6 +19,18 @@ namespace occ {
 /// How the linear signal becomes the stored one, both 0..1 from black level to full scale.
 enum class Response { linear, gamma, srgb, table };
 
+/// Colour filters over the pixels: the colours of the first two of the first row, then of the
+/// second.
+enum class Mosaic { none, rggb, grbg, gbrg, bggr };
+
+/// The pixels of one colour: what differs from the sensor's own values.
+struct Channel {
+  double efficiency = 1;  ///< times quantum_efficiency
+  Response response = Response::linear;
+  double gamma = 2.2;
+  std::vector<double> response_table;
+};
+
 /// Which pixels a rolling shutter exposes together.
 enum class Readout {
   rows,     ///< image rows, top to bottom: stripes are horizontal
@@ -45,7 +57,12 @@ struct LIBOCC_API Sensor {
   double row_time_s = 0;  ///< from one row to the next; 0 for a global shutter
   Readout readout = Readout::rows;
   double psf_sigma_px =
-      0.8;  ///< Gaussian blur of lens and pixel diffusion (the pixel's box is extra)
+      0.8;                ///< Gaussian blur of lens and pixel diffusion (the pixel's box is extra)
+  double gain_sigma = 0;  ///< relative standard deviation of the pixels' gains (PRNU)
+  double blooming = 0;    ///< part of the charge beyond the full well that spills up and down the
+                          ///< column; the rest is drained
+  Mosaic mosaic = Mosaic::none;
+  std::vector<Channel> channels;  ///< red, green, blue, for a mosaic; empty: all alike
 
   double full_scale_dn() const { return static_cast<double>((1 << bit_depth) - 1); }
 

@@ -60,6 +60,7 @@ class Check {
 
  private:
   static double shown(double value) { return value; }
+  static std::string shown(const std::string& value) { return value; }
   template <typename Vector>
   static std::string shown(const Vector& value) {
     return vector_text(value);
@@ -67,6 +68,18 @@ class Check {
 
   int id_;
 };
+
+void check_waveform(const Check& check, const Lamp& lamp) {
+  if (lamp.waveform.empty()) return;
+  check.that(lamp.frequency_hz.has_value(), "frequency_hz", std::string("none"),
+             "given beside `waveform`");
+  bool any = false;
+  for (const double level : lamp.waveform) {
+    check.that(level >= 0 && level <= 1, "waveform", level, "a list of levels in [0, 1]");
+    any = any || level > 0;
+  }
+  check.that(any, "waveform", 0.0, "lit for some of the time");
+}
 
 }  // namespace
 
@@ -83,7 +96,8 @@ void Lamp::validate() {
   check.finite(centre_m, "centre_m");
   check.direction(normal, "normal");
   if (shape == LampShape::disc) check.positive(radius_m, "radius_m");
-  if (shape == LampShape::rectangle) {
+  const bool has_sides = shape == LampShape::rectangle;
+  if (has_sides) {
     check.that(size_m.allFinite() && size_m.minCoeff() > 0, "size_m", size_m,
                "two positive lengths");
     check.direction(x_axis, "x_axis");
@@ -95,11 +109,14 @@ void Lamp::validate() {
              "in (0, pi/2)");
   if (frequency_hz) check.positive(*frequency_hz, "frequency_hz");
   check.that(duty > 0 && duty <= 1, "duty", duty, "in (0, 1]");
+  check_waveform(check, *this);
+  check.that(std::isfinite(phase), "phase", phase, "finite");
+  check.that(colour.allFinite() && colour.minCoeff() >= 0 && colour.maxCoeff() > 0, "colour",
+             colour, "three shares of the light, not all zero");
 
   normal = unit(normal);
   const Eigen::Vector3d given = x_axis;
-  x_axis =
-      shape == LampShape::rectangle ? perpendicular(x_axis, normal) : any_perpendicular(normal);
+  x_axis = has_sides ? perpendicular(x_axis, normal) : any_perpendicular(normal);
   check.that(!x_axis.isZero(), "x_axis", given, "across the normal, not along it");
 }
 

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace occ {
 
@@ -27,6 +28,11 @@ struct LIBOCC_API Lamp {
   double half_power_rad = 1.0471975511965976;         ///< half-power semi-angle (60 degrees)
   std::optional<double> frequency_hz;                 ///< square-wave blink code; none: always lit
   double duty = 0.5;                                  ///< lit fraction of a blink period
+  std::vector<double> waveform;  ///< instead of `duty`: light over power_w (0..1) in equal parts
+                                 ///< of a period, such as the chips of a code
+  double phase = 0;              ///< periods that have passed at time 0
+  Eigen::Vector3d colour =
+      Eigen::Vector3d::Ones();  ///< light that red, green and blue pixels get, over white's
 
   double area_m2() const;  ///< of the emitting face; 0 for a point
   double order() const;    ///< Lambertian order m

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/scene/scene.hpp"
 
+#include <cmath>
 #include <set>
+#include <string>
 
 #include "libocc/core/require.hpp"
 #include "libocc/scene/internal/vector_text.hpp"
@@ -14,6 +16,18 @@ void Scene::validate() {
   for (Lamp& lamp : lamps) {
     lamp.validate();
     require(ids.insert(lamp.id).second, "lamps: id", lamp.id, "of one lamp only");
+  }
+  lens.validate();
+  effects.validate();
+  require(ambient_w_m2 >= 0 && std::isfinite(ambient_w_m2), "ambient_w_m2", ambient_w_m2,
+          "zero or positive");
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const Box& box = boxes[i];
+    const bool is_box =
+        box.min_m.allFinite() && box.max_m.allFinite() && (box.max_m - box.min_m).minCoeff() > 0;
+    if (!is_box)
+      require(false, "boxes[" + std::to_string(i) + "].max_m", vector_text(box.max_m),
+              "greater than min_m = " + vector_text(box.min_m) + " in every coordinate");
   }
   if (!room) return;
   require(room->size_m.allFinite() && room->size_m.minCoeff() > 0, "room.size_m",

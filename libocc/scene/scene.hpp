@@ -11,7 +11,9 @@
 
 #include "libocc/camera/camera.hpp"
 #include "libocc/radiometry/sensor.hpp"
+#include "libocc/scene/effects.hpp"
 #include "libocc/scene/lamp.hpp"
+#include "libocc/scene/lens.hpp"
 
 namespace occ {
 
@@ -21,11 +23,20 @@ struct Room {
   double wall_reflectance = 0;
 };
 
+/// Something opaque that hides lamps, its sides along the world's axes.
+struct Box {
+  Eigen::Vector3d min_m = Eigen::Vector3d::Zero(), max_m = Eigen::Vector3d::Zero();
+};
+
 struct LIBOCC_API Scene {
   Camera camera;
   Sensor sensor;
   std::vector<Lamp> lamps;
   std::optional<Room> room;
+  Lens lens;
+  std::vector<Box> boxes;
+  double ambient_w_m2 = 0;           ///< on the sensor, from everything that is no lamp
+  Effects effects;                   ///< which of all this a rendered image contains
   std::vector<std::string> assumed;  ///< for people: which values the scene's source does not give
 
   /// Checks every part and that no two lamps share an id; normalises lamp axes. Throws

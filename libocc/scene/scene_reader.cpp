@@ -26,6 +26,29 @@ void refuse_other_schema(YamlSection& root) {
     root.fail_value("schema", "is newer than this library, which reads up to " + own);
 }
 
+template <typename Curve>
+void read_response(YamlSection& section, Curve& curve) {
+  section.read("response", curve.response, response_words());
+  section.read("gamma", curve.gamma);
+  section.read("response_table", curve.response_table);
+}
+
+Channel read_channel(YamlSection section) {
+  Channel channel;
+  section.read("efficiency", channel.efficiency);
+  read_response(section, channel);
+  section.refuse_unknown();
+  return channel;
+}
+
+void read_channels(YamlSection section, Sensor& sensor) {
+  for (const char* colour : {"red", "green", "blue"}) {
+    if (!section.has(colour)) section.fail_missing(colour);
+    sensor.channels.push_back(read_channel(section.section(colour)));
+  }
+  section.refuse_unknown();
+}
+
 Sensor read_sensor(YamlSection section) {
   Sensor sensor;
   section.read("pixel_pitch_m", sensor.pixel_pitch_m);
@@ -39,12 +62,14 @@ Sensor read_sensor(YamlSection section) {
   section.read("dark_current_e_per_s", sensor.dark_current_e_per_s);
   section.read("black_level_dn", sensor.black_level_dn);
   section.read("bit_depth", sensor.bit_depth);
-  section.read("response", sensor.response, response_words());
-  section.read("gamma", sensor.gamma);
-  section.read("response_table", sensor.response_table);
+  read_response(section, sensor);
   section.read("row_time_s", sensor.row_time_s);
   section.read("readout", sensor.readout, readout_words());
   section.read("psf_sigma_px", sensor.psf_sigma_px);
+  section.read("gain_sigma", sensor.gain_sigma);
+  section.read("blooming", sensor.blooming);
+  section.read("mosaic", sensor.mosaic, mosaic_words());
+  if (section.has("channels")) read_channels(section.section("channels"), sensor);
   section.refuse_unknown();
   section.check([&] { sensor.validate(); });
   return sensor;
@@ -71,6 +96,9 @@ Lamp read_lamp(YamlSection section) {
   section.read_half_angle("half_power_deg", lamp.half_power_rad);
   section.read("frequency_hz", lamp.frequency_hz);
   section.read("duty", lamp.duty);
+  section.read("waveform", lamp.waveform);
+  section.read("phase", lamp.phase);
+  section.read("colour", lamp.colour);
   read_shape(section, lamp);
   section.refuse_unknown();
   section.check([&] { lamp.validate(); });
@@ -98,6 +126,54 @@ void read_room(YamlSection section, Scene& scene) {
   section.check([&] { scene.validate(); });  // every other part has been checked before
 }
 
+Lens read_lens(YamlSection section) {
+  Lens lens;
+  enum class Answer { no, yes } diffraction = Answer::no;
+  section.read("diffraction", diffraction,
+               YamlSection::Words<Answer>{{"false", Answer::no}, {"true", Answer::yes}});
+  lens.diffraction = diffraction == Answer::yes;
+  section.read("focus_distance_m", lens.focus_distance_m);
+  section.read("vignetting", lens.vignetting);
+  section.read("veiling_glare", lens.veiling_glare);
+  if (section.has("ghosts"))
+    for (YamlSection& part : section.sections("ghosts")) {
+      Ghost& ghost = lens.ghosts.emplace_back();
+      part.need("strength", ghost.strength);
+      part.read("scale", ghost.scale);
+      part.read("blur_px", ghost.blur_px);
+      part.refuse_unknown();
+    }
+  section.refuse_unknown();
+  section.check([&] { lens.validate(); });
+  return lens;
+}
+
+void read_boxes(YamlSection& root, Scene& scene) {
+  for (YamlSection& section : root.sections("boxes")) {
+    Box& box = scene.boxes.emplace_back();
+    section.need("min_m", box.min_m);
+    section.need("max_m", box.max_m);
+    section.refuse_unknown();
+    section.check([&] { scene.validate(); });
+  }
+}
+
+Effects read_effects(YamlSection section) {
+  Effects effects;
+  Use standard = Use::on;
+  section.read("default", standard, use_words());
+  effects.use.fill(standard);
+  for (Use& use : effects.use) {
+    const auto effect = static_cast<Effect>(&use - effects.use.data());
+    section.read(effect_name(effect), use, use_words());
+  }
+  section.read("tolerance_dn", effects.tolerance_dn);
+  section.read("tolerance_px", effects.tolerance_px);
+  section.refuse_unknown();
+  section.check([&] { effects.validate(); });
+  return effects;
+}
+
 Scene read_root(const std::shared_ptr<const YamlNode>& node, const std::string& name) {
   YamlSection root(node, node->line, name, "");
   refuse_other_schema(root);
@@ -105,7 +181,12 @@ Scene read_root(const std::shared_ptr<const YamlNode>& node, const std::string& 
   scene.camera = read_camera_section(root);
   if (root.has("sensor")) scene.sensor = read_sensor(root.section("sensor"));
   scene.lamps = read_lamps(root);
+  if (root.has("lens")) scene.lens = read_lens(root.section("lens"));
+  root.read("ambient_w_m2", scene.ambient_w_m2);
+  root.check([&] { scene.validate(); });
+  if (root.has("boxes")) read_boxes(root, scene);
   if (root.has("room")) read_room(root.section("room"), scene);
+  if (root.has("effects")) scene.effects = read_effects(root.section("effects"));
   root.read("assumed", scene.assumed);
   root.refuse_unknown();
   return scene;

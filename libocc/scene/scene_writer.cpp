@@ -94,6 +94,20 @@ void write_camera(const Camera& camera, std::string& out) {
   lines.add("distortion", list_text(camera.distortion()));
 }
 
+void write_channels(const std::vector<Channel>& channels, std::string& out) {
+  constexpr std::array<const char*, 3> colours{"red", "green", "blue"};
+  out += "  channels:\n";
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    out += std::string("    ") + colours[i] + ":\n";
+    Lines lines(out, "      ");
+    lines.add("efficiency", channels[i].efficiency);
+    lines.add("response", word(response_words(), channels[i].response));
+    lines.add("gamma", channels[i].gamma);
+    if (!channels[i].response_table.empty())
+      lines.add("response_table", list_text(channels[i].response_table));
+  }
+}
+
 void write_sensor(const Sensor& sensor, std::string& out) {
   out += "sensor:\n";
   Lines lines(out, "  ");
@@ -114,6 +128,45 @@ void write_sensor(const Sensor& sensor, std::string& out) {
   lines.add("row_time_s", sensor.row_time_s);
   lines.add("readout", word(readout_words(), sensor.readout));
   lines.add("psf_sigma_px", sensor.psf_sigma_px);
+  lines.add("gain_sigma", sensor.gain_sigma);
+  lines.add("blooming", sensor.blooming);
+  lines.add("mosaic", word(mosaic_words(), sensor.mosaic));
+  if (!sensor.channels.empty()) write_channels(sensor.channels, out);
+}
+
+void write_lens(const Lens& lens, std::string& out) {
+  out += "lens:\n";
+  Lines lines(out, "  ");
+  lines.add("diffraction", std::string(lens.diffraction ? "true" : "false"));
+  if (lens.focus_distance_m) lines.add("focus_distance_m", *lens.focus_distance_m);
+  lines.add("vignetting", list_text(lens.vignetting));
+  lines.add("veiling_glare", lens.veiling_glare);
+  if (!lens.ghosts.empty()) out += "  ghosts:\n";
+  for (const Ghost& ghost : lens.ghosts) {
+    Lines of_ghost(out, "    - ");
+    of_ghost.add("strength", ghost.strength);
+    of_ghost.add("scale", ghost.scale);
+    of_ghost.add("blur_px", ghost.blur_px);
+  }
+}
+
+void write_boxes(const std::vector<Box>& boxes, std::string& out) {
+  if (!boxes.empty()) out += "boxes:\n";
+  for (const Box& box : boxes) {
+    Lines lines(out, "  - ");
+    lines.add("min_m", box.min_m);
+    lines.add("max_m", box.max_m);
+  }
+}
+
+void write_effects(const Effects& effects, std::string& out) {
+  out += "effects:\n";
+  Lines lines(out, "  ");
+  for (std::size_t i = 0; i < effect_count; ++i)
+    if (effects.use[i] != Use::on)
+      lines.add(effect_name(static_cast<Effect>(i)), word(use_words(), effects.use[i]));
+  lines.add("tolerance_dn", effects.tolerance_dn);
+  lines.add("tolerance_px", effects.tolerance_px);
 }
 
 void write_lamp(const Lamp& lamp, std::string& out) {
@@ -133,6 +186,9 @@ void write_lamp(const Lamp& lamp, std::string& out) {
   lines.add("half_power_deg", degrees_text(lamp.half_power_rad));
   if (lamp.frequency_hz) lines.add("frequency_hz", *lamp.frequency_hz);
   lines.add("duty", lamp.duty);
+  if (!lamp.waveform.empty()) lines.add("waveform", list_text(lamp.waveform));
+  lines.add("phase", lamp.phase);
+  lines.add("colour", lamp.colour);
 }
 
 }  // namespace
@@ -146,12 +202,16 @@ std::string format_scene(const Scene& scene) {
   write_sensor(checked.sensor, out);
   out += checked.lamps.empty() ? "lamps: []\n" : "lamps:\n";
   for (const Lamp& lamp : checked.lamps) write_lamp(lamp, out);
+  write_lens(checked.lens, out);
+  Lines(out, "").add("ambient_w_m2", checked.ambient_w_m2);
+  write_boxes(checked.boxes, out);
   if (checked.room) {
     out += "room:\n";
     Lines lines(out, "  ");
     lines.add("size_m", checked.room->size_m);
     lines.add("wall_reflectance", checked.room->wall_reflectance);
   }
+  write_effects(checked.effects, out);
   if (!checked.assumed.empty()) out += "assumed:\n";
   for (const std::string& sentence : checked.assumed) out += "  - " + quoted(sentence) + "\n";
   return out;

@@ -9,17 +9,36 @@
 namespace occ {
 namespace {
 
-Patch extended_image(const Contour& contour, const Lamp& lamp, const Rigid3& cam_from_world,
-                     const Camera& camera, const Sensor& sensor, const PixelPsf& psf) {
-  CoverageMoments cover = coverage_moments(contour, psf, camera.width(), camera.height());
-  Patch image = std::move(cover.c);
-  if (image.width == 0) return image;
+// The narrowest blur that the rim integral takes: none to be seen.
+constexpr double no_blur_px = 0.02;
+
+Camera camera_of(const Frame& frame) {
+  const Camera& camera = frame.scene.camera;
+  if (frame.plan.applies(Effect::distortion)) return camera;
+  return Camera::pinhole(camera.width(), camera.height(), camera.fx_px(), camera.fy_px(),
+                         camera.cx_px(), camera.cy_px(), {}, camera.skew_px());
+}
+
+double blur_px(const Frame& frame) {
+  return frame.plan.applies(Effect::psf) ? frame.scene.sensor.psf_sigma_px : no_blur_px;
+}
+
+}  // namespace
+
+LampRenderer::LampRenderer(const Frame& frame)
+    : frame_(frame),
+      camera_(camera_of(frame)),
+      psf_(blur_px(frame)),
+      spacing_px_(frame.options.spacing_sigma * psf_.sigma_px()) {}
+
+void LampRenderer::apply_light(const Lamp& lamp, const CoverageMoments& cover, Patch& image) const {
   // One pixel more on every side, for the derivatives of E.
+  const Sensor& sensor = frame_.scene.sensor;
   const Patch light =
-      irradiance_field(lamp, cam_from_world, camera, sensor, image.x0 - 1, image.y0 - 1,
+      irradiance_field(lamp, frame_.cam_from_world, camera_, sensor, image.x0 - 1, image.y0 - 1,
                        image.x0 + image.width + 1, image.y0 + image.height + 1);
   const double electrons = sensor.electrons(1) - sensor.electrons(0);  // per W/m^2
-  const double half_variance = 0.5 * (psf.sigma_px() * psf.sigma_px() + 1.0 / 12);
+  const double half_variance = 0.5 * (psf_.sigma_px() * psf_.sigma_px() + 1.0 / 12);
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) {
       const auto i = static_cast<std::size_t>(y * image.width + x);
@@ -30,31 +49,42 @@ Patch extended_image(const Contour& contour, const Lamp& lamp, const Rigid3& cam
           electrons * (blurred * image.values[i] + 0.5 * (right - left) * cover.m_x.values[i] +
                        0.5 * (down - up) * cover.m_y.values[i]);
     }
+}
+
+Patch LampRenderer::extended_image(const Contour& contour, const Lamp& lamp) const {
+  const Sensor& sensor = frame_.scene.sensor;
+  if (!frame_.plan.applies(Effect::light_gradient)) {
+    Patch image = coverage(contour, psf_, camera_.width(), camera_.height());
+    const auto centre = camera_.project(frame_.cam_from_world * lamp.centre_m);
+    const double e =
+        centre ? irradiance_at(lamp, frame_.cam_from_world, camera_, sensor, *centre) : 0;
+    const double electrons = sensor.electrons(e) - sensor.electrons(0);
+    for (double& value : image.values) value *= electrons;
+    return image;
+  }
+  CoverageMoments cover = coverage_moments(contour, psf_, camera_.width(), camera_.height());
+  Patch image = std::move(cover.c);
+  if (image.width > 0) apply_light(lamp, cover, image);
   return image;
 }
 
-Patch point_image(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
-                  const Sensor& sensor, const Eigen::Vector2d& px, const PixelPsf& psf) {
-  Patch image = point_coverage(px, psf, camera.width(), camera.height());
-  const double electrons = lamp_electrons(lamp, cam_from_world, camera, sensor);
+std::optional<Patch> LampRenderer::point_image(const Lamp& lamp) const {
+  const Rigid3& pose = frame_.cam_from_world;
+  const auto px = camera_.project(pose * lamp.centre_m);
+  const double lit_side = (pose.origin_in_source() - lamp.centre_m).dot(lamp.normal);
+  if (!px || !(lit_side > 0)) return std::nullopt;
+  Patch image = point_coverage(*px, psf_, camera_.width(), camera_.height());
+  const double electrons = lamp_electrons(lamp, pose, camera_, frame_.scene.sensor);
   for (double& value : image.values) value *= electrons;
   return image;
 }
 
-}  // namespace
-
-std::optional<Patch> lamp_image(const Lamp& lamp, const Rigid3& cam_from_world,
-                                const Camera& camera, const Sensor& sensor, const PixelPsf& psf,
-                                double spacing_px) {
-  if (lamp.shape == LampShape::point) {
-    const auto px = camera.project(cam_from_world * lamp.centre_m);
-    const double lit_side = (cam_from_world.origin_in_source() - lamp.centre_m).dot(lamp.normal);
-    if (!px || !(lit_side > 0)) return std::nullopt;
-    return point_image(lamp, cam_from_world, camera, sensor, *px, psf);
-  }
-  const auto contour = project_contour(lamp, cam_from_world, camera, spacing_px);
+std::optional<Patch> LampRenderer::render(const Lamp& lamp) const {
+  if (lamp.shape == LampShape::point || !frame_.plan.applies(Effect::extent))
+    return point_image(lamp);
+  const auto contour = project_contour(lamp, frame_.cam_from_world, camera_, spacing_px_);
   if (!contour) return std::nullopt;
-  return extended_image(*contour, lamp, cam_from_world, camera, sensor, psf);
+  return extended_image(*contour, lamp);
 }
 
 }  // namespace occ

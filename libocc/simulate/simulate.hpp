@@ -21,7 +21,7 @@
 
 namespace occ {
 
-struct SimulateOptions {
+struct LIBOCC_API SimulateOptions {
   std::uint64_t seed = 0;
   std::uint32_t frame = 0;  ///< noise differs from frame to frame under one seed
   bool noise = true;        ///< shot and read noise
@@ -29,6 +29,13 @@ struct SimulateOptions {
                             ///< a period, lit, at time 0
   double spacing_sigma =
       1.0;  ///< rim samples are this many PSF sigmas apart: accuracy against time
+  /// Motion of the camera, d [rotation, translation] / dt of the left perturbation of
+  /// cam_from_world [rad/s, m/s], constant over the frame; the pose is that of the first row's
+  /// exposure's beginning.
+  Vector6 velocity = Vector6::Zero();
+
+  /// Throws std::invalid_argument naming the field and its value.
+  void validate() const;
 };
 
 /// What is true of one lamp in the rendered image.

@@ -16,6 +16,7 @@ namespace py = pybind11;
 
 void define_core(py::module_& m);
 void define_camera(py::module_& m);
+void define_effects(py::module_& m);  // by define_scene
 void define_scene(py::module_& m);
 void define_formation(py::module_& m);
 void define_simulate(py::module_& m);

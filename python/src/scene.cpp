@@ -31,7 +31,43 @@ auto sensor_fields() {
             "of Response.table: stored values (0..1) at evenly spaced linear ones"),
       field("row_time_s", &Sensor::row_time_s, "from one row to the next [s]; 0: global shutter"),
       field("readout", &Sensor::readout, "pixels a rolling shutter exposes together"),
-      field("psf_sigma_px", &Sensor::psf_sigma_px, "Gaussian blur of the lens [px]"));
+      field("psf_sigma_px", &Sensor::psf_sigma_px, "Gaussian blur of the lens [px]"),
+      field("gain_sigma", &Sensor::gain_sigma, "relative standard deviation of the pixels' gains"),
+      field("blooming", &Sensor::blooming,
+            "part of the charge beyond the full well that spills along the column"),
+      field("mosaic", &Sensor::mosaic, "colour filters over the pixels"),
+      field("channels", &Sensor::channels, "Channels for red, green, blue; empty: all alike"));
+}
+
+auto channel_fields() {
+  return std::make_tuple(
+      field("efficiency", &Channel::efficiency, "times the sensor's quantum_efficiency"),
+      field("response", &Channel::response, "linear, gamma, srgb or table"),
+      field("gamma", &Channel::gamma, "of Response.gamma"),
+      field("response_table", &Channel::response_table, "of Response.table"));
+}
+
+auto lens_fields() {
+  return std::make_tuple(
+      field("diffraction", &Lens::diffraction, "blur of 0.42 wavelength x f-number"),
+      field("focus_distance_m", &Lens::focus_distance_m, "None: everything is in focus [m]"),
+      field("vignetting", &Lens::vignetting,
+            "a1, a2, ... of the transmission 1 + a1 q^2 + a2 q^4 + ..., q = 1 in the farthest "
+            "corner"),
+      field("veiling_glare", &Lens::veiling_glare, "part of the light that spreads evenly"),
+      field("ghosts", &Lens::ghosts, "second images inside the lens"));
+}
+
+auto ghost_fields() {
+  return std::make_tuple(
+      field("strength", &Ghost::strength, "part of the light that goes there"),
+      field("scale", &Ghost::scale, "about the principal point; negative: turned"),
+      field("blur_px", &Ghost::blur_px, "of its own, beside the lens's [px]"));
+}
+
+auto box_fields() {
+  return std::make_tuple(required_field("min_m", &Box::min_m, "(3,) lowest corner [m, world]"),
+                         required_field("max_m", &Box::max_m, "(3,) highest corner [m, world]"));
 }
 
 auto lamp_fields() {
@@ -48,6 +84,10 @@ auto lamp_fields() {
       field("x_axis", &Lamp::x_axis, "(3,) of a rectangle: in its plane; made unit"),
       field("name", &Lamp::name, "for people"),
       field("duty", &Lamp::duty, "lit fraction of a blink period"),
+      field("waveform", &Lamp::waveform,
+            "instead: light over power_w in equal parts of a period, such as a code's chips"),
+      field("phase", &Lamp::phase, "periods that have passed at time 0"),
+      field("colour", &Lamp::colour, "(3,) light that red, green, blue pixels get, over white's"),
       field("power_sigma", &Lamp::power_sigma, "relative standard deviation of power_w"));
 }
 
@@ -79,6 +119,13 @@ void define_enums(py::module_& m) {
       .value("srgb", Response::srgb)
       .value("table", Response::table)
       .finalize();
+  py::native_enum<Mosaic>(m, "Mosaic", "enum.Enum", "Colour filters over the pixels.")
+      .value("none", Mosaic::none)
+      .value("rggb", Mosaic::rggb)
+      .value("grbg", Mosaic::grbg)
+      .value("gbrg", Mosaic::gbrg)
+      .value("bggr", Mosaic::bggr)
+      .finalize();
   py::native_enum<Readout>(m, "Readout", "enum.Enum",
                            "Which pixels a rolling shutter exposes together.")
       .value("rows", Readout::rows)
@@ -96,12 +143,18 @@ void define_documented(py::module_& m, const char* name, const std::string& doc,
 }
 
 Scene make_scene(const Camera& camera, const std::vector<Lamp>& lamps,
-                 const std::optional<Sensor>& sensor, const std::optional<Room>& room) {
+                 const std::optional<Sensor>& sensor, const std::optional<Room>& room,
+                 const std::optional<Lens>& lens, const std::vector<Box>& boxes,
+                 double ambient_w_m2, const std::optional<Effects>& effects) {
   Scene scene;
   scene.camera = camera;
   scene.lamps = lamps;
   if (sensor) scene.sensor = *sensor;
   scene.room = room;
+  if (lens) scene.lens = *lens;
+  scene.boxes = boxes;
+  scene.ambient_w_m2 = ambient_w_m2;
+  if (effects) scene.effects = *effects;
   scene.validate();
   return scene;
 }
@@ -126,7 +179,8 @@ void define_scene_class(py::module_& m) {
   py::class_<Scene>(m, "Scene", R"(What is known before a picture is taken: camera, sensor, lamps.
 
 camera: Camera. lamps: Lamps with different ids. sensor: Sensor, default one when None.
-room: Room or None.
+room: Room or None. lens: Lens. boxes: what hides lamps. ambient_w_m2: light on the sensor that
+comes from no lamp. effects: which of all this simulate() renders.
 Raises: ValueError naming the part, the field and its value.
 
 >>> import libocc as occ
@@ -134,7 +188,9 @@ Raises: ValueError naming the part, the field and its value.
 >>> occ.Scene(camera=camera, lamps=[occ.Lamp(id=7, centre_m=[0, 0, 3], radius_m=0.1)])
 <Scene: camera 640x480, 1 lamps [7]>)")
       .def(py::init(&make_scene), py::kw_only(), py::arg("camera"), py::arg("lamps"),
-           py::arg("sensor") = py::none(), py::arg("room") = py::none())
+           py::arg("sensor") = py::none(), py::arg("room") = py::none(),
+           py::arg("lens") = py::none(), py::arg("boxes") = std::vector<Box>{},
+           py::arg("ambient_w_m2") = 0.0, py::arg("effects") = py::none())
       .def_static(
           "load", [](const std::filesystem::path& path) { return reading(path, &read_scene); },
           py::arg("path"),
@@ -160,16 +216,31 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
           },
           "Lamps, a tuple: a scene does not change.")
       .def_readonly("room", &Scene::room, "Room or None.")
+      .def_readonly("lens", &Scene::lens, "Lens.")
+      .def_property_readonly(
+          "boxes",
+          [](const Scene& scene) -> py::typing::Tuple<Box, py::ellipsis> {
+            return py::tuple(py::cast(scene.boxes));
+          },
+          "Boxes, a tuple.")
+      .def_readonly("ambient_w_m2", &Scene::ambient_w_m2, "On the sensor [W/m^2].")
+      .def_readonly("effects", &Scene::effects, "Effects.")
       .def(
           "replace",
           [](const Scene& s, const std::optional<Camera>& camera,
              const std::optional<std::vector<Lamp>>& lamps, const std::optional<Sensor>& sensor,
-             const std::optional<Room>& room) {
+             const std::optional<Room>& room, const std::optional<Lens>& lens,
+             const std::optional<std::vector<Box>>& boxes, std::optional<double> ambient_w_m2,
+             const std::optional<Effects>& effects) {
             return make_scene(camera.value_or(s.camera), lamps.value_or(s.lamps),
-                              sensor.value_or(s.sensor), room ? room : s.room);
+                              sensor.value_or(s.sensor), room ? room : s.room,
+                              lens.value_or(s.lens), boxes.value_or(s.boxes),
+                              ambient_w_m2.value_or(s.ambient_w_m2), effects.value_or(s.effects));
           },
           py::kw_only(), py::arg("camera") = py::none(), py::arg("lamps") = py::none(),
           py::arg("sensor") = py::none(), py::arg("room") = py::none(),
+          py::arg("lens") = py::none(), py::arg("boxes") = py::none(),
+          py::arg("ambient_w_m2") = py::none(), py::arg("effects") = py::none(),
           "A copy with the parts that are given changed.")
       .def("__repr__", &scene_repr)
       .def("__eq__",
@@ -185,12 +256,21 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
 
 void define_scene(py::module_& m) {
   define_enums(m);
+  define_documented<Channel>(m, "Channel", "What differs in the pixels of one colour.",
+                             channel_fields());
   define_documented<Sensor>(m, "Sensor", "The camera as a light meter: exposure, noise, response.",
                             sensor_fields());
   define_documented<Lamp>(m, "Lamp", "A lamp: where it is, its shape, how it shines and blinks.",
                           lamp_fields());
   define_documented<Room>(m, "Room", "A box room with one corner at the world's origin.",
                           room_fields());
+  define_documented<Ghost>(m, "Ghost", "A faint second image of everything inside the lens.",
+                           ghost_fields());
+  define_documented<Lens>(m, "Lens", "What a lens does to the light beside projecting it.",
+                          lens_fields());
+  define_documented<Box>(m, "Box", "Something opaque, its sides along the world's axes.",
+                         box_fields());
+  define_effects(m);
   define_documented<Prior>(m, "Prior", "What is known of a pose beforehand; each part is optional.",
                            prior_fields());
   define_scene_class(m);

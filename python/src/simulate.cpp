@@ -4,6 +4,7 @@
 #include <pybind11/typing.h>
 
 #include "fields.hpp"
+#include "libocc/simulate/plan.hpp"
 #include "module.hpp"
 
 namespace occ::python {
@@ -22,7 +23,10 @@ auto options_fields() {
       field("frame", &O::frame, "noise differs from frame to frame under one seed"),
       field("noise", &O::noise, "shot and read noise"),
       field("start_s", &O::start_s, "time at which the first row's exposure begins [s]"),
-      field("spacing_sigma", &O::spacing_sigma, "rim samples are this many PSF sigmas apart"));
+      field("spacing_sigma", &O::spacing_sigma, "rim samples are this many PSF sigmas apart"),
+      field("velocity", &O::velocity,
+            "(6,) of the camera: d [rotation, translation] / dt of cam_from_world's left "
+            "perturbation [rad/s, m/s]"));
 }
 
 std::string lamp_truth_repr(const LampTruth& lamp) {
@@ -64,10 +68,48 @@ void define_truth(py::module_& m) {
       });
 }
 
+void define_plan(py::module_& m) {
+  py::class_<EffectPlan>(m, "EffectPlan", "What plan_render() makes of one effect.")
+      .def_property_readonly(
+          "effect", [](const EffectPlan& p) { return effect_name(p.effect); }, "Its name.")
+      .def_readonly("use", &EffectPlan::use, "What the scene says of it.")
+      .def_readonly("called_for", &EffectPlan::called_for, "The scene says what it follows from.")
+      .def_readonly("applied", &EffectPlan::applied, "simulate() renders it.")
+      .def_readonly("bound_dn", &EffectPlan::bound_dn,
+                    "Grey levels that any pixel changes without it, at most.")
+      .def_readonly("bound_px", &EffectPlan::bound_px,
+                    "How far any lamp's centroid moves without it, at most [px].")
+      .def_readonly("reason", &EffectPlan::reason, "For people.")
+      .def("__repr__", [](const EffectPlan& p) {
+        return std::string("<EffectPlan ") + effect_name(p.effect) +
+               (p.applied ? ": applied" : ": left out") + ", " + p.reason + ">";
+      });
+  const auto fields = options_fields();
+  DefaultTexts texts;
+  std::apply(
+      [&](const auto&... f) {
+        m.def(
+            "plan_render",
+            [fields](const Scene& scene, const Rigid3& cam_from_world,
+                     const typename std::decay_t<decltype(f)>::value_type&... values) {
+              const RenderPlan plan = plan_render(scene, cam_from_world,
+                                                  from_values<SimulateOptions>(fields, values...));
+              return std::vector<EffectPlan>(plan.effects.begin(), plan.effects.end());
+            },
+            py::arg("scene"), py::arg("cam_from_world"), py::kw_only(), argument(f, texts)...,
+            R"(Which effects simulate() renders with the same arguments, and what the others would change.
+
+Returns: an EffectPlan for each effect, in the order in which light meets them.
+Raises: ValueError as simulate() does.)");
+      },
+      fields);
+}
+
 }  // namespace
 
 void define_simulate(py::module_& m) {
   define_truth(m);
+  define_plan(m);
   const auto fields = options_fields();
   DefaultTexts texts;
   std::apply(

@@ -10,8 +10,10 @@ namespace occ {
 inline constexpr char schema_prefix[] = "libocc-scene/";
 
 inline YamlSection::Words<LampShape> shape_words() {
-  return {
-      {"disc", LampShape::disc}, {"rectangle", LampShape::rectangle}, {"point", LampShape::point}};
+  return {{"disc", LampShape::disc},
+          {"rectangle", LampShape::rectangle},
+
+          {"point", LampShape::point}};
 }
 
 inline YamlSection::Words<Response> response_words() {
@@ -19,6 +21,23 @@ inline YamlSection::Words<Response> response_words() {
           {"gamma", Response::gamma},
           {"srgb", Response::srgb},
           {"table", Response::table}};
+}
+
+inline YamlSection::Words<Mosaic> mosaic_words() {
+  return {{"none", Mosaic::none},
+          {"rggb", Mosaic::rggb},
+          {"grbg", Mosaic::grbg},
+          {"gbrg", Mosaic::gbrg},
+          {"bggr", Mosaic::bggr}};
+}
+
+/// Tools that write YAML make `true` of `on`.
+inline YamlSection::Words<Use> use_words() {
+  return {{"on", Use::on},
+          {"off", Use::off},
+          {"auto", Use::automatic},
+          {"true", Use::on},
+          {"false", Use::off}};
 }
 
 inline YamlSection::Words<Readout> readout_words() {

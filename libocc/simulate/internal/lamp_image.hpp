@@ -12,15 +12,27 @@
 #include <optional>
 
 #include "libocc/formation/coverage.hpp"
-#include "libocc/geometry/rigid.hpp"
-#include "libocc/scene/scene.hpp"
+#include "libocc/simulate/internal/frame.hpp"
 
 namespace occ {
 
-/// Empty (width 0) when no light of the lamp reaches the sensor; nothing when it cannot be
-/// rendered because part of its rim is outside the camera's domain or it shows its dark side.
-std::optional<Patch> lamp_image(const Lamp& lamp, const Rigid3& cam_from_world,
-                                const Camera& camera, const Sensor& sensor, const PixelPsf& psf,
-                                double spacing_px);
+class LampRenderer {
+ public:
+  explicit LampRenderer(const Frame& frame);
+
+  /// Empty (width 0) when no light of the lamp reaches the sensor; nothing when it cannot be
+  /// rendered because part of its rim is outside the camera's domain or it shows its dark side.
+  std::optional<Patch> render(const Lamp& lamp) const;
+
+ private:
+  std::optional<Patch> point_image(const Lamp& lamp) const;
+  Patch extended_image(const Contour& contour, const Lamp& lamp) const;
+  void apply_light(const Lamp& lamp, const CoverageMoments& cover, Patch& image) const;
+
+  const Frame& frame_;
+  Camera camera_;  // without distortion when the plan leaves it out
+  PixelPsf psf_;
+  double spacing_px_;
+};
 
 }  // namespace occ

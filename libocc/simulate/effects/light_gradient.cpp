@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// The irradiance E of a lamp varies over its image, by cos^4 and by Lambert's law. Left out, all of
+// the image has the centre's: no pixel changes by more than E does over the image, and the centroid
+// of an ellipse moves by its second moment times grad ln E, at most (R^2/4) |grad ln E|.
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/formation/light.hpp"
+#include "libocc/simulate/internal/effect_model.hpp"
+
+namespace occ {
+namespace {
+
+constexpr double beyond_first_order = 1.2;
+
+bool called_for(const Scene& scene, const SimulateOptions&) {
+  return std::any_of(scene.lamps.begin(), scene.lamps.end(),
+                     [](const Lamp& lamp) { return lamp.shape != LampShape::point; });
+}
+
+Bound bound_of(const LampView& seen, const View& view) {
+  const Camera& camera = view.scene.camera;
+  const Sensor& sensor = view.scene.sensor;
+  const auto irradiance = [&](const Eigen::Vector2d& px) {
+    return irradiance_at(*seen.lamp, view.cam_from_world, camera, sensor, px);
+  };
+  const double centre = irradiance(seen.centre_px);
+  if (!(centre > 0)) return {std::numeric_limits<double>::infinity(), 0};
+  double change = 0, steepest = 0;
+  for (const Eigen::Vector2d& px : seen.rim_px) {
+    const double here = irradiance(px);
+    change = std::max(change, std::abs(here - centre));
+    const double distance = (px - seen.centre_px).norm();
+    if (here > 0 && distance > 0)
+      steepest = std::max(steepest, std::abs(std::log(here / centre)) / distance);
+  }
+  const double relative = beyond_first_order * change / centre;
+  // A corner's second moment: a rectangle's image reaches R at its corners only.
+  const double second_moment = seen.radius_px * seen.radius_px / (seen.rim_px.empty() ? 1 : 3);
+  return {view.grey_levels(relative * seen.peak_e), beyond_first_order * second_moment * steepest};
+}
+
+Bound bound(const View& view) {
+  Bound bound;
+  for (const LampView& seen : view.lamps)
+    if (!seen.rim_px.empty()) bound.include(bound_of(seen, view));
+  return bound;
+}
+
+}  // namespace
+
+const EffectModel light_gradient_model{"a lamp's shape", called_for, bound};
+
+}  // namespace occ

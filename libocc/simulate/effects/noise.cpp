@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// Shot noise, dark current's noise, read noise. Left out, a pixel has its mean. The bounds are one
+// standard deviation: of the brightest pixel's grey level, and of a lamp's centroid (the largest
+// over lamps), sqrt(sum of (x - x_c)^2 var) / F over the disc of the lamp's image and its blur.
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/simulate/internal/effect_model.hpp"
+
+namespace occ {
+namespace {
+
+bool called_for(const Scene&, const SimulateOptions& options) { return options.noise; }
+
+Bound bound(const View& view) {
+  constexpr double pi = 3.14159265358979323846;
+  constexpr double blur_sigmas = 2;
+  const Sensor& sensor = view.scene.sensor;
+  const double floor_e2 = sensor.read_noise_e * sensor.read_noise_e + sensor.electrons(0);
+  Bound bound{sensor.gain_dn_per_e * std::sqrt(floor_e2), 0};
+  for (const LampView& seen : view.lamps) {
+    const double shot_e2 = std::min(seen.peak_e, sensor.full_well_e);
+    const double radius = seen.radius_px + blur_sigmas * sensor.psf_sigma_px + 0.5;
+    // Second moment of a disc about its centre, along one axis: pi r^4 / 4.
+    const double floor_moment = floor_e2 * pi * std::pow(radius, 4) / 4;
+    const double shot_moment = seen.electrons * radius * radius / 4;
+    bound.include({sensor.gain_dn_per_e * std::sqrt(floor_e2 + shot_e2),
+                   std::sqrt(2 * (floor_moment + shot_moment)) / seen.electrons});
+  }
+  return bound;
+}
+
+}  // namespace
+
+const EffectModel noise_model{"the option noise", called_for, bound};
+
+}  // namespace occ

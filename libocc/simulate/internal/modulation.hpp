@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a blinking lamp gives to pixels that are exposed for a finite time.
+#pragma once
+
+#include <vector>
+
+#include "libocc/simulate/internal/frame.hpp"
+
+namespace occ {
+
+/// Mean of the lamp's light over [start_s, start_s + exposure_s] in parts of power_w: its waveform,
+/// or lit for the first `duty` of every period; `phase` periods have passed at t = 0. 1 for a lamp
+/// that does not blink.
+double lit_fraction(const Lamp& lamp, double start_s, double exposure_s);
+
+/// The mean over a period.
+double mean_light(const Lamp& lamp);
+
+/// The lit fraction for each line (row or column, whichever the sensor reads out).
+std::vector<double> lit_fractions(const Lamp& lamp, const Frame& frame);
+
+}  // namespace occ

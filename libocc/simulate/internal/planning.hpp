@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// The plan of one image, and whether it depends on the pose.
+#pragma once
+
+#include <algorithm>
+
+#include "libocc/simulate/internal/view.hpp"
+#include "libocc/simulate/plan.hpp"
+
+namespace occ {
+
+/// Without a view there are no bounds; it is needed where the use of an effect depends on them.
+RenderPlan make_plan(const Scene& scene, const SimulateOptions& options, const View* view);
+
+inline bool depends_on_bounds(const Effects& effects) {
+  return std::find(effects.use.begin(), effects.use.end(), Use::automatic) != effects.use.end();
+}
+
+}  // namespace occ
