@@ -3,57 +3,125 @@
 
 #include <algorithm>
 
-#include "libocc/simulate/internal/digitiser.hpp"
-#include "libocc/simulate/internal/sensor_noise.hpp"
-
 namespace occ {
 namespace {
 
 template <typename Pixel>
-std::vector<Pixel> grey_levels(const Signal& signal, const Sensor& sensor, const Frame& frame) {
-  const Digitiser digitiser(sensor);
-  const double dark_e = sensor.electrons(0);
-  std::vector<Pixel> pixels(signal.size());
-  if (!frame.plan.applies(Effect::noise)) {
-    for (std::size_t i = 0; i < signal.size(); ++i)
-      pixels[i] = static_cast<Pixel>(
-          digitiser.grey_level(std::min(dark_e + signal[i], sensor.full_well_e)));
-    return pixels;
-  }
-  const SensorNoise noise(sensor, digitiser, frame.options.seed, frame.options.frame);
-  constexpr std::size_t block = SensorNoise::dark_block;
-  for (std::size_t first = 0; first < signal.size(); first += block) {
-    const auto dark = noise.dark(static_cast<std::uint32_t>(first / block));
-    for (std::size_t i = first; i < std::min(first + block, signal.size()); ++i)
-      pixels[i] = static_cast<Pixel>(
-          signal[i] > 0 ? noise.lit(static_cast<std::uint32_t>(i), dark_e + signal[i])
-                        : dark[i - first]);
-  }
-  return pixels;
+std::vector<Pixel>& pixels_of(Image& image) {
+  if constexpr (sizeof(Pixel) == 1)
+    return image.u8;
+  else
+    return image.u16;
 }
 
-// The sensor without the effects that the plan leaves out.
-Sensor simplified(const Frame& frame) {
-  Sensor sensor = frame.scene.sensor;
-  if (!frame.plan.applies(Effect::response)) sensor.response = Response::linear;
-  if (!frame.plan.applies(Effect::saturation)) sensor.full_well_e = 1e30;
-  return sensor;
+template <typename Pixel>
+class Writer {
+ public:
+  Writer(const Signal& signal, const Frame& frame, SensorRows& rows, Rendered& out)
+      : signal_(signal),
+        rows_(rows),
+        noise_{frame.options.seed, frame.options.frame},
+        noisy_(frame.plan.applies(Effect::noise)),
+        noisy_everywhere_(noisy_ && frame.options.noise_area == NoiseArea::everywhere),
+        pixels_(pixels_of<Pixel>(out.image)) {}
+
+  bool noisy_everywhere() const { return noisy_everywhere_; }
+
+  void write(const PixelRectangle& part, const std::array<int, 4>& level) {
+    for (int y = part.y0; y < part.y0 + part.height; ++y) {
+      Pixel* to = at(part.x0, y);
+      const auto first = static_cast<Pixel>(level[place_of(part.x0, y)]);
+      const auto second = static_cast<Pixel>(level[place_of(part.x0 + 1, y)]);
+      if (first == second) {
+        std::fill_n(to, part.width, first);
+        continue;
+      }
+      for (int i = 0; i < part.width; ++i) to[i] = i % 2 == 0 ? first : second;
+    }
+  }
+
+  void write_darkness(const PixelRectangle& part) {
+    for (int y = part.y0; y < part.y0 + part.height; ++y)
+      copy(rows_.dark(noise_, row(part, y)), part, y);
+  }
+
+  void write_signal(const PixelRectangle& part) {
+    if (noisy_ && !noisy_everywhere_) write_darkness(part);
+    for (int y = part.y0; y < part.y0 + part.height; ++y) {
+      const RowPart here = row(part, y);
+      if (!noisy_) {
+        copy(rows_.without_noise(here), part, y);
+      } else if (const auto* levels = rows_.lit(noise_, here)) {
+        Pixel* to = at(part.x0, y);
+        for (int i = 0; i < part.width; ++i)
+          if (here.signal[i] > 0)
+            to[i] = static_cast<Pixel>((*levels)[static_cast<std::size_t>(i)]);
+      }
+    }
+  }
+
+ private:
+  Pixel* at(int x, int y) { return &pixels_[index(x, y)]; }
+  std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(signal_.width()) +
+           static_cast<std::size_t>(x);
+  }
+  RowPart row(const PixelRectangle& part, int y) const {
+    return {part.x0, y, part.width, static_cast<std::uint32_t>(index(part.x0, y)),
+            signal_.row(y) + part.x0};
+  }
+  void copy(const std::vector<std::uint16_t>& levels, const PixelRectangle& part, int y) {
+    Pixel* to = at(part.x0, y);
+    for (int i = 0; i < part.width; ++i)
+      to[i] = static_cast<Pixel>(levels[static_cast<std::size_t>(i)]);
+  }
+
+  const Signal& signal_;
+  SensorRows& rows_;
+  NoiseKey noise_;
+  bool noisy_, noisy_everywhere_;
+  std::vector<Pixel>& pixels_;
+};
+
+template <typename Pixel>
+void write_image(const Signal& signal, const Frame& frame, SensorRows& rows, Rendered& out) {
+  Image& image = out.image;
+  const PixelRectangle whole{0, 0, signal.width(), signal.height()};
+  const auto size = static_cast<std::size_t>(whole.width) * static_cast<std::size_t>(whole.height);
+  const std::array<int, 4> background = rows.background_dn();
+  const bool known = out.background_dn == background && image.width == whole.width &&
+                     image.height == whole.height && pixels_of<Pixel>(image).size() == size;
+  out.background_dn.reset();  // until the image is whole again
+  image.width = whole.width;
+  image.height = whole.height;
+  pixels_of<Pixel>(image).resize(size);
+
+  Writer<Pixel> writer(signal, frame, rows, out);
+  if (writer.noisy_everywhere())
+    writer.write_darkness(whole);
+  else if (!known)
+    writer.write(whole, background);
+  else
+    for (const PixelRectangle& part : out.lit) writer.write(part, background);
+  out.lit = signal.touched();
+  for (const PixelRectangle& part : out.lit) writer.write_signal(part);
+  if (!writer.noisy_everywhere()) out.background_dn = background;
 }
 
 }  // namespace
 
-Image expose(const Signal& signal, const Frame& frame) {
-  const Sensor sensor = simplified(frame);
-  Image image;
-  image.width = frame.scene.camera.width();
-  image.height = frame.scene.camera.height();
-  if (sensor.bit_depth > 8) {
-    image.type = PixelType::u16;
-    image.u16 = grey_levels<std::uint16_t>(signal, sensor, frame);
+void Exposure::expose(const Signal& signal, const Frame& frame, Rendered& out) {
+  const SensorRows::Key key = SensorRows::key_of(frame, signal);
+  if (!rows_ || !(rows_->key() == key)) rows_.emplace(simd_, frame, key);
+  if (frame.scene.sensor.bit_depth > 8) {
+    out.image.type = PixelType::u16;
+    out.image.u8.clear();
+    write_image<std::uint16_t>(signal, frame, *rows_, out);
   } else {
-    image.u8 = grey_levels<std::uint8_t>(signal, sensor, frame);
+    out.image.type = PixelType::u8;
+    out.image.u16.clear();
+    write_image<std::uint8_t>(signal, frame, *rows_, out);
   }
-  return image;
 }
 
 }  // namespace occ

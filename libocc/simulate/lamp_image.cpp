@@ -28,7 +28,7 @@ double blur_px(const Frame& frame) {
 LampRenderer::LampRenderer(const Frame& frame)
     : frame_(frame),
       camera_(camera_of(frame)),
-      psf_(blur_px(frame)),
+      psf_(frame.storage.psf(blur_px(frame))),
       spacing_px_(frame.options.spacing_sigma * psf_.sigma_px()) {}
 
 void LampRenderer::apply_light(const Lamp& lamp, const CoverageMoments& cover, Patch& image) const {

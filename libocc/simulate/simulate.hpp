@@ -12,7 +12,9 @@
 #include "libocc/core/abi.hpp"
 //
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "libocc/core/image.hpp"
@@ -21,12 +23,19 @@
 
 namespace occ {
 
+/// Which pixels have noise.
+enum class NoiseArea {
+  everywhere,
+  around_lamps,  ///< those of Rendered::lit, as with `everywhere`; all others have their mean
+};
+
 struct LIBOCC_API SimulateOptions {
   std::uint64_t seed = 0;
   std::uint32_t frame = 0;  ///< noise differs from frame to frame under one seed
   bool noise = true;        ///< shot and read noise
-  double start_s = 0;       ///< time at which the first row's exposure begins; blinking lamps begin
-                            ///< a period, lit, at time 0
+  NoiseArea noise_area = NoiseArea::everywhere;  ///< around lamps alone it is much faster
+  double start_s = 0;  ///< time at which the first row's exposure begins; blinking lamps begin
+                       ///< a period, lit, at time 0
   double spacing_sigma =
       1.0;  ///< rim samples are this many PSF sigmas apart: accuracy against time
   /// Motion of the camera, d [rotation, translation] / dt of the left perturbation of
@@ -50,17 +59,27 @@ struct LampTruth {
   std::vector<Eigen::Vector2d> rim_px;  ///< empty when it is not in view
 };
 
+/// Pixels x0 <= x < x0 + width, y0 <= y < y0 + height.
+struct PixelRectangle {
+  int x0 = 0, y0 = 0, width = 0, height = 0;
+};
+
 struct Rendered {
   Image image;
   Rigid3 cam_from_world;
-  std::vector<LampTruth> lamps;  ///< one for each lamp of the scene, in its order
+  std::vector<LampTruth> lamps;     ///< one for each lamp of the scene, in its order
+  std::vector<PixelRectangle> lit;  ///< contain every pixel that light of its own reaches
+  /// Grey level of all other pixels: at the even and odd columns of even rows, then of odd rows.
+  /// None when each has noise of its own.
+  std::optional<std::array<int, 4>> background_dn;
 };
 
-/// An image of the camera's size, 16 bits when the sensor has more than 8. Stripes of blinking
-/// lamps follow sensor.row_time_s and sensor.readout (unknown: rows). A lamp whose rim is partly
-/// behind the camera or outside the lens's domain, or that shows its dark side, is not rendered;
-/// its truth says that it is not in view. Throws std::invalid_argument when the scene, the pose or
-/// the options do not validate.
+/// One image; whoever wants many of one scene takes a Renderer (simulate/renderer.hpp), which gives
+/// the same bits. An image of the camera's size, 16 bits when the sensor has more than 8. Stripes
+/// of blinking lamps follow sensor.row_time_s and sensor.readout (unknown: rows). A lamp whose rim
+/// is partly behind the camera or outside the lens's domain, or that shows its dark side, is not
+/// rendered; its truth says that it is not in view. Throws std::invalid_argument when the scene,
+/// the pose or the options do not validate.
 LIBOCC_API Rendered simulate(const Scene& scene, const Rigid3& cam_from_world,
                              const SimulateOptions& options = {});
 

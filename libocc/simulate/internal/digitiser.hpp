@@ -3,8 +3,10 @@
 // response (Sensor::linear_dn) says at how many electrons one grey level ends and the next begins.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
+#include "libocc/core/simd.hpp"
 #include "libocc/radiometry/sensor.hpp"
 
 namespace occ {
@@ -21,6 +23,10 @@ class Digitiser {
 
   /// Grey level of a signal that the full well has already clipped, read noise included.
   int grey_level(double electrons) const;
+
+  /// The same of many.
+  void grey_levels(Simd simd, const double* electrons, int count, std::uint16_t* levels) const;
+  void grey_levels(Simd simd, const float* electrons, int count, std::uint16_t* levels) const;
 
  private:
   int levels_ = 0;

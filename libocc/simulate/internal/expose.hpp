@@ -1,17 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sensor: from mean signal electrons of every pixel to the image.
+// The sensor: from mean signal electrons of every pixel to the image. Tables are made when they are
+// first needed and kept from image to image.
 #pragma once
 
-#include <vector>
+#include <optional>
 
-#include "libocc/core/image.hpp"
-#include "libocc/simulate/internal/frame.hpp"
+#include "libocc/simulate/internal/sensor_rows.hpp"
 
 namespace occ {
 
-/// Mean signal electrons of every pixel, row by row, dark current not included.
-using Signal = std::vector<double>;
+class Exposure {
+ public:
+  explicit Exposure(Simd simd) : simd_(simd) {}
 
-Image expose(const Signal& signal, const Frame& frame);
+  /// Writes the image into `out`, and what it says of its pixels. Of an image that an earlier call
+  /// left there, only the pixels that may change are written.
+  void expose(const Signal& signal, const Frame& frame, Rendered& out);
+
+ private:
+  Simd simd_;
+  std::optional<SensorRows> rows_;
+};
 
 }  // namespace occ

@@ -4,6 +4,7 @@
 
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/scene.hpp"
+#include "libocc/simulate/internal/storage.hpp"
 #include "libocc/simulate/plan.hpp"
 
 namespace occ {
@@ -13,6 +14,7 @@ struct Frame {
   const Rigid3& cam_from_world;
   const SimulateOptions& options;
   const RenderPlan& plan;
+  Storage& storage;
 };
 
 }  // namespace occ

@@ -31,7 +31,7 @@ class LampRenderer {
 
   const Frame& frame_;
   Camera camera_;  // without distortion when the plan leaves it out
-  PixelPsf psf_;
+  const PixelPsf& psf_;
   double spacing_px_;
 };
 

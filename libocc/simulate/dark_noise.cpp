@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/simulate/internal/dark_noise.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "libocc/core/internal/multiversion.hpp"
+#include "libocc/core/random.hpp"
+
+namespace occ {
+namespace {
+
+constexpr int numbers = 1 << 16;
+constexpr std::size_t most_levels = 4096;    // more, and most numbers need refining
+constexpr std::size_t most_compared = 40;    // more, and looking up is faster
+constexpr std::uint32_t pixels_a_block = 8;  // two to a word, the low half first
+
+double normal_probability(double z) { return 0.5 * std::erfc(-z * std::sqrt(0.5)); }
+
+/// Distribution of a pixel's electrons: Poisson, clipped at the full well, and read noise.
+class PixelDistribution {
+ public:
+  PixelDistribution(const Sensor& sensor, double mean_e)
+      : mean_(mean_e), full_well_(sensor.full_well_e), read_noise_(sensor.read_noise_e) {
+    const double spread = 10 * std::sqrt(mean_) + 20;  // Poisson mass beyond: below 1e-17
+    first_ = std::max(0.0, std::floor(mean_ - spread));
+    for (double n = first_; n <= mean_ + spread; ++n)
+      weights_.push_back(mean_ > 0 ? std::exp(n * std::log(mean_) - mean_ - std::lgamma(n + 1))
+                                   : (n == 0 ? 1.0 : 0.0));
+  }
+
+  double below(double electrons) const {
+    double probability = 0;
+    for (std::size_t i = 0; i < weights_.size(); ++i) {
+      const double count = std::min(first_ + static_cast<double>(i), full_well_);
+      const double above = electrons - count;
+      probability += weights_[i] * (read_noise_ > 0 ? normal_probability(above / read_noise_)
+                                                    : (above > 0 ? 1.0 : 0.0));
+    }
+    return std::min(probability, 1.0);
+  }
+
+ private:
+  double mean_, full_well_, read_noise_, first_ = 0;
+  std::vector<double> weights_;
+};
+
+struct Steps {
+  const std::uint16_t* at;
+  int count;
+};
+
+// Counts the steps below each of 32 numbers; tells whether one of them is a step itself.
+LIBOCC_INLINE bool count_steps(const Steps& steps, const std::uint16_t* numbers,
+                               std::uint16_t* counts) {
+  typedef std::uint16_t Vector __attribute__((vector_size(64)));
+  Vector number, count{}, equal{};
+  std::memcpy(&number, numbers, sizeof number);
+  for (int i = 0; i < steps.count; ++i) {
+    const Vector step = Vector{} + steps.at[i];
+    count -= static_cast<Vector>(number > step);  // true is -1
+    equal |= static_cast<Vector>(number == step);
+  }
+  std::memcpy(counts, &count, sizeof count);
+  std::array<std::uint64_t, 8> any;
+  std::memcpy(any.data(), &equal, sizeof equal);
+  return (any[0] | any[1] | any[2] | any[3] | any[4] | any[5] | any[6] | any[7]) != 0;
+}
+
+constexpr int batch = 32;
+
+/// Levels by comparing; `unsure` gets the first pixels of batches in which some must be refined.
+LIBOCC_INLINE void compare_body(const Steps& steps, int first_level, const std::uint16_t* numbers,
+                                int count, std::uint16_t* levels, int* unsure, int* unsure_count) {
+  for (int i = 0; i < count; i += batch) {
+    std::uint16_t counts[batch];
+    if (count_steps(steps, numbers + i, counts)) unsure[(*unsure_count)++] = i;
+    const int end = count - i < batch ? count - i : batch;
+    for (int k = 0; k < end; ++k)
+      levels[i + k] = static_cast<std::uint16_t>(counts[k] + first_level);
+  }
+}
+LIBOCC_MULTIVERSION(compare,
+                    (const Steps& steps, int first_level, const std::uint16_t* numbers, int count,
+                     std::uint16_t* levels, int* unsure, int* unsure_count),
+                    (steps, first_level, numbers, count, levels, unsure, unsure_count))
+
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "a word's low half comes first in memory");
+
+}  // namespace
+
+DarkNoise::DarkNoise(const Sensor& sensor, const Digitiser& digitiser, double mean_e) {
+  // With more electrons than this, building the table costs more than it saves.
+  if (!(mean_e < 1000)) return;
+  const double deviation = std::sqrt(mean_e + sensor.read_noise_e * sensor.read_noise_e);
+  first_level_ = digitiser.grey_level(mean_e - 9 * deviation - 1);
+  const int last = digitiser.grey_level(mean_e + 9 * deviation + 30);
+  if (last - first_level_ > static_cast<int>(most_levels)) return;
+  const PixelDistribution distribution(sensor, mean_e);
+  for (int level = first_level_; level < last; ++level)
+    cumulative_.push_back(distribution.below(digitiser.upper_bound_e(level)));
+  for (const double probability : cumulative_)
+    if (probability * numbers < numbers)
+      steps_.push_back(static_cast<std::uint16_t>(probability * numbers));
+  cumulative_.push_back(1);
+  if (steps_.size() <= most_compared) return;
+  levels_.resize(numbers);
+  for (std::size_t number = 0; number < levels_.size(); ++number)
+    levels_[number] = static_cast<std::uint16_t>(
+        first_level_ + (std::lower_bound(steps_.begin(), steps_.end(), number) - steps_.begin()));
+}
+
+int DarkNoise::refined(const NoiseKey& key, std::uint32_t pixel, std::uint32_t number) const {
+  const auto bits = philox({pixel, refine_use, 0, key.frame}, key.words());
+  const double more = (bits[0] + 0x1p-32 * bits[1]) * 0x1p-32;
+  const double uniform = (number + more) / numbers;
+  const auto level = std::upper_bound(cumulative_.begin(), cumulative_.end() - 1, uniform);
+  return first_level_ + static_cast<int>(level - cumulative_.begin());
+}
+
+void DarkNoise::draw(Simd simd, const NoiseKey& key, std::uint32_t first, int count,
+                     std::uint16_t* levels) const {
+  constexpr int most = PixelWords<pixels_a_block>::most;
+  for (; count > 0; first += most, levels += most, count -= most)
+    draw_batch(simd, key, first, std::min(count, most), levels);
+}
+
+void DarkNoise::draw_batch(Simd simd, const NoiseKey& key, std::uint32_t first, int count,
+                           std::uint16_t* levels) const {
+  using Words = PixelWords<pixels_a_block>;
+  const Words random(simd, key, dark_use, first, static_cast<std::uint32_t>(count));
+  std::array<std::uint16_t, 2 * std::tuple_size_v<decltype(Words::words)>> halves;
+  std::memcpy(halves.data(), random.words.data(), sizeof halves);
+  const std::uint16_t* number = halves.data() + random.skip;
+  const auto refine = [&](int begin, int end) {
+    for (int i = begin; i < end; ++i)
+      if (std::binary_search(steps_.begin(), steps_.end(), number[i]))
+        levels[i] = static_cast<std::uint16_t>(
+            refined(key, first + static_cast<std::uint32_t>(i), number[i]));
+  };
+  if (!levels_.empty()) {
+    for (int i = 0; i < count; ++i) levels[i] = levels_[number[i]];
+    return refine(0, count);
+  }
+  std::array<int, Words::most / batch + 1> unsure;
+  int unsure_count = 0;
+  compare_for(simd)({steps_.data(), static_cast<int>(steps_.size())}, first_level_, number, count,
+                    levels, unsure.data(), &unsure_count);
+  for (int i = 0; i < unsure_count; ++i) {
+    const int begin = unsure[static_cast<std::size_t>(i)];
+    refine(begin, std::min(begin + batch, count));
+  }
+}
+
+}  // namespace occ

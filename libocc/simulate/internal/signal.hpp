@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// Mean signal electrons of every pixel, dark current not included: what lamps add up to on the
+// sensor. Most of it is zero, so it is known which pixels are not.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "libocc/simulate/simulate.hpp"
+
+namespace occ {
+
+/// One value for each place in a mosaic of two by two pixels: 2 (y mod 2) + x mod 2.
+using ByPlace = std::array<double, 4>;
+inline std::size_t place_of(int x, int y) {
+  return static_cast<std::size_t>(2 * (y & 1) + (x & 1));
+}
+
+class Signal {
+ public:
+  Signal(int width, int height)
+      : width_(width),
+        height_(height),
+        electrons_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {}
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  double* row(int y) { return electrons_.data() + y * static_cast<std::ptrdiff_t>(width_); }
+  const double* row(int y) const {
+    return electrons_.data() + y * static_cast<std::ptrdiff_t>(width_);
+  }
+
+  /// Before writing to pixels through row(): those of the rectangle may become other than zero.
+  void touch(const PixelRectangle& rectangle);
+  void touch_everything() { touch({0, 0, width_, height_}); }
+
+  /// All pixels that may be other than zero; rectangles may overlap.
+  const std::vector<PixelRectangle>& touched() const { return touched_; }
+
+  /// Light of every pixel, beside what rows say: costs no pass over the image.
+  void add_everywhere(const ByPlace& electrons) {
+    for (std::size_t i = 0; i < electrons.size(); ++i) everywhere_[i] += electrons[i];
+  }
+  const ByPlace& everywhere() const { return everywhere_; }
+
+  /// Back to darkness.
+  void clear();
+
+ private:
+  int width_, height_;
+  std::vector<double> electrons_;
+  std::vector<PixelRectangle> touched_;
+  ByPlace everywhere_{};
+};
+
+}  // namespace occ

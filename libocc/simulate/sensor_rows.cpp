@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/simulate/internal/sensor_rows.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+namespace occ {
+namespace {
+
+/// The sensor without the effects that the plan leaves out.
+Sensor simplified(const Frame& frame) {
+  Sensor sensor = frame.scene.sensor;
+  if (!frame.plan.applies(Effect::response)) sensor.response = Response::linear;
+  if (!frame.plan.applies(Effect::saturation)) sensor.full_well_e = 1e30;
+  return sensor;
+}
+
+}  // namespace
+
+bool SensorRows::Key::operator==(const Key& other) const {
+  return std::tie(response, saturation, noise, everywhere) ==
+         std::tie(other.response, other.saturation, other.noise, other.everywhere);
+}
+
+SensorRows::Key SensorRows::key_of(const Frame& frame, const Signal& signal) {
+  return {frame.plan.applies(Effect::response), frame.plan.applies(Effect::saturation),
+          frame.plan.applies(Effect::noise), signal.everywhere()};
+}
+
+SensorRows::SensorRows(Simd simd, const Frame& frame, const Key& key)
+    : simd_(simd),
+      key_(key),
+      full_well_e_(simplified(frame).full_well_e),
+      lit_noise_(simplified(frame)) {
+  const Sensor sensor = simplified(frame);
+  for (std::size_t place = 0; place < kinds_.size(); ++place) {
+    const double base_e = sensor.electrons(0) + key.everywhere[place];
+    for (std::size_t other = 0; other < place && !kinds_[place]; ++other)
+      if (kinds_[other]->base_e == base_e) kinds_[place] = kinds_[other];
+    if (kinds_[place]) continue;
+    auto kind = std::make_shared<Kind>(Kind{Digitiser(sensor), base_e, {}});
+    if (key.noise) kind->dark.emplace(sensor, kind->digitiser, base_e);
+    kinds_[place] = kind;
+  }
+  const auto width = static_cast<std::size_t>(frame.scene.camera.width());
+  mean_e_.resize(width);
+  drawn_e_.resize(width);
+  levels_.resize(width);
+  others_.resize(width);
+}
+
+std::array<int, 4> SensorRows::background_dn() const {
+  std::array<int, 4> levels;
+  for (std::size_t place = 0; place < levels.size(); ++place)
+    levels[place] =
+        kinds_[place]->digitiser.grey_level(std::min(kinds_[place]->base_e, full_well_e_));
+  return levels;
+}
+
+/// levels_of(kind, to) gives all pixels as if they were of one kind; a row has two at most.
+template <typename Levels>
+const std::vector<std::uint16_t>& SensorRows::of_kinds(const RowPart& part, Levels levels_of) {
+  const Kind &first = kind(part.x0, part.y), &second = kind(part.x0 + 1, part.y);
+  levels_of(first, levels_.data());
+  if (&first == &second) return levels_;
+  levels_of(second, others_.data());
+  for (std::size_t i = 1; i < static_cast<std::size_t>(part.count); i += 2) levels_[i] = others_[i];
+  return levels_;
+}
+
+const std::vector<std::uint16_t>& SensorRows::without_noise(const RowPart& part) {
+  return of_kinds(part, [&](const Kind& kind, std::uint16_t* levels) {
+    for (int i = 0; i < part.count; ++i)
+      mean_e_[static_cast<std::size_t>(i)] = std::min(kind.base_e + part.signal[i], full_well_e_);
+    kind.digitiser.grey_levels(simd_, mean_e_.data(), part.count, levels);
+  });
+}
+
+const std::vector<std::uint16_t>& SensorRows::dark(const NoiseKey& noise, const RowPart& part) {
+  return of_kinds(part, [&](const Kind& kind, std::uint16_t* levels) {
+    if (kind.dark->tabulated())
+      return kind.dark->draw(simd_, noise, part.first, part.count, levels);
+    std::fill_n(mean_e_.begin(), part.count, kind.base_e);
+    lit_noise_.draw(simd_, noise, part.first, part.count, mean_e_.data(), drawn_e_.data());
+    kind.digitiser.grey_levels(simd_, drawn_e_.data(), part.count, levels);
+  });
+}
+
+const std::vector<std::uint16_t>* SensorRows::lit(const NoiseKey& noise, const RowPart& part) {
+  const auto is_lit = [](double electrons) { return electrons > 0; };
+  if (std::none_of(part.signal, part.signal + part.count, is_lit)) return nullptr;
+  const std::array<double, 2> base{kind(part.x0, part.y).base_e, kind(part.x0 + 1, part.y).base_e};
+  for (std::size_t i = 0; i < static_cast<std::size_t>(part.count); ++i)
+    mean_e_[i] = part.signal[i] > 0 ? base[i % 2] + part.signal[i] : 0;
+  lit_noise_.draw(simd_, noise, part.first, part.count, mean_e_.data(), drawn_e_.data());
+  return &of_kinds(part, [&](const Kind& kind, std::uint16_t* levels) {
+    kind.digitiser.grey_levels(simd_, drawn_e_.data(), part.count, levels);
+  });
+}
+
+}  // namespace occ
