@@ -52,34 +52,40 @@ struct Steps {
   int count;
 };
 
-// Counts the steps below each of 32 numbers; tells whether one of them is a step itself.
-LIBOCC_INLINE bool count_steps(const Steps& steps, const std::uint16_t* numbers,
-                               std::uint16_t* counts) {
+// Pixels that are compared side by side.
+template <Simd>
+struct Batch {
+  typedef std::uint16_t Vector __attribute__((vector_size(16)));
+};
+template <>
+struct Batch<Simd::avx2> {
+  typedef std::uint16_t Vector __attribute__((vector_size(32)));
+};
+template <>
+struct Batch<Simd::avx512> {
   typedef std::uint16_t Vector __attribute__((vector_size(64)));
-  Vector number, count{}, equal{};
-  std::memcpy(&number, numbers, sizeof number);
-  for (int i = 0; i < steps.count; ++i) {
-    const Vector step = Vector{} + steps.at[i];
-    count -= static_cast<Vector>(number > step);  // true is -1
-    equal |= static_cast<Vector>(number == step);
-  }
-  std::memcpy(counts, &count, sizeof count);
-  std::array<std::uint64_t, 8> any;
-  std::memcpy(any.data(), &equal, sizeof equal);
-  return (any[0] | any[1] | any[2] | any[3] | any[4] | any[5] | any[6] | any[7]) != 0;
-}
-
-constexpr int batch = 32;
+};
+static_assert(sizeof(Batch<Simd::avx512>::Vector) == 2 * DarkNoise::spare);
 
 /// Levels by comparing; `unsure` gets the first pixels of batches in which some must be refined.
+template <Simd simd>
 LIBOCC_INLINE void compare_body(const Steps& steps, int first_level, const std::uint16_t* numbers,
                                 int count, std::uint16_t* levels, int* unsure, int* unsure_count) {
+  using Vector = typename Batch<simd>::Vector;
+  constexpr int batch = sizeof(Vector) / sizeof *numbers;
   for (int i = 0; i < count; i += batch) {
-    std::uint16_t counts[batch];
-    if (count_steps(steps, numbers + i, counts)) unsure[(*unsure_count)++] = i;
-    const int end = count - i < batch ? count - i : batch;
-    for (int k = 0; k < end; ++k)
-      levels[i + k] = static_cast<std::uint16_t>(counts[k] + first_level);
+    Vector number, above = Vector{} + static_cast<std::uint16_t>(first_level), equal{};
+    std::memcpy(&number, numbers + i, sizeof number);
+    for (int k = 0; k < steps.count; ++k) {
+      const Vector step = Vector{} + steps.at[k];
+      above -= static_cast<Vector>(number > step);  // true is -1
+      equal |= static_cast<Vector>(number == step);
+    }
+    std::memcpy(levels + i, &above, sizeof above);
+    std::uint64_t parts[sizeof(Vector) / 8], any = 0;
+    std::memcpy(parts, &equal, sizeof equal);
+    for (const std::uint64_t part : parts) any |= part;
+    if (any != 0) unsure[(*unsure_count)++] = i;
   }
 }
 LIBOCC_MULTIVERSION(compare,
@@ -144,13 +150,13 @@ void DarkNoise::draw_batch(Simd simd, const NoiseKey& key, std::uint32_t first, 
     for (int i = 0; i < count; ++i) levels[i] = levels_[number[i]];
     return refine(0, count);
   }
-  std::array<int, Words::most / batch + 1> unsure;
+  std::array<int, Words::most / 8 + 1> unsure;
   int unsure_count = 0;
   compare_for(simd)({steps_.data(), static_cast<int>(steps_.size())}, first_level_, number, count,
                     levels, unsure.data(), &unsure_count);
   for (int i = 0; i < unsure_count; ++i) {
     const int begin = unsure[static_cast<std::size_t>(i)];
-    refine(begin, std::min(begin + batch, count));
+    refine(begin, std::min(begin + spare, count));
   }
 }
 

@@ -25,6 +25,7 @@ LIBOCC_INLINE void line_levels(const Line& line, const Real* electrons, int coun
   }
 }
 
+template <Simd>
 LIBOCC_INLINE void line_of_double_body(const Line& line, const double* electrons, int count,
                                        std::uint16_t* levels) {
   line_levels(line, electrons, count, levels);
@@ -33,6 +34,7 @@ LIBOCC_MULTIVERSION(line_of_double,
                     (const Line& line, const double* electrons, int count, std::uint16_t* levels),
                     (line, electrons, count, levels))
 
+template <Simd>
 LIBOCC_INLINE void line_of_float_body(const Line& line, const float* electrons, int count,
                                       std::uint16_t* levels) {
   line_levels(line, electrons, count, levels);

@@ -23,6 +23,7 @@ struct Job {
   float full_well, read_variance;
 };
 
+template <Simd>
 LIBOCC_INLINE void draw_body(const Job& job, const double* mean, const std::uint32_t* words,
                              int count, float* electrons) {
   for (int i = 0; i < count; ++i) {

@@ -45,8 +45,8 @@ SensorRows::SensorRows(Simd simd, const Frame& frame, const Key& key)
   const auto width = static_cast<std::size_t>(frame.scene.camera.width());
   mean_e_.resize(width);
   drawn_e_.resize(width);
-  levels_.resize(width);
-  others_.resize(width);
+  levels_.resize(width + DarkNoise::spare);
+  others_.resize(width + DarkNoise::spare);
 }
 
 std::array<int, 4> SensorRows::background_dn() const {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // One function compiled for several instruction sets, chosen at run time. The body is an inline
-// function of plain C++, whose loops the compiler vectorises:
+// function of plain C++, whose loops the compiler vectorises; a template, which may ask for whom:
 //
+//     template <Simd>
 //     LIBOCC_INLINE void scale_body(float* values, int count) { ... }
 //     LIBOCC_MULTIVERSION(scale, (float* values, int count), (values, count))
 //     scale_for(widest_simd())(values, count);
@@ -21,9 +22,9 @@
 #define LIBOCC_AVX2 __attribute__((target("avx2")))
 #define LIBOCC_AVX512 __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl")))
 #define LIBOCC_MULTIVERSION(name, parameters, arguments)                                  \
-  LIBOCC_AVX512 void name##_avx512 parameters { name##_body arguments; }                  \
-  LIBOCC_AVX2 void name##_avx2 parameters { name##_body arguments; }                      \
-  void name##_baseline parameters { name##_body arguments; }                              \
+  LIBOCC_AVX512 void name##_avx512 parameters { name##_body<Simd::avx512> arguments; }    \
+  LIBOCC_AVX2 void name##_avx2 parameters { name##_body<Simd::avx2> arguments; }          \
+  void name##_baseline parameters { name##_body<Simd::baseline> arguments; }              \
   auto name##_for(Simd simd) {                                                            \
     return simd == Simd::avx512 ? &name##_avx512                                          \
                                 : (simd == Simd::avx2 ? &name##_avx2 : &name##_baseline); \
@@ -31,8 +32,8 @@
 
 #else
 
-#define LIBOCC_MULTIVERSION(name, parameters, arguments)     \
-  void name##_baseline parameters { name##_body arguments; } \
+#define LIBOCC_MULTIVERSION(name, parameters, arguments)                     \
+  void name##_baseline parameters { name##_body<Simd::baseline> arguments; } \
   auto name##_for(Simd) { return &name##_baseline; }
 
 #endif

@@ -20,7 +20,9 @@ class DarkNoise {
   /// False when there are so many levels that each had better be drawn by itself.
   bool tabulated() const { return !cumulative_.empty(); }
 
-  /// Grey levels of the pixels first, first + 1, ... (counted row by row).
+  /// Grey levels of the pixels first, first + 1, ... (counted row by row); up to `spare` more are
+  /// written.
+  static constexpr int spare = 32;
   void draw(Simd simd, const NoiseKey& key, std::uint32_t first, int count,
             std::uint16_t* levels) const;
 
