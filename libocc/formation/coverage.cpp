@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/formation/internal/rim_painter.hpp"
+
 namespace occ {
 namespace {
 
@@ -22,26 +24,33 @@ Range touched(double low, double high, int reach, int size) {
   return {static_cast<int>(first), static_cast<int>(last - first) + 1};
 }
 
-Patch dark_patch(const Eigen::Vector2d& low, const Eigen::Vector2d& high, int reach, int width,
-                 int height) {
+// Makes the patch as large as the pixels that are touched; their values are anything.
+void set_extent(const Eigen::Vector2d& low, const Eigen::Vector2d& high, int reach, int width,
+                int height, Patch& patch) {
   const Range columns = touched(low.x(), high.x(), reach, width);
   const Range rows = touched(low.y(), high.y(), reach, height);
-  if (columns.count == 0 || rows.count == 0) return {};
-  Patch patch{columns.first, rows.first, columns.count, rows.count, {}};
-  patch.values.assign(
-      static_cast<std::size_t>(columns.count) * static_cast<std::size_t>(rows.count), 0.0);
-  return patch;
+  const bool empty = columns.count == 0 || rows.count == 0;
+  patch.x0 = empty ? 0 : columns.first;
+  patch.y0 = empty ? 0 : rows.first;
+  patch.width = empty ? 0 : columns.count;
+  patch.height = empty ? 0 : rows.count;
+  patch.values.resize(static_cast<std::size_t>(patch.width) *
+                      static_cast<std::size_t>(patch.height));
 }
 
 template <typename AnyContour>
-Patch dark_patch(const AnyContour& contour, const PixelPsf& psf, int width, int height) {
-  if (contour.empty()) return {};
+void set_extent(const AnyContour& contour, const PixelPsf& psf, int width, int height,
+                Patch& patch) {
+  if (contour.empty()) {
+    patch = {};
+    return;
+  }
   Eigen::Vector2d low = contour.front().px, high = low;
   for (const auto& point : contour) {
     low = low.cwiseMin(point.px);
     high = high.cwiseMax(point.px);
   }
-  return dark_patch(low, high, psf.reach(), width, height);
+  set_extent(low, high, psf.reach(), width, height, patch);
 }
 
 double dy_of(const ContourPoint& point) { return point.dy_px; }
@@ -56,21 +65,13 @@ double orientation(const AnyContour& contour) {
   return area > 0 ? -1 : 1;
 }
 
-// Where on the patch a contour point's light falls. Of the touched rows (columns), `first_row` ...
-// `end_row` - 1 are on the patch, the touched row 0 being row `top` of the patch, and so on.
-struct Footprint {
-  bool on_patch = false;
-  int top = 0, first_row = 0, end_row = 0;
-  int left = 0, first_column = 0, end_column = 0;
-};
-
 Footprint footprint(const Eigen::Vector2d& px, const PixelPsf& psf, const Patch& patch) {
   Footprint print;
   // In floating point first, and no further left than where the whole patch is to its right.
   const double row = std::floor(px.y()) - psf.reach() - patch.y0;
   const double column = std::floor(px.x()) - psf.reach() - patch.x0;
   if (!(row + psf.count() > 0 && row < patch.height && column < patch.width)) return print;
-  print.on_patch = true;
+  print.on_canvas = true;
   print.top = static_cast<int>(row);
   print.first_row = std::max(0, -print.top);
   print.end_row = std::min(psf.count(), patch.height - print.top);
@@ -80,84 +81,36 @@ Footprint footprint(const Eigen::Vector2d& px, const PixelPsf& psf, const Patch&
   return print;
 }
 
-// Steps left of the patch are taken in its first column.
-void gather(const Footprint& print, std::vector<double>& steps) {
-  double& first = steps[static_cast<std::size_t>(print.first_column)];
-  for (int k = 0; k < print.first_column; ++k) first += steps[static_cast<std::size_t>(k)];
-}
-
-void add_scaled(double* to, const double* from, int count, double factor) {
-  for (int i = 0; i < count; ++i) to[i] += factor * from[i];
-}
-
-// Paints a contour point as steps along each row: a pixel's value is the sum of the steps up to it,
-// so that a point costs the same however many pixels lie to its right.
-void paint(Patch& patch, const Footprint& print, double amount, const std::vector<double>& weights,
-           const std::vector<double>& steps) {
-  for (int k = print.first_row; k < print.end_row; ++k) {
-    double* row = &patch.values[static_cast<std::size_t>(print.top + k) *
-                                static_cast<std::size_t>(patch.width)];
-    add_scaled(row + (print.left + print.first_column),
-               &steps[static_cast<std::size_t>(print.first_column)],
-               print.end_column - print.first_column,
-               amount * weights[static_cast<std::size_t>(k)]);
-  }
-}
-
-void sum_steps(Patch& patch) {
-  for (int y = 0; y < patch.height; ++y) {
-    double* row =
-        &patch.values[static_cast<std::size_t>(y) * static_cast<std::size_t>(patch.width)];
-    for (int x = 1; x < patch.width; ++x) row[x] += row[x - 1];
-  }
-}
-
-std::vector<double> buffer(const PixelPsf& psf) {
-  return std::vector<double>(static_cast<std::size_t>(psf.count()) + 1);
-}
-
-// Coverage and both moments at once.
-void paint_row_moments(CoverageMoments& moments, const Footprint& print, double amount,
-                       const std::vector<double>& weights,
-                       const std::vector<double>& moment_weights, const std::vector<double>& steps,
-                       const std::vector<double>& moment_steps) {
-  const auto width = static_cast<std::size_t>(moments.c.width);
-  const int count = print.end_column - print.first_column;
-  const double* step = &steps[static_cast<std::size_t>(print.first_column)];
-  const double* moment_step = &moment_steps[static_cast<std::size_t>(print.first_column)];
-  for (int k = print.first_row; k < print.end_row; ++k) {
-    const std::size_t at = static_cast<std::size_t>(print.top + k) * width +
-                           static_cast<std::size_t>(print.left + print.first_column);
-    const double weight = amount * weights[static_cast<std::size_t>(k)];
-    const double moment_weight = amount * moment_weights[static_cast<std::size_t>(k)];
-    double *c = &moments.c.values[at], *m_x = &moments.m_x.values[at];
-    double* m_y = &moments.m_y.values[at];
-    for (int i = 0; i < count; ++i) {
-      c[i] += weight * step[i];
-      m_x[i] += weight * moment_step[i];
-      m_y[i] += moment_weight * step[i];
-    }
+template <typename AnyContour>
+void paint(const AnyContour& contour, const PixelPsf& psf, const Patch& patch, Canvas& canvas) {
+  const double sign = orientation(contour);
+  for (const auto& point : contour) {
+    const Footprint print = footprint(point.px, psf, patch);
+    if (!print.on_canvas) continue;
+    canvas.paint(print, psf.stencil(fraction(point.px.x())), psf.stencil(fraction(point.px.y())),
+                 sign * dy_of(point));
   }
 }
 
 template <typename AnyContour>
-void paint_moments(const AnyContour& contour, const PixelPsf& psf, CoverageMoments& moments) {
-  std::vector<double> weights = buffer(psf), moment_weights = buffer(psf);
-  std::vector<double> steps = buffer(psf), moment_steps = buffer(psf);
-  const double sign = orientation(contour);
-  for (const auto& point : contour) {
-    const Footprint print = footprint(point.px, psf, moments.c);
-    if (!print.on_patch) continue;
-    psf.weights(fraction(point.px.y()), weights.data());
-    psf.moment_weights(fraction(point.px.y()), moment_weights.data());
-    psf.steps(fraction(point.px.x()), steps.data());
-    psf.moment_steps(fraction(point.px.x()), moment_steps.data());
-    gather(print, steps);
-    gather(print, moment_steps);
-    paint_row_moments(moments, print, sign * dy_of(point), weights, moment_weights, steps,
-                      moment_steps);
+void paint_moments(const AnyContour& contour, const PixelPsf& psf, int image_width,
+                   int image_height, Simd simd, CoverageMoments& moments) {
+  set_extent(contour, psf, image_width, image_height, moments.c);
+  for (Patch* patch : {&moments.m_x, &moments.m_y}) {
+    patch->x0 = moments.c.x0;
+    patch->y0 = moments.c.y0;
+    patch->width = moments.c.width;
+    patch->height = moments.c.height;
+    patch->values.resize(moments.c.values.size());
   }
-  for (Patch* patch : {&moments.c, &moments.m_x, &moments.m_y}) sum_steps(*patch);
+  if (moments.c.width == 0) return;
+  Canvas canvas(simd, psf.tables(), moments.c.width, moments.c.height, true);
+  paint(contour, psf, moments.c, canvas);
+  canvas.sum(moments.c.values.data(), moments.m_x.values.data(), moments.m_y.values.data());
+}
+
+std::vector<double> buffer(const PixelPsf& psf) {
+  return std::vector<double>(static_cast<std::size_t>(psf.count()) + 1);
 }
 
 // Light that counts for derivatives, a part of that of the nearest pixel.
@@ -233,45 +186,39 @@ class DerivativePainter {
 
 }  // namespace
 
-Patch coverage(const Contour& contour, const PixelPsf& psf, int image_width, int image_height) {
-  Patch patch = dark_patch(contour, psf, image_width, image_height);
+Patch coverage(const Contour& contour, const PixelPsf& psf, int image_width, int image_height,
+               Simd simd) {
+  Patch patch;
+  set_extent(contour, psf, image_width, image_height, patch);
   if (patch.width == 0) return patch;
-  std::vector<double> weights = buffer(psf), steps = buffer(psf);
-  const double sign = orientation(contour);
-  for (const ContourPoint& point : contour) {
-    const Footprint print = footprint(point.px, psf, patch);
-    if (!print.on_patch) continue;
-    psf.weights(fraction(point.px.y()), weights.data());
-    psf.steps(fraction(point.px.x()), steps.data());
-    gather(print, steps);
-    paint(patch, print, sign * point.dy_px, weights, steps);
-  }
-  sum_steps(patch);
+  Canvas canvas(simd, psf.tables(), patch.width, patch.height, false);
+  paint(contour, psf, patch, canvas);
+  canvas.sum(patch.values.data(), nullptr, nullptr);
   return patch;
 }
 
 CoverageMoments coverage_moments(const Contour& contour, const PixelPsf& psf, int image_width,
-                                 int image_height) {
+                                 int image_height, Simd simd) {
   CoverageMoments moments;
-  moments.c = dark_patch(contour, psf, image_width, image_height);
-  if (moments.c.width == 0) return moments;
-  moments.m_x = moments.m_y = moments.c;
-  paint_moments(contour, psf, moments);
+  paint_moments(contour, psf, image_width, image_height, simd, moments);
   return moments;
+}
+
+void coverage_moments(const Contour& contour, const PixelPsf& psf, int image_width,
+                      int image_height, Simd simd, CoverageMoments& out) {
+  paint_moments(contour, psf, image_width, image_height, simd, out);
 }
 
 void coverage_derivatives(const MovingContour& contour, const PixelPsf& psf, int image_width,
                           int image_height, CoverageDerivatives& out) {
   CoverageMoments& moments = out.moments;
-  moments.c = dark_patch(contour, psf, image_width, image_height);
-  moments.m_x = moments.m_y = moments.c;
+  paint_moments(contour, psf, image_width, image_height, widest_simd(), moments);
   out.d.assign(moments.c.values.size(), CoverageDerivatives::Row{});
   if (moments.c.width == 0) return;
-  paint_moments(contour, psf, moments);
   DerivativePainter painter(psf, -orientation(contour));
   for (const MovingContourPoint& point : contour) {
     const Footprint print = footprint(point.px, psf, moments.c);
-    if (!print.on_patch) continue;
+    if (!print.on_canvas) continue;
     painter.paint(point, print, moments.c.width, out.d);
   }
 }
@@ -283,7 +230,8 @@ Patch coverage(const std::vector<Eigen::Vector2d>& rim_px, double psf_sigma_px, 
 
 Patch point_coverage(const Eigen::Vector2d& px, const PixelPsf& psf, int image_width,
                      int image_height) {
-  Patch patch = dark_patch(px, px, psf.reach(), image_width, image_height);
+  Patch patch;
+  set_extent(px, px, psf.reach(), image_width, image_height, patch);
   if (patch.width == 0) return patch;
   std::vector<double> across = buffer(psf), down = buffer(psf);
   psf.weights(fraction(px.x()), across.data());

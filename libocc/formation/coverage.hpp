@@ -14,6 +14,7 @@
 #include <array>
 #include <vector>
 
+#include "libocc/core/simd.hpp"
 #include "libocc/formation/contour.hpp"
 #include "libocc/formation/pixel_psf.hpp"
 
@@ -32,7 +33,7 @@ struct Patch {
 /// Fraction 0..1 of each pixel's light that the shape inside the contour gives, over the contour's
 /// bounding box grown by the PSF's reach and clipped to the image. Either orientation.
 LIBOCC_API Patch coverage(const Contour& contour, const PixelPsf& psf, int image_width,
-                          int image_height);
+                          int image_height, Simd simd = widest_simd());
 
 /// Coverage together with its first moments about each pixel's centre, (x - x_i) and (y - y_j)
 /// weighted like the light itself: a brightness that varies as E + grad E . (p - p_ij) over the
@@ -41,7 +42,11 @@ struct CoverageMoments {
   Patch c, m_x, m_y;  ///< of equal extent
 };
 LIBOCC_API CoverageMoments coverage_moments(const Contour& contour, const PixelPsf& psf,
-                                            int image_width, int image_height);
+                                            int image_width, int image_height,
+                                            Simd simd = widest_simd());
+/// The same into `out`, whose storage is used again.
+LIBOCC_API void coverage_moments(const Contour& contour, const PixelPsf& psf, int image_width,
+                                 int image_height, Simd simd, CoverageMoments& out);
 
 /// Coverage with its moments and its derivatives, each along the contour too:
 ///     d c = closed integral of K(p_ij - p(t)) (motion x step),   K(u, v) = B(u) B(v),

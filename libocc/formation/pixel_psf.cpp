@@ -59,17 +59,18 @@ void PixelPsf::tabulate() {
   const Integrals at = gaussian_integrals(sigma_, static_cast<double>(first) / bins_, 1.0 / bins_,
                                           static_cast<std::size_t>(last - first + 1));
   const auto rows = static_cast<std::size_t>(bins_ + 3);
-  for (Table* table : {&weights_, &moment_weights_, &slopes_}) table->columns = touched;
-  for (Table* table : {&steps_, &moment_steps_}) table->columns = touched + 1;
+  columns_ = (touched + 1 + 7) / 8 * 8;
+  for (Table* table : {&weights_, &moment_weights_, &slopes_}) table->used = touched;
+  for (Table* table : {&steps_, &moment_steps_}) table->used = touched + 1;
   for (Table* table : {&weights_, &moment_weights_, &slopes_, &steps_, &moment_steps_})
-    table->values.resize(rows * table->columns);
+    table->values.resize(rows * columns_);
 
   for (std::size_t row = 0; row < rows; ++row) {
-    double* weight = &weights_.values[row * touched];
-    double* moment = &moment_weights_.values[row * touched];
-    double* slope = &slopes_.values[row * touched];
-    double* step = &steps_.values[row * (touched + 1)];
-    double* moment_step = &moment_steps_.values[row * (touched + 1)];
+    double* weight = &weights_.values[row * columns_];
+    double* moment = &moment_weights_.values[row * columns_];
+    double* slope = &slopes_.values[row * columns_];
+    double* step = &steps_.values[row * columns_];
+    double* moment_step = &moment_steps_.values[row * columns_];
     double g_before = 0, f_before = 0;
     for (std::size_t k = 0; k < touched; ++k) {
       const int grid = (static_cast<int>(k) - reach_) * bins_ - (static_cast<int>(row) - 1);
@@ -106,16 +107,21 @@ void PixelPsf::curvatures(double fraction, double* out) const {
 }
 
 // Lagrange's cubic through the two table rows on each side.
-void PixelPsf::interpolate(const Table& table, double fraction, double* out) const {
+PsfStencil PixelPsf::stencil(double fraction) const {
   const double at = fraction * bins_;
   const int bin = std::clamp(static_cast<int>(at), 0, bins_ - 1);
   const double t = at - bin;
-  const double a = -t * (t - 1) * (t - 2) / 6, b = (t + 1) * (t - 1) * (t - 2) / 2;
-  const double c = -(t + 1) * t * (t - 2) / 2, d = (t + 1) * t * (t - 1) / 6;
-  const std::size_t n = table.columns;
-  const double* row = &table.values[static_cast<std::size_t>(bin) * n];
-  for (std::size_t k = 0; k < n; ++k)
-    out[k] = a * row[k] + b * row[k + n] + c * row[k + 2 * n] + d * row[k + 3 * n];
+  return {static_cast<std::size_t>(bin),
+          {-t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2, -(t + 1) * t * (t - 2) / 2,
+           (t + 1) * t * (t - 1) / 6}};
+}
+
+void PixelPsf::interpolate(const Table& table, double fraction, double* out) const {
+  const PsfStencil at = stencil(fraction);
+  const double *w = at.weight, *row = &table.values[at.bin * columns_];
+  for (std::size_t k = 0; k < table.used; ++k)
+    out[k] = w[0] * row[k] + w[1] * row[k + columns_] + w[2] * row[k + 2 * columns_] +
+             w[3] * row[k + 3 * columns_];
 }
 
 }  // namespace occ

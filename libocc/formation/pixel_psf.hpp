@@ -16,6 +16,21 @@
 
 namespace occ {
 
+/// Cubic interpolation in the tables at one sub-pixel offset: weights of four rows, `bin` the
+/// first.
+struct PsfStencil {
+  std::size_t bin = 0;
+  double weight[4] = {};
+};
+
+/// The tables as they are, one row for every sub-pixel offset, rows padded with zeros to `columns`,
+/// a multiple of 8.
+struct PsfTables {
+  std::size_t columns = 0;
+  const double *weights = nullptr, *moment_weights = nullptr;
+  const double *steps = nullptr, *moment_steps = nullptr;
+};
+
 class LIBOCC_API PixelPsf {
  public:
   /// Throws std::invalid_argument unless 0.01 <= psf_sigma_px <= 100.
@@ -54,10 +69,16 @@ class LIBOCC_API PixelPsf {
     interpolate(moment_steps_, fraction, out);
   }
 
+  /// For loops that interpolate by themselves.
+  PsfStencil stencil(double fraction) const;
+  PsfTables tables() const {
+    return {columns_, weights_.values.data(), moment_weights_.values.data(), steps_.values.data(),
+            moment_steps_.values.data()};
+  }
+
  private:
-  // One row for every sub-pixel offset, from one bin below 0 to one bin above 1.
   struct Table {
-    std::size_t columns = 0;
+    std::size_t used = 0;  // of the columns
     std::vector<double> values;
   };
 
@@ -66,7 +87,8 @@ class LIBOCC_API PixelPsf {
 
   double sigma_ = 0;
   int reach_ = 0;
-  int bins_ = 0;  // per pixel of offset
+  int bins_ = 0;             // per pixel of offset; rows are from one before the first to one after
+  std::size_t columns_ = 0;  // of each table
   Table weights_, moment_weights_, slopes_, steps_, moment_steps_;
 };
 

@@ -69,7 +69,7 @@ static_assert(sizeof(Batch<Simd::avx512>::Vector) == 2 * DarkNoise::spare);
 
 /// Levels by comparing; `unsure` gets the first pixels of batches in which some must be refined.
 template <Simd simd>
-LIBOCC_INLINE void compare_body(const Steps& steps, int first_level, const std::uint16_t* numbers,
+LIBOCC_INLINE void compare_body(Steps steps, int first_level, const std::uint16_t* numbers,
                                 int count, std::uint16_t* levels, int* unsure, int* unsure_count) {
   using Vector = typename Batch<simd>::Vector;
   constexpr int batch = sizeof(Vector) / sizeof *numbers;
@@ -89,7 +89,7 @@ LIBOCC_INLINE void compare_body(const Steps& steps, int first_level, const std::
   }
 }
 LIBOCC_MULTIVERSION(compare,
-                    (const Steps& steps, int first_level, const std::uint16_t* numbers, int count,
+                    (Steps steps, int first_level, const std::uint16_t* numbers, int count,
                      std::uint16_t* levels, int* unsure, int* unsure_count),
                     (steps, first_level, numbers, count, levels, unsure, unsure_count))
 

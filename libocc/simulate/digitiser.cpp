@@ -14,8 +14,7 @@ struct Line {
 };
 
 template <typename Real>
-LIBOCC_INLINE void line_levels(const Line& line, const Real* electrons, int count,
-                               std::uint16_t* levels) {
+LIBOCC_INLINE void line_levels(Line line, const Real* electrons, int count, std::uint16_t* levels) {
   const auto gain = static_cast<Real>(line.gain), offset = static_cast<Real>(line.offset);
   const auto top = static_cast<Real>(line.top);
   for (int i = 0; i < count; ++i) {
@@ -26,21 +25,21 @@ LIBOCC_INLINE void line_levels(const Line& line, const Real* electrons, int coun
 }
 
 template <Simd>
-LIBOCC_INLINE void line_of_double_body(const Line& line, const double* electrons, int count,
+LIBOCC_INLINE void line_of_double_body(Line line, const double* electrons, int count,
                                        std::uint16_t* levels) {
   line_levels(line, electrons, count, levels);
 }
 LIBOCC_MULTIVERSION(line_of_double,
-                    (const Line& line, const double* electrons, int count, std::uint16_t* levels),
+                    (Line line, const double* electrons, int count, std::uint16_t* levels),
                     (line, electrons, count, levels))
 
 template <Simd>
-LIBOCC_INLINE void line_of_float_body(const Line& line, const float* electrons, int count,
+LIBOCC_INLINE void line_of_float_body(Line line, const float* electrons, int count,
                                       std::uint16_t* levels) {
   line_levels(line, electrons, count, levels);
 }
 LIBOCC_MULTIVERSION(line_of_float,
-                    (const Line& line, const float* electrons, int count, std::uint16_t* levels),
+                    (Line line, const float* electrons, int count, std::uint16_t* levels),
                     (line, electrons, count, levels))
 
 }  // namespace

@@ -34,9 +34,9 @@ LampRenderer::LampRenderer(const Frame& frame)
 void LampRenderer::apply_light(const Lamp& lamp, const CoverageMoments& cover, Patch& image) const {
   // One pixel more on every side, for the derivatives of E.
   const Sensor& sensor = frame_.scene.sensor;
-  const Patch light =
-      irradiance_field(lamp, frame_.cam_from_world, camera_, sensor, image.x0 - 1, image.y0 - 1,
-                       image.x0 + image.width + 1, image.y0 + image.height + 1);
+  const Patch light = irradiance_field(lamp, frame_.cam_from_world, camera_, sensor, image.x0 - 1,
+                                       image.y0 - 1, image.x0 + image.width + 1,
+                                       image.y0 + image.height + 1, frame_.storage.simd());
   const double electrons = sensor.electrons(1) - sensor.electrons(0);  // per W/m^2
   const double half_variance = 0.5 * (psf_.sigma_px() * psf_.sigma_px() + 1.0 / 12);
   for (int y = 0; y < image.height; ++y)
@@ -54,7 +54,7 @@ void LampRenderer::apply_light(const Lamp& lamp, const CoverageMoments& cover, P
 Patch LampRenderer::extended_image(const Contour& contour, const Lamp& lamp) const {
   const Sensor& sensor = frame_.scene.sensor;
   if (!frame_.plan.applies(Effect::light_gradient)) {
-    Patch image = coverage(contour, psf_, camera_.width(), camera_.height());
+    Patch image = coverage(contour, psf_, camera_.width(), camera_.height(), frame_.storage.simd());
     const auto centre = camera_.project(frame_.cam_from_world * lamp.centre_m);
     const double e =
         centre ? irradiance_at(lamp, frame_.cam_from_world, camera_, sensor, *centre) : 0;
@@ -62,7 +62,8 @@ Patch LampRenderer::extended_image(const Contour& contour, const Lamp& lamp) con
     for (double& value : image.values) value *= electrons;
     return image;
   }
-  CoverageMoments cover = coverage_moments(contour, psf_, camera_.width(), camera_.height());
+  CoverageMoments cover =
+      coverage_moments(contour, psf_, camera_.width(), camera_.height(), frame_.storage.simd());
   Patch image = std::move(cover.c);
   if (image.width > 0) apply_light(lamp, cover, image);
   return image;

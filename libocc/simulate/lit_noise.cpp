@@ -24,8 +24,8 @@ struct Job {
 };
 
 template <Simd>
-LIBOCC_INLINE void draw_body(const Job& job, const double* mean, const std::uint32_t* words,
-                             int count, float* electrons) {
+LIBOCC_INLINE void draw_body(Job job, const double* mean, const std::uint32_t* words, int count,
+                             float* electrons) {
   for (int i = 0; i < count; ++i) {
     const auto lit = static_cast<float>(mean[i]);
     const bool full = lit > job.full_well;
@@ -44,7 +44,7 @@ LIBOCC_INLINE void draw_body(const Job& job, const double* mean, const std::uint
   }
 }
 LIBOCC_MULTIVERSION(draw,
-                    (const Job& job, const double* mean, const std::uint32_t* words, int count,
+                    (Job job, const double* mean, const std::uint32_t* words, int count,
                      float* electrons),
                     (job, mean, words, count, electrons))
 

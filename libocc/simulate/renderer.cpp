@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/simulate/renderer.hpp"
 
+#include <numeric>
+
+#include "libocc/core/internal/multiversion.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/simulate/internal/expose.hpp"
 #include "libocc/simulate/internal/frame.hpp"
@@ -15,24 +18,41 @@ namespace {
 
 constexpr double no_electrons = 1e-6;  // less than this in a pixel is rounding
 
+// One row of a lamp's image, its light in parts of what it is while lit; sums in lanes, so that
+// their order does not depend on the instructions.
+constexpr int lanes = 8;
+struct Row {
+  const double *image, *lit;
+  std::ptrdiff_t lit_step;  // 0 or 1
+  int count;
+};
+
+template <Simd>
+LIBOCC_INLINE void add_row_body(Row row, double* to, double* sums) {
+  for (int x = 0; x < row.count; x += lanes) {
+    const int count = row.count - x < lanes ? row.count - x : lanes;
+    for (int i = 0; i < count; ++i) {
+      const double electrons = row.image[x + i] * row.lit[(x + i) * row.lit_step];
+      const double counted = electrons > no_electrons ? electrons : 0;
+      to[x + i] += counted;
+      sums[i] += counted;
+    }
+  }
+}
+LIBOCC_MULTIVERSION(add_row, (Row row, double* to, double* sums), (row, to, sums))
+
 // Adds a lamp's image as its blinking lets each line see it; returns the electrons added.
-double add_lamp(const Patch& image, const std::vector<double>& lit, bool by_columns,
+double add_lamp(Simd simd, const Patch& image, const std::vector<double>& lit, bool by_columns,
                 Signal& signal) {
   if (image.width == 0) return 0;
   signal.touch({image.x0, image.y0, image.width, image.height});
-  double sum = 0;
-  for (int y = 0; y < image.height; ++y) {
-    const double* from = &image.values[static_cast<std::size_t>(y * image.width)];
-    double* to = signal.row(image.y0 + y) + image.x0;
-    for (int x = 0; x < image.width; ++x) {
-      const int line = by_columns ? image.x0 + x : image.y0 + y;
-      const double electrons = from[x] * lit[static_cast<std::size_t>(line)];
-      if (!(electrons > no_electrons)) continue;
-      to[x] += electrons;
-      sum += electrons;
-    }
-  }
-  return sum;
+  const auto add_row = add_row_for(simd);
+  double sums[lanes] = {};
+  for (int y = 0; y < image.height; ++y)
+    add_row({image.values.data() + y * static_cast<std::ptrdiff_t>(image.width),
+             lit.data() + (by_columns ? image.x0 : image.y0 + y), by_columns ? 1 : 0, image.width},
+            signal.row(image.y0 + y) + image.x0, sums);
+  return std::accumulate(sums, sums + lanes, 0.0);
 }
 
 Scene validated(Scene scene) {
@@ -53,7 +73,8 @@ class Renderer::Workshop {
   Workshop(const Scene& scene, const RendererOptions& options)
       : scene_(validated(scene)),
         signal_(scene_.camera.width(), scene_.camera.height()),
-        exposure_(options.simd) {}
+        exposure_(options.simd),
+        storage_(options.simd) {}
 
   void render(const Rigid3& cam_from_world, const SimulateOptions& options, Rendered& out) {
     options.validate();
@@ -74,7 +95,8 @@ class Renderer::Workshop {
       const Lamp& lamp = scene_.lamps[i];
       truths[i] = lamp_truth(lamp, frame.cam_from_world, scene_.camera);
       if (const auto image = renderer.render(lamp))
-        truths[i].electrons = add_lamp(*image, lit_fractions(lamp, frame), by_columns, signal_);
+        truths[i].electrons =
+            add_lamp(storage_.simd(), *image, lit_fractions(lamp, frame), by_columns, signal_);
     }
   }
 

@@ -7,8 +7,7 @@
 //     LIBOCC_MULTIVERSION(scale, (float* values, int count), (values, count))
 //     scale_for(widest_simd())(values, count);
 //
-// Only for files that touch no Eigen type: its memory layout must not depend on the instruction
-// set.
+// Bodies touch no Eigen type: its packets must not depend on the instruction set.
 #pragma once
 
 #include "libocc/core/simd.hpp"

@@ -13,6 +13,7 @@ namespace occ {
 /// lit side, or that lie outside the camera's domain, get the irradiance at the lamp's centre: only
 /// the tail of the PSF is there.
 Patch irradiance_field(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
-                       const Sensor& sensor, int x0, int y0, int x1, int y1);
+                       const Sensor& sensor, int x0, int y0, int x1, int y1,
+                       Simd simd = widest_simd());
 
 }  // namespace occ

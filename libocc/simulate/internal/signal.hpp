@@ -22,14 +22,13 @@ class Signal {
   Signal(int width, int height)
       : width_(width),
         height_(height),
-        electrons_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {}
+        stride_((width + 7) / 8 * 8 | 8),  // an odd number of cache lines: rows share no cache sets
+        electrons_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height)) {}
 
   int width() const { return width_; }
   int height() const { return height_; }
-  double* row(int y) { return electrons_.data() + y * static_cast<std::ptrdiff_t>(width_); }
-  const double* row(int y) const {
-    return electrons_.data() + y * static_cast<std::ptrdiff_t>(width_);
-  }
+  double* row(int y) { return electrons_.data() + y * stride_; }
+  const double* row(int y) const { return electrons_.data() + y * stride_; }
 
   /// Before writing to pixels through row(): those of the rectangle may become other than zero.
   void touch(const PixelRectangle& rectangle);
@@ -49,6 +48,7 @@ class Signal {
 
  private:
   int width_, height_;
+  std::ptrdiff_t stride_;
   std::vector<double> electrons_;
   std::vector<PixelRectangle> touched_;
   ByPlace everywhere_{};

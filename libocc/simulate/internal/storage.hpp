@@ -4,18 +4,24 @@
 
 #include <map>
 
+#include "libocc/core/simd.hpp"
 #include "libocc/formation/pixel_psf.hpp"
 
 namespace occ {
 
 class Storage {
  public:
+  explicit Storage(Simd simd) : simd_(simd) {}
+
+  Simd simd() const { return simd_; }
+
   /// Made when it is first asked for; the reference stays valid.
   const PixelPsf& psf(double sigma_px) {
     return psfs_.try_emplace(sigma_px, sigma_px).first->second;
   }
 
  private:
+  Simd simd_;
   std::map<double, PixelPsf> psfs_;
 };
 
