@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "libocc/core/require.hpp"
+#include "libocc/formation/lame_curve.hpp"
 
 namespace occ {
 namespace {
@@ -78,7 +79,7 @@ class Projector {
  private:
   struct ImagePoint {
     Eigen::Vector2d px, tangent_px;
-    Eigen::Vector3d point_in_cam;
+    Eigen::Vector3d point_in_cam, tangent;
     Eigen::Matrix<double, 2, 3> jacobian;
   };
 
@@ -95,6 +96,10 @@ class Projector {
     contour.push_back(moving);
   }
 
+  static void append(const ImagePoint& point, double weight, RimContour& contour) {
+    contour.push_back({point.point_in_cam, weight * point.tangent});
+  }
+
   std::optional<ImagePoint> project(double at) const {
     const CurvePoint point = curve_(at);
     ImagePoint image;
@@ -103,6 +108,7 @@ class Projector {
     image.px = *px;
     image.tangent_px = image.jacobian * point.tangent;
     image.point_in_cam = point.at;
+    image.tangent = point.tangent;
     return image;
   }
 
@@ -187,14 +193,37 @@ std::optional<AnyContour> rectangle_contour(const Lamp& lamp, const Rigid3& cam_
 }
 
 template <typename AnyContour>
+std::optional<AnyContour> lame_contour(const Lamp& lamp, const Rigid3& cam_from_world,
+                                       const Camera& camera, double spacing_px) {
+  const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
+  const Eigen::Vector3d x_axis = cam_from_world.rotation * lamp.x_axis;
+  const Eigen::Vector3d y_axis = (cam_from_world.rotation * lamp.normal).cross(x_axis);
+  Eigen::Matrix<double, 3, 2> half_axes;
+  half_axes << 0.5 * lamp.size_m.x() * x_axis, 0.5 * lamp.size_m.y() * y_axis;
+  AnyContour contour;
+  for (int piece = 0; piece < lame_piece_count; ++piece) {
+    const Projector rim(
+        [&](double s) {
+          const LamePoint point = lame_point(lamp.exponent, piece, s);
+          return CurvePoint{centre + half_axes * point.at, half_axes * point.tangent};
+        },
+        centre, camera, spacing_px);
+    if (!rim.add_panels(0, 1, 0, contour)) return std::nullopt;
+  }
+  return contour;
+}
+
+template <typename AnyContour>
 std::optional<AnyContour> any_contour(const Lamp& lamp, const Rigid3& cam_from_world,
                                       const Camera& camera, double spacing_px) {
   require(spacing_px > 0, "spacing_px", spacing_px, "positive");
   if (lamp.shape == LampShape::point) return AnyContour();
   const Eigen::Vector3d to_camera = cam_from_world.origin_in_source() - lamp.centre_m;
   if (!(to_camera.dot(lamp.normal) > 0)) return std::nullopt;
-  return lamp.shape == LampShape::disc
-             ? disc_contour<AnyContour>(lamp, cam_from_world, camera, spacing_px)
+  if (lamp.shape == LampShape::disc)
+    return disc_contour<AnyContour>(lamp, cam_from_world, camera, spacing_px);
+  return lamp.shape == LampShape::lame
+             ? lame_contour<AnyContour>(lamp, cam_from_world, camera, spacing_px)
              : rectangle_contour<AnyContour>(lamp, cam_from_world, camera, spacing_px);
 }
 
@@ -208,6 +237,11 @@ std::optional<Contour> project_contour(const Lamp& lamp, const Rigid3& cam_from_
 std::optional<MovingContour> project_moving_contour(const Lamp& lamp, const Rigid3& cam_from_world,
                                                     const Camera& camera, double spacing_px) {
   return any_contour<MovingContour>(lamp, cam_from_world, camera, spacing_px);
+}
+
+std::optional<RimContour> rim_contour(const Lamp& lamp, const Rigid3& cam_from_world,
+                                      const Camera& camera, double spacing_px) {
+  return any_contour<RimContour>(lamp, cam_from_world, camera, spacing_px);
 }
 
 Contour smooth_contour(const std::vector<Eigen::Vector2d>& rim_px) {
