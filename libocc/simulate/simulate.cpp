@@ -65,7 +65,7 @@ Rendered simulate(const Scene& given, const Rigid3& cam_from_world,
                 static_cast<std::size_t>(camera.height()));
   LampRenderer renderer(frame);
   for (const Lamp& lamp : scene.lamps) {
-    LampTruth truth = lamp_truth(lamp, rendered.cam_from_world, camera);
+    LampTruth truth = lamp_truth(lamp, frame);
     if (const auto image = renderer.render(lamp))
       truth.electrons = add_lamp(*image, lit_fractions(lamp, frame),
                                  scene.sensor.readout == Readout::columns, camera, signal);
