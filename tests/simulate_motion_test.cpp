@@ -54,15 +54,7 @@ SimulateOptions moving(const Vector6& velocity, double start_s = 0) {
   return options;
 }
 
-double peak_of(Scene scene) {
-  for (Lamp& lamp : scene.lamps) {
-    lamp.frequency_hz.reset();
-    lamp.waveform.clear();
-  }
-  double peak_e = 1e10 * scene.sensor.exposure_s;
-  for (int i = 0; i < 3; ++i) peak_e = 1.6 * mean_electrons(scene, start, peak_e).maxCoeff();
-  return peak_e;
-}
+double peak_of(const Scene& scene) { return 1.5 * peak_electrons(scene, start); }
 
 // Mean of still images over the exposure, weighted with the light of each instant; with a rolling
 // shutter each line from images of its own time, one in line_step of them.
