@@ -29,6 +29,31 @@ bool is_point(const LampView& seen, const View& view) {
   return seen.rim_px.empty() || view.scene.effects.of(Effect::extent) == Use::off;
 }
 
+double sampling_shift_px(const LampView& seen, double sigma_px, bool as_point) {
+  if (as_point && !(sigma_px > 0)) return std::sqrt(0.5);  // the sum converges slowly
+  constexpr int terms = 100;
+  Eigen::Array2d low = Eigen::Array2d::Zero(), high = low;
+  if (!as_point)
+    for (const Eigen::Vector2d& px : seen.rim_px) {
+      low = low.min((px - seen.rim_px.front()).array());
+      high = high.max((px - seen.rim_px.front()).array());
+    }
+  double squares = 0;
+  for (const double width : {high.x() - low.x(), high.y() - low.y()}) {
+    double sum = 0;
+    for (int k = 1; k <= terms; ++k) {
+      const double spectrum = std::min(1.0, 2 / (pi * k * width));
+      sum += spectrum * std::exp(-2 * std::pow(pi * k * sigma_px, 2)) / (pi * k);
+    }
+    squares += std::pow(std::min(0.5, sum), 2);
+  }
+  return std::sqrt(squares);
+}
+
+double sampling_shift_px(const LampView& seen, const View& view) {
+  return sampling_shift_px(seen, blur_sigma_px(view), is_point(seen, view));
+}
+
 double change_by_shift_e(const LampView& seen, const View& view, double moved_px) {
   if (!(moved_px > 0)) return 0;
   const double sigma = blur_sigma_px(view);

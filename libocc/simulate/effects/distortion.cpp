@@ -44,7 +44,8 @@ Bound bound_of(const LampView& seen, const View& view) {
     };
     brighter = std::max(brighter, std::abs(light(pinhole, *without) / light(lens, *with) - 1));
   }
-  return {change_by_shift_e(seen, view, moved) + brighter * seen.full_e, moved};
+  return {change_by_shift_e(seen, view, moved) + brighter * seen.full_e,
+          moved + 2 * sampling_shift_px(seen, view)};
 }
 
 Bound bound(const View& view) {

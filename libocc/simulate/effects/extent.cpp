@@ -5,7 +5,9 @@
 //     F s^2/2 max |hess K| + F |m| max |grad K|,   max |hess K| = 1 / (2 pi sigma^4),
 // with max |grad K| = 1 / (2 pi sqrt(e) sigma^3), F the lamp's electrons and m the mean
 // displacement: that of the ellipse's centre and that of the light's gradient over it. The aperture
-// formula of a point is off by (R/f)^2, about the square of the lamp's size over its distance.
+// formula of a point is off by about (m + 4) (R/f)^2, the square of the lamp's size over its
+// distance, and by the square of the light's change over it.
+// Pixels place a point and a disc each with an error of their own (internal/blur.hpp).
 #include <algorithm>
 #include <cmath>
 
@@ -35,12 +37,16 @@ Bound bound_of(const LampView& seen, const View& view) {
                               .norm();
   const double moved = (seen.image_centre_px - seen.centre_px).norm() + 0.5 * r2 * gradient;
   const double size = seen.radius_px / std::min(camera.fx_px(), camera.fy_px());
+  const double flux = (4 + seen.lamp->order()) * size * size + 0.5 * r2 * gradient * gradient;
   const double spread = (r2 / 4) / (2 * pi * sigma2 * sigma2) +
                         moved / (2 * pi * std::exp(0.5) * std::pow(sigma2, 1.5)) +
-                        4 * size * size / (2 * pi * sigma2);
+                        flux / (2 * pi * sigma2);
   // No pixel can change by more than what it has, or what the point gives it.
   const double of_point = seen.electrons * std::min(1.0, 1 / (2 * pi * sigma2));
-  return {std::min(seen.electrons * spread, std::max(of_point, seen.full_e)), moved};
+  const double sigma = std::sqrt(sigma2);
+  const double sampling =
+      sampling_shift_px(seen, sigma, true) + sampling_shift_px(seen, sigma, false);
+  return {std::min(seen.electrons * spread, std::max(of_point, seen.full_e)), moved + sampling};
 }
 
 Bound bound(const View& view) {

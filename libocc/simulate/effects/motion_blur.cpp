@@ -5,8 +5,8 @@
 // at most s^2 max |f''|, a pixel changes by b^2/24 max |f''|: for a straight edge of height E
 //     b^2/24  E / (sqrt(2 pi e) sigma^2) = 0.0101 b^2 E / sigma^2
 // (internal/blur.hpp for thin lamps and points). What is bent of the path, or unevenly lit because
-// the lamp blinks, moves the image's mean besides; so does light that changes along the path, by
-// b^2/12 grad ln E.
+// the lamp blinks, moves the image's mean besides; so does light that grows along the path by a
+// factor 1 + q, by b q/12.
 #include <algorithm>
 #include <cmath>
 
@@ -16,6 +16,7 @@
 #include "libocc/simulate/internal/effect_model.hpp"
 #include "libocc/simulate/internal/line_image.hpp"
 #include "libocc/simulate/internal/overlap.hpp"
+#include "libocc/simulate/internal/vignetting.hpp"
 
 namespace occ {
 namespace {
@@ -64,12 +65,17 @@ Bound bound_of(const LampView& seen, const View& view) {
     length = std::max(length, (b - a).norm() + (c - b).norm());
     bent = std::max(bent, (a + c - 2 * b).norm() / 6);
   }
-  const double gradient = log_irradiance_gradient(*seen.lamp, view.cam_from_world, camera,
-                                                  view.scene.sensor, seen.centre_px)
-                              .norm();
-  const double moved =
-      bent + uneven_light(*seen.lamp, view) * length + length * length / 12 * gradient;
-  return {change_by_spread_e(seen, view, length) + change_by_shift_e(seen, view, moved), moved};
+  const auto light = [&](double time_s) {
+    const Rigid3 pose = moved_pose(middle->pose, view.options.velocity, time_s);
+    const auto px = camera.project(pose * seen.lamp->centre_m);
+    return px ? lamp_electrons(*seen.lamp, pose, camera, view.scene.sensor) *
+                    seen_transmission(view, *px)
+              : 0;
+  };
+  const double brighter = std::abs(std::log(light(0.5 * exposure) / light(-0.5 * exposure)));
+  const double moved = bent + uneven_light(*seen.lamp, view) * length + length / 12 * brighter;
+  return {change_by_spread_e(seen, view, length) + change_by_shift_e(seen, view, moved),
+          moved + 2 * sampling_shift_px(seen, view)};
 }
 
 Bound bound(const View& view) {

@@ -4,7 +4,7 @@
 // then, at a lamp of just its size, so that it changes by at most
 //     2 E|s_x|,   E|s_x| <= sigma sqrt(2/pi) + 4 rho / (3 pi)
 // for the Gaussian and the disc of radius rho. A point's light may be all in another pixel. The
-// centroid of a lamp that is whole in the image does not move.
+// light's centroid does not move, but that of sharp pixels is not the light's (internal/blur.hpp).
 #include <algorithm>
 #include <cmath>
 
@@ -21,12 +21,15 @@ bool called_for(const Scene& scene, const SimulateOptions&) {
 }
 
 Bound bound_of(const LampView& seen, const View& view) {
-  if (is_point(seen, view)) return {seen.electrons, 0};
+  const double sigma = gaussian_blur_px(view.scene);
+  const bool point = is_point(seen, view);
+  const double sampling = sampling_shift_px(seen, 0, point) + sampling_shift_px(seen, sigma, point);
+  if (point) return {seen.electrons, sampling};
   constexpr double pi = 3.14159265358979323846;
   const double depth_m = (view.cam_from_world * seen.lamp->centre_m).z();
-  const double moved = std::sqrt(2 / pi) * gaussian_blur_px(view.scene) +
-                       4 / (3 * pi) * defocus_radius_px(view.scene, depth_m);
-  return {std::min(1.0, 2 * moved) * seen.full_e, 0};
+  const double moved =
+      std::sqrt(2 / pi) * sigma + 4 / (3 * pi) * defocus_radius_px(view.scene, depth_m);
+  return {std::min(1.0, 2 * moved) * seen.full_e, sampling};
 }
 
 Bound bound(const View& view) { return sum_of_overlapping(view, bound_of); }

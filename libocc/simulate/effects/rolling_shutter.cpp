@@ -12,6 +12,7 @@
 #include "libocc/simulate/internal/effect_model.hpp"
 #include "libocc/simulate/internal/motion.hpp"
 #include "libocc/simulate/internal/overlap.hpp"
+#include "libocc/simulate/internal/vignetting.hpp"
 
 namespace occ {
 namespace {
@@ -27,11 +28,13 @@ Motion motion_of(const View& view) {
   return Motion(view.scene, view.cam_from_world, view.options, {true, true, true});
 }
 
-double electrons_at(const LampView& seen, const View& view, const Rigid3& pose,
-                    const Eigen::Vector2d& px) {
-  if (is_point(seen, view))
-    return lamp_electrons(*seen.lamp, pose, view.scene.camera, view.scene.sensor);
-  return irradiance_at(*seen.lamp, pose, view.scene.camera, view.scene.sensor, px);
+double light_at(const LampView& seen, const View& view, const Rigid3& pose,
+                const Eigen::Vector2d& px) {
+  const Camera& camera = view.scene.camera;
+  const Sensor& sensor = view.scene.sensor;
+  const double light = is_point(seen, view) ? lamp_electrons(*seen.lamp, pose, camera, sensor)
+                                            : irradiance_at(*seen.lamp, pose, camera, sensor, px);
+  return light * seen_transmission(view, px);
 }
 
 Bound bound_of(const LampView& seen, const View& view) {
@@ -46,11 +49,12 @@ Bound bound_of(const LampView& seen, const View& view) {
     const auto before = camera.project(first * point);
     if (!then || !before) return {infinity, infinity};
     moved = std::max(moved, (then->px - *before).norm());
-    const double was = electrons_at(seen, view, first, *before);
-    const double is = electrons_at(seen, view, then->pose, then->px);
+    const double was = light_at(seen, view, first, *before);
+    const double is = light_at(seen, view, then->pose, then->px);
     brighter = std::max(brighter, std::abs(is / was - 1));
   }
-  return {change_by_shift_e(seen, view, moved) + brighter * seen.peak_e, moved};
+  return {change_by_shift_e(seen, view, moved) + brighter * seen.peak_e,
+          moved + 2 * sampling_shift_px(seen, view)};
 }
 
 Bound bound(const View& view) {

@@ -61,6 +61,11 @@ double Vignetting::transmission(const Eigen::Vector2d& px) const {
   return 1 + transmission;
 }
 
+double seen_transmission(const View& view, const Eigen::Vector2d& px) {
+  if (view.scene.effects.of(Effect::vignetting) == Use::off) return 1;
+  return Vignetting(view.scene).transmission(px);
+}
+
 const EffectModel vignetting_model{"lens.vignetting", called_for, bound};
 
 }  // namespace occ

@@ -16,6 +16,14 @@ double blur_width_px(const LampView& seen, const View& view);
 /// Whether the lamp is rendered as a point.
 bool is_point(const LampView& seen, const View& view);
 
+/// How far the centroid of a lamp's pixels is from that of its light, at most: pixels of a box see
+/// of light of the spectrum S(k) = integral of light exp(-2 pi i k x) along an axis
+///     sum over k >= 1 of |S(k)| / (pi k),
+/// and the light of a convex lamp of width w that is blurred by sigma has |S(k)| <= min(1, 2 / (pi
+/// k w)) exp(-2 (pi k sigma)^2): half a pixel for a sharp point.
+double sampling_shift_px(const LampView& seen, double sigma_px, bool as_point);
+double sampling_shift_px(const LampView& seen, const View& view);
+
 /// Electrons by which a pixel changes at most when the lamp's image moves by `moved_px`. A convex
 /// rim that moves by d sweeps at most sqrt(2) d of a pixel, and the slope of an image blurred by
 /// sigma is at most E / (sqrt(2 pi) sigma); a point's is F / (2 pi sqrt(e) sigma^3).

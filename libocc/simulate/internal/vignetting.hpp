@@ -2,7 +2,7 @@
 // What part of the light a lens lets through to a pixel, beyond cos^4.
 #pragma once
 
-#include "libocc/scene/scene.hpp"
+#include "libocc/simulate/internal/view.hpp"
 
 namespace occ {
 
@@ -18,5 +18,8 @@ class Vignetting {
   Eigen::Vector2d principal_px_;
   double corner_px2_ = 0;  // squared distance of the farthest corner
 };
+
+/// The transmission where a bound needs it: 1 when the scene leaves vignetting out.
+double seen_transmission(const View& view, const Eigen::Vector2d& px);
 
 }  // namespace occ
