@@ -55,11 +55,14 @@ void expect_same(const Lamp& a, const Lamp& b) {
   EXPECT_EQ(a.radius_m, b.radius_m);
   EXPECT_EQ(a.size_m, b.size_m);
   EXPECT_EQ(a.x_axis, b.x_axis);
+  EXPECT_EQ(a.exponent, b.exponent);
   EXPECT_EQ(a.power_w, b.power_w);
   EXPECT_EQ(a.power_sigma, b.power_sigma);
   EXPECT_EQ(a.half_power_rad, b.half_power_rad);
   EXPECT_EQ(a.frequency_hz, b.frequency_hz);
   EXPECT_EQ(a.duty, b.duty);
+  EXPECT_EQ(a.waveform, b.waveform);
+  EXPECT_EQ(a.phase, b.phase);
 }
 
 void expect_same(const Scene& a, const Scene& b) {
@@ -97,11 +100,12 @@ Sensor random_sensor(Random& random) {
 Lamp random_lamp(Random& random, int id) {
   Lamp lamp;
   lamp.id = id;
-  lamp.shape = static_cast<LampShape>(id % 3);
+  lamp.shape = static_cast<LampShape>(id % 4);
   lamp.centre_m = 10 * test::random_vector(random);
   lamp.normal = test::random_vector(random);
   if (lamp.shape == LampShape::disc) lamp.radius_m = random.uniform(0.01, 1);
-  if (lamp.shape == LampShape::rectangle) {
+  if (lamp.shape == LampShape::lame) lamp.exponent = std::exp(random.uniform(0, 4.6));
+  if (lamp.shape == LampShape::rectangle || lamp.shape == LampShape::lame) {
     lamp.size_m = {random.uniform(0.01, 1), random.uniform(0.01, 1)};
     lamp.x_axis = test::random_vector(random);
   }
@@ -110,6 +114,8 @@ Lamp random_lamp(Random& random, int id) {
   lamp.half_power_rad = random.uniform(1e-3, 1.57);
   if (id % 2) lamp.frequency_hz = random.uniform(100, 10000);
   lamp.duty = random.uniform(0.01, 1);
+  if (id % 2 && id % 3) lamp.waveform = {random.uniform(), 0, 1, random.uniform()};
+  lamp.phase = random.normal();
   return lamp;
 }
 

@@ -2,6 +2,7 @@
 // Shared by the tests of the renderer: images without noise, finely quantised.
 #pragma once
 
+#include "libocc/formation/light.hpp"
 #include "libocc/simulate/simulate.hpp"
 #include "support.hpp"
 
@@ -32,6 +33,25 @@ inline Eigen::MatrixXd mean_electrons(Scene scene, const Rigid3& pose, double pe
       electrons(x, y) =
           image.u16[static_cast<std::size_t>(y * image.width + x)] / sensor.gain_dn_per_e;
   return electrons;
+}
+
+/// Somewhat more than any pixel of the scene has, whatever its lamps' phases.
+inline double peak_electrons(Scene scene, const Rigid3& pose) {
+  double peak_e = 0;
+  for (Lamp& lamp : scene.lamps) {
+    lamp.frequency_hz.reset();
+    lamp.waveform.clear();
+    const double all = lamp_electrons(lamp, pose, scene.camera, scene.sensor);
+    const auto px = scene.camera.project(pose * lamp.centre_m);
+    const double full =
+        lamp.shape == LampShape::point || !px || scene.effects.of(Effect::extent) == Use::off
+            ? all
+            : 2 * scene.sensor.electrons(
+                      irradiance_at(lamp, pose, scene.camera, scene.sensor, *px));
+    peak_e += 1.01 * std::min(all, full);
+  }
+  for (int i = 0; i < 2; ++i) peak_e = 1.1 * mean_electrons(scene, pose, peak_e).maxCoeff();
+  return peak_e;
 }
 
 }  // namespace occ::test

@@ -10,6 +10,8 @@
 #include <utility>
 
 #include "libocc/core/require.hpp"
+#include "libocc/formation/lame_curve.hpp"
+#include "libocc/formation/sharp_coverage.hpp"
 
 namespace occ {
 namespace {
@@ -75,10 +77,16 @@ class Projector {
   template <typename AnyContour>
   bool add_panels(double from, double to, int splits, AnyContour& contour) const;
 
+  // Chords of the part between two parameters, each nearly as long as its bulge allows.
+  bool add_chords(double from, double to, Chords& chords) const {
+    const auto begin = project(from), end = project(to);
+    return begin && end && add_chords(from, *begin, to, *end, 0, chords);
+  }
+
  private:
   struct ImagePoint {
     Eigen::Vector2d px, tangent_px;
-    Eigen::Vector3d point_in_cam;
+    Eigen::Vector3d point_in_cam, tangent;
     Eigen::Matrix<double, 2, 3> jacobian;
   };
 
@@ -95,6 +103,10 @@ class Projector {
     contour.push_back(moving);
   }
 
+  static void append(const ImagePoint& point, double weight, RimContour& contour) {
+    contour.push_back({point.point_in_cam, weight * point.tangent});
+  }
+
   std::optional<ImagePoint> project(double at) const {
     const CurvePoint point = curve_(at);
     ImagePoint image;
@@ -103,8 +115,13 @@ class Projector {
     image.px = *px;
     image.tangent_px = image.jacobian * point.tangent;
     image.point_in_cam = point.at;
+    image.tangent = point.tangent;
     return image;
   }
+
+  bool add_chords(double from, const ImagePoint& begin, double to, const ImagePoint& end,
+                  int splits, Chords& chords) const;
+  bool is_off_image(const Eigen::Array<double, 2, 4>& hull) const;
 
   Curve curve_;
   Eigen::Vector3d centre_;
@@ -135,67 +152,112 @@ bool Projector::add_panels(double from, double to, int splits, AnyContour& conto
   return true;
 }
 
-template <typename AnyContour>
-std::optional<AnyContour> disc_contour(const Lamp& lamp, const Rigid3& cam_from_world,
-                                       const Camera& camera, double spacing_px) {
+// All on one side of the image, by half of its own size.
+bool Projector::is_off_image(const Eigen::Array<double, 2, 4>& hull) const {
+  const Eigen::Array2d low = hull.rowwise().minCoeff(), high = hull.rowwise().maxCoeff();
+  const Eigen::Array2d margin = 0.5 * (high - low) + 1;
+  const Eigen::Array2d size(camera_.width(), camera_.height());
+  return (high + margin < 0).any() || (low - margin > size).any();
+}
+
+// A rim that runs as Hermite's cubic does, p(s) = p0 + s d + h10(s) (m0 - d) + h11(s) (m1 - d) with
+// d the chord and m0, m1 the tangents, encloses with its chord d x (m1 - m0) / 12 - (m0 - d) x
+// (m1 - d) / 60.
+bool Projector::add_chords(double from, const ImagePoint& begin, double to, const ImagePoint& end,
+                           int splits, Chords& chords) const {
+  constexpr double max_bulge_px2 = 3e-8;
+  const auto cross = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return a.x() * b.y() - a.y() * b.x();
+  };
+  const Eigen::Vector2d d = end.px - begin.px;
+  const Eigen::Vector2d m0 = (to - from) * begin.tangent_px, m1 = (to - from) * end.tangent_px;
+  const double most = (std::abs(cross(d, m0)) + std::abs(cross(d, m1))) / 12;
+  Eigen::Array<double, 2, 4> hull;
+  hull << begin.px, begin.px + m0 / 3, end.px - m1 / 3, end.px;
+  if (most <= max_bulge_px2 || is_off_image(hull)) {
+    chords.push_back({begin.px, end.px, cross(d, m1 - m0) / 12 - cross(m0 - d, m1 - d) / 60});
+    return true;
+  }
+  const double middle = 0.5 * (from + to);
+  const auto at_middle = project(middle);
+  return at_middle && splits < max_splits &&
+         add_chords(from, begin, middle, *at_middle, splits + 1, chords) &&
+         add_chords(middle, *at_middle, to, end, splits + 1, chords);
+}
+
+// A disc's rim over the angle.
+Curve circle(const Lamp& lamp, const Rigid3& cam_from_world) {
   const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
   const Eigen::Vector3d normal = cam_from_world.rotation * lamp.normal;
   const Eigen::Vector3d across = normal.unitOrthogonal() * lamp.radius_m;
   const Eigen::Vector3d along = normal.cross(across);
-  const Projector rim(
-      [&](double angle) {
-        const double c = std::cos(angle), s = std::sin(angle);
-        return CurvePoint{centre + c * across + s * along, c * along - s * across};
-      },
-      centre, camera, spacing_px);
-  const auto size = rim.extent(0, two_pi, 17);
-  if (!size) return std::nullopt;
-  AnyContour contour;
-  const double wanted = std::ceil(size->length_px / spacing_px);
-  if (wanted > max_disc_points) {
-    if (!rim.add_panels(0, two_pi, 0, contour)) return std::nullopt;
-    return contour;
-  }
-  const int count = std::max(min_disc_points, static_cast<int>(wanted));
-  contour.reserve(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i)
-    if (!rim.add_point(two_pi * i / count, two_pi / count, contour)) return std::nullopt;
-  return contour;
+  return [=](double angle) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    return CurvePoint{centre + c * across + s * along, c * along - s * across};
+  };
 }
 
-template <typename AnyContour>
-std::optional<AnyContour> rectangle_contour(const Lamp& lamp, const Rigid3& cam_from_world,
-                                            const Camera& camera, double spacing_px) {
+// The smooth pieces of another rim, each over [0, 1].
+std::vector<Curve> pieces(const Lamp& lamp, const Rigid3& cam_from_world) {
   const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
   const Eigen::Vector3d x_axis = cam_from_world.rotation * lamp.x_axis;
   const Eigen::Vector3d y_axis = (cam_from_world.rotation * lamp.normal).cross(x_axis);
   const Eigen::Vector3d along = 0.5 * lamp.size_m.x() * x_axis;
   const Eigen::Vector3d across = 0.5 * lamp.size_m.y() * y_axis;
+  std::vector<Curve> all;
+  if (lamp.shape == LampShape::lame) {
+    for (int piece = 0; piece < lame_piece_count; ++piece)
+      all.push_back([=, exponent = lamp.exponent](double s) {
+        const LamePoint p = lame_point(exponent, piece, s);
+        return CurvePoint{centre + p.at.x() * along + p.at.y() * across,
+                          p.tangent.x() * along + p.tangent.y() * across};
+      });
+    return all;
+  }
   const std::array<Eigen::Vector3d, 4> corners = {centre - along - across, centre + along - across,
                                                   centre + along + across, centre - along + across};
-  AnyContour contour;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const Eigen::Vector3d from = corners[i], edge = corners[(i + 1) % 4] - from;
-    const Projector rim(
-        [&](double s) {
+  for (std::size_t i = 0; i < 4; ++i)
+    all.push_back(
+        [from = corners[i], edge = Eigen::Vector3d(corners[(i + 1) % 4] - corners[i])](double s) {
           return CurvePoint{from + s * edge, edge};
-        },
-        centre, camera, spacing_px);
-    if (!rim.add_panels(0, 1, 0, contour)) return std::nullopt;
-  }
-  return contour;
+        });
+  return all;
+}
+
+bool shows_lit_side(const Lamp& lamp, const Rigid3& cam_from_world) {
+  return (cam_from_world.origin_in_source() - lamp.centre_m).dot(lamp.normal) > 0;
+}
+
+template <typename AnyContour>
+bool add_disc(const Projector& rim, double spacing_px, AnyContour& contour) {
+  const auto size = rim.extent(0, two_pi, 17);
+  if (!size) return false;
+  const double wanted = std::ceil(size->length_px / spacing_px);
+  if (wanted > max_disc_points) return rim.add_panels(0, two_pi, 0, contour);
+  const int count = std::max(min_disc_points, static_cast<int>(wanted));
+  contour.reserve(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i)
+    if (!rim.add_point(two_pi * i / count, two_pi / count, contour)) return false;
+  return true;
 }
 
 template <typename AnyContour>
 std::optional<AnyContour> any_contour(const Lamp& lamp, const Rigid3& cam_from_world,
                                       const Camera& camera, double spacing_px) {
   require(spacing_px > 0, "spacing_px", spacing_px, "positive");
-  if (lamp.shape == LampShape::point) return AnyContour();
-  const Eigen::Vector3d to_camera = cam_from_world.origin_in_source() - lamp.centre_m;
-  if (!(to_camera.dot(lamp.normal) > 0)) return std::nullopt;
-  return lamp.shape == LampShape::disc
-             ? disc_contour<AnyContour>(lamp, cam_from_world, camera, spacing_px)
-             : rectangle_contour<AnyContour>(lamp, cam_from_world, camera, spacing_px);
+  AnyContour contour;
+  if (lamp.shape == LampShape::point) return contour;
+  if (!shows_lit_side(lamp, cam_from_world)) return std::nullopt;
+  const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
+  if (lamp.shape == LampShape::disc) {
+    const Projector rim(circle(lamp, cam_from_world), centre, camera, spacing_px);
+    if (!add_disc(rim, spacing_px, contour)) return std::nullopt;
+    return contour;
+  }
+  for (const Curve& piece : pieces(lamp, cam_from_world))
+    if (!Projector(piece, centre, camera, spacing_px).add_panels(0, 1, 0, contour))
+      return std::nullopt;
+  return contour;
 }
 
 }  // namespace
@@ -208,6 +270,32 @@ std::optional<Contour> project_contour(const Lamp& lamp, const Rigid3& cam_from_
 std::optional<MovingContour> project_moving_contour(const Lamp& lamp, const Rigid3& cam_from_world,
                                                     const Camera& camera, double spacing_px) {
   return any_contour<MovingContour>(lamp, cam_from_world, camera, spacing_px);
+}
+
+std::optional<RimContour> rim_contour(const Lamp& lamp, const Rigid3& cam_from_world,
+                                      const Camera& camera, double spacing_px) {
+  return any_contour<RimContour>(lamp, cam_from_world, camera, spacing_px);
+}
+
+std::optional<Chords> project_chords(const Lamp& lamp, const Rigid3& cam_from_world,
+                                     const Camera& camera) {
+  Chords chords;
+  if (lamp.shape == LampShape::point) return chords;
+  if (!shows_lit_side(lamp, cam_from_world)) return std::nullopt;
+  const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
+  const auto add = [&](const Curve& curve, double from, double to) {
+    return Projector(curve, centre, camera, 1).add_chords(from, to, chords);
+  };
+  if (lamp.shape == LampShape::disc) {
+    constexpr int arcs = 8;
+    const Curve curve = circle(lamp, cam_from_world);
+    for (int i = 0; i < arcs; ++i)
+      if (!add(curve, two_pi * i / arcs, two_pi * (i + 1) / arcs)) return std::nullopt;
+    return chords;
+  }
+  for (const Curve& curve : pieces(lamp, cam_from_world))
+    if (!add(curve, 0, 1)) return std::nullopt;
+  return chords;
 }
 
 Contour smooth_contour(const std::vector<Eigen::Vector2d>& rim_px) {

@@ -3,8 +3,8 @@
 // the contour integral, closed integral of F(x, y) dy ~ sum of F(x_i, y_i) dy_i.
 //
 // A smooth rim is sampled evenly in its own parameter (trapezoid rule: the error falls
-// exponentially with the number of points); a rim with corners, or one that lies mostly off the
-// image, piece by piece (Gauss-Legendre).
+// exponentially with the number of points); a rim with corners or bends, or one that lies mostly
+// off the image, piece by piece (Gauss-Legendre).
 // Tangents come from the camera's Jacobian, so lens distortion costs no accuracy.
 #pragma once
 
@@ -35,7 +35,7 @@ struct MovingContourPoint {
 };
 using MovingContour = std::vector<MovingContourPoint>;
 
-/// Contour of a disc's or rectangle's image, points at most about spacing_px apart; coarser in
+/// Contour of a lamp's image, points at most about spacing_px apart; coarser in
 /// parts that are so far off the image that no light of theirs reaches it. Nothing when the lamp
 /// shows its dark side or part of the rim is outside the camera's domain; empty for a point lamp.
 /// Throws std::invalid_argument unless spacing_px > 0.
@@ -47,6 +47,17 @@ LIBOCC_API std::optional<MovingContour> project_moving_contour(const Lamp& lamp,
                                                                const Rigid3& cam_from_world,
                                                                const Camera& camera,
                                                                double spacing_px);
+
+/// A point of the rim itself with its share of the contour, both in the camera's frame [m]: the
+/// contour of a lamp that moves is this one's, moved and projected.
+struct RimStep {
+  Eigen::Vector3d point, step;
+};
+using RimContour = std::vector<RimStep>;
+
+/// The points of project_contour before their projection.
+LIBOCC_API std::optional<RimContour> rim_contour(const Lamp& lamp, const Rigid3& cam_from_world,
+                                                 const Camera& camera, double spacing_px);
 
 /// Contour through samples of a smooth closed curve, evenly spaced in some parameter; tangents by
 /// central differences of order 12. Throws std::invalid_argument for fewer than 13 samples.

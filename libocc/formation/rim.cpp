@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "libocc/core/require.hpp"
+#include "libocc/formation/lame_curve.hpp"
 #include "libocc/geometry/so3.hpp"
 
 namespace occ {
@@ -32,7 +33,7 @@ bool shows_lit_side(const Lamp& lamp, const Rigid3& cam_from_world) {
   return lamp.normal.dot(cam_from_world.origin_in_source() - lamp.centre_m) > 0;
 }
 
-/// Half sides of a rectangle as vectors in the world; x cross y is the normal.
+/// Half sides of a rectangle or Lame curve as vectors in the world; x cross y is the normal.
 struct HalfSides {
   Eigen::Vector3d x, y;
 };
@@ -70,29 +71,30 @@ struct RimNode {
   Eigen::Vector3d point, step;
 };
 
-constexpr std::size_t node_count = 16;
-using RimNodes = std::array<RimNode, node_count>;
+template <std::size_t count>
+using RimNodes = std::array<RimNode, count>;
 
 /// Trapezoid rule: spectral for the smooth image of a circle.
-RimNodes disc_nodes(const Lamp& lamp) {
+RimNodes<16> disc_nodes(const Lamp& lamp) {
   const auto [u, v] = radii(lamp);
-  RimNodes nodes;
-  for (std::size_t i = 0; i < node_count; ++i) {
-    const double angle = two_pi * static_cast<double>(i) / node_count;
+  RimNodes<16> nodes;
+  const auto count = static_cast<double>(nodes.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const double angle = two_pi * static_cast<double>(i) / count;
     nodes[i].point = lamp.centre_m + std::cos(angle) * u + std::sin(angle) * v;
-    nodes[i].step = two_pi / node_count * (std::cos(angle) * v - std::sin(angle) * u);
+    nodes[i].step = two_pi / count * (std::cos(angle) * v - std::sin(angle) * u);
   }
   return nodes;
 }
 
 /// Gauss-Legendre with four nodes on each side.
-RimNodes rectangle_nodes(const Lamp& lamp) {
+RimNodes<16> rectangle_nodes(const Lamp& lamp) {
   constexpr std::array<double, 4> at = {0.06943184420297371239, 0.33000947820757186760,
                                         0.66999052179242813240, 0.93056815579702628761};
   constexpr std::array<double, 4> weight = {0.17392742256872692869, 0.32607257743127307131,
                                             0.32607257743127307131, 0.17392742256872692869};
   const std::array<Eigen::Vector3d, 4> corner = corners(lamp);
-  RimNodes nodes;
+  RimNodes<16> nodes;
   for (std::size_t side = 0; side < 4; ++side) {
     const Eigen::Vector3d edge = corner[(side + 1) % 4] - corner[side];
     for (std::size_t i = 0; i < 4; ++i) {
@@ -102,10 +104,23 @@ RimNodes rectangle_nodes(const Lamp& lamp) {
   return nodes;
 }
 
+RimNodes<128> curve_nodes(const Lamp& lamp) {
+  const HalfSides half = half_sides(lamp);
+  RimNodes<128> nodes;
+  const auto curve = lame_nodes(lamp.exponent);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    nodes[i].point = lamp.centre_m + curve[i].at.x() * half.x + curve[i].at.y() * half.y;
+    nodes[i].step = curve[i].tangent.x() * half.x + curve[i].tangent.y() * half.y;
+  }
+  return nodes;
+}
+
 /// Mean of area of the image inside the rim, by Green's theorem; it moves by the flux of the rim's
 /// own motion, (1/A) closed integral of (p - mean) dp x p'.
-std::optional<Eigen::Vector2d> area_centroid(const RimNodes& nodes, const Rigid3& cam_from_world,
-                                             const Camera& camera, Jacobian26* jacobian) {
+template <std::size_t node_count>
+std::optional<Eigen::Vector2d> area_centroid(const RimNodes<node_count>& nodes,
+                                             const Rigid3& cam_from_world, const Camera& camera,
+                                             Jacobian26* jacobian) {
   std::array<Eigen::Vector2d, node_count> px, step;
   std::array<Jacobian26, node_count> moves;
   for (std::size_t i = 0; i < node_count; ++i) {
@@ -194,6 +209,14 @@ std::vector<Eigen::Vector3d> rim_in_world(const Lamp& lamp, int count) {
     append_rectangle_rim(lamp, count, rim);
     return rim;
   }
+  if (lamp.shape == LampShape::lame) {
+    const HalfSides half = half_sides(lamp);
+    for (int i = 0; i < count; ++i) {
+      const Eigen::Vector2d at = lame_at_angle(lamp.exponent, two_pi * i / count);
+      rim.push_back(lamp.centre_m + at.x() * half.x + at.y() * half.y);
+    }
+    return rim;
+  }
   const auto [u, v] = radii(lamp);
   for (int i = 0; i < count; ++i) {
     const double angle = two_pi * i / count;
@@ -236,6 +259,8 @@ std::optional<Eigen::Vector2d> project_lamp_centre(const Lamp& lamp, const Rigid
       return project_point(lamp.centre_m, cam_from_world, camera, jacobian);
     case LampShape::rectangle:
       return area_centroid(rectangle_nodes(lamp), cam_from_world, camera, jacobian);
+    case LampShape::lame:
+      return area_centroid(curve_nodes(lamp), cam_from_world, camera, jacobian);
     case LampShape::disc:
       break;
   }

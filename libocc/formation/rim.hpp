@@ -16,8 +16,9 @@
 
 namespace occ {
 
-/// Rim of a disc or rectangle in the world: `count` points (count >= 8), counter-clockwise seen
-/// from the lit side; a rectangle's corners are always among them. Empty for a point lamp.
+/// Rim of a lamp in the world: `count` points (count >= 8), counter-clockwise seen from the lit
+/// side; a rectangle's corners are always among them, and a Lame curve's points on its diagonals
+/// when 8 divides the count. Empty for a point lamp.
 LIBOCC_API std::vector<Eigen::Vector3d> rim_in_world(const Lamp& lamp, int count);
 
 /// The rim's pixels, or nothing when the lamp shows its dark side or part of the rim is outside the
@@ -59,12 +60,17 @@ struct LampInCam {
 
 LIBOCC_API LampInCam lamp_in_cam(const Lamp& lamp, const Rigid3& cam_from_world);
 
+/// Whether rim_distance_px knows the shape's rim; refine goes by the centre of the others.
+inline bool has_rim_distance(LampShape shape) {
+  return shape == LampShape::disc || shape == LampShape::rectangle;
+}
+
 /// Distance [px] along the measured normal from the predicted rim to the measured rim point, by
 /// intersecting the ray with the lamp's plane: with P the intersection and g(P) its signed distance
 /// [m] from the rim (positive outside), the residual is g / (dg/d normal). Exact for any camera
 /// model to first order in the residual. `jacobian` (1x6): d residual / d pose perturbation, exact.
 /// Nothing when the ray misses the plane's lit side, when the distance does not grow along the
-/// measured normal (the pose is off by more than the lamp's size), or for a point lamp.
+/// measured normal (the pose is off by more than the lamp's size), or unless has_rim_distance.
 LIBOCC_API std::optional<double> rim_distance_px(const Lamp& lamp, const Rigid3& cam_from_world,
                                                  const RimRay& ray,
                                                  Eigen::Matrix<double, 1, 6>* jacobian = nullptr);

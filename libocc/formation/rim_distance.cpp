@@ -123,7 +123,7 @@ LampInCam lamp_in_cam(const Lamp& lamp, const Rigid3& cam_from_world) {
 
 std::optional<double> rim_distance_px(const LampInCam& lamp, const RimRay& ray,
                                       Jacobian16* jacobian) {
-  if (lamp.shape == LampShape::point) return std::nullopt;
+  if (!has_rim_distance(lamp.shape)) return std::nullopt;
   const std::optional<Crossing> crossing = cross_plane(lamp, ray);
   if (!crossing) return std::nullopt;
   const std::optional<Distance> distance = lamp.shape == LampShape::disc

@@ -9,18 +9,6 @@
 namespace occ::naming {
 namespace {
 
-double lamp_radius(const Lamp& lamp) {
-  switch (lamp.shape) {
-    case LampShape::disc:
-      return lamp.radius_m;
-    case LampShape::rectangle:
-      return lamp.size_m.norm() / 2;
-    case LampShape::point:
-      break;
-  }
-  return 0;
-}
-
 void add_targets(Problem& problem) {
   const std::vector<Lamp>& lamps = problem.scene->lamps;
   for (const Lamp& lamp : lamps)
@@ -28,7 +16,7 @@ void add_targets(Problem& problem) {
   for (const Lamp& lamp : lamps) {
     const Eigen::Vector3d centre = lamp.centre_m - problem.origin;
     problem.targets.push_back(
-        {centre, lamp.normal.normalized(), lamp_radius(lamp), lamp.shape == LampShape::disc});
+        {centre, lamp.normal.normalized(), lamp.reach_m(), lamp.shape == LampShape::disc});
     problem.size_m = std::max(problem.size_m, centre.norm());
   }
 }

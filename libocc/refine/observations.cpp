@@ -44,7 +44,7 @@ void check_axes(const Lamp& lamp) {
 
 bool uses_rim(const Lamp& lamp, const Blob& blob, const RefineOptions& options) {
   const std::size_t needed = blob.cut_by_border ? 1 : min_rim_points;
-  return takes_rims(options.rung) && lamp.shape != LampShape::point && blob.rim.size() >= needed;
+  return takes_rims(options.rung) && has_rim_distance(lamp.shape) && blob.rim.size() >= needed;
 }
 
 void observe_rim(const Match& match, const Blob& blob, const Camera& camera,
@@ -91,12 +91,13 @@ void observe_flux(const Lamp& lamp, const Blob& blob, const Sensor& sensor,
 }
 
 /// Blinking lamps under a rolling shutter shine by rows, and what is cut or merged is no image of
-/// one lamp; though a rectangle, which no ellipse fits, is often taken for a merger.
+/// one lamp; though a rectangle or Lame curve, which no ellipse fits, is often taken for a merger.
 bool offers_pixels(const Lamp& lamp, const Blob& blob, const Sensor& sensor) {
   const Eigen::Vector2d& c = blob.centroid_px;
   const bool boxed = c.x() >= blob.x0 && c.x() <= blob.x1 && c.y() >= blob.y0 && c.y() <= blob.y1;
   const bool by_rows = blob.striped || (lamp.frequency_hz && sensor.row_time_s > 0);
-  const bool whole = !blob.merged || lamp.shape == LampShape::rectangle;
+  const bool whole =
+      !blob.merged || lamp.shape == LampShape::rectangle || lamp.shape == LampShape::lame;
   const bool has_psf = sensor.psf_sigma_px >= 0.01 && sensor.psf_sigma_px <= 100;
   return boxed && has_psf && !by_rows && !blob.cut_by_border && whole;
 }

@@ -86,7 +86,21 @@ void check_waveform(const Check& check, const Lamp& lamp) {
 double Lamp::area_m2() const {
   if (shape == LampShape::disc) return pi * radius_m * radius_m;
   if (shape == LampShape::rectangle) return size_m.x() * size_m.y();
+  if (shape == LampShape::lame)
+    return size_m.x() * size_m.y() *
+           std::exp(2 * std::lgamma(1 + 1 / exponent) - std::lgamma(1 + 2 / exponent));
   return 0;
+}
+
+double Lamp::reach_m() const {
+  if (shape == LampShape::disc) return radius_m;
+  if (shape == LampShape::rectangle) return size_m.norm() / 2;
+  if (shape == LampShape::point) return 0;
+  // Largest x^2 + y^2 on the curve: on an axis, or by Hoelder's inequality in x^2 and y^2.
+  if (exponent <= 2) return size_m.maxCoeff() / 2;
+  const double dual = 2 * exponent / (exponent - 2);
+  const double longer = size_m.maxCoeff(), ratio = size_m.minCoeff() / longer;
+  return longer / 2 * std::pow(1 + std::pow(ratio, dual), 1 / dual);
 }
 
 double Lamp::order() const { return lambertian_order(half_power_rad); }
@@ -96,12 +110,14 @@ void Lamp::validate() {
   check.finite(centre_m, "centre_m");
   check.direction(normal, "normal");
   if (shape == LampShape::disc) check.positive(radius_m, "radius_m");
-  const bool has_sides = shape == LampShape::rectangle;
+  const bool has_sides = shape == LampShape::rectangle || shape == LampShape::lame;
   if (has_sides) {
     check.that(size_m.allFinite() && size_m.minCoeff() > 0, "size_m", size_m,
                "two positive lengths");
     check.direction(x_axis, "x_axis");
   }
+  if (shape == LampShape::lame)
+    check.that(exponent >= 1 && exponent <= 100, "exponent", exponent, "in [1, 100]");
   check.positive(power_w, "power_w");
   check.that(power_sigma >= 0 && std::isfinite(power_sigma), "power_sigma", power_sigma,
              "zero or positive");

@@ -11,7 +11,8 @@
 
 namespace occ {
 
-enum class LampShape { disc, rectangle, point };
+/// lame: the area inside a Lame curve (superellipse) |2x/a|^n + |2y/b|^n = 1.
+enum class LampShape { disc, rectangle, point, lame };
 
 struct LIBOCC_API Lamp {
   int id = 0;
@@ -21,13 +22,16 @@ struct LIBOCC_API Lamp {
   Eigen::Vector3d normal =
       -Eigen::Vector3d::UnitZ();  ///< towards the lit side; unit after validate()
   double radius_m = 0;            ///< disc
-  Eigen::Vector2d size_m = Eigen::Vector2d::Zero();   ///< rectangle: along x_axis, across it
-  Eigen::Vector3d x_axis = Eigen::Vector3d::UnitX();  ///< rectangle: its first side's direction
-  double power_w = 1;                                 ///< radiant power while lit
-  double power_sigma = 0.1;                           ///< relative standard deviation of power_w
-  double half_power_rad = 1.0471975511965976;         ///< half-power semi-angle (60 degrees)
-  std::optional<double> frequency_hz;                 ///< square-wave blink code; none: always lit
-  double duty = 0.5;                                  ///< lit fraction of a blink period
+  Eigen::Vector2d size_m =
+      Eigen::Vector2d::Zero();  ///< rectangle, lame: (a, b), along x_axis and across it
+  Eigen::Vector3d x_axis =
+      Eigen::Vector3d::UnitX();                ///< rectangle, lame: direction of the first side
+  double exponent = 2;                         ///< lame: n in [1, 100]; 2 is an ellipse
+  double power_w = 1;                          ///< radiant power while lit
+  double power_sigma = 0.1;                    ///< relative standard deviation of power_w
+  double half_power_rad = 1.0471975511965976;  ///< half-power semi-angle (60 degrees)
+  std::optional<double> frequency_hz;          ///< square-wave blink code; none: always lit
+  double duty = 0.5;                           ///< lit fraction of a blink period
   std::vector<double> waveform;  ///< instead of `duty`: light over power_w (0..1) in equal parts
                                  ///< of a period, such as the chips of a code
   double phase = 0;              ///< periods that have passed at time 0
@@ -35,6 +39,7 @@ struct LIBOCC_API Lamp {
       Eigen::Vector3d::Ones();  ///< light that red, green and blue pixels get, over white's
 
   double area_m2() const;  ///< of the emitting face; 0 for a point
+  double reach_m() const;  ///< from the centre to the farthest point of the rim; 0 for a point
   double order() const;    ///< Lambertian order m
 
   /// Makes normal and x_axis unit and orthogonal; where the shape gives x_axis no meaning, it

@@ -79,10 +79,11 @@ Sensor read_sensor(YamlSection section) {
 void read_shape(YamlSection& section, Lamp& lamp) {
   section.read("shape", lamp.shape, shape_words());
   if (lamp.shape == LampShape::disc) section.need("radius_m", lamp.radius_m);
-  if (lamp.shape == LampShape::rectangle) {
+  if (lamp.shape == LampShape::rectangle || lamp.shape == LampShape::lame) {
     section.need("size_m", lamp.size_m);
     section.read("x_axis", lamp.x_axis);
   }
+  if (lamp.shape == LampShape::lame) section.need("exponent", lamp.exponent);
 }
 
 Lamp read_lamp(YamlSection section) {

@@ -177,10 +177,11 @@ void write_lamp(const Lamp& lamp, std::string& out) {
   lines.add("centre_m", lamp.centre_m);
   lines.add("normal", lamp.normal);
   if (lamp.shape == LampShape::disc) lines.add("radius_m", lamp.radius_m);
-  if (lamp.shape == LampShape::rectangle) {
+  if (lamp.shape == LampShape::rectangle || lamp.shape == LampShape::lame) {
     lines.add("size_m", list_text(lamp.size_m));
     lines.add("x_axis", lamp.x_axis);
   }
+  if (lamp.shape == LampShape::lame) lines.add("exponent", lamp.exponent);
   lines.add("power_w", lamp.power_w);
   lines.add("power_sigma", lamp.power_sigma);
   lines.add("half_power_deg", degrees_text(lamp.half_power_rad));

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/simulate/internal/lamp_image.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "libocc/formation/light.hpp"
+#include "libocc/formation/sharp_coverage.hpp"
 #include "libocc/simulate/internal/irradiance_field.hpp"
 
 namespace occ {
 namespace {
-
-// The narrowest blur that the rim integral takes: none to be seen.
-constexpr double no_blur_px = 0.02;
 
 Camera camera_of(const Frame& frame) {
   const Camera& camera = frame.scene.camera;
@@ -19,26 +19,203 @@ Camera camera_of(const Frame& frame) {
                          camera.cx_px(), camera.cy_px(), {}, camera.skew_px());
 }
 
-double blur_px(const Frame& frame) {
-  return frame.plan.applies(Effect::psf) ? frame.scene.sensor.psf_sigma_px : no_blur_px;
+bool shows_lit_side(const Lamp& lamp, const Rigid3& pose) {
+  return (pose.origin_in_source() - lamp.centre_m).dot(lamp.normal) > 0;
 }
+
+// All light in the pixel that it falls on.
+Patch sharp_dot(const Eigen::Vector2d& px, int width, int height) {
+  const double x = std::floor(px.x() + 0.5), y = std::floor(px.y() + 0.5);
+  if (!(x >= 0 && x < width && y >= 0 && y < height)) return {};
+  return {static_cast<int>(x), static_cast<int>(y), 1, 1, {1.0}};
+}
+
+// Sums patches, each with a factor.
+class PatchSum {
+ public:
+  void add(Patch patch, double factor) {
+    for (double& value : patch.values) value *= factor;
+    if (patch.width > 0) parts_.push_back(std::move(patch));
+  }
+
+  Patch sum() const {
+    if (parts_.size() <= 1) return parts_.empty() ? Patch{} : parts_.front();
+    Patch all = parts_.front();
+    int x1 = 0, y1 = 0;
+    for (const Patch& part : parts_) {
+      all.x0 = std::min(all.x0, part.x0);
+      all.y0 = std::min(all.y0, part.y0);
+      x1 = std::max(x1, part.x0 + part.width);
+      y1 = std::max(y1, part.y0 + part.height);
+    }
+    all.width = x1 - all.x0;
+    all.height = y1 - all.y0;
+    all.values.assign(static_cast<std::size_t>(all.width) * static_cast<std::size_t>(all.height),
+                      0.0);
+    for (const Patch& part : parts_)
+      for (int y = 0; y < part.height; ++y)
+        for (int x = 0; x < part.width; ++x)
+          all.values[static_cast<std::size_t>((part.y0 + y - all.y0) * all.width + part.x0 + x -
+                                              all.x0)] += part.at(part.x0 + x, part.y0 + y);
+    return all;
+  }
+
+ private:
+  std::vector<Patch> parts_;
+};
 
 }  // namespace
 
 LampRenderer::LampRenderer(const Frame& frame)
-    : frame_(frame),
-      camera_(camera_of(frame)),
-      psf_(frame.storage.psf(blur_px(frame))),
-      spacing_px_(frame.options.spacing_sigma * psf_.sigma_px()) {}
+    : frame_(frame), camera_(camera_of(frame)), motion_(frame) {
+  if (frame.plan.applies(Effect::vignetting)) vignetting_.emplace(frame.scene);
+  if (!frame.plan.applies(Effect::psf)) return;
+  psf_ = &frame.storage.psf(gaussian_blur_px(frame.scene));
+  spacing_px_ = frame.options.spacing_sigma * psf_->sigma_px();
+}
 
-void LampRenderer::apply_light(const Lamp& lamp, const CoverageMoments& cover, Patch& image) const {
-  // One pixel more on every side, for the derivatives of E.
+// A part of the exposure is at most 0.7 sigma of the blurred pixel long, or an eighth of a sharp
+// one.
+double LampRenderer::panels_per_px() const {
+  return psf_ ? 1 / (0.7 * std::sqrt(psf_->sigma_px() * psf_->sigma_px() + 0.06)) : 8;
+}
+
+std::vector<LightNode> LampRenderer::nodes(const Lamp& lamp) const {
+  if (motion_.kind(lamp) == Motion::Kind::still) return {{motion_.still_s(), 1}};
+  const double path = path_px(lamp, motion_, camera_, 0, motion_.exposure_s());
+  return motion_.nodes(lamp, 0, 1 + static_cast<int>(std::min(1e4, path * panels_per_px())));
+}
+
+double LampRenderer::point_electrons(const Lamp& lamp, const Rigid3& pose,
+                                     const Eigen::Vector2d& px) const {
+  const double electrons = lamp_electrons(lamp, pose, camera_, frame_.scene.sensor);
+  return vignetting_ ? electrons * vignetting_->transmission(px) : electrons;
+}
+
+Eigen::Vector2d LampRenderer::log_light_gradient(const Lamp& lamp, const Rigid3& pose) const {
+  Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
+  const auto px = camera_.project(pose * lamp.centre_m);
+  if (!px) return gradient;
+  if (frame_.plan.applies(Effect::light_gradient))
+    gradient = log_irradiance_gradient(lamp, pose, camera_, frame_.scene.sensor, *px);
+  if (vignetting_)
+    for (int axis = 0; axis < 2; ++axis) {
+      const Eigen::Vector2d half = 0.5 * Eigen::Vector2d::Unit(axis);
+      gradient[axis] +=
+          std::log(vignetting_->transmission(*px + half) / vignetting_->transmission(*px - half));
+    }
+  return gradient;
+}
+
+std::vector<BlurShift> LampRenderer::shifts(const Lamp& lamp, const Rigid3& pose) const {
+  const double depth_m = (pose * lamp.centre_m).z();
+  const double radius = psf_ ? defocus_radius_px(frame_.scene, depth_m) : 0;
+  std::vector<BlurShift> shifts = disc_shifts(radius, psf_ ? psf_->sigma_px() : 1);
+  if (radius == 0 || lamp.shape == LampShape::point) return shifts;
+  const Eigen::Vector2d gradient = log_light_gradient(lamp, pose);
+  for (BlurShift& shift : shifts) shift.weight *= 1 - shift.px.dot(gradient);
+  return shifts;
+}
+
+// Light from a pose over that of the reference pose's field where the lamp is then.
+double LampRenderer::light_change(const Lamp& lamp, const Rigid3& reference,
+                                  const Rigid3& pose) const {
   const Sensor& sensor = frame_.scene.sensor;
-  const Patch light = irradiance_field(lamp, frame_.cam_from_world, camera_, sensor, image.x0 - 1,
-                                       image.y0 - 1, image.x0 + image.width + 1,
-                                       image.y0 + image.height + 1, frame_.storage.simd());
+  const auto there = camera_.project(pose * lamp.centre_m);
+  const auto here = frame_.plan.applies(Effect::light_gradient)
+                        ? there
+                        : camera_.project(reference * lamp.centre_m);
+  if (!there || !here) return 1;
+  const double now = irradiance_at(lamp, pose, camera_, sensor, *there);
+  const double before = irradiance_at(lamp, reference, camera_, sensor, *here);
+  return now > 0 && before > 0 ? now / before : 1;
+}
+
+std::optional<Contour> LampRenderer::contour(const Lamp& lamp, const std::vector<LightNode>& nodes,
+                                             const std::vector<BlurShift>& shifts) const {
+  const Rigid3 reference = motion_.pose_at(nodes[nodes.size() / 2].time_s);
+  if (nodes.size() == 1 && shifts.size() == 1)
+    return project_contour(lamp, reference, camera_, spacing_px_);
+  const auto rim = rim_contour(lamp, reference, camera_, spacing_px_);
+  if (!rim) return std::nullopt;
+  Contour contour;
+  contour.reserve(rim->size() * nodes.size() * shifts.size());
+  for (const LightNode& node : nodes) {
+    const Rigid3 pose = motion_.pose_at(node.time_s), moved = pose * reference.inverse();
+    const double light = node.weight * light_change(lamp, motion_.still_pose(), pose);
+    for (const RimStep& at : *rim) {
+      Eigen::Matrix<double, 2, 3> d_px;
+      const auto px = camera_.project(moved * at.point, &d_px);
+      if (!px || !shows_lit_side(lamp, pose)) return std::nullopt;
+      const double dy = light * d_px.row(1).dot(moved.rotation * at.step);
+      for (const BlurShift& shift : shifts) contour.push_back({*px + shift.px, shift.weight * dy});
+    }
+  }
+  return contour;
+}
+
+std::optional<CoverageMoments> LampRenderer::sharp_moments(
+    const Lamp& lamp, const std::vector<LightNode>& nodes) const {
+  std::vector<Chords> all;
+  Chords everywhere;
+  for (const LightNode& node : nodes) {
+    auto chords = project_chords(lamp, motion_.pose_at(node.time_s), camera_);
+    if (!chords) return std::nullopt;
+    everywhere.insert(everywhere.end(), chords->begin(), chords->end());
+    all.push_back(std::move(*chords));
+  }
+  CoverageMoments moments = dark_moments(everywhere, camera_.width(), camera_.height());
+  const Rigid3 reference = motion_.still_pose();
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const double change =
+        nodes.size() == 1 ? 1 : light_change(lamp, reference, motion_.pose_at(nodes[i].time_s));
+    add_sharp_coverage(all[i], nodes[i].weight * change, 0, camera_.height(), moments);
+  }
+  sum_rows(moments);
+  return moments;
+}
+
+double LampRenderer::centre_irradiance(const Lamp& lamp, const Rigid3& pose) const {
+  const auto centre = camera_.project(pose * lamp.centre_m);
+  return centre ? irradiance_at(lamp, pose, camera_, frame_.scene.sensor, *centre) : 0;
+}
+
+Patch LampRenderer::with_even_light(const Lamp& lamp, const Rigid3& pose, Patch image) const {
+  const Sensor& sensor = frame_.scene.sensor;
+  const double electrons = sensor.electrons(centre_irradiance(lamp, pose)) - sensor.electrons(0);
+  for (double& value : image.values) value *= electrons;
+  return image;
+}
+
+// Irradiance over a patch and one pixel more on every side, for its derivatives.
+Patch LampRenderer::light_around(const Lamp& lamp, const Rigid3& pose, const Patch& image) const {
+  const int x0 = image.x0 - 1, y0 = image.y0 - 1, width = image.width + 2,
+            height = image.height + 2;
+  Patch light;
+  if (frame_.plan.applies(Effect::light_gradient)) {
+    light = irradiance_field(lamp, pose, camera_, frame_.scene.sensor, x0, y0, x0 + width,
+                             y0 + height, frame_.storage.simd());
+  } else {
+    light = {x0, y0, width, height, {}};
+    light.values.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
+                        centre_irradiance(lamp, pose));
+  }
+  if (vignetting_)
+    for (int y = 0; y < light.height; ++y)
+      for (int x = 0; x < light.width; ++x)
+        light.values[static_cast<std::size_t>(y * light.width + x)] *=
+            vignetting_->transmission(Eigen::Vector2d(light.x0 + x, light.y0 + y));
+  return light;
+}
+
+Patch LampRenderer::with_light(const Lamp& lamp, const Rigid3& pose, CoverageMoments cover) const {
+  Patch image = std::move(cover.c);
+  if (image.width == 0) return image;
+  const Patch light = light_around(lamp, pose, image);
+  const Sensor& sensor = frame_.scene.sensor;
   const double electrons = sensor.electrons(1) - sensor.electrons(0);  // per W/m^2
-  const double half_variance = 0.5 * (psf_.sigma_px() * psf_.sigma_px() + 1.0 / 12);
+  const double sigma = psf_ ? psf_->sigma_px() : 0;
+  const double half_variance = 0.5 * (sigma * sigma + 1.0 / 12);
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) {
       const auto i = static_cast<std::size_t>(y * image.width + x);
@@ -49,43 +226,78 @@ void LampRenderer::apply_light(const Lamp& lamp, const CoverageMoments& cover, P
           electrons * (blurred * image.values[i] + 0.5 * (right - left) * cover.m_x.values[i] +
                        0.5 * (down - up) * cover.m_y.values[i]);
     }
+  return image;
 }
 
-Patch LampRenderer::extended_image(const Contour& contour, const Lamp& lamp) const {
-  const Sensor& sensor = frame_.scene.sensor;
-  if (!frame_.plan.applies(Effect::light_gradient)) {
-    Patch image = coverage(contour, psf_, camera_.width(), camera_.height(), frame_.storage.simd());
-    const auto centre = camera_.project(frame_.cam_from_world * lamp.centre_m);
-    const double e =
-        centre ? irradiance_at(lamp, frame_.cam_from_world, camera_, sensor, *centre) : 0;
-    const double electrons = sensor.electrons(e) - sensor.electrons(0);
-    for (double& value : image.values) value *= electrons;
-    return image;
+std::optional<Patch> LampRenderer::extended_image(const Lamp& lamp) const {
+  const std::vector<LightNode> at = nodes(lamp);
+  const Rigid3 pose = motion_.still_pose();
+  if (at.empty()) return Patch{};  // it is dark in all of the exposure
+  const bool even = !frame_.plan.applies(Effect::light_gradient) && !vignetting_;
+  if (!psf_) {
+    auto cover = sharp_moments(lamp, at);
+    if (!cover) return std::nullopt;
+    return even ? with_even_light(lamp, pose, std::move(cover->c))
+                : with_light(lamp, pose, std::move(*cover));
   }
-  CoverageMoments cover =
-      coverage_moments(contour, psf_, camera_.width(), camera_.height(), frame_.storage.simd());
-  Patch image = std::move(cover.c);
-  if (image.width > 0) apply_light(lamp, cover, image);
-  return image;
+  const auto rim = contour(lamp, at, shifts(lamp, pose));
+  if (!rim) return std::nullopt;
+  const int width = camera_.width(), height = camera_.height();
+  const Simd simd = frame_.storage.simd();
+  return even ? with_even_light(lamp, pose, coverage(*rim, *psf_, width, height, simd))
+              : with_light(lamp, pose, coverage_moments(*rim, *psf_, width, height, simd));
 }
 
 std::optional<Patch> LampRenderer::point_image(const Lamp& lamp) const {
-  const Rigid3& pose = frame_.cam_from_world;
-  const auto px = camera_.project(pose * lamp.centre_m);
-  const double lit_side = (pose.origin_in_source() - lamp.centre_m).dot(lamp.normal);
-  if (!px || !(lit_side > 0)) return std::nullopt;
-  Patch image = point_coverage(*px, psf_, camera_.width(), camera_.height());
-  const double electrons = lamp_electrons(lamp, pose, camera_, frame_.scene.sensor);
-  for (double& value : image.values) value *= electrons;
-  return image;
+  PatchSum image;
+  for (const LightNode& node : nodes(lamp)) {
+    const Rigid3 pose = motion_.pose_at(node.time_s);
+    const auto px = camera_.project(pose * lamp.centre_m);
+    if (!px || !shows_lit_side(lamp, pose)) return std::nullopt;
+    const double electrons = node.weight * point_electrons(lamp, pose, *px);
+    if (!psf_) {
+      image.add(sharp_dot(*px, camera_.width(), camera_.height()), electrons);
+      continue;
+    }
+    for (const BlurShift& shift : shifts(lamp, pose))
+      image.add(point_coverage(*px + shift.px, *psf_, camera_.width(), camera_.height()),
+                shift.weight * electrons);
+  }
+  return image.sum();
 }
 
-std::optional<Patch> LampRenderer::render(const Lamp& lamp) const {
-  if (lamp.shape == LampShape::point || !frame_.plan.applies(Effect::extent))
-    return point_image(lamp);
-  const auto contour = project_contour(lamp, frame_.cam_from_world, camera_, spacing_px_);
-  if (!contour) return std::nullopt;
-  return extended_image(*contour, lamp);
+std::optional<Patch> LampRenderer::image_by_lines(const Lamp& lamp) const {
+  // The pose in which the lamp is seen gives the field that its light is measured by.
+  const auto seen = motion_.seen(lamp.centre_m, camera_);
+  const Rigid3 reference = seen ? seen->pose : motion_.still_pose();
+  LineImageInput input{
+      motion_, camera_, lamp, psf_, spacing_px_, panels_per_px(), shifts(lamp, reference), {}};
+  if (lamp.shape == LampShape::point) {
+    input.light = [&](double time_s) {
+      const Rigid3 pose = motion_.pose_at(time_s);
+      const auto px = camera_.project(pose * lamp.centre_m);
+      return px ? point_electrons(lamp, pose, *px) : 0;
+    };
+    return point_line_image(input);
+  }
+  input.light = [&](double time_s) {
+    return light_change(lamp, reference, motion_.pose_at(time_s));
+  };
+  auto cover = extended_line_image(input);
+  if (!cover) return std::nullopt;
+  if (!frame_.plan.applies(Effect::light_gradient) && !vignetting_)
+    return with_even_light(lamp, reference, std::move(cover->c));
+  return with_light(lamp, reference, std::move(*cover));
+}
+
+std::optional<Patch> LampRenderer::render(const Lamp& given) const {
+  const bool by_lines = motion_.kind(given) == Motion::Kind::by_lines;
+  if (given.shape == LampShape::point || !frame_.plan.applies(Effect::extent)) {
+    Lamp lamp = given;
+    lamp.shape = LampShape::point;
+    return by_lines ? image_by_lines(lamp) : point_image(lamp);
+  }
+  return by_lines ? image_by_lines(given) : extended_image(given);
 }
 
 }  // namespace occ

@@ -93,7 +93,7 @@ class Renderer::Workshop {
     truths.resize(scene_.lamps.size());
     for (std::size_t i = 0; i < scene_.lamps.size(); ++i) {
       const Lamp& lamp = scene_.lamps[i];
-      truths[i] = lamp_truth(lamp, frame.cam_from_world, scene_.camera);
+      truths[i] = lamp_truth(lamp, frame);
       if (const auto image = renderer.render(lamp))
         truths[i].electrons =
             add_lamp(storage_.simd(), *image, lit_fractions(lamp, frame), by_columns, signal_);

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "libocc/formation/rim.hpp"
+#include "libocc/simulate/internal/motion.hpp"
 
 namespace occ {
 namespace {
@@ -21,16 +22,32 @@ bool surrounds(const std::vector<Eigen::Vector2d>& rim, const Eigen::Vector2d& p
   return inside;
 }
 
+std::optional<std::vector<Eigen::Vector2d>> seen_rim(const Lamp& lamp, const Motion& motion,
+                                                     const Camera& camera) {
+  std::vector<Eigen::Vector3d> rim = rim_in_world(lamp, rim_points);
+  if (rim.empty()) rim.push_back(lamp.centre_m);
+  std::vector<Eigen::Vector2d> px;
+  for (const Eigen::Vector3d& point : rim) {
+    const auto seen = motion.seen(point, camera);
+    if (!seen || !((seen->pose.origin_in_source() - lamp.centre_m).dot(lamp.normal) > 0))
+      return std::nullopt;
+    px.push_back(seen->px);
+  }
+  return px;
+}
+
 }  // namespace
 
-LampTruth lamp_truth(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera) {
+LampTruth lamp_truth(const Lamp& lamp, const Frame& frame) {
+  const Camera& camera = frame.scene.camera;
+  const Motion motion(frame);
   LampTruth truth;
   truth.id = lamp.id;
-  if (const auto px = camera.project(cam_from_world * lamp.centre_m)) truth.centre_px = *px;
-  const auto rim = project_rim(lamp, cam_from_world, camera, rim_points);
-  if (!rim) return truth;
-  if (const auto px = project_lamp_centre(lamp, cam_from_world, camera))
-    truth.image_centre_px = *px;
+  const auto centre = motion.seen(lamp.centre_m, camera);
+  if (centre) truth.centre_px = centre->px;
+  const auto rim = seen_rim(lamp, motion, camera);
+  if (!rim || !centre) return truth;
+  if (const auto px = project_lamp_centre(lamp, centre->pose, camera)) truth.image_centre_px = *px;
   const auto inside = std::count_if(rim->begin(), rim->end(),
                                     [&](const Eigen::Vector2d& px) { return camera.contains(px); });
   truth.whole = inside == static_cast<std::ptrdiff_t>(rim->size());

@@ -6,6 +6,7 @@
 
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
+#include "libocc/simulate/internal/blur.hpp"
 
 namespace occ {
 namespace {
@@ -21,12 +22,12 @@ double largest_irradiance(const LampView& view, const Scene& scene, const Rigid3
   return largest;
 }
 
-double peak_electrons(const LampView& view, const Scene& scene) {
-  const double sigma = scene.sensor.psf_sigma_px;
+double peak_electrons(const LampView& seen, const View& view) {
+  const double sigma = blur_sigma_px(view);
   const double along = std::erf(0.5 / (sigma * std::sqrt(2.0)));  // of a point, in one pixel
-  const double of_point = view.electrons * along * along;
-  if (view.rim_px.empty()) return of_point;
-  return std::min(view.full_e, 1.01 * of_point + 1e-3 * view.full_e);
+  const double of_point = seen.electrons * along * along;
+  if (is_point(seen, view)) return of_point;
+  return std::min(seen.full_e, 1.01 * of_point + 1e-3 * seen.full_e);
 }
 
 bool reaches(const LampView& view, const Camera& camera, double margin_px) {
@@ -66,12 +67,13 @@ View make_view(const Scene& scene, const Rigid3& cam_from_world, const SimulateO
     if (lamp.shape != LampShape::point) seen.rim_px = *rim;
     for (const Eigen::Vector2d& px : seen.rim_px)
       seen.radius_px = std::max(seen.radius_px, (px - seen.image_centre_px).norm());
-    if (!reaches(seen, scene.camera, margin_sigmas * scene.sensor.psf_sigma_px + 1)) continue;
+    const double margin_px = margin_sigmas * blur_sigma_px(view) + blur_radius_px(seen, view) + 1;
+    if (!reaches(seen, scene.camera, margin_px)) continue;
     seen.electrons = lamp_electrons(lamp, cam_from_world, scene.camera, scene.sensor);
     if (!seen.rim_px.empty())
       seen.full_e = scene.sensor.electrons(largest_irradiance(seen, scene, cam_from_world)) -
                     scene.sensor.electrons(0);
-    seen.peak_e = peak_electrons(seen, scene);
+    seen.peak_e = peak_electrons(seen, view);
     seen.distance_m = (cam_from_world * lamp.centre_m).norm();
     view.lamps.push_back(seen);
   }

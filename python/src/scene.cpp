@@ -79,9 +79,11 @@ auto lamp_fields() {
       field("power_w", &Lamp::power_w, "radiant power while lit [W]"),
       field("half_power_rad", &Lamp::half_power_rad, "half-power semi-angle [rad]"),
       field("frequency_hz", &Lamp::frequency_hz, "blink code [Hz]; None: always lit"),
-      field("shape", &Lamp::shape, "disc, rectangle or point"),
-      field("size_m", &Lamp::size_m, "(2,) of a rectangle: along x_axis, across it [m]"),
-      field("x_axis", &Lamp::x_axis, "(3,) of a rectangle: in its plane; made unit"),
+      field("shape", &Lamp::shape, "disc, rectangle, point or lame"),
+      field("size_m", &Lamp::size_m,
+            "(2,) of a rectangle or Lame curve: along x_axis, across it [m]"),
+      field("x_axis", &Lamp::x_axis, "(3,) of a rectangle or Lame curve: in its plane; made unit"),
+      field("exponent", &Lamp::exponent, "of a Lame curve, 1 to 100; 2: an ellipse"),
       field("name", &Lamp::name, "for people"),
       field("duty", &Lamp::duty, "lit fraction of a blink period"),
       field("waveform", &Lamp::waveform,
@@ -111,6 +113,7 @@ void define_enums(py::module_& m) {
       .value("disc", LampShape::disc)
       .value("rectangle", LampShape::rectangle)
       .value("point", LampShape::point)
+      .value("lame", LampShape::lame)
       .finalize();
   py::native_enum<Response>(m, "Response", "enum.Enum",
                             "How the linear signal becomes the stored grey level.")

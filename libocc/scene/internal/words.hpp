@@ -12,8 +12,8 @@ inline constexpr char schema_prefix[] = "libocc-scene/";
 inline YamlSection::Words<LampShape> shape_words() {
   return {{"disc", LampShape::disc},
           {"rectangle", LampShape::rectangle},
-
-          {"point", LampShape::point}};
+          {"point", LampShape::point},
+          {"lame", LampShape::lame}};
 }
 
 inline YamlSection::Words<Response> response_words() {

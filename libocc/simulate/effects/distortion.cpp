@@ -1,39 +1,59 @@
 // SPDX-License-Identifier: Apache-2.0
 // The lens's distortion. Left out, a lamp is where a pinhole sees it: its centroid moves by no more
-// than the farthest-moved point of its rim, and a pixel changes by that times the length of rim in
-// it (at most its circumference).
+// than the farthest-moved point of its rim, a pixel changes by what such a move of the image does
+// (internal/blur.hpp), and by what the lens concentrates or spreads of the light there.
 #include <algorithm>
+#include <cmath>
 
+#include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
+#include "libocc/simulate/internal/blur.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/simulate/internal/overlap.hpp"
 
 namespace occ {
 namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
 
 bool called_for(const Scene& scene, const SimulateOptions&) {
   const std::vector<double>& d = scene.camera.distortion();
   return std::any_of(d.begin(), d.end(), [](double coefficient) { return coefficient != 0; });
 }
 
-Bound bound(const View& view) {
-  constexpr double circumference_px = 4;
+Camera straight(const Camera& camera) {
+  return Camera::pinhole(camera.width(), camera.height(), camera.fx_px(), camera.fy_px(),
+                         camera.cx_px(), camera.cy_px(), {}, camera.skew_px());
+}
+
+Bound bound_of(const LampView& seen, const View& view) {
   constexpr int rim_points = 16;
-  const Camera& camera = view.scene.camera;
-  const Camera pinhole =
-      Camera::pinhole(camera.width(), camera.height(), camera.fx_px(), camera.fy_px(),
-                      camera.cx_px(), camera.cy_px(), {}, camera.skew_px());
-  Bound bound;
-  for (const LampView& seen : view.lamps) {
-    const auto with = project_rim(*seen.lamp, view.cam_from_world, camera, rim_points);
-    const auto without = project_rim(*seen.lamp, view.cam_from_world, pinhole, rim_points);
-    if (!with || !without) continue;
-    double moved = 0;
-    for (std::size_t i = 0; i < with->size(); ++i)
-      moved = std::max(moved, ((*with)[i] - (*without)[i]).norm());
-    const double sharp = seen.rim_px.empty() ? seen.electrons : seen.full_e;
-    bound.include({view.grey_levels(std::min(1.0, circumference_px * moved) * sharp), moved});
+  const Lamp& lamp = *seen.lamp;
+  const Camera &lens = view.scene.camera, pinhole = straight(lens);
+  std::vector<Eigen::Vector3d> points = rim_in_world(lamp, rim_points);
+  points.push_back(lamp.centre_m);
+  double moved = 0, brighter = 0;
+  for (const Eigen::Vector3d& point : points) {
+    const auto with = lens.project(view.cam_from_world * point);
+    const auto without = pinhole.project(view.cam_from_world * point);
+    if (!with || !without) return {infinity, infinity};
+    moved = std::max(moved, (*with - *without).norm());
+    if (is_point(seen, view)) continue;
+    const auto light = [&](const Camera& camera, const Eigen::Vector2d& px) {
+      return irradiance_at(lamp, view.cam_from_world, camera, view.scene.sensor, px);
+    };
+    brighter = std::max(brighter, std::abs(light(pinhole, *without) / light(lens, *with) - 1));
   }
-  return bound;
+  return {change_by_shift_e(seen, view, moved) + brighter * seen.full_e,
+          moved + 2 * sampling_shift_px(seen, view)};
+}
+
+Bound bound(const View& view) {
+  // A lamp that the lens does not see may be in a pinhole's image.
+  const Camera pinhole = straight(view.scene.camera);
+  for (const Lamp* lamp : unseen_lamps(view))
+    if (is_seen_from(*lamp, view.cam_from_world, pinhole, view, false)) return {infinity, infinity};
+  return sum_of_overlapping(view, bound_of);
 }
 
 }  // namespace

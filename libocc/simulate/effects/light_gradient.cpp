@@ -6,7 +6,9 @@
 #include <cmath>
 
 #include "libocc/formation/light.hpp"
+#include "libocc/simulate/internal/blur.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/simulate/internal/overlap.hpp"
 
 namespace occ {
 namespace {
@@ -19,6 +21,7 @@ bool called_for(const Scene& scene, const SimulateOptions&) {
 }
 
 Bound bound_of(const LampView& seen, const View& view) {
+  if (is_point(seen, view)) return {};
   const Camera& camera = view.scene.camera;
   const Sensor& sensor = view.scene.sensor;
   const auto irradiance = [&](const Eigen::Vector2d& px) {
@@ -36,16 +39,11 @@ Bound bound_of(const LampView& seen, const View& view) {
   }
   const double relative = beyond_first_order * change / centre;
   // A corner's second moment: a rectangle's image reaches R at its corners only.
-  const double second_moment = seen.radius_px * seen.radius_px / (seen.rim_px.empty() ? 1 : 3);
-  return {view.grey_levels(relative * seen.peak_e), beyond_first_order * second_moment * steepest};
+  const double second_moment = seen.radius_px * seen.radius_px / 3;
+  return {relative * seen.peak_e, beyond_first_order * second_moment * steepest};
 }
 
-Bound bound(const View& view) {
-  Bound bound;
-  for (const LampView& seen : view.lamps)
-    if (!seen.rim_px.empty()) bound.include(bound_of(seen, view));
-  return bound;
-}
+Bound bound(const View& view) { return sum_of_overlapping(view, bound_of); }
 
 }  // namespace
 

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lamps blink: a line of pixels gets the mean of the waveform over its exposure. Left out, a lamp
-// shines with its waveform's mean; the largest difference over a line is at most
-// max(w) - min(w) while the exposure is shorter than a period, else what of the last, begun period
-// is left: at most (max(w) - min(w)) / 4 over the exposure in periods (the square wave of duty 1/2
-// is the worst).
+// shines with its waveform's mean; the difference over a line is exact from the waveform, at most
+// min({fT}, 1 - {fT}, D, 1 - D) / (fT) for a square wave of duty D whose period fits fT times in
+// the exposure. Where lines differ, those of one side of a lamp may get r more than the mean m and
+// those of the other r less: its centroid moves by up to the mean distance from the middle, 0.7 R,
+// times r / (m - r).
 #include "libocc/simulate/internal/modulation.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "libocc/simulate/internal/blur.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/simulate/internal/motion.hpp"
+#include "libocc/simulate/internal/overlap.hpp"
 
 namespace occ {
 namespace {
@@ -29,33 +33,74 @@ double light_until(const Lamp& lamp, double periods) {
   return whole * mean_light(lamp) + (sum + begun) / steps;
 }
 
+// Integrals of the light and of its products with the time and its square, time from the middle
+// of the stretch.
+struct PieceSums {
+  double light = 0, first = 0, second = 0;
+};
+PieceSums sum_pieces(const Lamp& lamp, double begin_s, double length_s) {
+  const double period_s = 1 / *lamp.frequency_hz;
+  const double start = begin_s * *lamp.frequency_hz + lamp.phase;
+  const double offset_s = (start - std::floor(start)) * period_s;
+  const auto steps = lamp.waveform.size();
+  PieceSums sums;
+  const auto add = [&](double from_s, double to_s, double level) {  // times in whole periods
+    const double a = std::clamp(from_s - offset_s, 0.0, length_s) - 0.5 * length_s;
+    const double b = std::clamp(to_s - offset_s, 0.0, length_s) - 0.5 * length_s;
+    sums.light += level * (b - a);
+    sums.first += level * (b * b - a * a) / 2;
+    sums.second += level * (b * b * b - a * a * a) / 3;
+  };
+  for (double period = 0; period * period_s < offset_s + length_s; ++period) {
+    const double at = period * period_s;
+    if (steps == 0) add(at, at + lamp.duty * period_s, 1);
+    for (std::size_t i = 0; i < steps; ++i)
+      add(at + period_s * static_cast<double>(i) / static_cast<double>(steps),
+          at + period_s * static_cast<double>(i + 1) / static_cast<double>(steps),
+          lamp.waveform[i]);
+  }
+  return sums;
+}
+
 bool called_for(const Scene& scene, const SimulateOptions&) {
   return std::any_of(scene.lamps.begin(), scene.lamps.end(),
                      [](const Lamp& lamp) { return lamp.frequency_hz.has_value(); });
 }
 
-Bound bound(const View& view) {
-  Bound bound;
-  for (const LampView& seen : view.lamps) {
-    const Lamp& lamp = *seen.lamp;
-    if (!lamp.frequency_hz) continue;
-    double low = 0, high = 1;
-    if (!lamp.waveform.empty()) {
-      low = *std::min_element(lamp.waveform.begin(), lamp.waveform.end());
-      high = *std::max_element(lamp.waveform.begin(), lamp.waveform.end());
-    } else if (lamp.duty == 1) {
-      low = 1;
-    }
-    const double periods = *lamp.frequency_hz * view.scene.sensor.exposure_s;
-    const double ripple = (high - low) * std::min(1.0, 0.25 / periods);
-    // Stripes weigh one side of the lamp more than the other.
-    const double mean = mean_light(lamp);
-    const double shift =
-        view.scene.sensor.row_time_s > 0 ? seen.radius_px * std::min(1.0, ripple / mean) : 0;
-    bound.include({view.grey_levels(ripple * seen.peak_e), shift});
+// Largest difference between the mean over a stretch of so many periods and that over whole ones:
+// in between the times at which the stretch begins or ends at a step of the waveform it changes
+// linearly.
+double largest_ripple(const Lamp& lamp, double periods) {
+  std::vector<double> steps{0, lamp.duty};
+  if (!lamp.waveform.empty()) {
+    const std::size_t count = lamp.waveform.size();
+    steps.clear();
+    for (std::size_t i = 0; i < count; ++i)
+      steps.push_back(static_cast<double>(i) / static_cast<double>(count));
   }
-  return bound;
+  double ripple = 0;
+  for (const double step : steps)
+    for (const double back : {0.0, periods}) {
+      const double begin = step - back - std::floor(step - back);
+      const double light = light_until(lamp, begin + periods) - light_until(lamp, begin);
+      ripple = std::max(ripple, std::abs(light / periods - mean_light(lamp)));
+    }
+  return ripple;
 }
+
+Bound bound_of(const LampView& seen, const View& view) {
+  const Lamp& lamp = *seen.lamp;
+  if (!lamp.frequency_hz) return {};
+  const Sensor& sensor = view.scene.sensor;
+  const double ripple = largest_ripple(lamp, *lamp.frequency_hz * sensor.exposure_s);
+  if (!(sensor.row_time_s > 0)) return {ripple * seen.peak_e, 0};
+  const double radius = seen.radius_px + blur_width_px(seen, view) + 0.5;
+  const double least = mean_light(lamp) - ripple;
+  const double shift = least > 0 ? std::min(1.0, 0.7 * ripple / least) : 1;
+  return {ripple * seen.peak_e, shift * radius};
+}
+
+Bound bound(const View& view) { return sum_of_overlapping(view, bound_of); }
 
 }  // namespace
 
@@ -75,11 +120,27 @@ double lit_fraction(const Lamp& lamp, double start_s, double exposure_s) {
                     1.0);
 }
 
+LightMoments seen_light(const Lamp& lamp, bool blinks, double begin_s, double length_s) {
+  LightMoments light{mean_light(lamp), 0.5 * length_s, length_s * std::sqrt(1.0 / 12)};
+  if (!lamp.frequency_hz || !blinks) return light;
+  light.mean = lit_fraction(lamp, begin_s, length_s);
+  // So many periods that the light falls evenly.
+  if (length_s * *lamp.frequency_hz > 1000) return light;
+  const PieceSums sums = sum_pieces(lamp, begin_s, length_s);
+  if (!(sums.light > 0)) return light;
+  const double mean = sums.first / sums.light;
+  light.mean_time_s = 0.5 * length_s + mean;
+  light.sigma_s = std::sqrt(std::max(0.0, sums.second / sums.light - mean * mean));
+  return light;
+}
+
 std::vector<double> lit_fractions(const Lamp& lamp, const Frame& frame) {
   const Sensor& sensor = frame.scene.sensor;
   const Camera& camera = frame.scene.camera;
   const int lines = sensor.readout == Readout::columns ? camera.width() : camera.height();
-  std::vector<double> fractions(static_cast<std::size_t>(lines), mean_light(lamp));
+  std::vector<double> fractions(static_cast<std::size_t>(lines), 1);
+  if (Motion(frame).kind(lamp) != Motion::Kind::still) return fractions;
+  std::fill(fractions.begin(), fractions.end(), mean_light(lamp));
   if (!frame.plan.applies(Effect::modulation)) return fractions;
   for (int i = 0; i < lines; ++i)
     fractions[static_cast<std::size_t>(i)] =

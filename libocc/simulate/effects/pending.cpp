@@ -7,9 +7,6 @@ bool never(const Scene&, const SimulateOptions&) { return false; }
 Bound none(const View&) { return {}; }
 }  // namespace
 
-const EffectModel vignetting_model{"pending", never, none};
-const EffectModel motion_blur_model{"pending", never, none};
-const EffectModel rolling_shutter_model{"pending", never, none};
 const EffectModel occlusion_model{"pending", never, none};
 const EffectModel ambient_model{"pending", never, none};
 const EffectModel walls_model{"pending", never, none};

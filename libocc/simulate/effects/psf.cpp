@@ -1,34 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blur by the lens. Left out, a pixel is the mean over its box alone. Moving a lamp's image by s
-// changes a pixel by no more than |s| times the length of rim inside it, and a convex rim has at
-// most the pixel's own circumference there, two of whose four sides face any one direction; the
-// blur moves to both sides evenly, of which a kink takes one: at most
-//     2 E|s|/2 = 2 sigma/sqrt(2 pi)
-// of a fully covered pixel. Centroids do not move.
+// Blur by the lens (formation/lens_blur.hpp). Left out, a pixel is the exact mean over its box. The
+// blur moves light by s; of a fully covered pixel no more than |s_x| + |s_y| of its area is swept
+// then, at a lamp of just its size, so that it changes by at most
+//     2 E|s_x|,   E|s_x| <= sigma sqrt(2/pi) + 4 rho / (3 pi)
+// for the Gaussian and the disc of radius rho. A point's light may be all in another pixel. The
+// light's centroid does not move, but that of sharp pixels is not the light's (internal/blur.hpp).
+#include <algorithm>
 #include <cmath>
 
+#include "libocc/formation/lens_blur.hpp"
+#include "libocc/simulate/internal/blur.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/simulate/internal/overlap.hpp"
 
 namespace occ {
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) {
-  return scene.sensor.psf_sigma_px > 0;
+  return scene.sensor.psf_sigma_px > 0 || scene.lens.diffraction || scene.lens.focus_distance_m;
 }
 
-Bound bound(const View& view) {
-  constexpr double root_of_two_pi = 2.5066282746310002;
-  Bound bound;
-  const double share = std::min(1.0, 2 * view.scene.sensor.psf_sigma_px / root_of_two_pi);
-  for (const LampView& seen : view.lamps) {
-    const double sharp = seen.rim_px.empty() ? seen.electrons : seen.full_e;
-    bound.include({view.grey_levels(share * sharp), 0});
-  }
-  return bound;
+Bound bound_of(const LampView& seen, const View& view) {
+  const double sigma = gaussian_blur_px(view.scene);
+  const bool point = is_point(seen, view);
+  const double sampling = sampling_shift_px(seen, 0, point) + sampling_shift_px(seen, sigma, point);
+  if (point) return {seen.electrons, sampling};
+  constexpr double pi = 3.14159265358979323846;
+  const double depth_m = (view.cam_from_world * seen.lamp->centre_m).z();
+  const double moved =
+      std::sqrt(2 / pi) * sigma + 4 / (3 * pi) * defocus_radius_px(view.scene, depth_m);
+  return {std::min(1.0, 2 * moved) * seen.full_e, sampling};
 }
+
+Bound bound(const View& view) { return sum_of_overlapping(view, bound_of); }
 
 }  // namespace
 
-const EffectModel psf_model{"sensor.psf_sigma_px", called_for, bound};
+const EffectModel psf_model{"sensor.psf_sigma_px or the lens", called_for, bound};
 
 }  // namespace occ

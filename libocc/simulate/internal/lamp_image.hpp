@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The image of one lamp without noise, clipping or blinking: mean signal electrons of each pixel.
+// The image of one lamp without noise or clipping: mean signal electrons of each pixel. Blinking is
+// in it when the camera moves meanwhile (internal/motion.hpp), else lit_fractions applies it.
 //
 // An extended lamp's irradiance E varies over its image, so a pixel is the integral of E times the
 // PSF over the shape. Expanded about the pixel, with c the coverage, (m_x, m_y) its first moments
@@ -7,12 +8,20 @@
 //     (E + s^2/2 laplacian E) c + grad E . (m_x, m_y) + ...
 // What is left out changes with the second moment at the rim: 2e-6 to 1e-5 of the peak for focal
 // lengths of 200 px and more and a PSF of 0.8 px, 1e-4 at worst for 2 px (measured).
+//
+// Defocus and motion blur are sums of such images, shifted and seen from several poses: contours
+// are put together with weights. Light that a shift s brings to a pixel has left for p - s, so that
+// its weight is that of the shift times 1 - s . grad ln E.
 #pragma once
 
 #include <optional>
 
 #include "libocc/formation/coverage.hpp"
+#include "libocc/formation/lens_blur.hpp"
 #include "libocc/simulate/internal/frame.hpp"
+#include "libocc/simulate/internal/line_image.hpp"
+#include "libocc/simulate/internal/motion.hpp"
+#include "libocc/simulate/internal/vignetting.hpp"
 
 namespace occ {
 
@@ -26,13 +35,31 @@ class LampRenderer {
 
  private:
   std::optional<Patch> point_image(const Lamp& lamp) const;
-  Patch extended_image(const Contour& contour, const Lamp& lamp) const;
-  void apply_light(const Lamp& lamp, const CoverageMoments& cover, Patch& image) const;
+  std::optional<Patch> extended_image(const Lamp& lamp) const;
+  std::optional<Patch> image_by_lines(const Lamp& lamp) const;
+
+  std::vector<LightNode> nodes(const Lamp& lamp) const;
+  std::vector<BlurShift> shifts(const Lamp& lamp, const Rigid3& pose) const;
+  double point_electrons(const Lamp& lamp, const Rigid3& pose, const Eigen::Vector2d& px) const;
+  double light_change(const Lamp& lamp, const Rigid3& reference, const Rigid3& pose) const;
+  Eigen::Vector2d log_light_gradient(const Lamp& lamp, const Rigid3& pose) const;
+  double panels_per_px() const;
+
+  std::optional<Contour> contour(const Lamp& lamp, const std::vector<LightNode>& nodes,
+                                 const std::vector<BlurShift>& shifts) const;
+  std::optional<CoverageMoments> sharp_moments(const Lamp& lamp,
+                                               const std::vector<LightNode>& nodes) const;
+  double centre_irradiance(const Lamp& lamp, const Rigid3& pose) const;
+  Patch light_around(const Lamp& lamp, const Rigid3& pose, const Patch& image) const;
+  Patch with_even_light(const Lamp& lamp, const Rigid3& pose, Patch image) const;
+  Patch with_light(const Lamp& lamp, const Rigid3& pose, CoverageMoments cover) const;
 
   const Frame& frame_;
   Camera camera_;  // without distortion when the plan leaves it out
-  const PixelPsf& psf_;
-  double spacing_px_;
+  Motion motion_;
+  std::optional<Vignetting> vignetting_;
+  const PixelPsf* psf_ = nullptr;  // none: sharp
+  double spacing_px_ = 1;
 };
 
 }  // namespace occ

@@ -16,7 +16,17 @@ double lit_fraction(const Lamp& lamp, double start_s, double exposure_s);
 /// The mean over a period.
 double mean_light(const Lamp& lamp);
 
-/// The lit fraction for each line (row or column, whichever the sensor reads out).
+/// When within a stretch of time a lamp's light falls: mean level in parts of power_w, mean time
+/// from the stretch's beginning and its standard deviation.
+struct LightMoments {
+  double mean = 1, mean_time_s = 0, sigma_s = 0;
+};
+
+/// Of a lamp that blinks, or shines at its mean level throughout when the plan leaves that out.
+LightMoments seen_light(const Lamp& lamp, bool blinks, double begin_s, double length_s);
+
+/// The lit fraction for each line (row or column, whichever the sensor reads out); 1 for a lamp
+/// whose image contains its blinking already (internal/motion.hpp).
 std::vector<double> lit_fractions(const Lamp& lamp, const Frame& frame);
 
 }  // namespace occ

@@ -2,11 +2,12 @@
 // What is true of one lamp in a rendered image.
 #pragma once
 
-#include "libocc/simulate/simulate.hpp"
+#include "libocc/simulate/internal/frame.hpp"
 
 namespace occ {
 
-/// All but the electrons; of a lamp that cannot be rendered only the id and the centre.
-LampTruth lamp_truth(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera);
+/// All but the electrons; of a lamp that cannot be rendered only the id and the centre. Under a
+/// moving camera, where the middle of the exposure sees each point, of the line that sees it.
+LampTruth lamp_truth(const Lamp& lamp, const Frame& frame);
 
 }  // namespace occ

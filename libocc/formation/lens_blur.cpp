@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/formation/lens_blur.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/core/quadrature.hpp"
+
+namespace occ {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+void add_ring(double radius_px, double weight, double turn, int count,
+              std::vector<BlurShift>& shifts) {
+  for (int i = 0; i < count; ++i) {
+    const double angle = 2 * pi * (i + turn) / count;
+    shifts.push_back(
+        {radius_px * Eigen::Vector2d(std::cos(angle), std::sin(angle)), weight / count});
+  }
+}
+
+}  // namespace
+
+double gaussian_blur_px(const Scene& scene) {
+  const Sensor& sensor = scene.sensor;
+  if (!scene.lens.diffraction) return sensor.psf_sigma_px;
+  return std::hypot(sensor.psf_sigma_px,
+                    0.42 * sensor.wavelength_m * sensor.f_number / sensor.pixel_pitch_m);
+}
+
+double defocus_radius_px(const Scene& scene, double depth_m) {
+  const auto& focus = scene.lens.focus_distance_m;
+  if (!focus || !(depth_m > 0)) return 0;
+  const double aperture_px_m = scene.camera.fx_px() * scene.camera.fy_px() *
+                               scene.sensor.pixel_pitch_m / scene.sensor.f_number;
+  return 0.5 * aperture_px_m * std::abs(1 / depth_m - 1 / *focus);
+}
+
+std::vector<BlurShift> disc_shifts(double radius_px, double sigma_px) {
+  if (!(radius_px > 0)) return {{Eigen::Vector2d::Zero(), 1}};
+  // The pixel's box smooths as well, if less than a Gaussian of its variance 1/12 would.
+  const double sigmas = radius_px / std::sqrt(sigma_px * sigma_px + 0.06);
+  std::vector<BlurShift> shifts;
+  if (sigmas < 0.45) {  // one ring of the disc's variance
+    add_ring(radius_px * std::sqrt(0.5), 1, 0, 6, shifts);
+    return shifts;
+  }
+  const int rings = static_cast<int>(std::ceil(1.2 + sigmas));
+  double turn = 0;
+  for (const QuadratureNode& node : gauss_legendre(rings)) {
+    const int count = static_cast<int>(std::ceil(4 + 5 * node.at * sigmas));
+    add_ring(radius_px * node.at, 2 * node.at * node.weight, turn, count, shifts);
+    turn = 0.5 - turn;
+  }
+  return shifts;
+}
+
+}  // namespace occ

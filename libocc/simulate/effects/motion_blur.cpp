@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// The camera moves during the exposure: a lamp's image is the mean of those from all of its poses.
+// Left out, it is that from the pose in the exposure's middle. A path of length b that is straight
+// and evenly run through spreads the image by b^2/12 about there, and as f(s) + f(-s) - 2 f(0) is
+// at most s^2 max |f''|, a pixel changes by b^2/24 max |f''|: for a straight edge of height E
+//     b^2/24  E / (sqrt(2 pi e) sigma^2) = 0.0101 b^2 E / sigma^2
+// (internal/blur.hpp for thin lamps and points). What is bent of the path, or unevenly lit because
+// the lamp blinks, moves the image's mean besides; so does light that grows along the path by a
+// factor 1 + q, by b q/12.
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/formation/light.hpp"
+#include "libocc/formation/rim.hpp"
+#include "libocc/simulate/internal/blur.hpp"
+#include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/simulate/internal/line_image.hpp"
+#include "libocc/simulate/internal/overlap.hpp"
+#include "libocc/simulate/internal/vignetting.hpp"
+
+namespace occ {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr int rim_points = 16;
+
+bool called_for(const Scene&, const SimulateOptions& options) {
+  return !options.velocity.isZero(0);
+}
+
+Motion motion_of(const View& view) {
+  const Effects& effects = view.scene.effects;
+  const bool rolls =
+      view.scene.sensor.row_time_s > 0 && effects.of(Effect::rolling_shutter) != Use::off;
+  return Motion(view.scene, view.cam_from_world, view.options,
+                {true, rolls, effects.of(Effect::modulation) != Use::off});
+}
+
+// Mean time of a blinking lamp's light, off the middle of the exposure, in exposures at most: the
+// light's excess over its mean never adds up to more than a quarter of a period.
+double uneven_light(const Lamp& lamp, const View& view) {
+  if (!lamp.frequency_hz || view.scene.effects.of(Effect::modulation) == Use::off) return 0;
+  const double excess = 0.25 / (*lamp.frequency_hz * view.scene.sensor.exposure_s);
+  const double least = mean_light(lamp) - excess;
+  return least > 0 ? std::min(0.5, 1.5 * excess / least) : 0.5;
+}
+
+Bound bound_of(const LampView& seen, const View& view) {
+  const Motion motion = motion_of(view);
+  const Camera& camera = view.scene.camera;
+  const auto middle = motion.seen(seen.lamp->centre_m, camera);
+  if (!middle) return {infinity, infinity};
+  const double exposure = motion.exposure_s();
+  // The pose in the middle of the exposure, and those at its ends.
+  const auto rim_after = [&](double time_s) {
+    return project_rim(*seen.lamp, moved_pose(middle->pose, view.options.velocity, time_s), camera,
+                       rim_points);
+  };
+  const auto before = rim_after(-0.5 * exposure), at = rim_after(0),
+             after = rim_after(0.5 * exposure);
+  if (!before || !at || !after) return {infinity, infinity};
+  double length = 0, bent = 0;
+  for (std::size_t i = 0; i < at->size(); ++i) {
+    const Eigen::Vector2d &a = (*before)[i], &b = (*at)[i], &c = (*after)[i];
+    length = std::max(length, (b - a).norm() + (c - b).norm());
+    bent = std::max(bent, (a + c - 2 * b).norm() / 6);
+  }
+  const auto light = [&](double time_s) {
+    const Rigid3 pose = moved_pose(middle->pose, view.options.velocity, time_s);
+    const auto px = camera.project(pose * seen.lamp->centre_m);
+    return px ? lamp_electrons(*seen.lamp, pose, camera, view.scene.sensor) *
+                    seen_transmission(view, *px)
+              : 0;
+  };
+  const double brighter = std::abs(std::log(light(0.5 * exposure) / light(-0.5 * exposure)));
+  const double moved = bent + uneven_light(*seen.lamp, view) * length + length / 12 * brighter;
+  return {change_by_spread_e(seen, view, length) + change_by_shift_e(seen, view, moved),
+          moved + 2 * sampling_shift_px(seen, view)};
+}
+
+Bound bound(const View& view) {
+  const Motion motion = motion_of(view);
+  for (const Lamp* lamp : unseen_lamps(view))
+    for (const double time_s : {0.0, motion.still_s(), motion.exposure_s()})
+      if (is_seen_from(*lamp, motion.pose_at(time_s), view.scene.camera, view, false))
+        return {infinity, infinity};
+  return sum_of_overlapping(view, bound_of);
+}
+
+}  // namespace
+
+const EffectModel motion_blur_model{"a velocity of the camera", called_for, bound};
+
+}  // namespace occ

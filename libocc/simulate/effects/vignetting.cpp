@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// The lens lets less light through to the image's edge. Left out, the transmission is 1: a pixel
+// changes by the largest 1 - V over the lamp's image and its blur, and the centroid of the image
+// moves by its second moment times grad ln V, for which R^2/3 stands in as for the gradient of the
+// light.
+#include "libocc/simulate/internal/vignetting.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/simulate/internal/blur.hpp"
+#include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/simulate/internal/overlap.hpp"
+
+namespace occ {
+namespace {
+
+bool called_for(const Scene& scene, const SimulateOptions&) {
+  const std::vector<double>& a = scene.lens.vignetting;
+  return std::any_of(a.begin(), a.end(), [](double coefficient) { return coefficient != 0; });
+}
+
+Bound bound_of(const LampView& seen, const View& view) {
+  constexpr int around = 16;
+  constexpr double blur_sigmas = 3;
+  const Vignetting vignetting(view.scene);
+  const double radius = seen.radius_px + blur_sigmas * blur_width_px(seen, view) + 0.5;
+  const double centre = vignetting.transmission(seen.image_centre_px);
+  double loss = 1 - centre, steepest = 0;
+  for (int i = 0; i < around; ++i)
+    for (const double part : {0.5, 1.0}) {
+      const double angle = 2 * 3.14159265358979323846 * i / around;
+      const Eigen::Vector2d px =
+          seen.image_centre_px + part * radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+      const double here = vignetting.transmission(px);
+      loss = std::max(loss, 1 - here);
+      steepest = std::max(steepest, std::abs(std::log(here / centre)) / (part * radius));
+    }
+  const double width = blur_width_px(seen, view);
+  const double second_moment = seen.radius_px * seen.radius_px / 3 + width * width + 1.0 / 12;
+  return {loss * seen.peak_e, second_moment * steepest};
+}
+
+Bound bound(const View& view) { return sum_of_overlapping(view, bound_of); }
+
+}  // namespace
+
+Vignetting::Vignetting(const Scene& scene)
+    : coefficients_(scene.lens.vignetting),
+      principal_px_(scene.camera.cx_px(), scene.camera.cy_px()) {
+  for (const double x : {-0.5, scene.camera.width() - 0.5})
+    for (const double y : {-0.5, scene.camera.height() - 0.5})
+      corner_px2_ = std::max(corner_px2_, (Eigen::Vector2d(x, y) - principal_px_).squaredNorm());
+}
+
+double Vignetting::transmission(const Eigen::Vector2d& px) const {
+  const double q2 = std::min(1.0, (px - principal_px_).squaredNorm() / corner_px2_);
+  double transmission = 0;
+  for (std::size_t i = coefficients_.size(); i-- > 0;)
+    transmission = (transmission + coefficients_[i]) * q2;
+  return 1 + transmission;
+}
+
+double seen_transmission(const View& view, const Eigen::Vector2d& px) {
+  if (view.scene.effects.of(Effect::vignetting) == Use::off) return 1;
+  return Vignetting(view.scene).transmission(px);
+}
+
+const EffectModel vignetting_model{"lens.vignetting", called_for, bound};
+
+}  // namespace occ

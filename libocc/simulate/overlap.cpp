@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/simulate/internal/overlap.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/formation/rim.hpp"
+#include "libocc/simulate/internal/blur.hpp"
+
+namespace occ {
+namespace {
+constexpr double blur_sigmas = 5;
+constexpr int rim_points = 16;
+}  // namespace
+
+Bound sum_of_overlapping(const View& view,
+                         Bound (*bound_of)(const LampView& seen, const View& view)) {
+  std::vector<Bound> bounds;
+  std::vector<double> reach;
+  for (const LampView& seen : view.lamps) {
+    bounds.push_back(bound_of(seen, view));
+    reach.push_back(seen.radius_px + blur_sigmas * blur_sigma_px(view) +
+                    blur_radius_px(seen, view) + bounds.back().px + 1);
+  }
+  Bound worst;
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    double electrons = 0;
+    for (std::size_t j = 0; j < bounds.size(); ++j) {
+      const double apart = (view.lamps[i].image_centre_px - view.lamps[j].image_centre_px).norm();
+      if (!(apart > reach[i] + reach[j])) electrons += bounds[j].dn;
+    }
+    worst.include({view.grey_levels(electrons), bounds[i].px});
+  }
+  return worst;
+}
+
+std::vector<const Lamp*> unseen_lamps(const View& view) {
+  std::vector<const Lamp*> unseen;
+  for (const Lamp& lamp : view.scene.lamps) {
+    const auto is_it = [&](const LampView& seen) { return seen.lamp == &lamp; };
+    if (std::none_of(view.lamps.begin(), view.lamps.end(), is_it)) unseen.push_back(&lamp);
+  }
+  return unseen;
+}
+
+bool is_seen_from(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
+                  const View& view, bool as_point) {
+  Lamp seen = lamp;
+  if (as_point) seen.shape = LampShape::point;
+  const auto rim = project_rim(seen, cam_from_world, camera, rim_points);
+  if (!rim) return false;
+  const double margin = blur_sigmas * blur_sigma_px(view) + 2;
+  Eigen::Array2d low = rim->front(), high = low;
+  for (const Eigen::Vector2d& px : *rim) {
+    low = low.min(px.array());
+    high = high.max(px.array());
+  }
+  const Eigen::Array2d size(camera.width(), camera.height());
+  return (high > -margin).all() && (low < size + margin).all();
+}
+
+}  // namespace occ
