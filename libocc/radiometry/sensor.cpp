@@ -142,6 +142,7 @@ void Sensor::validate() const {
   require_not_negative(row_time_s, "row_time_s");
   require_positive(psf_sigma_px, "psf_sigma_px");
   require(gain_sigma >= 0 && gain_sigma <= 0.3, "sensor.gain_sigma", gain_sigma, "in [0, 0.3]");
+  require(gain_seed >= 0, "sensor.gain_seed", gain_seed, "zero or positive");
   require(blooming >= 0 && blooming <= 1, "sensor.blooming", blooming, "in [0, 1]");
   validate_channels(*this);
 }

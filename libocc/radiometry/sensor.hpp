@@ -59,6 +59,7 @@ struct LIBOCC_API Sensor {
   double psf_sigma_px =
       0.8;                ///< Gaussian blur of lens and pixel diffusion (the pixel's box is extra)
   double gain_sigma = 0;  ///< relative standard deviation of the pixels' gains (PRNU)
+  int gain_seed = 0;      ///< sensors of one seed have the same pixels
   double blooming = 0;    ///< part of the charge beyond the full well that spills up and down the
                           ///< column; the rest is drained
   Mosaic mosaic = Mosaic::none;

@@ -2,6 +2,7 @@
 #include <charconv>
 #include <map>
 
+#include "libocc/radiometry/response_basis.hpp"
 #include "libocc/scene/internal/camera_reader.hpp"
 #include "libocc/scene/internal/words.hpp"
 #include "libocc/scene/internal/yaml_section.hpp"
@@ -31,6 +32,13 @@ void read_response(YamlSection& section, Curve& curve) {
   section.read("response", curve.response, response_words());
   section.read("gamma", curve.gamma);
   section.read("response_table", curve.response_table);
+  std::vector<double> coefficients;
+  section.read("response_coefficients", coefficients);
+  if (!section.has("response_coefficients")) return;
+  if (section.has("response") || section.has("response_table"))
+    section.fail("response_coefficients", "must be alone, without response and response_table");
+  section.check([&] { curve.response_table = response_curve(coefficients, 256); });
+  curve.response = Response::table;
 }
 
 Channel read_channel(YamlSection section) {
@@ -67,6 +75,7 @@ Sensor read_sensor(YamlSection section) {
   section.read("readout", sensor.readout, readout_words());
   section.read("psf_sigma_px", sensor.psf_sigma_px);
   section.read("gain_sigma", sensor.gain_sigma);
+  section.read("gain_seed", sensor.gain_seed);
   section.read("blooming", sensor.blooming);
   section.read("mosaic", sensor.mosaic, mosaic_words());
   if (section.has("channels")) read_channels(section.section("channels"), sensor);

@@ -129,6 +129,7 @@ void write_sensor(const Sensor& sensor, std::string& out) {
   lines.add("readout", word(readout_words(), sensor.readout));
   lines.add("psf_sigma_px", sensor.psf_sigma_px);
   lines.add("gain_sigma", sensor.gain_sigma);
+  lines.add("gain_seed", sensor.gain_seed);
   lines.add("blooming", sensor.blooming);
   lines.add("mosaic", word(mosaic_words(), sensor.mosaic));
   if (!sensor.channels.empty()) write_channels(sensor.channels, out);

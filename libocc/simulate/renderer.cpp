@@ -5,10 +5,13 @@
 
 #include "libocc/core/internal/multiversion.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/simulate/internal/blooming.hpp"
 #include "libocc/simulate/internal/expose.hpp"
 #include "libocc/simulate/internal/frame.hpp"
+#include "libocc/simulate/internal/gain.hpp"
 #include "libocc/simulate/internal/lamp_image.hpp"
 #include "libocc/simulate/internal/modulation.hpp"
+#include "libocc/simulate/internal/mosaic.hpp"
 #include "libocc/simulate/internal/planning.hpp"
 #include "libocc/simulate/internal/storage.hpp"
 #include "libocc/simulate/internal/truth.hpp"
@@ -24,6 +27,7 @@ constexpr int lanes = 8;
 struct Row {
   const double *image, *lit;
   std::ptrdiff_t lit_step;  // 0 or 1
+  double even, odd;         // what columns x0, x0 + 2, ... get of the light, and the others
   int count;
 };
 
@@ -32,7 +36,8 @@ LIBOCC_INLINE void add_row_body(Row row, double* to, double* sums) {
   for (int x = 0; x < row.count; x += lanes) {
     const int count = row.count - x < lanes ? row.count - x : lanes;
     for (int i = 0; i < count; ++i) {
-      const double electrons = row.image[x + i] * row.lit[(x + i) * row.lit_step];
+      const double light = row.image[x + i] * row.lit[(x + i) * row.lit_step];
+      const double electrons = light * (i % 2 == 0 ? row.even : row.odd);
       const double counted = electrons > no_electrons ? electrons : 0;
       to[x + i] += counted;
       sums[i] += counted;
@@ -41,16 +46,19 @@ LIBOCC_INLINE void add_row_body(Row row, double* to, double* sums) {
 }
 LIBOCC_MULTIVERSION(add_row, (Row row, double* to, double* sums), (row, to, sums))
 
-// Adds a lamp's image as its blinking lets each line see it; returns the electrons added.
+// Adds a lamp's image as its blinking lets each line see it, by the colours that pixels see;
+// returns the electrons added.
 double add_lamp(Simd simd, const Patch& image, const std::vector<double>& lit, bool by_columns,
-                Signal& signal) {
+                const ByPlace& colours, Signal& signal) {
   if (image.width == 0) return 0;
   signal.touch({image.x0, image.y0, image.width, image.height});
   const auto add_row = add_row_for(simd);
   double sums[lanes] = {};
   for (int y = 0; y < image.height; ++y)
     add_row({image.values.data() + y * static_cast<std::ptrdiff_t>(image.width),
-             lit.data() + (by_columns ? image.x0 : image.y0 + y), by_columns ? 1 : 0, image.width},
+             lit.data() + (by_columns ? image.x0 : image.y0 + y), by_columns ? 1 : 0,
+             colours[place_of(image.x0, image.y0 + y)],
+             colours[place_of(image.x0 + 1, image.y0 + y)], image.width},
             signal.row(image.y0 + y) + image.x0, sums);
   return std::accumulate(sums, sums + lanes, 0.0);
 }
@@ -58,6 +66,11 @@ double add_lamp(Simd simd, const Patch& image, const std::vector<double>& lit, b
 Scene validated(Scene scene) {
   scene.validate();
   return scene;
+}
+
+ByPlace colours_of(const Lamp& lamp, const Frame& frame) {
+  if (!frame.plan.applies(Effect::mosaic)) return {1, 1, 1, 1};
+  return light_by_place(frame.scene.sensor, lamp.colour);
 }
 
 RenderPlan plan_of(const Scene& scene, const Rigid3& pose, const SimulateOptions& options) {
@@ -83,6 +96,8 @@ class Renderer::Workshop {
     const Frame frame{scene_, out.cam_from_world, options, plan, storage_};
     signal_.clear();
     add_lamps(frame, out.lamps);
+    if (plan.applies(Effect::gain)) apply_gain(frame, signal_);
+    if (plan.applies(Effect::blooming)) apply_blooming(frame, signal_);
     exposure_.expose(signal_, frame, out);
   }
 
@@ -95,8 +110,8 @@ class Renderer::Workshop {
       const Lamp& lamp = scene_.lamps[i];
       truths[i] = lamp_truth(lamp, frame);
       if (const auto image = renderer.render(lamp))
-        truths[i].electrons =
-            add_lamp(storage_.simd(), *image, lit_fractions(lamp, frame), by_columns, signal_);
+        truths[i].electrons = add_lamp(storage_.simd(), *image, lit_fractions(lamp, frame),
+                                       by_columns, colours_of(lamp, frame), signal_);
     }
   }
 

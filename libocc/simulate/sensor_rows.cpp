@@ -4,27 +4,34 @@
 #include <algorithm>
 #include <tuple>
 
+#include "libocc/simulate/internal/mosaic.hpp"
+
 namespace occ {
 namespace {
 
 /// The sensor without the effects that the plan leaves out.
 Sensor simplified(const Frame& frame) {
   Sensor sensor = frame.scene.sensor;
-  if (!frame.plan.applies(Effect::response)) sensor.response = Response::linear;
+  if (!frame.plan.applies(Effect::mosaic)) sensor.mosaic = Mosaic::none;
   if (!frame.plan.applies(Effect::saturation)) sensor.full_well_e = 1e30;
+  if (!frame.plan.applies(Effect::response)) {
+    sensor.response = Response::linear;
+    for (Channel& channel : sensor.channels) channel.response = Response::linear;
+  }
   return sensor;
 }
 
 }  // namespace
 
 bool SensorRows::Key::operator==(const Key& other) const {
-  return std::tie(response, saturation, noise, everywhere) ==
-         std::tie(other.response, other.saturation, other.noise, other.everywhere);
+  return std::tie(mosaic, response, saturation, noise, everywhere) ==
+         std::tie(other.mosaic, other.response, other.saturation, other.noise, other.everywhere);
 }
 
 SensorRows::Key SensorRows::key_of(const Frame& frame, const Signal& signal) {
-  return {frame.plan.applies(Effect::response), frame.plan.applies(Effect::saturation),
-          frame.plan.applies(Effect::noise), signal.everywhere()};
+  return {frame.plan.applies(Effect::mosaic), frame.plan.applies(Effect::response),
+          frame.plan.applies(Effect::saturation), frame.plan.applies(Effect::noise),
+          signal.everywhere()};
 }
 
 SensorRows::SensorRows(Simd simd, const Frame& frame, const Key& key)
@@ -32,13 +39,17 @@ SensorRows::SensorRows(Simd simd, const Frame& frame, const Key& key)
       key_(key),
       full_well_e_(simplified(frame).full_well_e),
       lit_noise_(simplified(frame)) {
-  const Sensor sensor = simplified(frame);
+  const Sensor all = simplified(frame);
   for (std::size_t place = 0; place < kinds_.size(); ++place) {
-    const double base_e = sensor.electrons(0) + key.everywhere[place];
+    const double base_e = all.electrons(0) + key.everywhere[place];
+    const bool by_colour = all.mosaic != Mosaic::none && !all.channels.empty();
+    const std::size_t colour = by_colour ? colour_at(all.mosaic, place) : 0;
     for (std::size_t other = 0; other < place && !kinds_[place]; ++other)
-      if (kinds_[other]->base_e == base_e) kinds_[place] = kinds_[other];
+      if (kinds_[other]->base_e == base_e && kinds_[other]->colour == colour)
+        kinds_[place] = kinds_[other];
     if (kinds_[place]) continue;
-    auto kind = std::make_shared<Kind>(Kind{Digitiser(sensor), base_e, {}});
+    const Sensor sensor = sensor_at(all, place);
+    auto kind = std::make_shared<Kind>(Kind{colour, base_e, Digitiser(sensor), {}});
     if (key.noise) kind->dark.emplace(sensor, kind->digitiser, base_e);
     kinds_[place] = kind;
   }

@@ -22,6 +22,31 @@ void Signal::touch(const PixelRectangle& rectangle) {
   touched_.push_back(rectangle);
 }
 
+std::vector<Signal::Run> Signal::runs(int y) const {
+  std::vector<Run> all;
+  for (const PixelRectangle& part : touched_)
+    if (y >= part.y0 && y < part.y0 + part.height) all.push_back({part.x0, part.x0 + part.width});
+  std::sort(all.begin(), all.end(), [](const Run& a, const Run& b) { return a.begin < b.begin; });
+  std::vector<Run> merged;
+  for (const Run& run : all) {
+    if (merged.empty() || run.begin > merged.back().end)
+      merged.push_back(run);
+    else
+      merged.back().end = std::max(merged.back().end, run.end);
+  }
+  return merged;
+}
+
+void Signal::take_in_everywhere() {
+  if (everywhere_ == ByPlace{}) return;
+  touch_everything();
+  for (int y = 0; y < height_; ++y) {
+    double* to = row(y);
+    for (int x = 0; x < width_; ++x) to[x] += everywhere_[place_of(x, y)];
+  }
+  everywhere_ = {};
+}
+
 void Signal::clear() {
   for (const PixelRectangle& part : touched_)
     for (int y = part.y0; y < part.y0 + part.height; ++y)

@@ -7,6 +7,7 @@
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
 #include "libocc/simulate/internal/blur.hpp"
+#include "libocc/simulate/internal/mosaic.hpp"
 
 namespace occ {
 namespace {
@@ -36,10 +37,8 @@ bool reaches(const LampView& view, const Camera& camera, double margin_px) {
          view.image_centre_px.y() > -reach && view.image_centre_px.y() < camera.height() + reach;
 }
 
-}  // namespace
-
-double View::grey_levels(double electrons) const {
-  const Sensor& sensor = scene.sensor;
+// Grey levels of a change in electrons, wherever the response is steepest.
+double steepest(const Sensor& sensor, double electrons) {
   if (sensor.response == Response::linear) return sensor.gain_dn_per_e * electrons;
   // The response is steepest at some level; a curve that is concave, at the first.
   constexpr int bases = 256;
@@ -49,6 +48,15 @@ double View::grey_levels(double electrons) const {
     const double base = dark_e + (sensor.full_well_e - dark_e) * i / bases;
     most = std::max(most, sensor.grey_level(base + electrons) - sensor.grey_level(base));
   }
+  return most;
+}
+
+}  // namespace
+
+double View::grey_levels(double electrons) const {
+  double most = steepest(scene.sensor, electrons);
+  for (std::size_t place = 0; place < 4 && !scene.sensor.channels.empty(); ++place)
+    most = std::max(most, steepest(sensor_at(scene.sensor, place), electrons));
   return most;
 }
 
@@ -74,6 +82,8 @@ View make_view(const Scene& scene, const Rigid3& cam_from_world, const SimulateO
       seen.full_e = scene.sensor.electrons(largest_irradiance(seen, scene, cam_from_world)) -
                     scene.sensor.electrons(0);
     seen.peak_e = peak_electrons(seen, view);
+    const double brightest = brightest_factor(scene, lamp);
+    for (double* electrons : {&seen.electrons, &seen.full_e, &seen.peak_e}) *electrons *= brightest;
     seen.distance_m = (cam_from_world * lamp.centre_m).norm();
     view.lamps.push_back(seen);
   }

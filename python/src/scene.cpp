@@ -33,6 +33,7 @@ auto sensor_fields() {
       field("readout", &Sensor::readout, "pixels a rolling shutter exposes together"),
       field("psf_sigma_px", &Sensor::psf_sigma_px, "Gaussian blur of the lens [px]"),
       field("gain_sigma", &Sensor::gain_sigma, "relative standard deviation of the pixels' gains"),
+      field("gain_seed", &Sensor::gain_seed, "sensors of one seed have the same pixels"),
       field("blooming", &Sensor::blooming,
             "part of the charge beyond the full well that spills along the column"),
       field("mosaic", &Sensor::mosaic, "colour filters over the pixels"),

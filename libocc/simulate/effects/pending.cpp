@@ -13,8 +13,5 @@ const EffectModel walls_model{"pending", never, none};
 const EffectModel interreflection_model{"pending", never, none};
 const EffectModel glare_model{"pending", never, none};
 const EffectModel ghosts_model{"pending", never, none};
-const EffectModel mosaic_model{"pending", never, none};
-const EffectModel gain_model{"pending", never, none};
-const EffectModel blooming_model{"pending", never, none};
 
 }  // namespace occ

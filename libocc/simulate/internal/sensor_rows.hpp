@@ -27,7 +27,7 @@ class SensorRows {
  public:
   /// What the tables depend on, of a given scene.
   struct Key {
-    bool response, saturation, noise;
+    bool mosaic, response, saturation, noise;
     ByPlace everywhere;  ///< signal electrons of all pixels
 
     bool operator==(const Key& other) const;
@@ -52,8 +52,9 @@ class SensorRows {
  private:
   /// Pixels that are alike.
   struct Kind {
+    std::size_t colour;  // whose curve they have
+    double base_e;       // mean electrons without signal
     Digitiser digitiser;
-    double base_e;  // mean electrons without signal
     std::optional<DarkNoise> dark;
   };
 

@@ -3,6 +3,7 @@
 // sensor. Most of it is zero, so it is known which pixels are not.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <vector>
@@ -34,6 +35,11 @@ class Signal {
   void touch(const PixelRectangle& rectangle);
   void touch_everything() { touch({0, 0, width_, height_}); }
 
+  /// Calls visit(x0, y, count) for runs of pixels that may be other than zero, each pixel once,
+  /// down the rows.
+  template <typename Visit>
+  void for_touched(Visit visit) const;
+
   /// All pixels that may be other than zero; rectangles may overlap.
   const std::vector<PixelRectangle>& touched() const { return touched_; }
 
@@ -43,15 +49,35 @@ class Signal {
   }
   const ByPlace& everywhere() const { return everywhere_; }
 
+  /// Puts the light of every pixel into the rows.
+  void take_in_everywhere();
+
   /// Back to darkness.
   void clear();
 
  private:
+  /// Columns of a row: merged, from left to right.
+  struct Run {
+    int begin, end;
+  };
+  std::vector<Run> runs(int y) const;
+
   int width_, height_;
   std::ptrdiff_t stride_;
   std::vector<double> electrons_;
   std::vector<PixelRectangle> touched_;
   ByPlace everywhere_{};
 };
+
+template <typename Visit>
+void Signal::for_touched(Visit visit) const {
+  int first = height_, end = 0;
+  for (const PixelRectangle& part : touched_) {
+    first = std::min(first, part.y0);
+    end = std::max(end, part.y0 + part.height);
+  }
+  for (int y = first; y < end; ++y)
+    for (const Run& run : runs(y)) visit(run.begin, y, run.end - run.begin);
+}
 
 }  // namespace occ

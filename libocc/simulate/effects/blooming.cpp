@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// Blooming: of the mean charge beyond the full well a part (`blooming`) leaves, half up the column
+// and half down; it fills each pixel that it comes to up to the full well and runs on, and what
+// reaches the border is lost. Downwards goes first where both ways fill the same pixel. Left out,
+// nothing changes unless some pixel exceeds the full well. Else a pixel changes by no more than
+// half of all that spills, and by what is left to the full well; the centroid by the way that the
+// charge goes, twice over, weighed by its part of the light. Symmetric images keep their
+// centroids: there the bound is far above what happens.
+#include "libocc/simulate/internal/blooming.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/simulate/internal/effect_model.hpp"
+
+namespace occ {
+namespace {
+
+bool called_for(const Scene& scene, const SimulateOptions&) { return scene.sensor.blooming > 0; }
+
+Bound bound(const View& view) {
+  const Sensor& sensor = view.scene.sensor;
+  const double base_e = sensor.electrons(view.scene.ambient_w_m2);
+  double most = base_e, spilled = 0, radius = 0;
+  for (const LampView& seen : view.lamps) {
+    most += seen.peak_e;
+    radius = std::max(radius, seen.radius_px);
+  }
+  if (!(most > sensor.full_well_e)) return {};
+  const double beyond = 1 - sensor.full_well_e / most;  // part of the light, at most
+  for (const LampView& seen : view.lamps)
+    spilled += 0.5 * sensor.blooming * beyond * seen.electrons;
+  const double room = sensor.full_well_e - base_e;
+  const double blur = 3 * sensor.psf_sigma_px + 1;
+  // All that spills in a column as wide as a pixel, at most that of the lamp's full height.
+  const double column_e = 0.5 * sensor.blooming * (most - sensor.full_well_e) * 2 * (radius + blur);
+  const double way = radius + blur + column_e / std::max(room, 1e-9 * sensor.full_well_e);
+  const double height = 0.5 * view.scene.camera.height();
+  return {view.grey_levels(std::min(spilled, room)), 2 * std::min(way, height)};
+}
+
+/// One column: charge carried along y, y + step, ...
+class Column {
+ public:
+  Column(const Frame& frame, Signal& signal, int x) : signal_(signal), x_(x) {
+    const Sensor& sensor = frame.scene.sensor;
+    full_well_e_ = sensor.full_well_e;
+    spilled_ = 0.5 * sensor.blooming;
+    for (int odd = 0; odd < 2; ++odd)
+      base_e_[odd] = sensor.electrons(0) + signal.everywhere()[place_of(x, odd)];
+  }
+
+  bool overflows(int y) const { return excess(y) > 0; }
+
+  /// From `first` at least to `last`, as far as charge is left; returns the last pixel reached.
+  int run(int first, int last, int step) {
+    double carried = 0;
+    int y = first;
+    for (bool passed = false; y >= 0 && y < signal_.height(); y += step) {
+      const double beyond = excess(y);
+      if (beyond > 0) {
+        carried += spilled_ * beyond;
+      } else {
+        const double taken = std::min(carried, -beyond);
+        signal_.row(y)[x_] += taken;
+        carried -= taken;
+      }
+      passed = passed || y == last;
+      if (passed && !(carried > 0)) return y;
+    }
+    return y - step;
+  }
+
+ private:
+  double excess(int y) const { return base_e_[y & 1] + signal_.row(y)[x_] - full_well_e_; }
+
+  Signal& signal_;
+  int x_;
+  double full_well_e_, spilled_, base_e_[2];
+};
+
+}  // namespace
+
+void apply_blooming(const Frame& frame, Signal& signal) {
+  struct Overflow {
+    int first = -1, last = -1;
+  };
+  std::vector<Overflow> columns(static_cast<std::size_t>(signal.width()));
+  signal.for_touched([&](int x0, int y, int count) {
+    for (int x = x0; x < x0 + count; ++x) {
+      if (!Column(frame, signal, x).overflows(y)) continue;
+      Overflow& column = columns[static_cast<std::size_t>(x)];
+      if (column.first < 0) column.first = y;
+      column.last = y;
+    }
+  });
+  for (int x = 0; x < signal.width(); ++x) {
+    const Overflow& overflow = columns[static_cast<std::size_t>(x)];
+    if (overflow.first < 0) continue;
+    Column column(frame, signal, x);
+    const int bottom = column.run(overflow.first, overflow.last, 1);
+    const int top = column.run(overflow.last, overflow.first, -1);
+    signal.touch({x, top, 1, bottom - top + 1});
+  }
+}
+
+const EffectModel blooming_model{"sensor.blooming", called_for, bound};
+
+}  // namespace occ

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// A mosaic of colour filters: a pixel gets the lamp's colour times its channel's efficiency, a
+// factor f by its place. Left out, every pixel gets white light: a pixel changes by |f - 1|, and by
+// what the channels' curves differ. Centroids move because the mosaic samples the image: f is its
+// mean plus waves of half a cycle a pixel, of relative amplitude a each; a wave moves the centroid
+// by a |d/dw W|, W the Fourier transform of the image at w = pi. For a convex shape under a
+// Gaussian of variance s^2 that is at most (4/pi + pi s^2) exp(-pi^2 s^2 / 2).
+#include "libocc/simulate/internal/mosaic.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/simulate/internal/gain.hpp"
+
+namespace occ {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+bool called_for(const Scene& scene, const SimulateOptions&) {
+  return scene.sensor.mosaic != Mosaic::none;
+}
+
+/// Sum of the waves' amplitudes over the mean.
+double contrast(const ByPlace& f) {
+  const double mean = f[0] + f[1] + f[2] + f[3];
+  return (std::abs(f[0] - f[1] + f[2] - f[3]) + std::abs(f[0] + f[1] - f[2] - f[3]) +
+          std::abs(f[0] - f[1] - f[2] + f[3])) /
+         mean;
+}
+
+/// Largest difference of a channel's curve from the sensor's [grey levels].
+double curve_change(const Sensor& sensor) {
+  constexpr int samples = 256;
+  double change = 0;
+  for (std::size_t place = 0; place < 4; ++place) {
+    const Sensor other = sensor_at(sensor, place);
+    for (int i = 0; i <= samples; ++i) {
+      const double electrons = sensor.full_well_e * i / samples;
+      change =
+          std::max(change, std::abs(sensor.grey_level(electrons) - other.grey_level(electrons)));
+    }
+  }
+  return change;
+}
+
+Bound bound(const View& view) {
+  const Sensor& sensor = view.scene.sensor;
+  const double curves = sensor.channels.empty() ? 0 : curve_change(sensor);
+  double sum_e = 0, ambient = 0;
+  Bound bound{curves, 0};
+  const ByPlace white = light_by_place(sensor, Eigen::Vector3d::Ones());
+  for (const double f : white) ambient = std::max(ambient, std::abs(f - 1));
+  const double variance = std::pow(sensor.psf_sigma_px, 2);
+  const double wave = (4 / pi + pi * variance) * std::exp(-0.5 * pi * pi * variance);
+  for (const LampView& seen : view.lamps) {
+    const ByPlace factors = light_by_place(sensor, seen.lamp->colour);
+    double change = 0;
+    for (const double f : factors) change = std::max(change, std::abs(f - 1));
+    sum_e += change * seen.peak_e / brightest_factor(view.scene, *seen.lamp);
+    const double stored = curves > 0 ? seen.radius_px : 0;  // curves that differ weigh differently
+    bound.include({0, contrast(factors) * wave + stored});
+  }
+  sum_e += ambient * (sensor.electrons(view.scene.ambient_w_m2) - sensor.electrons(0));
+  bound.dn += view.grey_levels(sum_e);
+  return bound;
+}
+
+}  // namespace
+
+std::size_t colour_at(Mosaic mosaic, std::size_t place) {
+  constexpr std::size_t red = 0, green = 1, blue = 2;
+  switch (mosaic) {
+    case Mosaic::rggb:
+      return std::array<std::size_t, 4>{red, green, green, blue}[place];
+    case Mosaic::grbg:
+      return std::array<std::size_t, 4>{green, red, blue, green}[place];
+    case Mosaic::gbrg:
+      return std::array<std::size_t, 4>{green, blue, red, green}[place];
+    case Mosaic::bggr:
+      return std::array<std::size_t, 4>{blue, green, green, red}[place];
+    case Mosaic::none:
+      break;
+  }
+  return green;
+}
+
+ByPlace light_by_place(const Sensor& sensor, const Eigen::Vector3d& colour) {
+  ByPlace light{1, 1, 1, 1};
+  if (sensor.mosaic == Mosaic::none) return light;
+  for (std::size_t place = 0; place < light.size(); ++place) {
+    const std::size_t of = colour_at(sensor.mosaic, place);
+    light[place] = colour[static_cast<Eigen::Index>(of)] *
+                   (sensor.channels.empty() ? 1 : sensor.channels[of].efficiency);
+  }
+  return light;
+}
+
+Sensor sensor_at(const Sensor& sensor, std::size_t place) {
+  Sensor here = sensor;
+  if (sensor.mosaic == Mosaic::none || sensor.channels.empty()) return here;
+  const Channel& channel = sensor.channels[colour_at(sensor.mosaic, place)];
+  here.response = channel.response;
+  here.gamma = channel.gamma;
+  here.response_table = channel.response_table;
+  return here;
+}
+
+double brightest_factor(const Scene& scene, const Lamp& lamp) {
+  double factor = 1;
+  for (const double light : light_by_place(scene.sensor, lamp.colour))
+    factor = std::max(factor, light);
+  return factor * (1 + most_deviations * scene.sensor.gain_sigma);
+}
+
+const EffectModel mosaic_model{"sensor.mosaic", called_for, bound};
+
+}  // namespace occ
