@@ -92,13 +92,13 @@ TEST(LameCurve, RimLiesOnTheCurveAndReachIsItsFarthestPoint) {
 
 TEST(LameCurve, CoverageIsTheSumOverItsElements) {
   const double sigma = 0.8;
-  for (const double n : exponents) {
-    const Lamp lamp = lame_lamp(n, {0.5, 0.25});
+  for (const double n : {1.0, 2.7, 100.0}) {
+    const Lamp lamp = lame_lamp(n, {0.3, 0.15});
     const Patch patch = coverage(*project_contour(lamp, some_pose(), bent, sigma), PixelPsf(sigma),
                                  bent.width(), bent.height());
     Eigen::MatrixXd truth = Eigen::MatrixXd::Zero(bent.width(), bent.height());
     const Eigen::Vector3d normal = some_pose().rotation * lamp.normal;
-    for (const Element& e : elements(lamp, 16, 14)) {
+    for (const Element& e : elements(lamp, 12, 9)) {
       const Eigen::Vector3d at = some_pose() * e.at;
       Eigen::Matrix<double, 2, 3> d_px;
       const Eigen::Vector2d px = *bent.project(at, &d_px);
@@ -112,7 +112,7 @@ TEST(LameCurve, CoverageIsTheSumOverItsElements) {
       for (int x = patch.x0; x < patch.x0 + patch.width; ++x)
         worst = std::max(worst, std::abs(patch.at(x, y) - truth(x, y)));
     EXPECT_LT(worst, 3e-6) << n;
-    EXPECT_GT(truth.maxCoeff(), 0.99);
+    EXPECT_GT(truth.maxCoeff(), 0.95);
   }
 }
 

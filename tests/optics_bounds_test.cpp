@@ -146,7 +146,7 @@ void expect_bounds_hold(Effect effect, double size, Change change, double most_s
                         double most_slack_px) {
   Random random(static_cast<std::uint64_t>(effect) + 100);
   Slacks slacks;
-  for (int i = 0; i < 120; ++i) {
+  for (int i = 0; i < 90; ++i) {
     Case c = random_case(random, i % 3 == 0 ? 6 : 1, size);
     change(random, c);
     SCOPED_TRACE(i);
@@ -199,7 +199,7 @@ TEST(OpticsBounds, Psf) {
       Effect::psf, 0.1,
       [](Random& random, Case& c) {
         if (random.uniform() < 0.5) return;
-        c.scene.sensor.f_number = 0.002 * std::exp(random.uniform(0, 3));
+        c.scene.sensor.f_number = 0.004 * std::exp(random.uniform(0, 3));
         c.scene.lens.focus_distance_m = random.uniform(1.7, 2.5);
       },
       20, 20);

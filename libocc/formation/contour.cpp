@@ -162,10 +162,13 @@ bool Projector::is_off_image(const Eigen::Array<double, 2, 4>& hull) const {
 
 // A rim that runs as Hermite's cubic does, p(s) = p0 + s d + h10(s) (m0 - d) + h11(s) (m1 - d) with
 // d the chord and m0, m1 the tangents, encloses with its chord d x (m1 - m0) / 12 - (m0 - d) x
-// (m1 - d) / 60.
+// (m1 - d) / 60. Of what is between them some goes to the wrong pixel where the rim crosses a
+// border of pixels elsewhere than the chord: all of it where it only touches, but where it crosses
+// at an angle no more than the triangle of that angle whose height is the rim's distance from the
+// chord, 3/2 of the mean one.
 bool Projector::add_chords(double from, const ImagePoint& begin, double to, const ImagePoint& end,
                            int splits, Chords& chords) const {
-  constexpr double max_bulge_px2 = 3e-8;
+  constexpr double max_error_px2 = 3e-8;
   const auto cross = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     return a.x() * b.y() - a.y() * b.x();
   };
@@ -174,7 +177,12 @@ bool Projector::add_chords(double from, const ImagePoint& begin, double to, cons
   const double most = (std::abs(cross(d, m0)) + std::abs(cross(d, m1))) / 12;
   Eigen::Array<double, 2, 4> hull;
   hull << begin.px, begin.px + m0 / 3, end.px - m1 / 3, end.px;
-  if (most <= max_bulge_px2 || is_off_image(hull)) {
+  // Neither turning back along an axis nor running at an uneven speed.
+  const bool even = (m0.array() * d.array() > 0).all() && (m1.array() * d.array() > 0).all() &&
+                    std::max((m0 - d).norm(), (m1 - d).norm()) < 0.003 * d.norm();
+  const double apart = 1.5 * most / d.norm();
+  const double misplaced = even ? 0.5 * apart * apart * d.norm() / d.cwiseAbs().minCoeff() : most;
+  if (std::min(most, misplaced) <= max_error_px2 || is_off_image(hull)) {
     chords.push_back({begin.px, end.px, cross(d, m1 - m0) / 12 - cross(m0 - d, m1 - d) / 60});
     return true;
   }

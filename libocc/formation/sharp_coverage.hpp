@@ -4,8 +4,8 @@
 // The rim is cut into chords; between two neighbouring crossings of pixel borders a chord's share
 // of the contour integral is a polynomial. The area between rim and chord ("bulge", from the
 // tangents at both ends as for Hermite's cubic) goes to the pixels along the chord. Chords are
-// halved until the bulge is below 3e-8 px^2, which also bounds what a rim that touches a border
-// between two pixels gives to the wrong one.
+// halved until what a rim that touches or crosses a border between two pixels gives to the wrong
+// one is below 3e-8 px^2.
 #pragma once
 
 #include "libocc/core/abi.hpp"

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/formation/lens_blur.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/refine/internal/predicted_place.hpp"
 
@@ -26,7 +27,7 @@ ExpectedLamps::ExpectedLamps(const Scene& scene, const Rigid3& cam_from_world,
       pose_(cam_from_world),
       pivot_(pivot),
       noise_(scene.sensor),
-      psf_(scene.sensor.psf_sigma_px) {
+      psf_(gaussian_blur_px(scene)) {
   options_.rung = rung;
   options_.flux = flux;
 }

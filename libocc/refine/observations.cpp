@@ -7,6 +7,7 @@
 #include <string>
 
 #include "libocc/core/require.hpp"
+#include "libocc/formation/lens_blur.hpp"
 
 namespace occ {
 namespace {
@@ -109,7 +110,7 @@ void observe_pixels(const std::vector<Match>& matches, const std::vector<Blob>& 
   const bool fits = image.width == scene.camera.width() && image.height == scene.camera.height();
   require(fits, "image", std::to_string(image.width) + " x " + std::to_string(image.height),
           "of the camera's size");
-  all.psf_sigma_px = scene.sensor.psf_sigma_px;
+  all.psf_sigma_px = gaussian_blur_px(scene);
   const WindowReader reader(image, scene.sensor);
   for (std::size_t i = 0; i < matches.size(); ++i) {
     LampObservation& lamp = all.lamps[i];

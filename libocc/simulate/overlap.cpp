@@ -59,4 +59,15 @@ bool is_seen_from(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& 
   return (high > -margin).all() && (low < size + margin).all();
 }
 
+bool any_comes_into_view(const View& view, const Motion& motion) {
+  constexpr int instants = 64;
+  const double whole_s = motion.line_begin_s(motion.lines() - 1) + motion.exposure_s();
+  for (const Lamp* lamp : unseen_lamps(view))
+    for (int i = 0; i <= instants; ++i)
+      if (is_seen_from(*lamp, motion.pose_at(whole_s * i / instants), view.scene.camera, view,
+                       false))
+        return true;
+  return false;
+}
+
 }  // namespace occ

@@ -39,15 +39,16 @@ struct LIBOCC_API SimulateOptions {
   double spacing_sigma =
       1.0;  ///< rim samples are this many PSF sigmas apart: accuracy against time
   /// Motion of the camera, d [rotation, translation] / dt of the left perturbation of
-  /// cam_from_world [rad/s, m/s], constant over the frame; the pose is that of the first row's
-  /// exposure's beginning.
+  /// cam_from_world [rad/s, m/s], a constant twist; the pose is that of the first row's exposure's
+  /// beginning. Without motion blur a row sees the pose in the middle of its exposure.
   Vector6 velocity = Vector6::Zero();
 
   /// Throws std::invalid_argument naming the field and its value.
   void validate() const;
 };
 
-/// What is true of one lamp in the rendered image.
+/// What is true of one lamp in the rendered image. Under a moving camera all points are where they
+/// are in the middle of the exposure of the row that sees them.
 struct LampTruth {
   int id = 0;
   bool in_view = false;                                 ///< some of its image lies on the sensor

@@ -24,6 +24,7 @@ bool surrounds(const std::vector<Eigen::Vector2d>& rim, const Eigen::Vector2d& p
 
 std::optional<std::vector<Eigen::Vector2d>> seen_rim(const Lamp& lamp, const Motion& motion,
                                                      const Camera& camera) {
+  if (!motion.rolls()) return project_rim(lamp, motion.still_pose(), camera, rim_points);
   std::vector<Eigen::Vector3d> rim = rim_in_world(lamp, rim_points);
   if (rim.empty()) rim.push_back(lamp.centre_m);
   std::vector<Eigen::Vector2d> px;

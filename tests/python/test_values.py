@@ -183,3 +183,12 @@ def test_reprs_say_what_matters(scene, pose, rendered):
         text = repr(value)
         assert "object at 0x" not in text and type(value).__name__ in text
     assert "ok" in repr(fix) and "lamps [0, 1, 2, 3, 4, 5]" in repr(fix)
+
+
+def test_lamps_may_be_lame_curves():
+    lamp = occ.Lamp(
+        id=3, centre_m=[1, 2, 3], shape=occ.LampShape.lame, size_m=[0.2, 0.1], exponent=2.5
+    )
+    assert eval(repr(lamp), vars(occ)).exponent == 2.5
+    with pytest.raises(ValueError, match="exponent must be .*got 0.5"):
+        lamp.replace(exponent=0.5)

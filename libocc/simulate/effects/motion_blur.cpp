@@ -79,11 +79,7 @@ Bound bound_of(const LampView& seen, const View& view) {
 }
 
 Bound bound(const View& view) {
-  const Motion motion = motion_of(view);
-  for (const Lamp* lamp : unseen_lamps(view))
-    for (const double time_s : {0.0, motion.still_s(), motion.exposure_s()})
-      if (is_seen_from(*lamp, motion.pose_at(time_s), view.scene.camera, view, false))
-        return {infinity, infinity};
+  if (any_comes_into_view(view, motion_of(view))) return {infinity, infinity};
   return sum_of_overlapping(view, bound_of);
 }
 

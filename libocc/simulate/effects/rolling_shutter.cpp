@@ -43,28 +43,27 @@ Bound bound_of(const LampView& seen, const View& view) {
   const Rigid3 first = motion.still_pose();
   std::vector<Eigen::Vector3d> points = rim_in_world(*seen.lamp, rim_points);
   points.push_back(seen.lamp->centre_m);
-  double moved = 0, brighter = 0;
+  const double reach_px = 5 * blur_sigma_px(view) + blur_radius_px(seen, view) + 1;
+  double moved = 0, per_line = 0, brighter = 0;
   for (const Eigen::Vector3d& point : points) {
     const auto then = motion.seen(point, camera);
     const auto before = camera.project(first * point);
     if (!then || !before) return {infinity, infinity};
     moved = std::max(moved, (then->px - *before).norm());
+    const Rigid3 next = moved_pose(then->pose, view.options.velocity, view.scene.sensor.row_time_s);
+    if (const auto px = camera.project(next * point))
+      per_line = std::max(per_line, (*px - then->px).norm());
     const double was = light_at(seen, view, first, *before);
     const double is = light_at(seen, view, then->pose, then->px);
     brighter = std::max(brighter, std::abs(is / was - 1));
   }
-  return {change_by_shift_e(seen, view, moved) + brighter * seen.peak_e,
+  // Lines that see but the blur of a point have moved on from where the point itself is seen.
+  return {change_by_shift_e(seen, view, moved + per_line * reach_px) + brighter * seen.peak_e,
           moved + 2 * sampling_shift_px(seen, view)};
 }
 
 Bound bound(const View& view) {
-  const Motion motion = motion_of(view);
-  for (const Lamp* lamp : unseen_lamps(view)) {
-    const auto then = motion.seen(lamp->centre_m, view.scene.camera);
-    if ((then && is_seen_from(*lamp, then->pose, view.scene.camera, view, false)) ||
-        is_seen_from(*lamp, motion.still_pose(), view.scene.camera, view, false))
-      return {infinity, infinity};
-  }
+  if (any_comes_into_view(view, motion_of(view))) return {infinity, infinity};
   return sum_of_overlapping(view, bound_of);
 }
 

@@ -45,6 +45,8 @@ class Motion {
   Rigid3 pose_at(double time_s) const;
   Rigid3 still_pose() const { return pose_at(still_s()); }
 
+  /// Whether lines see the lamps from poses of their own.
+  bool rolls() const { return effects_.rolling_shutter; }
   double line_begin_s(double line) const {
     return effects_.rolling_shutter ? line * line_time_s_ : 0;
   }

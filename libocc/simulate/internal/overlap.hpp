@@ -3,6 +3,7 @@
 #pragma once
 
 #include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/simulate/internal/motion.hpp"
 
 namespace occ {
 
@@ -17,5 +18,8 @@ std::vector<const Lamp*> unseen_lamps(const View& view);
 /// Whether a lamp would be in an image from the pose, as a point or with its rim.
 bool is_seen_from(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
                   const View& view, bool as_point);
+
+/// Whether a lamp that the view does not hold would be in an image from some pose of the motion.
+bool any_comes_into_view(const View& view, const Motion& motion);
 
 }  // namespace occ
