@@ -91,16 +91,17 @@ Problem part_of(const Problem& p, const Triple& spread, int count) {
 struct Start {
   Rigid3 pose;
   double chi2 = 0;
+  double lowest = 0;  // chi2 may get, were the fall twice what the normal equations promise
 };
 
 // After one Gauss-Newton step, which tells a branch that leads to a minimum from one that does not.
 Start step_from(const SeenPoints& seen, const Rigid3& pose) {
   const PointEquations e = point_equations(seen, pose);
   const Vector6 step = -e.information.llt().solve(e.gradient);
-  const Start moved{{so3_exp(step.head<3>()) * pose.rotation, pose.translation + step.tail<3>()},
-                    0};
-  const double chi2 = point_chi2(seen, moved.pose);
-  return chi2 < e.chi2 ? Start{moved.pose, chi2} : Start{pose, e.chi2};
+  const double lowest = e.chi2 + 2 * e.gradient.dot(step);
+  const Rigid3 moved{so3_exp(step.head<3>()) * pose.rotation, pose.translation + step.tail<3>()};
+  const double chi2 = point_chi2(seen, moved);
+  return chi2 < e.chi2 ? Start{moved, chi2, lowest} : Start{pose, e.chi2, lowest};
 }
 
 // By a named solver, behind its guard; the status and message are the guard's when it finds
@@ -168,7 +169,12 @@ std::vector<PointFit> fits_of(const Problem& p, const std::vector<Start>& starts
   };
   const auto try_start = [&](const Start& start) {
     if (!plausible(optimism * start.chi2) || known(start.pose)) return;
-    const PointFit fit = fit_points(p.seen, start.pose, max_iterations, tolerance);
+    Start from = start;
+    if (!fits.empty()) {  // a look ahead costs less than a fit
+      from = step_from(p.seen, start.pose);
+      if (!plausible(from.lowest) || known(from.pose)) return;
+    }
+    const PointFit fit = fit_points(p.seen, from.pose, max_iterations, tolerance);
     if (!std::isfinite(fit.equations.chi2) || known(fit.pose)) return;
     best = std::min(best, fit.equations.chi2);
     fits.push_back(fit);
