@@ -234,7 +234,7 @@ void by_tiny_solver(const SeenPoints& seen, int max_iterations, double tolerance
   solver.options.cost_threshold = 0;
   solver.options.function_tolerance = tolerance * tolerance;
   solver.options.gradient_tolerance = std::numeric_limits<double>::min();  // none
-  solver.options.initial_trust_region_radius = 1e8;  // plain Gauss-Newton until a step fails
+  solver.options.initial_trust_region_radius = 100;  // where plain Gauss-Newton failed
   Vector6 step = Vector6::Zero(), last_step;
   const SquareRoot function{seen, start, tolerance * tolerance, &last_step, &fit.equations};
   solver.Solve(function, &step);

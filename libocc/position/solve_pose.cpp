@@ -203,9 +203,9 @@ Candidate candidate_of(const Problem& p, const PointFit& fit) {
   Matrix6 jacobian = Matrix6::Identity();
   jacobian.bottomRightCorner<3, 3>() *= p.frame.size_m;
   jacobian.bottomLeftCorner<3, 3>() = skew(p.frame.size_m * fit.pose.translation);
-  const Matrix6 covariance = fit.equations.information.llt().solve(Matrix6::Identity());
-  c.covariance = variance_factor(c.chi2, c.dof) * jacobian * covariance * jacobian.transpose();
-  c.covariance = 0.5 * (c.covariance + c.covariance.transpose()).eval();
+  // J (L L^T)^-1 J^T as Y^T Y, L Y = J^T: symmetric to the last bit.
+  const Matrix6 y = fit.equations.information.llt().matrixL().solve(jacobian.transpose());
+  c.covariance.noalias() = variance_factor(c.chi2, c.dof) * y.transpose() * y;
   c.position_m = c.cam_from_world.origin_in_source();
   return c;
 }
