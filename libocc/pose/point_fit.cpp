@@ -207,6 +207,7 @@ namespace {
 // Plain Gauss-Newton, by which most fits end, at a third of the cost of one with a trust region.
 // False when a step does not lower chi2; the fit is then the best so far.
 bool by_gauss_newton(const SeenPoints& seen, int max_iterations, double tolerance, PointFit& fit) {
+  constexpr double lost_in_rounding = 1e-11;  // of chi2
   fit.equations = point_equations(seen, fit.pose);
   while (std::isfinite(fit.equations.chi2)) {
     const Eigen::LLT<Matrix6> llt(fit.equations.information);
@@ -218,10 +219,14 @@ bool by_gauss_newton(const SeenPoints& seen, int max_iterations, double toleranc
     const Rigid3 moved{cayley(step.head<3>()) * fit.pose.rotation,
                        fit.pose.translation + step.tail<3>()};
     const PointEquations equations = point_equations(seen, moved);
-    if (!(equations.chi2 < fit.equations.chi2)) return false;
+    // A step whose gain is lost in rounding is as good as they get: the next would be its square.
+    const bool last = fall <= lost_in_rounding * fit.equations.chi2;
+    if (!(equations.chi2 < fit.equations.chi2) && !last) return false;
     fit.pose = moved;
     fit.equations = equations;
     ++fit.iterations;
+    fit.converged = last;
+    if (last) return true;
   }
   return false;
 }

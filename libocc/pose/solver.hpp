@@ -8,7 +8,6 @@
 #include "libocc/core/abi.hpp"
 //
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "libocc/pose/problem.hpp"
@@ -19,15 +18,15 @@ namespace occ {
 enum class Layout { any, coplanar, not_coplanar };
 
 struct Solver {
-  std::string_view name;  ///< e.g. "p3p_kneip"
-  int min_points;         ///< fewer are refused
-  int max_points;         ///< uses exactly so many at most; 0: all
-  int max_candidates;     ///< returns so many poses at most
-  Layout layout;          ///< of the points
-  bool needs_up;          ///< PoseProblem::up_in_cam must be set
-  bool takes_origins;     ///< PoseProblem::origins may be set
-  const char* failures;   ///< where it is known to fail or to be slow, a sentence
-  const char* source;     ///< paper, and package it comes from if not ours
+  const char* name;      ///< e.g. "p3p_kneip"
+  int min_points;        ///< fewer are refused
+  int max_points;        ///< uses exactly so many at most; 0: all
+  int max_candidates;    ///< returns so many poses at most
+  Layout layout;         ///< of the points
+  bool needs_up;         ///< PoseProblem::up_in_cam must be set
+  bool takes_origins;    ///< PoseProblem::origins may be set
+  const char* failures;  ///< where it is known to fail or to be slow, a sentence
+  const char* source;    ///< paper, and package it comes from if not ours
 
   /// Appends candidates. Expects points about their centroid with an r.m.s. distance of 1 from it,
   /// between min_points and max_points of them, all finite, bearings unit; never throws or prints.
