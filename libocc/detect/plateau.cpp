@@ -88,25 +88,27 @@ class RimView {
       spread += at * at.transpose();
       by_place_ += terms * at.transpose();
     }
-    if (seen_ == 0) return;
+    if (empty()) return;
     mean_ /= seen_;
     by_place_ = by_place_ * spread.inverse();
   }
 
-  bool empty() const { return seen_ == 0; }
+  bool empty() const { return seen_ < 3; }  ///< too few points to tell
   const Terms& mean() const { return mean_; }
   const Eigen::Matrix<double, Eigen::Dynamic, 2, 0, most_terms, 2>& slope() const {
     return by_place_;
   }
 
  private:
-  static constexpr int points = 32;
+  static constexpr int points = 16;
 
+  /// Each degree's terms are those of the one before times u, and the last one times v.
   static Terms terms_at(const Eigen::Vector2d& uv, int used) {
     Terms out(used);
-    for (int a = 0; a < used; ++a) {
-      const Powers& p = term_powers[static_cast<std::size_t>(a)];
-      out[a] = std::pow(uv.x(), p.u) * std::pow(uv.y(), p.v);
+    out[0] = 1;
+    for (int first = 0, count = 1; first + count < used; first += count++) {
+      out.segment(first + count, count) = uv.x() * out.segment(first, count);
+      out[first + 2 * count] = uv.y() * out[first + count - 1];
     }
     return out;
   }
