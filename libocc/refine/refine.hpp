@@ -12,7 +12,8 @@
 //   - optionally its flux against Lambertian intensity, powers known with a sigma or up to a common
 //   factor.
 // Rims of saturated lamps have grown by an unknown common amount (prior sigma 2 px), which is
-// estimated along; each besides by its own (0.3 px) and unevenly (0.05 px).
+// estimated along; each besides by its own (as its light is known to half an e-fold only) and
+// unevenly (0.05 px).
 // Residuals are whitened. A lamp that contradicts all the others (Baarda's data snooping, chance of
 // one in a thousand) is left out, which takes five lamps or a prior; stray rim points and fluxes
 // are weighted down (Huber). The covariance is (J^T J)^-1 of the whitened problem: it is right when
