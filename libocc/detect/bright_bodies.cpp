@@ -22,16 +22,22 @@ constexpr float shining_sigmas = 6;       // of its noise, too
 constexpr int shining_step_px = 2;        // pixels are looked at so far apart
 constexpr int shining_samples = 12;       // fewer are hot pixels
 constexpr float sharp_share = 0.4f;       // of the body's light, lost across its edge
+constexpr float brighter_share = 1.5f;    // more is lost behind something that is brighter
+constexpr float sharp_sigmas = 3;         // of the pixels' noise there, too
 constexpr int edge_px = 16, side_px = 8;  // width of an edge at most; pixels averaged beside it
+
+constexpr float change_sigmas = 0.886f;  // standard deviation over the mean change, of normal noise
 
 using Mask = std::vector<char>;
 
 constexpr std::array<std::pair<int, int>, 4> directions = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
 
-float median(std::vector<float>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+/// The value that a share of all is below; reorders them.
+float ranked(std::vector<float>& values, double share) {
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
 }
 
 class Bodies {
@@ -42,15 +48,12 @@ class Bodies {
         least_noise_(static_cast<float>(least_noise_dn)),
         covered_(meshes.count()),
         visited_(meshes.count()) {
-    std::vector<float> sorted = meshes.level;
-    const auto low = sorted.begin() +
-                     static_cast<std::ptrdiff_t>(dark_share * static_cast<double>(sorted.size()));
-    std::nth_element(sorted.begin(), low, sorted.end());
-    dark_ = *low;
+    std::vector<float> levels = meshes.level;
+    dark_ = ranked(levels, dark_share);
     std::vector<float> noises;
     for (std::size_t i = 0; i < meshes.count(); ++i)
       if (meshes.level[i] <= dark_) noises.push_back(meshes.noise[i]);
-    bright_ = dark_ + bright_sigmas * std::max(least_noise_, median(noises));
+    bright_ = dark_ + bright_sigmas * std::max(least_noise_, ranked(noises, 0.5));
   }
 
   void fill() {
@@ -110,13 +113,15 @@ class Bodies {
       for (const auto& [dx, dy] : directions) {
         if (!has(column(i) + dx, row(i) + dy) || inside[at(column(i) + dx, row(i) + dy)]) continue;
         ++ways;
-        sharp += steepest_fall(i, dx, dy) > sharp_share * light(i);
+        const float fall = steepest_fall(i, dx, dy) / light(i);
+        sharp += fall > sharp_share && fall < brighter_share;
       }
     }
     return 2 * sharp > ways;
   }
 
-  /// Largest loss of light across the width of an edge, from a mesh's middle outwards.
+  /// Largest loss of light across the width of an edge, from a mesh's middle outwards; 0 when noise
+  /// may make it.
   float steepest_fall(std::size_t mesh, int dx, int dy) const {
     const int x0 = middle(column(mesh), image_.width), y0 = middle(row(mesh), image_.height);
     const int room = dx > 0   ? image_.width - 1 - x0
@@ -125,11 +130,15 @@ class Bodies {
                               : y0;
     const int length = std::min(room, 5 * meshes_.size_px / 2) + 1;
     std::vector<float> sums = {0};
+    float before = 0, changes = 0;
     visit_pixels(image_, [&](const auto& pixels) {
       using P = std::decay_t<decltype(pixels)>;
       for (int k = 0; k < length; ++k) {
-        const int level = P::level(pixels.row(y0 + k * dy), x0 + k * dx);
-        sums.push_back(sums.back() + static_cast<float>(level) / static_cast<float>(P::scale));
+        const float level = static_cast<float>(P::level(pixels.row(y0 + k * dy), x0 + k * dx)) /
+                            static_cast<float>(P::scale);
+        sums.push_back(sums.back() + level);
+        if (k > 0) changes += std::abs(level - before);
+        before = level;
       }
     });
     const auto mean = [&](int from) {
@@ -139,7 +148,8 @@ class Bodies {
     float most = 0;
     for (int k = 0; k + 2 * side_px + edge_px <= length; ++k)
       most = std::max(most, mean(k) - mean(k + side_px + edge_px));
-    return most;
+    const float noise = change_sigmas * changes / static_cast<float>(length);
+    return most > sharp_sigmas * noise ? most : 0;
   }
 
   int middle(int mesh, int pixels) const {
@@ -155,7 +165,7 @@ class Bodies {
       whole.push_back(i);
       noises.push_back(meshes_.noise[i]);
     }
-    const float noise = whole.empty() ? 0 : std::max(least_noise_, median(noises));
+    const float noise = whole.empty() ? 0 : std::max(least_noise_, ranked(noises, 0.5));
     int samples = 0;
     for (const std::size_t i : whole) {
       const float limit = meshes_.level[i] + shining_share * light(i) + shining_sigmas * noise;
