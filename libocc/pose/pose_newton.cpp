@@ -80,8 +80,6 @@ void sharpen(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
     const Rigid3 moved{so3_exp(step.head<3>()) * pose.rotation, pose.translation + step.tail<3>()};
     const double after = misfit_rad(bearings, points, origins, moved);
     if (!(after < std::max(misfit, rounding))) return;
-    // Towards a root the misfit falls fast, to a quarter even where it is double.
-    last = last || (after > 0.5 * misfit && after > rounding);
     misfit = after;
     pose = moved;
   }
