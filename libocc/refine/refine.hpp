@@ -30,6 +30,7 @@
 #include "libocc/core/image.hpp"
 #include "libocc/core/status.hpp"
 #include "libocc/geometry/rigid.hpp"
+#include "libocc/geometry/unknown_covariance.hpp"
 #include "libocc/pose/match.hpp"
 #include "libocc/scene/prior.hpp"
 #include "libocc/scene/scene.hpp"
@@ -79,9 +80,10 @@ struct LampResidual {
 
 struct Refined {
   Rigid3 cam_from_world;
-  Matrix6 covariance = Matrix6::Zero();  ///< see geometry/rigid.hpp for order and perturbation
-  double chi2 = 0;  ///< whitened, robust; prior and lamps that were left out included
-  int dof = 0;      ///< observations minus parameters
+  Matrix6 covariance =
+      unknown_covariance<6>();  ///< see geometry/rigid.hpp for order and perturbation
+  double chi2 = 0;              ///< whitened, robust; prior and lamps that were left out included
+  int dof = 0;                  ///< observations minus parameters
   double variance_factor =
       1;              ///< the covariance contains it; 1 unless chi2 is too large to be chance
   double rms_px = 0;  ///< of centre residuals over lamps
