@@ -19,6 +19,7 @@
 // are weighted down (Huber). The covariance is (J^T J)^-1 of the whitened problem: it is right when
 // the stated sigmas are. Where the residuals are larger than these allow (a chance of one in a
 // thousand), it is multiplied by the variance factor chi2 / dof (Gauss's a posteriori variance).
+// What the arc of a turn about the lamps adds to the translation (arc_moment) is contained.
 #pragma once
 
 #include "libocc/core/abi.hpp"
