@@ -206,8 +206,23 @@ Candidate candidate_of(const Problem& p, const PointFit& fit) {
   // J (L L^T)^-1 J^T as Y^T Y, L Y = J^T: symmetric to the last bit.
   const Matrix6 y = fit.equations.information.llt().matrixL().solve(jacobian.transpose());
   c.covariance.noalias() = variance_factor(c.chi2, c.dof) * y.transpose() * y;
+  c.covariance.bottomRightCorner<3, 3>() +=
+      arc_moment(c.covariance.topLeftCorner<3, 3>(), p.frame.size_m * fit.pose.translation);
   c.position_m = c.cam_from_world.origin_in_source();
   return c;
+}
+
+// How far off the line that fits them best the points can be seen from this far away, in sigmas.
+double seen_height(const Problem& p, const Triple& spread, const Camera& camera, double sigma_px,
+                   const Rigid3& pose) {
+  const double focal_px = 0.5 * (camera.fx_px() + camera.fy_px());
+  const double sigmas = focal_px / (sigma_px * pose.translation.norm());
+  // Three of the points are no nearer to any line than this, so all of them are not.
+  const Eigen::Vector3d corner = p.points.col(spread[0]);
+  const Eigen::Vector3d base = p.points.col(spread[1]) - corner;
+  const Eigen::Vector3d side = p.points.col(spread[2]) - corner;
+  const double least = std::sqrt(0.5) * base.cross(side).norm() / base.norm();
+  return sigmas * (sigmas * least > least_seen_height ? least : height_over_line(p.points));
 }
 
 Eigen::Vector3d normal_of(const Eigen::Matrix3Xd& points, const Triple& spread) {
@@ -219,6 +234,31 @@ std::string misfit_message(const Candidate& best, double sigma_px) {
   std::ostringstream text;
   text << "the best pose leaves " << best.rms_px << " px r.m.s. with sigma_px = " << sigma_px;
   return text.str();
+}
+
+void conclude(const Problem& problem, const Triple& spread, const Camera& camera,
+              const SolvePoseOptions& options, bool converged, Result<Fix>& result) {
+  const Candidate& best = result->candidates.front();
+  const double height = seen_height(problem, spread, camera, options.sigma_px,
+                                    problem.frame.normalised(best.cam_from_world));
+  const bool misfits = best.chi2 > options.largest_misfit * std::max(1, best.dof);
+  const double sigmas = misfits ? 1 : std::sqrt(variance_factor(best.chi2, best.dof));
+  if (!best.covariance.allFinite()) {
+    result.status = Status::degenerate;
+    result.message = "the points do not determine the pose";
+  } else if (!(height >= least_seen_height * sigmas)) {
+    result.status = Status::degenerate;
+    result.message = "as far as can be seen the points lie on a line, and any turn about it fits";
+  } else if (misfits) {
+    result.status = Status::no_pose;
+    result.message = misfit_message(best, options.sigma_px);
+  } else if (!converged) {
+    result.status = Status::not_converged;
+    result.message = "stopped after max_iterations = " + std::to_string(options.max_iterations);
+  } else if (result->candidates.size() > 1) {
+    result.status = Status::ambiguous;
+    result.message = std::to_string(result->candidates.size()) + " poses fit equally well";
+  }
 }
 
 }  // namespace
@@ -265,7 +305,7 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
   for (const PointFit& fit : fits_of(problem, *starts, normal, options.max_iterations, dof)) {
     Candidate c = candidate_of(problem, fit);
     c.rms_px = options.sigma_px * std::sqrt(fit.equations.chi2 / static_cast<double>(n));
-    if (result->candidates.empty()) converged = fit.converged;
+    converged = converged && fit.converged;
     result.value.candidates.push_back(c);
   }
   if (result->candidates.empty()) {
@@ -274,20 +314,7 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
     return result;
   }
   take_best(result.value);
-  const Candidate& best = result->candidates.front();
-  if (!best.covariance.allFinite()) {
-    result.status = Status::degenerate;
-    result.message = "the points do not determine the pose";
-  } else if (best.chi2 > options.largest_misfit * dof) {
-    result.status = Status::no_pose;
-    result.message = misfit_message(best, options.sigma_px);
-  } else if (!converged) {
-    result.status = Status::not_converged;
-    result.message = "stopped after max_iterations = " + std::to_string(options.max_iterations);
-  } else if (result->candidates.size() > 1) {
-    result.status = Status::ambiguous;
-    result.message = std::to_string(result->candidates.size()) + " poses fit equally well";
-  }
+  conclude(problem, spread, camera, options, converged, result);
   return result;
 }
 

@@ -1719,7 +1719,7 @@ def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLi
       start_s: time at which the first row's exposure begins [s]
       spacing_sigma: rim samples are this many PSF sigmas apart
     """
-def solve_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, solver: str = 'auto', sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] | None = None, largest_misfit: typing.SupportsFloat | typing.SupportsIndex = 10.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 30) -> Fix:
+def solve_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, solver: str = 'auto', sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] | None = None, largest_misfit: typing.SupportsFloat | typing.SupportsIndex = 10.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 1000) -> Fix:
     """
     The most likely pose from points whose names are known, with its covariance.
 
