@@ -163,6 +163,40 @@ TEST(Rigid3, PositionCovarianceIsThatOfPerturbedPositions) {
   EXPECT_LT((stated - sampled).norm() / sampled.norm(), 0.03);
 }
 
+// How far the end of an arc is from that of its tangent, over turns drawn at random.
+Eigen::Matrix3d drawn_arc_moment(const Eigen::Matrix3d& root, const Eigen::Vector3d& arm) {
+  constexpr int count = 200000;
+  Random random(77);
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3d turn = root * test::random_vector(random);
+    const Eigen::Vector3d off = so3_exp(turn) * arm - arm - turn.cross(arm);
+    sum += off * off.transpose() / count;
+  }
+  return sum;
+}
+
+TEST(ArcMoment, IsThatOfTurnsDrawnAtRandom) {
+  const Eigen::Vector3d arm(0.4, -1.1, 2.5);
+  Eigen::Matrix3d round, about_one_axis = Eigen::Matrix3d::Zero();
+  round << 0.06, 0.01, 0, -0.02, 0.05, 0.01, 0, 0.03, 0.04;
+  about_one_axis.col(0) = 0.12 * Eigen::Vector3d(0.6, 0, 0.8);
+  for (const Eigen::Matrix3d& root : {round, about_one_axis}) {
+    const Eigen::Matrix3d drawn = drawn_arc_moment(root, arm);
+    const Eigen::Matrix3d moment = arc_moment(root * root.transpose(), arm);
+    EXPECT_LT((moment - drawn).norm(), 0.04 * drawn.norm()) << moment << "\n\n" << drawn;
+  }
+}
+
+TEST(ArcMoment, VanishesWithTheTurnAndAtThePivot) {
+  const Eigen::Vector3d arm(1, 2, 3);
+  EXPECT_EQ(arc_moment(Eigen::Matrix3d::Zero(), arm), Eigen::Matrix3d::Zero());
+  const Eigen::Matrix3d turn = Eigen::Vector3d(0.1, 0.2, 0.3).asDiagonal();
+  EXPECT_EQ(arc_moment(turn, Eigen::Vector3d::Zero()), Eigen::Matrix3d::Zero());
+  const Eigen::Matrix3d about_arm = 0.01 * arm * arm.transpose();
+  EXPECT_LT(arc_moment(about_arm, arm).norm(), 1e-12);
+}
+
 TEST(LookAt, PutsTheTargetAheadAndUpUpwards) {
   const Eigen::Vector3d position(1, 2, 3), target(4, -1, 2.5), up(0.1, 0, 1);
   const Rigid3 pose = look_at(position, target, up);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -15,6 +16,7 @@
 #include "libocc/core/image_file.hpp"
 #include "libocc/position/locate.hpp"
 #include "rendered_rooms.hpp"
+#include "support.hpp"
 
 namespace occ {
 namespace {
@@ -119,16 +121,22 @@ TEST(RenderedRooms, IrregularLampsAreNamedWithoutCodes) {
 TEST(RenderedRooms, SaturatedLampsStayWithinTwoMillimetres) {
   const std::vector<fs::path> found = test::rendered_rooms("sat_");
   if (found.empty()) GTEST_SKIP() << "rendered rooms are not here";
+  double nees = 0;
   for (const fs::path& path : found) {
     const test::RenderedRoom room = test::read_rendered_room(path);
     const Result<Fix> fix = locate(room.image.view(), room.scene);
     ASSERT_EQ(fix.status, Status::ok) << path.stem() << ": " << fix.message;
-    const double error = (fix->position_m - room.position_m).norm();
+    const Eigen::Vector3d slip = fix->position_m - room.position_m;
+    const double error = slip.norm();
+    nees += slip.dot(fix->position_covariance_m2.ldlt().solve(slip));
     std::printf("%s: error %.3f mm, sigma %.3f mm\n", path.stem().c_str(), 1e3 * error,
                 1e3 * std::sqrt(fix->position_covariance_m2.trace()));
     EXPECT_LE(error, 2e-3) << path.stem();
     for (const auto& [id, blob] : fix->lamps) EXPECT_TRUE(blob.saturated) << "lamp " << id;
   }
+  const auto interval = test::chi2_interval(3.0 * static_cast<double>(found.size()));
+  EXPECT_GT(nees, interval.first);
+  EXPECT_LT(nees, interval.second);
 }
 
 TEST(RenderedRooms, TheSquareIsAmbiguousAndAHeadingPriorSettlesIt) {

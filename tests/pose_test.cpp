@@ -368,6 +368,30 @@ TEST(P3pWithin, FindsTheExactAnswersToo) {
   EXPECT_GE(found, count * 0.999);
 }
 
+TEST(P3pWithin, PosesAreRotationsHoweverThinTheTriangle) {
+  constexpr double noise_rad = 1e-3;
+  Random random(17);
+  for (const double height : {1.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-6}) {
+    int found = 0;
+    for (int i = 0; i < 500; ++i) {
+      Matrix3d points;
+      const double between = random.uniform(-0.8, 0.8);
+      points << -1, between, 1, 0, height, 0, 0, 0, 0;
+      Problem p = make_problem(points, {so3_exp(test::random_vector(random)), {0.3, -0.2, 4}});
+      for (int k = 0; k < 3; ++k) p.bearings.col(k) += noise_rad * test::random_vector(random);
+      p.bearings.colwise().normalize();
+      std::array<Rigid3, 4> poses;
+      const int n = p3p_within(p.bearings, p.points, 0.3, poses);
+      found += n;
+      for (int k = 0; k < n; ++k) {
+        const Matrix3d& r = poses[static_cast<std::size_t>(k)].rotation;
+        EXPECT_LT((r * r.transpose() - Matrix3d::Identity()).norm(), 1e-9) << height;
+      }
+    }
+    EXPECT_GT(found, 500) << height;
+  }
+}
+
 // On the danger cylinder noise makes the double root complex in half of the cases; its real part
 // still is a pose near the truth.
 TEST(P3pWithin, KeepsDoubleRootsUnderNoise) {

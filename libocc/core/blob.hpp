@@ -32,8 +32,9 @@ struct Blob {
   Eigen::Vector2d centroid_px = Eigen::Vector2d::Zero();  ///< best centre: rim fit, PSF or moments
   Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Zero();  ///< of the centroid
   /// How far the centroid, and the rim with it, is off the middle of the lamp's image for a
-  /// relative gradient of its brightness [px per 1/px], as its light was taken to be uniform or the
-  /// centroid is that of its light; zero where the gradient was measured, too.
+  /// relative gradient of its brightness [px per 1/px], as its light was taken to be uniform, the
+  /// centroid is that of its light, or a saturated rim has grown where it is brighter by more; zero
+  /// where the gradient was measured, too.
   Eigen::Matrix2d light_response_px2 = Eigen::Matrix2d::Zero();
   double flux_dn = 0;                  ///< sum of grey levels above the background
   double flux_sigma_dn = 0;            ///< its standard deviation

@@ -5,6 +5,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "libocc/core/abi.hpp"
 
@@ -13,7 +14,7 @@ namespace occ {
 /// Throws std::invalid_argument "`name` must be `rule`, got `value`" unless `holds`. Write ranges
 /// so that NaN fails: `require(radius_m > 0, "radius_m", radius_m, "positive")`.
 template <typename T>
-void require(bool holds, const std::string& name, const T& value, const std::string& rule) {
+void require(bool holds, std::string_view name, const T& value, std::string_view rule) {
   if (holds) return;
   std::ostringstream text;
   text << name << " must be " << rule << ", got " << value;
@@ -22,10 +23,10 @@ void require(bool holds, const std::string& name, const T& value, const std::str
 
 /// Throws naming the first column that holds NaN or infinity.
 template <typename Matrix>
-void require_finite(const Matrix& columns, const std::string& name) {
+void require_finite(const Matrix& columns, std::string_view name) {
   if (columns.allFinite()) return;
   for (decltype(columns.cols()) i = 0; i < columns.cols(); ++i)
-    require(columns.col(i).allFinite(), name + "[" + std::to_string(i) + "]",
+    require(columns.col(i).allFinite(), std::string(name) + "[" + std::to_string(i) + "]",
             columns.col(i).transpose(), "finite");
 }
 

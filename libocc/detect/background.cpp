@@ -117,35 +117,37 @@ double quantisation_step(const Samples& lanes) {
 
 }  // namespace
 
-Background::Background(const ImageView& image, const Sensor* sensor)
-    : mesh_px_(mesh_size(image.width, image.height)),
-      columns_((image.width + mesh_px_ - 1) / mesh_px_),
-      rows_((image.height + mesh_px_ - 1) / mesh_px_) {
-  const std::size_t meshes = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
-  level_.resize(meshes);
-  noise_.resize(meshes);
+Background::Background(const ImageView& image, const Sensor* sensor) {
+  Meshes& m = meshes_;
+  m.size_px = mesh_size(image.width, image.height);
+  m.columns = (image.width + m.size_px - 1) / m.size_px;
+  m.rows = (image.height + m.size_px - 1) / m.size_px;
+  const std::size_t count = static_cast<std::size_t>(m.columns) * static_cast<std::size_t>(m.rows);
+  m.level.resize(count);
+  m.noise.resize(count);
   Samples sorted;
-  for (auto& lanes : sorted) lanes.resize(meshes);
+  for (auto& lanes : sorted) lanes.resize(count);
   visit_pixels(image,
-               [&](const auto& pixels) { sample(pixels, mesh_px_, columns_, rows_, sorted); });
+               [&](const auto& pixels) { sample(pixels, m.size_px, m.columns, m.rows, sorted); });
   const double step = image.type == PixelType::u16 ? quantisation_step(sorted) : 1;
-  sort_lanes(sorted, meshes);
-  for (std::size_t i = 0; i < meshes; ++i) {
+  sort_lanes(sorted, count);
+  for (std::size_t i = 0; i < count; ++i) {
     float sum = 0;
     for (std::size_t rank = 3; rank <= 9; ++rank) sum += sorted[rank][i];
     const float median = 0.5f * (sorted[7][i] + sorted[8][i]);
-    noise_[i] = (median - sorted[2][i]) / lower_spread;
-    level_[i] = sum / 7 - level_bias * noise_[i];
+    m.noise[i] = (median - sorted[2][i]) / lower_spread;
+    m.level[i] = sum / 7 - level_bias * m.noise[i];
   }
-  median_filter(level_, columns_, rows_);
-  median_filter(noise_, columns_, rows_);
-  for (std::size_t i = 0; i < level_.size(); ++i) {
+  fill_bright_bodies(image, floor_dn * step, m);
+  median_filter(m.level, m.columns, m.rows);
+  median_filter(m.noise, m.columns, m.rows);
+  for (std::size_t i = 0; i < count; ++i) {
     double floor = floor_dn * step;
     if (sensor && sensor->response == Response::linear) {
-      const double signal_e = (level_[i] - sensor->black_level_dn) / sensor->gain_dn_per_e;
+      const double signal_e = (m.level[i] - sensor->black_level_dn) / sensor->gain_dn_per_e;
       floor = std::max(floor, sensor->noise_dn(std::max(0.0, signal_e)));
     }
-    noise_[i] = std::max(noise_[i], static_cast<float>(floor));
+    m.noise[i] = std::max(m.noise[i], static_cast<float>(floor));
   }
 }
 
@@ -166,19 +168,19 @@ Between between(double pixel, double meshes_per_px, int count) {
 }  // namespace
 
 void Background::row(double y, double x, double step, std::vector<Local>& out) const {
-  const double meshes_per_px = 1.0 / mesh_px_;
-  const Between v = between(y, meshes_per_px, rows_);
-  const auto upper = static_cast<std::size_t>(v.low * columns_);
-  const auto lower = static_cast<std::size_t>(v.high * columns_);
-  std::vector<Local> line(static_cast<std::size_t>(columns_));  // of the meshes' centres
+  const double meshes_per_px = 1.0 / meshes_.size_px;
+  const Between v = between(y, meshes_per_px, meshes_.rows);
+  const auto upper = static_cast<std::size_t>(v.low * meshes_.columns);
+  const auto lower = static_cast<std::size_t>(v.high * meshes_.columns);
+  std::vector<Local> line(static_cast<std::size_t>(meshes_.columns));  // of the meshes' centres
   for (std::size_t c = 0; c < line.size(); ++c) {
     const auto blend = [&](const std::vector<float>& mesh) {
       return (1 - v.weight) * mesh[upper + c] + v.weight * mesh[lower + c];
     };
-    line[c] = {blend(level_), blend(noise_)};
+    line[c] = {blend(meshes_.level), blend(meshes_.noise)};
   }
   for (Local& local : out) {
-    const Between u = between(x, meshes_per_px, columns_);
+    const Between u = between(x, meshes_per_px, meshes_.columns);
     const Local& left = line[static_cast<std::size_t>(u.low)];
     const Local& right = line[static_cast<std::size_t>(u.high)];
     local = {(1 - u.weight) * left.level_dn + u.weight * right.level_dn,

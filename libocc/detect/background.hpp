@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Internal: background level and noise of an image on a coarse mesh, from few pixels and their
-// order statistics, so that lamps up to about two meshes wide leave no trace in it.
+// order statistics: lamps up to about two meshes wide leave no trace in it, larger ones are looked
+// for.
 #pragma once
 
 #include <vector>
 
 #include "libocc/core/image.hpp"
+#include "libocc/detect/bright_bodies.hpp"
 #include "libocc/radiometry/sensor.hpp"
 
 namespace occ::detecting {
@@ -28,9 +30,7 @@ class Background {
   static constexpr double floor_dn = 0.5;
 
  private:
-  int mesh_px_ = 0;
-  int columns_ = 0, rows_ = 0;
-  std::vector<float> level_, noise_;
+  Meshes meshes_;
 };
 
 }  // namespace occ::detecting

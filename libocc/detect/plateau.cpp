@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "libocc/detect/normal_table.hpp"
+#include "libocc/detect/plateau_sums.hpp"
 
 namespace occ::detecting {
 namespace {
@@ -17,118 +17,106 @@ namespace {
 constexpr double clear_sigmas = 1.5;  // of blur inside the rim: 93 % of the light is there
 constexpr int least_pixels = 4, plane_pixels = 30, paraboloid_pixels = 200;
 // From here on the cubic terms of the light of a wide view move the centre by more than their own
-// noise does.
-constexpr int cubic_pixels = 15000;
+// noise does, then those of higher degree.
+constexpr int cubic_pixels = 15000, quintic_pixels = 40000;
+constexpr double ring_hollow = 0.8;    // inner over outer size of the ring that bears a quintic
+constexpr double least_visible = 0.5;  // of the ring; what is left of a lamp that the border cuts
 
-constexpr std::size_t terms = 10;
-constexpr std::array<std::size_t, terms> u_power = {0, 1, 0, 2, 1, 0, 3, 2, 1, 0};
-constexpr std::array<std::size_t, terms> v_power = {0, 0, 1, 0, 1, 2, 0, 1, 2, 3};
+constexpr int terms_of(int degree) { return (degree + 1) * (degree + 2) / 2; }
+constexpr int most_terms = terms_of(Plateau::most_degree);
 
-double square(double v) { return v * v; }
+struct Powers {
+  int u, v;
+};
 
-/// Part of the light that the blur of the rim leaves to a pixel inside.
-class Cover {
+/// 1, u, v, u^2, u v, v^2, u^3 ...
+constexpr std::array<Powers, most_terms> powers_of_terms() {
+  std::array<Powers, most_terms> out{};
+  std::size_t k = 0;
+  for (int degree = 0; degree <= Plateau::most_degree; ++degree)
+    for (int v = 0; v <= degree; ++v) out[k++] = {degree - v, v};
+  return out;
+}
+constexpr std::array<Powers, most_terms> term_powers = powers_of_terms();
+
+using Terms = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_terms, 1>;
+using TermsSquared =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_terms, most_terms>;
+
+template <int Degree>
+TermsSquared normal_matrix(const Sums<Degree>& sums, int used) {
+  TermsSquared normal(used, used);
+  for (int a = 0; a < used; ++a) {
+    const Powers& i = term_powers[static_cast<std::size_t>(a)];
+    for (int b = 0; b < used; ++b) {
+      const Powers& j = term_powers[static_cast<std::size_t>(b)];
+      normal(a, b) = sums.power[i.u + j.u][i.v + j.v];
+    }
+  }
+  return normal;
+}
+
+template <int Degree>
+Terms right_side(const Sums<Degree>& sums, int used) {
+  Terms right(used);
+  for (int a = 0; a < used; ++a) {
+    const Powers& i = term_powers[static_cast<std::size_t>(a)];
+    right[a] = sums.signal[i.u][i.v];
+  }
+  return right;
+}
+
+/// How the terms add up along the part of the rim that is in view, `depth_px` inside: in the mean
+/// level, and in the slope that fits the levels best.
+class RimView {
  public:
-  Cover(const Conic& conic, double blur_px)
-      : xx_(conic.shape(0, 0)),
-        xy_(conic.shape(0, 1)),
-        yy_(conic.shape(1, 1)),
-        determinant_(conic.shape.determinant()),
-        blur_(blur_px) {}
+  RimView(const Patch& patch, const Conic& conic, double depth_px, double scale, int used)
+      : mean_(Terms::Zero(used)), by_place_(used, 2) {
+    const Eigen::Matrix2d root = conic.shape.llt().matrixU();
+    const Eigen::Matrix2d of_circle = root.inverse();
+    Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
+    by_place_.setZero();
+    for (int k = 0; k < points; ++k) {
+      const double angle = 2 * M_PI * k / points;
+      const Eigen::Vector2d edge = of_circle * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+      const Eigen::Vector2d at = edge - depth_px * (conic.shape * edge).normalized();
+      const Eigen::Vector2d px = conic.centre + at;
+      if (!patch.contains(static_cast<int>(px.x()), static_cast<int>(px.y()))) continue;
+      const Terms terms = terms_at(at * scale, used);
+      ++seen_;
+      mean_ += terms;
+      spread += at * at.transpose();
+      by_place_ += terms * at.transpose();
+    }
+    if (empty()) return;
+    mean_ /= seen_;
+    by_place_ = by_place_ * spread.inverse();
+  }
 
-  /// (dx, dy): from the ellipse's centre. The distance is that of the rim on the ray through the
-  /// pixel, along the normal there; blur moves the edge of a convex shape inwards by half its
-  /// curvature times the blur squared.
-  double operator()(double dx, double dy) const {
-    const double out_x = xx_ * dx + xy_ * dy, out_y = xy_ * dx + yy_ * dy;
-    const double form = out_x * dx + out_y * dy;
-    const double length2 = out_x * out_x + out_y * out_y;
-    // Cheap and sure: (1 - form) / 2 |out| is more than the distance by less than half of it.
-    if (square(1 - form) > square(12 * blur_) * length2) return 1;
-    const double radius = std::sqrt(form), length = std::sqrt(length2);
-    const double distance = radius * (1 - radius) / length;
-    const double curvature = determinant_ * form * radius / (length2 * length);
-    return table_(distance / blur_ - 0.5 * curvature * blur_).below;
+  bool empty() const { return seen_ < 3; }  ///< too few points to tell
+  const Terms& mean() const { return mean_; }
+  const Eigen::Matrix<double, Eigen::Dynamic, 2, 0, most_terms, 2>& slope() const {
+    return by_place_;
   }
 
  private:
-  double xx_, xy_, yy_, determinant_, blur_;
-  const NormalTable& table_ = NormalTable::get();
+  static constexpr int points = 16;
+
+  /// Each degree's terms are those of the one before times u, and the last one times v.
+  static Terms terms_at(const Eigen::Vector2d& uv, int used) {
+    Terms out(used);
+    out[0] = 1;
+    for (int first = 0, count = 1; first + count < used; first += count++) {
+      out.segment(first + count, count) = uv.x() * out.segment(first, count);
+      out[first + 2 * count] = uv.y() * out[first + count - 1];
+    }
+    return out;
+  }
+
+  int seen_ = 0;
+  Terms mean_;
+  Eigen::Matrix<double, Eigen::Dynamic, 2, 0, most_terms, 2> by_place_;
 };
-
-/// Sums over pixels of u^i v^j, and of these times the signal, of a surface of this degree seen
-/// through `cover`.
-template <int Degree>
-struct Sums {
-  static constexpr int powers = 2 * Degree + 1;
-  double power[powers][powers] = {};
-  double signal[Degree + 1][Degree + 1] = {};
-  double squares = 0;
-  int pixels = 0;
-
-  /// A row of pixels from (dx, dy) on; v is common to it, only powers of u are summed.
-  void add_row(const float* row, double dx, double dy, int count, double scale,
-               const Cover& cover) {
-    double u[powers] = {}, s[Degree + 1] = {};
-    for (int i = 0; i < count; ++i, dx += 1) {
-      const double part = cover(dx, dy), at = dx * scale, value = row[i];
-      double area = part * part, seen = part * value;
-      for (int k = 0; k < powers; ++k, area *= at) u[k] += area;
-      for (int k = 0; k <= Degree; ++k, seen *= at) s[k] += seen;
-      squares += value * value;
-    }
-    pixels += count;
-    double factor = 1;
-    for (int j = 0; j < powers; ++j, factor *= dy * scale) {
-      for (int i = 0; i + j < powers; ++i) power[i][j] += factor * u[i];
-      for (int i = 0; i + j <= Degree; ++i) signal[i][j] += factor * s[i];
-    }
-  }
-};
-
-/// Calls f(y, x0, x1) for the rows of pixels inside the ellipse shrunk by a factor.
-template <typename F>
-void for_each_row(const Patch& patch, const Conic& conic, double shrink, F&& f) {
-  const double xx = conic.shape(0, 0), xy = conic.shape(0, 1);
-  const double determinant = conic.shape.determinant();
-  const double half_height = shrink * std::sqrt(xx / determinant);
-  const auto first = [](double v, int low) {
-    return std::max(low, static_cast<int>(std::ceil(v)));
-  };
-  const auto last = [](double v, int high) {
-    return std::min(high, static_cast<int>(std::floor(v)));
-  };
-  const double cx = conic.centre.x(), cy = conic.centre.y();
-  const int y1 = last(cy + half_height, patch.y0() + patch.height() - 1);
-  for (int y = first(cy - half_height, patch.y0()); y <= y1; ++y) {
-    const double dy = y - cy;
-    const double root = std::sqrt(std::max(0.0, shrink * shrink * xx - determinant * dy * dy)) / xx;
-    const double middle = cx - xy * dy / xx;
-    const int x0 = first(middle - root, patch.x0());
-    const int x1 = last(middle + root, patch.x0() + patch.width() - 1);
-    if (x1 >= x0) f(y, x0, x1);
-  }
-}
-
-/// Coefficients of the first `used` terms; returns the variance about the surface.
-template <int Degree>
-double solve(const Sums<Degree>& sums, int used, std::array<double, terms>& coefficients) {
-  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, terms, terms>;
-  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, terms, 1>;
-  Matrix normal(used, used);
-  Vector right(used);
-  for (int a = 0; a < used; ++a) {
-    const auto i = static_cast<std::size_t>(a);
-    right[a] = sums.signal[u_power[i]][v_power[i]];
-    for (int b = 0; b < used; ++b) {
-      const auto j = static_cast<std::size_t>(b);
-      normal(a, b) = sums.power[u_power[i] + u_power[j]][v_power[i] + v_power[j]];
-    }
-  }
-  const Vector solution = normal.ldlt().solve(right);
-  for (int a = 0; a < used; ++a) coefficients[static_cast<std::size_t>(a)] = solution[a];
-  return std::max(0.0, sums.squares - solution.dot(right)) / std::max(1, sums.pixels - used);
-}
 
 }  // namespace
 
@@ -136,41 +124,48 @@ std::optional<Plateau> Plateau::fit(const Patch& patch, const Conic& conic, doub
   const Ellipse ellipse = conic.ellipse();
   const double shrink = 1 - clear_sigmas * blur_px / ellipse.semi_minor_px;
   if (!(shrink > 0)) return std::nullopt;
-  const double area = 3.14159 * ellipse.semi_major_px * ellipse.semi_minor_px * shrink * shrink;
-  return area < cubic_pixels ? fit_surface<2>(patch, conic, blur_px, shrink)
-                             : fit_surface<3>(patch, conic, blur_px, shrink);
+  const double area = M_PI * ellipse.semi_major_px * ellipse.semi_minor_px * shrink * shrink;
+  if (area < cubic_pixels) return fit_surface<2>(patch, conic, blur_px, shrink, 0);
+  if (area < quintic_pixels) return fit_surface<3>(patch, conic, blur_px, shrink, 0);
+  return fit_surface<5>(patch, conic, blur_px, shrink, ring_hollow);
 }
 
 template <int Degree>
 std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const Conic& conic, double blur_px,
-                                            double shrink) {
-  const Ellipse ellipse = conic.ellipse();
+                                            double shrink, double hollow) {
   Plateau plateau;
   plateau.centre_ = conic.centre;
-  plateau.scale_ = 1 / ellipse.semi_major_px;
+  plateau.scale_ = 1 / conic.ellipse().semi_major_px;
   const Cover cover(conic, blur_px);
   Sums<Degree> sums;
-  for_each_row(patch, conic, shrink, [&](int y, int x0, int x1) {
+  for_each_row(patch, conic, shrink, hollow, [&](int y, int x0, int x1) {
     const double dy = y - conic.centre.y();
     sums.add_row(patch.at(x0, y), x0 - conic.centre.x(), dy, x1 - x0 + 1, plateau.scale_, cover);
   });
   if (sums.pixels < least_pixels) return std::nullopt;
-  const int used = Degree == 3                       ? 10
-                   : sums.pixels < plane_pixels      ? 1
-                   : sums.pixels < paraboloid_pixels ? 3
-                                                     : 6;
-  plateau.uniform_ = used == 1;
-  plateau.variance_ = solve(sums, used, plateau.c_);
-  // A line in q = (r / r_most)^2, which is uniform in 0..1 over a disc, carried on to the rim.
-  const double q = square((1 - level_depth * blur_px / ellipse.semi_minor_px) / shrink);
-  plateau.rim_level_variance_ = (used > 3 ? 1 + 12 * square(q - 0.5) : 1) / sums.pixels;
-  if (used > 1) {
-    Eigen::Matrix2d normal;
-    normal << sums.power[2][0], sums.power[1][1], sums.power[1][1], sums.power[0][2];
-    // Cubic terms free the slope at the rim: Zernike's tilt 2 r and coma sqrt(8) (3 r^3 - 2 r).
-    const double freedom = used > 6 ? 1 + 2 * square(3 * q - 2) : 1;
-    plateau.gradient_covariance_ = freedom * plateau.scale_ * plateau.scale_ * normal.inverse();
+  const double ring =
+      M_PI * (shrink * shrink - hollow * hollow) / std::sqrt(conic.shape.determinant());
+  plateau.degree_ = Degree > 3 && sums.pixels < least_visible * ring ? 3
+                    : Degree > 2                                     ? Degree
+                    : sums.pixels < plane_pixels                     ? 0
+                    : sums.pixels < paraboloid_pixels                ? 1
+                                                                     : 2;
+  const int used = terms_of(plateau.degree_);
+  const Terms right = right_side(sums, used);
+  const Eigen::LDLT<TermsSquared> solver(normal_matrix(sums, used));
+  const Terms solution = solver.solve(right);
+  for (int a = 0; a < used; ++a) {
+    const Powers& p = term_powers[static_cast<std::size_t>(a)];
+    plateau.c_[static_cast<std::size_t>(p.u * (most_degree + 1) + p.v)] = solution[a];
   }
+  plateau.variance_ =
+      std::max(0.0, sums.squares - solution.dot(right)) / std::max(1, sums.pixels - used);
+  plateau.level_ = sums.signal[0][0] / sums.power[0][0];
+  const RimView rim(patch, conic, level_depth * blur_px, plateau.scale_, used);
+  if (rim.empty()) return plateau;
+  plateau.rim_level_variance_ = rim.mean().dot(solver.solve(rim.mean()));
+  if (plateau.degree_ > 0)
+    plateau.gradient_covariance_ = rim.slope().transpose() * solver.solve(rim.slope());
   return plateau;
 }
 

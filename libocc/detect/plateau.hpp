@@ -21,28 +21,38 @@ inline constexpr double level_depth = 0.564;
 class Plateau {
  public:
   /// Least squares over the pixels inside the ellipse that the rim's blur leaves most of their
-  /// light: a constant, plane, paraboloid or cubic, whatever the number of pixels bears. Nothing
-  /// when there are hardly any.
+  /// light: a polynomial of degree 0 to 3, whatever the number of pixels bears; of degree 5 over a
+  /// ring along the rim in large discs, across which light falls off by more. Nothing when there
+  /// are hardly any pixels.
   static std::optional<Plateau> fit(const Patch& patch, const Conic& conic, double blur_px);
 
   /// Signal of the unblurred disc at a pixel.
   double operator()(double x, double y) const {
     const double u = (x - centre_.x()) * scale_, v = (y - centre_.y()) * scale_;
-    return c_[0] + u * (c_[1] + u * (c_[3] + u * c_[6]) + v * (c_[4] + u * c_[7] + v * c_[8])) +
-           v * (c_[2] + v * (c_[5] + v * c_[9]));
+    if (degree_ <= 2)  // most lamps, and most of the time
+      return of(0, 0) + u * (of(1, 0) + u * of(2, 0) + v * of(1, 1)) +
+             v * (of(0, 1) + v * of(0, 2));
+    double sum = 0;
+    for (int i = degree_; i >= 0; --i) sum = sum * u + in_v(i, v);
+    return sum;
   }
 
   /// Its gradient there.
   Eigen::Vector2d gradient(double x, double y) const {
     const double u = (x - centre_.x()) * scale_, v = (y - centre_.y()) * scale_;
-    return scale_ *
-           Eigen::Vector2d(
-               c_[1] + u * (2 * c_[3] + 3 * u * c_[6] + 2 * v * c_[7]) + v * (c_[4] + v * c_[8]),
-               c_[2] + v * (2 * c_[5] + 3 * v * c_[9] + 2 * u * c_[8]) + u * (c_[4] + u * c_[7]));
+    double sum = 0, by_u = 0, by_v = 0;
+    for (int i = degree_; i >= 0; --i) {
+      by_u = by_u * u + sum;
+      sum = sum * u + in_v(i, v);
+      double slope = 0;
+      for (int j = degree_ - i; j >= 1; --j) slope = slope * v + j * of(i, j);
+      by_v = by_v * u + slope;
+    }
+    return scale_ * Eigen::Vector2d(by_u, by_v);
   }
 
-  bool uniform() const { return uniform_; }      ///< too few pixels to tell a slope
-  double level() const { return c_[0]; }         ///< at the centre
+  bool uniform() const { return degree_ == 0; }  ///< too few pixels to tell a slope
+  double level() const { return level_; }        ///< mean over the pixels
   double variance() const { return variance_; }  ///< of a pixel about the surface
 
   /// Covariance of the slope that the rim sees [DN per pixel], for a unit variance of the pixels.
@@ -51,15 +61,27 @@ class Plateau {
   /// Variance of the level at the rim, its mean all around, for a unit variance of the pixels.
   double rim_level_variance() const { return rim_level_variance_; }
 
+  static constexpr int most_degree = 5;
+
  private:
+  /// Of u^i v^j.
+  double of(int i, int j) const { return c_[static_cast<std::size_t>(i * (most_degree + 1) + j)]; }
+
+  double in_v(int i, double v) const {
+    double sum = 0;
+    for (int j = degree_ - i; j >= 0; --j) sum = sum * v + of(i, j);
+    return sum;
+  }
+
   template <int Degree>
   static std::optional<Plateau> fit_surface(const Patch& patch, const Conic& conic, double blur_px,
-                                            double shrink);
+                                            double shrink, double hollow);
 
   Eigen::Vector2d centre_ = Eigen::Vector2d::Zero();
   double scale_ = 1;
-  std::array<double, 10> c_{};  // 1, u, v, u^2, u v, v^2, u^3, u^2 v, u v^2, v^3
-  bool uniform_ = true;
+  int degree_ = 0;
+  std::array<double, (most_degree + 1) * (most_degree + 1)> c_{};
+  double level_ = 0;
   double variance_ = 0;
   Eigen::Matrix2d gradient_covariance_ = Eigen::Matrix2d::Zero();
   double rim_level_variance_ = 0;

@@ -31,6 +31,16 @@ struct Tail {
   }
   double decay(double t) const { return slope + 2 * bend * t; }
 
+  /// How far inside the rim the light is that shines there, in the mean. Under a Gaussian blur of
+  /// sigma s at z = t / s the decay is h / s and its growth h (h - z) / s^2, h the normal
+  /// distribution's hazard, and a linear light is as bright as s h further in; h follows from both
+  /// to 0.03.
+  double depth() const {
+    const double ratio = std::max(2 * bend, 0.0) / square(slope);  // (h - z) / h
+    const double hazard = std::clamp(1 / std::sqrt(ratio) - 0.17, 0.2, 5.0);
+    return square(hazard) / slope;
+  }
+
   /// Where the signal is that of the rim's level; the offset is small once the ellipse is right.
   double rim() const { return std::clamp(offset / decay(0.5 * offset / slope), -1.0, 1.0); }
 };
@@ -99,6 +109,16 @@ std::vector<RimPoint> fit_points(const Patch& patch, const Conic& conic, const T
   return points;
 }
 
+/// Where the lamp is brighter its rim grows by more: light that is stronger by a part p is as
+/// bright as the rim p / decay further out. A gradient of the light so moves the rim and its
+/// centre.
+Eigen::Matrix2d light_response(const Rim& rim, const Tail& tail) {
+  std::vector<Eigen::Vector2d> moves;
+  for (const RimPoint& point : rim.points)
+    moves.push_back((point.px - tail.depth() * point.normal - rim.fit.conic.centre) / tail.slope);
+  return centre_response(rim.points, rim.fit.conic, moves);
+}
+
 }  // namespace
 
 std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& component) {
@@ -122,6 +142,7 @@ std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& co
     conic = fit->conic;
     rim.fit = *fit;
     if (settled) {
+      rim.light_response_px2 = light_response(rim, tail);
       widen_sigmas(rim);
       return rim;
     }

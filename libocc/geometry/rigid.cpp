@@ -46,6 +46,22 @@ Eigen::Matrix3d position_covariance(const Rigid3& cam_from_world, const Matrix6&
   return r.transpose() * covariance.bottomRightCorner<3, 3>() * r;
 }
 
+// The arc leaves its tangent by (w (w . a) - a |w|^2) / 2 - |w|^2 w x a / 6 to third order. The
+// first by Isserlis' theorem for the fourth moments of a Gaussian; the second as if w had one axis,
+// which is no less than it is.
+Eigen::Matrix3d arc_moment(const Eigen::Matrix3d& turn, const Eigen::Vector3d& arm) {
+  const Eigen::Vector3d along = turn * arm;
+  const double trace = turn.trace();
+  const Eigen::Vector3d mixed = trace * along + 2 * (turn * along);
+  const Eigen::Matrix3d crossed = mixed * arm.transpose();
+  const Eigen::Matrix3d across = skew(arm) * turn * skew(arm).transpose();
+  const Eigen::Matrix3d moment =
+      0.25 * (arm.dot(along) * turn + 2 * along * along.transpose() - 2 * crossed +
+              (trace * trace + 2 * turn.squaredNorm()) * arm * arm.transpose()) +
+      15.0 / 36 * trace * trace * across;
+  return 0.5 * (moment + moment.transpose());  // crossed is half of a symmetric sum
+}
+
 Rigid3 look_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target,
                const Eigen::Vector3d& up) {
   const Eigen::Vector3d view = target - position;

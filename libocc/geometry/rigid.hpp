@@ -50,6 +50,12 @@ LIBOCC_API Vector6 difference(const Rigid3& to, const Rigid3& from);
 LIBOCC_API Eigen::Matrix3d position_covariance(const Rigid3& cam_from_world,
                                                const Matrix6& covariance);
 
+/// Turned by w of covariance `turn`, a point at `arm` from the pivot moves by w x arm and on an
+/// arc: the second moment of how far the arc leads from that tangent. Added to the covariance of
+/// the translation, it covers what a covariance cannot follow where the turn about something far
+/// away is hardly known.
+LIBOCC_API Eigen::Matrix3d arc_moment(const Eigen::Matrix3d& turn, const Eigen::Vector3d& arm);
+
 /// Camera that stands at `position` and looks at `target`; the image's up direction is as near to
 /// `up` as it can be. Throws std::invalid_argument when target == position or the view is along
 /// `up`.

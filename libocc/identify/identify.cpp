@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "libocc/core/require.hpp"
+#include "libocc/identify/line_turns.hpp"
 #include "libocc/identify/search.hpp"
 
 namespace occ {
@@ -60,8 +61,32 @@ bool may_be_chance(const Identification& found, const naming::Problem& problem) 
   return whole < problem.sightings.size() && found.chance > largest_chance;
 }
 
-void judge(Result<Identification>& result, const naming::Problem& problem, std::size_t count,
-           bool cut_short) {
+// The hypotheses, all of them plausible or with more dark lamps than the best; none where a turn
+// about a line of lamps is open and no prior closes it.
+void list(const std::vector<naming::Explanation>& found, const naming::Problem& problem,
+          Result<Identification>& result) {
+  const IdentifyOptions& options = *problem.options;
+  const bool prior = options.prior && !options.prior->empty();
+  for (const naming::Explanation& e : found) {
+    const naming::Explanation& best = found.front();
+    const int more = std::clamp(e.missed - best.missed, 0, more_dark);
+    if (e.chi2 > best.chi2 + plausible_chi2 + more * options.miss_penalty) continue;
+    result.value.hypotheses.push_back(to_hypothesis(problem, e));
+    if (prior || !on_a_line(problem, e.pairs, e.estimate.pose, e.attached)) continue;
+    result.value.hypotheses.clear();
+    result.status = Status::degenerate;
+    result.message =
+        "as far as can be seen the lamps are on one line: a pose cannot be told from its turns "
+        "about it";
+    return;
+  }
+}
+
+void judge(Result<Identification>& result, const naming::Problem& problem, bool cut_short) {
+  const std::vector<Hypothesis>& hypotheses = result->hypotheses;
+  const auto count = std::count_if(hypotheses.begin(), hypotheses.end(), [&](const Hypothesis& h) {
+    return h.chi2 <= hypotheses.front().chi2 + plausible_chi2;
+  });
   std::ostringstream text;
   if (count == 0) {
     result.status = Status::no_pose;
@@ -119,16 +144,8 @@ Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& sce
   search.run();
   result.value.tried = search.tried();
   result.value.chance = search.chance();
-  const naming::Explanation* best = search.found().empty() ? nullptr : &search.found().front();
-  std::size_t plausible = 0;
-  for (const naming::Explanation& e : search.found()) {
-    const int more = std::clamp(e.missed - best->missed, 0, more_dark);
-    const double allowed = best->chi2 + plausible_chi2;
-    if (e.chi2 > allowed + more * options.miss_penalty) continue;
-    plausible += e.chi2 <= allowed;
-    result.value.hypotheses.push_back(to_hypothesis(problem, e));
-  }
-  judge(result, problem, plausible, search.cut_short());
+  list(search.found(), problem, result);
+  if (result.ok()) judge(result, problem, search.cut_short());
   return result;
 }
 

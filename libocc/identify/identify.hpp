@@ -56,9 +56,10 @@ struct Identification {
 /// 1/1000 of the best of them; those that only miss more lamps (up to three: they are switched in
 /// groups) are listed, too. Status: ok (one plausible), ambiguous (several), too_few_lamps (fewer
 /// than three whole blobs or lamps), no_pose (nothing explains four blobs, or three that are named,
-/// backed by a prior or all there are), degenerate (all lamps on a line). Throws
-/// std::invalid_argument for options out of range and blobs that are not finite; the scene must be
-/// valid.
+/// backed by a prior or all there are), degenerate (all lamps on a line; without a prior also when
+/// those that explain the blobs are on one as far as the blobs' errors and model_sigma_px let that
+/// be seen). Throws std::invalid_argument for options out of range and blobs that are not finite;
+/// the scene must be valid.
 LIBOCC_API Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& scene,
                                            const IdentifyOptions& options = {});
 

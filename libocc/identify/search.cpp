@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/identify/line_turns.hpp"
 #include "libocc/identify/visibility.hpp"
 #include "libocc/pose/p3p.hpp"
 
@@ -185,12 +186,16 @@ std::vector<PoseEstimate> Search::seeds_of(const Naming& naming) const {
   const double gate2 = problem_.options->gate_sigma * problem_.options->gate_sigma;
   const std::vector<Pair> triple(naming.begin(), naming.end());
   std::vector<PoseEstimate> seeds;
+  const auto add = [&](const Rigid3& pose) {
+    if (!looks_right(problem_, naming, pose)) return;
+    PoseEstimate seed = assess_pose(problem_, triple, pose);
+    if (seed.chi2 > gate2) seed = fit_pose(problem_, triple, pose);
+    if (seed.chi2 <= gate2) seeds.push_back(seed);
+  };
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-    if (!looks_right(problem_, naming, poses[i])) continue;
-    PoseEstimate seed = assess_pose(problem_, triple, poses[i]);
-    if (seed.chi2 > gate2) seed = fit_pose(problem_, triple, poses[i]);
-    if (seed.chi2 > gate2) continue;
-    seeds.push_back(seed);
+    add(poses[i]);
+    if (!prior_ || !on_a_line(problem_, triple, poses[i])) continue;
+    for (const Rigid3& turned : turns_by_prior(problem_, naming, poses[i])) add(turned);
   }
   return seeds;
 }
@@ -227,7 +232,8 @@ void Search::merge_and_rank() {
   std::vector<Explanation> distinct;
   for (const Explanation& e : found_) {
     const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const Explanation& d) {
-      return squared_sigmas(e.estimate.pose, d.estimate) < same_pose_chi2;
+      return same_pairs(e.pairs, d.pairs) &&
+             squared_sigmas(e.estimate.pose, d.estimate) < same_pose_chi2;
     });
     if (!known && rivals(e) && distinct.size() < max_kept) distinct.push_back(e);
   }

@@ -82,6 +82,13 @@ void pose_of(const Corners& c, const Eigen::Matrix3d& bearings, const Eigen::Mat
   pose.translation = corner(anchor) - pose.rotation * points.col(c.order[anchor]);
 }
 
+// The farthest corner's distance in heights of the triangle over its longest side.
+double heights_away(const Corners& c, const double depth[3]) {
+  return std::max(std::max(depth[0], depth[1]), depth[2]) * c.unit * c.inverse_height;
+}
+
+constexpr double inexact = 50;  // heights from where on rounding shows in the frame
+
 bool reproduces(const Rigid3& pose, const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points,
                 double tolerance_rad) {
   for (int i = 0; i < 3; ++i) {
@@ -116,17 +123,16 @@ int p3p(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points_in_world,
   poses.clear();
   Corners corners;
   if (!make_corners(bearings, points_in_world, corners)) return 0;
-  // In heights of the triangle: its size, and its distance, from where on rounding shows in a
-  // frame, and from where on the distances' equations hardly see the height.
-  constexpr double flat = 300, inexact = 50, far = 1000;
+  // In heights of the triangle: its size, and its distance, from where on the distances' equations
+  // hardly see the height.
+  constexpr double flat = 300, far = 1000;
   Root roots[three_points::max_roots];
   const bool is_flat = corners.unit * corners.inverse_height > flat;
   const int count = three_points::find_roots(corners.triangle, is_flat, roots);
   Rigid3 pose;
   for (int i = 0; i < count; ++i) {
     const double* d = roots[i].depth;
-    const double heights =
-        std::max(std::max(d[0], d[1]), d[2]) * corners.unit * corners.inverse_height;
+    const double heights = heights_away(corners, d);
     pose_of(corners, bearings, points_in_world, d, heights < inexact, pose);
     if (is_flat || heights > far) sharpen_about_centroid(bearings, points_in_world, pose);
     if (is_flat && is_among(pose, poses)) continue;
@@ -155,7 +161,8 @@ int p3p_within(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points_in
   std::size_t kept = 0;
   for (int i = 0; i < count; ++i) {
     const Root& root = roots[i];
-    pose_of(corners, bearings, points_in_world, root.depth, root.real, poses[kept]);
+    const bool exact = root.real && heights_away(corners, root.depth) < inexact;
+    pose_of(corners, bearings, points_in_world, root.depth, exact, poses[kept]);
     kept += reproduces(poses[kept], bearings, points_in_world, tolerance_rad);
   }
   return static_cast<int>(kept);

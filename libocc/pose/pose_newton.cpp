@@ -12,9 +12,15 @@
 namespace occ {
 namespace {
 
-Eigen::Vector3d point_from_origin(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& origins,
-                                  const Rigid3& pose, Eigen::Index i) {
-  Eigen::Vector3d x = pose * Eigen::Vector3d(points.col(i));
+inline Eigen::Vector3d point_from_origin(const Eigen::Matrix3Xd& points,
+                                         const Eigen::Matrix3Xd& origins, const Rigid3& pose,
+                                         Eigen::Index i) {
+  // By hand: a pose that was just stored number by number loads slowly in pairs.
+  const double *r = pose.rotation.data(), *t = pose.translation.data();
+  const double* p = points.data() + 3 * i;
+  Eigen::Vector3d x(r[0] * p[0] + r[3] * p[1] + r[6] * p[2] + t[0],
+                    r[1] * p[0] + r[4] * p[1] + r[7] * p[2] + t[1],
+                    r[2] * p[0] + r[5] * p[1] + r[8] * p[2] + t[2]);
   if (origins.cols() > 0) x -= origins.col(i);
   return x;
 }
@@ -48,10 +54,11 @@ double misfit_rad(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& poin
   double worst2 = 0;
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     const Eigen::Vector3d x = point_from_origin(points, origins, pose, i);
-    const Eigen::Vector3d bearing = bearings.col(i);
-    const double along = bearing.dot(x);
+    const double* b = bearings.data() + 3 * i;
+    const double along = b[0] * x[0] + b[1] * x[1] + b[2] * x[2];
     if (!(along > 0)) return std::numeric_limits<double>::infinity();
-    const double tangent2 = (x - along * bearing).squaredNorm() / (along * along);
+    const double off[3] = {x[0] - along * b[0], x[1] - along * b[1], x[2] - along * b[2]};
+    const double tangent2 = (off[0] * off[0] + off[1] * off[1] + off[2] * off[2]) / (along * along);
     if (!(tangent2 <= worst2)) worst2 = tangent2;
   }
   return std::sqrt(worst2);
@@ -60,14 +67,15 @@ double misfit_rad(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& poin
 void sharpen(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
              const Eigen::Matrix3Xd& origins, int max_steps, Rigid3& pose) {
   // At rounding's level the misfit cannot tell a better pose: one more step is as good as it gets.
+  // After a step as small as the root of rounding there is none: what it leaves is its square.
   constexpr double rounding = 5e-16;
   double misfit = misfit_rad(bearings, points, origins, pose);
   bool last = false;
   for (int i = 0; i < max_steps && !last; ++i) {
-    last = misfit < rounding;
     const Vector6 step = points.cols() == 3
                              ? newton_step<6>(bearings, points, origins, pose)
                              : newton_step<Eigen::Dynamic>(bearings, points, origins, pose);
+    last = misfit < rounding || step.squaredNorm() < rounding;
     // The turn is about the points' origin: the translation is not turned.
     const Rigid3 moved{so3_exp(step.head<3>()) * pose.rotation, pose.translation + step.tail<3>()};
     const double after = misfit_rad(bearings, points, origins, moved);

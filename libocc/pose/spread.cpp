@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/pose/spread.hpp"
 //
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -61,6 +62,14 @@ bool on_a_line(const Eigen::Matrix3Xd& points, const Triple& chosen, double offs
   const Eigen::Vector3d b = points.col(chosen[2]) - points.col(chosen[0]);
   const double size = std::sqrt(std::max(a.squaredNorm(), b.squaredNorm()));
   return !(a.cross(b).norm() > size * std::max(thinnest * size, rounding * offset));
+}
+
+double height_over_line(const Eigen::Matrix3Xd& points) {
+  const Eigen::Vector3d middle = points.rowwise().mean();
+  const Eigen::Matrix3Xd about = points.colwise() - middle;
+  const Eigen::Matrix3d scatter = about * about.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, eigen.eigenvalues().head<2>().sum()));
 }
 
 std::vector<Triple> triples_to_try(const Eigen::Matrix3Xd& points,

@@ -20,6 +20,14 @@ Triple spread_triple(const Eigen::Ref<const Eigen::Matrix3Xd>& points);
 /// arithmetic, or of coordinates as far from the world's origin as `offset` (points' unit).
 bool on_a_line(const Eigen::Matrix3Xd& points, const Triple& chosen, double offset);
 
+/// A turn about the line that fits points best rests on how far they are off it. Seen by fewer
+/// sigmas than this, the turn is known to a quarter of a radian at best, and no covariance
+/// describes the pose.
+inline constexpr double least_seen_height = 4;
+
+/// Root of the sum of the points' squared distances from the line that fits them best.
+double height_over_line(const Eigen::Matrix3Xd& points);
+
 /// Triples to try, the best first: all four of four points; otherwise the spread ones of the points
 /// and of the bearings, and of those points that are left.
 std::vector<Triple> triples_to_try(const Eigen::Matrix3Xd& points,

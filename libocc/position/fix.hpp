@@ -11,6 +11,7 @@
 
 #include "libocc/core/blob.hpp"
 #include "libocc/geometry/rigid.hpp"
+#include "libocc/geometry/unknown_covariance.hpp"
 #include "libocc/position/rung_choice.hpp"
 
 namespace occ {
@@ -18,7 +19,7 @@ namespace occ {
 /// One pose that explains the image.
 struct Candidate {
   Rigid3 cam_from_world;
-  Matrix6 covariance = Matrix6::Zero();
+  Matrix6 covariance = unknown_covariance<6>();
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   double rms_px = 0;
   double chi2 = 0;
@@ -30,11 +31,12 @@ struct Timing {
   double detect_s = 0, identify_s = 0, refine_s = 0, total_s = 0;
 };
 
+/// Without candidates pose and position are of no meaning, which their covariances say.
 struct Fix {
   Rigid3 cam_from_world;
-  Matrix6 covariance = Matrix6::Zero();  ///< of cam_from_world, see geometry/rigid.hpp
+  Matrix6 covariance = unknown_covariance<6>();  ///< of cam_from_world, see geometry/rigid.hpp
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< of the camera in the world
-  Eigen::Matrix3d position_covariance_m2 = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d position_covariance_m2 = unknown_covariance<3>();
   double rms_px = 0;
   std::map<int, Blob> lamps;          ///< lamp id -> blob, of the best candidate
   std::vector<Blob> blobs;            ///< everything detected

@@ -38,9 +38,12 @@ struct Ranked {
   std::string message;
   std::vector<Match> matches;
   double variance_factor = 1;
-  bool misfits = false;  // residuals exceed the stated sigmas, and no rim speaks for it
-  double measured = 0;   // chi-square of rims and centroids
-  double assumed = 0;    // chi-square of the prior and of missed lamps
+  const Hypothesis* hypothesis = nullptr;
+  bool fits = false;        // solved, or on its way to an even better fit
+  bool unfinished = false;  // on its way
+  bool misfits = false;     // residuals exceed the stated sigmas, and no rim speaks for it
+  double measured = 0;      // chi-square of rims and centroids
+  double assumed = 0;       // chi-square of the prior and of missed lamps
 };
 
 void set_pose(const Refined& refined, Candidate& candidate) {
@@ -63,6 +66,9 @@ Ranked refine_hypothesis(const Hypothesis& hypothesis, const std::vector<Blob>& 
   ranked.message = refined.message;
   if (refined.ok()) ranked.message = size_contradiction(*refined, blobs, scene);
   if (refined.ok() && !ranked.message.empty()) ranked.status = Status::no_pose;
+  ranked.hypothesis = &hypothesis;
+  ranked.unfinished = refined.status == Status::not_converged && refined->iterations > 0;
+  ranked.fits = ranked.status == Status::ok || ranked.unfinished;
   ranked.variance_factor = refined->variance_factor;
   ranked.misfits =
       refined->variance_factor > 1 &&
@@ -82,27 +88,42 @@ Ranked refine_hypothesis(const Hypothesis& hypothesis, const std::vector<Blob>& 
   return ranked;
 }
 
-/// Solved before unsolved, then more lamps explained, then the better fit.
+/// What fits before what does not, then more lamps explained, then the better fit. One that has not
+/// converged counts by what it has reached: were it passed over, a worse one would be the answer.
 bool better(const Ranked& a, const Ranked& b) {
-  const bool a_ok = a.status == Status::ok, b_ok = b.status == Status::ok;
-  if (a_ok != b_ok) return a_ok;
+  if (a.fits != b.fits) return a.fits;
   if (a.matches.size() != b.matches.size()) return a.matches.size() > b.matches.size();
   return a.measured + a.assumed < b.measured + b.assumed;
 }
 
-/// Keeps the best and what cannot be told from it. A misfit that is common to all (an imperfect
-/// lens or map) says nothing about which one is right, so differences count in units of the best
-/// one's misfit.
-void keep_plausible(std::vector<Ranked>& ranked) {
-  const Ranked best = ranked.front();
+/// Whether one cannot be told from the best. A misfit that is common to all (an imperfect lens or
+/// map) says nothing about which one is right, so differences count in units of the best one's
+/// misfit.
+bool plausible_beside(const Ranked& best, const Ranked& r) {
   const double misfit =
       best.candidate.dof > 0 ? std::max(1.0, best.measured / best.candidate.dof) : 1.0;
-  const auto implausible = [&](const Ranked& r) {
-    const double worse = (r.measured - best.measured) / misfit + r.assumed - best.assumed;
-    return r.status != best.status || r.matches.size() < best.matches.size() ||
-           worse > plausible_chi2;
-  };
-  ranked.erase(std::remove_if(ranked.begin() + 1, ranked.end(), implausible), ranked.end());
+  const double worse = (r.measured - best.measured) / misfit + r.assumed - best.assumed;
+  return r.fits == best.fits && r.matches.size() >= best.matches.size() && worse <= plausible_chi2;
+}
+
+/// Best first. Those that have not converged go on from where they are if they matter.
+void rank(std::vector<Ranked>& ranked, const std::vector<Blob>& blobs, const Scene& scene,
+          LocateOptions options) {
+  constexpr int times_longer = 10;
+  options.refine.max_iterations *= times_longer;
+  while (true) {
+    std::stable_sort(ranked.begin(), ranked.end(), better);
+    const auto next = std::find_if(ranked.begin(), ranked.end(), [&](const Ranked& r) {
+      return r.unfinished && plausible_beside(ranked.front(), r);
+    });
+    if (next == ranked.end()) return;
+    const Hypothesis* const named = next->hypothesis;
+    Hypothesis reached = *named;
+    reached.cam_from_world = next->candidate.cam_from_world;
+    *next = refine_hypothesis(reached, blobs, scene, options);
+    next->hypothesis = named;
+    next->unfinished = false;
+  }
 }
 
 /// Several namings can lead to one pose once every rim is used: the better one stands for it.
@@ -155,8 +176,11 @@ std::vector<Ranked> refine_all(const std::vector<Hypothesis>& hypotheses,
     solved += ranked.back().status == Status::ok;
     if (solved == options.max_candidates) break;
   }
-  std::stable_sort(ranked.begin(), ranked.end(), better);
-  keep_plausible(ranked);
+  rank(ranked, blobs, scene, options);
+  const Ranked best = ranked.front();
+  ranked.erase(std::remove_if(ranked.begin() + 1, ranked.end(),
+                              [&](const Ranked& r) { return !plausible_beside(best, r); }),
+               ranked.end());
   merge_equal_poses(ranked);
   if (image && options.refine.rung == Rung::direct) {
     for (Ranked& r : ranked) refine_by_pixels(blobs, scene, options.refine, *image, r);
@@ -175,8 +199,10 @@ void complete(RungChoice& choice, const Ranked& best) {
 void conclude(const std::vector<Ranked>& ranked, const Result<Identification>& identified,
               Result<Fix>& result) {
   const Ranked& best = ranked.front();
-  result.status = best.status;
-  result.message = best.message;
+  const Ranked& worst = *std::find_if(ranked.begin(), ranked.end() - 1,
+                                      [](const Ranked& r) { return r.status != Status::ok; });
+  result.status = worst.status;
+  result.message = worst.message;
   if (result.ok() && ranked.size() > 1) {
     result.status = Status::ambiguous;
     result.message = ambiguity_message(ranked.size());

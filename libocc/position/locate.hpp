@@ -44,10 +44,11 @@ struct LIBOCC_API LocateOptions {
 
 /// Status: ok; ambiguous (the best candidate is in the fix, all are in `candidates`); no_lamps,
 /// too_few_lamps, no_pose (also when a pose puts the lamps in place but not to size, their names
-/// following from geometry alone), degenerate, not_converged (the fix holds what was found so far);
-/// budget_not_met (one pose, but not within the budget or not to the target as predicted: the best
-/// there is; Fix::choice says what it would take). Throws std::invalid_argument when the image's
-/// size is not the camera's, or the scene or the options do not validate.
+/// following from geometry alone), degenerate (the lamps are seen on a line, see identify),
+/// not_converged (any candidate; the fix holds what was found so far); budget_not_met (one pose,
+/// but not within the budget or not to the target as predicted: the best there is; Fix::choice says
+/// what it would take). Throws std::invalid_argument when the image's size is not the camera's, or
+/// the scene or the options do not validate.
 LIBOCC_API Result<Fix> locate(const ImageView& image, const Scene& scene,
                               const LocateOptions& options = {});
 

@@ -91,16 +91,17 @@ Problem part_of(const Problem& p, const Triple& spread, int count) {
 struct Start {
   Rigid3 pose;
   double chi2 = 0;
+  double lowest = 0;  // chi2 may get, were the fall twice what the normal equations promise
 };
 
 // After one Gauss-Newton step, which tells a branch that leads to a minimum from one that does not.
 Start step_from(const SeenPoints& seen, const Rigid3& pose) {
   const PointEquations e = point_equations(seen, pose);
   const Vector6 step = -e.information.llt().solve(e.gradient);
-  const Start moved{{so3_exp(step.head<3>()) * pose.rotation, pose.translation + step.tail<3>()},
-                    0};
-  const double chi2 = point_chi2(seen, moved.pose);
-  return chi2 < e.chi2 ? Start{moved.pose, chi2} : Start{pose, e.chi2};
+  const double lowest = e.chi2 + 2 * e.gradient.dot(step);
+  const Rigid3 moved{so3_exp(step.head<3>()) * pose.rotation, pose.translation + step.tail<3>()};
+  const double chi2 = point_chi2(seen, moved);
+  return chi2 < e.chi2 ? Start{moved, chi2, lowest} : Start{pose, e.chi2, lowest};
 }
 
 // By a named solver, behind its guard; the status and message are the guard's when it finds
@@ -168,7 +169,12 @@ std::vector<PointFit> fits_of(const Problem& p, const std::vector<Start>& starts
   };
   const auto try_start = [&](const Start& start) {
     if (!plausible(optimism * start.chi2) || known(start.pose)) return;
-    const PointFit fit = fit_points(p.seen, start.pose, max_iterations, tolerance);
+    Start from = start;
+    if (!fits.empty()) {  // a look ahead costs less than a fit
+      from = step_from(p.seen, start.pose);
+      if (!plausible(from.lowest) || known(from.pose)) return;
+    }
+    const PointFit fit = fit_points(p.seen, from.pose, max_iterations, tolerance);
     if (!std::isfinite(fit.equations.chi2) || known(fit.pose)) return;
     best = std::min(best, fit.equations.chi2);
     fits.push_back(fit);
@@ -197,11 +203,26 @@ Candidate candidate_of(const Problem& p, const PointFit& fit) {
   Matrix6 jacobian = Matrix6::Identity();
   jacobian.bottomRightCorner<3, 3>() *= p.frame.size_m;
   jacobian.bottomLeftCorner<3, 3>() = skew(p.frame.size_m * fit.pose.translation);
-  const Matrix6 covariance = fit.equations.information.llt().solve(Matrix6::Identity());
-  c.covariance = variance_factor(c.chi2, c.dof) * jacobian * covariance * jacobian.transpose();
-  c.covariance = 0.5 * (c.covariance + c.covariance.transpose()).eval();
+  // J (L L^T)^-1 J^T as Y^T Y, L Y = J^T: symmetric to the last bit.
+  const Matrix6 y = fit.equations.information.llt().matrixL().solve(jacobian.transpose());
+  c.covariance.noalias() = variance_factor(c.chi2, c.dof) * y.transpose() * y;
+  c.covariance.bottomRightCorner<3, 3>() +=
+      arc_moment(c.covariance.topLeftCorner<3, 3>(), p.frame.size_m * fit.pose.translation);
   c.position_m = c.cam_from_world.origin_in_source();
   return c;
+}
+
+// How far off the line that fits them best the points can be seen from this far away, in sigmas.
+double seen_height(const Problem& p, const Triple& spread, const Camera& camera, double sigma_px,
+                   const Rigid3& pose) {
+  const double focal_px = 0.5 * (camera.fx_px() + camera.fy_px());
+  const double sigmas = focal_px / (sigma_px * pose.translation.norm());
+  // Three of the points are no nearer to any line than this, so all of them are not.
+  const Eigen::Vector3d corner = p.points.col(spread[0]);
+  const Eigen::Vector3d base = p.points.col(spread[1]) - corner;
+  const Eigen::Vector3d side = p.points.col(spread[2]) - corner;
+  const double least = std::sqrt(0.5) * base.cross(side).norm() / base.norm();
+  return sigmas * (sigmas * least > least_seen_height ? least : height_over_line(p.points));
 }
 
 Eigen::Vector3d normal_of(const Eigen::Matrix3Xd& points, const Triple& spread) {
@@ -213,6 +234,31 @@ std::string misfit_message(const Candidate& best, double sigma_px) {
   std::ostringstream text;
   text << "the best pose leaves " << best.rms_px << " px r.m.s. with sigma_px = " << sigma_px;
   return text.str();
+}
+
+void conclude(const Problem& problem, const Triple& spread, const Camera& camera,
+              const SolvePoseOptions& options, bool converged, Result<Fix>& result) {
+  const Candidate& best = result->candidates.front();
+  const double height = seen_height(problem, spread, camera, options.sigma_px,
+                                    problem.frame.normalised(best.cam_from_world));
+  const bool misfits = best.chi2 > options.largest_misfit * std::max(1, best.dof);
+  const double sigmas = misfits ? 1 : std::sqrt(variance_factor(best.chi2, best.dof));
+  if (!best.covariance.allFinite()) {
+    result.status = Status::degenerate;
+    result.message = "the points do not determine the pose";
+  } else if (!(height >= least_seen_height * sigmas)) {
+    result.status = Status::degenerate;
+    result.message = "as far as can be seen the points lie on a line, and any turn about it fits";
+  } else if (misfits) {
+    result.status = Status::no_pose;
+    result.message = misfit_message(best, options.sigma_px);
+  } else if (!converged) {
+    result.status = Status::not_converged;
+    result.message = "stopped after max_iterations = " + std::to_string(options.max_iterations);
+  } else if (result->candidates.size() > 1) {
+    result.status = Status::ambiguous;
+    result.message = std::to_string(result->candidates.size()) + " poses fit equally well";
+  }
 }
 
 }  // namespace
@@ -259,7 +305,7 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
   for (const PointFit& fit : fits_of(problem, *starts, normal, options.max_iterations, dof)) {
     Candidate c = candidate_of(problem, fit);
     c.rms_px = options.sigma_px * std::sqrt(fit.equations.chi2 / static_cast<double>(n));
-    if (result->candidates.empty()) converged = fit.converged;
+    converged = converged && fit.converged;
     result.value.candidates.push_back(c);
   }
   if (result->candidates.empty()) {
@@ -268,20 +314,7 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
     return result;
   }
   take_best(result.value);
-  const Candidate& best = result->candidates.front();
-  if (!best.covariance.allFinite()) {
-    result.status = Status::degenerate;
-    result.message = "the points do not determine the pose";
-  } else if (best.chi2 > options.largest_misfit * dof) {
-    result.status = Status::no_pose;
-    result.message = misfit_message(best, options.sigma_px);
-  } else if (!converged) {
-    result.status = Status::not_converged;
-    result.message = "stopped after max_iterations = " + std::to_string(options.max_iterations);
-  } else if (result->candidates.size() > 1) {
-    result.status = Status::ambiguous;
-    result.message = std::to_string(result->candidates.size()) + " poses fit equally well";
-  }
+  conclude(problem, spread, camera, options, converged, result);
   return result;
 }
 

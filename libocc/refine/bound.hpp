@@ -13,21 +13,22 @@
 #include <vector>
 
 #include "libocc/core/status.hpp"
+#include "libocc/geometry/unknown_covariance.hpp"
 #include "libocc/refine/refine.hpp"
 
 namespace occ {
 
 struct PoseBound {
-  Matrix6 covariance = Matrix6::Zero();  ///< of cam_from_world, see geometry/rigid.hpp
-  Eigen::Matrix3d position_covariance_m2 = Eigen::Matrix3d::Zero();  ///< of the camera's position
+  Matrix6 covariance = unknown_covariance<6>();  ///< of cam_from_world, see geometry/rigid.hpp
+  Eigen::Matrix3d position_covariance_m2 = unknown_covariance<3>();  ///< of the camera's position
   int rank = 0;   ///< directions of the pose that are determined, of 6
   int lamps = 0;  ///< lamps or points that contribute
 };
 
 /// Every function here: status ok; too_few_lamps (fewer than three points or lamps, and they do not
 /// determine the pose); degenerate (the information is singular to 1e-12 of its scale; the message
-/// says its rank). The value is zero where there is no bound, never NaN. A pose that is not finite
-/// throws std::invalid_argument.
+/// says its rank). The covariance is infinite where there is no bound, never NaN. A pose that is
+/// not finite throws std::invalid_argument.
 
 /// From image points: independent errors of sigma_px in x and y. Points outside the camera's domain
 /// are left out. Throws std::invalid_argument for points that are not finite, a sigma that is not

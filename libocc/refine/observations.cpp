@@ -19,8 +19,10 @@ constexpr std::size_t min_rim_points = 5;
 /// growth. Seen on rendered rooms exposed eight times too long; more than the noise of its edge.
 constexpr double saturated_sigma_px = 0.05;
 
-/// Nor do all lamps grow alike: a brighter one grows more.
-constexpr double own_growth_sigma_px = 0.3;
+/// Nor do all lamps grow alike: the brighter one looks, by its power and from where it is seen, the
+/// further out the blur of its rim is bright. So much ln of its light is uncertain.
+constexpr double brightness_sigma = 0.5;
+constexpr double own_growth_sigma_px = 0.3;  // where the blob does not say how it answers to light
 
 void check_match(const Match& match, std::size_t lamp_count, std::size_t blob_count) {
   const auto inside = [](int i, std::size_t n) {
@@ -41,6 +43,14 @@ void check_axes(const Lamp& lamp) {
   require(is_unit(lamp.normal), name + ": normal", lamp.normal.transpose(), rule);
   if (lamp.shape != LampShape::rectangle) return;
   require(is_unit(lamp.x_axis), name + ": x_axis", lamp.x_axis.transpose(), rule);
+}
+
+/// Variance of a saturated rim's own growth.
+double own_growth_variance_px2(const Blob& blob) {
+  if (!blob.saturated) return 0;
+  const double size_px = 0.5 * (blob.ellipse.semi_major_px + blob.ellipse.semi_minor_px);
+  const double response_px = 0.5 * blob.light_response_px2.trace() / size_px;  // to ln of light
+  return std::pow(response_px > 0 ? brightness_sigma * response_px : own_growth_sigma_px, 2);
 }
 
 bool uses_rim(const Lamp& lamp, const Blob& blob, const RefineOptions& options) {
@@ -186,10 +196,9 @@ Observations observe(const std::vector<Match>& matches, const std::vector<Blob>&
     check_axes(lamp);
     LampObservation observation{&lamp, &blob};
     const double model_variance = options.model_sigma_px * options.model_sigma_px;
-    const double own_growth_px = blob.saturated ? own_growth_sigma_px : 0;
     observation.common_covariance_px2 = blob.rim_covariance_px2;
     observation.common_covariance_px2.diagonal() +=
-        Eigen::Vector3d(own_growth_px * own_growth_px, model_variance, model_variance);
+        Eigen::Vector3d(own_growth_variance_px2(blob), model_variance, model_variance);
     if (uses_rim(lamp, blob, options)) {
       observe_rim(match, blob, scene.camera, observation, all.rim);
       all.rims_grow = all.rims_grow || blob.saturated;

@@ -230,7 +230,10 @@ void conclude(const Minimum& minimum, const RefineOptions& options, Result<Refin
     return;
   }
   result.value.variance_factor = variance_factor(minimum.normal.robust_chi2, result->dof);
-  result.value.covariance = result->variance_factor * pose.covariance;
+  Matrix6& covariance = result.value.covariance;
+  covariance = result->variance_factor * pose.covariance;
+  covariance.bottomRightCorner<3, 3>() +=
+      arc_moment(covariance.topLeftCorner<3, 3>(), minimum.pivot);
   if (minimum.converged) return;
   result.status = Status::not_converged;
   result.message = "still moving after " + std::to_string(options.max_iterations) + " iterations";

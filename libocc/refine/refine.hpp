@@ -12,12 +12,14 @@
 //   - optionally its flux against Lambertian intensity, powers known with a sigma or up to a common
 //   factor.
 // Rims of saturated lamps have grown by an unknown common amount (prior sigma 2 px), which is
-// estimated along; each besides by its own (0.3 px) and unevenly (0.05 px).
+// estimated along; each besides by its own (as its light is known to half an e-fold only) and
+// unevenly (0.05 px).
 // Residuals are whitened. A lamp that contradicts all the others (Baarda's data snooping, chance of
 // one in a thousand) is left out, which takes five lamps or a prior; stray rim points and fluxes
 // are weighted down (Huber). The covariance is (J^T J)^-1 of the whitened problem: it is right when
 // the stated sigmas are. Where the residuals are larger than these allow (a chance of one in a
 // thousand), it is multiplied by the variance factor chi2 / dof (Gauss's a posteriori variance).
+// What the arc of a turn about the lamps adds to the translation (arc_moment) is contained.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -29,6 +31,7 @@
 #include "libocc/core/image.hpp"
 #include "libocc/core/status.hpp"
 #include "libocc/geometry/rigid.hpp"
+#include "libocc/geometry/unknown_covariance.hpp"
 #include "libocc/pose/match.hpp"
 #include "libocc/scene/prior.hpp"
 #include "libocc/scene/scene.hpp"
@@ -78,9 +81,10 @@ struct LampResidual {
 
 struct Refined {
   Rigid3 cam_from_world;
-  Matrix6 covariance = Matrix6::Zero();  ///< see geometry/rigid.hpp for order and perturbation
-  double chi2 = 0;  ///< whitened, robust; prior and lamps that were left out included
-  int dof = 0;      ///< observations minus parameters
+  Matrix6 covariance =
+      unknown_covariance<6>();  ///< see geometry/rigid.hpp for order and perturbation
+  double chi2 = 0;              ///< whitened, robust; prior and lamps that were left out included
+  int dof = 0;                  ///< observations minus parameters
   double variance_factor =
       1;              ///< the covariance contains it; 1 unless chi2 is too large to be chance
   double rms_px = 0;  ///< of centre residuals over lamps

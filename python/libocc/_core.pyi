@@ -1328,7 +1328,8 @@ class Fix:
     """
     Where the camera was: the answer of locate().
 
-    What was found so far is there even when the fix is not ok: look at status and message.
+    What was found so far is there even when the fix is not ok: look at status and message. Without
+    candidates there is no pose: its covariance is infinite.
     """
     def __repr__(self) -> str:
         ...
@@ -1612,13 +1613,14 @@ def look_at(position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, 
     >>> (pose @ [0.5, 0.25, 3, 1]).round(9).tolist()
     [-0.5, -0.25, 2.0, 1.0]
     """
-def p3p(bearings: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"], points_in_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"]) -> numpy.typing.NDArray[numpy.float64]:
+def p3p(bearings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_in_world: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"]) -> numpy.typing.NDArray[numpy.float64]:
     """
     All poses from which three known points are seen along three bearings.
 
     bearings: (3, 3), a unit vector (camera frame) in each row. points_in_world: (3, 3), a point [m] in
     each row. Returns: (k, 4, 4) candidates for cam_from_world, k from 0 to 4, in no order: all fit.
-    Raises: ValueError for numbers that are not finite or bearings that are not unit.
+    Raises: ValueError for another number of points, numbers that are not finite or bearings that are
+    not unit.
     """
 @typing.overload
 def pose_bound(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], rung: Rung = Rung.direct, flux: FluxModel = FluxModel.ignore) -> PoseBound:
@@ -1719,7 +1721,7 @@ def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLi
       start_s: time at which the first row's exposure begins [s]
       spacing_sigma: rim samples are this many PSF sigmas apart
     """
-def solve_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, solver: str = 'auto', sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] | None = None, largest_misfit: typing.SupportsFloat | typing.SupportsIndex = 10.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 30) -> Fix:
+def solve_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, solver: str = 'auto', sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] | None = None, largest_misfit: typing.SupportsFloat | typing.SupportsIndex = 10.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 1000) -> Fix:
     """
     The most likely pose from points whose names are known, with its covariance.
 

@@ -82,11 +82,14 @@ def choice_dict(choice: RungChoice | None) -> dict[str, Any] | None:
 def fix_dict(fix: Fix) -> dict[str, Any]:
     """A fix as plain data."""
     timing = fix.timing_s
+    pose = candidate_dict(fix)
+    if not fix.candidates:
+        pose.update({key: None for key in pose if key != "lamps"})  # an infinity is no JSON
     return {
         "ok": fix.ok,
         "status": fix.status.name,
         "message": fix.message,
-        **candidate_dict(fix),
+        **pose,
         "candidates": [candidate_dict(candidate) for candidate in fix.candidates],
         "choice": choice_dict(fix.choice),
         "timing_s": {

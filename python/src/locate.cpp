@@ -128,7 +128,8 @@ void define_fix(py::module_& m) {
   using R = Result<Fix>;
   py::class_<R> fix(m, "Fix", R"(Where the camera was: the answer of locate().
 
-What was found so far is there even when the fix is not ok: look at status and message.)");
+What was found so far is there even when the fix is not ok: look at status and message. Without
+candidates there is no pose: its covariance is infinite.)");
   define_result(fix);
   fix.def_property_readonly("position_m", value_of(&Fix::position_m),
                             "(3,) of the camera [m, world].")
@@ -148,10 +149,11 @@ What was found so far is there even when the fix is not ok: look at status and m
                              "RungChoice: by which rung locate() refined, and why; or None.")
       .def("__repr__", [](const R& r) {
         const Eigen::Vector3d sigma_m = r.value.position_covariance_m2.diagonal().cwiseSqrt();
-        return "<Fix: " + std::string(to_string(r.status)) + ", position " +
-               rounded(r.value.position_m, 4) + " m, sigma " + rounded(sigma_m * 1e3, 2) +
-               " mm, lamps " + keys_text(r.value.lamps) + ", candidates " +
-               std::to_string(r.value.candidates.size()) + ">";
+        const std::string status = "<Fix: " + std::string(to_string(r.status));
+        if (r.value.candidates.empty()) return status + ", " + r.message + ">";
+        return status + ", position " + rounded(r.value.position_m, 4) + " m, sigma " +
+               rounded(sigma_m * 1e3, 2) + " mm, lamps " + keys_text(r.value.lamps) +
+               ", candidates " + std::to_string(r.value.candidates.size()) + ">";
       });
 }
 

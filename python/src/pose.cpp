@@ -2,6 +2,7 @@
 #include <pybind11/native_enum.h>
 
 #include "fields.hpp"
+#include "libocc/core/require.hpp"
 #include "libocc/pose/candidates.hpp"
 #include "libocc/pose/p3p.hpp"
 #include "libocc/pose/solver.hpp"
@@ -30,7 +31,10 @@ py::array_t<double> stacked(const std::vector<Rigid3>& poses) {
 void define_p3p(py::module_& m) {
   m.def(
       "p3p",
-      [](const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points_in_world) {
+      [](const Rows3& bearings, const Rows3& points_in_world) {
+        require(bearings.rows() == 3, "bearings", bearings.rows(), "three rows");
+        require(points_in_world.rows() == 3, "points_in_world", points_in_world.rows(),
+                "three rows");
         return stacked(p3p(bearings.transpose(), points_in_world.transpose()));
       },
       py::arg("bearings"), py::arg("points_in_world"),
@@ -38,7 +42,8 @@ void define_p3p(py::module_& m) {
 
 bearings: (3, 3), a unit vector (camera frame) in each row. points_in_world: (3, 3), a point [m] in
 each row. Returns: (k, 4, 4) candidates for cam_from_world, k from 0 to 4, in no order: all fit.
-Raises: ValueError for numbers that are not finite or bearings that are not unit.)");
+Raises: ValueError for another number of points, numbers that are not finite or bearings that are
+not unit.)");
 }
 
 void define_solvers(py::module_& m) {

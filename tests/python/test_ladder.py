@@ -136,7 +136,10 @@ def test_costs_are_measured_and_locate_takes_them(run):
     assert given.exit_code == 1 and data["status"] == "budget_not_met"
     choice = data["choice"]
     assert choice["rung"] == "direct" and choice["met"] is False and choice["reason"] == data["message"]
-    assert [f["rung"] for f in choice["alternatives"]] == ["points", "centres", "rims", "direct"]
+    # cheapest first, by costs measured here and now
+    times = [f["time_ms"] for f in choice["alternatives"]]
+    assert times == sorted(times)
+    assert {f["rung"] for f in choice["alternatives"]} == {"points", "centres", "rims", "direct"}
 
 
 def test_costs_are_fitted_without_negative_ones():
@@ -322,6 +325,7 @@ def test_pose_bound_of_points_and_scenes(scene, pose, image):
     fix = occ.locate(image, scene, rung=occ.Rung.direct)
     assert np.allclose(np.diag(fix.covariance), np.diag(direct.covariance), rtol=0.1)
     none = occ.pose_bound(points[:2], scene.camera, pose, 0.1)
-    assert none.status is occ.Status.too_few_lamps and none.rank == 4 and not none.covariance.any()
+    assert none.status is occ.Status.too_few_lamps and none.rank == 4
+    assert np.isinf(np.diag(none.covariance)).all()
     with pytest.raises(ValueError, match="sigma"):
         occ.pose_bound(points, scene.camera, pose, -1)

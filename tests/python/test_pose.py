@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import libocc as occ
+from libocc import report
 
 CAMERA = occ.Camera.pinhole(width=1280, height=960, fx_px=800, fy_px=800, cx_px=639.5, cy_px=479.5)
 CAM_FROM_WORLD = occ.look_at([0.4, -0.3, -5], [0, 0, 0], [0, -1, 0])
@@ -134,3 +135,19 @@ def test_mistakes_in_candidates_are_named():
         occ.Camera.pinhole(width=9, height=9, fx_px=0, fy_px=1, cx_px=4, cy_px=4)
     with pytest.raises(ValueError, match="tolerance_rad must be positive"):
         occ.pose_candidates(bearings_of(POINTS_M[:4]), POINTS_M[:4], tolerance_rad=-1)
+
+
+@pytest.mark.parametrize(("bearings", "points", "name"), [(2, 3, "bearings"), (3, 4, "points_in_world")])
+def test_p3p_takes_three_points(bearings, points, name):
+    with pytest.raises(ValueError, match=f"{name} must be three rows, got "):
+        occ.p3p(np.eye(4)[:bearings, :3], np.eye(4)[:points, :3])
+
+
+def test_no_pose_is_not_a_certain_one():
+    """A fix without candidates says so, in its covariance and in its text."""
+    fix = occ.solve_pose(POINTS_M[:2], np.zeros((2, 2)), CAMERA)
+    assert not fix.ok and not fix.candidates
+    assert np.isinf(np.diag(fix.covariance)).all()
+    assert np.isinf(np.diag(fix.position_covariance_m2)).all()
+    assert repr(fix) == "<Fix: too_few_lamps, 2 points; a pose takes three>"
+    assert report.fix_dict(fix)["position_m"] is None

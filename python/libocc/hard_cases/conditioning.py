@@ -4,8 +4,9 @@
 A change of the pose is x = (rotation about the points' centroid [rad], shift of the centroid over
 the points' r.m.s. distance), F(x) the change of the seen directions [rad]. Let s be the smallest
 singular value of F' with right and left vectors v, w, and k = w . F''(v, v) / 2. A change e of the
-directions then moves the pose by t with s t + k t^2 = e: by e / s, and at a double root, where s
-vanishes, by sqrt(e / k). Rounding changes each direction by an epsilon, and by that of the points'
+directions then moves the pose by t with s t + k t^2 = e: by about e / s while the other root, at
+-s / k, is far; e > s^2 / 4k may merge the two, and what is found is up to
+(s + sqrt(s^2 + 4 k e)) / 2k away. Rounding changes each direction by an epsilon, and by that of the points'
 coordinates about their centroid as seen from the camera: near points of a wide scene by more.
 """
 
@@ -31,9 +32,12 @@ class Reference:
     def allowed(self, factor: float) -> float:
         """The pose error (see `error`) that `factor` roundings of the input explain."""
         change = factor * EPSILON
-        first = change * self.condition
-        second = np.sqrt(change / self.curvature) if self.curvature > 0 else np.inf
-        return float(min(first, second)) + factor * self.rounding
+        s, k = 1 / self.condition, self.curvature
+        if 4 * k * change < s * s:
+            moved = 2 * change / (s + np.sqrt(s * s - 4 * k * change))
+        else:
+            moved = (s + np.sqrt(s * s + 4 * k * change)) / (2 * k) if k > 0 else np.inf
+        return float(moved) + factor * self.rounding
 
     def error(self, cam_from_world: Any, centroid: Any) -> float:
         """Of a pose against this one: rotation [rad] and shift over distance, whichever is larger."""

@@ -119,7 +119,7 @@ class _Triangle:
 
 
 def three_points(bearings: Any, points: Any) -> list[Solution]:
-    """All solutions with positive depths; empty for points on a line or coincident."""
+    """All solutions with positive depths, beyond rounding; empty for points that lie on a line."""
     with ex.digits():
         triangle = _Triangle(bearings, points)
         if triangle.flat or 0 in triangle.sides:
@@ -128,7 +128,8 @@ def three_points(bearings: Any, points: Any) -> list[Solution]:
         tried = [
             triangle.depths(u, v) for level in levels for v in level for u in triangle.us(v) if u > 0
         ]
-        found = _distinct([(triangle.misfit(d), d) for d in tried if d[0] > 0])
+        in_front = [d for d in tried if min(d) > ROUNDINGS * Decimal(EPSILON) * max(d)]
+        found = _distinct([(triangle.misfit(d), d) for d in in_front])
         return [_solution(triangle, d, real, bearings, points) for d, real in found]
 
 
