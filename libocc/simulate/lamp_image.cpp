@@ -5,6 +5,7 @@
 
 #include "libocc/formation/light.hpp"
 #include "libocc/simulate/internal/irradiance_field.hpp"
+#include "libocc/simulate/internal/occlusion.hpp"
 
 namespace occ {
 namespace {
@@ -68,20 +69,30 @@ Patch LampRenderer::extended_image(const Contour& contour, const Lamp& lamp) con
   return image;
 }
 
-std::optional<Patch> LampRenderer::point_image(const Lamp& lamp) const {
+std::optional<Patch> LampRenderer::point_image(const Lamp& lamp, double share) const {
   const Rigid3& pose = frame_.cam_from_world;
   const auto px = camera_.project(pose * lamp.centre_m);
   const double lit_side = (pose.origin_in_source() - lamp.centre_m).dot(lamp.normal);
   if (!px || !(lit_side > 0)) return std::nullopt;
   Patch image = point_coverage(*px, psf_, camera_.width(), camera_.height());
-  const double electrons = lamp_electrons(lamp, pose, camera_, frame_.scene.sensor);
+  const double electrons = share * lamp_electrons(lamp, pose, camera_, frame_.scene.sensor);
   for (double& value : image.values) value *= electrons;
   return image;
 }
 
 std::optional<Patch> LampRenderer::render(const Lamp& lamp) const {
+  Visible visible;
+  if (frame_.plan.applies(Effect::occlusion))
+    visible = visible_part(lamp, frame_.scene.boxes, frame_.cam_from_world.origin_in_source());
+  if (visible.share == 0) return Patch();
   if (lamp.shape == LampShape::point || !frame_.plan.applies(Effect::extent))
-    return point_image(lamp);
+    return point_image(lamp, visible.share);
+  if (!visible.pieces.empty()) {
+    const auto pieces =
+        project_pieces(lamp, visible.pieces, frame_.cam_from_world, camera_, spacing_px_);
+    if (!pieces) return std::nullopt;
+    return extended_image(*pieces, lamp);
+  }
   const auto contour = project_contour(lamp, frame_.cam_from_world, camera_, spacing_px_);
   if (!contour) return std::nullopt;
   return extended_image(*contour, lamp);

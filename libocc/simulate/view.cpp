@@ -18,7 +18,8 @@ double largest_irradiance(const LampView& view, const Scene& scene, const Rigid3
   double largest = irradiance_at(*view.lamp, pose, scene.camera, scene.sensor, view.centre_px);
   for (const Eigen::Vector2d& px : view.rim_px)
     largest = std::max(largest, irradiance_at(*view.lamp, pose, scene.camera, scene.sensor, px));
-  return largest;
+  constexpr double between_samples = 1.02;
+  return between_samples * largest;
 }
 
 double peak_electrons(const LampView& view, const Scene& scene) {

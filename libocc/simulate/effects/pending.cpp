@@ -10,12 +10,6 @@ Bound none(const View&) { return {}; }
 const EffectModel vignetting_model{"pending", never, none};
 const EffectModel motion_blur_model{"pending", never, none};
 const EffectModel rolling_shutter_model{"pending", never, none};
-const EffectModel occlusion_model{"pending", never, none};
-const EffectModel ambient_model{"pending", never, none};
-const EffectModel walls_model{"pending", never, none};
-const EffectModel interreflection_model{"pending", never, none};
-const EffectModel glare_model{"pending", never, none};
-const EffectModel ghosts_model{"pending", never, none};
 const EffectModel mosaic_model{"pending", never, none};
 const EffectModel gain_model{"pending", never, none};
 const EffectModel blooming_model{"pending", never, none};

@@ -25,7 +25,7 @@ class LampRenderer {
   std::optional<Patch> render(const Lamp& lamp) const;
 
  private:
-  std::optional<Patch> point_image(const Lamp& lamp) const;
+  std::optional<Patch> point_image(const Lamp& lamp, double share) const;
   Patch extended_image(const Contour& contour, const Lamp& lamp) const;
   void apply_light(const Lamp& lamp, const CoverageMoments& cover, Patch& image) const;
 

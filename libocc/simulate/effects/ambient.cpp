@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Light that comes from no lamp, the same on every pixel. Left out, every pixel lacks it; where the
+// lamps' own light is does not change.
+#include "libocc/simulate/internal/effect_model.hpp"
+
+namespace occ {
+namespace {
+
+bool called_for(const Scene& scene, const SimulateOptions&) { return scene.ambient_w_m2 > 0; }
+
+Bound bound(const View& view) {
+  const Sensor& sensor = view.scene.sensor;
+  return {view.grey_levels(sensor.electrons(view.scene.ambient_w_m2) - sensor.electrons(0)), 0};
+}
+
+}  // namespace
+
+const EffectModel ambient_model{"ambient_w_m2", called_for, bound};
+
+}  // namespace occ
