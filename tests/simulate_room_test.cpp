@@ -96,7 +96,7 @@ bool is_hidden(const Box& box, const Vector3d& from, const Vector3d& to) {
     return std::min((p - box.min_m).minCoeff(), (box.max_m - p).minCoeff());
   };
   double low = 0, high = 1;
-  for (int i = 0; i < 60; ++i) {
+  for (int i = 0; i < 25; ++i) {
     const double a = low + (high - low) / 3, b = high - (high - low) / 3;
     if (depth(a) > 0 || depth(b) > 0) return true;
     (depth(a) < depth(b) ? low : high) = depth(a) < depth(b) ? a : b;
@@ -110,7 +110,7 @@ MatrixXd sum_over_seen(const Scene& scene, const Rigid3& pose, double& hidden) {
   const Vector3d eye = pose.origin_in_source(), across = disc.x_axis,
                  along = disc.normal.cross(across);
   MatrixXd image = MatrixXd::Zero(scene.camera.width(), scene.camera.height());
-  const int side = 140;
+  const int side = 300;
   int seen = 0, all = 0;
   Random random(3);  // elements in line with a shadow's edge would all be on one side of it
   for (int i = 0; i < side; ++i)
