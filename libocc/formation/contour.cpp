@@ -205,6 +205,16 @@ Curve circle(const Lamp& lamp, const Rigid3& cam_from_world) {
   };
 }
 
+std::vector<Curve> edges(const std::vector<Eigen::Vector3d>& corners) {
+  std::vector<Curve> all;
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    all.push_back([from = corners[i], edge = Eigen::Vector3d(corners[(i + 1) % corners.size()] -
+                                                             corners[i])](double s) {
+      return CurvePoint{from + s * edge, edge};
+    });
+  return all;
+}
+
 // The smooth pieces of another rim, each over [0, 1].
 std::vector<Curve> pieces(const Lamp& lamp, const Rigid3& cam_from_world) {
   const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
@@ -222,14 +232,8 @@ std::vector<Curve> pieces(const Lamp& lamp, const Rigid3& cam_from_world) {
       });
     return all;
   }
-  const std::array<Eigen::Vector3d, 4> corners = {centre - along - across, centre + along - across,
-                                                  centre + along + across, centre - along + across};
-  for (std::size_t i = 0; i < 4; ++i)
-    all.push_back(
-        [from = corners[i], edge = Eigen::Vector3d(corners[(i + 1) % 4] - corners[i])](double s) {
-          return CurvePoint{from + s * edge, edge};
-        });
-  return all;
+  return edges({centre - along - across, centre + along - across, centre + along + across,
+                centre - along + across});
 }
 
 bool shows_lit_side(const Lamp& lamp, const Rigid3& cam_from_world) {
@@ -304,6 +308,13 @@ std::optional<Chords> project_chords(const Lamp& lamp, const Rigid3& cam_from_wo
   for (const Curve& curve : pieces(lamp, cam_from_world))
     if (!add(curve, 0, 1)) return std::nullopt;
   return chords;
+}
+
+bool append_polygon(const std::vector<Eigen::Vector3d>& corners, const Camera& camera,
+                    Chords& chords) {
+  for (const Curve& edge : edges(corners))
+    if (!Projector(edge, corners[0], camera, 1).add_chords(0, 1, chords)) return false;
+  return true;
 }
 
 Contour smooth_contour(const std::vector<Eigen::Vector2d>& rim_px) {

@@ -17,6 +17,12 @@ double aperture_m2(const Camera& camera, const Sensor& sensor) {
 
 }  // namespace
 
+double irradiance_of_radiance(double radiance, const Camera& camera, const Sensor& sensor,
+                              const Eigen::Vector3d& bearing, double solid_angle_sr) {
+  const double pixel_m2 = sensor.pixel_pitch_m * sensor.pixel_pitch_m;
+  return radiance * aperture_m2(camera, sensor) * bearing.z() * solid_angle_sr / pixel_m2;
+}
+
 double irradiance_at(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
                      const Sensor& sensor, const Eigen::Vector2d& px) {
   Eigen::Matrix<double, 3, 2> jacobian;
@@ -26,9 +32,8 @@ double irradiance_at(const Lamp& lamp, const Rigid3& cam_from_world, const Camer
   // The ray must meet the plane in front of the camera, and on its lit side.
   if (!((cam_from_world * lamp.centre_m).dot(normal) < 0)) return 0;
   const double l = radiance(lamp.power_w, lamp.order(), lamp.area_m2(), -bearing->dot(normal));
-  const double solid_angle = jacobian.col(0).cross(jacobian.col(1)).norm();  // of one pixel
-  const double pixel_m2 = sensor.pixel_pitch_m * sensor.pixel_pitch_m;
-  return l * aperture_m2(camera, sensor) * bearing->z() * solid_angle / pixel_m2;
+  return irradiance_of_radiance(l, camera, sensor, *bearing,
+                                jacobian.col(0).cross(jacobian.col(1)).norm());
 }
 
 Eigen::Vector2d log_irradiance_gradient(const Lamp& lamp, const Rigid3& cam_from_world,

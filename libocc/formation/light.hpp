@@ -28,6 +28,12 @@ LIBOCC_API double irradiance_at(const Lamp& lamp, const Rigid3& cam_from_world,
                                 const Camera& camera, const Sensor& sensor,
                                 const Eigen::Vector2d& px);
 
+/// Irradiance [W/m^2] where a surface of this radiance [W/(m^2 sr)] is seen along a unit bearing; a
+/// pixel sees `solid_angle_sr` there: |d bearing/dx x d bearing/dy|.
+LIBOCC_API double irradiance_of_radiance(double radiance, const Camera& camera,
+                                         const Sensor& sensor, const Eigen::Vector3d& bearing,
+                                         double solid_angle_sr);
+
 /// Gradient of ln(irradiance_at) [1/px]; zero where that is zero or the pixel lies less than half a
 /// pixel inside the camera's domain, and for a point lamp.
 LIBOCC_API Eigen::Vector2d log_irradiance_gradient(const Lamp& lamp, const Rigid3& cam_from_world,

@@ -28,6 +28,11 @@ using Chords = std::vector<Chord>;
 LIBOCC_API std::optional<Chords> project_chords(const Lamp& lamp, const Rigid3& cam_from_world,
                                                 const Camera& camera);
 
+/// Appends the rim of a polygon in the camera's frame; false when part of it is outside the
+/// camera's domain.
+LIBOCC_API bool append_polygon(const std::vector<Eigen::Vector3d>& corners, const Camera& camera,
+                               Chords& chords);
+
 /// Dark patches over all that the chords may touch, clipped to the image.
 LIBOCC_API CoverageMoments dark_moments(const Chords& chords, int image_width, int image_height);
 

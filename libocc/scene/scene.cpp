@@ -10,6 +10,22 @@
 
 namespace occ {
 
+namespace {
+
+// Walls that light lamps from behind would be nonsense; dark ones may be a mere note on the plan.
+void check_lamps_are_inside(const std::vector<Lamp>& lamps, const Room& room) {
+  constexpr double mounting_m = 1e-3;
+  if (!(room.wall_reflectance > 0)) return;
+  for (const Lamp& lamp : lamps) {
+    const Eigen::Vector3d& c = lamp.centre_m;
+    if (c.minCoeff() < -mounting_m || (room.size_m - c).minCoeff() < -mounting_m)
+      require(false, "lamp " + std::to_string(lamp.id) + ": centre_m", vector_text(c),
+              "in the room of " + vector_text(room.size_m) + " m, not behind its walls");
+  }
+}
+
+}  // namespace
+
 void Scene::validate() {
   sensor.validate();
   std::set<int> ids;
@@ -32,6 +48,7 @@ void Scene::validate() {
   if (!room) return;
   require(room->size_m.allFinite() && room->size_m.minCoeff() > 0, "room.size_m",
           vector_text(room->size_m), "three positive lengths");
+  check_lamps_are_inside(lamps, *room);
   require(room->wall_reflectance >= 0 && room->wall_reflectance < 1, "room.wall_reflectance",
           room->wall_reflectance, "in [0, 1)");
 }

@@ -12,13 +12,6 @@
 namespace occ {
 namespace {
 
-Camera camera_of(const Frame& frame) {
-  const Camera& camera = frame.scene.camera;
-  if (frame.plan.applies(Effect::distortion)) return camera;
-  return Camera::pinhole(camera.width(), camera.height(), camera.fx_px(), camera.fy_px(),
-                         camera.cx_px(), camera.cy_px(), {}, camera.skew_px());
-}
-
 bool shows_lit_side(const Lamp& lamp, const Rigid3& pose) {
   return (pose.origin_in_source() - lamp.centre_m).dot(lamp.normal) > 0;
 }
@@ -67,7 +60,7 @@ class PatchSum {
 }  // namespace
 
 LampRenderer::LampRenderer(const Frame& frame)
-    : frame_(frame), camera_(camera_of(frame)), motion_(frame) {
+    : frame_(frame), camera_(rendered_camera(frame)), motion_(frame) {
   if (frame.plan.applies(Effect::vignetting)) vignetting_.emplace(frame.scene);
   if (!frame.plan.applies(Effect::psf)) return;
   psf_ = &frame.storage.psf(gaussian_blur_px(frame.scene));
@@ -86,9 +79,19 @@ std::vector<LightNode> LampRenderer::nodes(const Lamp& lamp) const {
   return motion_.nodes(lamp, 0, 1 + static_cast<int>(std::min(1e4, path * panels_per_px())));
 }
 
+bool LampRenderer::is_point(const Lamp& lamp) const {
+  return lamp.shape == LampShape::point || !frame_.plan.applies(Effect::extent);
+}
+
+Visible LampRenderer::visible(const Lamp& lamp, const Rigid3& pose) const {
+  if (!may_be_hidden()) return {};
+  return visible_part(lamp, frame_.scene.boxes, pose.origin_in_source());
+}
+
 double LampRenderer::point_electrons(const Lamp& lamp, const Rigid3& pose,
                                      const Eigen::Vector2d& px) const {
-  const double electrons = lamp_electrons(lamp, pose, camera_, frame_.scene.sensor);
+  const double electrons =
+      visible(lamp, pose).share * lamp_electrons(lamp, pose, camera_, frame_.scene.sensor);
   return vignetting_ ? electrons * vignetting_->transmission(px) : electrons;
 }
 
@@ -111,7 +114,7 @@ std::vector<BlurShift> LampRenderer::shifts(const Lamp& lamp, const Rigid3& pose
   const double depth_m = (pose * lamp.centre_m).z();
   const double radius = psf_ ? defocus_radius_px(frame_.scene, depth_m) : 0;
   std::vector<BlurShift> shifts = disc_shifts(radius, psf_ ? psf_->sigma_px() : 1);
-  if (radius == 0 || lamp.shape == LampShape::point) return shifts;
+  if (radius == 0 || is_point(lamp)) return shifts;
   const Eigen::Vector2d gradient = log_light_gradient(lamp, pose);
   for (BlurShift& shift : shifts) shift.weight *= 1 - shift.px.dot(gradient);
   return shifts;
@@ -131,22 +134,30 @@ double LampRenderer::light_change(const Lamp& lamp, const Rigid3& reference,
   return now > 0 && before > 0 ? now / before : 1;
 }
 
+// In the camera's frame at this pose.
+std::optional<RimContour> LampRenderer::rim(const Lamp& lamp, const Rigid3& pose) const {
+  if (!may_be_hidden()) return rim_contour(lamp, pose, camera_, spacing_px_);
+  return visible_rim(lamp, visible(lamp, pose), pose, camera_, spacing_px_);
+}
+
 std::optional<Contour> LampRenderer::contour(const Lamp& lamp, const std::vector<LightNode>& nodes,
                                              const std::vector<BlurShift>& shifts) const {
   const Rigid3 reference = motion_.pose_at(nodes[nodes.size() / 2].time_s);
-  if (nodes.size() == 1 && shifts.size() == 1)
+  if (nodes.size() == 1 && shifts.size() == 1 && !may_be_hidden())
     return project_contour(lamp, reference, camera_, spacing_px_);
-  const auto rim = rim_contour(lamp, reference, camera_, spacing_px_);
-  if (!rim) return std::nullopt;
+  Rigid3 rim_pose = reference;
+  auto steps = rim(lamp, reference);
   Contour contour;
-  contour.reserve(rim->size() * nodes.size() * shifts.size());
   for (const LightNode& node : nodes) {
-    const Rigid3 pose = motion_.pose_at(node.time_s), moved = pose * reference.inverse();
+    const Rigid3 pose = motion_.pose_at(node.time_s);
+    if (may_be_hidden()) steps = rim(lamp, rim_pose = pose);  // what is hidden changes
+    if (!steps || !shows_lit_side(lamp, pose)) return std::nullopt;
+    const Rigid3 moved = pose * rim_pose.inverse();
     const double light = node.weight * light_change(lamp, motion_.still_pose(), pose);
-    for (const RimStep& at : *rim) {
+    for (const RimStep& at : *steps) {
       Eigen::Matrix<double, 2, 3> d_px;
       const auto px = camera_.project(moved * at.point, &d_px);
-      if (!px || !shows_lit_side(lamp, pose)) return std::nullopt;
+      if (!px) return std::nullopt;
       const double dy = light * d_px.row(1).dot(moved.rotation * at.step);
       for (const BlurShift& shift : shifts) contour.push_back({*px + shift.px, shift.weight * dy});
     }
@@ -159,7 +170,8 @@ std::optional<CoverageMoments> LampRenderer::sharp_moments(
   std::vector<Chords> all;
   Chords everywhere;
   for (const LightNode& node : nodes) {
-    auto chords = project_chords(lamp, motion_.pose_at(node.time_s), camera_);
+    const Rigid3 pose = motion_.pose_at(node.time_s);
+    auto chords = visible_chords(lamp, visible(lamp, pose), pose, camera_);
     if (!chords) return std::nullopt;
     everywhere.insert(everywhere.end(), chords->begin(), chords->end());
     all.push_back(std::move(*chords));
@@ -248,13 +260,13 @@ std::optional<Patch> LampRenderer::extended_image(const Lamp& lamp) const {
               : with_light(lamp, pose, coverage_moments(*rim, *psf_, width, height, simd));
 }
 
-std::optional<Patch> LampRenderer::point_image(const Lamp& lamp) const {
+std::optional<Patch> LampRenderer::point_image(const Lamp& lamp, const Lamp& face) const {
   PatchSum image;
   for (const LightNode& node : nodes(lamp)) {
     const Rigid3 pose = motion_.pose_at(node.time_s);
     const auto px = camera_.project(pose * lamp.centre_m);
     if (!px || !shows_lit_side(lamp, pose)) return std::nullopt;
-    const double electrons = node.weight * point_electrons(lamp, pose, *px);
+    const double electrons = node.weight * point_electrons(face, pose, *px);
     if (!psf_) {
       image.add(sharp_dot(*px, camera_.width(), camera_.height()), electrons);
       continue;
@@ -266,23 +278,37 @@ std::optional<Patch> LampRenderer::point_image(const Lamp& lamp) const {
   return image.sum();
 }
 
-std::optional<Patch> LampRenderer::image_by_lines(const Lamp& lamp) const {
-  // The pose in which the lamp is seen gives the field that its light is measured by.
+// The pose in which the lamp is seen gives the field that its light is measured by.
+Rigid3 LampRenderer::seen_pose(const Lamp& lamp) const {
   const auto seen = motion_.seen(lamp.centre_m, camera_);
-  const Rigid3 reference = seen ? seen->pose : motion_.still_pose();
-  LineImageInput input{
-      motion_, camera_, lamp, psf_, spacing_px_, panels_per_px(), shifts(lamp, reference), {}};
-  if (lamp.shape == LampShape::point) {
-    input.light = [&](double time_s) {
-      const Rigid3 pose = motion_.pose_at(time_s);
-      const auto px = camera_.project(pose * lamp.centre_m);
-      return px ? point_electrons(lamp, pose, *px) : 0;
-    };
-    return point_line_image(input);
-  }
+  return seen ? seen->pose : motion_.still_pose();
+}
+
+LineImageInput LampRenderer::line_input(const Lamp& lamp) const {
+  return {motion_, camera_, lamp, psf_, spacing_px_, panels_per_px(), shifts(lamp, seen_pose(lamp)),
+          {},      {},      {}};
+}
+
+std::optional<Patch> LampRenderer::point_by_lines(const Lamp& lamp, const Lamp& face) const {
+  LineImageInput input = line_input(lamp);
+  input.light = [&](double time_s) {
+    const Rigid3 pose = motion_.pose_at(time_s);
+    const auto px = camera_.project(pose * lamp.centre_m);
+    return px ? point_electrons(face, pose, *px) : 0;
+  };
+  return point_line_image(input);
+}
+
+std::optional<Patch> LampRenderer::extended_by_lines(const Lamp& lamp) const {
+  const Rigid3 reference = seen_pose(lamp);
+  LineImageInput input = line_input(lamp);
   input.light = [&](double time_s) {
     return light_change(lamp, reference, motion_.pose_at(time_s));
   };
+  input.chords = [&](const Rigid3& pose) {
+    return visible_chords(lamp, visible(lamp, pose), pose, camera_);
+  };
+  if (may_be_hidden()) input.rim = [&](const Rigid3& pose) { return rim(lamp, pose); };
   auto cover = extended_line_image(input);
   if (!cover) return std::nullopt;
   if (!frame_.plan.applies(Effect::light_gradient) && !vignetting_)
@@ -290,14 +316,12 @@ std::optional<Patch> LampRenderer::image_by_lines(const Lamp& lamp) const {
   return with_light(lamp, reference, std::move(*cover));
 }
 
-std::optional<Patch> LampRenderer::render(const Lamp& given) const {
-  const bool by_lines = motion_.kind(given) == Motion::Kind::by_lines;
-  if (given.shape == LampShape::point || !frame_.plan.applies(Effect::extent)) {
-    Lamp lamp = given;
-    lamp.shape = LampShape::point;
-    return by_lines ? image_by_lines(lamp) : point_image(lamp);
-  }
-  return by_lines ? image_by_lines(given) : extended_image(given);
+std::optional<Patch> LampRenderer::render(const Lamp& lamp) const {
+  const bool by_lines = motion_.kind(lamp) == Motion::Kind::by_lines;
+  if (!is_point(lamp)) return by_lines ? extended_by_lines(lamp) : extended_image(lamp);
+  Lamp point = lamp;
+  point.shape = LampShape::point;
+  return by_lines ? point_by_lines(point, lamp) : point_image(point, lamp);
 }
 
 }  // namespace occ

@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "libocc/formation/rim.hpp"
-#include "libocc/formation/sharp_coverage.hpp"
 
 namespace occ {
 namespace {
@@ -268,6 +267,33 @@ bool paint_blurred(const LineImageInput& input, const LineRange& range, Coverage
   return true;
 }
 
+// The rim projected anew from every pose, which takes longer than following its points.
+bool paint_rims(const LineImageInput& input, const LineRange& range, CoverageMoments& moments) {
+  const int panels = panels_of(input, range);
+  const bool columns = input.motion.by_columns();
+  LinePainter painter(*input.psf, moments);
+  for (int line = range.first; line < range.end; ++line)
+    for (const LightNode& node : input.motion.nodes(input.lamp, line, panels)) {
+      const auto rim = input.rim(input.motion.pose_at(node.time_s));
+      if (!rim) return false;
+      // Counter-clockwise about a normal that points to the camera: clockwise in the image.
+      const double light = (columns ? -1 : 1) * node.weight * input.light(node.time_s);
+      for (const RimStep& at : *rim) {
+        Eigen::Matrix<double, 2, 3> d_px;
+        const auto px = input.camera.project(at.point, &d_px);
+        if (!px) return false;
+        const double step = turned(d_px * at.step, columns).y();
+        for (const BlurShift& shift : input.shifts) {
+          const Eigen::Vector2d there = turned(*px + shift.px, columns);
+          if (painter.reaches(line, there.y()))
+            painter.paint_rim(line, there, light * shift.weight * step);
+        }
+      }
+    }
+  sum_rows(moments);
+  return true;
+}
+
 Chords turned(Chords chords, bool columns) {
   if (!columns) return chords;
   for (Chord& chord : chords)
@@ -279,8 +305,7 @@ bool paint_sharp(const LineImageInput& input, const LineRange& range, CoverageMo
   const int panels = panels_of(input, range);
   for (int line = range.first; line < range.end; ++line)
     for (const LightNode& node : input.motion.nodes(input.lamp, line, panels)) {
-      const auto chords =
-          project_chords(input.lamp, input.motion.pose_at(node.time_s), input.camera);
+      const auto chords = input.chords(input.motion.pose_at(node.time_s));
       if (!chords) return false;
       add_sharp_coverage(turned(*chords, input.motion.by_columns()),
                          node.weight * input.light(node.time_s), line, line + 1, moments);
@@ -315,8 +340,8 @@ std::optional<CoverageMoments> extended_line_image(const LineImageInput& input) 
   moments.c = dark_lines(range, columns ? input.camera.height() : input.camera.width());
   moments.m_x = moments.m_y = moments.c;
   if (moments.c.width == 0) return moments;
-  const bool painted =
-      input.psf ? paint_blurred(input, range, moments) : paint_sharp(input, range, moments);
+  const auto paint = !input.psf ? paint_sharp : input.rim ? paint_rims : paint_blurred;
+  const bool painted = paint(input, range, moments);
   if (!painted) return std::nullopt;
   return upright(moments, columns);
 }

@@ -5,6 +5,7 @@
 
 #include "libocc/core/require.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/simulate/internal/ghosts.hpp"
 #include "libocc/simulate/internal/planning.hpp"
 
 namespace occ {
@@ -45,6 +46,36 @@ std::string bound_text(const Bound& bound, const Effects& effects) {
   return text.str();
 }
 
+// Ghosts are images of lamps, too; where they are is not asked for.
+bool is_of_lamp_images(Effect effect) {
+  switch (effect) {
+    case Effect::extent:
+    case Effect::light_gradient:
+    case Effect::psf:
+    case Effect::distortion:
+    case Effect::vignetting:
+    case Effect::motion_blur:
+    case Effect::rolling_shutter:
+    case Effect::modulation:
+    case Effect::occlusion:
+      return true;
+    default:
+      return false;
+  }
+}
+
+Bound bound_with_ghosts(Effect effect, const View& view) {
+  const EffectModel& model = model_of(effect);
+  Bound bound = model.bound(view);
+  if (!is_of_lamp_images(effect) || view.scene.effects.of(Effect::ghosts) == Use::off) return bound;
+  for (const Ghost& ghost : view.scene.lens.ghosts) {
+    if (!(ghost.strength > 0)) continue;
+    const GhostView seen = ghost_view(view.scene, view.cam_from_world, view.options, ghost);
+    bound.dn += model.bound(make_view(seen.scene, seen.cam_from_world, seen.options)).dn;
+  }
+  return bound;
+}
+
 void decide(const EffectModel& model, const Scene& scene, const SimulateOptions& options,
             const View* view, EffectPlan& plan) {
   const Effects& effects = scene.effects;
@@ -54,7 +85,7 @@ void decide(const EffectModel& model, const Scene& scene, const SimulateOptions&
     return;
   }
   Bound bound;
-  if (view) bound = model.bound(*view);
+  if (view) bound = bound_with_ghosts(plan.effect, *view);
   plan.bound_dn = bound.dn;
   plan.bound_px = bound.px;
   switch (plan.use) {

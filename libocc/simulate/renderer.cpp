@@ -6,13 +6,16 @@
 #include "libocc/core/internal/multiversion.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/simulate/internal/blooming.hpp"
+#include "libocc/simulate/internal/check_place.hpp"
 #include "libocc/simulate/internal/expose.hpp"
 #include "libocc/simulate/internal/frame.hpp"
 #include "libocc/simulate/internal/gain.hpp"
+#include "libocc/simulate/internal/ghosts.hpp"
 #include "libocc/simulate/internal/lamp_image.hpp"
 #include "libocc/simulate/internal/modulation.hpp"
 #include "libocc/simulate/internal/mosaic.hpp"
 #include "libocc/simulate/internal/planning.hpp"
+#include "libocc/simulate/internal/room_light.hpp"
 #include "libocc/simulate/internal/storage.hpp"
 #include "libocc/simulate/internal/truth.hpp"
 
@@ -46,13 +49,20 @@ LIBOCC_INLINE void add_row_body(Row row, double* to, double* sums) {
 }
 LIBOCC_MULTIVERSION(add_row, (Row row, double* to, double* sums), (row, to, sums))
 
+ByPlace colours_of(const Eigen::Vector3d& colour, const Frame& frame) {
+  if (!frame.plan.applies(Effect::mosaic)) return {1, 1, 1, 1};
+  return light_by_place(frame.scene.sensor, colour);
+}
+
 // Adds a lamp's image as its blinking lets each line see it, by the colours that pixels see;
 // returns the electrons added.
-double add_lamp(Simd simd, const Patch& image, const std::vector<double>& lit, bool by_columns,
-                const ByPlace& colours, Signal& signal) {
+double add_lamp(const Patch& image, const Lamp& lamp, const Frame& frame, Signal& signal) {
   if (image.width == 0) return 0;
   signal.touch({image.x0, image.y0, image.width, image.height});
-  const auto add_row = add_row_for(simd);
+  const auto add_row = add_row_for(frame.storage.simd());
+  const std::vector<double> lit = lit_fractions(lamp, frame);
+  const ByPlace colours = colours_of(lamp.colour, frame);
+  const bool by_columns = frame.scene.sensor.readout == Readout::columns;
   double sums[lanes] = {};
   for (int y = 0; y < image.height; ++y)
     add_row({image.values.data() + y * static_cast<std::ptrdiff_t>(image.width),
@@ -68,9 +78,34 @@ Scene validated(Scene scene) {
   return scene;
 }
 
-ByPlace colours_of(const Lamp& lamp, const Frame& frame) {
-  if (!frame.plan.applies(Effect::mosaic)) return {1, 1, 1, 1};
-  return light_by_place(frame.scene.sensor, lamp.colour);
+// Light that every pixel of a place gets alike: ambient light, and the lens's glare of the lamps'.
+void add_evenly(const Frame& frame, const ByPlace& lamp_electrons, Signal& signal) {
+  const Sensor& sensor = frame.scene.sensor;
+  ByPlace even{};
+  if (frame.plan.applies(Effect::ambient)) {
+    const double ambient = sensor.electrons(frame.scene.ambient_w_m2) - sensor.electrons(0);
+    even = colours_of(Eigen::Vector3d::Ones(), frame);
+    for (double& electrons : even) electrons *= ambient;
+  }
+  if (frame.plan.applies(Effect::glare)) {
+    const double pixels = static_cast<double>(signal.width()) * signal.height();
+    for (std::size_t place = 0; place < even.size(); ++place)
+      even[place] += frame.scene.lens.veiling_glare * lamp_electrons[place] / pixels;
+  }
+  if (even != ByPlace{}) signal.add_everywhere(even);
+}
+
+// Ghosts are what a camera of another focal length sees, turned about its axis where the scale is
+// negative. The aperture stays as it is, though it goes with the focal length.
+void add_ghosts(const Frame& frame, Signal& signal) {
+  for (const Ghost& ghost : frame.scene.lens.ghosts) {
+    const GhostView view = ghost_view(frame.scene, frame.cam_from_world, frame.options, ghost);
+    const Frame ghost_frame{view.scene, view.cam_from_world, view.options, frame.plan,
+                            frame.storage};
+    const LampRenderer renderer(ghost_frame);
+    for (const Lamp& lamp : view.scene.lamps)
+      if (const auto image = renderer.render(lamp)) add_lamp(*image, lamp, ghost_frame, signal);
+  }
 }
 
 RenderPlan plan_of(const Scene& scene, const Rigid3& pose, const SimulateOptions& options) {
@@ -92,27 +127,37 @@ class Renderer::Workshop {
   void render(const Rigid3& cam_from_world, const SimulateOptions& options, Rendered& out) {
     options.validate();
     out.cam_from_world = Rigid3::from_matrix(cam_from_world.matrix());
+    check_place(scene_, out.cam_from_world.origin_in_source());
     const RenderPlan plan = plan_of(scene_, out.cam_from_world, options);
     const Frame frame{scene_, out.cam_from_world, options, plan, storage_};
     signal_.clear();
-    add_lamps(frame, out.lamps);
+    const ByPlace lamp_electrons = add_lamps(frame, out.lamps);
+    if (plan.applies(Effect::ghosts)) add_ghosts(frame, signal_);
+    if (plan.applies(Effect::walls)) add_room_light(frame, signal_);
+    add_evenly(frame, lamp_electrons, signal_);
     if (plan.applies(Effect::gain)) apply_gain(frame, signal_);
     if (plan.applies(Effect::blooming)) apply_blooming(frame, signal_);
     exposure_.expose(signal_, frame, out);
   }
 
  private:
-  void add_lamps(const Frame& frame, std::vector<LampTruth>& truths) {
+  // Returns what all pixels together would get of the lamps' light if all were of the same place.
+  ByPlace add_lamps(const Frame& frame, std::vector<LampTruth>& truths) {
     const LampRenderer renderer(frame);
-    const bool by_columns = scene_.sensor.readout == Readout::columns;
+    ByPlace sum{};
     truths.resize(scene_.lamps.size());
     for (std::size_t i = 0; i < scene_.lamps.size(); ++i) {
       const Lamp& lamp = scene_.lamps[i];
       truths[i] = lamp_truth(lamp, frame);
-      if (const auto image = renderer.render(lamp))
-        truths[i].electrons = add_lamp(storage_.simd(), *image, lit_fractions(lamp, frame),
-                                       by_columns, colours_of(lamp, frame), signal_);
+      const auto image = renderer.render(lamp);
+      if (!image) continue;
+      truths[i].electrons = add_lamp(*image, lamp, frame, signal_);
+      const ByPlace colours = colours_of(lamp.colour, frame);
+      const double mean = 0.25 * std::accumulate(colours.begin(), colours.end(), 0.0);
+      for (std::size_t place = 0; place < sum.size() && mean > 0; ++place)
+        sum[place] += truths[i].electrons * colours[place] / mean;
     }
+    return sum;
   }
 
   const Scene scene_;

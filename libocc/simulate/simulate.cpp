@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/simulate/simulate.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 #include "libocc/core/require.hpp"

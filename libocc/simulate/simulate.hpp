@@ -56,6 +56,7 @@ struct LampTruth {
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< projection of the lamp's centre
   Eigen::Vector2d image_centre_px =
       Eigen::Vector2d::Zero();          ///< centre of the lamp's image (ellipse centre)
+  double hidden = 0;                    ///< share of its face that boxes hide
   double electrons = 0;                 ///< signal electrons on the sensor, before any clipping
   std::vector<Eigen::Vector2d> rim_px;  ///< empty when it is not in view
 };

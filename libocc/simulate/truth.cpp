@@ -5,6 +5,7 @@
 
 #include "libocc/formation/rim.hpp"
 #include "libocc/simulate/internal/motion.hpp"
+#include "libocc/simulate/internal/occlusion.hpp"
 
 namespace occ {
 namespace {
@@ -55,6 +56,9 @@ LampTruth lamp_truth(const Lamp& lamp, const Frame& frame) {
   const Eigen::Vector2d middle(0.5 * (camera.width() - 1), 0.5 * (camera.height() - 1));
   truth.in_view = inside > 0 || surrounds(*rim, middle);
   if (truth.in_view) truth.rim_px = *rim;
+  if (frame.plan.applies(Effect::occlusion))
+    truth.hidden = 1 - visible_part(lamp, frame.scene.boxes, centre->pose.origin_in_source()).share;
+  truth.in_view = truth.in_view && truth.hidden < 1;
   return truth;
 }
 

@@ -20,7 +20,8 @@ double largest_irradiance(const LampView& view, const Scene& scene, const Rigid3
   double largest = irradiance_at(*view.lamp, pose, scene.camera, scene.sensor, view.centre_px);
   for (const Eigen::Vector2d& px : view.rim_px)
     largest = std::max(largest, irradiance_at(*view.lamp, pose, scene.camera, scene.sensor, px));
-  return largest;
+  constexpr double between_samples = 1.02;
+  return between_samples * largest;
 }
 
 double peak_electrons(const LampView& seen, const View& view) {
@@ -82,7 +83,7 @@ View make_view(const Scene& scene, const Rigid3& cam_from_world, const SimulateO
       seen.full_e = scene.sensor.electrons(largest_irradiance(seen, scene, cam_from_world)) -
                     scene.sensor.electrons(0);
     seen.peak_e = peak_electrons(seen, view);
-    const double brightest = brightest_factor(scene, lamp);
+    const double brightest = brightest_factor(scene, lamp.colour);
     for (double* electrons : {&seen.electrons, &seen.full_e, &seen.peak_e}) *electrons *= brightest;
     seen.distance_m = (cam_from_world * lamp.centre_m).norm();
     view.lamps.push_back(seen);

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/simulate/internal/background.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
 
 namespace occ {
@@ -20,7 +21,7 @@ bool called_for(const Scene& scene, const SimulateOptions&) { return scene.senso
 
 Bound bound(const View& view) {
   const Sensor& sensor = view.scene.sensor;
-  const double base_e = sensor.electrons(view.scene.ambient_w_m2);
+  const double base_e = sensor.electrons(0) + background_electrons(view);
   double most = base_e, spilled = 0, radius = 0;
   for (const LampView& seen : view.lamps) {
     most += seen.peak_e;
@@ -36,7 +37,7 @@ Bound bound(const View& view) {
   const double column_e = 0.5 * sensor.blooming * (most - sensor.full_well_e) * 2 * (radius + blur);
   const double way = radius + blur + column_e / std::max(room, 1e-9 * sensor.full_well_e);
   const double height = 0.5 * view.scene.camera.height();
-  return {view.grey_levels(std::min(spilled, room)), 2 * std::min(way, height)};
+  return {view.grey_levels(std::min(spilled, sensor.full_well_e)), 2 * std::min(way, height)};
 }
 
 /// One column: charge carried along y, y + step, ...

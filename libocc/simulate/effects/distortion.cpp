@@ -7,6 +7,7 @@
 
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
+#include "libocc/simulate/internal/background.hpp"
 #include "libocc/simulate/internal/blur.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
 #include "libocc/simulate/internal/overlap.hpp"

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/simulate/internal/background.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
 #include "libocc/simulate/internal/noise_key.hpp"
 #include "libocc/simulate/internal/normal_variate.hpp"
@@ -22,8 +23,7 @@ Bound bound(const View& view) {
   constexpr double root_of_pi = 1.7724538509055159, deviations = 5;
   const double p = view.scene.sensor.gain_sigma;
   const double share = most_deviations * p / (1 + most_deviations * p);  // of the brightest
-  const Sensor& sensor = view.scene.sensor;
-  double sum_e = sensor.electrons(view.scene.ambient_w_m2) - sensor.electrons(0);
+  double sum_e = share * background_electrons(view);
   double elongation = 0;
   for (const LampView& seen : view.lamps) {
     sum_e += share * seen.peak_e;

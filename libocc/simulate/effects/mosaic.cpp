@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/simulate/internal/background.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
 #include "libocc/simulate/internal/gain.hpp"
 
@@ -48,22 +49,19 @@ double curve_change(const Sensor& sensor) {
 Bound bound(const View& view) {
   const Sensor& sensor = view.scene.sensor;
   const double curves = sensor.channels.empty() ? 0 : curve_change(sensor);
-  double sum_e = 0, ambient = 0;
+  double sum_e = 0;
   Bound bound{curves, 0};
-  const ByPlace white = light_by_place(sensor, Eigen::Vector3d::Ones());
-  for (const double f : white) ambient = std::max(ambient, std::abs(f - 1));
   const double variance = std::pow(sensor.psf_sigma_px, 2);
   const double wave = (4 / pi + pi * variance) * std::exp(-0.5 * pi * pi * variance);
   for (const LampView& seen : view.lamps) {
     const ByPlace factors = light_by_place(sensor, seen.lamp->colour);
     double change = 0;
     for (const double f : factors) change = std::max(change, std::abs(f - 1));
-    sum_e += change * seen.peak_e / brightest_factor(view.scene, *seen.lamp);
+    sum_e += change * seen.peak_e / brightest_factor(view.scene, seen.lamp->colour);
     const double stored = curves > 0 ? seen.radius_px : 0;  // curves that differ weigh differently
     bound.include({0, contrast(factors) * wave + stored});
   }
-  sum_e += ambient * (sensor.electrons(view.scene.ambient_w_m2) - sensor.electrons(0));
-  bound.dn += view.grey_levels(sum_e);
+  bound.dn += view.grey_levels(sum_e + background_electrons(view));
   return bound;
 }
 
@@ -107,10 +105,9 @@ Sensor sensor_at(const Sensor& sensor, std::size_t place) {
   return here;
 }
 
-double brightest_factor(const Scene& scene, const Lamp& lamp) {
+double brightest_factor(const Scene& scene, const Eigen::Vector3d& colour) {
   double factor = 1;
-  for (const double light : light_by_place(scene.sensor, lamp.colour))
-    factor = std::max(factor, light);
+  for (const double light : light_by_place(scene.sensor, colour)) factor = std::max(factor, light);
   return factor * (1 + most_deviations * scene.sensor.gain_sigma);
 }
 

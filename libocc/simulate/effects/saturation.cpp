@@ -4,6 +4,7 @@
 // centroid of a clipped image has moved by no more than the light that is lost, at its radius.
 #include <algorithm>
 
+#include "libocc/simulate/internal/background.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
 
 namespace occ {
@@ -13,7 +14,7 @@ bool called_for(const Scene&, const SimulateOptions&) { return true; }
 
 Bound bound(const View& view) {
   const Sensor& sensor = view.scene.sensor;
-  double most = sensor.electrons(view.scene.ambient_w_m2), radius = 0;
+  double most = sensor.electrons(0) + background_electrons(view), radius = 0;
   for (const LampView& seen : view.lamps) {
     most += seen.peak_e;
     radius = std::max(radius, seen.radius_px);

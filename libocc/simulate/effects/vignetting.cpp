@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/simulate/internal/background.hpp"
 #include "libocc/simulate/internal/blur.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
 #include "libocc/simulate/internal/overlap.hpp"
@@ -41,7 +42,11 @@ Bound bound_of(const LampView& seen, const View& view) {
   return {loss * seen.peak_e, second_moment * steepest};
 }
 
-Bound bound(const View& view) { return sum_of_overlapping(view, bound_of); }
+Bound bound(const View& view) {
+  Bound bound = sum_of_overlapping(view, bound_of);
+  bound.dn += view.grey_levels(lit_wall_electrons(view));
+  return bound;
+}
 
 }  // namespace
 

@@ -21,6 +21,7 @@
 #include "libocc/simulate/internal/frame.hpp"
 #include "libocc/simulate/internal/line_image.hpp"
 #include "libocc/simulate/internal/motion.hpp"
+#include "libocc/simulate/internal/occlusion.hpp"
 #include "libocc/simulate/internal/vignetting.hpp"
 
 namespace occ {
@@ -34,9 +35,17 @@ class LampRenderer {
   std::optional<Patch> render(const Lamp& lamp) const;
 
  private:
-  std::optional<Patch> point_image(const Lamp& lamp) const;
+  // A lamp taken for a point, and the face of which a part may be hidden.
+  std::optional<Patch> point_image(const Lamp& lamp, const Lamp& face) const;
+  std::optional<Patch> point_by_lines(const Lamp& lamp, const Lamp& face) const;
   std::optional<Patch> extended_image(const Lamp& lamp) const;
-  std::optional<Patch> image_by_lines(const Lamp& lamp) const;
+  std::optional<Patch> extended_by_lines(const Lamp& lamp) const;
+  LineImageInput line_input(const Lamp& lamp) const;
+  Rigid3 seen_pose(const Lamp& lamp) const;
+
+  bool is_point(const Lamp& lamp) const;
+  bool may_be_hidden() const { return frame_.plan.applies(Effect::occlusion); }
+  Visible visible(const Lamp& lamp, const Rigid3& pose) const;
 
   std::vector<LightNode> nodes(const Lamp& lamp) const;
   std::vector<BlurShift> shifts(const Lamp& lamp, const Rigid3& pose) const;
@@ -45,6 +54,7 @@ class LampRenderer {
   Eigen::Vector2d log_light_gradient(const Lamp& lamp, const Rigid3& pose) const;
   double panels_per_px() const;
 
+  std::optional<RimContour> rim(const Lamp& lamp, const Rigid3& pose) const;
   std::optional<Contour> contour(const Lamp& lamp, const std::vector<LightNode>& nodes,
                                  const std::vector<BlurShift>& shifts) const;
   std::optional<CoverageMoments> sharp_moments(const Lamp& lamp,

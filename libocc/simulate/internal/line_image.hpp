@@ -14,6 +14,7 @@
 
 #include "libocc/formation/coverage.hpp"
 #include "libocc/formation/lens_blur.hpp"
+#include "libocc/formation/sharp_coverage.hpp"
 #include "libocc/simulate/internal/motion.hpp"
 
 namespace occ {
@@ -27,6 +28,10 @@ struct LineImageInput {
   double panels_per_px;                 ///< of blur, into which a line's exposure is cut
   std::vector<BlurShift> shifts;        ///< what the lens adds to the PSF
   std::function<double(double)> light;  ///< factor of the lamp's light at a time
+  /// Of an extended lamp's image from a pose: without a PSF.
+  std::function<std::optional<Chords>(const Rigid3&)> chords;
+  /// With one; given when it does not simply move along with the pose (parts may be hidden).
+  std::function<std::optional<RimContour>(const Rigid3&)> rim;
 };
 
 /// Coverage and moments of an extended lamp, with light and blinking; empty when no line sees it.

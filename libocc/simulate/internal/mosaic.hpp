@@ -15,7 +15,7 @@ ByPlace light_by_place(const Sensor& sensor, const Eigen::Vector3d& colour);
 /// The sensor as the pixels at a place are.
 Sensor sensor_at(const Sensor& sensor, std::size_t place);
 
-/// All that a lamp's image may be brighter by, in any pixel, than without mosaic and gain.
-double brightest_factor(const Scene& scene, const Lamp& lamp);
+/// All that a light may be brighter by, in any pixel, than without mosaic and gain.
+double brightest_factor(const Scene& scene, const Eigen::Vector3d& colour);
 
 }  // namespace occ

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/simulate/internal/check_place.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <string>
+
+#include "libocc/core/require.hpp"
+
+namespace occ {
+namespace {
+
+bool on_face(const Lamp& lamp, const Eigen::Vector3d& position) {
+  constexpr double touching_m = 1e-6;
+  const Eigen::Vector3d way = position - lamp.centre_m;
+  if (!(std::abs(way.dot(lamp.normal)) < touching_m)) return false;
+  const double u = std::abs(way.dot(lamp.x_axis));
+  const double v = std::abs(way.dot(lamp.normal.cross(lamp.x_axis)));
+  const Eigen::Vector2d half = 0.5 * lamp.size_m;
+  switch (lamp.shape) {
+    case LampShape::point:
+      return way.norm() < touching_m;
+    case LampShape::disc:
+      return std::hypot(u, v) < lamp.radius_m;
+    case LampShape::rectangle:
+      return u < half.x() && v < half.y();
+    case LampShape::lame:
+      return std::pow(u / half.x(), lamp.exponent) + std::pow(v / half.y(), lamp.exponent) < 1;
+  }
+  return false;
+}
+
+}  // namespace
+
+void check_place(const Scene& scene, const Eigen::Vector3d& position) {
+  for (std::size_t i = 0; i < scene.boxes.size(); ++i) {
+    const Box& box = scene.boxes[i];
+    if ((position - box.min_m).minCoeff() > 0 && (box.max_m - position).minCoeff() > 0)
+      require(false, "cam_from_world", position.transpose(),
+              "outside boxes[" + std::to_string(i) + "]");
+  }
+  for (const Lamp& lamp : scene.lamps)
+    if (on_face(lamp, position))
+      require(false, "cam_from_world", position.transpose(),
+              "outside lamp " + std::to_string(lamp.id));
+}
+
+}  // namespace occ

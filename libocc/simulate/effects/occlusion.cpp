@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// Boxes hide lamps. From a point, a box casts a convex shadow onto the plane of a lamp's face; what
+// is left of the face is cut into convex pieces, whose image is rendered by the integral along
+// their rims as a whole face's is. Left out, lamps that are partly hidden are whole: nothing
+// changes when no shadow meets a lamp, else everything may.
+#include "libocc/simulate/internal/occlusion.hpp"
+
+#include <cmath>
+
+#include "libocc/formation/rim.hpp"
+#include "libocc/simulate/internal/background.hpp"
+#include "libocc/simulate/internal/effect_model.hpp"
+
+namespace occ {
+namespace {
+
+constexpr int rim_points = 256;
+
+// A polygon with the area of the face: what a round rim and its chords enclose evens out along it.
+Polygon face_polygon(const Lamp& lamp, const Face& face) {
+  Polygon polygon;
+  for (const Eigen::Vector3d& point : rim_in_world(lamp, rim_points))
+    polygon.emplace_back((point - face.centre).dot(face.x), (point - face.centre).dot(face.y));
+  const double scale = std::sqrt(lamp.area_m2() / area(polygon));
+  for (Eigen::Vector2d& p : polygon) p *= scale;
+  return polygon;
+}
+
+double total_area(const std::vector<Polygon>& pieces) {
+  double sum = 0;
+  for (const Polygon& piece : pieces) sum += area(piece);
+  return sum;
+}
+
+// Three-point Gauss-Legendre panels along the edge from a to b.
+bool add_edge(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Camera& camera,
+              double spacing_px, RimContour& rim) {
+  constexpr double node = 0.7745966692414834, outer = 5.0 / 18, inner = 8.0 / 18;
+  const auto from = camera.project(a), to = camera.project(b);
+  if (!from || !to) return false;
+  const int panels = 1 + static_cast<int>((*to - *from).norm() / (0.75 * spacing_px));
+  for (int i = 0; i < panels; ++i)
+    for (const double t : {-node, 0.0, node})
+      rim.push_back({a + (i + 0.5 + 0.5 * t) / panels * (b - a),
+                     (t == 0 ? inner : outer) / panels * (b - a)});
+  return true;
+}
+
+std::vector<std::vector<Eigen::Vector3d>> corners_in_cam(const Lamp& lamp, const Visible& visible,
+                                                         const Rigid3& cam_from_world) {
+  const Face face(lamp);
+  std::vector<std::vector<Eigen::Vector3d>> all;
+  for (const Polygon& piece : visible.pieces) {
+    all.emplace_back();
+    for (const Eigen::Vector2d& corner : piece)
+      all.back().push_back(cam_from_world * face.point(corner));
+  }
+  return all;
+}
+
+bool called_for(const Scene& scene, const SimulateOptions&) { return !scene.boxes.empty(); }
+
+Bound bound(const View& view) {
+  Bound bound;
+  const Eigen::Vector3d seen_from = view.cam_from_world.origin_in_source();
+  for (const LampView& seen : view.lamps) {
+    if (visible_part(*seen.lamp, view.scene.boxes, seen_from).share == 1) continue;
+    bound.include({view.grey_levels(seen.peak_e), 2 * seen.radius_px});
+  }
+  bound.dn += view.grey_levels(lit_wall_electrons(view));
+  return bound;
+}
+
+}  // namespace
+
+Visible visible_part(const Lamp& lamp, const std::vector<Box>& boxes,
+                     const Eigen::Vector3d& seen_from) {
+  Visible visible;
+  if (lamp.shape == LampShape::point) {
+    for (const Box& box : boxes)
+      if (hides(box, seen_from, lamp.centre_m)) visible.share = 0;
+    return visible;
+  }
+  const Face face(lamp);
+  if (!((seen_from - face.centre).dot(face.normal) > 0)) return visible;
+  const Polygon whole = face_polygon(lamp, face);
+  std::vector<Polygon> pieces = {whole};
+  for (const Box& box : boxes) {
+    const Polygon hole = shadow(box, face, seen_from);
+    if (hole.empty()) continue;
+    std::vector<Polygon> left;
+    for (const Polygon& piece : pieces)
+      for (Polygon& part : outside(piece, hole)) left.push_back(std::move(part));
+    // Pieces that the shadow does not touch stay whole.
+    if (total_area(left) < (1 - 1e-12) * total_area(pieces)) pieces = std::move(left);
+  }
+  constexpr double nothing = 1e-9;
+  visible.share = total_area(pieces) / area(whole);
+  if (visible.share > 1 - nothing) return {};
+  if (visible.share > nothing)
+    visible.pieces = std::move(pieces);
+  else
+    visible.share = 0;
+  return visible;
+}
+
+std::optional<RimContour> visible_rim(const Lamp& lamp, const Visible& visible,
+                                      const Rigid3& cam_from_world, const Camera& camera,
+                                      double spacing_px) {
+  if (visible.share == 1) return rim_contour(lamp, cam_from_world, camera, spacing_px);
+  RimContour rim;
+  for (const auto& corners : corners_in_cam(lamp, visible, cam_from_world))
+    for (std::size_t i = 0; i < corners.size(); ++i)
+      if (!add_edge(corners[i], corners[(i + 1) % corners.size()], camera, spacing_px, rim))
+        return std::nullopt;
+  return rim;
+}
+
+std::optional<Chords> visible_chords(const Lamp& lamp, const Visible& visible,
+                                     const Rigid3& cam_from_world, const Camera& camera) {
+  if (visible.share == 1) return project_chords(lamp, cam_from_world, camera);
+  Chords chords;
+  for (const auto& corners : corners_in_cam(lamp, visible, cam_from_world))
+    if (!append_polygon(corners, camera, chords)) return std::nullopt;
+  return chords;
+}
+
+const EffectModel occlusion_model{"boxes", called_for, bound};
+
+}  // namespace occ

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "libocc/scene/scene.hpp"
+
+namespace occ {
+
+/// A camera inside something that is there sees nothing that could be rendered: throws
+/// std::invalid_argument naming the box or the lamp.
+void check_place(const Scene& scene, const Eigen::Vector3d& camera_position);
+
+}  // namespace occ

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/simulate/internal/room_light.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+
+#include "libocc/core/require.hpp"
+#include "libocc/formation/light.hpp"
+#include "libocc/simulate/internal/mosaic.hpp"
+#include "libocc/simulate/internal/motion.hpp"
+#include "libocc/simulate/internal/shadow.hpp"
+#include "libocc/simulate/internal/vignetting.hpp"
+
+namespace occ {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+/// Electrons that pixels get from the surfaces, and which surface they see.
+class WallImage {
+ public:
+  WallImage(const Frame& frame, const RoomSurfaces& surfaces)
+      : frame_(frame),
+        surfaces_(surfaces),
+        camera_(rendered_camera(frame)),
+        pose_(Motion(frame).still_pose()),
+        origin_(pose_.origin_in_source()) {
+    const Eigen::Vector3d& size = surfaces_.size_m();
+    const bool inside = origin_.minCoeff() > 0 && (size - origin_).minCoeff() > 0;
+    if (!inside)
+      require(false, "cam_from_world", origin_.transpose(), "in the room whose walls are rendered");
+    if (frame.plan.applies(Effect::vignetting)) vignetting_.emplace(frame.scene);
+  }
+
+  struct Sample {
+    int face = none;  ///< also `box`
+    double electrons = 0;
+  };
+  static constexpr int none = -1, box = -2;
+
+  Sample at(int x, int y) const {
+    Eigen::Matrix<double, 3, 2> jacobian;
+    const Sensor& sensor = frame_.scene.sensor;
+    const Eigen::Vector2d px(x, y);
+    const auto bearing = camera_.unproject(px, &jacobian);
+    if (!bearing) return {};
+    const RoomSurfaces::Hit hit = surfaces_.hit(origin_, pose_.rotation.transpose() * *bearing);
+    if (frame_.plan.applies(Effect::occlusion))
+      for (const Box& b : frame_.scene.boxes)
+        if (hides(b, origin_, hit.point)) return {box, 0};
+    const double exitance = surfaces_.reflectance() * (surfaces_.direct(hit.face, hit.point) +
+                                                       surfaces_.indirect(hit.face, hit.point));
+    const double irradiance = irradiance_of_radiance(exitance / pi, camera_, sensor, *bearing,
+                                                     jacobian.col(0).cross(jacobian.col(1)).norm());
+    const double transmission = vignetting_ ? vignetting_->transmission(px) : 1;
+    return {hit.face, transmission * (sensor.electrons(irradiance) - sensor.electrons(0))};
+  }
+
+ private:
+  const Frame& frame_;
+  const RoomSurfaces& surfaces_;
+  Camera camera_;
+  Rigid3 pose_;
+  Eigen::Vector3d origin_;
+  std::optional<Vignetting> vignetting_;
+};
+
+/// Adds it to the pixels of these places in the mosaic, one block of pixels after the other.
+class WallPainter {
+ public:
+  WallPainter(const WallImage& walls, const std::array<bool, 4>& places, Signal& signal)
+      : walls_(walls), places_(places), signal_(signal) {}
+
+  void paint() {
+    std::vector<WallImage::Sample> upper, lower = line_at(0);
+    for (int y0 = 0; y0 < signal_.height(); y0 += step) {
+      upper = std::move(lower);
+      lower = line_at(y0 + step);
+      for (std::size_t i = 0; i + 1 < upper.size(); ++i)
+        paint_block(static_cast<int>(i) * step, y0,
+                    {upper[i], upper[i + 1], lower[i], lower[i + 1]});
+    }
+  }
+
+ private:
+  using Corners = std::array<WallImage::Sample, 4>;
+  /// Over one step light on a surface changes like a straight line, to a thousandth.
+  static constexpr int step = 8;
+
+  std::vector<WallImage::Sample> line_at(int y) const {
+    std::vector<WallImage::Sample> line;
+    for (int x = 0; x < signal_.width() + step; x += step) line.push_back(walls_.at(x, y));
+    return line;
+  }
+
+  void paint_block(int x0, int y0, const Corners& at) {
+    const bool smooth = at[0].face >= 0 && at[0].face == at[1].face && at[0].face == at[2].face &&
+                        at[0].face == at[3].face;
+    for (int y = y0; y < std::min(y0 + step, signal_.height()); ++y)
+      for (int x = x0; x < std::min(x0 + step, signal_.width()); ++x) {
+        if (!places_[place_of(x, y)]) continue;
+        const double u = static_cast<double>(x - x0) / step, v = static_cast<double>(y - y0) / step;
+        signal_.row(y)[x] += smooth ? (1 - v) * ((1 - u) * at[0].electrons + u * at[1].electrons) +
+                                          v * ((1 - u) * at[2].electrons + u * at[3].electrons)
+                                    : walls_.at(x, y).electrons;
+      }
+  }
+
+  const WallImage& walls_;
+  const std::array<bool, 4>& places_;
+  Signal& signal_;
+};
+
+/// What the pixels of a place get of each lamp's light.
+std::vector<double> lamp_light(const Frame& frame, std::size_t place) {
+  std::vector<double> light(frame.scene.lamps.size(), 1);
+  if (!frame.plan.applies(Effect::mosaic)) return light;
+  for (std::size_t i = 0; i < light.size(); ++i)
+    light[i] = light_by_place(frame.scene.sensor, frame.scene.lamps[i].colour)[place];
+  return light;
+}
+
+}  // namespace
+
+void add_room_light(const Frame& frame, Signal& signal) {
+  signal.touch_everything();
+  std::map<std::vector<double>, std::array<bool, 4>> places_of;  // whose pixels see the same colour
+  for (std::size_t place = 0; place < 4; ++place)
+    places_of.try_emplace(lamp_light(frame, place)).first->second[place] = true;
+  for (const auto& [light, places] : places_of) {
+    const RoomSurfaces& surfaces =
+        frame.storage.room(frame.scene, light, frame.plan.applies(Effect::interreflection));
+    WallPainter(WallImage(frame, surfaces), places, signal).paint();
+  }
+}
+
+}  // namespace occ

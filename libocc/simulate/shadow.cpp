@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/simulate/internal/shadow.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace occ {
+namespace {
+
+double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+/// The part of the polygon where side(p) >= 0, `side` linear (Sutherland and Hodgman 1974).
+template <typename Side>
+Polygon clipped(const Polygon& polygon, const Side& side) {
+  Polygon kept;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Eigen::Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    const double at_a = side(a), at_b = side(b);
+    if (at_a >= 0) kept.push_back(a);
+    if ((at_a >= 0) != (at_b >= 0)) kept.push_back(a + at_a / (at_a - at_b) * (b - a));
+  }
+  return kept;
+}
+
+/// Andrew's monotone chain, counter-clockwise.
+Polygon convex_hull(Polygon points) {
+  std::sort(points.begin(), points.end(), [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y());
+  });
+  Polygon hull;
+  for (const int pass : {0, 1}) {
+    const std::size_t begin = hull.size();
+    for (const Eigen::Vector2d& p : points) {
+      while (hull.size() >= begin + 2 &&
+             cross(hull.back() - hull[hull.size() - 2], p - hull.back()) <= 0)
+        hull.pop_back();
+      hull.push_back(p);
+    }
+    hull.pop_back();  // the first of the other pass
+    if (pass == 0) std::reverse(points.begin(), points.end());
+  }
+  return hull;
+}
+
+std::array<Eigen::Vector3d, 8> corners(const Box& box) {
+  std::array<Eigen::Vector3d, 8> all;
+  for (std::size_t i = 0; i < 8; ++i)
+    for (int axis = 0; axis < 3; ++axis)
+      all[i][axis] = (i >> axis & 1) != 0 ? box.max_m[axis] : box.min_m[axis];
+  return all;
+}
+
+}  // namespace
+
+double area(const Polygon& polygon) {
+  double twice = 0;
+  for (std::size_t i = 0; i < polygon.size(); ++i)
+    twice += cross(polygon[i], polygon[(i + 1) % polygon.size()]);
+  return 0.5 * twice;
+}
+
+std::vector<Polygon> outside(const Polygon& polygon, const Polygon& hole) {
+  std::vector<Polygon> pieces;
+  Polygon rest = polygon;
+  for (std::size_t i = 0; i < hole.size() && !rest.empty(); ++i) {
+    const Eigen::Vector2d &a = hole[i], edge = hole[(i + 1) % hole.size()] - a;
+    const auto inside = [&](const Eigen::Vector2d& p) { return cross(edge, p - a); };
+    Polygon piece = clipped(rest, [&](const Eigen::Vector2d& p) { return -inside(p); });
+    if (area(piece) > 0) pieces.push_back(std::move(piece));
+    rest = clipped(rest, inside);
+  }
+  return pieces;
+}
+
+Face::Face(const Lamp& lamp)
+    : centre(lamp.centre_m),
+      x(lamp.x_axis),
+      y(lamp.normal.cross(lamp.x_axis)),
+      normal(lamp.normal) {}
+
+Polygon shadow(const Box& box, const Face& face, const Eigen::Vector3d& seen_from) {
+  constexpr double nearest = 1e-9;  // of the way: what is nearer hides all, from far to the side
+  const double height = (seen_from - face.centre).dot(face.normal);
+  const std::array<Eigen::Vector3d, 8> all = corners(box);
+  // How far a corner is on the way to the plane, in (0, 1) between point and plane.
+  const auto way = [&](const Eigen::Vector3d& p) {
+    return 1 - (p - face.centre).dot(face.normal) / height;
+  };
+  Polygon cast;
+  const auto cast_point = [&](const Eigen::Vector3d& p) {
+    const Eigen::Vector3d hit = seen_from + (p - seen_from) / way(p) - face.centre;
+    cast.emplace_back(hit.dot(face.x), hit.dot(face.y));
+  };
+  for (std::size_t i = 0; i < 8; ++i) {
+    const double at = way(all[i]);
+    if (at >= nearest && at <= 1) cast_point(all[i]);
+    for (const std::size_t bit : {1u, 2u, 4u}) {
+      if ((i & bit) != 0) continue;
+      const double to = way(all[i | bit]);
+      for (const double limit : {nearest, 1.0})
+        if ((at < limit) != (to < limit))
+          cast_point(all[i] + (limit - at) / (to - at) * (all[i | bit] - all[i]));
+    }
+  }
+  return cast.size() < 3 ? Polygon() : convex_hull(cast);
+}
+
+bool hides(const Box& box, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  double enter = 0, leave = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double way = to[axis] - from[axis];
+    if (way == 0) {
+      if (from[axis] <= box.min_m[axis] || from[axis] >= box.max_m[axis]) return false;
+      continue;
+    }
+    const double a = (box.min_m[axis] - from[axis]) / way, b = (box.max_m[axis] - from[axis]) / way;
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  return enter < leave;
+}
+
+}  // namespace occ
