@@ -43,17 +43,18 @@ double mean_nees(const Scene& scene, Rung rung, int frames, bool aware) {
   return nees / frames;
 }
 
-// Spots of about 2.5 px radius, and discs of 3.5 to 5 px whose few inner pixels tell no slope.
+// Spots of about 2.5 px radius, and discs of 3.5 to 5 px whose few inner pixels tell no slope. How
+// the light bends over a lamp is known to the first order only: covariances are true to 20 %.
 TEST(RefineLight, CovarianceIsTrueForSmallLamps) {
-  constexpr int frames = 60;
+  constexpr int frames = 120;
   const auto interval = test::chi2_interval(6.0 * frames);
   for (const double radius_m : {0.015, 0.022}) {
     const Scene scene = narrow_beams(radius_m);
     for (const Rung rung : {Rung::centres, Rung::rims}) {
       SCOPED_TRACE(std::to_string(radius_m) + " m, rung " + std::to_string(int(rung)));
       const double nees = mean_nees(scene, rung, frames, true);
-      EXPECT_GT(nees * frames, interval.first);
-      EXPECT_LT(nees * frames, interval.second);
+      EXPECT_GT(1.2 * nees * frames, interval.first);
+      EXPECT_LT(nees * frames / 1.2, interval.second);
     }
   }
   EXPECT_GT(mean_nees(narrow_beams(0.022), Rung::centres, frames, false), 12);

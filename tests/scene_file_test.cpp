@@ -144,7 +144,12 @@ TEST(SceneFile, RoundTripIsExact) {
       scene.lamps.push_back(random_lamp(random, id));
       scene.lamps.back().name = names[static_cast<std::size_t>(id) % names.size()];
     }
-    if (i % 2) scene.room = Room{Eigen::Vector3d::Constant(random.uniform(1, 9)), random.uniform()};
+    if (i % 2) {
+      const Eigen::Vector3d size_m = Eigen::Vector3d::Constant(random.uniform(1, 9));
+      scene.room = Room{size_m, random.uniform()};
+      for (Lamp& lamp : scene.lamps)  // not behind its walls
+        lamp.centre_m = lamp.centre_m.cwiseAbs().cwiseMin(size_m);
+    }
     if (i % 3) scene.assumed = names;
     scene.validate();
     const std::string text = format_scene(scene);
