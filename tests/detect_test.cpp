@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "detect_support.hpp"
+#include "libocc/simulate/simulate.hpp"
 #include "support.hpp"
 
 namespace occ {
@@ -115,6 +116,27 @@ TEST(Detect, ThresholdFollowsTheNoise) {
     canvas.add_spot({640.3, 480.6}, 1.2, 200 * sigma_e);  // peak about 20 sigma
     EXPECT_EQ(detect(canvas.image(noise, &random).view()).size(), 1u) << read_e;
   }
+}
+
+// A curved response spreads the dark noise over many grey levels, and what is below black is lost.
+TEST(Detect, NoiseOfGammaCodedImagesIsNoLamp) {
+  const Rigid3 pose = look_at({2.1, 1.9, 0.5}, {2.0, 2.1, 3.0}, {0.2, 1, 0});
+  for (const int bits : {8, 12})
+    for (const Response response : {Response::gamma, Response::srgb}) {
+      Scene scene = test::irregular_room();
+      scene.sensor.response = response;
+      scene.sensor.bit_depth = bits;
+      scene.sensor.gain_dn_per_e *= bits == 8 ? 1 : 16;
+      for (std::uint64_t seed = 0; seed < 20; ++seed) {
+        SimulateOptions options;
+        options.seed = seed;
+        const Image image = simulate(scene, pose, options).image;
+        DetectOptions knowing;
+        knowing.sensor = scene.sensor;
+        EXPECT_EQ(detect(image.view(), knowing).size(), 6u) << bits << " bits, seed " << seed;
+        EXPECT_EQ(detect(image.view()).size(), 6u) << bits << " bits, seed " << seed;
+      }
+    }
 }
 
 TEST(Detect, BitsShiftedUpAreNoNoise) {

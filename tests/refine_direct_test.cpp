@@ -278,27 +278,27 @@ TEST(SlowRefineDirect, AnEdgeThatIsNotTheModelsIsNotTrustedInTheDark) {
   EXPECT_LT(nees, test::chi2_interval(6.0 * frames).second);
 }
 
-TEST(RefineDirect, SaturatedLampsAreReadAtTheirSkirts) {
+// Where a saturated image is clipped depends on the PSF's far tail: rims allow for not knowing it.
+TEST(RefineDirect, SaturatedDiscsAreTakenByTheirRims) {
   Scene scene = test::irregular_room();
   scene.sensor.exposure_s *= 8;
-  double direct = 0, rims = 0, nees = 0;
-  constexpr int frames = 40;
-  for (int i = 0; i < frames; ++i) {
-    const Frame frame = make_frame(scene, truth(), static_cast<std::uint64_t>(i));
-    const auto by_rims = refine(start(), frame.matches, frame.blobs, scene);
-    const auto refined = refine_directly(frame, scene);
-    ASSERT_TRUE(refined.ok());
-    for (const LampResidual& lamp : refined->lamps) EXPECT_EQ(lamp.rung, Rung::direct);
-    EXPECT_FALSE(refined->rim_growth_px);
-    direct += std::pow(error_m(*refined, truth()), 2);
-    rims += std::pow(error_m(*by_rims, truth()), 2);
-    const Vector6 error = difference(refined->cam_from_world, truth());
-    nees += error.dot(refined->covariance.ldlt().solve(error));
+  for (const double assumed_psf_px : {0.8, 1.2}) {
+    double nees = 0;
+    constexpr int frames = 20;
+    for (int i = 0; i < frames; ++i) {
+      const Frame frame = make_frame(scene, truth(), static_cast<std::uint64_t>(i));
+      Scene assumed = scene;
+      assumed.sensor.psf_sigma_px = assumed_psf_px;
+      const auto refined = refine_directly(frame, assumed);
+      ASSERT_TRUE(refined.ok());
+      const auto by_rims = refine(start(), frame.matches, frame.blobs, assumed);
+      EXPECT_LT(difference(refined->cam_from_world, by_rims->cam_from_world).norm(), 1e-6);
+      EXPECT_TRUE(refined->rim_growth_px);
+      const Vector6 error = difference(refined->cam_from_world, truth());
+      nees += error.dot(refined->covariance.ldlt().solve(error));
+    }
+    EXPECT_LT(nees, test::chi2_interval(6.0 * frames).second) << assumed_psf_px;
   }
-  EXPECT_LT(direct, rims);
-  const auto interval = test::chi2_interval(6.0 * frames);
-  EXPECT_GT(nees, interval.first);
-  EXPECT_LT(nees, interval.second);
 }
 
 TEST(RefineDirect, ALampThatDoesNotOfferItsPixelsIsTakenByItsRim) {

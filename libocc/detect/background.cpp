@@ -18,6 +18,9 @@ constexpr int mesh_across = 8;  // meshes along the image's shorter side
 // at the lower half only, because what is not background is brighter.
 constexpr float level_bias = -0.247f;
 constexpr float lower_spread = 0.990f;
+// Of 16 sorted differences between neighbours, rank 11, in sigmas of normal samples that are
+// clipped at their mean.
+constexpr float clipped_difference = 0.70f;
 
 using Samples = std::array<std::vector<float>, samples>;  // one lane for each mesh
 
@@ -87,21 +90,46 @@ void median_filter(std::vector<float>& mesh, int columns, int rows) {
 }
 
 /// Grey levels at a 4 x 4 grid in each mesh, sheared so that no two share a row or a column. A mesh
-/// that hangs over the border takes its samples mirrored.
+/// that hangs over the border takes its samples mirrored. Beside them, how much they differ from
+/// the pixel to the left.
 template <typename P>
-void sample(const P& pixels, int mesh_px, int columns, int rows, Samples& out) {
+void sample(const P& pixels, int mesh_px, int columns, int rows, Samples& out,
+            Samples& differences) {
   for (int s = 0; s < samples; ++s) {
     const int dy = mesh_px * (4 * (s / 4) + s % 4) / samples + mesh_px / 32;
     const int dx = mesh_px * (4 * (s % 4) + s / 4) / samples + mesh_px / 32;
     float* lane = out[static_cast<std::size_t>(s)].data();
+    float* difference = differences[static_cast<std::size_t>(s)].data();
     for (int row = 0; row < rows; ++row) {
       const typename P::Value* line = pixels.row(mirrored(row * mesh_px + dy, pixels.height()));
       for (int column = 0; column < columns; ++column) {
         const int x = mirrored(column * mesh_px + dx, pixels.width());
-        *lane++ = static_cast<float>(P::level(line, x)) / static_cast<float>(P::scale);
+        const int left = mirrored(x - 1, pixels.width());
+        const auto level = static_cast<float>(P::level(line, x));
+        *lane++ = level / static_cast<float>(P::scale);
+        *difference++ = std::abs(level - static_cast<float>(P::level(line, left))) /
+                        static_cast<float>(P::scale);
       }
     }
   }
+}
+
+/// What is darker than black is stored as black, so the darker half of a mesh may say nothing of
+/// the noise. There it is at least what neighbouring pixels differ by, the lower quartile over such
+/// meshes: others hold lamps. (Noise of a single grey step clips nothing to speak of.)
+void measure_clipped_noise(const Samples& sorted, const Samples& sorted_differences, double step,
+                           std::vector<float>& noise) {
+  const float black = *std::min_element(sorted[0].begin(), sorted[0].end());
+  const auto is_clipped = [&](std::size_t i) { return sorted[2][i] == black; };
+  std::vector<float> spreads;
+  for (std::size_t i = 0; i < noise.size(); ++i)
+    if (is_clipped(i)) spreads.push_back(sorted_differences[11][i]);
+  if (spreads.empty() || 2 * spreads.size() < noise.size()) return;  // black is not the background
+  const auto quartile = spreads.begin() + static_cast<std::ptrdiff_t>(spreads.size() / 4);
+  std::nth_element(spreads.begin(), quartile, spreads.end());
+  if (*quartile < 2 * step) return;
+  for (std::size_t i = 0; i < noise.size(); ++i)
+    if (is_clipped(i)) noise[i] = std::max(noise[i], *quartile / clipped_difference);
 }
 
 /// Step between the grey levels that occur in an image of 16 bits: more than 1 where pixels of
@@ -125,12 +153,15 @@ Background::Background(const ImageView& image, const Sensor* sensor) {
   const std::size_t count = static_cast<std::size_t>(m.columns) * static_cast<std::size_t>(m.rows);
   m.level.resize(count);
   m.noise.resize(count);
-  Samples sorted;
-  for (auto& lanes : sorted) lanes.resize(count);
-  visit_pixels(image,
-               [&](const auto& pixels) { sample(pixels, m.size_px, m.columns, m.rows, sorted); });
+  Samples sorted, differences;
+  for (Samples* samples : {&sorted, &differences})
+    for (auto& lanes : *samples) lanes.resize(count);
+  visit_pixels(image, [&](const auto& pixels) {
+    sample(pixels, m.size_px, m.columns, m.rows, sorted, differences);
+  });
   const double step = image.type == PixelType::u16 ? quantisation_step(sorted) : 1;
   sort_lanes(sorted, count);
+  sort_lanes(differences, count);
   for (std::size_t i = 0; i < count; ++i) {
     float sum = 0;
     for (std::size_t rank = 3; rank <= 9; ++rank) sum += sorted[rank][i];
@@ -138,6 +169,7 @@ Background::Background(const ImageView& image, const Sensor* sensor) {
     m.noise[i] = (median - sorted[2][i]) / lower_spread;
     m.level[i] = sum / 7 - level_bias * m.noise[i];
   }
+  measure_clipped_noise(sorted, differences, step, m.noise);
   fill_bright_bodies(image, floor_dn * step, m);
   median_filter(m.level, m.columns, m.rows);
   median_filter(m.noise, m.columns, m.rows);

@@ -103,7 +103,13 @@ void observe_flux(const Lamp& lamp, const Blob& blob, const Sensor& sensor,
 
 /// Blinking lamps under a rolling shutter shine by rows, and what is cut or merged is no image of
 /// one lamp; though a rectangle or Lame curve, which no ellipse fits, is often taken for a merger.
-bool offers_pixels(const Lamp& lamp, const Blob& blob, const Sensor& sensor) {
+/// Where a saturated lamp is clipped depends on the PSF's far tail, which no scene knows: rims
+/// allow for it.
+bool offers_pixels(const LampObservation& observation, const Sensor& sensor) {
+  const Lamp& lamp = *observation.lamp;
+  const Blob& blob = *observation.blob;
+  if (blob.saturated && observation.has_rim()) return false;
+
   const Eigen::Vector2d& c = blob.centroid_px;
   const bool boxed = c.x() >= blob.x0 && c.x() <= blob.x1 && c.y() >= blob.y0 && c.y() <= blob.y1;
   const bool by_rows = blob.striped || (lamp.frequency_hz && sensor.row_time_s > 0);
@@ -124,7 +130,7 @@ void observe_pixels(const std::vector<Match>& matches, const std::vector<Blob>& 
   const WindowReader reader(image, scene.sensor);
   for (std::size_t i = 0; i < matches.size(); ++i) {
     LampObservation& lamp = all.lamps[i];
-    if (!offers_pixels(*lamp.lamp, *lamp.blob, scene.sensor)) continue;
+    if (!offers_pixels(lamp, scene.sensor)) continue;
     lamp.window = reader.read(blobs, static_cast<std::size_t>(matches[i].blob));
     if (options.flux == FluxModel::ignore || lamp.lamp->frequency_hz) continue;
     lamp.light_sigma = lamp.lamp->power_sigma;

@@ -7,8 +7,8 @@
 //   - or all its pixels against its rendered image (projected rim, PSF, Lambertian and cos^4
 //   gradients, response, clipping), weighted by the sensor's noise; its brightness, the background
 //   and the PSF's width are estimated along. A lamp whose pixels miss their model by more than
-//   chance counts for as much less; one that misses it altogether, or is cut, merged or striped, is
-//   taken by its rim;
+//   chance counts for as much less; one that misses it altogether, or is cut, merged, striped or a
+//   saturated disc, is taken by its rim;
 //   - optionally its flux against Lambertian intensity, powers known with a sigma or up to a common
 //   factor.
 // Rims of saturated lamps have grown by an unknown common amount (prior sigma 2 px), which is
