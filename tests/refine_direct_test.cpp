@@ -361,7 +361,7 @@ TEST(RefineDirect, UndoesTheResponse) {
     Scene scene = bits == 8 ? test::irregular_room() : twelve_bits(test::irregular_room());
     scene.sensor.response = Response::gamma;
     double nees = 0;
-    constexpr int frames = 30;
+    constexpr int frames = 60;
     for (int i = 0; i < frames; ++i) {
       const Frame frame = make_frame(scene, truth(), static_cast<std::uint64_t>(i));
       const auto refined = refine_directly(frame, scene);
