@@ -126,7 +126,7 @@ def command(
         methods += found
         for package in missing:
             click.echo(f"not installed, left out: {package}", err=True)
-    with progress(sum(len(case.rows()) for case in cases), "solving") as advance:
+    with progress("solving", sum(len(case.rows()) for case in cases)) as advance:
         cells = run(cases, methods, count, advance)
     if not cells:
         raise Failure("no chosen solver takes the number of points of a chosen case")

@@ -83,7 +83,7 @@ def write_plot(path: str, rows: list[Row], note: str) -> None:
 def write_costs(path: str, experiment: Experiment, frames: int) -> None:
     frames = min(frames, COST_FRAMES)
     with blamed_on(path):
-        with progress(frames * len(cost_table.problems(experiment)), "measuring") as advance:
+        with progress("climbing", frames * len(cost_table.problems(experiment))) as advance:
             measured = cost_table.measure(experiment, frames, 1e-3, advance)
         measured.save(path)
     click.echo(f"costs of the refinement's rungs in {path}", err=True)
@@ -163,7 +163,7 @@ def command(
     rungs, missing = chosen_rungs(wanted)
     for package in missing:
         click.echo(f"not installed, left out: {package} (pip install 'libocc[peers]')", err=True)
-    with blamed_on(scene), progress(frames, "climbing") as advance:
+    with blamed_on(scene), progress("climbing", frames) as advance:
         result = run(experiment, rungs, frames, 1e-6 * least_time_us, advance)
     rows = rows_of(result)
     if not rows:

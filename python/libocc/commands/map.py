@@ -80,7 +80,7 @@ def command(
     done: list[dict[str, Any]] = []
     interrupted = False
     try:
-        with progress(len(views) * rows, "mapping") as advance:
+        with progress("mapping", len(views) * rows) as advance:
             for lens, turn in views:
                 made = power_map(
                     lens, height_m=height_m, step_m=step_m, extent_m=extent_m, rotation_deg=turn,
