@@ -22,6 +22,7 @@ class PowerMap:
     rotation_deg: tuple[float, float, float]  # roll, pitch, yaw: see looking_up()
     rung: Rung | None  # what of the image the bound is of
     lamp_power_w: NDArray[np.float64]  # (ny, nx, lamps), in the scene's order
+    whole: NDArray[np.bool_]  # (ny, nx, lamps): all of the lamp's face is seen
     visible: NDArray[np.int32]  # lamps of which some light arrives
     bound_m: NDArray[np.float64]  # of the position, r.m.s. over three axes; infinite: no bound
 
@@ -67,13 +68,14 @@ def power_map(
     shape = len(plane.y_m), len(plane.x_m)
     out = PowerMap(
         scene, plane, turn, rung, np.zeros((*shape, len(scene.lamps))),
-        np.zeros(shape, np.int32), np.full(shape, math.inf),
+        np.zeros((*shape, len(scene.lamps)), bool), np.zeros(shape, np.int32), np.full(shape, math.inf),
     )
     for row, y_m in enumerate(plane.y_m):
         position_m = np.stack(np.broadcast_arrays(plane.x_m, y_m, plane.height_m), axis=-1)
         poses = looking_up(position_m, turn)
         received = received_power(scene, poses)
-        out.lamp_power_w[row], out.visible[row] = received.lamp_power_w, received.visible
+        out.lamp_power_w[row], out.whole[row] = received.lamp_power_w, received.whole
+        out.visible[row] = received.visible
         out.bound_m[row] = [bound.at(pose, whole) for pose, whole in zip(poses, received.whole)]
         advance()
     return out

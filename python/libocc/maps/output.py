@@ -41,7 +41,7 @@ def npz_bytes(made: PowerMap) -> bytes:
         file, x_m=made.plane.x_m, y_m=made.plane.y_m, height_m=made.plane.height_m,
         rotation_deg=made.rotation_deg, focal_mm=made.focal_mm,
         lamp_id=[lamp.id for lamp in made.scene.lamps], lamp_power_w=made.lamp_power_w, power_w=made.power_w,
-        power_dbm=made.power_dbm, visible=made.visible, bound_m=made.bound_m,
+        power_dbm=made.power_dbm, visible=made.visible, whole=made.whole, bound_m=made.bound_m,
         rung="" if made.rung is None else made.rung.name, scene=made.scene.format(),
     )
     return file.getvalue()

@@ -13,7 +13,8 @@ from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, LogNorm, N
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import FuncFormatter
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from numpy.typing import NDArray
 
 import matplotlib
@@ -23,15 +24,20 @@ from .compute import PowerMap
 
 NOTHING, INK = "#d9d9d9", "#222222"
 HALO = [withStroke(linewidth=2, foreground="white")]
-SIDE_IN = 3.3  # of a panel
+PANEL_IN = (4.2, 3.6)  # of a square map with its labels and a colour bar
 
 
-def new_figure(columns: int, rows: int) -> tuple[Figure, list[Axes]]:
-    """Square panels, row by row, with room for titles and colour bars."""
-    figure = Figure(figsize=(columns * (SIDE_IN + 1.0), rows * (SIDE_IN + 0.35) + 0.55), dpi=100, layout="constrained")
+def new_figure(columns: int, rows: int, panel_in: tuple[float, float] = PANEL_IN) -> tuple[Figure, list[Axes]]:
+    """Panels, row by row."""
+    layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.08)
+    figure = Figure(figsize=(columns * panel_in[0], rows * panel_in[1]), dpi=90, layout=layout)
     FigureCanvasAgg(figure)
     axes = figure.subplots(rows, columns, squeeze=False)
     return figure, list(axes.flat)
+
+
+def save(file: IO[bytes], figure: Figure) -> None:
+    figure.savefig(file, format="png", pil_kwargs={"optimize": True})
 
 
 def draw(file: IO[bytes], made: PowerMap, scene_name: str) -> None:
@@ -49,7 +55,7 @@ def draw(file: IO[bytes], made: PowerMap, scene_name: str) -> None:
         f"{scene_name}: camera at Z = {made.plane.height_m:g} m, {view_text(made)}", fontsize=11, fontweight="bold",
         color=INK,
     )
-    figure.savefig(file, format="png")
+    save(file, figure)
 
 
 def view_text(made: PowerMap) -> str:
@@ -58,21 +64,25 @@ def view_text(made: PowerMap) -> str:
 
 
 def power_range(maps: Sequence[PowerMap]) -> tuple[float, float] | None:
-    """Of all points with light; None without any."""
-    return _range([made.power_dbm for made in maps], 0.5)
+    """Of the points that see a whole lamp, else of all with light; None without any. Where a border
+    leaves next to nothing of a lamp, there is next to no power."""
+    of_whole = _range([made.power_dbm[made.whole.any(axis=-1)] for made in maps], (0, 1), 0.5)
+    return of_whole or _range([made.power_dbm for made in maps], (0, 1), 0.5)
 
 
 def bound_range(maps: Sequence[PowerMap]) -> tuple[float, float] | None:
     """Millimetres, of all points with a bound; None without any."""
-    found = _range([np.log10(1e3 * made.bound_m) for made in maps], 0.05)
+    found = _range([np.log10(1e3 * made.bound_m) for made in maps], (0, 0.99), 0.05)
     return None if found is None else (10 ** found[0], 10 ** found[1])
 
 
-def _range(values: Sequence[NDArray[np.float64]], least_half: float) -> tuple[float, float] | None:
+def _range(
+    values: Sequence[NDArray[np.float64]], parts: tuple[float, float], least_half: float
+) -> tuple[float, float] | None:
     finite = np.concatenate([value[np.isfinite(value)] for value in values])
     if not len(finite):
         return None
-    low, high = np.quantile(finite, [0, 0.99])
+    low, high = np.quantile(finite, parts)
     middle, half = (low + high) / 2, max((high - low) / 2, least_half)
     return float(middle - half), float(middle + half)
 
@@ -135,7 +145,7 @@ def mark_room(axes: Axes, scene: Scene) -> None:
 
 def power_bar(figure: Figure, mesh: ScalarMappable | None, axes: Sequence[Axes]) -> None:
     if mesh is not None:
-        bar = figure.colorbar(mesh, ax=list(axes), shrink=0.85, pad=0.02)
+        bar = figure.colorbar(mesh, ax=list(axes), shrink=0.85, pad=0.02, extend="min")
         bar.set_label("received power [dBm], grey: no lamp in view", fontsize=8.5)
         bar.ax.tick_params(labelsize=8)
 
@@ -152,6 +162,9 @@ def bound_bar(figure: Figure, mesh: ScalarMappable | None, axes: Sequence[Axes])
     if mesh is not None:
         bar = figure.colorbar(mesh, ax=list(axes), shrink=0.85, pad=0.02, extend="max")
         bar.set_label("standard deviation [mm], grey: no bound", fontsize=8.5)
+        low, high = mesh.get_clim()
+        narrow = high < 12 * low
+        bar.ax.yaxis.set_major_locator(LogLocator(subs=(1, 1.5, 2, 3, 4, 5, 6, 8) if narrow else (1, 3)))
         bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        bar.ax.yaxis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
+        bar.ax.yaxis.set_minor_locator(NullLocator())
         bar.ax.tick_params(labelsize=8)
