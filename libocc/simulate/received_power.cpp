@@ -46,6 +46,7 @@ class FaceMap {
  private:
   double half_chord(double across) const {
     if (square_) return 1;
+    if (exponent_ == 2) return std::sqrt(std::max(0.0, 1 - across * across));
     const double rest = 1 - std::pow(std::abs(across), exponent_);
     return rest > 0 ? std::pow(rest, 1 / exponent_) : 0;
   }
@@ -74,7 +75,11 @@ struct Receiver {
 class SeenLamp {
  public:
   SeenLamp(const Receiver& receiver, const Lamp& lamp, const Rigid3& pose)
-      : receiver_(receiver), lamp_(lamp), pose_(pose), eye_(pose.origin_in_source()) {}
+      : receiver_(receiver),
+        lamp_(lamp),
+        order_(lamp.order()),
+        pose_(pose),
+        eye_(pose.origin_in_source()) {}
 
   ReceivedLamp received() {
     if (!((eye_ - lamp_.centre_m).dot(lamp_.normal) > 0) || inside_a_box()) return {};
@@ -149,8 +154,8 @@ class SeenLamp {
     const double distance = way.norm();
     const double cos_incidence = (pose_ * point).z() / distance;
     return receiver_.vignetting.transmission(*px) *
-           aperture_power(lamp_.power_w, lamp_.order(), way.dot(lamp_.normal) / distance,
-                          cos_incidence, distance, receiver_.lens_m2);
+           aperture_power(lamp_.power_w, order_, way.dot(lamp_.normal) / distance, cos_incidence,
+                          distance, receiver_.lens_m2);
   }
 
   bool inside_a_box() const {
@@ -162,6 +167,7 @@ class SeenLamp {
 
   const Receiver& receiver_;
   const Lamp& lamp_;
+  double order_;
   const Rigid3& pose_;
   Eigen::Vector3d eye_;
   double hidden_ = 0;  // part of the face

@@ -11,7 +11,8 @@
 // own falls on the sensor is not, and `scene.effects`, which is about images, has no say.
 //
 // The face is cut into cells, those at a border into smaller ones: a whole lamp's power is good to
-// 1e-5, that of a lamp which a border cuts to 1e-3 of the whole lamp's.
+// 3e-5 (from as near as its size, better from afar), that of a lamp which a border cuts to 1e-3 of
+// the whole lamp's.
 #pragma once
 
 #include "libocc/core/abi.hpp"

@@ -5,6 +5,7 @@ import csv
 import json
 import math
 import re
+import runpy
 from pathlib import Path
 
 import numpy as np
@@ -228,6 +229,22 @@ def test_without_a_room_the_plane_must_be_given(scene):
     with pytest.raises(ValueError, match="no room"):
         power_map(bare, height_m=1)
     assert power_map(bare, height_m=-7, step_m=2, extent_m=(-9, 9, -9, 9)).visible.shape == (10, 10)
+
+
+# The contribution's figures
+
+def test_check_values_are_the_expected_ones(root):
+    tool = runpy.run_path(str(root / "tools" / "reproduce_kookmin"))
+    rows = list(tool["values"]())
+    assert len(rows) == 13 and [row for row in rows if row[1] != row[2]] == []
+    written = (root / "data" / "kookmin" / "check_values.md").read_text().splitlines()[2:]
+    assert written == [f"| {' | '.join(row)} |" for row in rows]
+
+
+def test_the_contributions_pictures_are_compact(root):
+    sizes = {path.name: path.stat().st_size for path in (root / "data" / "kookmin").glob("*.png")}
+    assert set(sizes) == {"images.png", "maps_four_lamps.png", "maps_one_lamp.png", "response.png"}
+    assert max(sizes.values()) < 150_000
 
 
 # Command line

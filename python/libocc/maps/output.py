@@ -70,7 +70,7 @@ def sentence(data: dict[str, Any]) -> str:
     if not data["lit"]:
         return lens + "no lamp in view anywhere"
     least, most = data["power_dbm"]
-    text = lens + f"lamps in view at {100 * data['lit']:.3g} % of the points, {least:.2f} to {most:.2f} dBm"
+    text = lens + f"lamps at {100 * data['lit']:.3g} % of the points, {least:.2f} to {most:.2f} dBm"
     if not data["bounded"]:
         return text + "; no bound"
     return text + f"; bound at {100 * data['bounded']:.3g} %, median {1e3 * data['bound_m'][1]:.3g} mm"
