@@ -2077,8 +2077,8 @@ def received_power(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.A
     >>> camera = occ.Camera.pinhole(width=64, height=48, fx_px=40, fy_px=40, cx_px=31.5, cy_px=23.5)
     >>> scene = occ.Scene(camera=camera, lamps=[occ.Lamp(id=7, centre_m=[0, 0, 3], radius_m=0.1)])
     >>> pose = occ.look_at(position_m=[0, 0, 1], target_m=[0, 0, 3], up=[0, 1, 0])
-    >>> float(occ.dbm(occ.received_power(scene, pose).power_w).round(2))
-    -59.04
+    >>> round(occ.dbm(float(occ.received_power(scene, pose).power_w)), 2)
+    -59.01
     """
 def refine(start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], matches: collections.abc.Sequence[Match], blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, rung: Rung = ..., flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Refined:
     """

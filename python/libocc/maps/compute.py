@@ -28,6 +28,7 @@ class PowerMap:
 
     @property
     def focal_mm(self) -> float:
+        """Of the lens [mm]."""
         return focal_length_mm(self.scene)
 
     @property

@@ -48,10 +48,9 @@ def npz_bytes(made: PowerMap) -> bytes:
 
 
 def summary(made: PowerMap) -> dict[str, Any]:
-    """In a few numbers, None for what there is none of."""
+    """In a few numbers: power from where there is least to where there is most; None for what is not."""
     lit = made.power_w[made.power_w > 0]
     bounded = made.bound_m[np.isfinite(made.bound_m)]
-    number = lambda values, pick: float(pick(values)) if len(values) else None
     return {
         "focal_mm": made.focal_mm,
         "rotation_deg": list(made.rotation_deg),
@@ -59,8 +58,8 @@ def summary(made: PowerMap) -> dict[str, Any]:
         "points": made.visible.size,
         "lit": len(lit) / made.visible.size,
         "bounded": len(bounded) / made.visible.size,
-        "power_dbm": [number(dbm(lit), np.min), number(dbm(lit), np.max)],
-        "bound_m": [number(bounded, np.min), number(bounded, np.median)],
+        "power_dbm": [float(value) for value in dbm(np.array([lit.min(), lit.max()]))] if len(lit) else None,
+        "bound_m": float(np.median(bounded)) if len(bounded) else None,  # the median
     }
 
 
@@ -73,4 +72,4 @@ def sentence(data: dict[str, Any]) -> str:
     text = lens + f"lamps at {100 * data['lit']:.3g} % of the points, {least:.2f} to {most:.2f} dBm"
     if not data["bounded"]:
         return text + "; no bound"
-    return text + f"; bound at {100 * data['bounded']:.3g} %, median {1e3 * data['bound_m'][1]:.3g} mm"
+    return text + f"; bound at {100 * data['bounded']:.3g} %, median {1e3 * data['bound_m']:.3g} mm"

@@ -22,7 +22,7 @@ import matplotlib
 from .._core import LampShape, Scene
 from .compute import PowerMap
 
-NOTHING, INK = "#d9d9d9", "#222222"
+NOTHING, INK, LAMP = "#d9d9d9", "#222222", "#D55E00"
 HALO = [withStroke(linewidth=2, foreground="white")]
 PANEL_IN = (4.2, 3.6)  # of a square map with its labels and a colour bar
 
@@ -130,14 +130,14 @@ def _framed(axes: Axes, made: PowerMap, mesh: QuadMesh | None, nothing: str) -> 
 
 
 def mark_room(axes: Axes, scene: Scene) -> None:
-    """Lamps at their size, with their ids, and boxes."""
+    """Lamps with their ids, and boxes."""
     for box in scene.boxes:
-        (x0, y0), (x1, y1) = box.min_m[:2], box.max_m[:2]
-        axes.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, fill=False, hatch="////", edgecolor=INK, linewidth=0.8))
+        (x, y), (width, depth) = box.min_m[:2], (box.max_m - box.min_m)[:2]
+        axes.add_patch(Rectangle((x, y), width, depth, fill=False, hatch="////", edgecolor=INK, linewidth=0.8))
     for lamp in scene.lamps:
         x, y = lamp.centre_m[:2]
         marker = "s" if lamp.shape is LampShape.rectangle else "o"
-        axes.plot(x, y, marker, markersize=6, markerfacecolor="white", markeredgecolor="#D55E00", markeredgewidth=1.6)
+        axes.plot(x, y, marker, ms=6, markerfacecolor="white", markeredgecolor=LAMP, markeredgewidth=1.6)
         axes.annotate(
             str(lamp.id), (x, y), (6, 4), textcoords="offset points", fontsize=8, color=INK, path_effects=HALO,
         )

@@ -53,7 +53,8 @@ def plane_of(
     columns, rows = (math.floor((high - low) / step_m + 1e-9) + 1 for low, high in ((x0, x1), (y0, y1)))
     if columns * rows > MOST_POINTS:
         raise ValueError(f"step_m must leave at most {MOST_POINTS} points, got {step_m:g}: {columns * rows}")
-    return Plane(x0 + step_m * np.arange(columns), y0 + step_m * np.arange(rows), float(height_m))
+    x_m, y_m = (low + float(step_m) * np.arange(count, dtype=float) for low, count in ((x0, columns), (y0, rows)))
+    return Plane(x_m, y_m, float(height_m))
 
 
 def _checked_extent(extent_m: Sequence[float]) -> tuple[float, float, float, float]:
