@@ -6,7 +6,6 @@
 #include "libocc/radiometry/lambertian.hpp"
 
 namespace occ {
-namespace {
 
 double aperture_m2(const Camera& camera, const Sensor& sensor) {
   constexpr double quarter_pi = 0.7853981633974483;
@@ -14,8 +13,6 @@ double aperture_m2(const Camera& camera, const Sensor& sensor) {
                                   sensor.pixel_pitch_m / (sensor.f_number * sensor.f_number);
   return quarter_pi * diameter_squared;
 }
-
-}  // namespace
 
 double irradiance_of_radiance(double radiance, const Camera& camera, const Sensor& sensor,
                               const Eigen::Vector3d& bearing, double solid_angle_sr) {

@@ -21,6 +21,9 @@
 
 namespace occ {
 
+/// Area of the lens opening [m^2], the A above.
+LIBOCC_API double aperture_m2(const Camera& camera, const Sensor& sensor);
+
 /// Irradiance [W/m^2] that the extended lamp gives at a pixel, as if that pixel were inside the
 /// lamp's image. 0 when the pixel is outside the camera's domain or its ray does not meet the lit
 /// side of the lamp's plane. Throws std::invalid_argument for a point lamp, which has no radiance.

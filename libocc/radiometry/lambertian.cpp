@@ -49,6 +49,11 @@ double aperture_power(double power_w, double order, double cos_emission, double 
          (distance_m * distance_m);
 }
 
+double dbm(double power_w) {
+  require(power_w >= 0, "power_w", power_w, "zero or positive");
+  return 10 * std::log10(power_w / 1e-3);
+}
+
 double sensor_irradiance(double radiance, double f_number, double cos_incidence) {
   require_positive(f_number, "f_number");
   if (cos_incidence <= 0) return 0;

@@ -5,6 +5,7 @@
 //   intensity   I(phi) = P (m+1)/(2 pi) cos^m(phi)                                   [W/sr]
 //   radiance    L(phi) = I(phi) / (S cos phi)                                        [W/(m^2 sr)]
 //   aperture    P_r = I(phi) A cos(psi) / d^2                                        [W]
+//   in dBm      10 log10(P_r / 1 mW)
 //   irradiance  E = pi/4 / N^2 cos^4(psi) L   on the sensor, focused at infinity     [W/m^2]
 //
 // phi: emission angle from the lamp's normal, zero light for phi >= pi/2; psi: incidence angle from
@@ -26,9 +27,13 @@ LIBOCC_API double radiant_intensity(double power_w, double order, double cos_emi
 /// held at 0.01 (89.4 degrees) below that.
 LIBOCC_API double radiance(double power_w, double order, double area_m2, double cos_emission);
 
-/// Power [W] through an aperture of area_m2 at distance_m.
+/// Power [W] through an aperture of area_m2 at distance_m; that through 1 m^2 is the irradiance of
+/// a surface there [W/m^2].
 LIBOCC_API double aperture_power(double power_w, double order, double cos_emission,
                                  double cos_incidence, double distance_m, double area_m2);
+
+/// Power in decibels over a milliwatt; minus infinity for no power. Throws for power_w < 0.
+LIBOCC_API double dbm(double power_w);
 
 /// E [W/m^2] on the sensor for a scene radiance, at incidence angle psi.
 LIBOCC_API double sensor_irradiance(double radiance, double f_number, double cos_incidence);

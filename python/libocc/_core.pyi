@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['Blob', 'Camera', 'Candidate', 'Ellipse', 'Fix', 'FluxModel', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Match', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'Refined', 'Response', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Truth', 'detect', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'locate', 'look_at', 'p3p', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'read_camera', 'read_image', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
+__all__: list[str] = ['Blob', 'Box', 'Camera', 'Candidate', 'Channel', 'EffectPlan', 'Effects', 'Ellipse', 'Fix', 'FluxModel', 'Ghost', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'Match', 'Mosaic', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'ReceivedPower', 'Refined', 'Response', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Truth', 'Use', 'aperture_power', 'dbm', 'detect', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'look_at', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -118,6 +118,7 @@ class LampShape(enum.Enum):
     Shape of a lamp's lit face.
     """
     disc = 0
+    lame = 3
     point = 2
     rectangle = 1
 class Response(enum.Enum):
@@ -128,6 +129,15 @@ class Response(enum.Enum):
     linear = 0
     srgb = 2
     table = 3
+class Mosaic(enum.Enum):
+    """
+    Colour filters over the pixels.
+    """
+    bggr = 4
+    gbrg = 3
+    grbg = 2
+    none = 0
+    rggb = 1
 class Readout(enum.Enum):
     """
     Which pixels a rolling shutter exposes together.
@@ -135,6 +145,48 @@ class Readout(enum.Enum):
     columns = 1
     rows = 0
     unknown = 2
+class Channel:
+    """
+    What differs in the pixels of one colour.
+
+    Keywords (and properties):
+      efficiency: times the sensor's quantum_efficiency
+      response: linear, gamma, srgb or table
+      gamma: of Response.gamma
+      response_table: of Response.table
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, efficiency: typing.SupportsFloat | typing.SupportsIndex = 1.0, response: Response = ..., gamma: typing.SupportsFloat | typing.SupportsIndex = 2.2, response_table: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = []) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Channel:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def efficiency(self) -> float:
+        """
+        times the sensor's quantum_efficiency
+        """
+    @property
+    def gamma(self) -> float:
+        """
+        of Response.gamma
+        """
+    @property
+    def response(self) -> Response:
+        """
+        linear, gamma, srgb or table
+        """
+    @property
+    def response_table(self) -> list[float]:
+        """
+        of Response.table
+        """
 class Sensor:
     """
     The camera as a light meter: exposure, noise, response.
@@ -157,10 +209,15 @@ class Sensor:
       row_time_s: from one row to the next [s]; 0: global shutter
       readout: pixels a rolling shutter exposes together
       psf_sigma_px: Gaussian blur of the lens [px]
+      gain_sigma: relative standard deviation of the pixels' gains
+      gain_seed: sensors of one seed have the same pixels
+      blooming: part of the charge beyond the full well that spills along the column
+      mosaic: colour filters over the pixels
+      channels: Channels for red, green, blue; empty: all alike
     """
     def __getstate__(self) -> dict[str, typing.Any]:
         ...
-    def __init__(self, *, pixel_pitch_m: typing.SupportsFloat | typing.SupportsIndex = 7.1e-06, f_number: typing.SupportsFloat | typing.SupportsIndex = 2.0, exposure_s: typing.SupportsFloat | typing.SupportsIndex = 2e-05, quantum_efficiency: typing.SupportsFloat | typing.SupportsIndex = 0.5, wavelength_m: typing.SupportsFloat | typing.SupportsIndex = 5.5e-07, full_well_e: typing.SupportsFloat | typing.SupportsIndex = 10000.0, gain_dn_per_e: typing.SupportsFloat | typing.SupportsIndex = 0.025, read_noise_e: typing.SupportsFloat | typing.SupportsIndex = 10.0, dark_current_e_per_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, black_level_dn: typing.SupportsFloat | typing.SupportsIndex = 2.0, bit_depth: typing.SupportsInt | typing.SupportsIndex = 8, response: Response = ..., gamma: typing.SupportsFloat | typing.SupportsIndex = 2.2, response_table: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], row_time_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, readout: Readout = ..., psf_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.8) -> None:
+    def __init__(self, *, pixel_pitch_m: typing.SupportsFloat | typing.SupportsIndex = 7.1e-06, f_number: typing.SupportsFloat | typing.SupportsIndex = 2.0, exposure_s: typing.SupportsFloat | typing.SupportsIndex = 2e-05, quantum_efficiency: typing.SupportsFloat | typing.SupportsIndex = 0.5, wavelength_m: typing.SupportsFloat | typing.SupportsIndex = 5.5e-07, full_well_e: typing.SupportsFloat | typing.SupportsIndex = 10000.0, gain_dn_per_e: typing.SupportsFloat | typing.SupportsIndex = 0.025, read_noise_e: typing.SupportsFloat | typing.SupportsIndex = 10.0, dark_current_e_per_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, black_level_dn: typing.SupportsFloat | typing.SupportsIndex = 2.0, bit_depth: typing.SupportsInt | typing.SupportsIndex = 8, response: Response = ..., gamma: typing.SupportsFloat | typing.SupportsIndex = 2.2, response_table: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], row_time_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, readout: Readout = ..., psf_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.8, gain_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.0, gain_seed: typing.SupportsInt | typing.SupportsIndex = 0, blooming: typing.SupportsFloat | typing.SupportsIndex = 0.0, mosaic: Mosaic = ..., channels: collections.abc.Sequence[Channel] = []) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -179,6 +236,16 @@ class Sensor:
     def black_level_dn(self) -> float:
         """
         grey level without light
+        """
+    @property
+    def blooming(self) -> float:
+        """
+        part of the charge beyond the full well that spills along the column
+        """
+    @property
+    def channels(self) -> list[Channel]:
+        """
+        Channels for red, green, blue; empty: all alike
         """
     @property
     def dark_current_e_per_s(self) -> float:
@@ -206,9 +273,24 @@ class Sensor:
         grey levels per electron
         """
     @property
+    def gain_seed(self) -> int:
+        """
+        sensors of one seed have the same pixels
+        """
+    @property
+    def gain_sigma(self) -> float:
+        """
+        relative standard deviation of the pixels' gains
+        """
+    @property
     def gamma(self) -> float:
         """
         of Response.gamma: stored = linear^(1/gamma)
+        """
+    @property
+    def mosaic(self) -> Mosaic:
+        """
+        colour filters over the pixels
         """
     @property
     def pixel_pitch_m(self) -> float:
@@ -267,16 +349,20 @@ class Lamp:
       power_w: radiant power while lit [W]
       half_power_rad: half-power semi-angle [rad]
       frequency_hz: blink code [Hz]; None: always lit
-      shape: disc, rectangle or point
-      size_m: (2,) of a rectangle: along x_axis, across it [m]
-      x_axis: (3,) of a rectangle: in its plane; made unit
+      shape: disc, rectangle, point or lame
+      size_m: (2,) of a rectangle or Lame curve: along x_axis, across it [m]
+      x_axis: (3,) of a rectangle or Lame curve: in its plane; made unit
+      exponent: of a Lame curve, 1 to 100; 2: an ellipse
       name: for people
       duty: lit fraction of a blink period
+      waveform: instead: light over power_w in equal parts of a period, such as a code's chips
+      phase: periods that have passed at time 0
+      colour: (3,) light that red, green, blue pixels get, over white's
       power_sigma: relative standard deviation of power_w
     """
     def __getstate__(self) -> dict[str, typing.Any]:
         ...
-    def __init__(self, *, id: typing.SupportsInt | typing.SupportsIndex, centre_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], normal: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, -1.0], radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, power_w: typing.SupportsFloat | typing.SupportsIndex = 1.0, half_power_rad: typing.SupportsFloat | typing.SupportsIndex = 1.0471975511965976, frequency_hz: typing.SupportsFloat | typing.SupportsIndex | None = None, shape: LampShape = ..., size_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"] = [0.0, 0.0], x_axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [1.0, 0.0, 0.0], name: str = '', duty: typing.SupportsFloat | typing.SupportsIndex = 0.5, power_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.1) -> None:
+    def __init__(self, *, id: typing.SupportsInt | typing.SupportsIndex, centre_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], normal: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, -1.0], radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, power_w: typing.SupportsFloat | typing.SupportsIndex = 1.0, half_power_rad: typing.SupportsFloat | typing.SupportsIndex = 1.0471975511965976, frequency_hz: typing.SupportsFloat | typing.SupportsIndex | None = None, shape: LampShape = ..., size_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"] = [0.0, 0.0], x_axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [1.0, 0.0, 0.0], exponent: typing.SupportsFloat | typing.SupportsIndex = 2.0, name: str = '', duty: typing.SupportsFloat | typing.SupportsIndex = 0.5, waveform: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], phase: typing.SupportsFloat | typing.SupportsIndex = 0.0, colour: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [1.0, 1.0, 1.0], power_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.1) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -292,9 +378,19 @@ class Lamp:
         (3,) centre of the lit face [m, world]
         """
     @property
+    def colour(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) light that red, green, blue pixels get, over white's
+        """
+    @property
     def duty(self) -> float:
         """
         lit fraction of a blink period
+        """
+    @property
+    def exponent(self) -> float:
+        """
+        of a Lame curve, 1 to 100; 2: an ellipse
         """
     @property
     def frequency_hz(self) -> float | None:
@@ -322,6 +418,11 @@ class Lamp:
         (3,) towards the lit side; made unit
         """
     @property
+    def phase(self) -> float:
+        """
+        periods that have passed at time 0
+        """
+    @property
     def power_sigma(self) -> float:
         """
         relative standard deviation of power_w
@@ -339,17 +440,22 @@ class Lamp:
     @property
     def shape(self) -> LampShape:
         """
-        disc, rectangle or point
+        disc, rectangle, point or lame
         """
     @property
     def size_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
         """
-        (2,) of a rectangle: along x_axis, across it [m]
+        (2,) of a rectangle or Lame curve: along x_axis, across it [m]
+        """
+    @property
+    def waveform(self) -> list[float]:
+        """
+        instead: light over power_w in equal parts of a period, such as a code's chips
         """
     @property
     def x_axis(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        (3,) of a rectangle: in its plane; made unit
+        (3,) of a rectangle or Lame curve: in its plane; made unit
         """
 class Room:
     """
@@ -380,6 +486,167 @@ class Room:
     def wall_reflectance(self) -> float:
         """
         0 to 1
+        """
+class Ghost:
+    """
+    A faint second image of everything inside the lens.
+
+    Keywords (and properties):
+      strength: part of the light that goes there
+      scale: about the principal point; negative: turned
+      blur_px: of its own, beside the lens's [px]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, strength: typing.SupportsFloat | typing.SupportsIndex = 0.0, scale: typing.SupportsFloat | typing.SupportsIndex = -1.0, blur_px: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Ghost:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def blur_px(self) -> float:
+        """
+        of its own, beside the lens's [px]
+        """
+    @property
+    def scale(self) -> float:
+        """
+        about the principal point; negative: turned
+        """
+    @property
+    def strength(self) -> float:
+        """
+        part of the light that goes there
+        """
+class Lens:
+    """
+    What a lens does to the light beside projecting it.
+
+    Keywords (and properties):
+      diffraction: blur of 0.42 wavelength x f-number
+      focus_distance_m: None: everything is in focus [m]
+      vignetting: a1, a2, ... of the transmission 1 + a1 q^2 + a2 q^4 + ..., q = 1 in the farthest corner
+      veiling_glare: part of the light that spreads evenly
+      ghosts: second images inside the lens
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, diffraction: bool = False, focus_distance_m: typing.SupportsFloat | typing.SupportsIndex | None = None, vignetting: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], veiling_glare: typing.SupportsFloat | typing.SupportsIndex = 0.0, ghosts: collections.abc.Sequence[Ghost] = []) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Lens:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def diffraction(self) -> bool:
+        """
+        blur of 0.42 wavelength x f-number
+        """
+    @property
+    def focus_distance_m(self) -> float | None:
+        """
+        None: everything is in focus [m]
+        """
+    @property
+    def ghosts(self) -> list[Ghost]:
+        """
+        second images inside the lens
+        """
+    @property
+    def veiling_glare(self) -> float:
+        """
+        part of the light that spreads evenly
+        """
+    @property
+    def vignetting(self) -> list[float]:
+        """
+        a1, a2, ... of the transmission 1 + a1 q^2 + a2 q^4 + ..., q = 1 in the farthest corner
+        """
+class Box:
+    """
+    Something opaque, its sides along the world's axes.
+
+    Keywords (and properties):
+      min_m: (3,) lowest corner [m, world]
+      max_m: (3,) highest corner [m, world]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, min_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], max_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Box:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def max_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) highest corner [m, world]
+        """
+    @property
+    def min_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) lowest corner [m, world]
+        """
+class Use(enum.Enum):
+    """
+    Of an effect that the scene calls for: rendered always, never, or when its bounds exceed the tolerances.
+    """
+    automatic = 2
+    off = 1
+    on = 0
+class Effects:
+    """
+    Which effects simulate() renders, of those the scene calls for.
+
+    default: Use of the effects that are not named. Further keywords: effects by name, see `use`.
+    tolerance_dn, tolerance_px: with Use.automatic an effect is left out that changes no pixel's grey
+    level and moves no lamp's centroid by more.
+    Raises: ValueError for an unknown effect, naming the nearest known one.
+
+    >>> import libocc as occ
+    >>> occ.Effects(default=occ.Use.automatic, walls=occ.Use.off).use["walls"].name
+    'off'
+    """
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __init__(self, default: Use = ..., *, tolerance_dn: typing.SupportsFloat | typing.SupportsIndex = 0.5, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 0.02, **kwargs: Use) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    @property
+    def tolerance_dn(self) -> float:
+        """
+        Grey levels.
+        """
+    @property
+    def tolerance_px(self) -> float:
+        """
+        Pixels.
+        """
+    @property
+    def use(self) -> dict[str, Use]:
+        """
+        Use by effect's name.
         """
 class Prior:
     """
@@ -440,7 +707,8 @@ class Scene:
     What is known before a picture is taken: camera, sensor, lamps.
 
     camera: Camera. lamps: Lamps with different ids. sensor: Sensor, default one when None.
-    room: Room or None.
+    room: Room or None. lens: Lens. boxes: what hides lamps. ambient_w_m2: light on the sensor that
+    comes from no lamp. effects: which of all this simulate() renders.
     Raises: ValueError naming the part, the field and its value.
 
     >>> import libocc as occ
@@ -467,7 +735,7 @@ class Scene:
         ...
     def __hash__(self) -> int:
         ...
-    def __init__(self, *, camera: Camera, lamps: collections.abc.Sequence[Lamp], sensor: Sensor | None = None, room: Room | None = None) -> None:
+    def __init__(self, *, camera: Camera, lamps: collections.abc.Sequence[Lamp], sensor: Sensor | None = None, room: Room | None = None, lens: Lens | None = None, boxes: collections.abc.Sequence[Box] = [], ambient_w_m2: typing.SupportsFloat | typing.SupportsIndex = 0.0, effects: Effects | None = None) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -477,7 +745,7 @@ class Scene:
         """
         The YAML text that save() writes.
         """
-    def replace(self, *, camera: Camera | None = None, lamps: collections.abc.Sequence[Lamp] | None = None, sensor: Sensor | None = None, room: Room | None = None) -> Scene:
+    def replace(self, *, camera: Camera | None = None, lamps: collections.abc.Sequence[Lamp] | None = None, sensor: Sensor | None = None, room: Room | None = None, lens: Lens | None = None, boxes: collections.abc.Sequence[Box] | None = None, ambient_w_m2: typing.SupportsFloat | typing.SupportsIndex | None = None, effects: Effects | None = None) -> Scene:
         """
         A copy with the parts that are given changed.
         """
@@ -486,14 +754,34 @@ class Scene:
         Writes a YAML file that load() reads back to an equal scene.
         """
     @property
+    def ambient_w_m2(self) -> float:
+        """
+        On the sensor [W/m^2].
+        """
+    @property
+    def boxes(self) -> tuple[Box, ...]:
+        """
+        Boxes, a tuple.
+        """
+    @property
     def camera(self) -> Camera:
         """
         Camera.
         """
     @property
+    def effects(self) -> Effects:
+        """
+        Effects.
+        """
+    @property
     def lamps(self) -> tuple[Lamp, ...]:
         """
         Lamps, a tuple: a scene does not change.
+        """
+    @property
+    def lens(self) -> Lens:
+        """
+        Lens.
         """
     @property
     def room(self) -> Room | None:
@@ -504,6 +792,32 @@ class Scene:
     def sensor(self) -> Sensor:
         """
         Sensor.
+        """
+class ReceivedPower:
+    """
+    Power of the lamps' light that the lens takes in and the sensor gets. Many poses are the arrays' first axis.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def lamp_power_w(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (lamps,) or (n, lamps) [W], in the scene's order.
+        """
+    @property
+    def power_w(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        () or (n,) of all lamps [W].
+        """
+    @property
+    def visible(self) -> numpy.typing.NDArray[numpy.int32]:
+        """
+        () or (n,) lamps of which some light arrives.
+        """
+    @property
+    def whole(self) -> numpy.typing.NDArray[numpy.bool]:
+        """
+        (lamps,) or (n, lamps): all of the lamp's face is seen.
         """
 class LampTruth:
     """
@@ -566,6 +880,47 @@ class Truth:
     def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         (3,) of the camera [m, world].
+        """
+class EffectPlan:
+    """
+    What plan_render() makes of one effect.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def applied(self) -> bool:
+        """
+        simulate() renders it.
+        """
+    @property
+    def bound_dn(self) -> float:
+        """
+        Grey levels that any pixel changes without it, at most.
+        """
+    @property
+    def bound_px(self) -> float:
+        """
+        How far any lamp's centroid moves without it, at most [px].
+        """
+    @property
+    def called_for(self) -> bool:
+        """
+        The scene says what it follows from.
+        """
+    @property
+    def effect(self) -> str:
+        """
+        Its name.
+        """
+    @property
+    def reason(self) -> str:
+        """
+        For people.
+        """
+    @property
+    def use(self) -> Use:
+        """
+        What the scene says of it.
         """
 class Ellipse:
     """
@@ -1503,6 +1858,14 @@ class PoseCandidates:
         """
         PoseCandidates, best first.
         """
+def aperture_power(power_w: typing.SupportsFloat | typing.SupportsIndex, order: typing.SupportsFloat | typing.SupportsIndex, cos_emission: typing.SupportsFloat | typing.SupportsIndex, cos_incidence: typing.SupportsFloat | typing.SupportsIndex, distance_m: typing.SupportsFloat | typing.SupportsIndex, area_m2: typing.SupportsFloat | typing.SupportsIndex) -> float:
+    """
+    Power through an aperture [W]; with an area_m2 of 1 the irradiance there [W/m^2].
+    """
+def dbm(power_w: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> typing.Any:
+    """
+    Power in decibels over a milliwatt; minus infinity for none. Takes arrays.
+    """
 def detect(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *, sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0) -> list[Blob]:
     """
     Finds the lamps of an image: a list of Blobs, brightest first; empty when there is none.
@@ -1557,6 +1920,10 @@ def ladder_frame(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], scene:
 def ladder_steps() -> list[LadderStep]:
     """
     Every step of the ladder.
+    """
+def lambertian_order(half_power_rad: typing.SupportsFloat | typing.SupportsIndex) -> float:
+    """
+    Order m of a half-power semi-angle, -ln 2 / ln cos: 1 for 60 degrees.
     """
 def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, max_candidates: typing.SupportsInt | typing.SupportsIndex = 16, budget_s: typing.SupportsFloat | typing.SupportsIndex | None = None, target_sigma_m: typing.SupportsFloat | typing.SupportsIndex | None = None, costs: RungCosts = ..., sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 200000, rung: Rung = ..., flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Fix:
     """
@@ -1622,6 +1989,13 @@ def p3p(bearings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"
     Raises: ValueError for another number of points, numbers that are not finite or bearings that are
     not unit.
     """
+def plan_render(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> list[EffectPlan]:
+    """
+    Which effects simulate() renders with the same arguments, and what the others would change.
+
+    Returns: an EffectPlan for each effect, in the order in which light meets them.
+    Raises: ValueError as simulate() does.
+    """
 @typing.overload
 def pose_bound(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], rung: Rung = Rung.direct, flux: FluxModel = FluxModel.ignore) -> PoseBound:
     """
@@ -1668,6 +2042,14 @@ def project_rim(lamp: Lamp, cam_from_world: typing.Annotated[numpy.typing.ArrayL
 
     None when the lamp shows its dark side or part of the rim is outside the lens model.
     """
+def radiance(power_w: typing.SupportsFloat | typing.SupportsIndex, order: typing.SupportsFloat | typing.SupportsIndex, area_m2: typing.SupportsFloat | typing.SupportsIndex, cos_emission: typing.SupportsFloat | typing.SupportsIndex) -> float:
+    """
+    Of a flat Lambertian lamp [W/(m^2 sr)].
+    """
+def radiant_intensity(power_w: typing.SupportsFloat | typing.SupportsIndex, order: typing.SupportsFloat | typing.SupportsIndex, cos_emission: typing.SupportsFloat | typing.SupportsIndex) -> float:
+    """
+    Of a Lambertian lamp [W/sr]; 0 behind it.
+    """
 def read_camera(path: os.PathLike[str] | str) -> Camera:
     """
     Camera from an OpenCV or ROS camera YAML file, or from a scene file.
@@ -1682,6 +2064,21 @@ def read_image(path: os.PathLike[str] | str) -> numpy.typing.NDArray[numpy.uint8
       uint8 or uint16.
     Raises: FileNotFoundError or OSError when the file cannot be opened; ValueError when it is not a
       whole image of a supported type.
+    """
+def received_power(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> ReceivedPower:
+    """
+    Power of the lamps' light that the scene's camera takes in, and how many it sees.
+
+    cam_from_world: one pose (4, 4) or many (n, 4, 4). A lamp counts with the part of its face that is
+    in the field of view, shines this way and is not hidden by boxes; blinking ones as while lit.
+    Returns: ReceivedPower. Raises: ValueError for what is no rigid transform.
+
+    >>> import libocc as occ
+    >>> camera = occ.Camera.pinhole(width=64, height=48, fx_px=40, fy_px=40, cx_px=31.5, cy_px=23.5)
+    >>> scene = occ.Scene(camera=camera, lamps=[occ.Lamp(id=7, centre_m=[0, 0, 3], radius_m=0.1)])
+    >>> pose = occ.look_at(position_m=[0, 0, 1], target_m=[0, 0, 3], up=[0, 1, 0])
+    >>> round(occ.dbm(float(occ.received_power(scene, pose).power_w)), 2)
+    -59.01
     """
 def refine(start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], matches: collections.abc.Sequence[Match], blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, rung: Rung = ..., flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Refined:
     """
@@ -1698,7 +2095,7 @@ def refine(start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4
       max_iterations: steps of the refinement
       tolerance_px: converged when no lamp moves further [px]
     """
-def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> tuple[numpy.typing.NDArray[numpy.uint8 | numpy.uint16], Truth]:
+def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> tuple[numpy.typing.NDArray[numpy.uint8 | numpy.uint16], Truth]:
     """
     Renders what the scene's camera sees of its lamps.
 
@@ -1720,6 +2117,7 @@ def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLi
       noise: shot and read noise
       start_s: time at which the first row's exposure begins [s]
       spacing_sigma: rim samples are this many PSF sigmas apart
+      velocity: (6,) of the camera: d [rotation, translation] / dt of cam_from_world's left perturbation [rad/s, m/s]
     """
 def solve_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, solver: str = 'auto', sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] | None = None, largest_misfit: typing.SupportsFloat | typing.SupportsIndex = 10.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 1000) -> Fix:
     """

@@ -52,6 +52,7 @@ PYBIND11_MODULE(_core, m) {
   occ::python::define_camera(m);
   occ::python::define_scene(m);
   occ::python::define_formation(m);
+  occ::python::define_light(m);
   occ::python::define_simulate(m);
   occ::python::define_detect(m);
   occ::python::define_identify(m);

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 import csv
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +10,8 @@ from ..cli import Failure, blamed_on, emit_json, json_option
 from ..hard_cases.cases import Case, catalogue
 from ..hard_cases.matrix import Cell, by_case, own_harmless, run
 from ..hard_cases.methods import OWN, Method, own_methods, peer_methods
+from ..progress import progress
 
-QUIET_S = 2.0  # a run shorter than this shows no progress
 PAGE = 160  # columns of text that is not for a terminal
 
 
@@ -23,28 +21,6 @@ def chosen(kind: str, wanted: tuple[str, ...], known: dict[str, Any]) -> list[An
         if name not in known:
             raise Failure(f"--{kind}: {name!r} is not one of {', '.join(known)}")
     return [value for name, value in known.items() if not wanted or name in wanted]
-
-
-@contextmanager
-def progress(total: int) -> Iterator[Callable[[], None]]:
-    """A bar on stderr, from the moment a run turns out to be long."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    begun = time.monotonic()
-    bar = Progress(console=Console(stderr=True), transient=True)
-    task = bar.add_task("solving", total=total)
-    try:
-
-        def advance() -> None:
-            bar.advance(task)
-            if not bar.live.is_started and time.monotonic() - begun > QUIET_S:
-                bar.start()
-
-        yield advance
-    finally:
-        if bar.live.is_started:
-            bar.stop()
 
 
 def tables(cells: list[Cell], cases: list[Case], methods: list[Method], width: int) -> Iterator[Any]:
@@ -150,7 +126,7 @@ def command(
         methods += found
         for package in missing:
             click.echo(f"not installed, left out: {package}", err=True)
-    with progress(sum(len(case.rows()) for case in cases)) as advance:
+    with progress("solving", sum(len(case.rows()) for case in cases)) as advance:
         cells = run(cases, methods, count, advance)
     if not cells:
         raise Failure("no chosen solver takes the number of points of a chosen case")

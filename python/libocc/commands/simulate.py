@@ -75,7 +75,8 @@ def command(
 
     Renders what the camera of SCENE sees of its lamps, and writes the truth beside it. The camera
     looks up unless told otherwise. SCENE is a YAML file or the name of a scene that comes with
-    libocc: coded_four, irregular_six, kookmin_four_lamps, kookmin_one_lamp, square_four.
+    libocc: coded_four, irregular_six, kookmin_colour, kookmin_four_lamps, kookmin_one_lamp,
+    square_four.
     """
     if (position is None) == (pose is None):
         raise Failure("give either --position X Y Z or --pose FILE")

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/simulate/received_power.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "libocc/core/quadrature.hpp"
+#include "libocc/core/require.hpp"
+#include "libocc/formation/light.hpp"
+#include "libocc/radiometry/lambertian.hpp"
+#include "libocc/simulate/internal/occlusion.hpp"
+#include "libocc/simulate/internal/vignetting.hpp"
+
+namespace occ {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+/// The face of a lamp with a size as the square [0, 1]^2: chords along x_axis, as many as the sine
+/// of an even angle puts across it, which is smooth where a round face's chords end.
+class FaceMap {
+ public:
+  explicit FaceMap(const Lamp& lamp) : face_(lamp) {
+    half_m_ = lamp.shape == LampShape::disc ? Eigen::Vector2d::Constant(lamp.radius_m)
+                                            : Eigen::Vector2d(0.5 * lamp.size_m);
+    exponent_ = lamp.shape == LampShape::disc ? 2 : lamp.exponent;
+    square_ = lamp.shape == LampShape::rectangle;
+    box_over_face_ = 4 * half_m_.prod() / lamp.area_m2();
+  }
+
+  Eigen::Vector3d point(double u, double v) const {
+    const double across = std::sin(pi * (v - 0.5));
+    return face_.point({(2 * u - 1) * half_m_.x() * half_chord(across), half_m_.y() * across});
+  }
+
+  /// Part of the face per part of the square.
+  double density(double v) const {
+    const double angle = pi * (v - 0.5);
+    return box_over_face_ * half_chord(std::sin(angle)) * 0.5 * pi * std::cos(angle);
+  }
+
+ private:
+  double half_chord(double across) const {
+    if (square_) return 1;
+    if (exponent_ == 2) return std::sqrt(std::max(0.0, 1 - across * across));
+    const double rest = 1 - std::pow(std::abs(across), exponent_);
+    return rest > 0 ? std::pow(rest, 1 / exponent_) : 0;
+  }
+
+  Face face_;
+  Eigen::Vector2d half_m_;
+  double exponent_ = 2, box_over_face_ = 1;
+  bool square_ = false;
+};
+
+/// What of a scene every pose needs.
+struct Receiver {
+  explicit Receiver(const Scene& given)
+      : scene(given),
+        lens_m2(aperture_m2(scene.camera, scene.sensor)),
+        vignetting(scene),
+        nodes(gauss_legendre(3)) {}
+
+  const Scene& scene;
+  double lens_m2;
+  Vignetting vignetting;
+  std::vector<QuadratureNode> nodes;
+};
+
+/// One lamp seen from one pose.
+class SeenLamp {
+ public:
+  SeenLamp(const Receiver& receiver, const Lamp& lamp, const Rigid3& pose)
+      : receiver_(receiver),
+        lamp_(lamp),
+        order_(lamp.order()),
+        pose_(pose),
+        eye_(pose.origin_in_source()) {}
+
+  ReceivedLamp received() {
+    if (!((eye_ - lamp_.centre_m).dot(lamp_.normal) > 0) || inside_a_box()) return {};
+    if (!receiver_.scene.boxes.empty())
+      hidden_ = 1 - visible_part(lamp_, receiver_.scene.boxes, eye_).share;
+    if (hidden_ == 1) return {};
+    if (lamp_.shape == LampShape::point) {
+      const double power_w = power_from(lamp_.centre_m);
+      return {power_w, power_w > 0};
+    }
+    const FaceMap face(lamp_);
+    ReceivedLamp sum{0, hidden_ == 0};
+    for (int i = 0; i < cells_per_side; ++i)
+      for (int j = 0; j < cells_per_side; ++j)
+        add({1.0 / cells_per_side, i / double{cells_per_side}, j / double{cells_per_side}}, 0, face,
+            sum);
+    return sum;
+  }
+
+ private:
+  struct Cell {
+    double side, u, v;
+  };
+  static constexpr int cells_per_side = 4;
+  static constexpr int deepest = 4;
+  /// A box may be narrower than a cell.
+  static constexpr int deep_enough_for_boxes = 3;
+
+  void add(const Cell& cell, int depth, const FaceMap& face, ReceivedLamp& sum) const {
+    int seen = 0;
+    for (const auto& [u, v] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}, {1.0, 1.0}, {0.5, 0.5}})
+      seen += sees(face.point(cell.u + u * cell.side, cell.v + v * cell.side)) ? 1 : 0;
+    const bool mixed = seen != 0 && seen != 5;
+    if (seen != 5) sum.whole = false;
+    if (depth < (mixed ? deepest : hidden_ > 0 ? deep_enough_for_boxes : 0)) {
+      const double half = cell.side / 2;
+      for (const double u : {cell.u, cell.u + half})
+        for (const double v : {cell.v, cell.v + half}) add({half, u, v}, depth + 1, face, sum);
+    } else if (seen != 0) {
+      sum.power_w += power_of(cell, face);
+    }
+  }
+
+  double power_of(const Cell& cell, const FaceMap& face) const {
+    double sum_w = 0;
+    for (const QuadratureNode& across : receiver_.nodes) {
+      const double v = cell.v + across.at * cell.side;
+      double along_w = 0;
+      for (const QuadratureNode& along : receiver_.nodes)
+        along_w += along.weight * power_from(face.point(cell.u + along.at * cell.side, v));
+      sum_w += across.weight * face.density(v) * along_w;
+    }
+    return sum_w * cell.side * cell.side;
+  }
+
+  bool sees(const Eigen::Vector3d& point) const { return seen_at(point).has_value(); }
+
+  std::optional<Eigen::Vector2d> seen_at(const Eigen::Vector3d& point) const {
+    auto px = receiver_.scene.camera.project(pose_ * point);
+    if (!px || !receiver_.scene.camera.contains(*px)) return std::nullopt;
+    if (hidden_ > 0)
+      for (const Box& box : receiver_.scene.boxes)
+        if (hides(box, eye_, point)) return std::nullopt;
+    return px;
+  }
+
+  /// As if the whole lamp were at this point.
+  double power_from(const Eigen::Vector3d& point) const {
+    const auto px = seen_at(point);
+    if (!px) return 0;
+    const Eigen::Vector3d way = eye_ - point;
+    const double distance = way.norm();
+    const double cos_incidence = (pose_ * point).z() / distance;
+    return receiver_.vignetting.transmission(*px) *
+           aperture_power(lamp_.power_w, order_, way.dot(lamp_.normal) / distance, cos_incidence,
+                          distance, receiver_.lens_m2);
+  }
+
+  bool inside_a_box() const {
+    const std::vector<Box>& boxes = receiver_.scene.boxes;
+    return std::any_of(boxes.begin(), boxes.end(), [&](const Box& box) {
+      return (eye_ - box.min_m).minCoeff() > 0 && (box.max_m - eye_).minCoeff() > 0;
+    });
+  }
+
+  const Receiver& receiver_;
+  const Lamp& lamp_;
+  double order_;
+  const Rigid3& pose_;
+  Eigen::Vector3d eye_;
+  double hidden_ = 0;  // part of the face
+};
+
+}  // namespace
+
+double ReceivedPower::total_w() const {
+  double sum_w = 0;
+  for (const ReceivedLamp& lamp : lamps) sum_w += lamp.power_w;
+  return sum_w;
+}
+
+int ReceivedPower::visible() const {
+  return static_cast<int>(std::count_if(lamps.begin(), lamps.end(),
+                                        [](const ReceivedLamp& lamp) { return lamp.power_w > 0; }));
+}
+
+std::vector<ReceivedPower> received_power(const Scene& given,
+                                          const std::vector<Rigid3>& cam_from_world) {
+  Scene scene = given;
+  scene.validate();
+  const Receiver receiver(scene);
+  std::vector<ReceivedPower> all;
+  all.reserve(cam_from_world.size());
+  for (const Rigid3& pose : cam_from_world) {
+    const bool finite = pose.rotation.allFinite() && pose.translation.allFinite();
+    if (!finite)
+      require(false, "cam_from_world[" + std::to_string(all.size()) + "]", pose.matrix(), "finite");
+    all.emplace_back();
+    for (const Lamp& lamp : scene.lamps)
+      all.back().lamps.push_back(SeenLamp(receiver, lamp, pose).received());
+  }
+  return all;
+}
+
+ReceivedPower received_power(const Scene& scene, const Rigid3& cam_from_world) {
+  return received_power(scene, std::vector<Rigid3>{cam_from_world}).front();
+}
+
+}  // namespace occ
