@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line: `libocc demo | simulate | detect | locate | ladder | hard-cases`.
+"""The command line: `libocc demo | simulate | sequence | sweep | detect | locate | ...`.
 
 Each command is a module of its own that is imported when it is called, so that none waits for what
 only another one needs.
@@ -14,7 +14,7 @@ import click
 
 from ._core import __version__
 
-COMMANDS = ("demo", "simulate", "detect", "locate", "ladder", "hard-cases")
+COMMANDS = ("demo", "simulate", "sequence", "sweep", "detect", "locate", "ladder", "hard-cases")
 
 
 class Failure(click.ClickException):

@@ -139,9 +139,9 @@ std::string fields_repr(const char* name, const C& object, const std::tuple<F...
   std::string text;
   C defaults{};
   const auto add = [&](const auto& f) {
-    const auto& value = f.access(const_cast<C&>(object));
-    if (value == f.access(defaults)) return;
-    text += (text.empty() ? "" : ", ") + std::string(f.name) + "=" + value_repr(value);
+    const std::string value = value_repr(f.access(const_cast<C&>(object)));
+    if (value == value_repr(f.access(defaults))) return;
+    text += (text.empty() ? "" : ", ") + std::string(f.name) + "=" + value;
   };
   std::apply([&](const auto&... f) { (add(f), ...); }, fields);
   return std::string(name) + "(" + text + ")";

@@ -1,7 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,33 +14,11 @@ from ..ladder.experiment import Experiment, noisier
 from ..ladder.figures import Row, advice, rows_of
 from ..ladder.measure import Rung, Run, own_rungs, peer_rungs, run
 from ..ladder.peers import poselib_peers
+from ..progress import progress
 
-QUIET_S = 1.0  # a run shorter than this shows no progress
 PAGE = 120  # columns of text that is not for a terminal
 COST_FRAMES = 8  # of each of the problems that costs are fitted to, at most
 INTERRUPTED = 130  # exit code
-
-
-@contextmanager
-def progress(total: int) -> Iterator[Callable[[], None]]:
-    """A bar on stderr, from the moment a run turns out to be long."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    begun = time.monotonic()
-    bar = Progress(console=Console(stderr=True), transient=True)
-    task = bar.add_task("climbing", total=total)
-
-    def advance() -> None:
-        bar.advance(task)
-        if not bar.live.is_started and time.monotonic() - begun > QUIET_S:
-            bar.start()
-
-    try:
-        yield advance
-    finally:
-        if bar.live.is_started:
-            bar.stop()
 
 
 def experiment_of(
@@ -108,7 +83,7 @@ def write_plot(path: str, rows: list[Row], note: str) -> None:
 def write_costs(path: str, experiment: Experiment, frames: int) -> None:
     frames = min(frames, COST_FRAMES)
     with blamed_on(path):
-        with progress(frames * len(cost_table.problems(experiment))) as advance:
+        with progress("climbing", frames * len(cost_table.problems(experiment))) as advance:
             measured = cost_table.measure(experiment, frames, 1e-3, advance)
         measured.save(path)
     click.echo(f"costs of the refinement's rungs in {path}", err=True)
@@ -188,7 +163,7 @@ def command(
     rungs, missing = chosen_rungs(wanted)
     for package in missing:
         click.echo(f"not installed, left out: {package} (pip install 'libocc[peers]')", err=True)
-    with blamed_on(scene), progress(frames) as advance:
+    with blamed_on(scene), progress("climbing", frames) as advance:
         result = run(experiment, rungs, frames, 1e-6 * least_time_us, advance)
     rows = rows_of(result)
     if not rows:
