@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['Blob', 'Camera', 'Candidate', 'Ellipse', 'Fix', 'FluxModel', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Match', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'Refined', 'Response', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Truth', 'detect', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'locate', 'look_at', 'p3p', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'read_camera', 'read_image', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
+__all__: list[str] = ['Blob', 'Box', 'Camera', 'Candidate', 'Channel', 'EffectPlan', 'Effects', 'Ellipse', 'Fix', 'FluxModel', 'Ghost', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'Match', 'Mosaic', 'NoiseArea', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'Refined', 'Renderer', 'Response', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Trajectory', 'Truth', 'Use', 'detect', 'encode_image', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'locate', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'read_camera', 'read_image', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -118,6 +118,7 @@ class LampShape(enum.Enum):
     Shape of a lamp's lit face.
     """
     disc = 0
+    lame = 3
     point = 2
     rectangle = 1
 class Response(enum.Enum):
@@ -128,6 +129,15 @@ class Response(enum.Enum):
     linear = 0
     srgb = 2
     table = 3
+class Mosaic(enum.Enum):
+    """
+    Colour filters over the pixels.
+    """
+    bggr = 4
+    gbrg = 3
+    grbg = 2
+    none = 0
+    rggb = 1
 class Readout(enum.Enum):
     """
     Which pixels a rolling shutter exposes together.
@@ -135,6 +145,48 @@ class Readout(enum.Enum):
     columns = 1
     rows = 0
     unknown = 2
+class Channel:
+    """
+    What differs in the pixels of one colour.
+
+    Keywords (and properties):
+      efficiency: times the sensor's quantum_efficiency
+      response: linear, gamma, srgb or table
+      gamma: of Response.gamma
+      response_table: of Response.table
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, efficiency: typing.SupportsFloat | typing.SupportsIndex = 1.0, response: Response = ..., gamma: typing.SupportsFloat | typing.SupportsIndex = 2.2, response_table: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = []) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Channel:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def efficiency(self) -> float:
+        """
+        times the sensor's quantum_efficiency
+        """
+    @property
+    def gamma(self) -> float:
+        """
+        of Response.gamma
+        """
+    @property
+    def response(self) -> Response:
+        """
+        linear, gamma, srgb or table
+        """
+    @property
+    def response_table(self) -> list[float]:
+        """
+        of Response.table
+        """
 class Sensor:
     """
     The camera as a light meter: exposure, noise, response.
@@ -157,10 +209,15 @@ class Sensor:
       row_time_s: from one row to the next [s]; 0: global shutter
       readout: pixels a rolling shutter exposes together
       psf_sigma_px: Gaussian blur of the lens [px]
+      gain_sigma: relative standard deviation of the pixels' gains
+      gain_seed: sensors of one seed have the same pixels
+      blooming: part of the charge beyond the full well that spills along the column
+      mosaic: colour filters over the pixels
+      channels: Channels for red, green, blue; empty: all alike
     """
     def __getstate__(self) -> dict[str, typing.Any]:
         ...
-    def __init__(self, *, pixel_pitch_m: typing.SupportsFloat | typing.SupportsIndex = 7.1e-06, f_number: typing.SupportsFloat | typing.SupportsIndex = 2.0, exposure_s: typing.SupportsFloat | typing.SupportsIndex = 2e-05, quantum_efficiency: typing.SupportsFloat | typing.SupportsIndex = 0.5, wavelength_m: typing.SupportsFloat | typing.SupportsIndex = 5.5e-07, full_well_e: typing.SupportsFloat | typing.SupportsIndex = 10000.0, gain_dn_per_e: typing.SupportsFloat | typing.SupportsIndex = 0.025, read_noise_e: typing.SupportsFloat | typing.SupportsIndex = 10.0, dark_current_e_per_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, black_level_dn: typing.SupportsFloat | typing.SupportsIndex = 2.0, bit_depth: typing.SupportsInt | typing.SupportsIndex = 8, response: Response = ..., gamma: typing.SupportsFloat | typing.SupportsIndex = 2.2, response_table: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], row_time_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, readout: Readout = ..., psf_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.8) -> None:
+    def __init__(self, *, pixel_pitch_m: typing.SupportsFloat | typing.SupportsIndex = 7.1e-06, f_number: typing.SupportsFloat | typing.SupportsIndex = 2.0, exposure_s: typing.SupportsFloat | typing.SupportsIndex = 2e-05, quantum_efficiency: typing.SupportsFloat | typing.SupportsIndex = 0.5, wavelength_m: typing.SupportsFloat | typing.SupportsIndex = 5.5e-07, full_well_e: typing.SupportsFloat | typing.SupportsIndex = 10000.0, gain_dn_per_e: typing.SupportsFloat | typing.SupportsIndex = 0.025, read_noise_e: typing.SupportsFloat | typing.SupportsIndex = 10.0, dark_current_e_per_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, black_level_dn: typing.SupportsFloat | typing.SupportsIndex = 2.0, bit_depth: typing.SupportsInt | typing.SupportsIndex = 8, response: Response = ..., gamma: typing.SupportsFloat | typing.SupportsIndex = 2.2, response_table: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], row_time_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, readout: Readout = ..., psf_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.8, gain_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.0, gain_seed: typing.SupportsInt | typing.SupportsIndex = 0, blooming: typing.SupportsFloat | typing.SupportsIndex = 0.0, mosaic: Mosaic = ..., channels: collections.abc.Sequence[Channel] = []) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -179,6 +236,16 @@ class Sensor:
     def black_level_dn(self) -> float:
         """
         grey level without light
+        """
+    @property
+    def blooming(self) -> float:
+        """
+        part of the charge beyond the full well that spills along the column
+        """
+    @property
+    def channels(self) -> list[Channel]:
+        """
+        Channels for red, green, blue; empty: all alike
         """
     @property
     def dark_current_e_per_s(self) -> float:
@@ -206,9 +273,24 @@ class Sensor:
         grey levels per electron
         """
     @property
+    def gain_seed(self) -> int:
+        """
+        sensors of one seed have the same pixels
+        """
+    @property
+    def gain_sigma(self) -> float:
+        """
+        relative standard deviation of the pixels' gains
+        """
+    @property
     def gamma(self) -> float:
         """
         of Response.gamma: stored = linear^(1/gamma)
+        """
+    @property
+    def mosaic(self) -> Mosaic:
+        """
+        colour filters over the pixels
         """
     @property
     def pixel_pitch_m(self) -> float:
@@ -267,16 +349,20 @@ class Lamp:
       power_w: radiant power while lit [W]
       half_power_rad: half-power semi-angle [rad]
       frequency_hz: blink code [Hz]; None: always lit
-      shape: disc, rectangle or point
-      size_m: (2,) of a rectangle: along x_axis, across it [m]
-      x_axis: (3,) of a rectangle: in its plane; made unit
+      shape: disc, rectangle, point or lame
+      size_m: (2,) of a rectangle or Lame curve: along x_axis, across it [m]
+      x_axis: (3,) of a rectangle or Lame curve: in its plane; made unit
+      exponent: of a Lame curve, 1 to 100; 2: an ellipse
       name: for people
       duty: lit fraction of a blink period
+      waveform: instead: light over power_w in equal parts of a period, such as a code's chips
+      phase: periods that have passed at time 0
+      colour: (3,) light that red, green, blue pixels get, over white's
       power_sigma: relative standard deviation of power_w
     """
     def __getstate__(self) -> dict[str, typing.Any]:
         ...
-    def __init__(self, *, id: typing.SupportsInt | typing.SupportsIndex, centre_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], normal: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, -1.0], radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, power_w: typing.SupportsFloat | typing.SupportsIndex = 1.0, half_power_rad: typing.SupportsFloat | typing.SupportsIndex = 1.0471975511965976, frequency_hz: typing.SupportsFloat | typing.SupportsIndex | None = None, shape: LampShape = ..., size_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"] = [0.0, 0.0], x_axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [1.0, 0.0, 0.0], name: str = '', duty: typing.SupportsFloat | typing.SupportsIndex = 0.5, power_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.1) -> None:
+    def __init__(self, *, id: typing.SupportsInt | typing.SupportsIndex, centre_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], normal: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, -1.0], radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, power_w: typing.SupportsFloat | typing.SupportsIndex = 1.0, half_power_rad: typing.SupportsFloat | typing.SupportsIndex = 1.0471975511965976, frequency_hz: typing.SupportsFloat | typing.SupportsIndex | None = None, shape: LampShape = ..., size_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"] = [0.0, 0.0], x_axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [1.0, 0.0, 0.0], exponent: typing.SupportsFloat | typing.SupportsIndex = 2.0, name: str = '', duty: typing.SupportsFloat | typing.SupportsIndex = 0.5, waveform: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], phase: typing.SupportsFloat | typing.SupportsIndex = 0.0, colour: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [1.0, 1.0, 1.0], power_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.1) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -292,9 +378,19 @@ class Lamp:
         (3,) centre of the lit face [m, world]
         """
     @property
+    def colour(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) light that red, green, blue pixels get, over white's
+        """
+    @property
     def duty(self) -> float:
         """
         lit fraction of a blink period
+        """
+    @property
+    def exponent(self) -> float:
+        """
+        of a Lame curve, 1 to 100; 2: an ellipse
         """
     @property
     def frequency_hz(self) -> float | None:
@@ -322,6 +418,11 @@ class Lamp:
         (3,) towards the lit side; made unit
         """
     @property
+    def phase(self) -> float:
+        """
+        periods that have passed at time 0
+        """
+    @property
     def power_sigma(self) -> float:
         """
         relative standard deviation of power_w
@@ -339,17 +440,22 @@ class Lamp:
     @property
     def shape(self) -> LampShape:
         """
-        disc, rectangle or point
+        disc, rectangle, point or lame
         """
     @property
     def size_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
         """
-        (2,) of a rectangle: along x_axis, across it [m]
+        (2,) of a rectangle or Lame curve: along x_axis, across it [m]
+        """
+    @property
+    def waveform(self) -> list[float]:
+        """
+        instead: light over power_w in equal parts of a period, such as a code's chips
         """
     @property
     def x_axis(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
-        (3,) of a rectangle: in its plane; made unit
+        (3,) of a rectangle or Lame curve: in its plane; made unit
         """
 class Room:
     """
@@ -380,6 +486,167 @@ class Room:
     def wall_reflectance(self) -> float:
         """
         0 to 1
+        """
+class Ghost:
+    """
+    A faint second image of everything inside the lens.
+
+    Keywords (and properties):
+      strength: part of the light that goes there
+      scale: about the principal point; negative: turned
+      blur_px: of its own, beside the lens's [px]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, strength: typing.SupportsFloat | typing.SupportsIndex = 0.0, scale: typing.SupportsFloat | typing.SupportsIndex = -1.0, blur_px: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Ghost:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def blur_px(self) -> float:
+        """
+        of its own, beside the lens's [px]
+        """
+    @property
+    def scale(self) -> float:
+        """
+        about the principal point; negative: turned
+        """
+    @property
+    def strength(self) -> float:
+        """
+        part of the light that goes there
+        """
+class Lens:
+    """
+    What a lens does to the light beside projecting it.
+
+    Keywords (and properties):
+      diffraction: blur of 0.42 wavelength x f-number
+      focus_distance_m: None: everything is in focus [m]
+      vignetting: a1, a2, ... of the transmission 1 + a1 q^2 + a2 q^4 + ..., q = 1 in the farthest corner
+      veiling_glare: part of the light that spreads evenly
+      ghosts: second images inside the lens
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, diffraction: bool = False, focus_distance_m: typing.SupportsFloat | typing.SupportsIndex | None = None, vignetting: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], veiling_glare: typing.SupportsFloat | typing.SupportsIndex = 0.0, ghosts: collections.abc.Sequence[Ghost] = []) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Lens:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def diffraction(self) -> bool:
+        """
+        blur of 0.42 wavelength x f-number
+        """
+    @property
+    def focus_distance_m(self) -> float | None:
+        """
+        None: everything is in focus [m]
+        """
+    @property
+    def ghosts(self) -> list[Ghost]:
+        """
+        second images inside the lens
+        """
+    @property
+    def veiling_glare(self) -> float:
+        """
+        part of the light that spreads evenly
+        """
+    @property
+    def vignetting(self) -> list[float]:
+        """
+        a1, a2, ... of the transmission 1 + a1 q^2 + a2 q^4 + ..., q = 1 in the farthest corner
+        """
+class Box:
+    """
+    Something opaque, its sides along the world's axes.
+
+    Keywords (and properties):
+      min_m: (3,) lowest corner [m, world]
+      max_m: (3,) highest corner [m, world]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, min_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], max_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Box:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def max_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) highest corner [m, world]
+        """
+    @property
+    def min_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) lowest corner [m, world]
+        """
+class Use(enum.Enum):
+    """
+    Of an effect that the scene calls for: rendered always, never, or when its bounds exceed the tolerances.
+    """
+    automatic = 2
+    off = 1
+    on = 0
+class Effects:
+    """
+    Which effects simulate() renders, of those the scene calls for.
+
+    default: Use of the effects that are not named. Further keywords: effects by name, see `use`.
+    tolerance_dn, tolerance_px: with Use.automatic an effect is left out that changes no pixel's grey
+    level and moves no lamp's centroid by more.
+    Raises: ValueError for an unknown effect, naming the nearest known one.
+
+    >>> import libocc as occ
+    >>> occ.Effects(default=occ.Use.automatic, walls=occ.Use.off).use["walls"].name
+    'off'
+    """
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __init__(self, default: Use = ..., *, tolerance_dn: typing.SupportsFloat | typing.SupportsIndex = 0.5, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 0.02, **kwargs: Use) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    @property
+    def tolerance_dn(self) -> float:
+        """
+        Grey levels.
+        """
+    @property
+    def tolerance_px(self) -> float:
+        """
+        Pixels.
+        """
+    @property
+    def use(self) -> dict[str, Use]:
+        """
+        Use by effect's name.
         """
 class Prior:
     """
@@ -440,7 +707,8 @@ class Scene:
     What is known before a picture is taken: camera, sensor, lamps.
 
     camera: Camera. lamps: Lamps with different ids. sensor: Sensor, default one when None.
-    room: Room or None.
+    room: Room or None. lens: Lens. boxes: what hides lamps. ambient_w_m2: light on the sensor that
+    comes from no lamp. effects: which of all this simulate() renders.
     Raises: ValueError naming the part, the field and its value.
 
     >>> import libocc as occ
@@ -467,7 +735,7 @@ class Scene:
         ...
     def __hash__(self) -> int:
         ...
-    def __init__(self, *, camera: Camera, lamps: collections.abc.Sequence[Lamp], sensor: Sensor | None = None, room: Room | None = None) -> None:
+    def __init__(self, *, camera: Camera, lamps: collections.abc.Sequence[Lamp], sensor: Sensor | None = None, room: Room | None = None, lens: Lens | None = None, boxes: collections.abc.Sequence[Box] = [], ambient_w_m2: typing.SupportsFloat | typing.SupportsIndex = 0.0, effects: Effects | None = None) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -477,7 +745,7 @@ class Scene:
         """
         The YAML text that save() writes.
         """
-    def replace(self, *, camera: Camera | None = None, lamps: collections.abc.Sequence[Lamp] | None = None, sensor: Sensor | None = None, room: Room | None = None) -> Scene:
+    def replace(self, *, camera: Camera | None = None, lamps: collections.abc.Sequence[Lamp] | None = None, sensor: Sensor | None = None, room: Room | None = None, lens: Lens | None = None, boxes: collections.abc.Sequence[Box] | None = None, ambient_w_m2: typing.SupportsFloat | typing.SupportsIndex | None = None, effects: Effects | None = None) -> Scene:
         """
         A copy with the parts that are given changed.
         """
@@ -486,14 +754,34 @@ class Scene:
         Writes a YAML file that load() reads back to an equal scene.
         """
     @property
+    def ambient_w_m2(self) -> float:
+        """
+        On the sensor [W/m^2].
+        """
+    @property
+    def boxes(self) -> tuple[Box, ...]:
+        """
+        Boxes, a tuple.
+        """
+    @property
     def camera(self) -> Camera:
         """
         Camera.
         """
     @property
+    def effects(self) -> Effects:
+        """
+        Effects.
+        """
+    @property
     def lamps(self) -> tuple[Lamp, ...]:
         """
         Lamps, a tuple: a scene does not change.
+        """
+    @property
+    def lens(self) -> Lens:
+        """
+        Lens.
         """
     @property
     def room(self) -> Room | None:
@@ -504,6 +792,125 @@ class Scene:
     def sensor(self) -> Sensor:
         """
         Sensor.
+        """
+class Trajectory:
+    """
+    Where a camera is over time.
+
+    times_s: of the waypoints, rising. cam_from_world: 4x4 at each. Between waypoints the camera moves
+    on a screw at constant velocity (the geodesic of SE(3)); a turn is the shorter way round.
+    Raises: ValueError naming the waypoint.
+
+    >>> import libocc as occ
+    >>> poses = [occ.look_at(position_m=[x, 0, 1], target_m=[x, 0, 3], up=[0, 1, 0]) for x in (1, 2)]
+    >>> walk = occ.Trajectory(times_s=[0, 2], cam_from_world=poses)
+    >>> walk.velocity(0.5).round(3).tolist()
+    [0.0, 0.0, 0.0, 0.5, 0.0, 0.0]
+    """
+    @staticmethod
+    def load(path: os.PathLike[str] | str) -> Trajectory:
+        """
+        From a file in TUM's format: lines `t tx ty tz qx qy qz qw`, the camera's pose in the world.
+
+        Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming file and line.
+        """
+    @staticmethod
+    def parse(text: str) -> Trajectory:
+        """
+        From text in TUM's format. Raises: ValueError naming the line.
+        """
+    def __getstate__(self) -> tuple[list[float], list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]]]:
+        ...
+    def __init__(self, times_s: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], cam_from_world: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]]) -> None:
+        ...
+    def __len__(self) -> int:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: tuple[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]]]) -> None:
+        ...
+    def cam_from_world(self, time_s: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        Pose at a time, 4x4. Raises: ValueError before the first waypoint or after the last.
+        """
+    def format(self) -> str:
+        """
+        The text that save() writes.
+        """
+    def save(self, path: os.PathLike[str] | str) -> None:
+        """
+        Writes a file in TUM's format, whole or not at all.
+        """
+    def velocity(self, time_s: typing.SupportsFloat | typing.SupportsIndex, to_s: typing.SupportsFloat | typing.SupportsIndex | None = None) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        (6,) as simulate() takes it [rad/s, m/s]: at a time, or the constant one that takes the pose at one time to the pose at another.
+        """
+    @property
+    def begin_s(self) -> float:
+        """
+        Time of the first waypoint [s].
+        """
+    @property
+    def end_s(self) -> float:
+        """
+        Time of the last waypoint [s].
+        """
+    @property
+    def poses(self) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]]:
+        """
+        cam_from_world of the waypoints, 4x4 each.
+        """
+    @property
+    def times_s(self) -> list[float]:
+        """
+        Of the waypoints [s].
+        """
+class NoiseArea(enum.Enum):
+    """
+    Which pixels have noise.
+    """
+    around_lamps = 1
+    everywhere = 0
+class EffectPlan:
+    """
+    What plan_render() makes of one effect.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def applied(self) -> bool:
+        """
+        simulate() renders it.
+        """
+    @property
+    def bound_dn(self) -> float:
+        """
+        Grey levels that any pixel changes without it, at most.
+        """
+    @property
+    def bound_px(self) -> float:
+        """
+        How far any lamp's centroid moves without it, at most [px].
+        """
+    @property
+    def called_for(self) -> bool:
+        """
+        The scene says what it follows from.
+        """
+    @property
+    def effect(self) -> str:
+        """
+        Its name.
+        """
+    @property
+    def reason(self) -> str:
+        """
+        For people.
+        """
+    @property
+    def use(self) -> Use:
+        """
+        What the scene says of it.
         """
 class LampTruth:
     """
@@ -520,6 +927,11 @@ class LampTruth:
     def electrons(self) -> float:
         """
         Signal electrons of its image.
+        """
+    @property
+    def hidden(self) -> float:
+        """
+        Share of its face that boxes hide.
         """
     @property
     def id(self) -> int:
@@ -558,6 +970,11 @@ class Truth:
         Pose, 4x4.
         """
     @property
+    def effects(self) -> list[EffectPlan]:
+        """
+        An EffectPlan for each effect, as plan_render() returns them; worked out when asked for.
+        """
+    @property
     def lamps(self) -> tuple[LampTruth, ...]:
         """
         A LampTruth for each lamp of the scene, in its order.
@@ -566,6 +983,40 @@ class Truth:
     def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         (3,) of the camera [m, world].
+        """
+class Renderer:
+    """
+    Renders many images of one scene; the same bits as simulate().
+
+    What images have in common is made once: thousands a second where noise is not wanted everywhere.
+    Threads that share one wait for each other; give each its own.
+
+    >>> import libocc as occ
+    >>> camera = occ.Camera.pinhole(width=64, height=48, fx_px=40, fy_px=40, cx_px=31.5, cy_px=23.5)
+    >>> renderer = occ.Renderer(occ.Scene(camera=camera, lamps=[occ.Lamp(id=7, centre_m=[0, 0, 3], radius_m=0.1)]))
+    >>> poses = [occ.look_at(position_m=[0, 0, z], target_m=[0, 0, 3], up=[0, 1, 0]) for z in (1, 2)]
+    >>> [int(renderer.render(pose, noise=False)[0].max()) for pose in poses]
+    [62, 71]
+    """
+    def __init__(self, scene: Scene) -> None:
+        ...
+    def render(self, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, noise_area: NoiseArea = ..., start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> tuple[numpy.typing.NDArray[numpy.uint8 | numpy.uint16], Truth]:
+        """
+        (image, truth) as simulate() returns them.
+
+        Options:
+          seed: of the noise; the same seed gives the same image
+          frame: noise differs from frame to frame under one seed
+          noise: shot and read noise
+          noise_area: around lamps alone it is much faster
+          start_s: time at which the first row's exposure begins [s]
+          spacing_sigma: rim samples are this many PSF sigmas apart
+          velocity: (6,) of the camera: d [rotation, translation] / dt of cam_from_world's left perturbation [rad/s, m/s]
+        """
+    @property
+    def scene(self) -> Scene:
+        """
+        Scene.
         """
 class Ellipse:
     """
@@ -1527,6 +1978,10 @@ def detect(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *, sensor: S
       stripes: join stripes, read frequencies; None: when rows have a time
       max_frequency_hz: stripes are read up to this [Hz]
     """
+def encode_image(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], extension: str = '.png') -> bytes:
+    """
+    What write_image() would write to a file of that extension. Raises: ValueError when the format cannot hold the image.
+    """
 def heading_rad(cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]) -> float:
     """
     Azimuth [rad] about the world's Z of the camera's +x axis (image right), in (-pi, pi].
@@ -1613,6 +2068,10 @@ def look_at(position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, 
     >>> (pose @ [0.5, 0.25, 3, 1]).round(9).tolist()
     [-0.5, -0.25, 2.0, 1.0]
     """
+def moved_pose(cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"], time_s: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+    """
+    Pose (4x4) after a time of constant velocity (6,), as simulate() takes it.
+    """
 def p3p(bearings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_in_world: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"]) -> numpy.typing.NDArray[numpy.float64]:
     """
     All poses from which three known points are seen along three bearings.
@@ -1621,6 +2080,13 @@ def p3p(bearings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"
     each row. Returns: (k, 4, 4) candidates for cam_from_world, k from 0 to 4, in no order: all fit.
     Raises: ValueError for another number of points, numbers that are not finite or bearings that are
     not unit.
+    """
+def plan_render(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, noise_area: NoiseArea = ..., start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> list[EffectPlan]:
+    """
+    Which effects simulate() renders with the same arguments, and what the others would change.
+
+    Returns: an EffectPlan for each effect, in the order in which light meets them.
+    Raises: ValueError as simulate() does.
     """
 @typing.overload
 def pose_bound(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], rung: Rung = Rung.direct, flux: FluxModel = FluxModel.ignore) -> PoseBound:
@@ -1698,7 +2164,7 @@ def refine(start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4
       max_iterations: steps of the refinement
       tolerance_px: converged when no lamp moves further [px]
     """
-def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> tuple[numpy.typing.NDArray[numpy.uint8 | numpy.uint16], Truth]:
+def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, noise_area: NoiseArea = ..., start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> tuple[numpy.typing.NDArray[numpy.uint8 | numpy.uint16], Truth]:
     """
     Renders what the scene's camera sees of its lamps.
 
@@ -1718,8 +2184,10 @@ def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLi
       seed: of the noise; the same seed gives the same image
       frame: noise differs from frame to frame under one seed
       noise: shot and read noise
+      noise_area: around lamps alone it is much faster
       start_s: time at which the first row's exposure begins [s]
       spacing_sigma: rim samples are this many PSF sigmas apart
+      velocity: (6,) of the camera: d [rotation, translation] / dt of cam_from_world's left perturbation [rad/s, m/s]
     """
 def solve_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, solver: str = 'auto', sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] | None = None, largest_misfit: typing.SupportsFloat | typing.SupportsIndex = 10.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 1000) -> Fix:
     """

@@ -13,7 +13,7 @@ SETTINGS = "libocc.json"
 
 def json_bytes(data: Any) -> bytes:
     """The same bytes for the same data. Raises: ValueError when it holds NaN or infinity."""
-    return (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
+    return (json.dumps(data, allow_nan=False) + "\n").encode()
 
 
 class ResultFolder:

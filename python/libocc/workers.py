@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Many independent jobs in this process, in several, or on a Dask cluster."""
 
+import importlib
 import signal
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import Any, TypeVar
@@ -12,6 +13,7 @@ Job = TypeVar("Job")
 Result = TypeVar("Result")
 
 AHEAD = 4  # jobs that wait for each worker: none is idle, and results do not pile up
+CONNECT_S = 10  # to find a cluster
 PATIENCE_S = 0.2  # between two looks at whether a run has become a long one
 
 
@@ -34,10 +36,10 @@ def processes(count: int) -> Iterator[tuple[Executor, int]]:
 def cluster(address: str) -> Iterator[tuple[Executor, int]]:
     """Raises: OSError when there is no scheduler or no worker; ValueError without Dask."""
     try:
-        from distributed import Client
+        distributed = importlib.import_module("distributed")
     except ImportError as error:
         raise ValueError("a Dask cluster needs: pip install 'libocc[dask]'") from error
-    with Client(address, timeout="10s", set_as_default=False) as client:
+    with distributed.Client(address, timeout=CONNECT_S, set_as_default=False) as client:
         threads = sum(client.nthreads().values())
         if threads == 0:
             raise OSError(f"{address}: the scheduler has no workers")
@@ -51,7 +53,7 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
 def _results(
     executor: Executor, count: int, function: Callable[[Job], Result], jobs: Sequence[Job],
     idle: Callable[[], None],
-) -> Iterator[tuple[Job, Result]]:
+) -> Generator[tuple[Job, Result], None, None]:
     rest = iter(jobs)
     running: dict[Future[Result], Job] = {}
     try:
@@ -74,15 +76,19 @@ def _results(
 def run_jobs(
     function: Callable[[Job], Result], jobs: Sequence[Job], workers: int = 1,
     scheduler: str | None = None, idle: Callable[[], None] = lambda: None,
-) -> Iterator[tuple[Job, Result]]:
+) -> Generator[tuple[Job, Result], None, None]:
     """Each job with its result, in the order in which they are done. `idle` is called while none is.
 
     function: of a module, so that other processes find it. What it raises is raised here.
+    Raises: OSError when a process was ended from outside.
     """
     if scheduler is None and workers == 1:
         for job in jobs:
             yield job, function(job)
         return
     pool: Any = processes(min(workers, max(1, len(jobs)))) if scheduler is None else cluster(scheduler)
-    with pool as (executor, count):
-        yield from _results(executor, count, function, jobs, idle)
+    try:
+        with pool as (executor, count):
+            yield from _results(executor, count, function, jobs, idle)
+    except BrokenExecutor as error:
+        raise OSError("a worker process was ended from outside; too little memory?") from error

@@ -32,8 +32,3 @@ def read_yaml(path: str | Path) -> Any:
         return parse_yaml(Path(path).read_text(encoding="utf-8"))
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-
-
-def yaml_text(data: Any) -> str:
-    """Text that Scene.parse() and parse_yaml() read."""
-    return yaml.dump(data, Dumper=yaml.SafeDumper, sort_keys=False, default_flow_style=None)

@@ -50,7 +50,7 @@ Threads that share one wait for each other; give each its own.
 >>> renderer = occ.Renderer(occ.Scene(camera=camera, lamps=[occ.Lamp(id=7, centre_m=[0, 0, 3], radius_m=0.1)]))
 >>> poses = [occ.look_at(position_m=[0, 0, z], target_m=[0, 0, 3], up=[0, 1, 0]) for z in (1, 2)]
 >>> [int(renderer.render(pose, noise=False)[0].max()) for pose in poses]
-[143, 173])");
+[62, 71])");
   cls.def(py::init<const Scene&>(), py::arg("scene"));
   cls.def_property_readonly("scene", &SharedRenderer::scene, "Scene.");
   std::apply(

@@ -2,6 +2,7 @@
 """A small scene of every shape of lamp, one of them partly behind a box, under a rolling shutter."""
 
 import hashlib
+import os
 from pathlib import Path
 
 import libocc as occ
@@ -9,7 +10,8 @@ import libocc as occ
 SCENE = """
 schema: libocc-scene/1
 camera: {width_px: 160, height_px: 120, fx_px: 100}
-sensor: {row_time_s: 5.0e-05, exposure_s: 1.0e-04, full_well_e: 40000, gain_dn_per_e: 0.006, psf_sigma_px: 0.5}
+sensor:
+  {row_time_s: 5.0e-05, exposure_s: 1.0e-04, full_well_e: 40000, gain_dn_per_e: 0.006, psf_sigma_px: 0.5}
 lamps:
   - {id: 4, name: door, centre_m: [-0.4, -0.3, 2], radius_m: 0.15}
   - {id: 9, centre_m: [0.5, -0.3, 2], shape: rectangle, size_m: [0.4, 0.2], normal: [0.2, 0, -1]}
@@ -51,3 +53,12 @@ def contents(folder: Path | str) -> dict[str, str]:
     """Hashes of all files by name."""
     files = [path for path in Path(folder).rglob("*") if path.is_file()]
     return {str(p.relative_to(folder)): hashlib.sha256(p.read_bytes()).hexdigest() for p in files}
+
+
+def double(job: int) -> int:
+    return 2 * job
+
+
+def die(job: int) -> None:
+    """As a process does that the system ends for want of memory."""
+    os._exit(1)

@@ -20,6 +20,10 @@ from libocc.dataset.waypoints import waypoints_of
 from libocc.dataset.write import write_frames, write_set_files
 from libocc.result_folder import ResultFolder
 
+def advance(steps: int = 1) -> None:
+    """Nobody looks at the bar."""
+
+
 RNG = np.random.default_rng(1)
 
 
@@ -40,8 +44,8 @@ def walk() -> occ.Trajectory:
 def written(layout: Plain, room, walk, path: Path, image_format="png"):
     folder = ResultFolder(str(path), {"kind": "test"})
     frames = frames_of(room, walk, fps=8, image_format=image_format, noise=False)
-    assert not write_frames(folder, layout, frames, 1, lambda steps: None)
-    assert write_set_files(folder, layout, image_format) == len(frames) == 4
+    assert not write_frames(folder, layout, frames, 1, advance)
+    assert write_set_files(folder, layout, image_format, advance) == len(frames) == 4
     truths = [folder.read_json(f"truth/{frame.index:06d}.json") for frame in frames]
     return frames, truths
 
@@ -145,7 +149,7 @@ def test_masks_are_where_the_light_is(room, tmp_path):
     still = occ.Trajectory([0], [np.eye(4)])
     (frame,) = frames_of(room, still, fps=1, noise=False)
     folder = ResultFolder(str(tmp_path / "set"), {"kind": "test"})
-    write_frames(folder, Plain(room), [frame], 1, lambda steps: None)
+    write_frames(folder, Plain(room), [frame], 1, advance)
     truth = folder.read_json("truth/000000.json")
     image = load_image(tmp_path / "set/images/000000.png").astype(float)
     shares = {}
@@ -174,10 +178,13 @@ def test_bop_layout_projects_its_models_to_its_masks(room, walk, tmp_path):
     for key in cameras:
         k = np.reshape(cameras[key]["cam_K"], (3, 3))
         assert np.allclose(k, room.camera.matrix)
-        assert np.allclose(np.array(cameras[key]["cam_t_w2c"]) / 1000, np.array(truths[int(key)]["cam_from_world"])[:3, 3])
+        pose = np.array(truths[int(key)]["cam_from_world"])
+        assert np.allclose(np.array(cameras[key]["cam_t_w2c"]) / 1000, pose[:3, 3])
+        assert np.allclose(np.reshape(cameras[key]["cam_R_w2c"], (3, 3)), pose[:3, :3])
         assert len(gts[key]) == len(infos[key])
         for i, (gt, info) in enumerate(zip(gts[key], infos[key], strict=True)):
-            model_mm = np.loadtxt(tmp_path / f"set/models/obj_{gt['obj_id']:06d}.ply", skiprows=13, max_rows=4)
+            model = tmp_path / f"set/models/obj_{gt['obj_id']:06d}.ply"
+            model_mm = np.loadtxt(model, skiprows=13, max_rows=4)
             seen = np.reshape(gt["cam_R_m2c"], (3, 3)) @ np.atleast_2d(model_mm)[:, :3].T
             px = k @ (seen + np.reshape(gt["cam_t_m2c"], (3, 1)))
             px = (px[:2] / px[2]).T
@@ -220,7 +227,8 @@ def test_coco_layout(room, walk, tmp_path):
     _, truths = written(Coco(room), room, walk, tmp_path / "set")
     path = tmp_path / "set/annotations/instances.json"
     data = json.loads(path.read_text())
-    assert {c["id"]: c["name"] for c in data["categories"]} == {1: "door", 2: "lamp 9", 3: "lamp 0", 4: "lamp 7"}
+    names = {category["id"]: category["name"] for category in data["categories"]}
+    assert names == {1: "door", 2: "lamp 9", 3: "lamp 0", 4: "lamp 7"}
     assert [i["file_name"] for i in data["images"]] == [f"{i:06d}.png" for i in range(4)]
     assert all((tmp_path / "set/images" / i["file_name"]).exists() for i in data["images"])
     assert [a["id"] for a in data["annotations"]] == list(range(1, 1 + len(data["annotations"])))
@@ -263,3 +271,15 @@ def test_a_frame_must_end_before_its_trajectory(room):
         frames_of(room, short, fps=30)
     just = occ.Trajectory([0, 0.10605], [np.eye(4)] * 2)
     assert len(frames_of(room, just, fps=10)) == 2
+
+
+@pytest.mark.parametrize("bits, dtype", [(8, np.uint8), (12, np.uint16)])
+def test_colour_images_are_the_raw_mosaic(room, bits, dtype):
+    red = occ.Channel(efficiency=0.1)
+    sensor = room.sensor.replace(mosaic=occ.Mosaic.rggb, channels=[red, occ.Channel(), red], bit_depth=bits)
+    scene = room.replace(sensor=sensor.replace(gain_dn_per_e=0.006 * 2 ** (bits - 8)))
+    image, truth = occ.Renderer(scene).render(np.eye(4), noise=False)
+    assert image.shape == (120, 160) and image.dtype == dtype
+    box = np.ravel(truth.lamps[1].image_centre_px).astype(int) // 2 * 2
+    red_dn, green_dn = image[box[1], box[0]], image[box[1], box[0] + 1]
+    assert green_dn > 4 * red_dn

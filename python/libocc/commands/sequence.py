@@ -88,7 +88,8 @@ def command(
         with progress("rendering", todo) as advance:
             interrupted = write_frames(folder, made, frames, workers, advance)
         left = len(missing_frames(folder, made, frames))
-        write_set_files(folder, made, image_format)
+        with progress("gathering", len(frames) - left) as advance:
+            write_set_files(folder, made, image_format, advance)
     click.echo(
         f"{out}: {len(frames) - left} of {len(frames)} frames, {todo - left} of them new "
         f"({image_format}, {layout})"

@@ -9,7 +9,7 @@ from ..cli import blamed_on
 from ..progress import progress
 from ..result_folder import ResultFolder
 from ..sweep.plan import read_sweep
-from ..sweep.run import is_done, points_of, run_sweep, write_tables
+from ..sweep.run import done_points, points_of, run_sweep, write_tables
 
 INTERRUPTED = 130  # exit code
 
@@ -47,12 +47,16 @@ def command(ctx: click.Context, sweep: str, out: str, workers: int, scheduler: s
     points = points_of(plan)
     with blamed_on(out):
         folder = ResultFolder(out, settings)
-        todo = [point for point in points if not is_done(folder, point)]
+        with progress("looking", len(points)) as advance:
+            before = {point.index for point in done_points(folder, points, advance)}
+        todo = [point for point in points if point.index not in before]
         with blamed_on(scheduler or sweep), progress("sweeping", len(todo)) as advance:
             interrupted = run_sweep(folder, todo, workers, scheduler, advance)
-        done = write_tables(folder, points)
-    new = done - (len(points) - len(todo))
-    click.echo(f"{out}: {done} of {len(points)} points, {new} of them new; table in {out}/results.csv")
+        with progress("gathering", len(points)) as advance:
+            done = done_points(folder, points, advance)
+        write_tables(folder, done)
+    new = len(done) - len(before)
+    click.echo(f"{out}: {len(done)} of {len(points)} points, {new} of them new; table in {out}/results.csv")
     if interrupted:
         click.echo("interrupted: the same command goes on from here", err=True)
         ctx.exit(INTERRUPTED)

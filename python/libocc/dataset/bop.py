@@ -81,6 +81,21 @@ def seen(truth: dict[str, Any]) -> list[tuple[int, dict[str, Any]]]:
     return [(i, lamp) for i, lamp in enumerate(truth["lamps"], 1) if lamp["in_view"]]
 
 
+def lamp_info(lamp: dict[str, Any]) -> dict[str, Any]:
+    """Of a lamp in view."""
+    visible = from_run_lengths(lamp["mask_visible"])
+    count = int(visible.sum())
+    whole = lamp["silhouette"]
+    return {
+        "bbox_obj": toolkit_box(*whole["box_px"]) if count else NOTHING,
+        "bbox_visib": toolkit_box(*box_of(visible)) if count else NOTHING,
+        "px_count_all": whole["pixels"],
+        "px_count_valid": 0,
+        "px_count_visib": count,
+        "visib_fract": count / whole["pixels"],
+    }
+
+
 class Bop(Plain):
     name = "bop"
     images = f"{SCENE}/gray"
@@ -92,15 +107,18 @@ class Bop(Plain):
             yield f"{SCENE}/mask/{name}", mask_png(from_run_lengths(lamp["mask"]))
             yield f"{SCENE}/mask_visib/{name}", mask_png(from_run_lengths(lamp["mask_visible"]))
 
-    def set_files(self, truths: list[dict[str, Any]], ending: str) -> Iterator[tuple[str, bytes]]:
-        yield from super().set_files(truths, ending)
-        tables: dict[str, Any] = {
-            "scene_camera": self._camera_entry,
-            "scene_gt": self._poses,
-            "scene_gt_info": self._infos,
+    def entry(self, truth: dict[str, Any]) -> dict[str, Any]:
+        return {
+            **super().entry(truth),
+            "scene_camera": self._camera_entry(truth),
+            "scene_gt": [self._pose(number, lamp) for number, lamp in seen(truth)],
+            "scene_gt_info": [lamp_info(lamp) for _, lamp in seen(truth)],
         }
-        for name, entry in tables.items():
-            table = {str(truth["frame"]): entry(truth) for truth in truths}
+
+    def set_files(self, entries: list[dict[str, Any]], ending: str) -> Iterator[tuple[str, bytes]]:
+        yield from super().set_files(entries, ending)
+        for name in ("scene_camera", "scene_gt", "scene_gt_info"):
+            table = {str(entry["frame"]): entry[name] for entry in entries}
             yield f"{SCENE}/{name}.json", json_bytes(table)
         yield "camera.json", json_bytes(self._camera())
         infos = {str(i): model_info(lamp) for i, lamp in enumerate(self.scene.lamps, 1)}
@@ -125,27 +143,12 @@ class Bop(Plain):
         distortion = [float(k) for k in self.scene.camera.distortion]
         return {**entry, "distortion": distortion} if any(distortion) else entry
 
-    def _poses(self, truth: dict[str, Any]) -> list[dict[str, Any]]:
-        entries = []
-        for number, lamp in seen(truth):
-            model = world_from_lamp(self.scene.lamps[number - 1])
-            pose = np.asarray(lamp["cam_from_world"]) @ model
-            entry = {"cam_R_m2c": pose[:3, :3].ravel().tolist(), "cam_t_m2c": (MM * pose[:3, 3]).tolist()}
-            entries.append({**entry, "obj_id": number, "lamp_id": lamp["id"]})
-        return entries
-
-    def _infos(self, truth: dict[str, Any]) -> list[dict[str, Any]]:
-        return [self._info(lamp) for _, lamp in seen(truth)]
-
-    def _info(self, lamp: dict[str, Any]) -> dict[str, Any]:
-        visible = from_run_lengths(lamp["mask_visible"])
-        count = int(visible.sum())
-        whole = lamp["silhouette"]
+    def _pose(self, number: int, lamp: dict[str, Any]) -> dict[str, Any]:
+        model = world_from_lamp(self.scene.lamps[number - 1])
+        pose = np.asarray(lamp["cam_from_world"]) @ model
         return {
-            "bbox_obj": toolkit_box(*whole["box_px"]) if count else NOTHING,
-            "bbox_visib": toolkit_box(*box_of(visible)) if count else NOTHING,
-            "px_count_all": whole["pixels"],
-            "px_count_valid": 0,
-            "px_count_visib": count,
-            "visib_fract": count / whole["pixels"],
+            "cam_R_m2c": pose[:3, :3].ravel().tolist(),
+            "cam_t_m2c": (MM * pose[:3, 3]).tolist(),
+            "obj_id": number,
+            "lamp_id": lamp["id"],
         }

@@ -35,41 +35,32 @@ def clipped(rim_px: list[list[float]], width: int, height: int) -> list[float]:
 class Coco(Plain):
     name = "coco"
 
-    def set_files(self, truths: list[dict[str, Any]], ending: str) -> Iterator[tuple[str, bytes]]:
-        yield from super().set_files(truths, ending)
-        camera = self.scene.camera
-        images = [
-            {
-                "id": truth["frame"],
-                "file_name": f"{truth['frame']:06d}.{ending}",
-                "width": camera.width,
-                "height": camera.height,
-            }
-            for truth in truths
-        ]
+    def entry(self, truth: dict[str, Any]) -> dict[str, Any]:
+        found = []
+        for category, lamp in enumerate(truth["lamps"], 1):
+            annotation = self._annotation(lamp) if lamp["in_view"] else None
+            if annotation is not None:
+                found.append({"image_id": truth["frame"], "category_id": category, **annotation})
+        return {**super().entry(truth), "annotations": found}
+
+    def set_files(self, entries: list[dict[str, Any]], ending: str) -> Iterator[tuple[str, bytes]]:
+        yield from super().set_files(entries, ending)
+        size = {"width": self.scene.camera.width, "height": self.scene.camera.height}
+        annotations = [annotation for entry in entries for annotation in entry["annotations"]]
         data = {
             "info": {"description": "Rendered by libocc"},
             "licenses": [],
-            "images": images,
-            "annotations": self._annotations(truths),
+            "images": [
+                {"id": entry["frame"], "file_name": f"{entry['frame']:06d}.{ending}", **size}
+                for entry in entries
+            ],
+            "annotations": [{"id": i, **annotation} for i, annotation in enumerate(annotations, 1)],
             "categories": [
                 {"id": i, "name": lamp.name or f"lamp {lamp.id}", "supercategory": "lamp", "lamp_id": lamp.id}
                 for i, lamp in enumerate(self.scene.lamps, 1)
             ],
         }
         yield "annotations/instances.json", json_bytes(data)
-
-    def _annotations(self, truths: list[dict[str, Any]]) -> list[dict[str, Any]]:
-        found: list[dict[str, Any]] = []
-        for truth in truths:
-            for category, lamp in enumerate(truth["lamps"], 1):
-                if not lamp["in_view"]:
-                    continue
-                annotation = self._annotation(lamp)
-                if annotation is not None:
-                    ids = {"id": len(found) + 1, "image_id": truth["frame"], "category_id": category}
-                    found.append({**ids, **annotation})
-        return found
 
     def _annotation(self, lamp: dict[str, Any]) -> dict[str, Any] | None:
         mask = from_run_lengths(lamp["mask_visible"])

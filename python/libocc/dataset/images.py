@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Images as the bytes of a file, and back."""
 
+import importlib
 import io
 import tempfile
 from pathlib import Path
@@ -26,10 +27,9 @@ def check_format(name: str) -> None:
 
 def _openexr() -> Any:
     try:
-        import OpenEXR
+        return importlib.import_module("OpenEXR")
     except ImportError as error:
         raise ValueError("EXR files need: pip install 'libocc[exr]'") from error
-    return OpenEXR
 
 
 def image_bytes(image: Pixels, name: str) -> bytes:

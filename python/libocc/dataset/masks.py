@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which pixels a lamp's image covers: those whose centre lies within its rim."""
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -95,10 +96,13 @@ def _meets(eye: Points, way: Points, low: Points, high: Points) -> Mask:
 
 def run_lengths(mask: Mask) -> dict[str, list[int]]:
     """COCO's uncompressed run lengths: down the columns, beginning with pixels outside."""
-    flat = np.concatenate([[False], mask.ravel(order="F")])
-    changes = np.flatnonzero(flat[1:] != flat[:-1])
-    ends = np.concatenate([[0], changes, [mask.size]])
-    return {"size": list(mask.shape), "counts": np.diff(ends).tolist()}
+    columns = np.flatnonzero(mask.any(axis=0))
+    first, last = (columns[0], columns[-1]) if len(columns) else (0, -1)
+    part = np.pad(mask[:, first : last + 1].ravel(order="F"), 1)
+    changes = np.flatnonzero(part[1:] != part[:-1]) + first * mask.shape[0]
+    ends = [0, *changes.tolist(), mask.size]
+    counts = [b - a for a, b in pairwise(ends)]
+    return {"size": list(mask.shape), "counts": counts if counts[-1] else counts[:-1]}
 
 
 def from_run_lengths(runs: dict[str, Any]) -> Mask:

@@ -26,9 +26,13 @@ class Plain:
         """Beside image and truth."""
         yield from ()
 
-    def set_files(self, truths: list[dict[str, Any]], ending: str) -> Iterator[tuple[str, bytes]]:
+    def entry(self, truth: dict[str, Any]) -> dict[str, Any]:
+        """What set_files() needs of a frame."""
+        return {key: truth[key] for key in ("frame", "time_s", "cam_from_world")}
+
+    def set_files(self, entries: list[dict[str, Any]], ending: str) -> Iterator[tuple[str, bytes]]:
         """Of all frames that there are, by index."""
         yield "scene.yaml", self.scene.format().encode()
-        poses = [truth["cam_from_world"] for truth in truths]
-        trajectory = Trajectory([truth["time_s"] for truth in truths], poses)
+        poses = [entry["cam_from_world"] for entry in entries]
+        trajectory = Trajectory([entry["time_s"] for entry in entries], poses)
         yield "trajectory.txt", trajectory.format().encode()

@@ -51,12 +51,11 @@ def lamp_dict(lamp: Lamp, truth: LampTruth, scene: Scene, pose: Any) -> dict[str
     if truth.in_view:
         silhouette = Silhouette(np.asarray(truth.rim_px), np.ravel(truth.image_centre_px))
         mask = silhouette.within(scene.camera.width, scene.camera.height)
-        visible = mask
-        if truth.hidden > 0:
-            visible = mask & ~hidden_pixels(mask, lamp, scene, np.asarray(pose))
         data["silhouette"] = {"pixels": int(silhouette.pixels.sum()), "box_px": silhouette.box()}
-        data["mask"] = run_lengths(mask)
-        data["mask_visible"] = run_lengths(visible)
+        data["mask"] = data["mask_visible"] = run_lengths(mask)
+        if truth.hidden > 0:
+            hidden = hidden_pixels(mask, lamp, scene, np.asarray(pose))
+            data["mask_visible"] = run_lengths(mask & ~hidden)
     return data
 
 

@@ -2,6 +2,7 @@
 """A sweep file, checked, and the points that it means."""
 
 import itertools
+import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,9 +12,9 @@ from .._core import Scene
 from ..dataset.images import check_format
 from ..poses import pose_of
 from ..suggest import refuse_unknown, suggestion
-from ..yaml_files import read_yaml, yaml_text
+from ..yaml_files import parse_yaml, read_yaml
 from .paths import set_path
-from .ranges import _whole, values_of
+from .ranges import values_of, whole_number
 
 SCHEMA = "libocc-sweep/1"
 KEYS = ("schema", "scene", "pose", "parameters", "combine", "images", "seed", "keep", "format")
@@ -22,7 +23,7 @@ KEEPS = ("images", "truth", "detect", "locate", "time")
 
 @dataclass(frozen=True)
 class Sweep:
-    base: str  # scene and pose as YAML, before parameters are set
+    base: str  # scene and pose as JSON, before parameters are set
     parameters: dict[str, list[Any]]  # values by path
     combine: str
     images: int
@@ -39,14 +40,12 @@ class Sweep:
 
 def scene_and_pose(base: str, values: dict[str, Any]) -> tuple[Scene, Any]:
     """What a point is rendered from. Raises: ValueError naming path and value."""
-    from ..yaml_files import parse_yaml
-
-    data = parse_yaml(base)
+    data = json.loads(base)
     for path, value in values.items():
         set_path(data, path, value)
     pose = pose_of(data.pop("pose"))
     try:
-        return Scene.parse(yaml_text(data)), pose
+        return Scene.parse(json.dumps(data)), pose  # JSON is YAML too
     except ValueError as error:
         where, _, reason = str(error).partition(": ")
         raise ValueError(reason if where.startswith("<text>") else str(error)) from error
@@ -72,12 +71,12 @@ def _sweep_of(data: Any, folder: Path) -> Sweep:
         raise ValueError(f"pose must be a mapping with position_m, got {pose!r}")
     if not isinstance(said, dict) or not said:
         raise ValueError(f"parameters must be a mapping of at least one path, got {said!r}")
-    seed = _whole("seed", data.get("seed", 0), 0)
+    seed = whole_number("seed", data.get("seed", 0), 0)
     sweep = Sweep(
-        base=yaml_text({**_scene_data(data.get("scene"), folder), "pose": pose}),
+        base=json.dumps({**_scene_data(data.get("scene"), folder), "pose": pose}, default=str),
         parameters={str(p): values_of(str(p), values, seed) for p, values in said.items()},
         combine=_word("combine", data.get("combine", "grid"), ("grid", "zip")),
-        images=_whole("images", data.get("images", 1), 1),
+        images=whole_number("images", data.get("images", 1), 1),
         seed=seed,
         keep=_keep(data.get("keep", ["images"])),
         image_format=str(data.get("format", "png")),
@@ -96,8 +95,6 @@ def _scene_data(name: Any, folder: Path) -> dict[str, Any]:
     scene = Scene.load(path)
     data: dict[str, Any] = read_yaml(path)
     if "file" in data["camera"]:  # relative to the scene
-        from ..yaml_files import parse_yaml
-
         data["camera"] = parse_yaml(scene.format())["camera"]
     return data
 

@@ -40,12 +40,12 @@ def values_of(path: str, said: Any, seed: int) -> list[Any]:
     if kind == "values":
         return _listed(path, said[kind])
     a, b = _ends(f"parameters.{path}.{kind}", said[kind], kind)
-    count = _whole(f"parameters.{path}.count", said.get("count"), 1)
+    count = whole_number(f"parameters.{path}.count", said.get("count"), 1)
     if kind in STEPS:
         if "seed" in said:
             raise ValueError(f"parameters.{path}.seed must be absent: {kind} steps are not drawn")
         return [float(v) for v in STEPS[kind](a, b, count)]
-    own = _whole(f"parameters.{path}.seed", said.get("seed", seed), 0)
+    own = whole_number(f"parameters.{path}.seed", said.get("seed", seed), 0)
     rng = np.random.Generator(np.random.Philox(key=[own, zlib.crc32(path.encode())]))
     return [float(v) for v in DRAWS[kind](rng, a, b, count)]
 
@@ -56,7 +56,7 @@ def _listed(path: str, values: Any) -> list[Any]:
     return values
 
 
-def _whole(name: str, value: Any, least: int) -> int:
+def whole_number(name: str, value: Any, least: int) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or value < least:
         raise ValueError(f"{name} must be a whole number from {least}, got {value!r}")
     return value

@@ -4,10 +4,11 @@
 import csv
 import io
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from contextlib import closing
 from typing import Any
 
+from ..progress import Advance
 from ..result_folder import ResultFolder
 from ..workers import run_jobs
 from .plan import Sweep
@@ -31,8 +32,7 @@ def is_done(folder: ResultFolder, point: Point) -> bool:
 
 
 def run_sweep(
-    folder: ResultFolder, points: list[Point], workers: int, scheduler: str | None,
-    advance: Callable[[int], None],
+    folder: ResultFolder, points: list[Point], workers: int, scheduler: str | None, advance: Advance
 ) -> bool:
     """Returns whether Ctrl-C ended it; what is done by then is kept. Raises: OSError, ValueError."""
     try:
@@ -41,19 +41,26 @@ def run_sweep(
             for _, files in results:
                 for name, content in files.items():
                     folder.write(name, content)
-                advance(1)
+                advance()
     except KeyboardInterrupt:
         return True
     return False
 
 
-def write_tables(folder: ResultFolder, points: list[Point]) -> int:
-    """results.csv, and times.csv of what differs from run to run; returns how many points are done."""
-    done = [point for point in points if is_done(folder, point)]
+def done_points(folder: ResultFolder, points: list[Point], advance: Advance) -> list[Point]:
+    done = []
+    for point in points:
+        if is_done(folder, point):
+            done.append(point)
+        advance()
+    return done
+
+
+def write_tables(folder: ResultFolder, done: list[Point]) -> None:
+    """results.csv, and times.csv of what differs from run to run."""
     folder.write("results.csv", table(_rows(folder, done)))
-    if points and "time" in points[0].keep:
+    if done and "time" in done[0].keep:
         folder.write("times.csv", table(_times(folder, done)))
-    return len(done)
 
 
 def _rows(folder: ResultFolder, points: list[Point]) -> Iterable[dict[str, Any]]:
