@@ -2,6 +2,7 @@
 """Many independent jobs in this process, in several, or on a Dask cluster."""
 
 import importlib
+import logging
 import signal
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
@@ -47,6 +48,8 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
         try:
             yield executor, threads
         finally:
+            # Results that are on their way when a run is broken off are no errors to tell of.
+            logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
             executor.shutdown(wait=False)
 
 

@@ -73,7 +73,7 @@ def toolkit_box(x0: int, y0: int, x1: int, y1: int) -> list[int]:
 
 
 def mask_png(mask: Mask) -> bytes:
-    return encode_image(np.where(mask, 255, 0).astype(np.uint8), ".png")
+    return encode_image(255 * mask.astype(np.uint8), ".png")
 
 
 def seen(truth: dict[str, Any]) -> list[tuple[int, dict[str, Any]]]:
@@ -104,8 +104,11 @@ class Bop(Plain):
     def frame_files(self, truth: dict[str, Any]) -> Iterator[tuple[str, bytes]]:
         for i, (_, lamp) in enumerate(seen(truth)):
             name = f"{truth['frame']:06d}_{i:06d}.png"
-            yield f"{SCENE}/mask/{name}", mask_png(from_run_lengths(lamp["mask"]))
-            yield f"{SCENE}/mask_visib/{name}", mask_png(from_run_lengths(lamp["mask_visible"]))
+            png = mask_png(from_run_lengths(lamp["mask"]))
+            yield f"{SCENE}/mask/{name}", png
+            if lamp["mask_visible"] != lamp["mask"]:
+                png = mask_png(from_run_lengths(lamp["mask_visible"]))
+            yield f"{SCENE}/mask_visib/{name}", png
 
     def entry(self, truth: dict[str, Any]) -> dict[str, Any]:
         return {
