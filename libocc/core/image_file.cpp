@@ -81,21 +81,31 @@ Image read_image(const std::string& path) {
   return image;
 }
 
-void write_image(const std::string& path, const ImageView& image) {
+std::vector<unsigned char> encode_image(const std::string& extension, const ImageView& image) {
   image.validate();
-  const std::string format = extension(path);
-  if (image.type == PixelType::u16 && !holds_16_bits(format)) {
-    fail(path, "16-bit pixels need .png, .tiff or .pgm, got \"" + format + '"');
-  }
+  if (image.type == PixelType::u16 && !holds_16_bits(extension))
+    throw std::runtime_error("16-bit pixels need .png, .tiff or .pgm, got \"" + extension + '"');
   const int depth = image.type == PixelType::u8 ? CV_8U : CV_16U;
   const cv::Mat pixels(image.height, image.width, CV_MAKETYPE(depth, image.channels),
                        const_cast<void*>(image.data), image.row_bytes);  // only read from
+  const std::string refusal = "cannot be encoded as \"" + extension + '"';
   std::vector<unsigned char> bytes;
   try {
-    if (!cv::imencode(format, pixels, bytes)) fail(path, "cannot be encoded as \"" + format + '"');
+    if (!cv::imencode(extension, pixels, bytes)) throw std::runtime_error(refusal);
   } catch (const cv::Exception& error) {
-    fail(path, "cannot be encoded as \"" + format + "\": " + error.err);
+    throw std::runtime_error(refusal + ": " + error.err);
   }
+  return bytes;
+}
+
+void write_image(const std::string& path, const ImageView& image) {
+  const std::vector<unsigned char> bytes = [&] {
+    try {
+      return encode_image(extension(path), image);
+    } catch (const std::runtime_error& error) {
+      fail(path, error.what());
+    }
+  }();
   write_file(path, bytes.data(), bytes.size());
 }
 

@@ -4,16 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libocc/geometry/so3.hpp"
-
 namespace occ {
-
-Rigid3 moved_pose(const Rigid3& cam_from_world, const Vector6& velocity, double time_s) {
-  if (velocity.isZero(0) || time_s == 0) return cam_from_world;
-  const Eigen::Vector3d turn = time_s * velocity.head<3>();
-  const Eigen::Vector3d shift = so3_left_jacobian(turn) * (time_s * velocity.tail<3>());
-  return Rigid3{so3_exp(turn), shift} * cam_from_world;
-}
 
 Motion::Motion(const Scene& scene, const Rigid3& cam_from_world, const SimulateOptions& options,
                const Effects& effects)

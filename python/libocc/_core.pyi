@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['Blob', 'Box', 'Camera', 'Candidate', 'Channel', 'EffectPlan', 'Effects', 'Ellipse', 'Fix', 'FluxModel', 'Ghost', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'Match', 'Mosaic', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'ReceivedPower', 'Refined', 'Response', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Truth', 'Use', 'aperture_power', 'dbm', 'detect', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'look_at', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
+__all__: list[str] = ['Blob', 'Box', 'Camera', 'Candidate', 'Channel', 'EffectPlan', 'Effects', 'Ellipse', 'Fix', 'FluxModel', 'Ghost', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'Match', 'Mosaic', 'NoiseArea', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'Refined', 'Renderer', 'Response', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Trajectory', 'Truth', 'Use', 'detect', 'encode_image', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'locate', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'read_camera', 'read_image', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -793,94 +793,84 @@ class Scene:
         """
         Sensor.
         """
-class ReceivedPower:
+class Trajectory:
     """
-    Power of the lamps' light that the lens takes in and the sensor gets. Many poses are the arrays' first axis.
+    Where a camera is over time.
+
+    times_s: of the waypoints, rising. cam_from_world: 4x4 at each. Between waypoints the camera moves
+    on a screw at constant velocity (the geodesic of SE(3)); a turn is the shorter way round.
+    Raises: ValueError naming the waypoint.
+
+    >>> import libocc as occ
+    >>> poses = [occ.look_at(position_m=[x, 0, 1], target_m=[x, 0, 3], up=[0, 1, 0]) for x in (1, 2)]
+    >>> walk = occ.Trajectory(times_s=[0, 2], cam_from_world=poses)
+    >>> walk.velocity(0.5).round(3).tolist()
+    [0.0, 0.0, 0.0, 0.5, 0.0, 0.0]
     """
+    @staticmethod
+    def load(path: os.PathLike[str] | str) -> Trajectory:
+        """
+        From a file in TUM's format: lines `t tx ty tz qx qy qz qw`, the camera's pose in the world.
+
+        Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming file and line.
+        """
+    @staticmethod
+    def parse(text: str) -> Trajectory:
+        """
+        From text in TUM's format. Raises: ValueError naming the line.
+        """
+    def __getstate__(self) -> tuple[list[float], list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]]]:
+        ...
+    def __init__(self, times_s: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], cam_from_world: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]]) -> None:
+        ...
+    def __len__(self) -> int:
+        ...
     def __repr__(self) -> str:
         ...
-    @property
-    def lamp_power_w(self) -> numpy.typing.NDArray[numpy.float64]:
-        """
-        (lamps,) or (n, lamps) [W], in the scene's order.
-        """
-    @property
-    def power_w(self) -> numpy.typing.NDArray[numpy.float64]:
-        """
-        () or (n,) of all lamps [W].
-        """
-    @property
-    def visible(self) -> numpy.typing.NDArray[numpy.int32]:
-        """
-        () or (n,) lamps of which some light arrives.
-        """
-    @property
-    def whole(self) -> numpy.typing.NDArray[numpy.bool]:
-        """
-        (lamps,) or (n, lamps): all of the lamp's face is seen.
-        """
-class LampTruth:
-    """
-    What is true of one lamp in a rendered image.
-    """
-    def __repr__(self) -> str:
+    def __setstate__(self, arg0: tuple[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]]]) -> None:
         ...
-    @property
-    def centre_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+    def cam_from_world(self, time_s: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
         """
-        (2,) projection of the lamp's centre.
+        Pose at a time, 4x4. Raises: ValueError before the first waypoint or after the last.
         """
-    @property
-    def electrons(self) -> float:
+    def format(self) -> str:
         """
-        Signal electrons of its image.
+        The text that save() writes.
         """
-    @property
-    def id(self) -> int:
+    def save(self, path: os.PathLike[str] | str) -> None:
         """
-        Of the lamp.
+        Writes a file in TUM's format, whole or not at all.
         """
-    @property
-    def image_centre_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+    def velocity(self, time_s: typing.SupportsFloat | typing.SupportsIndex, to_s: typing.SupportsFloat | typing.SupportsIndex | None = None) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
         """
-        (2,) centre of the lamp's image: of the ellipse of a disc.
+        (6,) as simulate() takes it [rad/s, m/s]: at a time, or the constant one that takes the pose at one time to the pose at another.
         """
     @property
-    def in_view(self) -> bool:
+    def begin_s(self) -> float:
         """
-        Some of its image lies on the sensor.
-        """
-    @property
-    def rim_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"]:
-        """
-        (n, 2) its rim; empty out of view.
+        Time of the first waypoint [s].
         """
     @property
-    def whole(self) -> bool:
+    def end_s(self) -> float:
         """
-        All of its rim does.
+        Time of the last waypoint [s].
         """
-class Truth:
+    @property
+    def poses(self) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]]:
+        """
+        cam_from_world of the waypoints, 4x4 each.
+        """
+    @property
+    def times_s(self) -> list[float]:
+        """
+        Of the waypoints [s].
+        """
+class NoiseArea(enum.Enum):
     """
-    What is true of a rendered image: the pose and every lamp.
+    Which pixels have noise.
     """
-    def __repr__(self) -> str:
-        ...
-    @property
-    def cam_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
-        """
-        Pose, 4x4.
-        """
-    @property
-    def lamps(self) -> tuple[LampTruth, ...]:
-        """
-        A LampTruth for each lamp of the scene, in its order.
-        """
-    @property
-    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        (3,) of the camera [m, world].
-        """
+    around_lamps = 1
+    everywhere = 0
 class EffectPlan:
     """
     What plan_render() makes of one effect.
@@ -921,6 +911,112 @@ class EffectPlan:
     def use(self) -> Use:
         """
         What the scene says of it.
+        """
+class LampTruth:
+    """
+    What is true of one lamp in a rendered image.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def centre_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+        """
+        (2,) projection of the lamp's centre.
+        """
+    @property
+    def electrons(self) -> float:
+        """
+        Signal electrons of its image.
+        """
+    @property
+    def hidden(self) -> float:
+        """
+        Share of its face that boxes hide.
+        """
+    @property
+    def id(self) -> int:
+        """
+        Of the lamp.
+        """
+    @property
+    def image_centre_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+        """
+        (2,) centre of the lamp's image: of the ellipse of a disc.
+        """
+    @property
+    def in_view(self) -> bool:
+        """
+        Some of its image lies on the sensor.
+        """
+    @property
+    def rim_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"]:
+        """
+        (n, 2) its rim; empty out of view.
+        """
+    @property
+    def whole(self) -> bool:
+        """
+        All of its rim does.
+        """
+class Truth:
+    """
+    What is true of a rendered image: the pose and every lamp.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def cam_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        Pose, 4x4.
+        """
+    @property
+    def effects(self) -> list[EffectPlan]:
+        """
+        An EffectPlan for each effect, as plan_render() returns them; worked out when asked for.
+        """
+    @property
+    def lamps(self) -> tuple[LampTruth, ...]:
+        """
+        A LampTruth for each lamp of the scene, in its order.
+        """
+    @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) of the camera [m, world].
+        """
+class Renderer:
+    """
+    Renders many images of one scene; the same bits as simulate().
+
+    What images have in common is made once: thousands a second where noise is not wanted everywhere.
+    Threads that share one wait for each other; give each its own.
+
+    >>> import libocc as occ
+    >>> camera = occ.Camera.pinhole(width=64, height=48, fx_px=40, fy_px=40, cx_px=31.5, cy_px=23.5)
+    >>> renderer = occ.Renderer(occ.Scene(camera=camera, lamps=[occ.Lamp(id=7, centre_m=[0, 0, 3], radius_m=0.1)]))
+    >>> poses = [occ.look_at(position_m=[0, 0, z], target_m=[0, 0, 3], up=[0, 1, 0]) for z in (1, 2)]
+    >>> [int(renderer.render(pose, noise=False)[0].max()) for pose in poses]
+    [62, 71]
+    """
+    def __init__(self, scene: Scene) -> None:
+        ...
+    def render(self, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, noise_area: NoiseArea = ..., start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> tuple[numpy.typing.NDArray[numpy.uint8 | numpy.uint16], Truth]:
+        """
+        (image, truth) as simulate() returns them.
+
+        Options:
+          seed: of the noise; the same seed gives the same image
+          frame: noise differs from frame to frame under one seed
+          noise: shot and read noise
+          noise_area: around lamps alone it is much faster
+          start_s: time at which the first row's exposure begins [s]
+          spacing_sigma: rim samples are this many PSF sigmas apart
+          velocity: (6,) of the camera: d [rotation, translation] / dt of cam_from_world's left perturbation [rad/s, m/s]
+        """
+    @property
+    def scene(self) -> Scene:
+        """
+        Scene.
         """
 class Ellipse:
     """
@@ -1890,6 +1986,10 @@ def detect(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *, sensor: S
       stripes: join stripes, read frequencies; None: when rows have a time
       max_frequency_hz: stripes are read up to this [Hz]
     """
+def encode_image(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], extension: str = '.png') -> bytes:
+    """
+    What write_image() would write to a file of that extension. Raises: ValueError when the format cannot hold the image.
+    """
 def heading_rad(cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]) -> float:
     """
     Azimuth [rad] about the world's Z of the camera's +x axis (image right), in (-pi, pi].
@@ -1980,6 +2080,10 @@ def look_at(position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, 
     >>> (pose @ [0.5, 0.25, 3, 1]).round(9).tolist()
     [-0.5, -0.25, 2.0, 1.0]
     """
+def moved_pose(cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"], time_s: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+    """
+    Pose (4x4) after a time of constant velocity (6,), as simulate() takes it.
+    """
 def p3p(bearings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_in_world: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"]) -> numpy.typing.NDArray[numpy.float64]:
     """
     All poses from which three known points are seen along three bearings.
@@ -1989,7 +2093,7 @@ def p3p(bearings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"
     Raises: ValueError for another number of points, numbers that are not finite or bearings that are
     not unit.
     """
-def plan_render(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> list[EffectPlan]:
+def plan_render(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, noise_area: NoiseArea = ..., start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> list[EffectPlan]:
     """
     Which effects simulate() renders with the same arguments, and what the others would change.
 
@@ -2095,7 +2199,7 @@ def refine(start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4
       max_iterations: steps of the refinement
       tolerance_px: converged when no lamp moves further [px]
     """
-def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> tuple[numpy.typing.NDArray[numpy.uint8 | numpy.uint16], Truth]:
+def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, noise_area: NoiseArea = ..., start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> tuple[numpy.typing.NDArray[numpy.uint8 | numpy.uint16], Truth]:
     """
     Renders what the scene's camera sees of its lamps.
 
@@ -2115,6 +2219,7 @@ def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLi
       seed: of the noise; the same seed gives the same image
       frame: noise differs from frame to frame under one seed
       noise: shot and read noise
+      noise_area: around lamps alone it is much faster
       start_s: time at which the first row's exposure begins [s]
       spacing_sigma: rim samples are this many PSF sigmas apart
       velocity: (6,) of the camera: d [rotation, translation] / dt of cam_from_world's left perturbation [rad/s, m/s]

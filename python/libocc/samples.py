@@ -29,12 +29,26 @@ def scene_names() -> list[str]:
     return sorted(path.stem for path in (FOLDER / "scenes").glob("*.yaml"))
 
 
+def _find(kind: str, file_or_name: str) -> Path:
+    own = {path.stem: path for path in (FOLDER / kind).glob("*.yaml")}
+    path = Path(file_or_name)
+    # A file wins over a name; a folder of that name, such as what a run has written, does not.
+    return own[file_or_name] if file_or_name in own and not path.is_file() else path
+
+
 def find_scene(file_or_name: str) -> Path:
     """The file itself, or the scene of that name that comes with libocc."""
-    path = Path(file_or_name)
-    if not path.exists() and file_or_name in scene_names():
-        return FOLDER / "scenes" / f"{file_or_name}.yaml"
-    return path
+    return _find("scenes", file_or_name)
+
+
+def find_trajectory(file_or_name: str) -> Path:
+    """The file itself, or the trajectory of that name that comes with libocc."""
+    return _find("trajectories", file_or_name)
+
+
+def find_sweep(file_or_name: str) -> Path:
+    """The file itself, or the sweep of that name that comes with libocc."""
+    return _find("sweeps", file_or_name)
 
 
 def load_scene(file_or_name: str) -> Scene:

@@ -41,6 +41,23 @@ Raises: FileNotFoundError or OSError when the file cannot be opened; ValueError 
       R"(Writes an image, whole or not at all; the format follows the name's extension.
 
 Raises: OSError when it cannot be written.)");
+
+  m.def(
+      "encode_image",
+      [](const NumpyImage& image, const std::string& extension) {
+        try {
+          const std::vector<unsigned char> bytes = [&] {
+            py::gil_scoped_release unlocked;
+            return encode_image(extension, image.view);
+          }();
+          return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+        } catch (const std::runtime_error& error) {
+          throw py::value_error(error.what());
+        }
+      },
+      py::arg("image"), py::arg("extension") = ".png",
+      "What write_image() would write to a file of that extension. Raises: ValueError when the "
+      "format cannot hold the image.");
 }
 
 }  // namespace occ::python
@@ -53,6 +70,7 @@ PYBIND11_MODULE(_core, m) {
   occ::python::define_scene(m);
   occ::python::define_formation(m);
   occ::python::define_light(m);
+  occ::python::define_trajectory(m);
   occ::python::define_simulate(m);
   occ::python::define_detect(m);
   occ::python::define_identify(m);

@@ -20,6 +20,8 @@ void define_effects(py::module_& m);  // by define_scene
 void define_scene(py::module_& m);
 void define_formation(py::module_& m);
 void define_light(py::module_& m);
+void define_trajectory(py::module_& m);
+void define_renderer(py::module_& m);  // by define_simulate
 void define_simulate(py::module_& m);
 void define_detect(py::module_& m);
 void define_identify(py::module_& m);

@@ -3,31 +3,12 @@
 
 #include <pybind11/typing.h>
 
-#include "fields.hpp"
 #include "libocc/simulate/plan.hpp"
 #include "module.hpp"
+#include "truth.hpp"
 
 namespace occ::python {
 namespace {
-
-/// What is true of a rendered image: the part of Rendered that is not the image.
-struct Truth {
-  Rigid3 cam_from_world;
-  std::vector<LampTruth> lamps;
-};
-
-auto options_fields() {
-  using O = SimulateOptions;
-  return std::make_tuple(
-      field("seed", &O::seed, "of the noise; the same seed gives the same image"),
-      field("frame", &O::frame, "noise differs from frame to frame under one seed"),
-      field("noise", &O::noise, "shot and read noise"),
-      field("start_s", &O::start_s, "time at which the first row's exposure begins [s]"),
-      field("spacing_sigma", &O::spacing_sigma, "rim samples are this many PSF sigmas apart"),
-      field("velocity", &O::velocity,
-            "(6,) of the camera: d [rotation, translation] / dt of cam_from_world's left "
-            "perturbation [rad/s, m/s]"));
-}
 
 std::string lamp_truth_repr(const LampTruth& lamp) {
   return "<LampTruth " + std::to_string(lamp.id) +
@@ -45,6 +26,7 @@ void define_truth(py::module_& m) {
       .def_readonly("centre_px", &LampTruth::centre_px, "(2,) projection of the lamp's centre.")
       .def_readonly("image_centre_px", &LampTruth::image_centre_px,
                     "(2,) centre of the lamp's image: of the ellipse of a disc.")
+      .def_readonly("hidden", &LampTruth::hidden, "Share of its face that boxes hide.")
       .def_readonly("electrons", &LampTruth::electrons, "Signal electrons of its image.")
       .def_property_readonly(
           "rim_px", [](const LampTruth& lamp) { return rows_of(lamp.rim_px); },
@@ -62,6 +44,14 @@ void define_truth(py::module_& m) {
             return py::tuple(py::cast(t.lamps));
           },
           "A LampTruth for each lamp of the scene, in its order.")
+      .def_property_readonly(
+          "effects",
+          [](const Truth& t) {
+            const RenderPlan plan = plan_render(*t.scene, t.cam_from_world, t.options);
+            return std::vector<EffectPlan>(plan.effects.begin(), plan.effects.end());
+          },
+          "An EffectPlan for each effect, as plan_render() returns them; worked out when asked "
+          "for.")
       .def("__repr__", [](const Truth& t) {
         return "<Truth: camera at " + value_repr(t.cam_from_world.origin_in_source()) + " m, " +
                std::to_string(t.lamps.size()) + " lamps>";
@@ -108,8 +98,12 @@ Raises: ValueError as simulate() does.)");
 }  // namespace
 
 void define_simulate(py::module_& m) {
-  define_truth(m);
+  py::native_enum<NoiseArea>(m, "NoiseArea", "enum.Enum", "Which pixels have noise.")
+      .value("everywhere", NoiseArea::everywhere)
+      .value("around_lamps", NoiseArea::around_lamps)
+      .finalize();
   define_plan(m);
+  define_truth(m);
   const auto fields = options_fields();
   DefaultTexts texts;
   std::apply(
@@ -125,7 +119,8 @@ void define_simulate(py::module_& m) {
                 return simulate(scene, cam_from_world, options);
               }();
               return py::make_tuple(to_numpy(std::move(rendered.image)),
-                                    Truth{rendered.cam_from_world, std::move(rendered.lamps)});
+                                    Truth{std::make_shared<const Scene>(scene), options,
+                                          rendered.cam_from_world, std::move(rendered.lamps)});
             },
             py::arg("scene"), py::arg("cam_from_world"), py::kw_only(), argument(f, texts)...,
             (R"(Renders what the scene's camera sees of its lamps.
@@ -145,6 +140,7 @@ Raises: ValueError when the pose is not a rigid transform.
                 .c_str());
       },
       fields);
+  define_renderer(m);
 }
 
 }  // namespace occ::python

@@ -10,13 +10,11 @@
 #include <optional>
 #include <vector>
 
+#include "libocc/geometry/motion.hpp"
 #include "libocc/simulate/internal/frame.hpp"
 #include "libocc/simulate/internal/modulation.hpp"
 
 namespace occ {
-
-/// Pose after a time under SimulateOptions::velocity.
-Rigid3 moved_pose(const Rigid3& cam_from_world, const Vector6& velocity, double time_s);
 
 /// A pose from which a lamp shines into a line, and its share of the light in parts of power_w.
 struct LightNode {

@@ -1,44 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 import json
-import math
 from pathlib import Path
-from typing import Any
 
 import click
-import numpy as np
 
 import libocc as occ
 
 from .. import report, samples
 from ..cli import Failure, blamed_on, emit_json, json_option, overlay_option
-
-
-def upward_pose(
-    position_m: tuple[float, float, float], heading_deg: float, tilt_deg: float, towards_deg: float
-) -> Any:
-    """cam_from_world of a camera that looks up, then leans by tilt towards an azimuth."""
-    azimuth, tilt, towards = (math.radians(a) for a in (heading_deg, tilt_deg, towards_deg))
-    right = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
-    forward = np.array([0.0, 0.0, 1.0])
-    level = np.stack([right, np.cross(forward, right), forward])
-    k = np.array([-math.sin(towards), math.cos(towards), 0.0])
-    cross = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
-    lean = np.eye(3) + math.sin(tilt) * cross + (1 - math.cos(tilt)) * cross @ cross
-    rotation = level @ lean.T
-    pose = np.eye(4)
-    pose[:3, :3] = rotation
-    pose[:3, 3] = -rotation @ np.asarray(position_m)
-    return pose
-
-
-def pose_from_file(path: str) -> Any:
-    """cam_from_world of a JSON file: that key, or the 4x4 matrix itself."""
-    data = json.loads(Path(path).read_text())
-    matrix = data.get("cam_from_world") if isinstance(data, dict) else data
-    pose = np.asarray(matrix, dtype=float)
-    if pose.shape != (4, 4):
-        raise ValueError(f"cam_from_world must be 4x4, got shape {pose.shape}")
-    return pose
+from ..poses import pose_from_file, upward_pose
 
 
 @click.command(short_help="Render what a camera sees of a scene's lamps.")

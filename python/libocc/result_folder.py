@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A folder that a run fills file by file, each whole or not at all, and that the same run can go on
+filling: it remembers what it is the result of."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from .files import whole_file
+
+SETTINGS = "libocc.json"
+
+
+def json_bytes(data: Any) -> bytes:
+    """The same bytes for the same data. Raises: ValueError when it holds NaN or infinity."""
+    return (json.dumps(data, allow_nan=False) + "\n").encode()
+
+
+class ResultFolder:
+    """settings: what the result follows from, plain data, beginning with its kind.
+
+    Raises: OSError when the folder cannot be made or written; ValueError when it holds something
+    else, or the result of other settings.
+    """
+
+    def __init__(self, path: str, settings: dict[str, Any]):
+        self.path = Path(path)
+        self.written = 0
+        kept = self.path / SETTINGS
+        if kept.exists():
+            self._compare(json.loads(kept.read_text()), settings)
+            for left in self.path.rglob(".libocc-*"):
+                left.unlink()
+            return
+        if self.path.is_dir() and any(self.path.iterdir()):
+            raise ValueError(f"{path}: is not empty and holds no result of libocc")
+        self.write(SETTINGS, json_bytes(settings))
+
+    def _compare(self, before: dict[str, Any], now: dict[str, Any]) -> None:
+        changed = [key for key in {**before, **now} if before.get(key) != now.get(key)]
+        if changed:
+            texts = [f"{key} was {before.get(key)}, is {now.get(key)}" for key in changed]
+            raise ValueError(
+                f"{self.path}: holds another result, which would be mixed with this one: "
+                f"{'; '.join(texts)}. Take another folder or delete it"
+            )
+
+    def has(self, name: str) -> bool:
+        return (self.path / name).is_file()
+
+    def read_json(self, name: str) -> Any:
+        return json.loads((self.path / name).read_text())
+
+    def names(self, folder: str, ending: str) -> list[str]:
+        """Names without ending of a folder's files, sorted."""
+        return sorted(path.stem for path in (self.path / folder).glob(f"[!.]*{ending}"))
+
+    def write(self, name: str, content: bytes) -> None:
+        """Raises: OSError naming the file."""
+        path = self.path / name
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with whole_file(str(path)) as file:
+                file.write(content)
+                file.flush()
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise OSError(
+                f"{path}: cannot be written: {reason.removeprefix(f'{path}: cannot be written: ')}; "
+                "what is there is whole: the same command goes on from it"
+            ) from error
+        self.written += 1

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Computes the points that a folder lacks, and gathers the tables."""
+
+import csv
+import io
+import json
+from collections.abc import Iterable
+from contextlib import closing
+from typing import Any
+
+from ..progress import Advance
+from ..result_folder import ResultFolder
+from ..workers import run_jobs
+from .plan import Sweep
+from .point import Point, compute_point, point_name
+
+
+def points_of(sweep: Sweep) -> list[Point]:
+    return [
+        Point(
+            i, sweep.base, dict(zip(sweep.parameters, values, strict=True)), sweep.images, sweep.seed,
+            sweep.keep, sweep.image_format,
+        )
+        for i, values in enumerate(sweep.values())
+    ]
+
+
+def is_done(folder: ResultFolder, point: Point) -> bool:
+    """Whether its last file is there, and every file that it names."""
+    name = point_name(point.index)
+    return folder.has(name) and all(map(folder.has, folder.read_json(name)["files"]))
+
+
+def run_sweep(
+    folder: ResultFolder, points: list[Point], workers: int, scheduler: str | None, advance: Advance
+) -> bool:
+    """Returns whether Ctrl-C ended it; what is done by then is kept. Raises: OSError, ValueError."""
+    try:
+        jobs = run_jobs(compute_point, points, workers, scheduler, lambda: advance(0))
+        with closing(jobs) as results:
+            for _, files in results:
+                for name, content in files.items():
+                    folder.write(name, content)
+                advance()
+    except KeyboardInterrupt:
+        return True
+    return False
+
+
+def done_points(folder: ResultFolder, points: list[Point], advance: Advance) -> list[Point]:
+    done = []
+    for point in points:
+        if is_done(folder, point):
+            done.append(point)
+        advance()
+    return done
+
+
+def write_tables(folder: ResultFolder, done: list[Point]) -> None:
+    """results.csv, and times.csv of what differs from run to run."""
+    folder.write("results.csv", table(_rows(folder, done)))
+    if done and "time" in done[0].keep:
+        folder.write("times.csv", table(_times(folder, done)))
+
+
+def _rows(folder: ResultFolder, points: list[Point]) -> Iterable[dict[str, Any]]:
+    for point in points:
+        for row in folder.read_json(point_name(point.index))["rows"]:
+            yield {"point": point.index, **point.values, **row}
+
+
+def _times(folder: ResultFolder, points: list[Point]) -> Iterable[dict[str, Any]]:
+    for point in points:
+        for row in folder.read_json(f"times/{point.index:06d}.json"):
+            yield {"point": point.index, **row}
+
+
+def table(rows: Iterable[dict[str, Any]]) -> bytes:
+    """CSV; numbers with all their digits, lists as JSON, nothing where there is nothing."""
+    text = io.StringIO()
+    writer = None
+    for row in rows:
+        if writer is None:
+            writer = csv.DictWriter(text, list(row), lineterminator="\n")
+            writer.writeheader()
+        writer.writerow({k: json.dumps(v) if isinstance(v, (list, dict)) else v for k, v in row.items()})
+    return text.getvalue().encode()

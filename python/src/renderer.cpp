@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/simulate/renderer.hpp"
+
+#include <pybind11/typing.h>
+
+#include <mutex>
+
+#include "module.hpp"
+#include "truth.hpp"
+
+namespace occ::python {
+namespace {
+
+/// A Renderer that threads may share: one renders, the others wait.
+class SharedRenderer {
+ public:
+  explicit SharedRenderer(const Scene& scene)
+      : scene_(std::make_shared<const Scene>(scene)), renderer_(scene) {}
+
+  /// Without the GIL, which no one holds who waits here.
+  std::pair<Image, Truth> render(const Rigid3& cam_from_world, const SimulateOptions& options) {
+    py::gil_scoped_release unlocked;
+    const std::lock_guard<std::mutex> one(busy_);
+    renderer_.render(cam_from_world, options, rendered_);
+    return {rendered_.image, {scene_, options, rendered_.cam_from_world, rendered_.lamps}};
+  }
+
+  const Scene& scene() const { return *scene_; }
+
+ private:
+  std::shared_ptr<const Scene> scene_;
+  Renderer renderer_;
+  Rendered rendered_;
+  std::mutex busy_;
+};
+
+}  // namespace
+
+void define_renderer(py::module_& m) {
+  const auto fields = options_fields();
+  DefaultTexts texts;
+  py::class_<SharedRenderer> cls(m, "Renderer",
+                                 R"(Renders many images of one scene; the same bits as simulate().
+
+What images have in common is made once: thousands a second where noise is not wanted everywhere.
+Threads that share one wait for each other; give each its own.
+
+>>> import libocc as occ
+>>> camera = occ.Camera.pinhole(width=64, height=48, fx_px=40, fy_px=40, cx_px=31.5, cy_px=23.5)
+>>> renderer = occ.Renderer(occ.Scene(camera=camera, lamps=[occ.Lamp(id=7, centre_m=[0, 0, 3], radius_m=0.1)]))
+>>> poses = [occ.look_at(position_m=[0, 0, z], target_m=[0, 0, 3], up=[0, 1, 0]) for z in (1, 2)]
+>>> [int(renderer.render(pose, noise=False)[0].max()) for pose in poses]
+[62, 71])");
+  cls.def(py::init<const Scene&>(), py::arg("scene"));
+  cls.def_property_readonly("scene", &SharedRenderer::scene, "Scene.");
+  std::apply(
+      [&](const auto&... f) {
+        cls.def(
+            "render",
+            [fields](SharedRenderer& renderer, const Rigid3& cam_from_world,
+                     const typename std::decay_t<decltype(f)>::value_type&... values)
+                -> py::typing::Tuple<PixelArray, Truth> {
+              auto [image, truth] =
+                  renderer.render(cam_from_world, from_values<SimulateOptions>(fields, values...));
+              return py::make_tuple(to_numpy(std::move(image)), std::move(truth));
+            },
+            py::arg("cam_from_world"), py::kw_only(), argument(f, texts)...,
+            ("(image, truth) as simulate() returns them." + fields_doc(fields, "Options")).c_str());
+      },
+      fields);
+}
+
+}  // namespace occ::python
