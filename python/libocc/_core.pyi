@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['Blob', 'Box', 'Camera', 'Candidate', 'Channel', 'EffectPlan', 'Effects', 'Ellipse', 'Fix', 'FluxModel', 'Ghost', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'Match', 'Mosaic', 'NoiseArea', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'Refined', 'Renderer', 'Response', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Trajectory', 'Truth', 'Use', 'detect', 'encode_image', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'locate', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'read_camera', 'read_image', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
+__all__: list[str] = ['Blob', 'Box', 'Camera', 'Candidate', 'Channel', 'EffectPlan', 'Effects', 'Ellipse', 'Fix', 'FluxModel', 'Ghost', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'Match', 'Mosaic', 'NoiseArea', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'ReceivedPower', 'Refined', 'Renderer', 'Response', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Trajectory', 'Truth', 'Use', 'aperture_power', 'dbm', 'detect', 'encode_image', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -792,6 +792,32 @@ class Scene:
     def sensor(self) -> Sensor:
         """
         Sensor.
+        """
+class ReceivedPower:
+    """
+    Power of the lamps' light that the lens takes in and the sensor gets. Many poses are the arrays' first axis.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def lamp_power_w(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (lamps,) or (n, lamps) [W], in the scene's order.
+        """
+    @property
+    def power_w(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        () or (n,) of all lamps [W].
+        """
+    @property
+    def visible(self) -> numpy.typing.NDArray[numpy.int32]:
+        """
+        () or (n,) lamps of which some light arrives.
+        """
+    @property
+    def whole(self) -> numpy.typing.NDArray[numpy.bool]:
+        """
+        (lamps,) or (n, lamps): all of the lamp's face is seen.
         """
 class Trajectory:
     """

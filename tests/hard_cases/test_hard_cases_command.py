@@ -115,16 +115,6 @@ def test_a_bad_file_in_the_catalogue_is_named(run, tmp_path, monkeypatch):
     assert code == 2 and "odd.yaml: title: is missing" in err
 
 
-def test_progress_shows_only_in_a_long_run(monkeypatch, capsys):
-    for quiet, shown in ((1e9, False), (-1.0, True)):
-        monkeypatch.setattr(module, "QUIET_S", quiet)
-        monkeypatch.setenv("FORCE_COLOR", "1")  # taken for a terminal
-        with module.progress(3) as advance:
-            advance()
-            advance()
-        assert ("solving" in capsys.readouterr().err) == shown
-
-
 def test_every_case_is_named_in_the_table(run):
     _, out, _ = run("--count", "1", "--solver", "auto")
     assert [name for name in CASES if name not in out] == []

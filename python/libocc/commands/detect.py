@@ -21,7 +21,7 @@ def command(
     ...
     $ libocc detect room.png
      n      x px      y px  sigma px      flux dn  area px  what
-     0   279.261   279.736    0.0027       127549     1122
+     0   279.267   279.739    0.0031       127611     1121
     ...
 
     Lists the bright blobs of IMAGE, brightest first.

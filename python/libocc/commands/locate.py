@@ -49,7 +49,7 @@ def command(
     sigma         0.05     0.05     0.02 mm
     heading       0.00 deg
     lamps     0 1 2 3 4 5
-    rms       0.002 px
+    rms       0.006 px
     time      1.2 ms (detect 0.7, identify 0.2, refine 0.3)
 
     Finds where the camera was when it took IMAGE of the lamps of SCENE, a YAML file or the name of
