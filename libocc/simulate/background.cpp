@@ -15,17 +15,22 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-// Of a surface with the largest irradiance by the lamps alone, times a factor.
-double surface_electrons(const View& view, double factor) {
+double brightest_wall(const View& view) {
+  if (view.brightest_wall_w_m2) return *view.brightest_wall_w_m2;
   constexpr double between_samples = 1.3;
   const Scene& scene = view.scene;
   std::vector<double> brightest;
   for (const Lamp& lamp : scene.lamps) brightest.push_back(brightest_factor(scene, lamp.colour));
-  const RoomSurfaces surfaces(scene, brightest);
-  const double exitance =
-      factor * surfaces.reflectance() * between_samples * surfaces.largest_direct();
-  const double irradiance = sensor_irradiance(exitance / pi, scene.sensor.f_number, 1);
-  return scene.sensor.electrons(irradiance) - scene.sensor.electrons(0);
+  view.brightest_wall_w_m2 = between_samples * RoomSurfaces(scene, brightest).largest_direct();
+  return *view.brightest_wall_w_m2;
+}
+
+// Of a surface with the largest irradiance by the lamps alone, times a factor.
+double surface_electrons(const View& view, double factor) {
+  const Sensor& sensor = view.scene.sensor;
+  const double exitance = factor * view.scene.room->wall_reflectance * brightest_wall(view);
+  const double irradiance = sensor_irradiance(exitance / pi, sensor.f_number, 1);
+  return sensor.electrons(irradiance) - sensor.electrons(0);
 }
 
 // That a lamp, seen by a camera of s times the focal length, brings to a pixel.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "libocc/formation/rim.hpp"
 #include "libocc/simulate/internal/blur.hpp"
@@ -11,27 +12,51 @@ namespace occ {
 namespace {
 constexpr double blur_sigmas = 5;
 constexpr int rim_points = 16;
+
+double reach_px(const LampView& seen, const View& view) {
+  return seen.radius_px + blur_sigmas * blur_sigma_px(view) + blur_radius_px(seen, view) + 1;
+}
+
+// Of a lamp and those that overlap with it.
+double sum_around(std::size_t i, const std::vector<double>& electrons,
+                  const std::vector<double>& reach, const View& view) {
+  double sum = 0;
+  for (std::size_t j = 0; j < electrons.size(); ++j) {
+    const double apart = (view.lamps[i].image_centre_px - view.lamps[j].image_centre_px).norm();
+    if (!(apart > reach[i] + reach[j])) sum += electrons[j];
+  }
+  return sum;
+}
 }  // namespace
 
 Bound sum_of_overlapping(const View& view,
                          Bound (*bound_of)(const LampView& seen, const View& view)) {
   std::vector<Bound> bounds;
-  std::vector<double> reach;
+  std::vector<double> reach, electrons;
   for (const LampView& seen : view.lamps) {
     bounds.push_back(bound_of(seen, view));
-    reach.push_back(seen.radius_px + blur_sigmas * blur_sigma_px(view) +
-                    blur_radius_px(seen, view) + bounds.back().px + 1);
+    reach.push_back(reach_px(seen, view) + bounds.back().px);
+    electrons.push_back(bounds.back().dn);
   }
   Bound worst;
-  for (std::size_t i = 0; i < bounds.size(); ++i) {
-    double electrons = 0;
-    for (std::size_t j = 0; j < bounds.size(); ++j) {
-      const double apart = (view.lamps[i].image_centre_px - view.lamps[j].image_centre_px).norm();
-      if (!(apart > reach[i] + reach[j])) electrons += bounds[j].dn;
-    }
-    worst.include({view.grey_levels(electrons), bounds[i].px});
-  }
+  for (std::size_t i = 0; i < bounds.size(); ++i)
+    worst.include({view.grey_levels(sum_around(i, electrons, reach, view)), bounds[i].px});
   return worst;
+}
+
+double brightest_electrons(const View& view) {
+  std::vector<double> electrons, reach;
+  for (const LampView& seen : view.lamps) {
+    electrons.push_back(seen.peak_e);
+    reach.push_back(reach_px(seen, view));
+  }
+  // Under a moving camera images may come together.
+  if (!view.options.velocity.isZero(0))
+    return std::accumulate(electrons.begin(), electrons.end(), 0.0);
+  double brightest = 0;
+  for (std::size_t i = 0; i < electrons.size(); ++i)
+    brightest = std::max(brightest, sum_around(i, electrons, reach, view));
+  return brightest;
 }
 
 std::vector<const Lamp*> unseen_lamps(const View& view) {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/simulate/plan.hpp"
 
-#include <sstream>
+#include <algorithm>
 
 #include "libocc/core/require.hpp"
+#include "libocc/simulate/internal/blooming.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
 #include "libocc/simulate/internal/ghosts.hpp"
 #include "libocc/simulate/internal/planning.hpp"
@@ -37,41 +38,25 @@ const EffectModel& model_of(Effect effect) {
   return *models[static_cast<std::size_t>(effect)];
 }
 
-std::string bound_text(const Bound& bound, const Effects& effects) {
-  std::ostringstream text;
-  text.precision(2);
-  const bool within = bound.dn <= effects.tolerance_dn && bound.px <= effects.tolerance_px;
-  text << bound.dn << " grey levels, " << bound.px
-       << " px: " << (within ? "within the tolerances" : "more than the tolerances");
-  return text.str();
-}
-
 // Ghosts are images of lamps, too; where they are is not asked for.
-bool is_of_lamp_images(Effect effect) {
-  switch (effect) {
-    case Effect::extent:
-    case Effect::light_gradient:
-    case Effect::psf:
-    case Effect::distortion:
-    case Effect::vignetting:
-    case Effect::motion_blur:
-    case Effect::rolling_shutter:
-    case Effect::modulation:
-    case Effect::occlusion:
-      return true;
-    default:
-      return false;
-  }
-}
+bool is_of_lamp_images(Effect effect) { return effect <= Effect::occlusion; }
 
-Bound bound_with_ghosts(Effect effect, const View& view) {
+bool comes_before_blooming(Effect effect) { return effect <= Effect::gain; }
+
+Bound whole_bound(Effect effect, const View& view) {
   const EffectModel& model = model_of(effect);
   Bound bound = model.bound(view);
-  if (!is_of_lamp_images(effect) || view.scene.effects.of(Effect::ghosts) == Use::off) return bound;
-  for (const Ghost& ghost : view.scene.lens.ghosts) {
-    if (!(ghost.strength > 0)) continue;
-    const GhostView seen = ghost_view(view.scene, view.cam_from_world, view.options, ghost);
-    bound.dn += model.bound(make_view(seen.scene, seen.cam_from_world, seen.options)).dn;
+  if (is_of_lamp_images(effect) && view.scene.effects.of(Effect::ghosts) != Use::off)
+    for (const Ghost& ghost : view.scene.lens.ghosts) {
+      if (!(ghost.strength > 0)) continue;
+      GhostView seen = ghost_view(view.scene, view.cam_from_world, view.options, ghost);
+      seen.scene.effects.set(Effect::walls, Use::off);  // those are no ghosts
+      bound.dn += model.bound(make_view(seen.scene, seen.cam_from_world, seen.options)).dn;
+    }
+  if (comes_before_blooming(effect) && (bound.dn > 0 || bound.px > 0)) {
+    const Bound spill = most_spill(view);
+    bound.dn += spill.dn;
+    bound.px += spill.px;
   }
   return bound;
 }
@@ -85,8 +70,8 @@ void decide(const EffectModel& model, const Scene& scene, const SimulateOptions&
     return;
   }
   Bound bound;
-  if (view) bound = bound_with_ghosts(plan.effect, *view);
-  plan.bound_dn = bound.dn;
+  if (view) bound = whole_bound(plan.effect, *view);
+  plan.bound_dn = std::min<double>(view ? (1 << view->scene.sensor.bit_depth) - 1 : 0, bound.dn);
   plan.bound_px = bound.px;
   switch (plan.use) {
     case Use::on:
@@ -99,7 +84,7 @@ void decide(const EffectModel& model, const Scene& scene, const SimulateOptions&
     case Use::automatic:
       // NaN and infinity are no reason to leave it out.
       plan.applied = !(bound.dn <= effects.tolerance_dn && bound.px <= effects.tolerance_px);
-      plan.reason = bound_text(bound, effects);
+      plan.reason = plan.applied ? "more than the tolerances" : "within the tolerances";
   }
 }
 

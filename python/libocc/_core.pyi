@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['Blob', 'Box', 'Camera', 'Candidate', 'Channel', 'EffectPlan', 'Effects', 'Ellipse', 'Fix', 'FluxModel', 'Ghost', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'Match', 'Mosaic', 'NoiseArea', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'ReceivedPower', 'Refined', 'Renderer', 'Response', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Trajectory', 'Truth', 'Use', 'aperture_power', 'dbm', 'detect', 'encode_image', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
+__all__: list[str] = ['Blob', 'Box', 'Camera', 'Candidate', 'Channel', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'Ghost', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'Match', 'Mosaic', 'NoiseArea', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'ReceivedPower', 'Refined', 'Renderer', 'Response', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Trajectory', 'Truth', 'Use', 'aperture_power', 'dbm', 'detect', 'encode_image', 'explain', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -937,6 +937,36 @@ class EffectPlan:
     def use(self) -> Use:
         """
         What the scene says of it.
+        """
+class ExplainedEffect(EffectPlan):
+    """
+    What explain() says of one effect.
+    """
+    @property
+    def cost_s(self) -> float:
+        """
+        Of rendering one image of many, the difference of two measured times [s].
+        """
+    @property
+    def position_bound_m(self) -> float:
+        """
+        How far a position from the lamps' centroids moves without it, at most [m]; infinite where the lamps in view determine no pose.
+        """
+class Explanation:
+    """
+    What every effect does to an image and costs.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def effects(self) -> list[ExplainedEffect]:
+        """
+        An ExplainedEffect each, in the order in which light meets them.
+        """
+    @property
+    def render_s(self) -> float:
+        """
+        One image as planned [s].
         """
 class LampTruth:
     """
@@ -2015,6 +2045,20 @@ def detect(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *, sensor: S
 def encode_image(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], extension: str = '.png') -> bytes:
     """
     What write_image() would write to a file of that extension. Raises: ValueError when the format cannot hold the image.
+    """
+def explain(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, repetitions: typing.SupportsInt | typing.SupportsIndex = 9, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, noise_area: NoiseArea = ..., start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> Explanation:
+    """
+    What every effect does to an image of the scene, and what it costs.
+
+    repetitions: images per measured time, whose median counts; 0: times are not measured.
+    Further keywords as for simulate(). Raises: ValueError as simulate() does.
+
+    >>> import libocc as occ
+    >>> camera = occ.Camera.pinhole(width=64, height=48, fx_px=40, fy_px=40, cx_px=31.5, cy_px=23.5)
+    >>> scene = occ.Scene(camera=camera, lamps=[occ.Lamp(id=7, centre_m=[0, 0, 3], radius_m=0.1)])
+    >>> pose = occ.look_at(position_m=[0, 0, 1], target_m=[0, 0, 3], up=[0, 1, 0])
+    >>> [e.effect for e in occ.explain(scene, pose, repetitions=0).effects if e.applied]
+    ['extent', 'light_gradient', 'psf', 'noise', 'saturation']
     """
 def heading_rad(cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]) -> float:
     """

@@ -17,6 +17,7 @@ from ._core import __version__
 COMMANDS = (
     "demo",
     "simulate",
+    "explain",
     "sequence",
     "sweep",
     "map",

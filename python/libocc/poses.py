@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ._core import look_at
+from ._core import Scene, look_at
 
 KEYS = ("position_m", "look_at_m", "up", "heading_deg", "tilt_deg", "tilt_towards_deg")
 
@@ -28,6 +28,37 @@ def upward_pose(position_m: Any, heading_deg: float, tilt_deg: float, towards_de
     pose[:3, :3] = rotation
     pose[:3, 3] = -rotation @ np.asarray(position_m)
     return pose
+
+
+def facing_pose(scene: Scene) -> Any:
+    """cam_from_world of a camera that faces a scene's lamps from where all of them are in view, or
+    as many as the room allows."""
+    if not scene.lamps:
+        raise ValueError("lamps must not be empty without a given pose")
+    centres = np.array([lamp.centre_m for lamp in scene.lamps])
+    towards = -np.mean([lamp.normal for lamp in scene.lamps], axis=0)
+    if np.linalg.norm(towards) < 1e-6:
+        raise ValueError("lamps face all ways: give a pose")
+    towards /= np.linalg.norm(towards)
+    middle = 0.5 * (centres.min(axis=0) + centres.max(axis=0))
+    spread = np.linalg.norm(centres - middle, axis=1).max()
+    camera = scene.camera
+    narrowest = min(camera.width, camera.height) / 2 / max(camera.fx_px, camera.fy_px)
+    distance = max(0.5, 1.5 * spread / narrowest)
+    if scene.room is not None:
+        distance = min(distance, 0.9 * _way_to_wall(middle, -towards, scene.room.size_m))
+    position = middle - distance * towards
+    up = np.eye(3)[np.argmin(np.abs(towards))]
+    return look_at(position, middle, up)
+
+
+def _way_to_wall(start: Any, direction: Any, size_m: Any) -> float:
+    ways = [
+        ((size if part > 0 else 0.0) - at) / part
+        for at, part, size in zip(start, direction, size_m, strict=True)
+        if abs(part) > 1e-9
+    ]
+    return float(min(ways))
 
 
 def pose_from_file(path: str) -> Any:

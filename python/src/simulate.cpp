@@ -3,7 +3,9 @@
 
 #include <pybind11/typing.h>
 
-#include "libocc/simulate/plan.hpp"
+#include <algorithm>
+
+#include "libocc/simulate/explain.hpp"
 #include "module.hpp"
 #include "truth.hpp"
 
@@ -74,10 +76,52 @@ void define_plan(py::module_& m) {
         return std::string("<EffectPlan ") + effect_name(p.effect) +
                (p.applied ? ": applied" : ": left out") + ", " + p.reason + ">";
       });
+  py::class_<ExplainedEffect, EffectPlan>(m, "ExplainedEffect",
+                                          "What explain() says of one effect.")
+      .def_readonly("position_bound_m", &ExplainedEffect::position_bound_m,
+                    "How far a position from the lamps' centroids moves without it, at most [m]; "
+                    "infinite where the lamps in view determine no pose.")
+      .def_readonly("cost_s", &ExplainedEffect::cost_s,
+                    "Of rendering one image of many, the difference of two measured times [s].");
+  py::class_<Explanation>(m, "Explanation", "What every effect does to an image and costs.")
+      .def_property_readonly(
+          "effects",
+          [](const Explanation& e) {
+            return std::vector<ExplainedEffect>(e.effects.begin(), e.effects.end());
+          },
+          "An ExplainedEffect each, in the order in which light meets them.")
+      .def_readonly("render_s", &Explanation::render_s, "One image as planned [s].")
+      .def("__repr__", [](const Explanation& e) {
+        const auto count = std::count_if(e.effects.begin(), e.effects.end(),
+                                         [](const EffectPlan& p) { return p.applied; });
+        return "<Explanation: " + std::to_string(count) + " effects applied, " +
+               value_repr(1e3 * e.render_s) + " ms>";
+      });
   const auto fields = options_fields();
   DefaultTexts texts;
   std::apply(
       [&](const auto&... f) {
+        m.def(
+            "explain",
+            [fields](const Scene& scene, const Rigid3& cam_from_world, int repetitions,
+                     const typename std::decay_t<decltype(f)>::value_type&... values) {
+              const auto options = from_values<SimulateOptions>(fields, values...);
+              py::gil_scoped_release unlocked;
+              return explain(scene, cam_from_world, options, repetitions);
+            },
+            py::arg("scene"), py::arg("cam_from_world"), py::kw_only(), py::arg("repetitions") = 9,
+            argument(f, texts)...,
+            R"(What every effect does to an image of the scene, and what it costs.
+
+repetitions: images per measured time, whose median counts; 0: times are not measured.
+Further keywords as for simulate(). Raises: ValueError as simulate() does.
+
+>>> import libocc as occ
+>>> camera = occ.Camera.pinhole(width=64, height=48, fx_px=40, fy_px=40, cx_px=31.5, cy_px=23.5)
+>>> scene = occ.Scene(camera=camera, lamps=[occ.Lamp(id=7, centre_m=[0, 0, 3], radius_m=0.1)])
+>>> pose = occ.look_at(position_m=[0, 0, 1], target_m=[0, 0, 3], up=[0, 1, 0])
+>>> [e.effect for e in occ.explain(scene, pose, repetitions=0).effects if e.applied]
+['extent', 'light_gradient', 'psf', 'noise', 'saturation'])");
         m.def(
             "plan_render",
             [fields](const Scene& scene, const Rigid3& cam_from_world,

@@ -13,6 +13,7 @@
 
 #include "libocc/simulate/internal/background.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/simulate/internal/overlap.hpp"
 
 namespace occ {
 namespace {
@@ -22,11 +23,9 @@ bool called_for(const Scene& scene, const SimulateOptions&) { return scene.senso
 Bound bound(const View& view) {
   const Sensor& sensor = view.scene.sensor;
   const double base_e = sensor.electrons(0) + background_electrons(view);
-  double most = base_e, spilled = 0, radius = 0;
-  for (const LampView& seen : view.lamps) {
-    most += seen.peak_e;
-    radius = std::max(radius, seen.radius_px);
-  }
+  const double most = base_e + brightest_electrons(view);
+  double spilled = 0, radius = 0;
+  for (const LampView& seen : view.lamps) radius = std::max(radius, seen.radius_px);
   if (!(most > sensor.full_well_e)) return {};
   const double beyond = 1 - sensor.full_well_e / most;  // part of the light, at most
   for (const LampView& seen : view.lamps)
@@ -81,6 +80,21 @@ class Column {
 };
 
 }  // namespace
+
+Bound most_spill(const View& view) {
+  const Sensor& sensor = view.scene.sensor;
+  if (!(sensor.blooming > 0) || view.scene.effects.of(Effect::blooming) == Use::off) return {};
+  // Without blur all of a point may be in one pixel.
+  double most = sensor.electrons(0) + background_electrons(view), electrons = 0;
+  for (const LampView& seen : view.lamps) {
+    most += seen.rim_px.empty() ? seen.electrons : std::max(seen.full_e, seen.peak_e);
+    electrons += seen.electrons;
+  }
+  if (!(most > sensor.full_well_e)) return {};
+  const double spilled = 0.5 * sensor.blooming * electrons;
+  return {view.grey_levels(std::min(spilled, sensor.full_well_e)),
+          view.scene.camera.height() * 1.0};
+}
 
 void apply_blooming(const Frame& frame, Signal& signal) {
   struct Overflow {

@@ -6,6 +6,8 @@
 
 #include "libocc/simulate/internal/background.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/simulate/internal/mosaic.hpp"
+#include "libocc/simulate/internal/overlap.hpp"
 
 namespace occ {
 namespace {
@@ -14,15 +16,16 @@ bool called_for(const Scene&, const SimulateOptions&) { return true; }
 
 Bound bound(const View& view) {
   const Sensor& sensor = view.scene.sensor;
-  double most = sensor.electrons(0) + background_electrons(view), radius = 0;
-  for (const LampView& seen : view.lamps) {
-    most += seen.peak_e;
-    radius = std::max(radius, seen.radius_px);
-  }
+  const double most = sensor.electrons(0) + background_electrons(view) + brightest_electrons(view);
+  double radius = 0;
+  for (const LampView& seen : view.lamps) radius = std::max(radius, seen.radius_px);
   const double lost = most - sensor.full_well_e;
   if (!(lost > 0)) return {};
-  const double white = sensor.full_scale_dn() - sensor.grey_level(sensor.full_well_e);
-  const double change = std::min(sensor.gain_dn_per_e * lost, white);
+  double white = 0;  // grey levels that the full well leaves to full scale
+  for (std::size_t place = 0; place < 4; ++place)
+    white = std::max(
+        white, sensor.full_scale_dn() - sensor_at(sensor, place).grey_level(sensor.full_well_e));
+  const double change = std::min(view.grey_levels(lost), white);
   return {change, change > 0 ? radius * std::min(1.0, lost / sensor.full_well_e) : 0};
 }
 

@@ -12,6 +12,9 @@ namespace occ {
 Bound sum_of_overlapping(const View& view,
                          Bound (*bound_of)(const LampView& seen, const View& view));
 
+/// No pixel gets more light straight from lamps [electrons].
+double brightest_electrons(const View& view);
+
 /// Lamps of the scene that the view does not hold: they would not be in its image.
 std::vector<const Lamp*> unseen_lamps(const View& view);
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "libocc/geometry/rigid.hpp"
@@ -29,6 +30,9 @@ struct View {
   const Rigid3& cam_from_world;
   const SimulateOptions& options;
   std::vector<LampView> lamps;  ///< those that can be rendered and reach the sensor
+
+  /// Irradiance of the brightest point of the room's surfaces, once some bound has asked for it.
+  mutable std::optional<double> brightest_wall_w_m2 = {};
 
   /// Grey levels of a change in electrons, wherever the response is steepest.
   double grey_levels(double electrons) const;

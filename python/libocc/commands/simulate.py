@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import json
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -8,17 +9,12 @@ import libocc as occ
 
 from .. import report, samples
 from ..cli import Failure, blamed_on, emit_json, json_option, overlay_option
-from ..poses import pose_from_file, upward_pose
+from ..pose_options import pose_options
 
 
 @click.command(short_help="Render what a camera sees of a scene's lamps.")
 @click.argument("scene")
-@click.option("--position", type=float, nargs=3, metavar="X Y Z", help="Of the camera [m].")
-@click.option("--heading-deg", type=float, default=0, help="Azimuth of the image's right.")
-@click.option("--tilt-deg", type=float, default=0, help="Of the optical axis from straight up.")
-@click.option("--tilt-towards-deg", type=float, default=0, help="Azimuth it tilts towards.")
-@click.option("--look-at", type=float, nargs=3, metavar="X Y Z", help="Look there instead of up.")
-@click.option("--pose", metavar="FILE", help="JSON with cam_from_world (4x4) instead of --position.")
+@pose_options
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the noise.")
 @click.option("--noise/--no-noise", default=True, show_default=True)
 @click.option("--out", default="image.png", show_default=True, help="Image; .json beside it: truth.")
@@ -26,12 +22,7 @@ from ..poses import pose_from_file, upward_pose
 @overlay_option
 def command(
     scene: str,
-    position: tuple[float, float, float] | None,
-    heading_deg: float,
-    tilt_deg: float,
-    tilt_towards_deg: float,
-    look_at: tuple[float, float, float] | None,
-    pose: str | None,
+    cam_from_world: Any,
     seed: int,
     noise: bool,
     out: str,
@@ -48,18 +39,10 @@ def command(
     libocc: coded_four, irregular_six, kookmin_colour, kookmin_four_lamps, kookmin_one_lamp,
     square_four.
     """
-    if (position is None) == (pose is None):
+    if cam_from_world is None:
         raise Failure("give either --position X Y Z or --pose FILE")
     with blamed_on(scene):
         lamps = samples.load_scene(scene)
-    if position is None:
-        with blamed_on(pose):
-            cam_from_world = pose_from_file(str(pose))
-    elif look_at is not None:
-        with blamed_on("--look-at"):
-            cam_from_world = occ.look_at(position, look_at)
-    else:
-        cam_from_world = upward_pose(position, heading_deg, tilt_deg, tilt_towards_deg)
     with blamed_on("pose"):
         image, truth = occ.simulate(lamps, cam_from_world, seed=seed, noise=noise)
 
