@@ -63,12 +63,14 @@ class Writer {
   }
 
   void write_signal(const PixelRectangle& part) {
-    if (noisy_ && !noisy_everywhere_) write_darkness(part);
     for (int y = part.y0; y < part.y0 + part.height; ++y) {
       const RowPart here = row(part, y);
       if (!noisy_) {
         copy(rows_.without_noise(here), part, y);
-      } else if (const auto* levels = rows_.lit(noise_, here)) {
+        continue;
+      }
+      if (!noisy_everywhere_ && has_darkness(here)) copy(rows_.dark(noise_, here), part, y);
+      if (const auto* levels = rows_.lit(noise_, here)) {
         // Locals: a byte that is written might be part of anything else.
         Pixel* to = at(part.x0, y);
         const std::uint16_t* from = levels->data();
@@ -88,6 +90,9 @@ class Writer {
   RowPart row(const PixelRectangle& part, int y) const {
     return {part.x0, y, part.width, static_cast<std::uint32_t>(index(part.x0, y)),
             signal_.row(y) + part.x0};
+  }
+  static bool has_darkness(const RowPart& row) {
+    return std::any_of(row.signal, row.signal + row.count, [](double e) { return !(e > 0); });
   }
   void copy(const std::vector<std::uint16_t>& levels, const PixelRectangle& part, int y) {
     copy_levels(simd_, levels.data(), part.width, at(part.x0, y));

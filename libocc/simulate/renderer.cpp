@@ -167,7 +167,7 @@ class Renderer::Workshop {
     truths.resize(scene_.lamps.size());
     for (std::size_t i = 0; i < scene_.lamps.size(); ++i) {
       const Lamp& lamp = scene_.lamps[i];
-      truths[i] = lamp_truth(lamp, frame);
+      truths[i] = lamp_truth(lamp, frame, renderer.camera());
       const auto image = renderer.render(lamp);
       if (!image) continue;
       truths[i].electrons = add_lamp(*image, lamp, frame, signal_);

@@ -96,3 +96,16 @@ def test_without_blur_pixels_hold_the_areas_of_photutils():
             window = (-0.5 - x, 179.5 - x, -0.5 - y, 119.5 - y, 180, 120, *lengths, turn, 1, 1)
             truth += ellipse.electrons * geometry.elliptical_overlap_grid(*window)
         assert np.abs(mean_electrons(scene, pose, peak, FINE_PARTS) - truth).max() < 1e-7 * peak
+
+
+def test_truth_is_of_the_image_without_what_is_switched_off():
+    scene, pose = even_scene(0.8), POSES["tilted"]
+    plain = occ.simulate(scene, pose)[1].lamps[0]
+    bent = occ.Camera.pinhole(
+        width=180, height=120, fx_px=300, fy_px=300, cx_px=89.5, cy_px=59.5, distortion=[-0.3, 0.1, 0, 0]
+    )
+    straight = occ.Effects(light_gradient=occ.Use.off, distortion=occ.Use.off)
+    lamp = occ.simulate(scene.replace(camera=bent, effects=straight), pose)[1].lamps[0]
+    assert np.array_equal(lamp.rim_px, plain.rim_px) and np.array_equal(lamp.image_centre_px, plain.image_centre_px)
+    curved = occ.simulate(scene.replace(camera=bent), pose)[1].lamps[0]
+    assert np.abs(curved.rim_px - plain.rim_px).max() > 0.1
