@@ -150,9 +150,12 @@ void add(const std::string& name, const Scene& scene, Noise noise, Simd simd) {
 
 int main(int argc, char** argv) {
   const Scene four = ceiling(2, 2), hundred = ceiling(10, 10);
+  Scene even = four;
+  even.effects.set(Effect::light_gradient, Use::off);
   for (const Simd simd : {Simd::baseline, Simd::avx2, Simd::avx512}) {
     const std::string level = name_of(simd);
     add("four_lamps/no_noise/" + level, four, Noise::none, simd);
+    add("four_even_lamps/no_noise/" + level, even, Noise::none, simd);
     add("four_lamps/noise_around_lamps/" + level, four, Noise::around_lamps, simd);
     add("four_lamps/noise_everywhere/" + level, four, Noise::everywhere, simd);
     add("hundred_lamps/noise_everywhere/" + level, hundred, Noise::everywhere, simd);
