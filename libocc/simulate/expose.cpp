@@ -3,8 +3,24 @@
 
 #include <algorithm>
 
+#include "libocc/core/internal/multiversion.hpp"
+
 namespace occ {
 namespace {
+
+template <Simd>
+LIBOCC_INLINE void bytes_of_body(const std::uint16_t* levels, int count, std::uint8_t* to) {
+  for (int i = 0; i < count; ++i) to[i] = static_cast<std::uint8_t>(levels[i]);
+}
+LIBOCC_MULTIVERSION(bytes_of, (const std::uint16_t* levels, int count, std::uint8_t* to),
+                    (levels, count, to))
+
+void copy_levels(Simd simd, const std::uint16_t* levels, int count, std::uint8_t* to) {
+  bytes_of_for(simd)(levels, count, to);
+}
+void copy_levels(Simd, const std::uint16_t* levels, int count, std::uint16_t* to) {
+  std::copy_n(levels, count, to);
+}
 
 template <typename Pixel>
 std::vector<Pixel>& pixels_of(Image& image) {
@@ -20,6 +36,7 @@ class Writer {
   Writer(const Signal& signal, const Frame& frame, SensorRows& rows, Rendered& out)
       : signal_(signal),
         rows_(rows),
+        simd_(frame.storage.simd()),
         noise_{frame.options.seed, frame.options.frame},
         noisy_(frame.plan.applies(Effect::noise)),
         noisy_everywhere_(noisy_ && frame.options.noise_area == NoiseArea::everywhere),
@@ -46,16 +63,20 @@ class Writer {
   }
 
   void write_signal(const PixelRectangle& part) {
-    if (noisy_ && !noisy_everywhere_) write_darkness(part);
     for (int y = part.y0; y < part.y0 + part.height; ++y) {
       const RowPart here = row(part, y);
       if (!noisy_) {
         copy(rows_.without_noise(here), part, y);
-      } else if (const auto* levels = rows_.lit(noise_, here)) {
+        continue;
+      }
+      if (!noisy_everywhere_ && has_darkness(here)) copy(rows_.dark(noise_, here), part, y);
+      if (const auto* levels = rows_.lit(noise_, here)) {
+        // Locals: a byte that is written might be part of anything else.
         Pixel* to = at(part.x0, y);
-        for (int i = 0; i < part.width; ++i)
-          if (here.signal[i] > 0)
-            to[i] = static_cast<Pixel>((*levels)[static_cast<std::size_t>(i)]);
+        const std::uint16_t* from = levels->data();
+        const double* signal = here.signal;
+        const int count = part.width;
+        for (int i = 0; i < count; ++i) to[i] = signal[i] > 0 ? static_cast<Pixel>(from[i]) : to[i];
       }
     }
   }
@@ -70,14 +91,16 @@ class Writer {
     return {part.x0, y, part.width, static_cast<std::uint32_t>(index(part.x0, y)),
             signal_.row(y) + part.x0};
   }
+  static bool has_darkness(const RowPart& row) {
+    return std::any_of(row.signal, row.signal + row.count, [](double e) { return !(e > 0); });
+  }
   void copy(const std::vector<std::uint16_t>& levels, const PixelRectangle& part, int y) {
-    Pixel* to = at(part.x0, y);
-    for (int i = 0; i < part.width; ++i)
-      to[i] = static_cast<Pixel>(levels[static_cast<std::size_t>(i)]);
+    copy_levels(simd_, levels.data(), part.width, at(part.x0, y));
   }
 
   const Signal& signal_;
   SensorRows& rows_;
+  Simd simd_;
   NoiseKey noise_;
   bool noisy_, noisy_everywhere_;
   std::vector<Pixel>& pixels_;

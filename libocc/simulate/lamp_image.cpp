@@ -5,12 +5,33 @@
 #include <cmath>
 #include <utility>
 
+#include "libocc/core/internal/multiversion.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/sharp_coverage.hpp"
 #include "libocc/simulate/internal/irradiance_field.hpp"
 
 namespace occ {
 namespace {
+
+struct LitRow {
+  const double *light, *above, *below;  // one pixel before the first
+  const double *m_x, *m_y;
+  double electrons, half_variance;
+  int count;
+};
+
+/// Coverage to electrons.
+template <Simd>
+LIBOCC_INLINE void light_row_body(LitRow row, double* c) {
+  const double* e = row.light + 1;
+  for (int x = 0; x < row.count; ++x) {
+    const double left = e[x - 1], right = e[x + 1], up = row.above[x + 1], down = row.below[x + 1];
+    const double blurred = e[x] + row.half_variance * (left + right + up + down - 4 * e[x]);
+    c[x] = row.electrons *
+           (blurred * c[x] + 0.5 * (right - left) * row.m_x[x] + 0.5 * (down - up) * row.m_y[x]);
+  }
+}
+LIBOCC_MULTIVERSION(light_row, (LitRow row, double* c), (row, c))
 
 bool shows_lit_side(const Lamp& lamp, const Rigid3& pose) {
   return (pose.origin_in_source() - lamp.centre_m).dot(lamp.normal) > 0;
@@ -228,16 +249,14 @@ Patch LampRenderer::with_light(const Lamp& lamp, const Rigid3& pose, CoverageMom
   const double electrons = sensor.electrons(1) - sensor.electrons(0);  // per W/m^2
   const double sigma = psf_ ? psf_->sigma_px() : 0;
   const double half_variance = 0.5 * (sigma * sigma + 1.0 / 12);
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) {
-      const auto i = static_cast<std::size_t>(y * image.width + x);
-      const double* e = &light.values[static_cast<std::size_t>((y + 1) * light.width + x + 1)];
-      const double left = e[-1], right = e[1], up = e[-light.width], down = e[light.width];
-      const double blurred = *e + half_variance * (left + right + up + down - 4 * *e);
-      image.values[i] =
-          electrons * (blurred * image.values[i] + 0.5 * (right - left) * cover.m_x.values[i] +
-                       0.5 * (down - up) * cover.m_y.values[i]);
-    }
+  const auto light_row = light_row_for(frame_.storage.simd());
+  for (int y = 0; y < image.height; ++y) {
+    const double* above = light.values.data() + static_cast<std::ptrdiff_t>(y) * light.width;
+    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(y) * image.width;
+    light_row({above + light.width, above, above + 2 * light.width, cover.m_x.values.data() + first,
+               cover.m_y.values.data() + first, electrons, half_variance, image.width},
+              image.values.data() + first);
+  }
   return image;
 }
 

@@ -34,20 +34,37 @@ struct Row {
   int count;
 };
 
+LIBOCC_INLINE void add_pixel(const Row& row, int at, int lane, double* to, double* sums) {
+  const double light = row.image[at] * row.lit[at * row.lit_step];
+  const double electrons = light * (lane % 2 == 0 ? row.even : row.odd);
+  const double counted = electrons > no_electrons ? electrons : 0;
+  to[at] += counted;
+  sums[lane] += counted;
+}
+
+LIBOCC_INLINE void add_pixels(const Row& row, double* to, double* sums) {
+  double mine[lanes];
+  for (int i = 0; i < lanes; ++i) mine[i] = sums[i];
+  int x = 0;
+  for (; x + lanes <= row.count; x += lanes)
+    for (int i = 0; i < lanes; ++i) add_pixel(row, x + i, i, to, mine);
+  for (int i = 0; x + i < row.count; ++i) add_pixel(row, x + i, i, to, mine);
+  for (int i = 0; i < lanes; ++i) sums[i] = mine[i];
+}
+
 template <Simd>
 LIBOCC_INLINE void add_row_body(Row row, double* to, double* sums) {
-  for (int x = 0; x < row.count; x += lanes) {
-    const int count = row.count - x < lanes ? row.count - x : lanes;
-    for (int i = 0; i < count; ++i) {
-      const double light = row.image[x + i] * row.lit[(x + i) * row.lit_step];
-      const double electrons = light * (i % 2 == 0 ? row.even : row.odd);
-      const double counted = electrons > no_electrons ? electrons : 0;
-      to[x + i] += counted;
-      sums[i] += counted;
-    }
-  }
+  row.lit_step = 0;
+  add_pixels(row, to, sums);
 }
 LIBOCC_MULTIVERSION(add_row, (Row row, double* to, double* sums), (row, to, sums))
+
+template <Simd>
+LIBOCC_INLINE void add_row_by_columns_body(Row row, double* to, double* sums) {
+  row.lit_step = 1;
+  add_pixels(row, to, sums);
+}
+LIBOCC_MULTIVERSION(add_row_by_columns, (Row row, double* to, double* sums), (row, to, sums))
 
 ByPlace colours_of(const Eigen::Vector3d& colour, const Frame& frame) {
   if (!frame.plan.applies(Effect::mosaic)) return {1, 1, 1, 1};
@@ -59,14 +76,16 @@ ByPlace colours_of(const Eigen::Vector3d& colour, const Frame& frame) {
 double add_lamp(const Patch& image, const Lamp& lamp, const Frame& frame, Signal& signal) {
   if (image.width == 0) return 0;
   signal.touch({image.x0, image.y0, image.width, image.height});
-  const auto add_row = add_row_for(frame.storage.simd());
-  const std::vector<double> lit = lit_fractions(lamp, frame);
-  const ByPlace colours = colours_of(lamp.colour, frame);
   const bool by_columns = frame.scene.sensor.readout == Readout::columns;
+  const Simd simd = frame.storage.simd();
+  const auto add_row = by_columns ? add_row_by_columns_for(simd) : add_row_for(simd);
+  const std::vector<double> lit = lit_fractions(lamp, frame, by_columns ? image.x0 : image.y0,
+                                                by_columns ? image.width : image.height);
+  const ByPlace colours = colours_of(lamp.colour, frame);
   double sums[lanes] = {};
   for (int y = 0; y < image.height; ++y)
     add_row({image.values.data() + y * static_cast<std::ptrdiff_t>(image.width),
-             lit.data() + (by_columns ? image.x0 : image.y0 + y), by_columns ? 1 : 0,
+             lit.data() + (by_columns ? 0 : y), by_columns ? 1 : 0,
              colours[place_of(image.x0, image.y0 + y)],
              colours[place_of(image.x0 + 1, image.y0 + y)], image.width},
             signal.row(image.y0 + y) + image.x0, sums);
@@ -148,7 +167,7 @@ class Renderer::Workshop {
     truths.resize(scene_.lamps.size());
     for (std::size_t i = 0; i < scene_.lamps.size(); ++i) {
       const Lamp& lamp = scene_.lamps[i];
-      truths[i] = lamp_truth(lamp, frame);
+      truths[i] = lamp_truth(lamp, frame, renderer.camera());
       const auto image = renderer.render(lamp);
       if (!image) continue;
       truths[i].electrons = add_lamp(*image, lamp, frame, signal_);

@@ -59,6 +59,12 @@ class WallImage {
     return {hit.face, transmission * (sensor.electrons(irradiance) - sensor.electrons(0))};
   }
 
+  /// Pixels over which light on a surface changes like a straight line, to a thousandth: a fiftieth
+  /// of the focal length.
+  int even_px() const {
+    return std::clamp(static_cast<int>(std::min(camera_.fx_px(), camera_.fy_px()) / 50), 1, 8);
+  }
+
  private:
   const Frame& frame_;
   const RoomSurfaces& surfaces_;
@@ -72,37 +78,36 @@ class WallImage {
 class WallPainter {
  public:
   WallPainter(const WallImage& walls, const std::array<bool, 4>& places, Signal& signal)
-      : walls_(walls), places_(places), signal_(signal) {}
+      : walls_(walls), places_(places), signal_(signal), step_(walls.even_px()) {}
 
   void paint() {
     std::vector<WallImage::Sample> upper, lower = line_at(0);
-    for (int y0 = 0; y0 < signal_.height(); y0 += step) {
+    for (int y0 = 0; y0 < signal_.height(); y0 += step_) {
       upper = std::move(lower);
-      lower = line_at(y0 + step);
+      lower = line_at(y0 + step_);
       for (std::size_t i = 0; i + 1 < upper.size(); ++i)
-        paint_block(static_cast<int>(i) * step, y0,
+        paint_block(static_cast<int>(i) * step_, y0,
                     {upper[i], upper[i + 1], lower[i], lower[i + 1]});
     }
   }
 
  private:
   using Corners = std::array<WallImage::Sample, 4>;
-  /// Over one step light on a surface changes like a straight line, to a thousandth.
-  static constexpr int step = 8;
 
   std::vector<WallImage::Sample> line_at(int y) const {
     std::vector<WallImage::Sample> line;
-    for (int x = 0; x < signal_.width() + step; x += step) line.push_back(walls_.at(x, y));
+    for (int x = 0; x < signal_.width() + step_; x += step_) line.push_back(walls_.at(x, y));
     return line;
   }
 
   void paint_block(int x0, int y0, const Corners& at) {
     const bool smooth = at[0].face >= 0 && at[0].face == at[1].face && at[0].face == at[2].face &&
                         at[0].face == at[3].face;
-    for (int y = y0; y < std::min(y0 + step, signal_.height()); ++y)
-      for (int x = x0; x < std::min(x0 + step, signal_.width()); ++x) {
+    for (int y = y0; y < std::min(y0 + step_, signal_.height()); ++y)
+      for (int x = x0; x < std::min(x0 + step_, signal_.width()); ++x) {
         if (!places_[place_of(x, y)]) continue;
-        const double u = static_cast<double>(x - x0) / step, v = static_cast<double>(y - y0) / step;
+        const double u = static_cast<double>(x - x0) / step_,
+                     v = static_cast<double>(y - y0) / step_;
         signal_.row(y)[x] += smooth ? (1 - v) * ((1 - u) * at[0].electrons + u * at[1].electrons) +
                                           v * ((1 - u) * at[2].electrons + u * at[3].electrons)
                                     : walls_.at(x, y).electrons;
@@ -112,6 +117,7 @@ class WallPainter {
   const WallImage& walls_;
   const std::array<bool, 4>& places_;
   Signal& signal_;
+  int step_;
 };
 
 /// What the pixels of a place get of each lamp's light.

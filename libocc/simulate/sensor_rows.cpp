@@ -54,8 +54,8 @@ SensorRows::SensorRows(Simd simd, const Frame& frame, const Key& key)
     kinds_[place] = kind;
   }
   const auto width = static_cast<std::size_t>(frame.scene.camera.width());
-  mean_e_.resize(width);
-  drawn_e_.resize(width);
+  mean_e_.resize(width + LitNoise::batch);
+  drawn_e_.resize(width + LitNoise::batch);
   levels_.resize(width + DarkNoise::spare);
   others_.resize(width + DarkNoise::spare);
 }
@@ -101,8 +101,10 @@ const std::vector<std::uint16_t>* SensorRows::lit(const NoiseKey& noise, const R
   const auto is_lit = [](double electrons) { return electrons > 0; };
   if (std::none_of(part.signal, part.signal + part.count, is_lit)) return nullptr;
   const std::array<double, 2> base{kind(part.x0, part.y).base_e, kind(part.x0 + 1, part.y).base_e};
-  for (std::size_t i = 0; i < static_cast<std::size_t>(part.count); ++i)
-    mean_e_[i] = part.signal[i] > 0 ? base[i % 2] + part.signal[i] : 0;
+  for (int i = 0; i < part.count; ++i) {
+    const double dark = base[static_cast<std::size_t>(i % 2)];
+    mean_e_[static_cast<std::size_t>(i)] = part.signal[i] > 0 ? dark + part.signal[i] : 0;
+  }
   lit_noise_.draw(simd_, noise, part.first, part.count, mean_e_.data(), drawn_e_.data());
   return &of_kinds(part, [&](const Kind& kind, std::uint16_t* levels) {
     kind.digitiser.grey_levels(simd_, drawn_e_.data(), part.count, levels);

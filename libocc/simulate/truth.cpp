@@ -40,8 +40,7 @@ std::optional<std::vector<Eigen::Vector2d>> seen_rim(const Lamp& lamp, const Mot
 
 }  // namespace
 
-LampTruth lamp_truth(const Lamp& lamp, const Frame& frame) {
-  const Camera& camera = frame.scene.camera;
+LampTruth lamp_truth(const Lamp& lamp, const Frame& frame, const Camera& camera) {
   const Motion motion(frame);
   LampTruth truth;
   truth.id = lamp.id;

@@ -1069,6 +1069,19 @@ class Renderer:
           spacing_sigma: rim samples are this many PSF sigmas apart
           velocity: (6,) of the camera: d [rotation, translation] / dt of cam_from_world's left perturbation [rad/s, m/s]
         """
+    def time(self, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], least_time_s: typing.SupportsFloat | typing.SupportsIndex, *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, noise_area: NoiseArea = ..., start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> float:
+        """
+        Seconds that an image takes, without its way to Python: the mean over least_time_s at least, frames counting up.
+
+        Options:
+          seed: of the noise; the same seed gives the same image
+          frame: noise differs from frame to frame under one seed
+          noise: shot and read noise
+          noise_area: around lamps alone it is much faster
+          start_s: time at which the first row's exposure begins [s]
+          spacing_sigma: rim samples are this many PSF sigmas apart
+          velocity: (6,) of the camera: d [rotation, translation] / dt of cam_from_world's left perturbation [rad/s, m/s]
+        """
     @property
     def scene(self) -> Scene:
         """

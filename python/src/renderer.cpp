@@ -3,8 +3,11 @@
 
 #include <pybind11/typing.h>
 
+#include <chrono>
+#include <cmath>
 #include <mutex>
 
+#include "libocc/core/require.hpp"
 #include "module.hpp"
 #include "truth.hpp"
 
@@ -23,6 +26,21 @@ class SharedRenderer {
     const std::lock_guard<std::mutex> one(busy_);
     renderer_.render(cam_from_world, options, rendered_);
     return {rendered_.image, {scene_, options, rendered_.cam_from_world, rendered_.lamps}};
+  }
+
+  /// Seconds an image takes inside the library, on average over at least so long.
+  double time(const Rigid3& cam_from_world, double least_time_s, SimulateOptions options) {
+    using Clock = std::chrono::steady_clock;
+    require(least_time_s > 0 && std::isfinite(least_time_s), "least_time_s", least_time_s,
+            "positive");
+    py::gil_scoped_release unlocked;
+    const std::lock_guard<std::mutex> one(busy_);
+    const auto begun = Clock::now();
+    for (int images = 1;; ++images, ++options.frame) {
+      renderer_.render(cam_from_world, options, rendered_);
+      const double gone_s = std::chrono::duration<double>(Clock::now() - begun).count();
+      if (gone_s >= least_time_s) return gone_s / images;
+    }
   }
 
   const Scene& scene() const { return *scene_; }
@@ -66,6 +84,20 @@ Threads that share one wait for each other; give each its own.
             },
             py::arg("cam_from_world"), py::kw_only(), argument(f, texts)...,
             ("(image, truth) as simulate() returns them." + fields_doc(fields, "Options")).c_str());
+        cls.def(
+            "time",
+            [fields](SharedRenderer& renderer, const Rigid3& cam_from_world, double least_time_s,
+                     const typename std::decay_t<decltype(f)>::value_type&... values) {
+              return renderer.time(cam_from_world, least_time_s,
+                                   from_values<SimulateOptions>(fields, values...));
+            },
+            py::arg("cam_from_world"), py::arg("least_time_s"), py::kw_only(),
+            argument(f, texts)...,
+            ("Seconds that an image takes, without its way to Python: the mean over least_time_s "
+             "at "
+             "least, frames counting up." +
+             fields_doc(fields, "Options"))
+                .c_str());
       },
       fields);
 }

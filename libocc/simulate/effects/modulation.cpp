@@ -134,17 +134,15 @@ LightMoments seen_light(const Lamp& lamp, bool blinks, double begin_s, double le
   return light;
 }
 
-std::vector<double> lit_fractions(const Lamp& lamp, const Frame& frame) {
+std::vector<double> lit_fractions(const Lamp& lamp, const Frame& frame, int first, int count) {
   const Sensor& sensor = frame.scene.sensor;
-  const Camera& camera = frame.scene.camera;
-  const int lines = sensor.readout == Readout::columns ? camera.width() : camera.height();
-  std::vector<double> fractions(static_cast<std::size_t>(lines), 1);
-  if (Motion(frame).kind(lamp) != Motion::Kind::still) return fractions;
+  std::vector<double> fractions(static_cast<std::size_t>(count), 1);
+  if (!lamp.frequency_hz || Motion(frame).kind(lamp) != Motion::Kind::still) return fractions;
   std::fill(fractions.begin(), fractions.end(), mean_light(lamp));
   if (!frame.plan.applies(Effect::modulation)) return fractions;
-  for (int i = 0; i < lines; ++i)
-    fractions[static_cast<std::size_t>(i)] =
-        lit_fraction(lamp, frame.options.start_s + i * sensor.row_time_s, sensor.exposure_s);
+  for (int i = 0; i < count; ++i)
+    fractions[static_cast<std::size_t>(i)] = lit_fraction(
+        lamp, frame.options.start_s + (first + i) * sensor.row_time_s, sensor.exposure_s);
   return fractions;
 }
 

@@ -34,6 +34,9 @@ class LampRenderer {
   /// rendered because part of its rim is outside the camera's domain or it shows its dark side.
   std::optional<Patch> render(const Lamp& lamp) const;
 
+  /// That of the image: without distortion when the plan leaves it out.
+  const Camera& camera() const { return camera_; }
+
  private:
   // A lamp taken for a point, and the face of which a part may be hidden.
   std::optional<Patch> point_image(const Lamp& lamp, const Lamp& face) const;
@@ -65,7 +68,7 @@ class LampRenderer {
   Patch with_light(const Lamp& lamp, const Rigid3& pose, CoverageMoments cover) const;
 
   const Frame& frame_;
-  Camera camera_;  // without distortion when the plan leaves it out
+  Camera camera_;
   Motion motion_;
   std::optional<Vignetting> vignetting_;
   const PixelPsf* psf_ = nullptr;  // none: sharp

@@ -21,7 +21,9 @@ class LitNoise {
   explicit LitNoise(const Sensor& sensor);
 
   /// Of the pixels first, first + 1, ... with this many mean electrons, dark current included.
-  /// Where the mean is zero nothing is drawn, and what is written has no meaning.
+  /// Where the mean is zero nothing is drawn, and what is written has no meaning. Up to a batch
+  /// more is read and written.
+  static constexpr int batch = 16;
   void draw(Simd simd, const NoiseKey& key, std::uint32_t first, int count, const double* mean_e,
             float* electrons) const;
 

@@ -25,8 +25,8 @@ struct LightMoments {
 /// Of a lamp that blinks, or shines at its mean level throughout when the plan leaves that out.
 LightMoments seen_light(const Lamp& lamp, bool blinks, double begin_s, double length_s);
 
-/// The lit fraction for each line (row or column, whichever the sensor reads out); 1 for a lamp
-/// whose image contains its blinking already (internal/motion.hpp).
-std::vector<double> lit_fractions(const Lamp& lamp, const Frame& frame);
+/// The lit fraction for `count` lines (rows or columns, whichever the sensor reads out) from
+/// `first` on; 1 for a lamp whose image contains its blinking already (internal/motion.hpp).
+std::vector<double> lit_fractions(const Lamp& lamp, const Frame& frame, int first, int count);
 
 }  // namespace occ

@@ -8,6 +8,6 @@ namespace occ {
 
 /// All but the electrons; of a lamp that cannot be rendered only the id and the centre. Under a
 /// moving camera, where the middle of the exposure sees each point, of the line that sees it.
-LampTruth lamp_truth(const Lamp& lamp, const Frame& frame);
+LampTruth lamp_truth(const Lamp& lamp, const Frame& frame, const Camera& camera);
 
 }  // namespace occ
