@@ -134,8 +134,7 @@ class BasisFit {
   }
 
   bool finish(double chi2) {
-    for (Index i = 1; i < samples; ++i)
-      if (!(curve_[i] > curve_[i - 1])) return false;
+    if (!rises()) return false;
     const Eigen::LDLT<MatrixXd> factors(normal_);
     if (!(factors.vectorD().minCoeff() > 1e-12 * factors.vectorD().maxCoeff())) return false;
     r_.chi2 = chi2;
@@ -145,6 +144,18 @@ class BasisFit {
     r_.coefficient_covariance =
         r_.variance_factor * factors.solve(MatrixXd::Identity(c_.size(), c_.size()));
     state_curve();
+    return true;
+  }
+
+  /// Whether it rises where levels were seen; makes it rise elsewhere.
+  bool rises() {
+    for (Index i = 1; i < samples; ++i) {
+      if (curve_[i] > curve_[i - 1]) continue;
+      const double level = r_.black_level_dn + range_dn_ * curve_[i];
+      if (level >= r_.lowest_dn && level <= r_.highest_dn) return false;
+      curve_[i] = curve_[i - 1] + 1e-9;
+      r_.projected = 1;
+    }
     return true;
   }
 

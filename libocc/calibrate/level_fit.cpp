@@ -14,8 +14,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int max_passes = 12;  // by eq (3)'s weights once, then by the noise
-constexpr double tolerance = 1e-5;
+constexpr int max_steps = 30;
+constexpr double first_smoothness = 100;  // from a stiff curve to as soft a one as is asked for
+constexpr double start_sigma = 0.02;      // of eq (3) where its weight is 1
+constexpr double tolerance = 0.01;        // of chi2: far below chance
 
 /// A level's place among the curve's: g(level) = (1 - part) g_k + part g_{k+1}.
 struct Between {
@@ -25,24 +27,26 @@ struct Between {
 
 class LevelFit {
  public:
-  LevelFit(const SeriesPlaces& series, double smoothness, ChannelResponse& response)
+  LevelFit(const SeriesPlaces& series, ChannelResponse& response)
       : series_(series),
         r_(response),
         u_((response.level_dn.array() - response.black_level_dn).log()) {
     middle_ = between(0.5 * (r_.black_level_dn + r_.full_scale_dn)).k;
-    add_smoothness(smoothness);
     r_.log_exposure = u_.array() - u_[middle_];
   }
 
-  void run() {
-    solve(first_rows());
-    start_lights();
-    for (int pass = 1; pass < max_passes; ++pass) {
-      const VectorXd before = r_.log_exposure;
-      solve(rows());
-      if ((r_.log_exposure - before).cwiseAbs().maxCoeff() < tolerance) break;
+  /// False when the steps come to no end.
+  bool run(double smoothness) {
+    start();
+    for (double lambda = std::max(smoothness, first_smoothness);; lambda /= 3) {
+      const bool last = lambda <= smoothness;
+      set_smoothness(last ? smoothness : lambda);
+      const bool converged = minimise();
+      if (!last) continue;
+      state_covariance();
+      state_residuals();
+      return converged;
     }
-    state_residuals();
   }
 
  private:
@@ -59,7 +63,7 @@ class LevelFit {
     return std::max(0.02, 1 - std::abs(level - r_.black_level_dn - half) / half);
   }
 
-  void add_smoothness(double lambda) {
+  void set_smoothness(double lambda) {
     const Index n = u_.size();
     prior_ = MatrixXd::Zero(n, n);
     for (Index k = 1; k + 1 < n; ++k) {
@@ -72,13 +76,65 @@ class LevelFit {
     }
   }
 
-  /// dg/du about a level: between its neighbours a tenth of an e-fold away.
-  double slope(double level) const {
-    const double u = std::log(level - r_.black_level_dn);
-    const double low = std::max(u - 0.1, u_[0]), high = std::min(u + 0.1, u_[u_.size() - 1]);
-    return (value_at_u(high) - value_at_u(low)) / (high - low);
+  /// By eq (3)'s weights, in units of an error that counts little against smoothness.
+  void start() {
+    set_smoothness(first_smoothness);
+    solve(first_rows());
+    for (Index i = 0; i < log_light_.size(); ++i) {
+      const FlatPlace& place = series_.places[static_cast<std::size_t>(i)];
+      double sum = 0;
+      for (const PlaceLevel& p : place.levels) sum += value(p.level_dn) - log_time(p);
+      log_light_[i] = sum / static_cast<double>(place.levels.size());
+    }
   }
-  double value_at_u(double u) const { return value(r_.black_level_dn + std::exp(u)); }
+
+  /// Gauss and Newton's steps, halved while they make it worse.
+  bool minimise() {
+    double cost = cost_now();
+    for (int step = 0; step < max_steps; ++step) {
+      const VectorXd g = r_.log_exposure, light = log_light_;
+      solve(rows());
+      const VectorXd d_g = r_.log_exposure - g, d_light = log_light_ - light;
+      double part = 1, next = cost_now();
+      while (next > cost * (1 + 1e-9) && part > 1e-3) {
+        part /= 2;
+        log_light_ = light + part * d_light;
+        set_curve(g + part * d_g);
+        next = cost_now();
+      }
+      if (next > cost) {
+        log_light_ = light;
+        set_curve(g);
+        return true;  // as low as kinks of the curve let it come
+      }
+      const bool still = cost - next < tolerance;
+      cost = next;
+      if (still) return true;
+    }
+    return false;
+  }
+
+  void set_curve(const VectorXd& g) {
+    r_.log_exposure = g;
+    rising_ = g;
+    for (Index k = 1; k < g.size(); ++k) rising_[k] = std::max(rising_[k], rising_[k - 1]);
+  }
+
+  double cost_now() const {
+    double sum = r_.log_exposure.dot(prior_ * r_.log_exposure);
+    for (std::size_t i = 0; i < series_.places.size(); ++i)
+      for (const PlaceLevel& p : series_.places[i].levels) {
+        const Shown s = shown(p, log_light_[static_cast<Index>(i)]);
+        sum += std::pow(s.difference / s.sigma, 2);
+      }
+    return sum;
+  }
+
+  /// dg/du at a level.
+  double slope(double level) const {
+    const Index k = between(level).k;
+    return (rising_[k + 1] - rising_[k]) / (u_[k + 1] - u_[k]);
+  }
   double value(double level) const {
     const Between b = between(level);
     return (1 - b.part) * r_.log_exposure[b.k] + b.part * r_.log_exposure[b.k + 1];
@@ -110,7 +166,7 @@ class LevelFit {
     for (const FlatPlace& place : series_.places) {
       all.emplace_back();
       for (const PlaceLevel& p : place.levels)
-        all.back().push_back({between(p.level_dn), log_time(p), 1 / hat(p.level_dn)});
+        all.back().push_back({between(p.level_dn), log_time(p), start_sigma / hat(p.level_dn)});
     }
     return all;
   }
@@ -149,20 +205,10 @@ class LevelFit {
     return all;
   }
 
-  void start_lights() {
-    log_light_.resize(static_cast<Index>(series_.places.size()));
-    for (Index i = 0; i < log_light_.size(); ++i) {
-      const FlatPlace& place = series_.places[static_cast<std::size_t>(i)];
-      double sum = 0;
-      for (const PlaceLevel& p : place.levels) sum += value(p.level_dn) - log_time(p);
-      log_light_[i] = sum / static_cast<double>(place.levels.size());
-    }
-  }
-
   /// Linear least squares with the lights eliminated, the middle level held at zero.
   void solve(const Rows& rows) {
     const Index n = u_.size(), places = static_cast<Index>(rows.size());
-    MatrixXd data = MatrixXd::Zero(n, n);
+    data_ = MatrixXd::Zero(n, n);
     VectorXd right = VectorXd::Zero(n), weights = VectorXd::Zero(places), observed = weights;
     std::vector<std::vector<std::pair<Index, double>>> shares(rows.size());
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -173,7 +219,7 @@ class LevelFit {
             {{row.at.k, 1 - row.at.part}, {row.at.k + 1, row.at.part}}};
         for (const auto& [j, part] : parts) {
           right[j] += weight * part * row.y;
-          for (const auto& [k, other] : parts) data(j, k) += weight * part * other;
+          for (const auto& [k, other] : parts) data_(j, k) += weight * part * other;
           shares[i].emplace_back(j, weight * part);
         }
         weights[place] += weight;
@@ -181,10 +227,10 @@ class LevelFit {
       }
       for (const auto& [j, share] : shares[i]) {
         right[j] -= share * observed[place] / weights[place];
-        for (const auto& [k, other] : shares[i]) data(j, k) -= share * other / weights[place];
+        for (const auto& [k, other] : shares[i]) data_(j, k) -= share * other / weights[place];
       }
     }
-    solve_normal(data, right);
+    solve_normal(right);
     log_light_ = -observed;
     for (std::size_t i = 0; i < rows.size(); ++i)
       for (const auto& [j, share] : shares[i])
@@ -192,18 +238,25 @@ class LevelFit {
     log_light_ = log_light_.cwiseQuotient(weights);
   }
 
-  void solve_normal(const MatrixXd& data, VectorXd& right) {
-    const Index n = u_.size();
-    MatrixXd normal = data + prior_;
+  void solve_normal(VectorXd& right) {
+    MatrixXd normal = data_ + prior_;
     hold_middle(normal, right);
-    const Eigen::LDLT<MatrixXd> factors(normal);
-    r_.log_exposure = factors.solve(right);
-    covariance_ = factors.solve(MatrixXd::Identity(n, n));
+    set_curve(normal.ldlt().solve(right));
+  }
+
+  void state_covariance() {
+    const VectorXd g = r_.log_exposure, light = log_light_;
+    solve(rows());
+    set_curve(g);
+    log_light_ = light;
+    const Index n = u_.size();
+    MatrixXd normal = data_ + prior_;
+    VectorXd none = VectorXd::Zero(n);
+    hold_middle(normal, none);
+    covariance_ = normal.ldlt().solve(MatrixXd::Identity(n, n));
     covariance_.row(middle_).setZero();
     covariance_.col(middle_).setZero();
-    determined_ = covariance_.cwiseProduct(data).sum();
-    rising_ = r_.log_exposure;
-    for (Index k = 1; k < n; ++k) rising_[k] = std::max(rising_[k], rising_[k - 1]);
+    determined_ = covariance_.cwiseProduct(data_).sum();
   }
 
   void hold_middle(MatrixXd& normal, VectorXd& right) const {
@@ -240,7 +293,7 @@ class LevelFit {
   ChannelResponse& r_;
   VectorXd u_;
   Index middle_ = 0;
-  MatrixXd prior_, covariance_;
+  MatrixXd prior_, data_, covariance_;
   VectorXd log_light_, rising_;  // rising_: the curve without what falls
   double determined_ = 0;        // parameters that the data, not the prior, determine
 };
@@ -260,8 +313,8 @@ VectorXd curve_levels(const LevelRange& range) {
   return Eigen::Map<const VectorXd>(chosen.data(), static_cast<Index>(chosen.size()));
 }
 
-void fit_levels(const SeriesPlaces& series, double smoothness, ChannelResponse& response) {
-  LevelFit(series, smoothness, response).run();
+bool fit_levels(const SeriesPlaces& series, double smoothness, ChannelResponse& response) {
+  return LevelFit(series, response).run(smoothness);
 }
 
 }  // namespace occ::calibrating

@@ -168,12 +168,14 @@ Result<ChannelResponse> channel_response(const std::vector<ImageView>& images, i
 
   state_range(places, response);
   const calibrating::SeriesPlaces series{places, exposures_s};
-  if (options.method == ResponseMethod::levels) {
-    calibrating::fit_levels(series, options.smoothness, response);
-  } else if (!calibrating::fit_basis(series, options.basis_functions, response)) {
-    return failed(Status::not_converged, "no rising curve of the basis fits");
-  }
-  response.projected = project_to_rising(response.log_exposure, response.sigma());
+  const bool found = options.method == ResponseMethod::levels
+                         ? calibrating::fit_levels(series, options.smoothness, response)
+                         : calibrating::fit_basis(series, options.basis_functions, response);
+  if (!found)
+    return failed(Status::not_converged, options.method == ResponseMethod::levels
+                                             ? "the curve's steps come to no end"
+                                             : "no rising curve of the basis fits");
+  response.projected += project_to_rising(response.log_exposure, response.sigma());
   if (response.variance_factor > 1) {
     std::ostringstream text;
     text.precision(3);
@@ -192,7 +194,7 @@ void ResponseOptions::validate() const {
           "zero or positive");
   require(bit_depth == 0 || (bit_depth >= 8 && bit_depth <= 16), "bit_depth", bit_depth,
           "in [8, 16]");
-  require(smoothness > 0 && std::isfinite(smoothness), "smoothness", smoothness, "positive");
+  require(smoothness >= 1 && std::isfinite(smoothness), "smoothness", smoothness, "at least 1");
   require(basis_functions >= 1 && basis_functions <= 8, "basis_functions", basis_functions,
           "between 1 and 8");
   require(max_places >= static_cast<int>(least_places), "max_places", max_places, "at least 16");

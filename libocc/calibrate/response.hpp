@@ -44,7 +44,7 @@ struct LIBOCC_API ResponseOptions {
   ResponseMethod method = ResponseMethod::levels;
   double black_level_dn = 0;  ///< stored level without light
   int bit_depth = 0;          ///< 8 to 16; 0: 8 for 8-bit images, which deeper ones do not know
-  double smoothness = 1;      ///< lambda
+  double smoothness = 1;      ///< lambda, at least 1: softer curves follow the noise
   int basis_functions = 3;    ///< 1 to 8
   int max_places = 1000;      ///< per channel, at least 16
 
@@ -67,7 +67,7 @@ struct LIBOCC_API ChannelResponse {
   Eigen::VectorXd level_dn;      ///< (n) rising, from above black to full scale
   Eigen::VectorXd log_exposure;  ///< (n) g; not falling: where noise made it fall it was projected
   Eigen::MatrixXd covariance;    ///< (n, n) of log_exposure before that; contains variance_factor
-  int projected = 0;             ///< levels that the projection moved
+  int projected = 0;             ///< levels that the projection moved; of a basis, 1 for any
   double lowest_dn = 0, highest_dn = 0;    ///< levels seen; beyond them the curve is extrapolated
   std::vector<double> coefficients;        ///< of the basis; empty for `levels`
   Eigen::MatrixXd coefficient_covariance;  ///< theirs
@@ -91,7 +91,8 @@ struct RecoveredResponse {
 /// wrong, a scene that moved), which the message and the variance factor say; degenerate when the
 /// series does not determine the curve of every channel: too few different exposure times, too few
 /// places that are flat and neither black nor clipped in two images, levels that no place bridges;
-/// not_converged when `basis` ends in no rising curve. The message says which, the value holds the
+/// not_converged when the steps come to no end, or `basis` in a curve that falls among the levels
+/// seen. The message says which, the value holds the
 /// channels before. Throws std::invalid_argument for fewer than two images, images that differ in
 /// size, channels or type, another number of exposure times, one that is not positive, 16-bit
 /// images without a bit depth, pixels beyond it, or options that do not validate.

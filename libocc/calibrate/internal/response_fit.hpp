@@ -22,10 +22,11 @@ struct SeriesPlaces {
 Eigen::VectorXd curve_levels(const LevelRange& range);
 
 /// Debevec and Malik's least squares, see response.hpp. Fills in the curve, its covariance and what
-/// is said of residuals.
-void fit_levels(const SeriesPlaces& series, double smoothness, ChannelResponse& response);
+/// is said of residuals; false when its steps come to no end.
+bool fit_levels(const SeriesPlaces& series, double smoothness, ChannelResponse& response);
 
-/// By the basis; false when it ends in no rising curve.
+/// By the basis; false when it ends in a curve that falls among the levels seen, or in none. What
+/// falls beyond them is projected.
 bool fit_basis(const SeriesPlaces& series, int functions, ChannelResponse& response);
 
 }  // namespace occ::calibrating
