@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['Blob', 'Box', 'Camera', 'Candidate', 'Channel', 'EffectPlan', 'Effects', 'Ellipse', 'Fix', 'FluxModel', 'Ghost', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'Match', 'Mosaic', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'ReceivedPower', 'Refined', 'Response', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Truth', 'Use', 'aperture_power', 'dbm', 'detect', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'look_at', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
+__all__: list[str] = ['Blob', 'Box', 'Camera', 'Candidate', 'Channel', 'ChannelResponse', 'EffectPlan', 'Effects', 'Ellipse', 'Fix', 'FluxModel', 'Ghost', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'Match', 'Mosaic', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'ReceivedPower', 'RecoveredResponse', 'Refined', 'Response', 'ResponseMethod', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Truth', 'Use', 'aperture_power', 'dbm', 'detect', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'look_at', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recover_response', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -1858,6 +1858,129 @@ class PoseCandidates:
         """
         PoseCandidates, best first.
         """
+class ResponseMethod(enum.Enum):
+    """
+    How a response is described.
+    """
+    basis = 1
+    levels = 0
+class ChannelResponse:
+    """
+    The response curve of one channel.
+
+    log_exposure is g(level) = ln(light x time), 0 at the middle level: light has no scale here.
+    """
+    def __repr__(self) -> str:
+        ...
+    def table(self, samples: typing.SupportsInt | typing.SupportsIndex = 1024) -> list[float]:
+        """
+        Stored values 0..1 at evenly spaced linear ones, for Sensor(response_table=).
+        """
+    @property
+    def black_level_dn(self) -> float:
+        """
+        Stored level without light.
+        """
+    @property
+    def chi2(self) -> float:
+        """
+        Of the residuals.
+        """
+    @property
+    def coefficient_covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        Theirs.
+        """
+    @property
+    def coefficients(self) -> list[float]:
+        """
+        Of the basis; empty for `levels`.
+        """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        (n, n) of log_exposure.
+        """
+    @property
+    def dof(self) -> int:
+        """
+        Observations minus parameters.
+        """
+    @property
+    def full_scale_dn(self) -> float:
+        """
+        Highest stored level.
+        """
+    @property
+    def highest_dn(self) -> float:
+        """
+        Highest level seen; above it extrapolated.
+        """
+    @property
+    def level_dn(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (n,) levels, rising.
+        """
+    @property
+    def log_exposure(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (n,) g at the levels, not falling.
+        """
+    @property
+    def lowest_dn(self) -> float:
+        """
+        Lowest level seen; below it extrapolated.
+        """
+    @property
+    def projected(self) -> int:
+        """
+        Levels moved to make the curve rise.
+        """
+    @property
+    def residuals(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 7]"]:
+        """
+        (m, 7) image, x, y [px], level [dn], log exposure, residual, sigma.
+        """
+    @property
+    def sigma(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (n,) standard deviation of log_exposure.
+        """
+    @property
+    def variance_factor(self) -> float:
+        """
+        Contained in covariance; 1 unless chi2 is too large for chance.
+        """
+class RecoveredResponse:
+    """
+    A camera's response curves, by channel.
+    """
+    def __repr__(self) -> str:
+        ...
+    def sensor(self, sensor: Sensor, samples: typing.SupportsInt | typing.SupportsIndex = 1024) -> Sensor:
+        """
+        The sensor with this response as tables. Three channels (blue, green, red) take one with a mosaic.
+        """
+    @property
+    def channels(self) -> list[ChannelResponse]:
+        """
+        ChannelResponse of each channel, in the images' order.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
 def aperture_power(power_w: typing.SupportsFloat | typing.SupportsIndex, order: typing.SupportsFloat | typing.SupportsIndex, cos_emission: typing.SupportsFloat | typing.SupportsIndex, cos_incidence: typing.SupportsFloat | typing.SupportsIndex, distance_m: typing.SupportsFloat | typing.SupportsIndex, area_m2: typing.SupportsFloat | typing.SupportsIndex) -> float:
     """
     Power through an aperture [W]; with an area_m2 of 1 the irradiance there [W/m^2].
@@ -2079,6 +2202,25 @@ def received_power(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.A
     >>> pose = occ.look_at(position_m=[0, 0, 1], target_m=[0, 0, 3], up=[0, 1, 0])
     >>> round(occ.dbm(float(occ.received_power(scene, pose).power_w)), 2)
     -59.01
+    """
+def recover_response(images: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint8 | numpy.uint16]], exposures_s: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], *, method: ResponseMethod = ..., black_level_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, bit_depth: typing.SupportsInt | typing.SupportsIndex = 0, smoothness: typing.SupportsFloat | typing.SupportsIndex = 1.0, basis_functions: typing.SupportsInt | typing.SupportsIndex = 3, max_places: typing.SupportsInt | typing.SupportsIndex = 1000) -> RecoveredResponse:
+    """
+    The camera's response from images of one still scene with several exposure times.
+
+    Debevec and Malik, SIGGRAPH 1997, eq (3), by the noise that the pixels show, per channel; or a
+    curve of a basis (Grossberg and Nayar, CVPR 2003) for two or three exposures.
+    images: arrays of one shape, (height, width) or (height, width, 3), uint8 or uint16.
+    exposures_s: exposure time of each [s]; only their ratios count.
+    Returns: RecoveredResponse; its status is degenerate when the images do not determine the curve.
+    Raises: ValueError for counts, shapes or times that do not fit, naming them.
+
+    Options:
+      method: levels: any curve; basis: of few coefficients
+      black_level_dn: stored level without light
+      bit_depth: 8 to 16; 0: 8, which 16-bit images must say otherwise
+      smoothness: of `levels`, at least 1: Debevec and Malik's lambda
+      basis_functions: of `basis`, 1 to 8
+      max_places: flat places used per channel, at least 16
     """
 def refine(start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], matches: collections.abc.Sequence[Match], blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, rung: Rung = ..., flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Refined:
     """

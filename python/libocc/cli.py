@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line: `libocc demo | simulate | detect | locate | ladder | hard-cases | map`.
+"""The command line: `libocc demo | simulate | detect | locate | ladder | hard-cases | map |
+response`.
 
 Each command is a module of its own that is imported when it is called, so that none waits for what
 only another one needs.
@@ -14,7 +15,7 @@ import click
 
 from ._core import __version__
 
-COMMANDS = ("demo", "simulate", "detect", "locate", "ladder", "hard-cases", "map")
+COMMANDS = ("demo", "simulate", "detect", "locate", "ladder", "hard-cases", "map", "response")
 
 
 class Failure(click.ClickException):
