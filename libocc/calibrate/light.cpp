@@ -10,6 +10,7 @@
 #include "libocc/core/statistics.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
+#include "libocc/formation/vignetting.hpp"
 #include "libocc/radiometry/lambertian.hpp"
 
 namespace occ {
@@ -137,7 +138,8 @@ Equation equation_of(Lamp lamp, const Blob& blob, const Rigid3& pose, const Scen
   flux.flux_dn = blob.flux_dn;
   flux.sigma = std::hypot(blob.flux_sigma_dn / blob.flux_dn, model_sigma);
   lamp.power_w = 1;
-  const double electrons = lamp_electrons(lamp, pose, scene.camera, scene.sensor);
+  const double electrons = lamp_electrons(lamp, pose, scene.camera, scene.sensor) *
+                           Vignetting(scene).transmission(blob.centroid_px);
   const double log_cos = std::log(flux.cos_emission), order = lamp.order();
   const double log_unit =
       std::log(scene.sensor.gain_dn_per_e * electrons) - std::log(order + 1) - order * log_cos;
@@ -166,8 +168,7 @@ void fit_light(const Lamp& lamp, const std::vector<Equation>& equations,
     }
   }
   x = start;
-  if (!fit(equations, false, options.huber_sigma, x))
-    return failed(Status::not_converged, "no power fits");
+  fit(equations, false, options.huber_sigma, x);
   state(equations, false, options, x, light);
   failed(Status::degenerate, "its order is not determined by " + angles_of(equations) +
                                  "; the power holds for the scene's order");

@@ -60,9 +60,9 @@ struct LampFlux {
 /// The light of one lamp.
 struct LampLight {
   int id = 0;
-  /// ok; no_lamps: used in no image; degenerate: the order is not determined (fewer than three
-  /// fluxes, or too little range of angles): power and order are then the scene's, as far as the
-  /// message does not say otherwise; not_converged.
+  /// ok; no_lamps: used in no image, power and order are the scene's; degenerate: the order is not
+  /// determined (fewer than three fluxes, too little range of angles) and is the scene's, for which
+  /// the power holds.
   Status status = Status::ok;
   std::string message;
   double power_w = 0;

@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['Blob', 'Box', 'Camera', 'Candidate', 'Channel', 'ChannelResponse', 'EffectPlan', 'Effects', 'Ellipse', 'Fix', 'FluxModel', 'Ghost', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'Match', 'Mosaic', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'ReceivedPower', 'RecoveredResponse', 'Refined', 'Response', 'ResponseMethod', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Truth', 'Use', 'aperture_power', 'dbm', 'detect', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'look_at', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recover_response', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
+__all__: list[str] = ['Blob', 'Box', 'CalibratedLight', 'Camera', 'Candidate', 'Channel', 'ChannelResponse', 'EffectPlan', 'Effects', 'Ellipse', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampFlux', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'Match', 'Mosaic', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'ReceivedPower', 'RecoveredResponse', 'Refined', 'Response', 'ResponseMethod', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Truth', 'Use', 'aperture_power', 'calibrate_light', 'dbm', 'detect', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'look_at', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recover_response', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -1981,9 +1981,160 @@ class RecoveredResponse:
         """
         How it ended, a Status.
         """
+class FluxUse(enum.Enum):
+    """
+    What became of a lamp's flux in an image.
+    """
+    blinks = 7
+    cut = 5
+    merged = 6
+    no_blob = 2
+    not_alone = 3
+    out_of_view = 1
+    saturated = 4
+    used = 0
+class LampFlux:
+    """
+    A lamp's flux in one image.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def cos_emission(self) -> float:
+        """
+        Of the angle from its normal.
+        """
+    @property
+    def flux_dn(self) -> float:
+        """
+        Sum of linear grey levels.
+        """
+    @property
+    def image(self) -> int:
+        """
+        Index of the image.
+        """
+    @property
+    def residual(self) -> float:
+        """
+        ln of seen over predicted.
+        """
+    @property
+    def sigma(self) -> float:
+        """
+        Of the residual.
+        """
+    @property
+    def use(self) -> FluxUse:
+        """
+        Used, or why not.
+        """
+class LampLight:
+    """
+    Power and Lambertian order of one lamp.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def chi2(self) -> float:
+        """
+        Of the fluxes, robust.
+        """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 2]"]:
+        """
+        (2, 2) of (ln power, order).
+        """
+    @property
+    def dof(self) -> int:
+        """
+        Fluxes minus parameters.
+        """
+    @property
+    def fluxes(self) -> list[LampFlux]:
+        """
+        LampFlux of each image.
+        """
+    @property
+    def id(self) -> int:
+        """
+        The lamp's.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def order(self) -> float:
+        """
+        Lambertian; the scene's when not determined.
+        """
+    @property
+    def power_w(self) -> float:
+        """
+        [W]; the scene's when not found.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        ok; no_lamps: used in no image; degenerate: order not determined.
+        """
+    @property
+    def variance_factor(self) -> float:
+        """
+        Contained in covariance; 1 unless chi2 is too large for chance.
+        """
+class CalibratedLight:
+    """
+    The light of a scene's lamps.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def lamps(self) -> list[LampLight]:
+        """
+        LampLight of each lamp, in the scene's order.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def scene(self) -> Scene:
+        """
+        The scene with the lamps' light where it is ok.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
 def aperture_power(power_w: typing.SupportsFloat | typing.SupportsIndex, order: typing.SupportsFloat | typing.SupportsIndex, cos_emission: typing.SupportsFloat | typing.SupportsIndex, cos_incidence: typing.SupportsFloat | typing.SupportsIndex, distance_m: typing.SupportsFloat | typing.SupportsIndex, area_m2: typing.SupportsFloat | typing.SupportsIndex) -> float:
     """
     Power through an aperture [W]; with an area_m2 of 1 the irradiance there [W/m^2].
+    """
+def calibrate_light(scene: Scene, images: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob]], poses: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]], *, gate_px: typing.SupportsFloat | typing.SupportsIndex = 3.0, model_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.002, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_order_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.3) -> CalibratedLight:
+    """
+    Power and Lambertian order of the scene's lamps, from images at known poses.
+
+    Weighted least squares of each lamp's fluxes: ln F = ln P + ln(m + 1) + m ln cos(phi) + geometry.
+    images: arrays, or lists of Blobs that detect() found with the scene's sensor. poses: cam_from_world
+    of each, (4, 4).
+    Returns: CalibratedLight; status degenerate when no lamp's power and order are determined.
+    Raises: ValueError for another number of poses than of images, naming it.
+
+    Options:
+      gate_px: a lamp's blob is no farther from its image's centre [px]
+      model_sigma: relative, of every flux beside the blob's own
+      huber_sigma: fluxes further off than this weigh less [sigma]
+      max_order_sigma: an order less certain is not determined
     """
 def dbm(power_w: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> typing.Any:
     """

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command line: `libocc demo | simulate | detect | locate | ladder | hard-cases | map |
-response`.
+response | light`.
 
 Each command is a module of its own that is imported when it is called, so that none waits for what
 only another one needs.
@@ -15,7 +15,7 @@ import click
 
 from ._core import __version__
 
-COMMANDS = ("demo", "simulate", "detect", "locate", "ladder", "hard-cases", "map", "response")
+COMMANDS = ("demo", "simulate", "detect", "locate", "ladder", "hard-cases", "map", "response", "light")
 
 
 class Failure(click.ClickException):

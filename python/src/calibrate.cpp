@@ -120,6 +120,7 @@ Raises: ValueError for counts, shapes or times that do not fit, naming them.)" +
                 .c_str());
       },
       fields);
+  define_calibrate_light(m);
 }
 
 }  // namespace occ::python

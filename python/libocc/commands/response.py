@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 import csv
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +14,7 @@ import libocc as occ
 
 from ..cli import Failure, blamed_on, emit_json, json_option
 from ..files import whole_file
+from ..progress import progress
 
 COLOURS = ("blue", "green", "red")  # as read_image() has them
 
@@ -62,7 +66,7 @@ def sensor_section(response: occ.RecoveredResponse, samples: int) -> dict[str, A
     bits = int(np.log2(channels[0].full_scale_dn + 1).round())
     section: dict[str, Any] = {"bit_depth": bits, "black_level_dn": channels[0].black_level_dn}
     tables = [
-        {"response": "table", "response_table": [round(value, 7) for value in channel.table(samples)]}
+        {"response": "table", "response_table": [round(value, 9) for value in channel.table(samples)]}
         for channel in channels
     ]
     if len(tables) == 1:
@@ -113,6 +117,15 @@ def with_depth(images: list[Any], bit_depth: int | None) -> int:
     return 0
 
 
+@contextmanager
+def naming(images: tuple[str, ...]) -> Iterator[None]:
+    """Says of images by their number which file that is."""
+    try:
+        yield
+    except ValueError as error:
+        raise Failure(re.sub(r"images\[(\d+)\]", lambda found: images[int(found[1])], str(error))) from error
+
+
 @click.command(short_help="Recover a camera's response curve from an exposure series.")
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @click.option("--exposures", required=True, metavar="T,T,...|FILE.yaml|FILE.csv",
@@ -146,11 +159,13 @@ def command(
     with blamed_on("--exposures" if "," in exposures else exposures):
         times = in_order(exposures_of(exposures), images)
     pixels = []
-    for image in images:
-        with blamed_on(image):
-            pixels.append(occ.read_image(image))
+    with progress("reading", len(images)) as advance:
+        for image in images:
+            with blamed_on(image):
+                pixels.append(occ.read_image(image))
+            advance()
     depth = with_depth(pixels, bit_depth)
-    with blamed_on("response"):
+    with naming(images):
         response = occ.recover_response(
             pixels, times, method=occ.ResponseMethod[method], black_level_dn=black_level_dn,
             bit_depth=depth, basis_functions=basis_functions,
