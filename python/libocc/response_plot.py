@@ -26,7 +26,7 @@ def draw(file: IO[bytes], response: RecoveredResponse, exposures_s: Sequence[flo
         level, g, error = channel.level_dn[known], channel.log_exposure[known], channel.sigma[known]
         curve.plot(g, level, color=colour, label=name)
         curve.fill_betweenx(level, g - 2 * error, g + 2 * error, color=colour, alpha=0.25, linewidth=0)
-        sigma.semilogy(level, np.maximum(error, 1e-5), color=colour)
+        sigma.semilogy(level, np.where(error > 0, error, np.nan), color=colour)
         for end in (channel.lowest_dn, channel.highest_dn):
             sigma.axvline(end, color=colour, linestyle=":", linewidth=1)
     curve.set(xlabel="ln(light × time), 0 at the middle level", ylabel="stored level [DN]")
@@ -36,6 +36,8 @@ def draw(file: IO[bytes], response: RecoveredResponse, exposures_s: Sequence[flo
     sigma.set(xlabel="stored level [DN]", ylabel="sigma of ln(light × time)")
     sigma.set_title("how well it is known (dotted: levels seen)", fontsize=10)
     _residuals(figure, left, response.channels[-1], exposures_s)
+    of = f" of {name}" if len(response.channels) > 1 else ""
+    left.set_title(f"residuals{of}, chi2 {channel.chi2:.0f} of {channel.dof}", fontsize=10)
     for axes in (curve, sigma, left):
         axes.grid(alpha=0.3)
     figure.savefig(file, format="png")
@@ -51,5 +53,4 @@ def _residuals(figure: Figure, axes: Axes, channel: ChannelResponse, exposures_s
     )
     axes.axhspan(-2, 2, color="#888888", alpha=0.15, linewidth=0)
     axes.set(xlabel="stored level [DN]", ylabel="residual / sigma")
-    axes.set_title(f"residuals, chi2 {channel.chi2:.0f} of {channel.dof}", fontsize=10)
     figure.colorbar(dots, ax=axes, label="exposure time [s]")

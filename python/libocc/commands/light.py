@@ -85,8 +85,16 @@ def command(
     out: str, as_json: bool,
 ) -> None:
     """\b
-    $ libocc light room.yaml a.png b.png c.png d.png --poses poses.yaml
+    $ libocc simulate irregular_six --position 0.4 0.4 0.2 --look-at 2 2 3 --out a.png
     ...
+    $ libocc simulate irregular_six --position 3.6 0.5 0.1 --look-at 2 2 3 --out b.png
+    ...
+    $ libocc simulate irregular_six --position 3.5 3.6 0.4 --look-at 2 2 3 --out c.png
+    ...
+    $ libocc simulate irregular_six --position 1.7 2.1 0.5 --out d.png
+    ...
+    $ libocc light irregular_six a.png b.png c.png d.png
+    lamp 0: 1.5 W ...
 
     Fits power and Lambertian order of SCENE's lamps to their fluxes in IMAGEs whose poses are
     known, and writes the scene with what was found: power_w, power_sigma and half_power_deg of the

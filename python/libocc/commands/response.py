@@ -78,7 +78,9 @@ def text_of(response: occ.RecoveredResponse, samples: int) -> str:
     head = "# SPDX-License-Identifier: Apache-2.0\n# By `libocc response`: put these keys into a scene file's `sensor:`."
     if len(response.channels) == 3:
         head += "\n# A sensor with `channels` has a `mosaic`, which the images do not tell."
-    body: str = yaml.safe_dump({"sensor": sensor_section(response, samples)}, sort_keys=False, width=100)
+    body: str = yaml.safe_dump(
+        {"sensor": sensor_section(response, samples)}, sort_keys=False, width=100, default_flow_style=None
+    )
     return f"{head}\n{body}"
 
 
@@ -146,8 +148,14 @@ def command(
     bit_depth: int | None, basis_functions: int, samples: int, out: str, plot_path: str | None, as_json: bool,
 ) -> None:
     """\b
-    $ libocc response a.png b.png c.png d.png --exposures 0.001,0.002,0.004,0.008
+    $ libocc simulate irregular_six --position 1.7 2.1 0.5 --exposure-s 4e-6 --out a.png
     ...
+    $ libocc simulate irregular_six --position 1.7 2.1 0.5 --exposure-s 8e-6 --out b.png
+    ...
+    $ libocc simulate irregular_six --position 1.7 2.1 0.5 --exposure-s 2e-5 --out c.png
+    ...
+    $ libocc response a.png b.png c.png --exposures 4e-6,8e-6,2e-5 --black-level-dn 2
+    levels ...
 
     Recovers the response curve of the camera that took IMAGEs of one still scene with several
     exposure times, by Debevec and Malik's method with the noise that the pixels show, and writes it

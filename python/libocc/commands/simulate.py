@@ -49,6 +49,7 @@ def pose_from_file(path: str) -> Any:
 @click.option("--tilt-towards-deg", type=float, default=0, help="Azimuth it tilts towards.")
 @click.option("--look-at", type=float, nargs=3, metavar="X Y Z", help="Look there instead of up.")
 @click.option("--pose", metavar="FILE", help="JSON with cam_from_world (4x4) instead of --position.")
+@click.option("--exposure-s", type=click.FloatRange(0, min_open=True), help="Instead of the scene's.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the noise.")
 @click.option("--noise/--no-noise", default=True, show_default=True)
 @click.option("--out", default="image.png", show_default=True, help="Image; .json beside it: truth.")
@@ -62,6 +63,7 @@ def command(
     tilt_towards_deg: float,
     look_at: tuple[float, float, float] | None,
     pose: str | None,
+    exposure_s: float | None,
     seed: int,
     noise: bool,
     out: str,
@@ -82,6 +84,8 @@ def command(
         raise Failure("give either --position X Y Z or --pose FILE")
     with blamed_on(scene):
         lamps = samples.load_scene(scene)
+        if exposure_s is not None:
+            lamps = lamps.replace(sensor=lamps.sensor.replace(exposure_s=exposure_s))
     if position is None:
         with blamed_on(pose):
             cam_from_world = pose_from_file(str(pose))
