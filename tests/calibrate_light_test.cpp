@@ -153,6 +153,34 @@ TEST(CalibrateLight, RenderedAndDetectedLampsComeBack) {
   EXPECT_LT(nees, test::chi2_interval(2.0 * count, 3.3).second);
 }
 
+TEST(CalibrateLight, NamesStandInForTheGate) {
+  Random random(7);
+  const Scene truth = true_room();
+  const auto poses = poses_of(8, random, 0.8);
+  auto blobs = blobs_of(truth, poses, 1e-9, random);
+  std::vector<std::vector<Match>> matches;
+  for (auto& of_image : blobs) {
+    ASSERT_EQ(of_image.size(), truth.lamps.size());
+    for (Blob& blob : of_image) blob.centroid_px.x() += 5;
+    std::reverse(of_image.begin(), of_image.end());
+    matches.emplace_back();
+    for (int lamp = 0; lamp < 6; ++lamp) matches.back().push_back({lamp, 5 - lamp});
+  }
+  EXPECT_EQ(calibrate_light(supposed(truth), blobs, poses).status, Status::degenerate);
+  const auto found = calibrate_light(supposed(truth), blobs, poses, matches);
+  for (std::size_t i = 0; i < truth.lamps.size(); ++i)
+    EXPECT_LT(error_of(found->lamps[i], truth.lamps[i]).norm(), 1e-6);
+  const auto says = [&] {
+    return test::complaint([&] { calibrate_light(truth, blobs, poses, matches); });
+  };
+  matches[3][0].blob = 6;
+  EXPECT_NE(says().find("matches[3].blob must be an index"), std::string::npos);
+  matches[3][0] = {-1, 0};
+  EXPECT_NE(says().find("matches[3].lamp must be an index"), std::string::npos);
+  matches.pop_back();
+  EXPECT_NE(says().find("matches must be a list for each of 8 images"), std::string::npos);
+}
+
 TEST(CalibrateLight, AStrayFluxCountsLittle) {
   Random random(3);
   const Scene truth = true_room();

@@ -19,7 +19,6 @@ namespace {
 constexpr int max_steps = 50;
 constexpr double smallest_order = 0.05, largest_order = 200;
 
-/// Blob of a lamp, or why there is none.
 struct Found {
   FluxUse use = FluxUse::no_blob;
   const Blob* blob = nullptr;
@@ -30,26 +29,42 @@ std::optional<Eigen::Vector2d> place_of(const Lamp& lamp, const Rigid3& pose, co
   return project_lamp_centre(lamp, pose, scene.camera);
 }
 
-Found blob_of(const std::vector<std::optional<Eigen::Vector2d>>& places, std::size_t lamp,
+/// The blob that a lamp's light is measured by, or why there is none.
+Found usable(const Lamp& lamp, const Blob& blob) {
+  if (blob.merged) return {FluxUse::merged, nullptr};
+  if (blob.cut_by_border) return {FluxUse::cut, nullptr};
+  if (blob.saturated || !(blob.flux_dn > 0)) return {FluxUse::saturated, nullptr};
+  if (lamp.frequency_hz || !lamp.waveform.empty()) return {FluxUse::blinks, nullptr};
+  return {FluxUse::used, &blob};
+}
+
+using Places = std::vector<std::optional<Eigen::Vector2d>>;  // of the lamps in one image
+
+Found nearest(const std::vector<Lamp>& lamps, const Places& places, std::size_t lamp,
               const std::vector<Blob>& blobs, double gate_px) {
   if (!places[lamp]) return {FluxUse::out_of_view, nullptr};
   const auto near = [&](const Eigen::Vector2d& px) {
     return (px - *places[lamp]).norm() <= gate_px;
   };
-  Found found;
+  const Blob* found = nullptr;
   for (const Blob& blob : blobs) {
     if (!near(blob.centroid_px)) continue;
-    if (found.blob) return {FluxUse::not_alone, nullptr};
-    found = {FluxUse::used, &blob};
+    if (found) return {FluxUse::not_alone, nullptr};
+    found = &blob;
   }
   for (std::size_t other = 0; other < places.size(); ++other)
     if (other != lamp && places[other] && near(*places[other]))
       return {FluxUse::not_alone, nullptr};
-  if (!found.blob) return found;
-  if (found.blob->merged) return {FluxUse::merged, nullptr};
-  if (found.blob->cut_by_border) return {FluxUse::cut, nullptr};
-  if (found.blob->saturated || !(found.blob->flux_dn > 0)) return {FluxUse::saturated, nullptr};
-  return found;
+  return found ? usable(lamps[lamp], *found) : Found{};
+}
+
+Found named(const std::vector<Lamp>& lamps, const Places& places, std::size_t lamp,
+            const std::vector<Blob>& blobs, const std::vector<Match>& matches) {
+  if (!places[lamp]) return {FluxUse::out_of_view, nullptr};
+  for (const Match& match : matches)
+    if (match.lamp == static_cast<int>(lamp))
+      return usable(lamps[lamp], blobs[static_cast<std::size_t>(match.blob)]);
+  return {};
 }
 
 /// ln F - ln G = ln P + ln(m + 1) + m ln cos(phi), of one image.
@@ -183,6 +198,68 @@ void validate_input(const std::vector<std::vector<Blob>>& blobs,
                         ("cam_from_world[" + std::to_string(i) + "]").c_str());
 }
 
+void validate_matches(const std::vector<std::vector<Match>>& matches,
+                      const std::vector<std::vector<Blob>>& blobs, std::size_t lamps) {
+  require(matches.size() == blobs.size(), "matches", matches.size(),
+          "a list for each of " + std::to_string(blobs.size()) + " images");
+  for (std::size_t i = 0; i < matches.size(); ++i)
+    for (const Match& match : matches[i]) {
+      const std::string name = "matches[" + std::to_string(i) + "].";
+      require(match.lamp >= 0 && match.lamp < static_cast<int>(lamps), name + "lamp", match.lamp,
+              "an index of the scene's lamps");
+      require(match.blob >= 0 && match.blob < static_cast<int>(blobs[i].size()), name + "blob",
+              match.blob, "an index of the image's blobs");
+    }
+}
+
+Result<CalibratedLight> calibrated(const Scene& scene, const std::vector<std::vector<Blob>>& blobs,
+                                   const std::vector<Rigid3>& cam_from_world,
+                                   const std::vector<std::vector<Match>>* matches,
+                                   const LightOptions& options) {
+  options.validate();
+  validate_input(blobs, cam_from_world);
+  Result<CalibratedLight> result;
+  CalibratedLight& found = result.value;
+  found.scene = scene;
+  found.scene.validate();
+  const std::vector<Lamp> lamps = found.scene.lamps;
+  std::vector<Places> places(blobs.size());
+  for (std::size_t i = 0; i < blobs.size(); ++i)
+    for (const Lamp& lamp : lamps) places[i].push_back(place_of(lamp, cam_from_world[i], scene));
+
+  int calibrated = 0;
+  for (std::size_t l = 0; l < lamps.size(); ++l) {
+    LampLight light;
+    light.id = lamps[l].id;
+    std::vector<Equation> equations;
+    for (std::size_t i = 0; i < blobs.size(); ++i) {
+      LampFlux flux;
+      flux.image = static_cast<int>(i);
+      const Found blob = matches ? named(lamps, places[i], l, blobs[i], (*matches)[i])
+                                 : nearest(lamps, places[i], l, blobs[i], options.gate_px);
+      flux.use = blob.use;
+      if (flux.use == FluxUse::used)
+        equations.push_back(equation_of(lamps[l], *blob.blob, cam_from_world[i], found.scene,
+                                        options.model_sigma, flux));
+      light.fluxes.push_back(flux);
+    }
+    fit_light(lamps[l], equations, options, light);
+    if (light.status == Status::ok) {
+      Lamp& known = found.scene.lamps[l];
+      known.power_w = light.power_w;
+      known.power_sigma = std::sqrt(light.covariance(0, 0));
+      known.half_power_rad = std::acos(std::exp2(-1 / light.order));
+      ++calibrated;
+    }
+    found.lamps.push_back(std::move(light));
+  }
+  if (calibrated == 0) {
+    result.status = Status::degenerate;
+    result.message = "no lamp's power and order are determined";
+  }
+  return result;
+}
+
 }  // namespace
 
 void LightOptions::validate() const {
@@ -219,49 +296,16 @@ Result<CalibratedLight> calibrate_light(const Scene& scene,
                                         const std::vector<std::vector<Blob>>& blobs,
                                         const std::vector<Rigid3>& cam_from_world,
                                         const LightOptions& options) {
-  options.validate();
-  validate_input(blobs, cam_from_world);
-  Result<CalibratedLight> result;
-  CalibratedLight& found = result.value;
-  found.scene = scene;
-  found.scene.validate();
-  const std::vector<Lamp> lamps = found.scene.lamps;
-  std::vector<std::vector<std::optional<Eigen::Vector2d>>> places(blobs.size());
-  for (std::size_t i = 0; i < blobs.size(); ++i)
-    for (const Lamp& lamp : lamps) places[i].push_back(place_of(lamp, cam_from_world[i], scene));
+  return calibrated(scene, blobs, cam_from_world, nullptr, options);
+}
 
-  int calibrated = 0;
-  for (std::size_t l = 0; l < lamps.size(); ++l) {
-    LampLight light;
-    light.id = lamps[l].id;
-    std::vector<Equation> equations;
-    for (std::size_t i = 0; i < blobs.size(); ++i) {
-      LampFlux flux;
-      flux.image = static_cast<int>(i);
-      const Found blob = blob_of(places[i], l, blobs[i], options.gate_px);
-      flux.use = blob.use;
-      if (blob.use == FluxUse::used && (lamps[l].frequency_hz || !lamps[l].waveform.empty()))
-        flux.use = FluxUse::blinks;
-      if (flux.use == FluxUse::used)
-        equations.push_back(equation_of(lamps[l], *blob.blob, cam_from_world[i], found.scene,
-                                        options.model_sigma, flux));
-      light.fluxes.push_back(flux);
-    }
-    fit_light(lamps[l], equations, options, light);
-    if (light.status == Status::ok) {
-      Lamp& known = found.scene.lamps[l];
-      known.power_w = light.power_w;
-      known.power_sigma = std::sqrt(light.covariance(0, 0));
-      known.half_power_rad = std::acos(std::exp2(-1 / light.order));
-      ++calibrated;
-    }
-    found.lamps.push_back(std::move(light));
-  }
-  if (calibrated == 0) {
-    result.status = Status::degenerate;
-    result.message = "no lamp's power and order are determined";
-  }
-  return result;
+Result<CalibratedLight> calibrate_light(const Scene& scene,
+                                        const std::vector<std::vector<Blob>>& blobs,
+                                        const std::vector<Rigid3>& cam_from_world,
+                                        const std::vector<std::vector<Match>>& matches,
+                                        const LightOptions& options) {
+  validate_matches(matches, blobs, scene.lamps.size());
+  return calibrated(scene, blobs, cam_from_world, &matches, options);
 }
 
 }  // namespace occ

@@ -19,6 +19,7 @@
 #include "libocc/core/status.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/geometry/unknown_covariance.hpp"
+#include "libocc/pose/match.hpp"
 #include "libocc/scene/scene.hpp"
 
 namespace occ {
@@ -86,6 +87,14 @@ struct CalibratedLight {
 LIBOCC_API Result<CalibratedLight> calibrate_light(const Scene& scene,
                                                    const std::vector<std::vector<Blob>>& blobs,
                                                    const std::vector<Rigid3>& cam_from_world,
+                                                   const LightOptions& options = {});
+
+/// The same with the blobs' names known: for each image the matches of lamps and blobs, whatever
+/// the gate. Throws also for another number of lists than of images and a match outside its list.
+LIBOCC_API Result<CalibratedLight> calibrate_light(const Scene& scene,
+                                                   const std::vector<std::vector<Blob>>& blobs,
+                                                   const std::vector<Rigid3>& cam_from_world,
+                                                   const std::vector<std::vector<Match>>& matches,
                                                    const LightOptions& options = {});
 
 }  // namespace occ

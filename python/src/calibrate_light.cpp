@@ -71,14 +71,17 @@ void define_results(py::module_& m) {
 }
 
 Calibrated calibrated(const Scene& scene, const std::vector<ImageOrBlobs>& images,
-                      const std::vector<Rigid3>& poses, const LightOptions& options) {
+                      const std::vector<Rigid3>& poses,
+                      const std::optional<std::vector<std::vector<Match>>>& matches,
+                      const LightOptions& options) {
   py::gil_scoped_release unlocked;
   DetectOptions detecting;
   detecting.sensor = scene.sensor;
   std::vector<std::vector<Blob>> blobs;
   for (const ImageOrBlobs& one : images)
     blobs.push_back(one.image ? detect(one.image->view, detecting) : one.blobs);
-  return calibrate_light(scene, blobs, poses, options);
+  return matches ? calibrate_light(scene, blobs, poses, *matches, options)
+                 : calibrate_light(scene, blobs, poses, options);
 }
 
 }  // namespace
@@ -93,16 +96,18 @@ void define_calibrate_light(py::module_& m) {
             "calibrate_light",
             [fields](const Scene& scene, const std::vector<ImageOrBlobs>& images,
                      const std::vector<Rigid3>& poses,
+                     const std::optional<std::vector<std::vector<Match>>>& matches,
                      const typename std::decay_t<decltype(f)>::value_type&... values) {
               return calibrated(scene, images, poses, from_values<LightOptions>(fields, values...));
             },
-            py::arg("scene"), py::arg("images"), py::arg("poses"), py::kw_only(),
-            argument(f, texts)...,
+            py::arg("scene"), py::arg("images"), py::arg("poses"), py::arg("matches") = py::none(),
+            py::kw_only(), argument(f, texts)...,
             (R"(Power and Lambertian order of the scene's lamps, from images at known poses.
 
 Weighted least squares of each lamp's fluxes: ln F = ln P + ln(m + 1) + m ln cos(phi) + geometry.
 images: arrays, or lists of Blobs that detect() found with the scene's sensor. poses: cam_from_world
-of each, (4, 4).
+of each, (4, 4). matches: for each image the Matches of lamps and blobs, instead of a gate about
+where the poses put the lamps.
 Returns: CalibratedLight; status degenerate when no lamp's power and order are determined.
 Raises: ValueError for another number of poses than of images, naming it.)" +
              fields_doc(fields, "Options"))

@@ -169,6 +169,16 @@ def test_lamps_light_comes_back(beams, supposed, views, poses):
     blobs = [occ.detect(view, sensor=supposed.sensor) for view in views]
     again = occ.calibrate_light(supposed, blobs, poses)
     assert [light.power_w for light in again.lamps] == [light.power_w for light in found.lamps]
+    named = []
+    for found_in, pose in zip(blobs, poses):
+        places = [occ.project_lamp_centre(lamp, pose, beams.camera) for lamp in beams.lamps]
+        named.append([
+            occ.Match(lamp=lamp, blob=blob)
+            for lamp, place in enumerate(places) for blob, seen in enumerate(found_in)
+            if np.hypot(*(seen.centroid_px - place)) < 2
+        ])
+    by_name = occ.calibrate_light(supposed, blobs, poses, named)
+    assert [light.status for light in by_name.lamps] == [occ.Status.ok] * 6
 
 
 def test_one_image_leaves_the_order_open(supposed, views, poses):
