@@ -2120,13 +2120,14 @@ def aperture_power(power_w: typing.SupportsFloat | typing.SupportsIndex, order: 
     """
     Power through an aperture [W]; with an area_m2 of 1 the irradiance there [W/m^2].
     """
-def calibrate_light(scene: Scene, images: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob]], poses: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]], *, gate_px: typing.SupportsFloat | typing.SupportsIndex = 3.0, model_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.002, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_order_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.3) -> CalibratedLight:
+def calibrate_light(scene: Scene, images: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob]], poses: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]], matches: collections.abc.Sequence[collections.abc.Sequence[Match]] | None = None, *, gate_px: typing.SupportsFloat | typing.SupportsIndex = 3.0, model_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.002, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_order_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.3) -> CalibratedLight:
     """
     Power and Lambertian order of the scene's lamps, from images at known poses.
 
     Weighted least squares of each lamp's fluxes: ln F = ln P + ln(m + 1) + m ln cos(phi) + geometry.
     images: arrays, or lists of Blobs that detect() found with the scene's sensor. poses: cam_from_world
-    of each, (4, 4).
+    of each, (4, 4). matches: for each image the Matches of lamps and blobs, instead of a gate about
+    where the poses put the lamps.
     Returns: CalibratedLight; status degenerate when no lamp's power and order are determined.
     Raises: ValueError for another number of poses than of images, naming it.
 

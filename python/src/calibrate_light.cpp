@@ -98,7 +98,8 @@ void define_calibrate_light(py::module_& m) {
                      const std::vector<Rigid3>& poses,
                      const std::optional<std::vector<std::vector<Match>>>& matches,
                      const typename std::decay_t<decltype(f)>::value_type&... values) {
-              return calibrated(scene, images, poses, from_values<LightOptions>(fields, values...));
+              return calibrated(scene, images, poses, matches,
+                                from_values<LightOptions>(fields, values...));
             },
             py::arg("scene"), py::arg("images"), py::arg("poses"), py::arg("matches") = py::none(),
             py::kw_only(), argument(f, texts)...,
