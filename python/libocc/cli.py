@@ -25,6 +25,8 @@ COMMANDS = (
     "locate",
     "ladder",
     "hard-cases",
+    "response",
+    "light",
 )
 
 

@@ -76,4 +76,5 @@ PYBIND11_MODULE(_core, m) {
   occ::python::define_identify(m);
   occ::python::define_locate(m);
   occ::python::define_pose(m);
+  occ::python::define_calibrate(m);
 }

@@ -29,6 +29,8 @@ void define_bound(py::module_& m);   // by define_locate
 void define_ladder(py::module_& m);  // by define_locate
 void define_locate(py::module_& m);
 void define_pose(py::module_& m);
+void define_calibrate(py::module_& m);
+void define_calibrate_light(py::module_& m);  // by define_calibrate
 
 /// Runs `read(path)` without the GIL; its std::runtime_error becomes FileNotFoundError or OSError
 /// when the file cannot be opened, ValueError when its content is wrong; the message stays.

@@ -50,22 +50,6 @@ Bound bound(const View& view) {
 
 }  // namespace
 
-Vignetting::Vignetting(const Scene& scene)
-    : coefficients_(scene.lens.vignetting),
-      principal_px_(scene.camera.cx_px(), scene.camera.cy_px()) {
-  for (const double x : {-0.5, scene.camera.width() - 0.5})
-    for (const double y : {-0.5, scene.camera.height() - 0.5})
-      corner_px2_ = std::max(corner_px2_, (Eigen::Vector2d(x, y) - principal_px_).squaredNorm());
-}
-
-double Vignetting::transmission(const Eigen::Vector2d& px) const {
-  const double q2 = std::min(1.0, (px - principal_px_).squaredNorm() / corner_px2_);
-  double transmission = 0;
-  for (std::size_t i = coefficients_.size(); i-- > 0;)
-    transmission = (transmission + coefficients_[i]) * q2;
-  return 1 + transmission;
-}
-
 double seen_transmission(const View& view, const Eigen::Vector2d& px) {
   if (view.scene.effects.of(Effect::vignetting) == Use::off) return 1;
   return Vignetting(view.scene).transmission(px);

@@ -15,6 +15,7 @@ from ..pose_options import pose_options
 @click.command(short_help="Render what a camera sees of a scene's lamps.")
 @click.argument("scene")
 @pose_options
+@click.option("--exposure-s", type=click.FloatRange(0, min_open=True), help="Instead of the scene's.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the noise.")
 @click.option("--noise/--no-noise", default=True, show_default=True)
 @click.option("--out", default="image.png", show_default=True, help="Image; .json beside it: truth.")
@@ -23,6 +24,7 @@ from ..pose_options import pose_options
 def command(
     scene: str,
     cam_from_world: Any,
+    exposure_s: float | None,
     seed: int,
     noise: bool,
     out: str,
@@ -43,6 +45,8 @@ def command(
         raise Failure("give either --position X Y Z or --pose FILE")
     with blamed_on(scene):
         lamps = samples.load_scene(scene)
+        if exposure_s is not None:
+            lamps = lamps.replace(sensor=lamps.sensor.replace(exposure_s=exposure_s))
     with blamed_on("pose"):
         image, truth = occ.simulate(lamps, cam_from_world, seed=seed, noise=noise)
 

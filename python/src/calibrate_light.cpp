@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fields.hpp"
+#include "libocc/calibrate/light.hpp"
+#include "libocc/detect/detect.hpp"
+#include "module.hpp"
+#include "results.hpp"
+
+namespace occ::python {
+namespace {
+
+using Calibrated = Result<CalibratedLight>;
+
+auto light_fields() {
+  using O = LightOptions;
+  return std::make_tuple(
+      field("gate_px", &O::gate_px, "a lamp's blob is no farther from its image's centre [px]"),
+      field("model_sigma", &O::model_sigma, "relative, of every flux beside the blob's own"),
+      field("huber_sigma", &O::huber_sigma, "fluxes further off than this weigh less [sigma]"),
+      field("max_order_sigma", &O::max_order_sigma, "an order less certain is not determined"));
+}
+
+void define_results(py::module_& m) {
+  py::native_enum<FluxUse>(m, "FluxUse", "enum.Enum", "What became of a lamp's flux in an image.")
+      .value("used", FluxUse::used)
+      .value("out_of_view", FluxUse::out_of_view)
+      .value("no_blob", FluxUse::no_blob)
+      .value("not_alone", FluxUse::not_alone)
+      .value("saturated", FluxUse::saturated)
+      .value("cut", FluxUse::cut)
+      .value("merged", FluxUse::merged)
+      .value("blinks", FluxUse::blinks)
+      .finalize();
+  py::class_<LampFlux>(m, "LampFlux", "A lamp's flux in one image.")
+      .def_readonly("image", &LampFlux::image, "Index of the image.")
+      .def_readonly("use", &LampFlux::use, "Used, or why not.")
+      .def_readonly("cos_emission", &LampFlux::cos_emission, "Of the angle from its normal.")
+      .def_readonly("flux_dn", &LampFlux::flux_dn, "Sum of linear grey levels.")
+      .def_readonly("residual", &LampFlux::residual, "ln of seen over predicted.")
+      .def_readonly("sigma", &LampFlux::sigma, "Of the residual.")
+      .def("__repr__", [](const LampFlux& f) {
+        return "<LampFlux: image " + std::to_string(f.image) + ", " + to_string(f.use) + ">";
+      });
+  py::class_<LampLight>(m, "LampLight", "Power and Lambertian order of one lamp.")
+      .def_readonly("id", &LampLight::id, "The lamp's.")
+      .def_readonly("status", &LampLight::status,
+                    "ok; no_lamps: used in no image; degenerate: order not determined.")
+      .def_readonly("message", &LampLight::message, "A sentence, may be empty.")
+      .def_readonly("power_w", &LampLight::power_w, "[W]; the scene's when not found.")
+      .def_readonly("order", &LampLight::order, "Lambertian; the scene's when not determined.")
+      .def_readonly("covariance", &LampLight::covariance, "(2, 2) of (ln power, order).")
+      .def_readonly("chi2", &LampLight::chi2, "Of the fluxes, robust.")
+      .def_readonly("dof", &LampLight::dof, "Fluxes minus parameters.")
+      .def_readonly("variance_factor", &LampLight::variance_factor,
+                    "Contained in covariance; 1 unless chi2 is too large for chance.")
+      .def_readonly("fluxes", &LampLight::fluxes, "LampFlux of each image.")
+      .def("__repr__", [](const LampLight& l) {
+        return "<LampLight: lamp " + std::to_string(l.id) + ", " + to_string(l.status) + ", " +
+               value_repr(l.power_w) + " W, order " + value_repr(l.order) + ">";
+      });
+  py::class_<Calibrated> calibrated(m, "CalibratedLight", "The light of a scene's lamps.");
+  define_result(calibrated);
+  calibrated
+      .def_property_readonly("lamps", value_of(&CalibratedLight::lamps),
+                             "LampLight of each lamp, in the scene's order.")
+      .def_property_readonly("scene", value_of(&CalibratedLight::scene),
+                             "The scene with the lamps' light where it is ok.")
+      .def("__repr__", [](const Calibrated& c) {
+        return "<CalibratedLight: " + std::string(to_string(c.status)) + ", lamps " +
+               std::to_string(c->lamps.size()) + ">";
+      });
+}
+
+Calibrated calibrated(const Scene& scene, const std::vector<ImageOrBlobs>& images,
+                      const std::vector<Rigid3>& poses,
+                      const std::optional<std::vector<std::vector<Match>>>& matches,
+                      const LightOptions& options) {
+  py::gil_scoped_release unlocked;
+  DetectOptions detecting;
+  detecting.sensor = scene.sensor;
+  std::vector<std::vector<Blob>> blobs;
+  for (const ImageOrBlobs& one : images)
+    blobs.push_back(one.image ? detect(one.image->view, detecting) : one.blobs);
+  return matches ? calibrate_light(scene, blobs, poses, *matches, options)
+                 : calibrate_light(scene, blobs, poses, options);
+}
+
+}  // namespace
+
+void define_calibrate_light(py::module_& m) {
+  define_results(m);
+  const auto fields = light_fields();
+  DefaultTexts texts;
+  std::apply(
+      [&](const auto&... f) {
+        m.def(
+            "calibrate_light",
+            [fields](const Scene& scene, const std::vector<ImageOrBlobs>& images,
+                     const std::vector<Rigid3>& poses,
+                     const std::optional<std::vector<std::vector<Match>>>& matches,
+                     const typename std::decay_t<decltype(f)>::value_type&... values) {
+              return calibrated(scene, images, poses, matches,
+                                from_values<LightOptions>(fields, values...));
+            },
+            py::arg("scene"), py::arg("images"), py::arg("poses"), py::arg("matches") = py::none(),
+            py::kw_only(), argument(f, texts)...,
+            (R"(Power and Lambertian order of the scene's lamps, from images at known poses.
+
+Weighted least squares of each lamp's fluxes: ln F = ln P + ln(m + 1) + m ln cos(phi) + geometry.
+images: arrays, or lists of Blobs that detect() found with the scene's sensor. poses: cam_from_world
+of each, (4, 4). matches: for each image the Matches of lamps and blobs, instead of a gate about
+where the poses put the lamps.
+Returns: CalibratedLight; status degenerate when no lamp's power and order are determined.
+Raises: ValueError for another number of poses than of images, naming it.)" +
+             fields_doc(fields, "Options"))
+                .c_str());
+      },
+      fields);
+}
+
+}  // namespace occ::python

@@ -1,0 +1,327 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Response curves and the lamps' light: from Python and from the command line."""
+
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from click.testing import CliRunner
+
+import libocc as occ
+from libocc._core import Mosaic
+from libocc.cli import main
+
+
+def wall_of_lamps(**sensor) -> occ.Scene:
+    """Squares of 18 pixels, side by side, whose light differs by up to a hundred times."""
+    lamps = [
+        occ.Lamp(
+            id=i, shape=occ.LampShape.rectangle, size_m=[0.18, 0.18], normal=[0, 0, -1],
+            centre_m=[0.2 * (i % 12 - 5.5), 0.2 * (i // 12 - 3.5), 10], power_w=100 ** (37 * i % 96 / 95),
+        )
+        for i in range(96)
+    ]
+    camera = occ.Camera.pinhole(width=240, height=160, fx_px=1000, fy_px=1000, cx_px=119.5, cy_px=79.5)
+    values = dict(full_well_e=20000, black_level_dn=0, response=occ.Response.srgb, exposure_s=1.0)
+    return occ.Scene(camera=camera, lamps=lamps, sensor=occ.Sensor(**{**values, **sensor}))
+
+
+def exposure_series(scene: occ.Scene, count=5, factor=1.8):
+    """Images and times; in the last the lamps of 3 W are white."""
+    sensor = scene.sensor
+    one = scene.replace(lamps=[scene.lamps[0].replace(power_w=3, centre_m=[0, 0, 10])])
+    pixel_e = occ.simulate(one, np.eye(4), noise=False)[1].lamps[0].electrons / 18**2
+    white_e = (2**sensor.bit_depth - 1) / sensor.gain_dn_per_e
+    times = [white_e / pixel_e * factor ** (j + 1 - count) for j in range(count)]
+    images = [
+        occ.simulate(scene.replace(sensor=sensor.replace(exposure_s=time)), np.eye(4), seed=j)[0]
+        for j, time in enumerate(times)
+    ]
+    return images, times
+
+
+@pytest.fixture(scope="module")
+def wall() -> occ.Scene:
+    return wall_of_lamps()
+
+
+@pytest.fixture(scope="module")
+def series(wall):
+    return exposure_series(wall)
+
+
+def srgb(linear):
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+def srgb_inverse(stored):
+    return np.where(stored <= 0.04045, stored / 12.92, ((stored + 0.055) / 1.055) ** 2.4)
+
+
+# Response
+
+def test_the_sensors_response_comes_back(wall, series):
+    found = occ.recover_response(*series)
+    assert found.ok and found.message == ""
+    (channel,) = found.channels
+    seen = (channel.level_dn >= channel.lowest_dn) & (channel.level_dn <= channel.highest_dn)
+    truth = np.log(srgb_inverse(channel.level_dn / 255))
+    error = channel.log_exposure - (truth - truth[channel.level_dn == 127])
+    assert (abs(error[seen]) < 4 * channel.sigma[seen] + 1e-9).all() and abs(error[seen]).max() < 0.1
+    assert channel.covariance.shape == (255, 255) and channel.sigma[126] == 0
+    assert (np.diff(channel.log_exposure) >= 0).all()
+    assert abs(channel.chi2 / channel.dof - 1) < 0.15 and channel.residuals.shape[1] == 7
+    table = np.array(channel.table(101))
+    assert table[0] == 0 and table[-1] == 1 and (np.diff(table) > 0).all()
+    assert abs(table - srgb(np.linspace(0, 1, 101)))[5:].max() < 0.02
+
+
+def test_the_sensor_takes_the_response(wall, series, pose):
+    sensor = occ.recover_response(*series).sensor(wall.sensor)
+    assert sensor.response is occ.Response.table and len(sensor.response_table) == 1024
+    again, times = exposure_series(wall.replace(sensor=sensor), 1)
+    first, _ = exposure_series(wall, 1)
+    assert abs(again[0].astype(float) - first[0]).mean() < 3
+
+
+def test_opencvs_debevec_agrees(series):
+    cv2 = pytest.importorskip("cv2")
+    images, times = series
+    theirs = cv2.createCalibrateDebevec(samples=400, lambda_=10, random=False)
+    curve = theirs.process([cv2.merge([image] * 3) for image in images], np.array(times, np.float32))
+    ours = occ.recover_response(images, times).channels[0]
+    levels = np.arange(70, 231)
+    difference = np.log(curve[levels, 0, 0]) - ours.log_exposure[levels - 1]
+    assert abs(difference - difference.mean()).max() < 0.1
+
+
+def test_colour_has_a_curve_per_channel(series):
+    images, times = series
+    found = occ.recover_response([np.dstack([image] * 3) for image in images], times)
+    one, two, three = found.channels
+    assert np.array_equal(one.log_exposure, three.log_exposure)
+    with pytest.raises(ValueError, match="mosaic"):
+        found.sensor(occ.Sensor())
+    assert len(found.sensor(occ.Sensor(mosaic=Mosaic.rggb)).channels) == 3
+
+
+def test_what_the_series_does_not_determine_is_said(series):
+    images, times = series
+    found = occ.recover_response(images[:2], times[:2])
+    assert found.status is occ.Status.degenerate and "2 different exposure times" in found.message
+    found = occ.recover_response(images[:2], times[:2], method=occ.ResponseMethod.basis)
+    assert found.ok and len(found.channels[0].coefficients) == 3
+
+
+@pytest.mark.parametrize(
+    "images, times, text",
+    [
+        (lambda i: i, [1, 2], "exposures_s must be one for each of 5 images, got 2"),
+        (lambda i: i, [1, 2, 0, 4, 5], r"exposures_s\[2\] must be positive, got 0"),
+        (lambda i: [*i[:4], i[4][:99]], [1, 2, 3, 4, 5], r"images\[4\]'s size must be .* got 240 x 99"),
+        (lambda i: [*i[:4], np.dstack([i[4]] * 3)], [1, 2, 3, 4, 5], r"images\[4\]'s channels"),
+        (lambda i: [j.astype(np.uint16) for j in i], [1, 2, 3, 4, 5], "bit_depth must be given"),
+    ],
+)
+def test_what_does_not_fit_is_named(series, images, times, text):
+    with pytest.raises(ValueError, match=text):
+        occ.recover_response(images(series[0]), times)
+
+
+# Light
+
+@pytest.fixture(scope="module")
+def beams(scene) -> occ.Scene:
+    """Small lamps of a narrower beam than the scene says they have."""
+    lamps = [lamp.replace(radius_m=0.03, power_w=0.15, half_power_rad=math.radians(45)) for lamp in scene.lamps]
+    return scene.replace(lamps=lamps, sensor=scene.sensor.replace(full_well_e=1e5, exposure_s=1.2e-5))
+
+
+@pytest.fixture(scope="module")
+def supposed(beams) -> occ.Scene:
+    return beams.replace(lamps=[lamp.replace(power_w=0.1, half_power_rad=math.radians(60)) for lamp in beams.lamps])
+
+
+@pytest.fixture(scope="module")
+def poses():
+    places = np.random.default_rng(3).uniform([0.3, 0.3, 0], [3.7, 3.7, 0.7], (14, 3))
+    return [occ.look_at(position_m=place, target_m=[2, 2, 3], up=[0.1, 1, 0]) for place in places]
+
+
+@pytest.fixture(scope="module")
+def views(beams, poses):
+    return [occ.simulate(beams, pose, seed=i)[0] for i, pose in enumerate(poses)]
+
+
+def test_lamps_light_comes_back(beams, supposed, views, poses):
+    found = occ.calibrate_light(supposed, views, poses)
+    assert found.ok
+    for light, truth, known in zip(found.lamps, beams.lamps, found.scene.lamps):
+        assert light.status is occ.Status.ok and len(light.fluxes) == 14
+        sigma = np.sqrt(np.diag(light.covariance))
+        assert abs(math.log(light.power_w / truth.power_w)) < 4 * sigma[0]
+        assert abs(light.order - 2) < 4 * sigma[1]
+        assert known.power_w == light.power_w and known.power_sigma == pytest.approx(sigma[0])
+    blobs = [occ.detect(view, sensor=supposed.sensor) for view in views]
+    again = occ.calibrate_light(supposed, blobs, poses)
+    assert [light.power_w for light in again.lamps] == [light.power_w for light in found.lamps]
+    named = []
+    for found_in, pose in zip(blobs, poses):
+        places = [occ.project_lamp_centre(lamp, pose, beams.camera) for lamp in beams.lamps]
+        named.append([
+            occ.Match(lamp=lamp, blob=blob)
+            for lamp, place in enumerate(places) for blob, seen in enumerate(found_in)
+            if np.hypot(*(seen.centroid_px - place)) < 2
+        ])
+    by_name = occ.calibrate_light(supposed, blobs, poses, named)
+    assert [light.status for light in by_name.lamps] == [occ.Status.ok] * 6
+
+
+def test_one_image_leaves_the_order_open(supposed, views, poses):
+    found = occ.calibrate_light(supposed, views[:1], poses[:1])
+    assert found.status is occ.Status.degenerate
+    assert found.lamps[0].status in (occ.Status.degenerate, occ.Status.no_lamps)
+    assert found.scene == supposed
+    with pytest.raises(ValueError, match="one pose for each of 1 images"):
+        occ.calibrate_light(supposed, views[:1], poses)
+
+
+# Command line
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Runs libocc in an empty folder; returns exit code, stdout and stderr."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        result = CliRunner().invoke(main, [*map(str, arguments)], prog_name="libocc")
+        if result.exception is not None and not isinstance(result.exception, SystemExit):
+            raise result.exception
+        return result.exit_code, result.stdout, result.stderr
+
+    return run
+
+
+def write_all(images) -> list[str]:
+    names = [f"{i}.png" for i in range(len(images))]
+    for name, image in zip(names, images):
+        occ.write_image(name, image)
+    return names
+
+
+def test_the_response_goes_into_a_scene_file(run, wall, series):
+    images, times = series
+    names = write_all(images)
+    code, out, err = run("response", *names, "--exposures", ",".join(map(str, times)), "--plot", "a.png")
+    assert code == 0 and err == "" and re.match(r"levels \d+ to \d+ seen, sigma", out)
+    assert occ.read_image("a.png").std() > 10
+    found = yaml.safe_load(Path("response.yaml").read_text())
+    assert set(found) == {"sensor"} and len(found["sensor"]["response_table"]) == 256
+
+    scene = yaml.safe_load(wall.format())
+    scene["sensor"].update(found["sensor"])  # the way to take it over
+    sensor = occ.Scene.parse(yaml.safe_dump(scene)).sensor
+    assert sensor.response is occ.Response.table and sensor.exposure_s == wall.sensor.exposure_s
+    assert abs(np.array(sensor.response_table) - srgb(np.linspace(0, 1, 256)))[12:].max() < 0.02
+
+
+def test_a_colour_response_goes_into_a_scene_file(run, wall, series):
+    images, times = series
+    names = write_all([np.dstack([image] * 3) for image in images])
+    code, out, err = run("response", *names, "--exposures", ",".join(map(str, times)), "--plot", "a.png")
+    assert code == 0, err
+    assert [line.split(":")[0] for line in out.splitlines()] == ["blue", "green", "red"]
+    found = yaml.safe_load(Path("response.yaml").read_text())["sensor"]
+    scene = yaml.safe_load(wall.format())
+    scene["sensor"].update({**found, "mosaic": "rggb"})
+    assert len(occ.Scene.parse(yaml.safe_dump(scene)).sensor.channels) == 3
+
+
+def test_times_by_name(run, series):
+    images, times = series
+    names = write_all(images)
+    Path("t.csv").write_text("image,exposure_s\n" + "".join(f"{n},{t}\n" for n, t in zip(names, times)))
+    Path("t.yaml").write_text(yaml.safe_dump(dict(zip(names, times))))
+    Path("list.yaml").write_text(yaml.safe_dump(times))
+    said = {run("response", *names, "--exposures", file, "--json")[1] for file in ("t.csv", "t.yaml", "list.yaml")}
+    assert len(said) == 1 and json.loads(said.pop())["status"] == "ok"
+    code, _, err = run("response", *names[::-1], "--exposures", "t.csv")
+    assert code == 0, err
+
+
+def test_a_response_that_is_not_determined(run, series):
+    images, times = series
+    names = write_all(images[:2])
+    code, out, err = run("response", *names, "--exposures", f"{times[0]},{times[1]}")
+    assert code == 1 and "degenerate: only 2 different exposure times" in err
+    assert not Path("response.yaml").exists()
+
+
+@pytest.mark.parametrize(
+    "arguments, text",
+    [
+        (("0.png", "1.png", "--exposures", "1,2,3"), "exposures_s must be one for each of 2 images, got 3"),
+        (("0.png", "1.png", "--exposures", "1,0"), "exposures_s[1] must be positive, got 0"),
+        (("0.png", "1.png", "--exposures", "1,two"), "--exposures must be a number of seconds, got 'two'"),
+        (("0.png", "1.png", "--exposures", "none.yaml"), "none.yaml"),
+        (("0.png", "1.png", "--exposures", "t.csv"), "t.csv: has 0 times for 1.png"),
+        (("0.png", "nosuch.png", "--exposures", "1,2"), "nosuch.png"),
+        (("0.png", "t.csv", "--exposures", "1,2"), "t.csv"),
+        (("0.png", "small.png", "--exposures", "1,2"), "small.png's size must be"),
+        (("0.png", "colour.png", "--exposures", "1,2"), "colour.png's channels must be"),
+        (("deep.png", "deep.png", "--exposures", "1,2"), "--bit-depth must be given"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(run, series, arguments, text):
+    write_all(series[0])
+    occ.write_image("small.png", series[0][0][:50])
+    occ.write_image("colour.png", np.dstack([series[0][0]] * 3))
+    occ.write_image("deep.png", series[0][0].astype(np.uint16))
+    Path("t.csv").write_text("0.png,1\n")
+    code, out, err = run("response", *arguments)
+    assert code == 2 and out == ""
+    assert err.startswith("error: ") and text in err and err.count("\n") == 1
+
+
+def test_light_writes_the_calibrated_scene(run, beams, supposed, views, poses):
+    supposed.save("room.yaml")
+    names = write_all(views)
+    Path("poses.yaml").write_text(yaml.safe_dump({n: p.tolist() for n, p in zip(names, poses)}))
+    code, out, err = run("light", "room.yaml", *names, "--poses", "poses.yaml")
+    assert code == 0, err + out
+    assert len(out.splitlines()) == 6 and "lamp 0: 0.1" in out
+    found = occ.Scene.load("scene_calibrated.yaml")
+    for lamp, truth in zip(found.lamps, beams.lamps):
+        assert lamp.power_w == pytest.approx(truth.power_w, rel=0.03)
+        assert lamp.half_power_rad == pytest.approx(truth.half_power_rad, rel=0.05)
+    for name, pose in zip(names, poses):
+        Path(name).with_suffix(".json").write_text(json.dumps({"cam_from_world": pose.tolist()}))
+    assert run("light", "room.yaml", *names)[1] == out
+    code, out, _ = run("light", "room.yaml", names[0], "--json", "--out", "one.yaml")
+    assert code == 1 and json.loads(out)["status"] == "degenerate" and not Path("one.yaml").exists()
+
+
+@pytest.mark.parametrize(
+    "written, text",
+    [
+        (None, "0.json"),
+        ("[]", "poses.yaml: has 0 poses for 1 images"),
+        ("{1.png: 3}", "poses.yaml: has no pose for 0.png"),
+        ("{0.png: 3}", "poses.yaml: 0.png: cam_from_world must be 4x4 numbers"),
+        ("7", "poses.yaml: must be a list of poses"),
+        ("{0.png: [[2, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}", "cam_from_world"),
+    ],
+)
+def test_poses_that_do_not_fit_are_named(run, supposed, views, written, text):
+    supposed.save("room.yaml")
+    write_all(views[:1])
+    if written is not None:
+        Path("poses.yaml").write_text(written)
+    more = ["--poses", "poses.yaml"] if written is not None else []
+    code, out, err = run("light", "room.yaml", "0.png", *more)
+    assert code == 2 and out == ""
+    assert err.startswith("error: ") and text in err and err.count("\n") == 1
