@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['Blob', 'Box', 'Camera', 'Candidate', 'Channel', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'Ghost', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'Match', 'Mosaic', 'NoiseArea', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'ReceivedPower', 'Refined', 'Renderer', 'Response', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Trajectory', 'Truth', 'Use', 'aperture_power', 'dbm', 'detect', 'encode_image', 'explain', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
+__all__: list[str] = ['Blob', 'Box', 'CalibratedLight', 'Camera', 'Candidate', 'Channel', 'ChannelResponse', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampFlux', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'Match', 'Mosaic', 'NoiseArea', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'ReceivedPower', 'RecoveredResponse', 'Refined', 'Renderer', 'Response', 'ResponseMethod', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Trajectory', 'Truth', 'Use', 'aperture_power', 'calibrate_light', 'dbm', 'detect', 'encode_image', 'explain', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recover_response', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -2023,9 +2023,284 @@ class PoseCandidates:
         """
         PoseCandidates, best first.
         """
+class ResponseMethod(enum.Enum):
+    """
+    How a response is described.
+    """
+    basis = 1
+    levels = 0
+class ChannelResponse:
+    """
+    The response curve of one channel.
+
+    log_exposure is g(level) = ln(light x time), 0 at the middle level: light has no scale here.
+    """
+    def __repr__(self) -> str:
+        ...
+    def table(self, samples: typing.SupportsInt | typing.SupportsIndex = 1024) -> list[float]:
+        """
+        Stored values 0..1 at evenly spaced linear ones, for Sensor(response_table=).
+        """
+    @property
+    def black_level_dn(self) -> float:
+        """
+        Stored level without light.
+        """
+    @property
+    def chi2(self) -> float:
+        """
+        Of the residuals.
+        """
+    @property
+    def coefficient_covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        Theirs.
+        """
+    @property
+    def coefficients(self) -> list[float]:
+        """
+        Of the basis; empty for `levels`.
+        """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        (n, n) of log_exposure.
+        """
+    @property
+    def dof(self) -> int:
+        """
+        Observations minus parameters.
+        """
+    @property
+    def full_scale_dn(self) -> float:
+        """
+        Highest stored level.
+        """
+    @property
+    def highest_dn(self) -> float:
+        """
+        Highest level seen; above it extrapolated.
+        """
+    @property
+    def level_dn(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (n,) levels, rising.
+        """
+    @property
+    def log_exposure(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (n,) g at the levels, not falling.
+        """
+    @property
+    def lowest_dn(self) -> float:
+        """
+        Lowest level seen; below it extrapolated.
+        """
+    @property
+    def projected(self) -> int:
+        """
+        Levels moved to make the curve rise.
+        """
+    @property
+    def residuals(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 7]"]:
+        """
+        (m, 7) image, x, y [px], level [dn], log exposure, residual, sigma.
+        """
+    @property
+    def sigma(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (n,) standard deviation of log_exposure.
+        """
+    @property
+    def variance_factor(self) -> float:
+        """
+        Contained in covariance; 1 unless chi2 is too large for chance.
+        """
+class RecoveredResponse:
+    """
+    A camera's response curves, by channel.
+    """
+    def __repr__(self) -> str:
+        ...
+    def sensor(self, sensor: Sensor, samples: typing.SupportsInt | typing.SupportsIndex = 1024) -> Sensor:
+        """
+        The sensor with this response as tables. Three channels (blue, green, red) take one with a mosaic.
+        """
+    @property
+    def channels(self) -> list[ChannelResponse]:
+        """
+        ChannelResponse of each channel, in the images' order.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+class FluxUse(enum.Enum):
+    """
+    What became of a lamp's flux in an image.
+    """
+    blinks = 7
+    cut = 5
+    merged = 6
+    no_blob = 2
+    not_alone = 3
+    out_of_view = 1
+    saturated = 4
+    used = 0
+class LampFlux:
+    """
+    A lamp's flux in one image.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def cos_emission(self) -> float:
+        """
+        Of the angle from its normal.
+        """
+    @property
+    def flux_dn(self) -> float:
+        """
+        Sum of linear grey levels.
+        """
+    @property
+    def image(self) -> int:
+        """
+        Index of the image.
+        """
+    @property
+    def residual(self) -> float:
+        """
+        ln of seen over predicted.
+        """
+    @property
+    def sigma(self) -> float:
+        """
+        Of the residual.
+        """
+    @property
+    def use(self) -> FluxUse:
+        """
+        Used, or why not.
+        """
+class LampLight:
+    """
+    Power and Lambertian order of one lamp.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def chi2(self) -> float:
+        """
+        Of the fluxes, robust.
+        """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 2]"]:
+        """
+        (2, 2) of (ln power, order).
+        """
+    @property
+    def dof(self) -> int:
+        """
+        Fluxes minus parameters.
+        """
+    @property
+    def fluxes(self) -> list[LampFlux]:
+        """
+        LampFlux of each image.
+        """
+    @property
+    def id(self) -> int:
+        """
+        The lamp's.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def order(self) -> float:
+        """
+        Lambertian; the scene's when not determined.
+        """
+    @property
+    def power_w(self) -> float:
+        """
+        [W]; the scene's when not found.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        ok; no_lamps: used in no image; degenerate: order not determined.
+        """
+    @property
+    def variance_factor(self) -> float:
+        """
+        Contained in covariance; 1 unless chi2 is too large for chance.
+        """
+class CalibratedLight:
+    """
+    The light of a scene's lamps.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def lamps(self) -> list[LampLight]:
+        """
+        LampLight of each lamp, in the scene's order.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def scene(self) -> Scene:
+        """
+        The scene with the lamps' light where it is ok.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
 def aperture_power(power_w: typing.SupportsFloat | typing.SupportsIndex, order: typing.SupportsFloat | typing.SupportsIndex, cos_emission: typing.SupportsFloat | typing.SupportsIndex, cos_incidence: typing.SupportsFloat | typing.SupportsIndex, distance_m: typing.SupportsFloat | typing.SupportsIndex, area_m2: typing.SupportsFloat | typing.SupportsIndex) -> float:
     """
     Power through an aperture [W]; with an area_m2 of 1 the irradiance there [W/m^2].
+    """
+def calibrate_light(scene: Scene, images: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob]], poses: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]], matches: collections.abc.Sequence[collections.abc.Sequence[Match]] | None = None, *, gate_px: typing.SupportsFloat | typing.SupportsIndex = 3.0, model_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.002, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_order_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.3) -> CalibratedLight:
+    """
+    Power and Lambertian order of the scene's lamps, from images at known poses.
+
+    Weighted least squares of each lamp's fluxes: ln F = ln P + ln(m + 1) + m ln cos(phi) + geometry.
+    images: arrays, or lists of Blobs that detect() found with the scene's sensor. poses: cam_from_world
+    of each, (4, 4). matches: for each image the Matches of lamps and blobs, instead of a gate about
+    where the poses put the lamps.
+    Returns: CalibratedLight; status degenerate when no lamp's power and order are determined.
+    Raises: ValueError for another number of poses than of images, naming it.
+
+    Options:
+      gate_px: a lamp's blob is no farther from its image's centre [px]
+      model_sigma: relative, of every flux beside the blob's own
+      huber_sigma: fluxes further off than this weigh less [sigma]
+      max_order_sigma: an order less certain is not determined
     """
 def dbm(power_w: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> typing.Any:
     """
@@ -2266,6 +2541,25 @@ def received_power(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.A
     >>> pose = occ.look_at(position_m=[0, 0, 1], target_m=[0, 0, 3], up=[0, 1, 0])
     >>> round(occ.dbm(float(occ.received_power(scene, pose).power_w)), 2)
     -59.01
+    """
+def recover_response(images: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint8 | numpy.uint16]], exposures_s: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], *, method: ResponseMethod = ..., black_level_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, bit_depth: typing.SupportsInt | typing.SupportsIndex = 0, smoothness: typing.SupportsFloat | typing.SupportsIndex = 1.0, basis_functions: typing.SupportsInt | typing.SupportsIndex = 3, max_places: typing.SupportsInt | typing.SupportsIndex = 1000) -> RecoveredResponse:
+    """
+    The camera's response from images of one still scene with several exposure times.
+
+    Debevec and Malik, SIGGRAPH 1997, eq (3), by the noise that the pixels show, per channel; or a
+    curve of a basis (Grossberg and Nayar, CVPR 2003) for two or three exposures.
+    images: arrays of one shape, (height, width) or (height, width, 3), uint8 or uint16.
+    exposures_s: exposure time of each [s]; only their ratios count.
+    Returns: RecoveredResponse; its status is degenerate when the images do not determine the curve.
+    Raises: ValueError for counts, shapes or times that do not fit, naming them.
+
+    Options:
+      method: levels: any curve; basis: of few coefficients
+      black_level_dn: stored level without light
+      bit_depth: 8 to 16; 0: 8, which 16-bit images must say otherwise
+      smoothness: of `levels`, at least 1: Debevec and Malik's lambda
+      basis_functions: of `basis`, 1 to 8
+      max_places: flat places used per channel, at least 16
     """
 def refine(start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], matches: collections.abc.Sequence[Match], blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, rung: Rung = ..., flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Refined:
     """
