@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Shared by all tests in Python: slow ones run only when asked for."""
 
+from collections.abc import Callable
+from pathlib import Path
+
 import pytest
 
 
@@ -14,3 +17,21 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items:
         if "slow" in item.keywords:
             item.add_marker(pytest.mark.skip(reason="runs with --slow"))
+
+
+@pytest.fixture
+def libocc(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[int, str, str]]:
+    """Runs a command line in an empty folder; returns exit code, stdout and stderr."""
+    from click.testing import CliRunner
+
+    from libocc.cli import main
+
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        result = CliRunner().invoke(main, [str(a) for a in arguments], prog_name="libocc")
+        if result.exception is not None and not isinstance(result.exception, SystemExit):
+            raise result.exception
+        return result.exit_code, result.stdout, result.stderr
+
+    return run

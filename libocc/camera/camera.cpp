@@ -80,6 +80,10 @@ Camera Camera::pinhole(int width, int height, double fx_px, double fy_px, double
   return camera;
 }
 
+Camera Camera::without_distortion() const {
+  return pinhole(width_, height_, fx_, fy_, cx_, cy_, {}, skew_);
+}
+
 Eigen::Matrix3d Camera::matrix() const {
   Eigen::Matrix3d k;
   k << fx_, skew_, cx_, 0, fy_, cy_, 0, 0, 1;

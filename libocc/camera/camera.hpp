@@ -32,6 +32,8 @@ class LIBOCC_API Camera {
                         double cy_px, const std::vector<double>& distortion = {},
                         double skew_px = 0);
 
+  Camera without_distortion() const;
+
   Camera() : Camera(pinhole(640, 480, 500, 500, 319.5, 239.5)) {}
 
   int width() const { return width_; }

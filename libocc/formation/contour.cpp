@@ -236,10 +236,6 @@ std::vector<Curve> pieces(const Lamp& lamp, const Rigid3& cam_from_world) {
                 centre - along + across});
 }
 
-bool shows_lit_side(const Lamp& lamp, const Rigid3& cam_from_world) {
-  return (cam_from_world.origin_in_source() - lamp.centre_m).dot(lamp.normal) > 0;
-}
-
 template <typename AnyContour>
 bool add_disc(const Projector& rim, double spacing_px, AnyContour& contour) {
   const auto size = rim.extent(0, two_pi, 17);
@@ -259,7 +255,7 @@ std::optional<AnyContour> any_contour(const Lamp& lamp, const Rigid3& cam_from_w
   require(spacing_px > 0, "spacing_px", spacing_px, "positive");
   AnyContour contour;
   if (lamp.shape == LampShape::point) return contour;
-  if (!shows_lit_side(lamp, cam_from_world)) return std::nullopt;
+  if (!lamp.shows_lit_side(cam_from_world.origin_in_source())) return std::nullopt;
   const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
   if (lamp.shape == LampShape::disc) {
     const Projector rim(circle(lamp, cam_from_world), centre, camera, spacing_px);
@@ -293,7 +289,7 @@ std::optional<Chords> project_chords(const Lamp& lamp, const Rigid3& cam_from_wo
                                      const Camera& camera) {
   Chords chords;
   if (lamp.shape == LampShape::point) return chords;
-  if (!shows_lit_side(lamp, cam_from_world)) return std::nullopt;
+  if (!lamp.shows_lit_side(cam_from_world.origin_in_source())) return std::nullopt;
   const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
   const auto add = [&](const Curve& curve, double from, double to) {
     return Projector(curve, centre, camera, 1).add_chords(from, to, chords);

@@ -29,10 +29,6 @@ Eigen::Matrix<double, 3, 6> point_jacobian(const Eigen::Vector3d& point_in_cam) 
   return j;
 }
 
-bool shows_lit_side(const Lamp& lamp, const Rigid3& cam_from_world) {
-  return lamp.normal.dot(cam_from_world.origin_in_source() - lamp.centre_m) > 0;
-}
-
 /// Half sides of a rectangle or Lame curve as vectors in the world; x cross y is the normal.
 struct HalfSides {
   Eigen::Vector3d x, y;
@@ -229,7 +225,7 @@ std::optional<std::vector<Eigen::Vector2d>> project_rim(const Lamp& lamp,
                                                         const Rigid3& cam_from_world,
                                                         const Camera& camera, int count) {
   std::vector<Eigen::Vector3d> rim = rim_in_world(lamp, count);
-  if (!shows_lit_side(lamp, cam_from_world)) return std::nullopt;
+  if (!lamp.shows_lit_side(cam_from_world.origin_in_source())) return std::nullopt;
   if (rim.empty()) rim.push_back(lamp.centre_m);
   std::vector<Eigen::Vector2d> pixels;
   pixels.reserve(rim.size());
@@ -253,7 +249,7 @@ Eigen::Vector3d disc_image_centre(const Eigen::Vector3d& centre_in_cam,
 
 std::optional<Eigen::Vector2d> project_lamp_centre(const Lamp& lamp, const Rigid3& cam_from_world,
                                                    const Camera& camera, Jacobian26* jacobian) {
-  if (!shows_lit_side(lamp, cam_from_world)) return std::nullopt;
+  if (!lamp.shows_lit_side(cam_from_world.origin_in_source())) return std::nullopt;
   switch (lamp.shape) {
     case LampShape::point:
       return project_point(lamp.centre_m, cam_from_world, camera, jacobian);

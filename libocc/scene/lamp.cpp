@@ -105,6 +105,10 @@ double Lamp::reach_m() const {
 
 double Lamp::order() const { return lambertian_order(half_power_rad); }
 
+bool Lamp::shows_lit_side(const Eigen::Vector3d& seen_from) const {
+  return (seen_from - centre_m).dot(normal) > 0;
+}
+
 void Lamp::validate() {
   const Check check(id);
   check.finite(centre_m, "centre_m");

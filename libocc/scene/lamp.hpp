@@ -41,6 +41,7 @@ struct LIBOCC_API Lamp {
   double area_m2() const;  ///< of the emitting face; 0 for a point
   double reach_m() const;  ///< from the centre to the farthest point of the rim; 0 for a point
   double order() const;    ///< Lambertian order m
+  bool shows_lit_side(const Eigen::Vector3d& seen_from) const;
 
   /// Makes normal and x_axis unit and orthogonal; where the shape gives x_axis no meaning, it
   /// becomes one that depends on the normal alone. A second call changes nothing. Throws

@@ -26,6 +26,10 @@ struct Room {
 /// Something opaque that hides lamps, its sides along the world's axes.
 struct Box {
   Eigen::Vector3d min_m = Eigen::Vector3d::Zero(), max_m = Eigen::Vector3d::Zero();
+
+  bool contains(const Eigen::Vector3d& point) const {  ///< its surface does not count
+    return (point - min_m).minCoeff() > 0 && (max_m - point).minCoeff() > 0;
+  }
 };
 
 struct LIBOCC_API Scene {

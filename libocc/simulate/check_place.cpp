@@ -33,12 +33,10 @@ bool on_face(const Lamp& lamp, const Eigen::Vector3d& position) {
 }  // namespace
 
 void check_place(const Scene& scene, const Eigen::Vector3d& position) {
-  for (std::size_t i = 0; i < scene.boxes.size(); ++i) {
-    const Box& box = scene.boxes[i];
-    if ((position - box.min_m).minCoeff() > 0 && (box.max_m - position).minCoeff() > 0)
+  for (std::size_t i = 0; i < scene.boxes.size(); ++i)
+    if (scene.boxes[i].contains(position))
       require(false, "cam_from_world", position.transpose(),
               "outside boxes[" + std::to_string(i) + "]");
-  }
   for (const Lamp& lamp : scene.lamps)
     if (on_face(lamp, position))
       require(false, "cam_from_world", position.transpose(),

@@ -9,6 +9,7 @@
 
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/so3.hpp"
+#include "libocc/simulate/internal/planning.hpp"
 #include "libocc/simulate/renderer.hpp"
 
 namespace occ {
@@ -63,13 +64,12 @@ Effects settled(const Explanation& explanation, Effects effects) {
   return effects;
 }
 
-/// The effects that follow from one cannot be without it.
-void use(Effect effect, Use value, Effects& effects) {
-  effects.set(effect, value);
-  if (value == Use::off && effect == Effect::walls) effects.set(Effect::interreflection, value);
-  if (value == Use::off && effect == Effect::saturation) effects.set(Effect::blooming, value);
-  if (value == Use::on && effect == Effect::interreflection) effects.set(Effect::walls, value);
-  if (value == Use::on && effect == Effect::blooming) effects.set(Effect::saturation, value);
+void use(Effect changed, Use value, Effects& effects) {
+  effects.set(changed, value);
+  for (const auto& [cause, effect] : consequences) {
+    if (value == Use::off && changed == cause) effects.set(effect, value);
+    if (value == Use::on && changed == effect) effects.set(cause, value);
+  }
 }
 
 /// Images of two scenes in turn, so that both see the same machine.

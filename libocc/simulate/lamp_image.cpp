@@ -33,10 +33,6 @@ LIBOCC_INLINE void light_row_body(LitRow row, double* c) {
 }
 LIBOCC_MULTIVERSION(light_row, (LitRow row, double* c), (row, c))
 
-bool shows_lit_side(const Lamp& lamp, const Rigid3& pose) {
-  return (pose.origin_in_source() - lamp.centre_m).dot(lamp.normal) > 0;
-}
-
 // All light in the pixel that it falls on.
 Patch sharp_dot(const Eigen::Vector2d& px, int width, int height) {
   const double x = std::floor(px.x() + 0.5), y = std::floor(px.y() + 0.5);
@@ -172,7 +168,7 @@ std::optional<Contour> LampRenderer::contour(const Lamp& lamp, const std::vector
   for (const LightNode& node : nodes) {
     const Rigid3 pose = motion_.pose_at(node.time_s);
     if (may_be_hidden()) steps = rim(lamp, rim_pose = pose);  // what is hidden changes
-    if (!steps || !shows_lit_side(lamp, pose)) return std::nullopt;
+    if (!steps || !lamp.shows_lit_side(pose.origin_in_source())) return std::nullopt;
     const Rigid3 moved = pose * rim_pose.inverse();
     const double light = node.weight * light_change(lamp, motion_.still_pose(), pose);
     for (const RimStep& at : *steps) {
@@ -284,7 +280,7 @@ std::optional<Patch> LampRenderer::point_image(const Lamp& lamp, const Lamp& fac
   for (const LightNode& node : nodes(lamp)) {
     const Rigid3 pose = motion_.pose_at(node.time_s);
     const auto px = camera_.project(pose * lamp.centre_m);
-    if (!px || !shows_lit_side(lamp, pose)) return std::nullopt;
+    if (!px || !lamp.shows_lit_side(pose.origin_in_source())) return std::nullopt;
     const double electrons = node.weight * point_electrons(face, pose, *px);
     if (!psf_) {
       image.add(sharp_dot(*px, camera_.width(), camera_.height()), electrons);

@@ -88,17 +88,14 @@ void decide(const EffectModel& model, const Scene& scene, const SimulateOptions&
   }
 }
 
-// An effect that is rendered without the one that it follows from.
 void refuse_contradictions(const RenderPlan& plan) {
-  const auto refuse = [&](Effect cause, Effect effect) {
+  for (const auto& [cause, effect] : consequences) {
     const EffectPlan& follows = plan.effects[static_cast<std::size_t>(effect)];
     const EffectPlan& from = plan.effects[static_cast<std::size_t>(cause)];
     if (follows.called_for && follows.use == Use::on && from.use == Use::off)
       require(false, std::string("effects.") + effect_name(effect), "on",
               std::string("off or auto where ") + effect_name(cause) + " is off");
-  };
-  refuse(Effect::walls, Effect::interreflection);
-  refuse(Effect::saturation, Effect::blooming);
+  }
 }
 
 }  // namespace

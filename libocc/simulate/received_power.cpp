@@ -82,7 +82,7 @@ class SeenLamp {
         eye_(pose.origin_in_source()) {}
 
   ReceivedLamp received() {
-    if (!((eye_ - lamp_.centre_m).dot(lamp_.normal) > 0) || inside_a_box()) return {};
+    if (!lamp_.shows_lit_side(eye_) || inside_a_box()) return {};
     if (!receiver_.scene.boxes.empty())
       hidden_ = 1 - visible_part(lamp_, receiver_.scene.boxes, eye_).share;
     if (hidden_ == 1) return {};
@@ -160,9 +160,8 @@ class SeenLamp {
 
   bool inside_a_box() const {
     const std::vector<Box>& boxes = receiver_.scene.boxes;
-    return std::any_of(boxes.begin(), boxes.end(), [&](const Box& box) {
-      return (eye_ - box.min_m).minCoeff() > 0 && (box.max_m - eye_).minCoeff() > 0;
-    });
+    return std::any_of(boxes.begin(), boxes.end(),
+                       [&](const Box& box) { return box.contains(eye_); });
   }
 
   const Receiver& receiver_;

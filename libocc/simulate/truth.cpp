@@ -31,8 +31,7 @@ std::optional<std::vector<Eigen::Vector2d>> seen_rim(const Lamp& lamp, const Mot
   std::vector<Eigen::Vector2d> px;
   for (const Eigen::Vector3d& point : rim) {
     const auto seen = motion.seen(point, camera);
-    if (!seen || !((seen->pose.origin_in_source() - lamp.centre_m).dot(lamp.normal) > 0))
-      return std::nullopt;
+    if (!seen || !lamp.shows_lit_side(seen->pose.origin_in_source())) return std::nullopt;
     px.push_back(seen->px);
   }
   return px;

@@ -21,16 +21,8 @@ FEW = ("--case", "no_triangle", "--case", "ceiling_triple_tilted", "--count", "2
 
 
 @pytest.fixture
-def run(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        result = CliRunner().invoke(main, ["hard-cases", *map(str, arguments)], prog_name="libocc")
-        if result.exception is not None and not isinstance(result.exception, SystemExit):
-            raise result.exception
-        return result.exit_code, result.stdout, result.stderr
-
-    return run
+def run(libocc):
+    return lambda *arguments: libocc("hard-cases", *arguments)
 
 
 def test_table_names_cases_solvers_and_signs(run):

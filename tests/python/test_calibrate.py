@@ -193,17 +193,8 @@ def test_one_image_leaves_the_order_open(supposed, views, poses):
 # Command line
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Runs libocc in an empty folder; returns exit code, stdout and stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        result = CliRunner().invoke(main, [*map(str, arguments)], prog_name="libocc")
-        if result.exception is not None and not isinstance(result.exception, SystemExit):
-            raise result.exception
-        return result.exit_code, result.stdout, result.stderr
-
-    return run
+def run(libocc):
+    return libocc
 
 
 def write_all(images) -> list[str]:

@@ -6,6 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 import libocc as occ
+from libocc import samples
 from libocc.cli import main
 from libocc.poses import facing_pose
 
@@ -23,15 +24,9 @@ lamps:
 
 
 @pytest.fixture
-def run(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def run(libocc, tmp_path):
     (tmp_path / "room.yaml").write_text(SCENE)
-
-    def call(*arguments):
-        result = CliRunner().invoke(main, ["explain", *map(str, arguments)])
-        return result.exit_code, result.stdout, result.stderr
-
-    return call
+    return lambda *arguments: libocc("explain", *arguments)
 
 
 def test_json_is_what_the_api_says(run):
@@ -67,8 +62,6 @@ def test_table_has_a_line_for_every_effect_and_measured_times(run):
 
 def test_the_default_pose_sees_all_lamps_from_inside_the_room():
     for name in ("irregular_six", "square_four", "coded_four", "kookmin_four_lamps"):
-        from libocc import samples
-
         scene = samples.load_scene(name)
         pose = facing_pose(scene)
         if scene.room is None:

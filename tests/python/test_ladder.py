@@ -22,18 +22,8 @@ from libocc.ladder.figures import Row, advice, rows_of
 
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Runs `libocc ladder` in an empty folder; returns exit code, stdout and stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        arguments = ["ladder", "--least-time-us", "0.001", *map(str, arguments)]
-        result = CliRunner().invoke(main, arguments, prog_name="libocc")
-        if result.exception is not None and not isinstance(result.exception, SystemExit):
-            raise result.exception
-        return result.exit_code, result.stdout, result.stderr
-
-    return run
+def run(libocc):
+    return lambda *arguments: libocc("ladder", "--least-time-us", "0.001", *arguments)
 
 
 REFINED = ("centres", "rims", "rims+flux", "direct")

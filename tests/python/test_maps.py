@@ -31,17 +31,8 @@ def boxed(four: occ.Scene) -> occ.Scene:
 
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Runs `libocc map` in an empty folder; returns exit code, stdout and stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        result = CliRunner().invoke(main, ["map", *map(str, arguments)], prog_name="libocc")
-        if result.exception is not None and not isinstance(result.exception, SystemExit):
-            raise result.exception
-        return result.exit_code, result.stdout, result.stderr
-
-    return run
+def run(libocc):
+    return lambda *arguments: libocc("map", *arguments)
 
 
 # Convention of the rotation

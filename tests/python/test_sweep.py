@@ -23,18 +23,10 @@ from libocc.sweep.run import points_of
 
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def run(libocc, tmp_path: Path):
     """Runs a command line in a folder with a small scene and a sweep."""
-    monkeypatch.chdir(tmp_path)
     write_all(tmp_path)
-
-    def run(*arguments):
-        result = CliRunner().invoke(main, [str(a) for a in arguments], prog_name="libocc")
-        if result.exception is not None and not isinstance(result.exception, SystemExit):
-            raise result.exception
-        return result.exit_code, result.stdout, result.stderr
-
-    return run
+    return libocc
 
 
 def test_paths():

@@ -22,15 +22,10 @@ bool called_for(const Scene& scene, const SimulateOptions&) {
   return std::any_of(d.begin(), d.end(), [](double coefficient) { return coefficient != 0; });
 }
 
-Camera straight(const Camera& camera) {
-  return Camera::pinhole(camera.width(), camera.height(), camera.fx_px(), camera.fy_px(),
-                         camera.cx_px(), camera.cy_px(), {}, camera.skew_px());
-}
-
 Bound bound_of(const LampView& seen, const View& view) {
   constexpr int rim_points = 16;
   const Lamp& lamp = *seen.lamp;
-  const Camera &lens = view.scene.camera, pinhole = straight(lens);
+  const Camera &lens = view.scene.camera, pinhole = lens.without_distortion();
   std::vector<Eigen::Vector3d> points = rim_in_world(lamp, rim_points);
   points.push_back(lamp.centre_m);
   double moved = 0, brighter = 0;
@@ -51,7 +46,7 @@ Bound bound_of(const LampView& seen, const View& view) {
 
 Bound bound(const View& view) {
   // A lamp that the lens does not see may be in a pinhole's image.
-  const Camera pinhole = straight(view.scene.camera);
+  const Camera pinhole = view.scene.camera.without_distortion();
   for (const Lamp* lamp : unseen_lamps(view))
     if (is_seen_from(*lamp, view.cam_from_world, pinhole, view, false)) return {infinity, infinity};
   return sum_of_overlapping(view, bound_of);

@@ -81,8 +81,8 @@ Visible visible_part(const Lamp& lamp, const std::vector<Box>& boxes,
       if (hides(box, seen_from, lamp.centre_m)) visible.share = 0;
     return visible;
   }
+  if (!lamp.shows_lit_side(seen_from)) return visible;
   const Face face(lamp);
-  if (!((seen_from - face.centre).dot(face.normal) > 0)) return visible;
   const Polygon whole = face_polygon(lamp, face);
   std::vector<Polygon> pieces = {whole};
   for (const Box& box : boxes) {

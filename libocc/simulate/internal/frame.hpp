@@ -20,9 +20,7 @@ struct Frame {
 /// Without distortion when the plan leaves it out.
 inline Camera rendered_camera(const Frame& frame) {
   const Camera& camera = frame.scene.camera;
-  if (frame.plan.applies(Effect::distortion)) return camera;
-  return Camera::pinhole(camera.width(), camera.height(), camera.fx_px(), camera.fy_px(),
-                         camera.cx_px(), camera.cy_px(), {}, camera.skew_px());
+  return frame.plan.applies(Effect::distortion) ? camera : camera.without_distortion();
 }
 
 }  // namespace occ

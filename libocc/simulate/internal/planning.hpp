@@ -9,6 +9,13 @@
 
 namespace occ {
 
+/// An effect that there is none of without the one that it follows from.
+struct Consequence {
+  Effect cause, effect;
+};
+constexpr Consequence consequences[] = {{Effect::walls, Effect::interreflection},
+                                        {Effect::saturation, Effect::blooming}};
+
 /// Without a view there are no bounds; it is needed where the use of an effect depends on them.
 RenderPlan make_plan(const Scene& scene, const SimulateOptions& options, const View* view);
 
