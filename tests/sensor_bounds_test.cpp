@@ -92,10 +92,9 @@ void expect_bound_holds(Effect effect, int least_changes) {
     SCOPED_TRACE(i);
     Scene scene = random_scene(random);
     const Rigid3 pose = random_pose(random, scene);
-    // What follows from the effect would change as well.
-    if (effect != Effect::interreflection || i % 4 != 0)  // which takes long
+    const bool lit_by_walls = effect == Effect::interreflection || effect == Effect::walls;
+    if (!lit_by_walls || i % 4 != 0)  // which takes long
       scene.effects.set(Effect::interreflection, Use::off);
-    if (effect == Effect::saturation) scene.effects.set(Effect::blooming, Use::off);
     Scene without = scene;
     leave_out(effect, without.effects);
     const EffectPlan plan =

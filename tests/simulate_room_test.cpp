@@ -392,6 +392,37 @@ TEST(RoomLight, RefusesWhatCannotBeRendered) {
             "2.2, 3.2]");
 }
 
+TEST(RoomLight, ThereAreNoFurtherBouncesWithoutTheFirst) {
+  Scene scene = white_room(0.5);
+  const Rigid3 pose = look_at({3, 3, 0.5}, {3.1, 3, 1.5}, Vector3d::UnitY());
+  const auto part = [](const RenderPlan& plan, Effect effect) {
+    return plan.effects[static_cast<std::size_t>(effect)];
+  };
+  scene.effects.set(Effect::walls, Use::off);
+  scene.effects.set(Effect::interreflection, Use::automatic);
+  scene.effects.tolerance_dn = 1e-9;
+  const EffectPlan left_out = part(plan_render(scene, pose), Effect::interreflection);
+  EXPECT_FALSE(left_out.applied);
+  EXPECT_EQ(left_out.reason, "not without walls");
+  scene.effects.set(Effect::walls, Use::automatic);
+  scene.effects.set(Effect::interreflection, Use::on);
+  scene.effects.tolerance_dn = 1e6;
+  const EffectPlan needed = part(plan_render(scene, pose), Effect::walls);
+  EXPECT_TRUE(needed.applied);
+  EXPECT_EQ(needed.reason, "for interreflection");
+}
+
+// They go together: dark surfaces do not light each other.
+TEST(RoomLight, TheBoundOfWallsCountsAllBounces) {
+  const Scene scene = white_room(0.8);
+  const Rigid3 pose = look_at({3, 3, 0.5}, {3.1, 3, 1.5}, Vector3d::UnitY());
+  Scene once = scene;
+  once.effects.set(Effect::interreflection, Use::off);
+  const auto walls = static_cast<std::size_t>(Effect::walls);
+  EXPECT_GT(plan_render(scene, pose).effects[walls].bound_dn,
+            3 * plan_render(once, pose).effects[walls].bound_dn);
+}
+
 TEST(RoomLight, AbsentEffectsChangeNoBit) {
   const Scene plain = one_lamp();
   Scene scene = plain;

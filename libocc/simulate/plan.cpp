@@ -41,7 +41,10 @@ const EffectModel& model_of(Effect effect) {
 // Ghosts are images of lamps, too; where they are is not asked for.
 bool is_of_lamp_images(Effect effect) { return effect <= Effect::occlusion; }
 
-bool comes_before_blooming(Effect effect) { return effect <= Effect::gain; }
+// What spills depends on it.
+bool changes_blooming(Effect effect) {
+  return effect <= Effect::gain || effect == Effect::saturation;
+}
 
 Bound whole_bound(Effect effect, const View& view) {
   const EffectModel& model = model_of(effect);
@@ -53,7 +56,7 @@ Bound whole_bound(Effect effect, const View& view) {
       seen.scene.effects.set(Effect::walls, Use::off);  // those are no ghosts
       bound.dn += model.bound(make_view(seen.scene, seen.cam_from_world, seen.options)).dn;
     }
-  if (comes_before_blooming(effect) && (bound.dn > 0 || bound.px > 0)) {
+  if (changes_blooming(effect) && (bound.dn > 0 || bound.px > 0)) {
     const Bound spill = most_spill(view);
     bound.dn += spill.dn;
     bound.px += spill.px;
@@ -88,13 +91,26 @@ void decide(const EffectModel& model, const Scene& scene, const SimulateOptions&
   }
 }
 
-void refuse_contradictions(const RenderPlan& plan) {
+EffectPlan& part_of(RenderPlan& plan, Effect effect) {
+  return plan.effects[static_cast<std::size_t>(effect)];
+}
+
+// An effect is not there without the one that it follows from: who switches it on has both.
+void settle_consequences(RenderPlan& plan) {
   for (const auto& [cause, effect] : consequences) {
-    const EffectPlan& follows = plan.effects[static_cast<std::size_t>(effect)];
-    const EffectPlan& from = plan.effects[static_cast<std::size_t>(cause)];
-    if (follows.called_for && follows.use == Use::on && from.use == Use::off)
+    EffectPlan& follows = part_of(plan, effect);
+    EffectPlan& from = part_of(plan, cause);
+    if (!follows.applied || from.applied) continue;
+    if (follows.use == Use::automatic) {
+      follows.applied = false;
+      follows.reason = std::string("not without ") + effect_name(cause);
+      continue;
+    }
+    if (from.use == Use::off)
       require(false, std::string("effects.") + effect_name(effect), "on",
               std::string("off or auto where ") + effect_name(cause) + " is off");
+    from.applied = true;
+    from.reason = std::string("for ") + effect_name(effect);
   }
 }
 
@@ -108,7 +124,7 @@ RenderPlan make_plan(const Scene& scene, const SimulateOptions& options, const V
     part.use = scene.effects.use[i];
     decide(model_of(part.effect), scene, options, view, part);
   }
-  refuse_contradictions(plan);
+  settle_consequences(plan);
   return plan;
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The lens's distortion. Left out, a lamp is where a pinhole sees it: its centroid moves by no more
-// than the farthest-moved point of its rim, a pixel changes by what such a move of the image does
-// (internal/blur.hpp), and by what the lens concentrates or spreads of the light there.
+// than the farthest-moved point of its rim, a pixel changes what such a move of the image does
+// (internal/blur.hpp), by what the lens concentrates or spreads of the light there, and by all that
+// the room's surfaces send.
 #include <algorithm>
 #include <cmath>
 
@@ -49,7 +50,9 @@ Bound bound(const View& view) {
   const Camera pinhole = view.scene.camera.without_distortion();
   for (const Lamp* lamp : unseen_lamps(view))
     if (is_seen_from(*lamp, view.cam_from_world, pinhole, view, false)) return {infinity, infinity};
-  return sum_of_overlapping(view, bound_of);
+  Bound bound = sum_of_overlapping(view, bound_of);
+  bound.dn += view.grey_levels(lit_wall_electrons(view));
+  return bound;
 }
 
 }  // namespace
