@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "libocc/calibrate/internal/light_fit.hpp"
+#include "libocc/calibrate/internal/poses.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
@@ -148,15 +149,6 @@ LightFit fit_group(const Scene& scene, const Group& group, const LightOptions& o
   return fit;
 }
 
-void validate_input(const std::vector<std::vector<Blob>>& blobs,
-                    const std::vector<Rigid3>& cam_from_world) {
-  require(blobs.size() == cam_from_world.size(), "cam_from_world", cam_from_world.size(),
-          "one pose for each of " + std::to_string(blobs.size()) + " images");
-  for (std::size_t i = 0; i < cam_from_world.size(); ++i)
-    Rigid3::from_matrix(cam_from_world[i].matrix(),
-                        ("cam_from_world[" + std::to_string(i) + "]").c_str());
-}
-
 void validate_matches(const std::vector<std::vector<Match>>& matches,
                       const std::vector<std::vector<Blob>>& blobs, std::size_t lamps) {
   require(matches.size() == blobs.size(), "matches", matches.size(),
@@ -254,7 +246,7 @@ Result<CalibratedLight> calibrated(const Scene& scene, const std::vector<std::ve
                                    const std::vector<std::vector<Match>>* matches,
                                    const LightOptions& options) {
   options.validate();
-  validate_input(blobs, cam_from_world);
+  calibrating::validate_poses(blobs.size(), cam_from_world);
   Result<CalibratedLight> result;
   CalibratedLight& found = result.value;
   found.scene = scene;
