@@ -186,6 +186,16 @@ Eigen::Vector3d normal_of(const Eigen::Matrix3Xd& points, const Triple& spread) 
   return (points.col(spread[1]) - corner).cross(points.col(spread[2]) - corner).normalized();
 }
 
+// One sigma for all points, or one for each; `typical`: their root mean square.
+Eigen::VectorXd sigmas_of(const SolvePoseOptions& options, Eigen::Index points, double& typical) {
+  const auto n = static_cast<Eigen::Index>(options.sigmas_px.size());
+  if (n == 0) return Eigen::VectorXd::Constant(1, typical = options.sigma_px);
+  require(n == points, "sigmas_px", n, "one for each point");
+  const Eigen::VectorXd sigmas = Eigen::Map<const Eigen::VectorXd>(options.sigmas_px.data(), n);
+  typical = sigmas.norm() / std::sqrt(static_cast<double>(n));
+  return sigmas;
+}
+
 std::string misfit_message(const Candidate& best, double sigma_px) {
   std::ostringstream text;
   text << "the best pose leaves " << best.rms_px << " px r.m.s. with sigma_px = " << sigma_px;
@@ -193,10 +203,11 @@ std::string misfit_message(const Candidate& best, double sigma_px) {
 }
 
 void conclude(const Problem& problem, const Triple& spread, const Camera& camera,
-              const SolvePoseOptions& options, bool converged, Result<Fix>& result) {
+              const SolvePoseOptions& options, double sigma_px, bool converged,
+              Result<Fix>& result) {
   const Candidate& best = result->candidates.front();
-  const double height = seen_height(problem, spread, camera, options.sigma_px,
-                                    problem.frame.normalised(best.cam_from_world));
+  const double height =
+      seen_height(problem, spread, camera, sigma_px, problem.frame.normalised(best.cam_from_world));
   const bool misfits = best.chi2 > options.largest_misfit * std::max(1, best.dof);
   const double sigmas = misfits ? 1 : std::sqrt(variance_factor(best.chi2, best.dof));
   if (!best.covariance.allFinite()) {
@@ -207,7 +218,7 @@ void conclude(const Problem& problem, const Triple& spread, const Camera& camera
     result.message = "as far as can be seen the points lie on a line, and any turn about it fits";
   } else if (misfits) {
     result.status = Status::no_pose;
-    result.message = misfit_message(best, options.sigma_px);
+    result.message = misfit_message(best, sigma_px);
   } else if (!converged) {
     result.status = Status::not_converged;
     result.message = "stopped after max_iterations = " + std::to_string(options.max_iterations);
@@ -221,6 +232,8 @@ void conclude(const Problem& problem, const Triple& spread, const Camera& camera
 
 void SolvePoseOptions::validate() const {
   require(sigma_px > 0 && std::isfinite(sigma_px), "sigma_px", sigma_px, "positive");
+  for (const double sigma : sigmas_px)
+    require(sigma > 0 && std::isfinite(sigma), "sigmas_px", sigma, "positive");
   require(largest_misfit > 0, "largest_misfit", largest_misfit, "positive");
   require(max_iterations > 0, "max_iterations", max_iterations, "positive");
 }
@@ -239,8 +252,9 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
     result.message = std::to_string(n) + " points; a pose takes three";
     return result;
   }
-  const Problem problem = make_point_problem(points_in_world, points_px, camera,
-                                             Eigen::VectorXd::Constant(1, options.sigma_px));
+  double sigma_px = 0;
+  const Eigen::VectorXd sigmas_px = sigmas_of(options, n, sigma_px);
+  const Problem problem = make_point_problem(points_in_world, points_px, camera, sigmas_px);
   const Triple spread = spread_triple(problem.points);
   if (on_a_line(problem, spread)) {
     result.status = Status::degenerate;
@@ -260,7 +274,7 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
   }
   for (const PointFit& fit : fits_of(problem, *starts, normal, options.max_iterations, dof)) {
     Candidate c = candidate_of(problem, fit);
-    c.rms_px = options.sigma_px * std::sqrt(fit.equations.chi2 / static_cast<double>(n));
+    c.rms_px = sigma_px * std::sqrt(fit.equations.chi2 / static_cast<double>(n));
     converged = converged && fit.converged;
     result.value.candidates.push_back(c);
   }
@@ -270,7 +284,7 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
     return result;
   }
   take_best(result.value);
-  conclude(problem, spread, camera, options, converged, result);
+  conclude(problem, spread, camera, options, sigma_px, converged, result);
   return result;
 }
 

@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "libocc/camera/camera.hpp"
 #include "libocc/core/status.hpp"
@@ -26,6 +27,7 @@ struct LIBOCC_API SolvePoseOptions {
   double largest_misfit = 10;   ///< chi2 / dof beyond which nothing is said to fit: 3 sigmas r.m.s.
   int max_iterations =
       1000;  ///< a handful, but hundreds where the minimum is a flat, curved valley
+  std::vector<double> sigmas_px;  ///< of each point, instead of sigma_px
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };

@@ -33,6 +33,12 @@ void Scene::validate() {
     lamp.validate();
     require(ids.insert(lamp.id).second, "lamps: id", lamp.id, "of one lamp only");
   }
+  std::set<std::pair<std::string, int>> tag_ids;
+  for (Tag& tag : tags) {
+    tag.validate();
+    require(tag_ids.insert({tag.family, tag.id}).second, "tags: id", tag.id,
+            "of one tag of its family only");
+  }
   lens.validate();
   effects.validate();
   require(ambient_w_m2 >= 0 && std::isfinite(ambient_w_m2), "ambient_w_m2", ambient_w_m2,

@@ -14,6 +14,7 @@
 #include "libocc/scene/effects.hpp"
 #include "libocc/scene/lamp.hpp"
 #include "libocc/scene/lens.hpp"
+#include "libocc/scene/tag.hpp"
 
 namespace occ {
 
@@ -39,12 +40,13 @@ struct LIBOCC_API Scene {
   std::optional<Room> room;
   Lens lens;
   std::vector<Box> boxes;
+  std::vector<Tag> tags;             ///< landmarks beside the lamps; not rendered
   double ambient_w_m2 = 0;           ///< on the sensor, from everything that is no lamp
   Effects effects;                   ///< which of all this a rendered image contains
   std::vector<std::string> assumed;  ///< for people: which values the scene's source does not give
 
-  /// Checks every part and that no two lamps share an id; normalises lamp axes. Throws
-  /// std::invalid_argument naming the part, the field and its value.
+  /// Checks every part and that no two lamps, or tags of a family, share an id; normalises axes.
+  /// Throws std::invalid_argument naming the part, the field and its value.
   void validate();
 
   /// The scene without what its effects switch off, for whoever measures images that were rendered

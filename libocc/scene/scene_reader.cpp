@@ -184,6 +184,20 @@ Effects read_effects(YamlSection section) {
   return effects;
 }
 
+void read_tags(YamlSection& root, Scene& scene) {
+  for (YamlSection& section : root.sections("tags")) {
+    Tag& tag = scene.tags.emplace_back();
+    section.need("id", tag.id);
+    section.read("family", tag.family);
+    section.need("size_m", tag.size_m);
+    section.need("centre_m", tag.centre_m);
+    section.read("normal", tag.normal);
+    section.read("x_axis", tag.x_axis);
+    section.refuse_unknown();
+    section.check([&] { scene.validate(); });
+  }
+}
+
 Scene read_root(const std::shared_ptr<const YamlNode>& node, const std::string& name) {
   YamlSection root(node, node->line, name, "");
   refuse_other_schema(root);
@@ -195,6 +209,7 @@ Scene read_root(const std::shared_ptr<const YamlNode>& node, const std::string& 
   root.read("ambient_w_m2", scene.ambient_w_m2);
   root.check([&] { scene.validate(); });
   if (root.has("boxes")) read_boxes(root, scene);
+  if (root.has("tags")) read_tags(root, scene);
   if (root.has("room")) read_room(root.section("room"), scene);
   if (root.has("effects")) scene.effects = read_effects(root.section("effects"));
   root.read("assumed", scene.assumed);

@@ -160,6 +160,19 @@ void write_boxes(const std::vector<Box>& boxes, std::string& out) {
   }
 }
 
+void write_tags(const std::vector<Tag>& tags, std::string& out) {
+  if (!tags.empty()) out += "tags:\n";
+  for (const Tag& tag : tags) {
+    Lines lines(out, "  - ");
+    lines.add("id", tag.id);
+    lines.add("family", quoted(tag.family));
+    lines.add("size_m", tag.size_m);
+    lines.add("centre_m", tag.centre_m);
+    lines.add("normal", tag.normal);
+    lines.add("x_axis", tag.x_axis);
+  }
+}
+
 void write_effects(const Effects& effects, std::string& out) {
   out += "effects:\n";
   Lines lines(out, "  ");
@@ -207,6 +220,7 @@ std::string format_scene(const Scene& scene) {
   write_lens(checked.lens, out);
   Lines(out, "").add("ambient_w_m2", checked.ambient_w_m2);
   write_boxes(checked.boxes, out);
+  write_tags(checked.tags, out);
   if (checked.room) {
     out += "room:\n";
     Lines lines(out, "  ");

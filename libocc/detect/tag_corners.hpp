@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: the corners of a dark square on a light ground (or the reverse) to a few hundredths of
+// a pixel, from corners to half a pixel.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <Eigen/Core>
+#include <array>
+
+#include "libocc/core/image.hpp"
+
+namespace occ {
+
+struct TagCorners {
+  std::array<Eigen::Vector2d, 4> px;
+  std::array<Eigen::Matrix2d, 4> covariance_px2;
+};
+
+/// `grey`: one channel. `border`: width of the rings inside and outside the square's sides that are
+/// of one tone, in sides. False when a side is too short, too faint or leaves the image.
+bool refine_corners(const Image& grey, double border, TagCorners& corners);
+
+}  // namespace occ
