@@ -79,6 +79,7 @@ LIBOCC_INLINE void add_products(const Job& job, const Footprint& print, const do
     std::memcpy(&step, across + i, sizeof step);
     std::memcpy(&moment_step, moment_across + i, sizeof step);
     double* to = job.pixels + (print.top + print.first_row) * row + print.left + i;
+#pragma GCC unroll 6
     for (int k = print.first_row; k < print.end_row; ++k, to += row) {
       *reinterpret_cast<Vector*>(to) += down[k] * step;
       if constexpr (with_moments) {

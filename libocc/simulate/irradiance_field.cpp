@@ -51,28 +51,31 @@ struct Job {
   const double* nodes;
   int columns, rows, step, height;
   const Weights* weights;
-  double* line;  // room for a node of every column
+  double* lines;  // room for every pixel on every row of nodes
 };
 
+/// Along the rows of nodes, then down from these.
 LIBOCC_INLINE void interpolate_all(const Job& job, int step, double* __restrict to) {
-  for (int y = 0; y < job.height; ++y) {
+  double* __restrict line = job.lines;
+  for (int row = 0; row < job.rows; ++row)
+    for (int interval = 0; interval + 1 < job.columns; ++interval, line += step) {
+      const Stencil across = stencil_of(interval, job.columns);
+      const double* __restrict w = job.weights[across.interval].data()->data();
+      const double* n = job.nodes + row * job.columns + across.first;
+      const double n0 = n[0], n1 = n[1], n2 = n[2], n3 = n[3];
+      for (int i = 0; i < step; ++i)
+        line[i] = w[i] * n0 + w[i + most_step] * n1 + w[i + 2 * most_step] * n2 +
+                  w[i + 3 * most_step] * n3;
+    }
+  const std::ptrdiff_t width = (job.columns - 1) * step;
+  for (int y = 0; y < job.height; ++y, to += width) {
     const Stencil down = stencil_of(y / step, job.rows);
     const double* w = job.weights[down.interval].data()->data() + y % step;
     const double w0 = w[0], w1 = w[most_step], w2 = w[2 * most_step], w3 = w[3 * most_step];
-    const double* nodes = job.nodes + down.first * job.columns;
-    double* __restrict line = job.line;
-    for (int i = 0; i < job.columns; ++i)
-      line[i] = w0 * nodes[i] + w1 * nodes[i + job.columns] + w2 * nodes[i + 2 * job.columns] +
-                w3 * nodes[i + 3 * job.columns];
-    for (int interval = 0; interval + 1 < job.columns; ++interval, to += step) {
-      const Stencil across = stencil_of(interval, job.columns);
-      const double* __restrict v = job.weights[across.interval].data()->data();
-      const double* n = line + across.first;
-      const double n0 = n[0], n1 = n[1], n2 = n[2], n3 = n[3];
-      for (int i = 0; i < step; ++i)
-        to[i] = v[i] * n0 + v[i + most_step] * n1 + v[i + 2 * most_step] * n2 +
-                v[i + 3 * most_step] * n3;
-    }
+    const double* __restrict from = job.lines + down.first * width;
+    for (std::ptrdiff_t x = 0; x < width; ++x)
+      to[x] =
+          w0 * from[x] + w1 * from[x + width] + w2 * from[x + 2 * width] + w3 * from[x + 3 * width];
   }
 }
 
@@ -105,9 +108,9 @@ void IrradianceField::fill(const Lamp& lamp, const Rigid3& cam_from_world, const
       complete = complete && nodes_.back() > 0;
     }
   if (complete) {
-    line_.resize(static_cast<std::size_t>(columns));
+    lines_.resize(static_cast<std::size_t>(field.width) * static_cast<std::size_t>(rows));
     return interpolate_for(simd_)(
-        {nodes_.data(), columns, rows, step_, field.height, weights_.data(), line_.data()},
+        {nodes_.data(), columns, rows, step_, field.height, weights_.data(), lines_.data()},
         field.values.data());
   }
   const auto centre = camera.project(cam_from_world * lamp.centre_m);

@@ -17,20 +17,20 @@ struct PixelLight {
 LIBOCC_INLINE PixelLight light_at(const RowLight& row, int x) {
   const double* e = row.here + 1 + x;
   const double left = e[-1], right = e[1], up = row.above[x + 1], down = row.below[x + 1];
-  return {*e + row.half_variance * (left + right + up + down - 4 * *e), 0.5 * (right - left),
-          0.5 * (down - up)};
+  return {*e + row.half_variance * (left + right + up + down - 4 * *e), right - left, down - up};
 }
 
 template <Simd>
 LIBOCC_INLINE void by_moments_body(RowLight row, const double* m_x, const double* m_y, double* c) {
   for (int x = 0; x < row.count; ++x) {
     const PixelLight light = light_at(row, x);
-    c[x] = row.electrons * (light.blurred * c[x] + light.d_x * m_x[x] + light.d_y * m_y[x]);
+    c[x] = row.electrons * (light.blurred * c[x] + 0.5 * (light.d_x * m_x[x] + light.d_y * m_y[x]));
   }
 }
 LIBOCC_MULTIVERSION(by_moments, (RowLight row, const double* m_x, const double* m_y, double* c),
                     (row, m_x, m_y, c))
 
+/// Times the electrons, and half of those as light changes over two pixels.
 struct Taps {
   double t1, t2, t3, t4;
 };
@@ -44,8 +44,8 @@ LIBOCC_INLINE void light_pixels(const RowLight& row, const double* c, std::ptrdi
                                 const Taps& taps, int first, int count, double* __restrict to) {
   for (int x = first; x < first + count; ++x) {
     const PixelLight light = light_at(row, x);
-    to[x] = row.electrons * (light.blurred * c[x] + light.d_x * filtered(taps, c + x, 1) +
-                             light.d_y * filtered(taps, c + x, stride));
+    to[x] = row.electrons * (light.blurred * c[x]) + light.d_x * filtered(taps, c + x, 1) +
+            light.d_y * filtered(taps, c + x, stride);
   }
 }
 
@@ -57,7 +57,7 @@ LIBOCC_INLINE void by_filter_body(RowLight row, const double* c, std::ptrdiff_t 
   if (row.count < lanes) return light_pixels(row, c, stride, taps, 0, row.count, to);
   for (int x = 0; x + lanes <= row.count; x += lanes)
     light_pixels(row, c, stride, taps, x, lanes, to);
-  light_pixels(row, c, stride, taps, row.count - lanes, lanes, to);
+  if (row.count % lanes != 0) light_pixels(row, c, stride, taps, row.count - lanes, lanes, to);
 }
 LIBOCC_MULTIVERSION(by_filter,
                     (RowLight row, const double* c, std::ptrdiff_t stride, Taps taps, double* to),
@@ -96,7 +96,9 @@ void light_row(Simd simd, const RowLight& light, const double* m_x, const double
 
 void light_row(Simd simd, const RowLight& light, const double* c, std::ptrdiff_t stride,
                const std::array<double, 4>& taps, double* to) {
-  by_filter_for(simd)(light, c, stride, {taps[0], taps[1], taps[2], taps[3]}, to);
+  const double factor = 0.5 * light.electrons;
+  by_filter_for(simd)(light, c, stride,
+                      {factor * taps[0], factor * taps[1], factor * taps[2], factor * taps[3]}, to);
 }
 
 void light_row(Simd simd, double electrons, const double* c, int count, double* to) {

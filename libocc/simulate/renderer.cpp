@@ -173,7 +173,7 @@ class Renderer::Workshop {
     truths.resize(scene_.lamps.size());
     for (std::size_t i = 0; i < scene_.lamps.size(); ++i) {
       const Lamp& lamp = scene_.lamps[i];
-      truths[i] = lamp_truth(lamp, frame, renderer.camera());
+      truths[i] = lamp_truth(lamp, frame, renderer.motion(), renderer.camera());
       if (!renderer.render(lamp, image_)) continue;
       truths[i].electrons = add_lamp(image_, lamp, frame, signal_);
       const ByPlace colours = colours_of(lamp.colour, frame);

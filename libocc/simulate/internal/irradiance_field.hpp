@@ -31,7 +31,7 @@ class IrradianceField {
   Simd simd_;
   int step_ = 0;                    // pixels from node to node
   std::array<Weights, 3> weights_;  // in the first, a middle and the last of three intervals
-  std::vector<double> nodes_, line_;
+  std::vector<double> nodes_, lines_;
 };
 
 }  // namespace occ

@@ -6,6 +6,7 @@
 // PSF over the shape. Expanded about the pixel, with c the coverage, (m_x, m_y) its first moments
 // and s^2 the variance of PSF and pixel box together, it is
 //     (E + s^2/2 laplacian E) c + grad E . (m_x, m_y) + ...
+// Moments follow from c where pixels resolve the PSF (formation/moment_filter.hpp).
 // What is left out changes with the second moment at the rim: 2e-6 to 1e-5 of the peak for focal
 // lengths of 200 px and more and a PSF of 0.8 px, 1e-4 at worst for 2 px (measured).
 //
@@ -38,6 +39,7 @@ class LampRenderer {
 
   /// That of the image: without distortion when the plan leaves it out.
   const Camera& camera() const { return camera_; }
+  const Motion& motion() const { return motion_; }
 
  private:
   // A lamp taken for a point, and the face of which a part may be hidden.

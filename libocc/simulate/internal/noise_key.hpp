@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 #include "libocc/core/philox_blocks.hpp"
@@ -77,7 +78,8 @@ class RowWords {
       const std::uint32_t first = pixels.first + row * pixels.next_row;
       const std::uint32_t block = first / per_block;
       const std::uint32_t in_row = (first + pixels.count - 1) / per_block - block + 1;
-      for (std::uint32_t i = 0; i < in_row; ++i) counters_[blocks + i] = block + i;
+      const auto begin = counters_.begin() + blocks;
+      std::iota(begin, begin + in_row, block);
       blocks += in_row;
     }
     words_.resize(4 * counters_.size() + spare);
