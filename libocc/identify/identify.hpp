@@ -27,9 +27,9 @@ struct LIBOCC_API IdentifyOptions {
   double frequency_tolerance = 0.02;  ///< relative; lamps and row clocks are not exact
   double gate_sigma = 4;              ///< a projected lamp and a blob agree within this
   double model_sigma_px = 0.5;        ///< error of the camera and map, added to every gate
-  double miss_penalty = 6;      ///< chi-square for a lamp that should be seen but is not (e^-3)
-  int max_hypotheses = 200000;  ///< namings of three blobs tried; the message says when it ended
-                                ///< the search
+  double miss_penalty = 6;       ///< chi-square for a lamp that should be seen but is not (e^-3)
+  int max_hypotheses = 1000000;  ///< namings of three blobs tried; the message says when it ended
+                                 ///< the search
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
