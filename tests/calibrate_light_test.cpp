@@ -153,6 +153,126 @@ TEST(CalibrateLight, RenderedAndDetectedLampsComeBack) {
   EXPECT_LT(nees, test::chi2_interval(2.0 * count, 3.3).second);
 }
 
+/// The scene as a map has it whose powers are all wrong by one factor.
+Scene scaled(Scene scene, double factor) {
+  for (Lamp& lamp : scene.lamps) {
+    lamp.power_w /= factor;
+    lamp.half_power_rad = M_PI / 3;
+  }
+  return scene;
+}
+
+TEST(CalibrateLight, ACommonFactorKeepsRelativePowers) {
+  Random random(11);
+  const Scene truth = true_room();
+  const auto poses = poses_of(12, random);
+  LightOptions options;
+  options.powers = PowerFit::common_factor;
+  const auto found =
+      calibrate_light(scaled(truth, 1.7), blobs_of(truth, poses, 1e-9, random), poses, options);
+  ASSERT_TRUE(found.ok() && found->factor) << found.message;
+  EXPECT_NEAR(found->factor->value, 1.7, 1e-6);
+  for (std::size_t i = 0; i < truth.lamps.size(); ++i) {
+    EXPECT_LT(error_of(found->lamps[i], truth.lamps[i]).norm(), 1e-6);
+    EXPECT_NEAR(found->scene.lamps[i].power_w, truth.lamps[i].power_w, 1e-6);
+    EXPECT_EQ(found->lamps[i].covariance(0, 0), found->factor->covariance(0, 0));
+  }
+}
+
+TEST(CalibrateLight, ACommonFactorHoldsForLampsThatAreNotSeen) {
+  Random random(12);
+  Scene truth = true_room();
+  const auto poses = poses_of(6, random, 0.02);  // so little range that no order is told alone
+  Scene map = scaled(truth, 0.5);
+  for (std::size_t i = 0; i < truth.lamps.size(); ++i)
+    map.lamps[i].half_power_rad = truth.lamps[i].half_power_rad;
+  auto blobs = blobs_of(truth, poses, 0.01, random);
+  for (auto& of_image : blobs) of_image.erase(of_image.begin());
+  LightOptions options;
+  options.powers = PowerFit::common_factor;
+  const auto found = calibrate_light(map, blobs, poses, options);
+  ASSERT_TRUE(found.ok() && found->factor);
+  EXPECT_EQ(found->lamps[0].status, Status::no_lamps);
+  const double sigma = std::sqrt(found->factor->covariance(0, 0));
+  EXPECT_LT(std::abs(std::log(found->factor->value / 0.5)), 4 * sigma);
+  EXPECT_EQ(found->lamps[0].power_w, map.lamps[0].power_w * found->factor->value);
+  EXPECT_EQ(found->scene.lamps[0].power_w, found->lamps[0].power_w);
+  EXPECT_EQ(found->scene.lamps[0].half_power_rad, map.lamps[0].half_power_rad);
+  const auto none = calibrate_light(map, {{}}, {poses[0]}, options);
+  EXPECT_EQ(none.status, Status::degenerate);
+  EXPECT_FALSE(none->factor);
+  EXPECT_NE(none.message.find("no lamp is seen whole and alone"), std::string::npos);
+}
+
+TEST(CalibrateLight, CovarianceOfACommonFactorIsTrue) {
+  Random random(13);
+  const Scene truth = true_room();
+  LightOptions options;
+  options.powers = PowerFit::common_factor;
+  options.model_sigma = 0;
+  options.huber_sigma = 1e9;
+  options.max_order_sigma = 10;
+  double nees = 0, chi2 = 0;
+  int unknowns = 0, dof = 0;
+  for (int run = 0; run < 100; ++run) {
+    const auto poses = poses_of(10, random);
+    const auto found =
+        calibrate_light(scaled(truth, 0.8), blobs_of(truth, poses, 0.01, random), poses, options);
+    ASSERT_TRUE(found.ok());
+    std::vector<Eigen::Index> known{0};
+    Eigen::VectorXd all(7);
+    all[0] = std::log(found->factor->value / 0.8);
+    for (Eigen::Index i = 0; i < 6; ++i) {
+      const auto lamp = static_cast<std::size_t>(i);
+      all[i + 1] = found->lamps[lamp].order - truth.lamps[lamp].order();
+      if (found->lamps[lamp].status == Status::ok) known.push_back(i + 1);
+    }
+    if (known.size() < 7) continue;  // one that was held at the map's order is wrong by more
+    nees += all.dot(found->factor->covariance.llt().solve(all));
+    unknowns += 7;
+    chi2 += found->lamps[0].chi2;
+    dof += found->lamps[0].dof;
+  }
+  ASSERT_GT(unknowns, 400);
+  const auto interval = test::chi2_interval(unknowns), of_chi2 = test::chi2_interval(dof);
+  EXPECT_GT(nees, interval.first);
+  EXPECT_LT(nees, interval.second);
+  EXPECT_GT(chi2, of_chi2.first);
+  EXPECT_LT(chi2, of_chi2.second);
+}
+
+/// Whether lamps come back whose images lack what these effects do, with detection told so.
+TEST(CalibrateLight, EffectsThatAreOffDoNotCount) {
+  Scene truth = true_room();
+  truth.lens.vignetting = {-0.6};
+  truth.sensor.response = Response::srgb;
+  truth.sensor.bit_depth = 12;
+  truth.sensor.gain_dn_per_e = 0.4;
+  for (Lamp& lamp : truth.lamps) lamp.frequency_hz = 1000;
+  for (const Effect effect : {Effect::vignetting, Effect::response, Effect::modulation})
+    truth.effects.set(effect, Use::off);
+  Random random(14);
+  const auto poses = poses_of(16, random);
+  DetectOptions detecting;
+  detecting.sensor = truth.as_rendered().sensor;
+  std::vector<std::vector<Blob>> blobs;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    SimulateOptions options;
+    options.seed = i + 1;
+    blobs.push_back(detect(simulate(truth, poses[i], options).image.view(), detecting));
+  }
+  const auto found = calibrate_light(supposed(truth), blobs, poses);
+  ASSERT_TRUE(found.ok()) << found.message;
+  for (std::size_t i = 0; i < truth.lamps.size(); ++i) {
+    const LampLight& light = found->lamps[i];
+    ASSERT_EQ(light.status, Status::ok) << light.message;
+    EXPECT_LT(std::abs(error_of(light, truth.lamps[i])[0]), 0.02);
+    EXPECT_LT(std::abs(error_of(light, truth.lamps[i])[1]), 0.1);
+    EXPECT_TRUE(found->scene.lamps[i].frequency_hz) << "the scene itself stays as it is";
+  }
+  EXPECT_EQ(found->scene.lens.vignetting.size(), 1U);
+}
+
 TEST(CalibrateLight, NamesStandInForTheGate) {
   Random random(7);
   const Scene truth = true_room();

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/calibrate/light.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
+#include "libocc/calibrate/internal/light_fit.hpp"
+#include "libocc/calibrate/internal/poses.hpp"
 #include "libocc/core/require.hpp"
-#include "libocc/core/statistics.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
 #include "libocc/formation/vignetting.hpp"
@@ -16,8 +16,9 @@
 namespace occ {
 namespace {
 
-constexpr int max_steps = 50;
-constexpr double smallest_order = 0.05, largest_order = 200;
+using calibrating::FitLimits;
+using calibrating::FluxEquation;
+using calibrating::LightFit;
 
 struct Found {
   FluxUse use = FluxUse::no_blob;
@@ -67,135 +68,85 @@ Found named(const std::vector<Lamp>& lamps, const Places& places, std::size_t la
   return {};
 }
 
-/// ln F - ln G = ln P + ln(m + 1) + m ln cos(phi), of one image.
-struct Equation {
-  double log_cos = 0, seen = 0, sigma = 1;
-};
-
-double residual(const Equation& e, const Eigen::Vector2d& x) {
-  return e.seen - x[0] - std::log(x[1] + 1) - x[1] * e.log_cos;
-}
-
-struct Normal {
-  Eigen::Matrix2d matrix = Eigen::Matrix2d::Zero();
-  Eigen::Vector2d right = Eigen::Vector2d::Zero();
-  double chi2 = 0;
-};
-
-/// Huber's weights where the parameters are now.
-Normal normal_at(const std::vector<Equation>& equations, const Eigen::Vector2d& x, double huber) {
-  Normal sum;
-  for (const Equation& e : equations) {
-    const double left = residual(e, x), off = std::abs(left) / e.sigma;
-    const double weight = (off <= huber ? 1 : huber / off) / (e.sigma * e.sigma);
-    const Eigen::Vector2d row(1, 1 / (x[1] + 1) + e.log_cos);
-    sum.matrix += weight * row * row.transpose();
-    sum.right += weight * left * row;
-    sum.chi2 += weight * left * left;
+std::string angles_of(const LampLight& light) {
+  double least = 1, most = 0;
+  int count = 0;
+  for (const LampFlux& flux : light.fluxes) {
+    if (flux.use != FluxUse::used) continue;
+    least = std::min(least, flux.cos_emission);
+    most = std::max(most, flux.cos_emission);
+    ++count;
   }
-  return sum;
-}
-
-/// x = (ln P, m) from its start; the order is held unless `with_order`. False when steps come to no
-/// end.
-bool fit(const std::vector<Equation>& equations, bool with_order, double huber,
-         Eigen::Vector2d& x) {
-  for (int step = 0; step < max_steps; ++step) {
-    const Normal normal = normal_at(equations, x, huber);
-    Eigen::Vector2d d(normal.right[0] / normal.matrix(0, 0), 0);
-    if (with_order) {
-      if (!(normal.matrix.determinant() > 0)) return false;
-      d = normal.matrix.inverse() * normal.right;
-    }
-    if (!d.allFinite()) return false;
-    const double order = std::clamp(x[1] + d[1], smallest_order, largest_order);
-    const bool still = std::abs(d[0]) < 1e-9 && std::abs(order - x[1]) < 1e-9;
-    x = {x[0] + d[0], order};
-    if (still) return order > smallest_order && order < largest_order;
-  }
-  return false;
-}
-
-void state(const std::vector<Equation>& equations, bool with_order, const LightOptions& options,
-           const Eigen::Vector2d& x, LampLight& light) {
-  const Normal normal = normal_at(equations, x, options.huber_sigma);
-  light.power_w = std::exp(x[0]);
-  light.order = x[1];
-  light.chi2 = normal.chi2;
-  light.dof = static_cast<int>(equations.size()) - (with_order ? 2 : 1);
-  light.variance_factor = variance_factor(light.chi2, light.dof);
-  light.covariance = unknown_covariance<2>();
-  if (with_order) {
-    light.covariance = light.variance_factor * normal.matrix.inverse();
-  } else {
-    light.covariance(0, 0) = light.variance_factor / normal.matrix(0, 0);
-  }
-  auto next = equations.begin();
-  for (LampFlux& flux : light.fluxes)
-    if (flux.use == FluxUse::used) flux.residual = residual(*next++, x);
-}
-
-std::string angles_of(const std::vector<Equation>& equations) {
-  const auto by_cos = [](const Equation& a, const Equation& b) { return a.log_cos > b.log_cos; };
-  const auto [least, most] = std::minmax_element(equations.begin(), equations.end(), by_cos);
-  const auto degrees = [](const Equation& e) {
-    return std::to_string(std::lround(std::acos(std::min(1.0, std::exp(e.log_cos))) * 180 / M_PI));
+  const auto degrees = [](double cosine) {
+    return std::to_string(std::lround(std::acos(std::min(1.0, cosine)) * 180 / M_PI));
   };
-  return std::to_string(equations.size()) + " fluxes at " + degrees(*least) + " to " +
-         degrees(*most) + " degrees";
+  return std::to_string(count) + " fluxes at " + degrees(most) + " to " + degrees(least) +
+         " degrees";
 }
 
-/// Seen over what a lamp of 1 W and order zero would give but for its (1 / 2 pi).
-Equation equation_of(Lamp lamp, const Blob& blob, const Rigid3& pose, const Scene& scene,
-                     double model_sigma, LampFlux& flux) {
+/// Seen over what the scene's power would give but for (m + 1) cos^m(phi).
+FluxEquation equation_of(const Lamp& lamp, const Blob& blob, const Rigid3& pose, const Scene& scene,
+                         double model_sigma, LampFlux& flux) {
   const Eigen::Vector3d centre = pose * lamp.centre_m;
   flux.cos_emission = -centre.dot(pose.rotation * lamp.normal) / centre.norm();
   flux.flux_dn = blob.flux_dn;
   flux.sigma = std::hypot(blob.flux_sigma_dn / blob.flux_dn, model_sigma);
-  lamp.power_w = 1;
   const double electrons = lamp_electrons(lamp, pose, scene.camera, scene.sensor) *
                            Vignetting(scene).transmission(blob.centroid_px);
   const double log_cos = std::log(flux.cos_emission), order = lamp.order();
   const double log_unit =
       std::log(scene.sensor.gain_dn_per_e * electrons) - std::log(order + 1) - order * log_cos;
-  return {log_cos, std::log(blob.flux_dn) - log_unit, flux.sigma};
+  return {0, log_cos, std::log(blob.flux_dn) - log_unit, flux.sigma};
 }
 
-void fit_light(const Lamp& lamp, const std::vector<Equation>& equations,
-               const LightOptions& options, LampLight& light) {
-  const Eigen::Vector2d start(std::log(lamp.power_w), lamp.order());
-  Eigen::Vector2d x = start;
-  const auto failed = [&](Status status, const std::string& message) {
-    light.status = status;
-    light.message = message;
-  };
-  light.power_w = lamp.power_w;
-  light.order = lamp.order();
-  if (equations.empty()) return failed(Status::no_lamps, "seen whole and alone in no image");
-  if (equations.size() >= 3 && fit(equations, true, options.huber_sigma, x)) {
-    state(equations, true, options, x, light);
-    if (std::sqrt(light.covariance(1, 1)) <= options.max_order_sigma) {
-      if (light.variance_factor > 1)
-        light.message =
-            "fluxes differ by more than their sigmas allow: poses, exposure or sensor "
-            "are not as the scene says, or the lamp is not Lambertian";
-      return;
-    }
+void say_what_is_not_determined(const LightFit& fit, bool order_is, LampLight& light) {
+  const bool seen = std::any_of(light.fluxes.begin(), light.fluxes.end(),
+                                [](const LampFlux& f) { return f.use == FluxUse::used; });
+  if (!seen) {
+    light.status = Status::no_lamps;
+    light.message = "seen whole and alone in no image";
+  } else if (!order_is) {
+    light.status = Status::degenerate;
+    light.message = "its order is not determined by " + angles_of(light) +
+                    "; the power holds for the scene's order";
+  } else if (fit.variance_factor > 1) {
+    light.message =
+        "fluxes differ by more than their sigmas allow: poses, exposure or sensor are not as the "
+        "scene says, or the lamp is not Lambertian";
   }
-  x = start;
-  fit(equations, false, options.huber_sigma, x);
-  state(equations, false, options, x, light);
-  failed(Status::degenerate, "its order is not determined by " + angles_of(equations) +
-                                 "; the power holds for the scene's order");
 }
 
-void validate_input(const std::vector<std::vector<Blob>>& blobs,
-                    const std::vector<Rigid3>& cam_from_world) {
-  require(blobs.size() == cam_from_world.size(), "cam_from_world", cam_from_world.size(),
-          "one pose for each of " + std::to_string(blobs.size()) + " images");
-  for (std::size_t i = 0; i < cam_from_world.size(); ++i)
-    Rigid3::from_matrix(cam_from_world[i].matrix(),
-                        ("cam_from_world[" + std::to_string(i) + "]").c_str());
+/// Lamps that share one scale of their powers.
+struct Group {
+  std::vector<std::size_t> lamps;
+  std::vector<FluxEquation> equations;
+};
+
+/// Fits a group's light and tells it to its lamps.
+LightFit fit_group(const Scene& scene, const Group& group, const LightOptions& options,
+                   std::vector<LampLight>& lights) {
+  Eigen::VectorXd orders(static_cast<Eigen::Index>(group.lamps.size()));
+  for (std::size_t i = 0; i < group.lamps.size(); ++i)
+    orders[static_cast<Eigen::Index>(i)] = scene.lamps[group.lamps[i]].order();
+  const LightFit fit =
+      fit_light(group.equations, orders, FitLimits{options.huber_sigma, options.max_order_sigma});
+  auto equation = group.equations.begin();
+  for (std::size_t i = 0; i < group.lamps.size(); ++i) {
+    const auto order = static_cast<Eigen::Index>(i);
+    LampLight& light = lights[group.lamps[i]];
+    light.power_w = scene.lamps[group.lamps[i]].power_w * std::exp(fit.scale);
+    light.order = fit.orders[order];
+    light.covariance(0, 0) = fit.covariance(0, 0);
+    light.covariance(1, 1) = fit.covariance(order + 1, order + 1);
+    light.covariance(0, 1) = light.covariance(1, 0) = fit.covariance(0, order + 1);
+    light.chi2 = fit.chi2;
+    light.dof = fit.dof;
+    light.variance_factor = fit.variance_factor;
+    for (LampFlux& flux : light.fluxes)
+      if (flux.use == FluxUse::used) flux.residual = fit.residual(*equation++);
+    say_what_is_not_determined(fit, fit.determined[i], light);
+  }
+  return fit;
 }
 
 void validate_matches(const std::vector<std::vector<Match>>& matches,
@@ -212,50 +163,103 @@ void validate_matches(const std::vector<std::vector<Match>>& matches,
     }
 }
 
+/// What is seen of the lamps, and nothing found out yet.
+struct Seen {
+  std::vector<LampLight> lights;
+  std::vector<std::vector<FluxEquation>> equations;  // of each lamp
+};
+
+Seen seen_in(const Scene& scene, const Scene& rendered, const std::vector<std::vector<Blob>>& blobs,
+             const std::vector<Rigid3>& cam_from_world,
+             const std::vector<std::vector<Match>>* matches, const LightOptions& options) {
+  const std::vector<Lamp>& lamps = rendered.lamps;
+  Seen seen{std::vector<LampLight>(lamps.size()), {}};
+  seen.equations.resize(lamps.size());
+  for (std::size_t l = 0; l < lamps.size(); ++l) {
+    seen.lights[l].id = lamps[l].id;
+    seen.lights[l].power_w = scene.lamps[l].power_w;
+    seen.lights[l].order = lamps[l].order();
+  }
+  for (std::size_t i = 0; i < blobs.size(); ++i) {
+    Places places;
+    for (const Lamp& lamp : lamps) places.push_back(place_of(lamp, cam_from_world[i], rendered));
+    for (std::size_t l = 0; l < lamps.size(); ++l) {
+      LampFlux flux;
+      flux.image = static_cast<int>(i);
+      const Found blob = matches ? named(lamps, places, l, blobs[i], (*matches)[i])
+                                 : nearest(lamps, places, l, blobs[i], options.gate_px);
+      flux.use = blob.use;
+      if (flux.use == FluxUse::used)
+        seen.equations[l].push_back(equation_of(lamps[l], *blob.blob, cam_from_world[i], rendered,
+                                                options.model_sigma, flux));
+      seen.lights[l].fluxes.push_back(flux);
+    }
+  }
+  return seen;
+}
+
+void fit_each(const Seen& seen, const LightOptions& options, CalibratedLight& found) {
+  for (std::size_t l = 0; l < seen.lights.size(); ++l) {
+    const Group group{{l}, seen.equations[l]};
+    if (group.equations.empty())
+      say_what_is_not_determined({}, false, found.lamps[l]);
+    else
+      fit_group(found.scene, group, options, found.lamps);
+  }
+}
+
+void fit_together(const Seen& seen, const LightOptions& options, CalibratedLight& found) {
+  Group all;
+  for (std::size_t l = 0; l < seen.lights.size(); ++l) {
+    all.lamps.push_back(l);
+    for (FluxEquation equation : seen.equations[l]) {
+      equation.lamp = static_cast<int>(l);
+      all.equations.push_back(equation);
+    }
+  }
+  if (all.equations.empty()) {
+    for (LampLight& light : found.lamps) say_what_is_not_determined({}, false, light);
+    return;
+  }
+  const LightFit fit = fit_group(found.scene, all, options, found.lamps);
+  found.factor = CommonFactor{std::exp(fit.scale), fit.covariance};
+}
+
+/// Into the scene goes what is determined; says whether that is anything.
+bool take_over(CalibratedLight& found) {
+  bool any = false;
+  for (std::size_t l = 0; l < found.lamps.size(); ++l) {
+    const LampLight& light = found.lamps[l];
+    Lamp& known = found.scene.lamps[l];
+    const bool ok = light.status == Status::ok;
+    if (ok) known.half_power_rad = std::acos(std::exp2(-1 / light.order));
+    if (!ok && !found.factor) continue;
+    known.power_w = light.power_w;
+    known.power_sigma = std::sqrt(light.covariance(0, 0));
+    any = true;
+  }
+  return any;
+}
+
 Result<CalibratedLight> calibrated(const Scene& scene, const std::vector<std::vector<Blob>>& blobs,
                                    const std::vector<Rigid3>& cam_from_world,
                                    const std::vector<std::vector<Match>>* matches,
                                    const LightOptions& options) {
   options.validate();
-  validate_input(blobs, cam_from_world);
+  calibrating::validate_poses(blobs.size(), cam_from_world);
   Result<CalibratedLight> result;
   CalibratedLight& found = result.value;
   found.scene = scene;
   found.scene.validate();
-  const std::vector<Lamp> lamps = found.scene.lamps;
-  std::vector<Places> places(blobs.size());
-  for (std::size_t i = 0; i < blobs.size(); ++i)
-    for (const Lamp& lamp : lamps) places[i].push_back(place_of(lamp, cam_from_world[i], scene));
-
-  int calibrated = 0;
-  for (std::size_t l = 0; l < lamps.size(); ++l) {
-    LampLight light;
-    light.id = lamps[l].id;
-    std::vector<Equation> equations;
-    for (std::size_t i = 0; i < blobs.size(); ++i) {
-      LampFlux flux;
-      flux.image = static_cast<int>(i);
-      const Found blob = matches ? named(lamps, places[i], l, blobs[i], (*matches)[i])
-                                 : nearest(lamps, places[i], l, blobs[i], options.gate_px);
-      flux.use = blob.use;
-      if (flux.use == FluxUse::used)
-        equations.push_back(equation_of(lamps[l], *blob.blob, cam_from_world[i], found.scene,
-                                        options.model_sigma, flux));
-      light.fluxes.push_back(flux);
-    }
-    fit_light(lamps[l], equations, options, light);
-    if (light.status == Status::ok) {
-      Lamp& known = found.scene.lamps[l];
-      known.power_w = light.power_w;
-      known.power_sigma = std::sqrt(light.covariance(0, 0));
-      known.half_power_rad = std::acos(std::exp2(-1 / light.order));
-      ++calibrated;
-    }
-    found.lamps.push_back(std::move(light));
-  }
-  if (calibrated == 0) {
+  const Scene rendered = found.scene.as_rendered();
+  const Seen seen = seen_in(found.scene, rendered, blobs, cam_from_world, matches, options);
+  found.lamps = seen.lights;
+  const bool together = options.powers == PowerFit::common_factor;
+  together ? fit_together(seen, options, found) : fit_each(seen, options, found);
+  if (!take_over(found)) {
     result.status = Status::degenerate;
-    result.message = "no lamp's power and order are determined";
+    result.message = together ? "no lamp is seen whole and alone in any image"
+                              : "no lamp's power and order are determined";
   }
   return result;
 }

@@ -5,13 +5,16 @@
 //
 // with G_i from the camera, the pose and the distance: formation/light.hpp's lamp_electrons, which
 // goes as (m + 1) / (2 pi) cos^m(phi) / d^2. Gauss and Newton's steps over (ln P, m) per lamp, each
-// lamp for itself; fluxes that miss by more count by Huber's weights. Sigmas are the blobs'
-// own beside `model_sigma`, what the model misses of a flux.
+// lamp for itself, or over one factor of all the scene's powers and the orders: fluxes tell the
+// product of power and factor alone, so that one of them is held. Fluxes that miss by more count by
+// Huber's weights. Sigmas are the blobs' own beside `model_sigma`, what the model misses of a flux.
+// What the scene's effects switch off is not counted (Scene::as_rendered).
 #pragma once
 
 #include "libocc/core/abi.hpp"
 //
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,7 +27,15 @@
 
 namespace occ {
 
+/// Which powers are unknown.
+enum class PowerFit {
+  each,           ///< every lamp's
+  common_factor,  ///< one factor of all of them, such as of an exposure or gain that is not known;
+                  ///< the scene's powers are taken to be right but for it
+};
+
 struct LIBOCC_API LightOptions {
+  PowerFit powers = PowerFit::each;
   double gate_px = 3;  ///< a blob is the lamp's when no farther from its image's centre, and no
                        ///< other blob or lamp is as near
   double model_sigma = 0.002;  ///< relative, of every flux: size of the lamp, tails of its image
@@ -61,29 +72,39 @@ struct LampFlux {
 /// The light of one lamp.
 struct LampLight {
   int id = 0;
-  /// ok; no_lamps: used in no image, power and order are the scene's; degenerate: the order is not
-  /// determined (fewer than three fluxes, too little range of angles) and is the scene's, for which
-  /// the power holds.
+  /// ok; no_lamps: used in no image, power (times the common factor) and order are the scene's;
+  /// degenerate: the order is not determined (fewer than three fluxes, too little range of angles)
+  /// and is the scene's, for which the power holds.
   Status status = Status::ok;
   std::string message;
   double power_w = 0;
   double order = 1;
   /// Of (ln power, order); contains variance_factor.
   Eigen::Matrix2d covariance = unknown_covariance<2>();
-  double chi2 = 0;  ///< robust
+  double chi2 = 0;  ///< robust; this and what follows of the lamp's fit, or of the common one
   int dof = 0;
   double variance_factor = 1;    ///< 1 unless chi2 is too large to be chance
   std::vector<LampFlux> fluxes;  ///< one for each image
 };
 
-struct CalibratedLight {
-  std::vector<LampLight> lamps;  ///< in the scene's order
-  Scene scene;  ///< with power_w, power_sigma and half_power_rad of the lamps that are ok
+/// Of all the scene's powers. Fluxes do not tell whether lamps, exposure or gain are so much more.
+struct CommonFactor {
+  double value = 1;
+  Eigen::MatrixXd covariance;  ///< of (ln value, orders in the scene's order), infinite where an
+                               ///< order is not determined; contains the variance factor
 };
 
-/// Status: ok when some lamp's light is; degenerate when none's is. Poses are those of the images.
-/// Throws std::invalid_argument for another number of poses than of images, a pose that is not
-/// finite, or when scene or options do not validate.
+struct CalibratedLight {
+  std::vector<LampLight> lamps;        ///< in the scene's order
+  std::optional<CommonFactor> factor;  ///< PowerFit::common_factor, when a lamp was seen
+  /// With half_power_rad of the lamps that are ok; power_w and power_sigma of these, or of all when
+  /// there is a common factor. It holds for the exposure and gain that it says.
+  Scene scene;
+};
+
+/// Status: ok when some lamp's light is, or the common factor; degenerate when none is. Poses are
+/// those of the images. Throws std::invalid_argument for another number of poses than of images, a
+/// pose that is not finite, or when scene or options do not validate.
 LIBOCC_API Result<CalibratedLight> calibrate_light(const Scene& scene,
                                                    const std::vector<std::vector<Blob>>& blobs,
                                                    const std::vector<Rigid3>& cam_from_world,

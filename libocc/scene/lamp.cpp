@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "libocc/core/require.hpp"
 #include "libocc/radiometry/lambertian.hpp"
@@ -104,6 +105,13 @@ double Lamp::reach_m() const {
 }
 
 double Lamp::order() const { return lambertian_order(half_power_rad); }
+
+double Lamp::mean_light() const {
+  if (!frequency_hz) return 1;
+  if (waveform.empty()) return duty;
+  return std::accumulate(waveform.begin(), waveform.end(), 0.0) /
+         static_cast<double>(waveform.size());
+}
 
 bool Lamp::shows_lit_side(const Eigen::Vector3d& seen_from) const {
   return (seen_from - centre_m).dot(normal) > 0;

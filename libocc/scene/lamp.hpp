@@ -38,9 +38,10 @@ struct LIBOCC_API Lamp {
   Eigen::Vector3d colour =
       Eigen::Vector3d::Ones();  ///< light that red, green and blue pixels get, over white's
 
-  double area_m2() const;  ///< of the emitting face; 0 for a point
-  double reach_m() const;  ///< from the centre to the farthest point of the rim; 0 for a point
-  double order() const;    ///< Lambertian order m
+  double area_m2() const;     ///< of the emitting face; 0 for a point
+  double reach_m() const;     ///< from the centre to the farthest point of the rim; 0 for a point
+  double order() const;       ///< Lambertian order m
+  double mean_light() const;  ///< over a blink period, in parts of power_w; 1 without one
   bool shows_lit_side(const Eigen::Vector3d& seen_from) const;
 
   /// Makes normal and x_axis unit and orthogonal; where the shape gives x_axis no meaning, it

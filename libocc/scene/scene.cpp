@@ -53,4 +53,29 @@ void Scene::validate() {
           room->wall_reflectance, "in [0, 1)");
 }
 
+Scene Scene::as_rendered() const {
+  const auto off = [&](Effect effect) { return effects.of(effect) == Use::off; };
+  Scene seen = *this;
+  if (off(Effect::distortion)) seen.camera = camera.without_distortion();
+  if (off(Effect::vignetting)) seen.lens.vignetting.clear();
+  if (off(Effect::glare)) seen.lens.veiling_glare = 0;
+  if (off(Effect::ghosts)) seen.lens.ghosts.clear();
+  if (off(Effect::ambient)) seen.ambient_w_m2 = 0;
+  if (off(Effect::walls) && room) seen.room->wall_reflectance = 0;
+  if (off(Effect::gain)) seen.sensor.gain_sigma = 0;
+  if (off(Effect::mosaic)) seen.sensor.mosaic = Mosaic::none;
+  if (off(Effect::saturation)) seen.sensor.full_well_e = 1e30;
+  if (off(Effect::response)) {
+    seen.sensor.response = Response::linear;
+    for (Channel& channel : seen.sensor.channels) channel.response = Response::linear;
+  }
+  if (!off(Effect::modulation)) return seen;
+  for (Lamp& lamp : seen.lamps) {
+    lamp.power_w *= lamp.mean_light();
+    lamp.frequency_hz.reset();
+    lamp.waveform.clear();
+  }
+  return seen;
+}
+
 }  // namespace occ

@@ -46,6 +46,11 @@ struct LIBOCC_API Scene {
   /// Checks every part and that no two lamps share an id; normalises lamp axes. Throws
   /// std::invalid_argument naming the part, the field and its value.
   void validate();
+
+  /// The scene without what its effects switch off, for whoever measures images that were rendered
+  /// so: no distortion, vignetting, glare, ghosts, ambient light, walls' light, gains, mosaic or
+  /// response curve; a well that is never full; lamps that shine at their mean level.
+  Scene as_rendered() const;
 };
 
 }  // namespace occ

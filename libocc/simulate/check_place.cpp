@@ -43,4 +43,9 @@ void check_place(const Scene& scene, const Eigen::Vector3d& position) {
               "outside lamp " + std::to_string(lamp.id));
 }
 
+void check_in_room(const Eigen::Vector3d& size_m, const Eigen::Vector3d& position) {
+  if (!(position.minCoeff() > 0 && (size_m - position).minCoeff() > 0))
+    require(false, "cam_from_world", position.transpose(), "in the room whose walls are rendered");
+}
+
 }  // namespace occ

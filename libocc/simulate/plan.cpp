@@ -5,6 +5,7 @@
 
 #include "libocc/core/require.hpp"
 #include "libocc/simulate/internal/blooming.hpp"
+#include "libocc/simulate/internal/check_place.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
 #include "libocc/simulate/internal/ghosts.hpp"
 #include "libocc/simulate/internal/planning.hpp"
@@ -134,8 +135,11 @@ RenderPlan plan_render(const Scene& given, const Rigid3& cam_from_world,
   scene.validate();
   options.validate();
   const Rigid3 pose = Rigid3::from_matrix(cam_from_world.matrix());
+  check_place(scene, pose.origin_in_source());
   const View view = make_view(scene, pose, options);
-  return make_plan(scene, options, &view);
+  const RenderPlan plan = make_plan(scene, options, &view);
+  if (plan.applies(Effect::walls)) check_in_room(scene.room->size_m, pose.origin_in_source());
+  return plan;
 }
 
 }  // namespace occ

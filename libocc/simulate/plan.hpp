@@ -34,7 +34,8 @@ struct LIBOCC_API RenderPlan {
 };
 
 /// The plan that simulate() follows for one image, with all bounds worked out. Throws
-/// std::invalid_argument when the scene, the pose or the options do not validate.
+/// std::invalid_argument when the scene, the pose or the options do not validate, effects
+/// contradict each other, or the camera is where simulate() would refuse it.
 LIBOCC_API RenderPlan plan_render(const Scene& scene, const Rigid3& cam_from_world,
                                   const SimulateOptions& options = {});
 

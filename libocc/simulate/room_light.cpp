@@ -7,8 +7,8 @@
 #include <map>
 #include <optional>
 
-#include "libocc/core/require.hpp"
 #include "libocc/formation/light.hpp"
+#include "libocc/simulate/internal/check_place.hpp"
 #include "libocc/simulate/internal/mosaic.hpp"
 #include "libocc/simulate/internal/motion.hpp"
 #include "libocc/simulate/internal/shadow.hpp"
@@ -28,10 +28,7 @@ class WallImage {
         camera_(rendered_camera(frame)),
         pose_(Motion(frame).still_pose()),
         origin_(pose_.origin_in_source()) {
-    const Eigen::Vector3d& size = surfaces_.size_m();
-    const bool inside = origin_.minCoeff() > 0 && (size - origin_).minCoeff() > 0;
-    if (!inside)
-      require(false, "cam_from_world", origin_.transpose(), "in the room whose walls are rendered");
+    check_in_room(surfaces_.size_m(), origin_);
     if (frame.plan.applies(Effect::vignetting)) vignetting_.emplace(frame.scene);
   }
 

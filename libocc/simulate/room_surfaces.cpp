@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "libocc/radiometry/lambertian.hpp"
-#include "libocc/simulate/internal/modulation.hpp"
 #include "libocc/simulate/internal/shadow.hpp"
 
 namespace occ {
@@ -84,7 +83,7 @@ RoomSurfaces::RoomSurfaces(const Scene& scene, const std::vector<double>& lamp_l
     const Lamp& lamp = scene.lamps[i];
     const std::vector<Eigen::Vector3d> elements = lamp_elements(lamp);
     const double power_w =
-        lamp_light[i] * mean_light(lamp) * lamp.power_w / static_cast<double>(elements.size());
+        lamp_light[i] * lamp.mean_light() * lamp.power_w / static_cast<double>(elements.size());
     for (const Eigen::Vector3d& element : elements)
       elements_.push_back({element, lamp.normal, lamp.order(), power_w});
   }

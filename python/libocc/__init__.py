@@ -11,6 +11,8 @@ y down, z forward. `cam_from_world` is a 4x4 matrix that takes points in the wor
 """
 
 from ._core import (
+    AmbientImage,
+    AmbientLight,
     Blob,
     Box,
     CalibratedLight,
@@ -18,6 +20,7 @@ from ._core import (
     Candidate,
     Channel,
     ChannelResponse,
+    CommonFactor,
     EffectPlan,
     Effects,
     Ellipse,
@@ -43,6 +46,7 @@ from ._core import (
     PoseBound,
     PoseCandidate,
     PoseCandidates,
+    PowerFit,
     Prior,
     Readout,
     ReceivedPower,
@@ -67,6 +71,7 @@ from ._core import (
     Use,
     __version__,
     aperture_power,
+    calibrate_ambient,
     calibrate_light,
     dbm,
     detect,
@@ -100,6 +105,8 @@ from ._core import (
 from .maps import PowerMap, power_map
 
 __all__ = [
+    "AmbientImage",
+    "AmbientLight",
     "Blob",
     "Box",
     "CalibratedLight",
@@ -107,6 +114,7 @@ __all__ = [
     "Candidate",
     "Channel",
     "ChannelResponse",
+    "CommonFactor",
     "EffectPlan",
     "Effects",
     "Ellipse",
@@ -132,6 +140,7 @@ __all__ = [
     "PoseBound",
     "PoseCandidate",
     "PoseCandidates",
+    "PowerFit",
     "PowerMap",
     "Prior",
     "Readout",
@@ -157,6 +166,7 @@ __all__ = [
     "Use",
     "__version__",
     "aperture_power",
+    "calibrate_ambient",
     "calibrate_light",
     "dbm",
     "detect",

@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['Blob', 'Box', 'CalibratedLight', 'Camera', 'Candidate', 'Channel', 'ChannelResponse', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampFlux', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'Match', 'Mosaic', 'NoiseArea', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'ReceivedPower', 'RecoveredResponse', 'Refined', 'Renderer', 'Response', 'ResponseMethod', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Trajectory', 'Truth', 'Use', 'aperture_power', 'calibrate_light', 'dbm', 'detect', 'encode_image', 'explain', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recover_response', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
+__all__: list[str] = ['AmbientImage', 'AmbientLight', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'Candidate', 'Channel', 'ChannelResponse', 'CommonFactor', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampFlux', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'Match', 'Mosaic', 'NoiseArea', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PowerFit', 'Prior', 'Readout', 'ReceivedPower', 'RecoveredResponse', 'Refined', 'Renderer', 'Response', 'ResponseMethod', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Trajectory', 'Truth', 'Use', 'aperture_power', 'calibrate_ambient', 'calibrate_light', 'dbm', 'detect', 'encode_image', 'explain', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recover_response', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -741,6 +741,11 @@ class Scene:
         ...
     def __setstate__(self, arg0: str) -> None:
         ...
+    def as_rendered(self) -> Scene:
+        """
+        The scene without what its effects switch off, such as vignetting or the response curve:
+        for whoever measures images that were rendered so.
+        """
     def format(self) -> str:
         """
         The YAML text that save() writes.
@@ -2146,6 +2151,12 @@ class RecoveredResponse:
         """
         How it ended, a Status.
         """
+class PowerFit(enum.Enum):
+    """
+    Which of the lamps' powers are unknown.
+    """
+    common_factor = 1
+    each = 0
 class FluxUse(enum.Enum):
     """
     What became of a lamp's flux in an image.
@@ -2250,12 +2261,33 @@ class LampLight:
         """
         Contained in covariance; 1 unless chi2 is too large for chance.
         """
+class CommonFactor:
+    """
+    Of all the scene's powers.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        (1 + lamps, 1 + lamps) of (ln value, orders); inf: order not determined.
+        """
+    @property
+    def value(self) -> float:
+        """
+        The powers are the scene's times this.
+        """
 class CalibratedLight:
     """
     The light of a scene's lamps.
     """
     def __repr__(self) -> str:
         ...
+    @property
+    def factor(self) -> CommonFactor | None:
+        """
+        CommonFactor with powers=PowerFit.common_factor, else None.
+        """
     @property
     def lamps(self) -> list[LampLight]:
         """
@@ -2281,15 +2313,107 @@ class CalibratedLight:
         """
         How it ended, a Status.
         """
+class AmbientImage:
+    """
+    What one image says of the ambient light.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def irradiance_w_m2(self) -> float:
+        """
+        [W/m^2] on the sensor.
+        """
+    @property
+    def left_out(self) -> str:
+        """
+        Why it does not count; empty: it does.
+        """
+    @property
+    def pixels(self) -> int:
+        """
+        That no lamp reaches.
+        """
+    @property
+    def sigma_w_m2(self) -> float:
+        """
+        Of its pixels' noise.
+        """
+class AmbientLight:
+    """
+    Light on the sensor that comes from no lamp.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def chi2(self) -> float:
+        """
+        Of the images' irradiances.
+        """
+    @property
+    def dof(self) -> int:
+        """
+        Images that count, minus one.
+        """
+    @property
+    def images(self) -> list[AmbientImage]:
+        """
+        AmbientImages.
+        """
+    @property
+    def irradiance_w_m2(self) -> float:
+        """
+        [W/m^2] on the sensor.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def variance_factor(self) -> float:
+        """
+        Contained in the variance; 1 unless chi2 is too large for chance.
+        """
+    @property
+    def variance_w2_m4(self) -> float:
+        """
+        Of it; inf when it is not determined.
+        """
 def aperture_power(power_w: typing.SupportsFloat | typing.SupportsIndex, order: typing.SupportsFloat | typing.SupportsIndex, cos_emission: typing.SupportsFloat | typing.SupportsIndex, cos_incidence: typing.SupportsFloat | typing.SupportsIndex, distance_m: typing.SupportsFloat | typing.SupportsIndex, area_m2: typing.SupportsFloat | typing.SupportsIndex) -> float:
     """
     Power through an aperture [W]; with an area_m2 of 1 the irradiance there [W/m^2].
     """
-def calibrate_light(scene: Scene, images: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob]], poses: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]], matches: collections.abc.Sequence[collections.abc.Sequence[Match]] | None = None, *, gate_px: typing.SupportsFloat | typing.SupportsIndex = 3.0, model_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.002, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_order_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.3) -> CalibratedLight:
+def calibrate_ambient(scene: Scene, images: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint8 | numpy.uint16]], poses: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]]) -> AmbientLight:
+    """
+    Ambient irradiance of the sensor from images of known poses.
+
+    The mean of the pixels that no lamp reaches, over black level and dark current. The lamps' fluxes are
+    over the local background, so that this and calibrate_light() do not depend on each other.
+    poses: cam_from_world of each image, (4, 4).
+    Returns: AmbientLight; status degenerate when no image tells it: the background is cut off at level 0
+      or saturated, or has light of the lamps by walls, glare or ghosts, or is darker than the black level.
+    Raises: ValueError for another number of poses than of images, images not of the camera's size, a
+      colour mosaic, or a scene that switches ambient light off.
+    """
+def calibrate_light(scene: Scene, images: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob]], poses: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]], matches: collections.abc.Sequence[collections.abc.Sequence[Match]] | None = None, *, powers: PowerFit = ..., gate_px: typing.SupportsFloat | typing.SupportsIndex = 3.0, model_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.002, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_order_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.3) -> CalibratedLight:
     """
     Power and Lambertian order of the scene's lamps, from images at known poses.
 
     Weighted least squares of each lamp's fluxes: ln F = ln P + ln(m + 1) + m ln cos(phi) + geometry.
+    With powers=PowerFit.common_factor the scene's powers are right but for one factor of all of them, of
+    the exposure or of the gain; fluxes cannot tell it from every lamp's power, so one of both is known.
+    What the scene's effects switch off, such as vignetting, is not counted.
     images: arrays, or lists of Blobs that detect() found with the scene's sensor. poses: cam_from_world
     of each, (4, 4). matches: for each image the Matches of lamps and blobs, instead of a gate about
     where the poses put the lamps.
@@ -2297,6 +2421,7 @@ def calibrate_light(scene: Scene, images: collections.abc.Sequence[numpy.typing.
     Raises: ValueError for another number of poses than of images, naming it.
 
     Options:
+      powers: each: every lamp's; common_factor: one factor of all of them
       gate_px: a lamp's blob is no farther from its image's centre [px]
       model_sigma: relative, of every flux beside the blob's own
       huber_sigma: fluxes further off than this weigh less [sigma]

@@ -6,7 +6,8 @@ only another one needs.
 """
 
 import importlib
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import IO, Any
 
@@ -47,6 +48,15 @@ def blamed_on(path: object) -> Iterator[None]:
     except (OSError, ValueError, TypeError) as error:
         text = str(error)
         raise Failure(text if text.startswith(str(path)) else f"{path}: {text}") from error
+
+
+@contextmanager
+def naming(images: Sequence[str]) -> Iterator[None]:
+    """Says of images by their number which file that is."""
+    try:
+        yield
+    except ValueError as error:
+        raise Failure(re.sub(r"images\[(\d+)\]", lambda found: images[int(found[1])], str(error))) from error
 
 
 class Commands(click.Group):

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fields.hpp"
+#include "libocc/calibrate/ambient.hpp"
 #include "libocc/calibrate/light.hpp"
 #include "libocc/detect/detect.hpp"
 #include "module.hpp"
@@ -13,13 +14,18 @@ using Calibrated = Result<CalibratedLight>;
 auto light_fields() {
   using O = LightOptions;
   return std::make_tuple(
+      field("powers", &O::powers, "each: every lamp's; common_factor: one factor of all of them"),
       field("gate_px", &O::gate_px, "a lamp's blob is no farther from its image's centre [px]"),
       field("model_sigma", &O::model_sigma, "relative, of every flux beside the blob's own"),
       field("huber_sigma", &O::huber_sigma, "fluxes further off than this weigh less [sigma]"),
       field("max_order_sigma", &O::max_order_sigma, "an order less certain is not determined"));
 }
 
-void define_results(py::module_& m) {
+void define_enums(py::module_& m) {
+  py::native_enum<PowerFit>(m, "PowerFit", "enum.Enum", "Which of the lamps' powers are unknown.")
+      .value("each", PowerFit::each)
+      .value("common_factor", PowerFit::common_factor)
+      .finalize();
   py::native_enum<FluxUse>(m, "FluxUse", "enum.Enum", "What became of a lamp's flux in an image.")
       .value("used", FluxUse::used)
       .value("out_of_view", FluxUse::out_of_view)
@@ -30,6 +36,9 @@ void define_results(py::module_& m) {
       .value("merged", FluxUse::merged)
       .value("blinks", FluxUse::blinks)
       .finalize();
+}
+
+void define_results(py::module_& m) {
   py::class_<LampFlux>(m, "LampFlux", "A lamp's flux in one image.")
       .def_readonly("image", &LampFlux::image, "Index of the image.")
       .def_readonly("use", &LampFlux::use, "Used, or why not.")
@@ -57,11 +66,19 @@ void define_results(py::module_& m) {
         return "<LampLight: lamp " + std::to_string(l.id) + ", " + to_string(l.status) + ", " +
                value_repr(l.power_w) + " W, order " + value_repr(l.order) + ">";
       });
+  py::class_<CommonFactor>(m, "CommonFactor", "Of all the scene's powers.")
+      .def_readonly("value", &CommonFactor::value, "The powers are the scene's times this.")
+      .def_readonly("covariance", &CommonFactor::covariance,
+                    "(1 + lamps, 1 + lamps) of (ln value, orders); inf: order not determined.")
+      .def("__repr__",
+           [](const CommonFactor& f) { return "<CommonFactor: " + value_repr(f.value) + ">"; });
   py::class_<Calibrated> calibrated(m, "CalibratedLight", "The light of a scene's lamps.");
   define_result(calibrated);
   calibrated
       .def_property_readonly("lamps", value_of(&CalibratedLight::lamps),
                              "LampLight of each lamp, in the scene's order.")
+      .def_property_readonly("factor", value_of(&CalibratedLight::factor),
+                             "CommonFactor with powers=PowerFit.common_factor, else None.")
       .def_property_readonly("scene", value_of(&CalibratedLight::scene),
                              "The scene with the lamps' light where it is ok.")
       .def("__repr__", [](const Calibrated& c) {
@@ -76,7 +93,7 @@ Calibrated calibrated(const Scene& scene, const std::vector<ImageOrBlobs>& image
                       const LightOptions& options) {
   py::gil_scoped_release unlocked;
   DetectOptions detecting;
-  detecting.sensor = scene.sensor;
+  detecting.sensor = scene.as_rendered().sensor;
   std::vector<std::vector<Blob>> blobs;
   for (const ImageOrBlobs& one : images)
     blobs.push_back(one.image ? detect(one.image->view, detecting) : one.blobs);
@@ -84,10 +101,61 @@ Calibrated calibrated(const Scene& scene, const std::vector<ImageOrBlobs>& image
                  : calibrate_light(scene, blobs, poses, options);
 }
 
+using Ambient = Result<AmbientLight>;
+
+void define_ambient(py::module_& m) {
+  py::class_<AmbientImage>(m, "AmbientImage", "What one image says of the ambient light.")
+      .def_readonly("left_out", &AmbientImage::left_out, "Why it does not count; empty: it does.")
+      .def_readonly("pixels", &AmbientImage::pixels, "That no lamp reaches.")
+      .def_readonly("irradiance_w_m2", &AmbientImage::irradiance_w_m2, "[W/m^2] on the sensor.")
+      .def_readonly("sigma_w_m2", &AmbientImage::sigma_w_m2, "Of its pixels' noise.")
+      .def("__repr__", [](const AmbientImage& i) {
+        return "<AmbientImage: " +
+               (i.left_out.empty() ? value_repr(i.irradiance_w_m2) + " W/m^2" : i.left_out) + ">";
+      });
+  py::class_<Ambient> ambient(m, "AmbientLight", "Light on the sensor that comes from no lamp.");
+  define_result(ambient);
+  ambient
+      .def_property_readonly("irradiance_w_m2", value_of(&AmbientLight::irradiance_w_m2),
+                             "[W/m^2] on the sensor.")
+      .def_property_readonly("variance_w2_m4", value_of(&AmbientLight::variance_w2_m4),
+                             "Of it; inf when it is not determined.")
+      .def_property_readonly("chi2", value_of(&AmbientLight::chi2), "Of the images' irradiances.")
+      .def_property_readonly("dof", value_of(&AmbientLight::dof), "Images that count, minus one.")
+      .def_property_readonly("variance_factor", value_of(&AmbientLight::variance_factor),
+                             "Contained in the variance; 1 unless chi2 is too large for chance.")
+      .def_property_readonly("images", value_of(&AmbientLight::images), "AmbientImages.")
+      .def("__repr__", [](const Ambient& a) {
+        return "<AmbientLight: " + std::string(to_string(a.status)) + ", " +
+               value_repr(a->irradiance_w_m2) + " W/m^2>";
+      });
+  m.def(
+      "calibrate_ambient",
+      [](const Scene& scene, const std::vector<NumpyImage>& images,
+         const std::vector<Rigid3>& poses) {
+        std::vector<ImageView> views;
+        for (const NumpyImage& image : images) views.push_back(image.view);
+        py::gil_scoped_release unlocked;
+        return calibrate_ambient(scene, views, poses);
+      },
+      py::arg("scene"), py::arg("images"), py::arg("poses"),
+      R"(Ambient irradiance of the sensor from images of known poses.
+
+The mean of the pixels that no lamp reaches, over black level and dark current. The lamps' fluxes are
+over the local background, so that this and calibrate_light() do not depend on each other.
+poses: cam_from_world of each image, (4, 4).
+Returns: AmbientLight; status degenerate when no image tells it: the background is cut off at level 0
+  or saturated, or has light of the lamps by walls, glare or ghosts, or is darker than the black level.
+Raises: ValueError for another number of poses than of images, images not of the camera's size, a
+  colour mosaic, or a scene that switches ambient light off.)");
+}
+
 }  // namespace
 
 void define_calibrate_light(py::module_& m) {
+  define_enums(m);
   define_results(m);
+  define_ambient(m);
   const auto fields = light_fields();
   DefaultTexts texts;
   std::apply(
@@ -106,6 +174,9 @@ void define_calibrate_light(py::module_& m) {
             (R"(Power and Lambertian order of the scene's lamps, from images at known poses.
 
 Weighted least squares of each lamp's fluxes: ln F = ln P + ln(m + 1) + m ln cos(phi) + geometry.
+With powers=PowerFit.common_factor the scene's powers are right but for one factor of all of them, of
+the exposure or of the gain; fluxes cannot tell it from every lamp's power, so one of both is known.
+What the scene's effects switch off, such as vignetting, is not counted.
 images: arrays, or lists of Blobs that detect() found with the scene's sensor. poses: cam_from_world
 of each, (4, 4). matches: for each image the Matches of lamps and blobs, instead of a gate about
 where the poses put the lamps.

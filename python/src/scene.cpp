@@ -229,6 +229,9 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
           "Boxes, a tuple.")
       .def_readonly("ambient_w_m2", &Scene::ambient_w_m2, "On the sensor [W/m^2].")
       .def_readonly("effects", &Scene::effects, "Effects.")
+      .def("as_rendered", &Scene::as_rendered,
+           "The scene without what its effects switch off, such as vignetting or the response "
+           "curve:\nfor whoever measures images that were rendered so.")
       .def(
           "replace",
           [](const Scene& s, const std::optional<Camera>& camera,

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from click.testing import CliRunner
+from PIL import Image
+from PIL.TiffImagePlugin import IFDRational
 
 import libocc as occ
 from libocc._core import Mosaic
@@ -181,6 +182,38 @@ def test_lamps_light_comes_back(beams, supposed, views, poses):
     assert [light.status for light in by_name.lamps] == [occ.Status.ok] * 6
 
 
+def test_a_common_factor_of_the_powers(beams, supposed, views, poses):
+    found = occ.calibrate_light(supposed, views, poses, powers=occ.PowerFit.common_factor)
+    assert found.ok and found.factor.covariance.shape == (7, 7)
+    sigma = math.sqrt(found.factor.covariance[0, 0])
+    assert abs(math.log(found.factor.value / 1.5)) < 4 * sigma < 0.02
+    assert {lamp.power_w for lamp in found.scene.lamps} == {0.1 * found.factor.value}
+    assert occ.calibrate_light(supposed, views, poses).factor is None
+    with pytest.raises(TypeError, match="powers"):
+        occ.calibrate_light(supposed, views, poses, powers="both")
+
+
+def test_what_is_off_does_not_count(supposed, views, poses):
+    cornered = supposed.replace(lens=occ.Lens(vignetting=[-0.5]))
+    off = cornered.replace(effects=occ.Effects(vignetting=occ.Use.off))
+    assert off.as_rendered().lens.vignetting == [] and cornered.as_rendered() == cornered
+    powers = [occ.calibrate_light(s, views, poses).lamps[0].power_w for s in (supposed, off, cornered)]
+    assert powers[0] == powers[1] and powers[2] > 1.05 * powers[0]
+
+
+def test_ambient_light_comes_back(beams, poses):
+    ambient = beams.replace(ambient_w_m2=0.3)
+    views = [occ.simulate(ambient, pose, seed=i)[0] for i, pose in enumerate(poses[:5])]
+    found = occ.calibrate_ambient(beams, views, poses[:5])
+    sigma = math.sqrt(found.variance_w2_m4)
+    assert found.ok and abs(found.irradiance_w_m2 - 0.3) < 4 * sigma < 0.02
+    assert found.dof == 4 and all(image.left_out == "" for image in found.images)
+    with pytest.raises(ValueError, match="one pose for each of 5 images"):
+        occ.calibrate_ambient(beams, views, poses)
+    white = occ.calibrate_ambient(beams, [np.full_like(views[0], 255)], poses[:1])
+    assert white.status is occ.Status.degenerate and "100.0 % of the background is saturated" in white.message
+
+
 def test_one_image_leaves_the_order_open(supposed, views, poses):
     found = occ.calibrate_light(supposed, views[:1], poses[:1])
     assert found.status is occ.Status.degenerate
@@ -244,6 +277,54 @@ def test_times_by_name(run, series):
     assert code == 0, err
 
 
+def write_jpegs(images, tags) -> list[str]:
+    """With ExposureTime and more in their EXIF, by number of the tag."""
+    names = [f"{i}.jpg" for i in range(len(images))]
+    for name, image, of_image in zip(names, images, tags):
+        exif = Image.Exif()
+        exif.get_ifd(0x8769).update(of_image)
+        Image.fromarray(image).save(name, quality=100, exif=exif)
+    return names
+
+
+TIME, F_NUMBER, ISO = 0x829A, 0x829D, 0x8827
+
+
+def test_times_from_the_images_exif(run, series):
+    images, _ = series
+    times = [0.02 * 1.8**i for i in range(5)]
+    names = write_jpegs(images, [{TIME: IFDRational(round(t * 1e6), 1000000), ISO: 100} for t in times])
+    code, out, err = run("response", *names, "--json")
+    assert code == 0, err
+    said = run("response", *names, "--exposures", ",".join(f"{t:.6f}" for t in times), "--json")
+    assert said[1] == out and json.loads(out)["status"] == "ok"
+
+
+@pytest.mark.parametrize(
+    "tags, text",
+    [
+        ([{TIME: 0.1}, {}], "1.jpg: has no ExposureTime in its EXIF; give --exposures"),
+        ([{TIME: 0.1}, {TIME: IFDRational(0, 1)}], "1.jpg: its EXIF's ExposureTime must be positive, got 0"),
+        ([{TIME: 0.1}, {TIME: IFDRational(1, 0)}], "1.jpg: its EXIF's ExposureTime must be positive"),
+        ([{TIME: 0.1, ISO: 100}, {TIME: 0.2, ISO: 200}], "1.jpg: its ISO speed is 200, that of 0.jpg 100"),
+        ([{TIME: 0.1, F_NUMBER: 2.0}, {TIME: 0.2, F_NUMBER: 4.0}], "1.jpg: its f-number is 4.0, that of 0.jpg 2.0"),
+    ],
+)
+def test_exif_that_does_not_tell_the_times(run, series, tags, text):
+    code, out, err = run("response", *write_jpegs(series[0][:2], tags))
+    assert code == 2 and out == ""
+    assert err.startswith("error: ") and text in err and err.count("\n") == 1
+
+
+def test_images_without_times(run, series):
+    names = write_all(series[0])
+    for files, text in ((names, "0.png: has no ExposureTime"), (["nosuch.jpg"], "nosuch.jpg")):
+        code, _, err = run("response", *files)
+        assert code == 2 and text in err and err.count("\n") == 1
+    Path("text.jpg").write_text("no image")
+    assert "text.jpg" in run("response", "text.jpg")[2]
+
+
 def test_a_response_that_is_not_determined(run, series):
     images, times = series
     names = write_all(images[:2])
@@ -294,6 +375,38 @@ def test_light_writes_the_calibrated_scene(run, beams, supposed, views, poses):
     assert run("light", "room.yaml", *names)[1] == out
     code, out, _ = run("light", "room.yaml", names[0], "--json", "--out", "one.yaml")
     assert code == 1 and json.loads(out)["status"] == "degenerate" and not Path("one.yaml").exists()
+
+
+def test_light_finds_a_common_factor_and_ambient_light(run, beams, supposed, poses):
+    ambient = beams.replace(ambient_w_m2=0.3)
+    names = write_all([occ.simulate(ambient, pose, seed=i)[0] for i, pose in enumerate(poses)])
+    supposed.save("room.yaml")
+    Path("poses.yaml").write_text(yaml.safe_dump([p.tolist() for p in poses]))
+    options = ("--poses", "poses.yaml", "--powers", "common_factor", "--ambient")
+    code, out, err = run("light", "room.yaml", *names, *options)
+    assert code == 0, err + out
+    first, *_, last = out.splitlines()
+    assert re.match(r"all powers: the scene's times 1\.[45]\d* \+- ", first)
+    assert re.match(r"ambient light: 0\.[23]\d* W/m2 \+- .* 14 images, chi2", last)
+    found = occ.Scene.load("scene_calibrated.yaml")
+    assert found.ambient_w_m2 == pytest.approx(0.3, rel=0.05)
+    assert [lamp.power_w for lamp in found.lamps] == pytest.approx([0.15] * 6, rel=0.03)
+    said = json.loads(run("light", "room.yaml", *names, *options, "--json")[1])
+    assert said["factor"]["sigma"] > 0 and said["ambient"]["images"] == 14
+    code, _, err = run("light", "room.yaml", *names, "--powers", "both")
+    assert code == 2 and "'each', 'common_factor'" in err
+
+
+def test_ambient_light_that_is_not_told(run, supposed, views, poses):
+    names = write_all(views)
+    supposed.replace(sensor=supposed.sensor.replace(black_level_dn=90)).save("room.yaml")
+    Path("poses.yaml").write_text(yaml.safe_dump([p.tolist() for p in poses]))
+    code, out, _ = run("light", "room.yaml", *names, "--poses", "poses.yaml", "--ambient")
+    assert code == 1 and "ambient light: degenerate: the background is darker than" in out
+    colour = supposed.replace(sensor=supposed.sensor.replace(mosaic=Mosaic.rggb))
+    colour.save("room.yaml")
+    code, _, err = run("light", "room.yaml", *names, "--poses", "poses.yaml", "--ambient")
+    assert code == 2 and "sensor.mosaic" in err and err.count("\n") == 1
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bop_reader import BopFolder
 from matplotlib.path import Path as Outline
 from small_room import small_scene
 
@@ -202,6 +203,60 @@ def test_bop_layout_projects_its_models_to_its_masks(room, walk, tmp_path):
     wanted = {"bbox_obj", "bbox_visib", "px_count_all", "px_count_valid", "px_count_visib", "visib_fract"}
     assert set(infos["0"][0]) == wanted
     assert set(gts["0"][0]) == {"cam_R_m2c", "cam_t_m2c", "obj_id", "lamp_id"}
+
+
+def test_an_independent_reader_understands_the_bop_folder(room, walk, tmp_path):
+    _, truths = written(Bop(room), room, walk, tmp_path / "set")
+    folder = BopFolder(tmp_path / "set")
+    assert sorted(folder.cameras) == sorted(folder.truths) == sorted(folder.infos) == [0, 1, 2, 3]
+    assert folder.models_info.keys() == {1, 2, 3, 4}
+    size = (folder.camera["height"], folder.camera["width"])
+    for im_id, objects in folder.truths.items():
+        assert folder.image(im_id).shape == size and folder.cameras[im_id]["depth_scale"] == 1
+        rotation, translation = folder.world_to_camera(im_id)
+        assert np.allclose(rotation @ rotation.T, np.eye(3)) and np.linalg.det(rotation) > 0
+        for gt_id, truth in enumerate(objects):
+            lamp = room.lamps[truth["obj_id"] - 1]
+            centre_mm = rotation @ (1000 * np.reshape(lamp.centre_m, (3, 1))) + translation
+            assert np.allclose(centre_mm.ravel(), truth["cam_t_m2c"], atol=20), "of its row's time, so nearly"
+            visible, whole = (folder.mask(im_id, gt_id, kind) for kind in ("mask_visib", "mask"))
+            assert whole.shape == size and not (visible & ~whole).any()
+            info = folder.infos[im_id][gt_id]
+            assert info["px_count_visib"] == visible.sum()
+            if folder.model(truth["obj_id"]).faces.size and info["px_count_all"] == whole.sum():
+                outline = Outline(folder.model_px(im_id, gt_id))
+                ys, xs = np.indices(size)
+                inside = outline.contains_points(np.stack([xs.ravel(), ys.ravel()], axis=1)).reshape(size)
+                assert (inside != whole).sum() <= 0.15 * whole.sum()
+    asked = {(t["scene_id"], t["im_id"], t["obj_id"], t["inst_count"]) for t in folder.targets}
+    seen = {
+        (0, im_id, truth["obj_id"], 1)
+        for im_id, objects in folder.truths.items()
+        for truth, info in zip(objects, folder.infos[im_id], strict=True) if info["visib_fract"] >= 0.1
+    }
+    assert asked == seen and len(folder.targets) == len(seen) > 4
+
+
+def test_bop_models_have_their_sizes_and_symmetries(room, walk, tmp_path):
+    written(Bop(room), room, walk, tmp_path / "set")
+    folder = BopFolder(tmp_path / "set")
+    for obj_id, info in folder.models_info.items():
+        model = folder.model(obj_id)
+        low, high = model.vertices_mm.min(axis=0), model.vertices_mm.max(axis=0)
+        assert np.allclose(low, [info["min_x"], info["min_y"], info["min_z"]], atol=1e-5)
+        assert np.allclose(high - low, [info["size_x"], info["size_y"], info["size_z"]], atol=1e-5)
+        assert np.allclose(low, -high, atol=1e-5), "the origin is the middle of the box"
+        apart = np.linalg.norm(model.vertices_mm[:, None] - model.vertices_mm[None], axis=2)
+        assert apart.max() == pytest.approx(info["diameter"], abs=1e-5)
+        assert (model.normals == [0, 0, 1]).all()
+        assert np.array_equal(folder.model(obj_id, "models_eval").vertices_mm, model.vertices_mm)
+        for turn in info.get("symmetries_discrete", []):
+            turned = model.vertices_mm @ np.reshape(turn, (4, 4))[:3, :3].T
+            nearest = np.linalg.norm(turned[:, None] - model.vertices_mm[None], axis=2).min(axis=1)
+            assert nearest.max() < 1e-4
+    counts = [len(folder.models_info[i].get("symmetries_discrete", [])) for i in (1, 2, 3, 4)]
+    assert counts == [0, 1, 3, 0]
+    assert folder.models_info[1]["symmetries_continuous"] == [{"axis": [0, 0, 1], "offset": [0, 0, 0]}]
 
 
 def test_bop_models_are_in_millimetres(room, walk, tmp_path):

@@ -187,13 +187,40 @@ def test_a_changed_sweep_is_refused(run):
     assert code == 2 and "scene and pose (sha256) was" in err and contents("out") == before
 
 
-def test_a_point_that_cannot_be_rendered_is_named(run):
-    Path("bad.yaml").write_text(
-        SWEEP.replace("sensor.exposure_s: {log: [5e-5, 2e-4], count: 2}", "sensor.exposure_s: [1e-4, -1, 1e-5]")
-    )
-    code, _, err = run("sweep", "bad.yaml", "--out", "out")
-    assert code == 2 and "bad.yaml: point 3" in err and "sensor.exposure_s" in err and "got -1" in err
-    assert Path("out/points/000002.json").exists()
+def sweep_of(parameters: str, **more: str) -> str:
+    head, tail = SWEEP.split("parameters:")
+    rest = tail[tail.index("images:"):]
+    lines = "".join(f"  {line}\n" for line in parameters.splitlines())
+    return head + "parameters:\n" + lines + rest + "".join(f"{key}: {value}\n" for key, value in more.items())
+
+
+def test_values_that_do_not_go_together_are_refused_before_the_first_point(run, monkeypatch):
+    def never(point):
+        raise AssertionError(f"point {point.index} was rendered")
+
+    monkeypatch.setattr(sweep_run, "compute_point", never)
+    boxes = "boxes[0].min_m[2]: [1.2, 1.4, 1.6]\nboxes[0].max_m[2]: [1.3, 1.5, 1.7]"
+    Path("bad.yaml").write_text(sweep_of("boxes[0].max_m[2]: [1.6, 1.7]\nboxes[0].min_m[2]: [1.2, 1.65]"))
+    code, out, err = run("sweep", "bad.yaml", "--out", "out")
+    assert code == 2 and out == "" and err.count("\n") == 1 and not Path("out").exists()
+    assert "bad.yaml: parameters.boxes[0].min_m[2]: 1.65: " in err and "max_m" in err
+
+    both = "effects.walls: ['off', 'on']\neffects.interreflection: ['off', 'auto', 'on']"
+    Path("bad.yaml").write_text(sweep_of(both + "\nroom: [{size_m: [4, 4, 3], wall_reflectance: 0.5}]"))
+    code, out, err = run("sweep", "bad.yaml", "--out", "out")
+    assert code == 2 and out == "" and not Path("out").exists(), err
+
+    Path("bad.yaml").write_text(sweep_of(boxes.replace("1.5", "1.35"), combine="zip"))
+    code, out, err = run("sweep", "bad.yaml", "--out", "out")
+    assert code == 2 and "bad.yaml: point 1, {" in err and "1.35" in err and "max_m" in err
+    assert not Path("out").exists()
+
+
+def test_zipped_values_need_fit_only_those_of_their_point(run):
+    boxes = "boxes[0].min_m[2]: [1.2, 1.4, 1.6]\nboxes[0].max_m[2]: [1.3, 1.5, 1.7]"
+    Path("zip.yaml").write_text(sweep_of(boxes, combine="zip"))
+    code, out, err = run("sweep", "zip.yaml", "--out", "out")
+    assert code == 0 and "3 of 3 points" in out, err
 
 
 EXPOSURE = "sensor.exposure_s: {log: [5e-5, 2e-4], count: 2}"
@@ -210,6 +237,9 @@ EXPOSURE = "sensor.exposure_s: {log: [5e-5, 2e-4], count: 2}"
         (EXPOSURE, "sensor[0]: [1]", "sensor[0]: sensor is no list"),
         (EXPOSURE, "lens.ghosts[0].scale: [1]", "lens.ghosts is not in the file"),
         (EXPOSURE, "sensor.exposure_s: [-1]", "sensor.exposure_s"),
+        (EXPOSURE, "sensor.exposure_s: [1e-4, -1, 1e-5]", "parameters.sensor.exposure_s: -1: key"),
+        (EXPOSURE, "pose.position_m: [[0, 0, 0], [-0.3, -0.3, 1.25]]", "cam_from_world must be outside boxes[0]"),
+        (EXPOSURE, "sensor.exposure_s: [1e-4, 1e-3, long]", "parameters.sensor.exposure_s: 'long': "),
         (EXPOSURE, "sensor.exposure_s: []", "sensor.exposure_s.values must be a list of at least one"),
         (EXPOSURE, "sensor.exposure_s: {log: [1, 1], count: 3}", "sensor.exposure_s.log is an empty range"),
         (EXPOSURE, "sensor.exposure_s: {uniform: [2, 1], count: 3}", "uniform is an empty range"),

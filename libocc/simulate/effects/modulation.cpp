@@ -30,7 +30,7 @@ double light_until(const Lamp& lamp, double periods) {
   const double begun = full < static_cast<std::ptrdiff_t>(lamp.waveform.size())
                            ? (part * steps - static_cast<double>(full)) * begin[full]
                            : 0;
-  return whole * mean_light(lamp) + (sum + begun) / steps;
+  return whole * lamp.mean_light() + (sum + begun) / steps;
 }
 
 // Integrals of the light and of its products with the time and its square, time from the middle
@@ -83,7 +83,7 @@ double largest_ripple(const Lamp& lamp, double periods) {
     for (const double back : {0.0, periods}) {
       const double begin = step - back - std::floor(step - back);
       const double light = light_until(lamp, begin + periods) - light_until(lamp, begin);
-      ripple = std::max(ripple, std::abs(light / periods - mean_light(lamp)));
+      ripple = std::max(ripple, std::abs(light / periods - lamp.mean_light()));
     }
   return ripple;
 }
@@ -95,7 +95,7 @@ Bound bound_of(const LampView& seen, const View& view) {
   const double ripple = largest_ripple(lamp, *lamp.frequency_hz * sensor.exposure_s);
   if (!(sensor.row_time_s > 0)) return {ripple * seen.peak_e, 0};
   const double radius = seen.radius_px + blur_width_px(seen, view) + 0.5;
-  const double least = mean_light(lamp) - ripple;
+  const double least = lamp.mean_light() - ripple;
   const double shift = least > 0 ? std::min(1.0, 0.7 * ripple / least) : 1;
   return {ripple * seen.peak_e, shift * radius};
 }
@@ -103,13 +103,6 @@ Bound bound_of(const LampView& seen, const View& view) {
 Bound bound(const View& view) { return sum_of_overlapping(view, bound_of); }
 
 }  // namespace
-
-double mean_light(const Lamp& lamp) {
-  if (!lamp.frequency_hz) return 1;
-  if (lamp.waveform.empty()) return lamp.duty;
-  return std::accumulate(lamp.waveform.begin(), lamp.waveform.end(), 0.0) /
-         static_cast<double>(lamp.waveform.size());
-}
 
 double lit_fraction(const Lamp& lamp, double start_s, double exposure_s) {
   if (!lamp.frequency_hz) return 1;
@@ -121,7 +114,7 @@ double lit_fraction(const Lamp& lamp, double start_s, double exposure_s) {
 }
 
 LightMoments seen_light(const Lamp& lamp, bool blinks, double begin_s, double length_s) {
-  LightMoments light{mean_light(lamp), 0.5 * length_s, length_s * std::sqrt(1.0 / 12)};
+  LightMoments light{lamp.mean_light(), 0.5 * length_s, length_s * std::sqrt(1.0 / 12)};
   if (!lamp.frequency_hz || !blinks) return light;
   light.mean = lit_fraction(lamp, begin_s, length_s);
   // So many periods that the light falls evenly.
@@ -138,7 +131,7 @@ std::vector<double> lit_fractions(const Lamp& lamp, const Frame& frame, int firs
   const Sensor& sensor = frame.scene.sensor;
   std::vector<double> fractions(static_cast<std::size_t>(count), 1);
   if (!lamp.frequency_hz || Motion(frame).kind(lamp) != Motion::Kind::still) return fractions;
-  std::fill(fractions.begin(), fractions.end(), mean_light(lamp));
+  std::fill(fractions.begin(), fractions.end(), lamp.mean_light());
   if (!frame.plan.applies(Effect::modulation)) return fractions;
   for (int i = 0; i < count; ++i)
     fractions[static_cast<std::size_t>(i)] = lit_fraction(

@@ -41,7 +41,7 @@ Motion motion_of(const View& view) {
 double uneven_light(const Lamp& lamp, const View& view) {
   if (!lamp.frequency_hz || view.scene.effects.of(Effect::modulation) == Use::off) return 0;
   const double excess = 0.25 / (*lamp.frequency_hz * view.scene.sensor.exposure_s);
-  const double least = mean_light(lamp) - excess;
+  const double least = lamp.mean_light() - excess;
   return least > 0 ? std::min(0.5, 1.5 * excess / least) : 0.5;
 }
 

@@ -9,4 +9,7 @@ namespace occ {
 /// std::invalid_argument naming the box or the lamp.
 void check_place(const Scene& scene, const Eigen::Vector3d& camera_position);
 
+/// The same of a camera that is not in the room whose walls are rendered.
+void check_in_room(const Eigen::Vector3d& size_m, const Eigen::Vector3d& camera_position);
+
 }  // namespace occ

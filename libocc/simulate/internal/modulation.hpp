@@ -13,9 +13,6 @@ namespace occ {
 /// that does not blink.
 double lit_fraction(const Lamp& lamp, double start_s, double exposure_s);
 
-/// The mean over a period.
-double mean_light(const Lamp& lamp);
-
 /// When within a stretch of time a lamp's light falls: mean level in parts of power_w, mean time
 /// from the stretch's beginning and its standard deviation.
 struct LightMoments {

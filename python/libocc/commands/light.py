@@ -9,7 +9,7 @@ import yaml
 import libocc as occ
 
 from .. import samples
-from ..cli import blamed_on, emit_json, json_option
+from ..cli import blamed_on, emit_json, json_option, naming
 from ..progress import progress
 
 
@@ -70,19 +70,74 @@ def line(data: dict[str, Any]) -> str:
     return f"{text}; {data['message']}" if data["message"] else text
 
 
+def factor_dict(factor: occ.CommonFactor) -> dict[str, float]:
+    return {"value": factor.value, "sigma": float(np.sqrt(factor.covariance[0, 0]))}
+
+
+def ambient_dict(ambient: occ.AmbientLight) -> dict[str, Any]:
+    return {
+        "status": ambient.status.name, "message": ambient.message,
+        "irradiance_w_m2": ambient.irradiance_w_m2 if ambient.ok else None,
+        "sigma_w_m2": float(np.sqrt(ambient.variance_w2_m4)) if ambient.ok else None,
+        "chi2": ambient.chi2, "dof": ambient.dof,
+        "images": sum(not image.left_out for image in ambient.images),
+    }
+
+
+def ambient_line(data: dict[str, Any]) -> str:
+    if data["status"] != "ok":
+        return f"ambient light: {data['status']}: {data['message']}"
+    text = (
+        f"ambient light: {data['irradiance_w_m2']:.4g} W/m2 +- {data['sigma_w_m2']:.2g}, "
+        f"{data['images']} images, chi2 {data['chi2']:.0f} of {data['dof']}"
+    )
+    return f"{text}; {data['message']}" if data["message"] else text
+
+
+def summary(found: occ.CalibratedLight, ambient: occ.AmbientLight | None) -> dict[str, Any]:
+    said: dict[str, Any] = {"status": found.status.name, "message": found.message}
+    if found.factor is not None:
+        said["factor"] = factor_dict(found.factor)
+    said["lamps"] = [lamp_dict(light) for light in found.lamps]
+    if ambient is not None:
+        said["ambient"] = ambient_dict(ambient)
+    return said
+
+
+def lines(said: dict[str, Any]) -> list[str]:
+    text = []
+    if "factor" in said:
+        factor = said["factor"]
+        text.append(f"all powers: the scene's times {factor['value']:.4g} +- {100 * factor['sigma']:.2g} %")
+    text += map(line, said["lamps"])
+    if "ambient" in said:
+        text.append(ambient_line(said["ambient"]))
+    return text
+
+
+def with_what_was_found(found: occ.CalibratedLight, ambient: occ.AmbientLight | None) -> occ.Scene | None:
+    """None: nothing was."""
+    if ambient is not None and ambient.ok:
+        return found.scene.replace(ambient_w_m2=max(0.0, ambient.irradiance_w_m2))
+    return found.scene if found.ok else None
+
+
 @click.command(short_help="Learn the lamps' power and Lambertian order from images.")
 @click.argument("scene")
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @click.option("--poses", "poses_path", metavar="FILE.yaml|json",
               help="cam_from_world of each image, by order or name; else IMAGE's .json beside it.")
+@click.option("--powers", type=click.Choice([*occ.PowerFit.__members__]), default="each", show_default=True,
+              help="What is unknown: every lamp's power, or one factor of all that SCENE says.")
+@click.option("--ambient", "with_ambient", is_flag=True, help="Find the ambient light too.")
 @click.option("--gate-px", type=click.FloatRange(0, min_open=True), default=3, show_default=True,
               help="A lamp's blob is no farther from where it should be.")
 @click.option("--out", default="scene_calibrated.yaml", show_default=True, metavar="FILE.yaml")
 @json_option
 @click.pass_context
 def command(
-    ctx: click.Context, scene: str, images: tuple[str, ...], poses_path: str | None, gate_px: float,
-    out: str, as_json: bool,
+    ctx: click.Context, scene: str, images: tuple[str, ...], poses_path: str | None, powers: str,
+    with_ambient: bool, gate_px: float, out: str, as_json: bool,
 ) -> None:
     """\b
     $ libocc simulate irregular_six --position 0.4 0.4 0.2 --look-at 2 2 3 --out a.png
@@ -98,8 +153,11 @@ def command(
 
     Fits power and Lambertian order of SCENE's lamps to their fluxes in IMAGEs whose poses are
     known, and writes the scene with what was found: power_w, power_sigma and half_power_deg of the
-    lamps that are ok. The sensor, its response with it, is taken as the scene has it. Exit code 0:
-    every lamp; 1: some lamp's light is not determined; 2: bad input.
+    lamps that are ok. The sensor, its response with it, is taken as the scene has it. With --powers
+    common_factor the scene's powers are right but for one factor, such as of an exposure or gain
+    that is not known: images do not tell it from the powers, so it is one or the other. --ambient
+    finds ambient_w_m2 from the pixels that no lamp reaches. Exit code 0: all of it; 1: some lamp's
+    light, or the ambient light, is not determined; 2: bad input.
     """
     with blamed_on(scene):
         known = samples.load_scene(scene)
@@ -108,21 +166,29 @@ def command(
     else:
         with blamed_on(poses_path):
             poses = poses_from(poses_path, images)
-    blobs = []
+    sensor = known.as_rendered().sensor
+    pixels, blobs = [], []
     with progress("measuring", len(images)) as advance:
         for image in images:
             with blamed_on(image):
-                blobs.append(occ.detect(occ.read_image(image), sensor=known.sensor))
+                pixels.append(occ.read_image(image))
+                blobs.append(occ.detect(pixels[-1], sensor=sensor))
             advance()
     with blamed_on(poses_path or "poses"):
-        found = occ.calibrate_light(known, blobs, poses, gate_px=gate_px)
-    lamps = [lamp_dict(light) for light in found.lamps]
+        found = occ.calibrate_light(known, blobs, poses, powers=occ.PowerFit[powers], gate_px=gate_px)
+    ambient = None
+    if with_ambient:
+        with naming(images):
+            ambient = occ.calibrate_ambient(known, pixels, poses)
+    said = summary(found, ambient)
     if as_json:
-        emit_json({"status": found.status.name, "message": found.message, "lamps": lamps})
+        emit_json(said)
     else:
-        click.echo("\n".join(map(line, lamps)))
-    if found.ok:
+        click.echo("\n".join(lines(said)))
+    calibrated = with_what_was_found(found, ambient)
+    if calibrated is not None:
         with blamed_on(out):
-            found.scene.save(out)
-    if any(lamp["status"] != "ok" for lamp in lamps):
+            calibrated.save(out)
+    parts = [*said["lamps"], *([said["ambient"]] if ambient is not None else [])]
+    if any(part["status"] != "ok" for part in parts):
         ctx.exit(1)

@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
 import csv
-import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +9,8 @@ import yaml
 
 import libocc as occ
 
-from ..cli import Failure, blamed_on, emit_json, json_option
+from ..cli import Failure, blamed_on, emit_json, json_option, naming
+from ..exif import camera_tags, exposures_of_series
 from ..files import whole_file
 from ..progress import progress
 
@@ -58,6 +56,20 @@ def in_order(times: list[float] | dict[str, float], images: tuple[str, ...]) -> 
             raise ValueError(f"has {len(found)} times for {image}")
         ordered.append(found[0])
     return ordered
+
+
+def times_of(given: str | None, images: tuple[str, ...]) -> list[float]:
+    if given is not None:
+        with blamed_on("--exposures" if "," in given else given):
+            return in_order(exposures_of(given), images)
+    tags = []
+    for image in images:
+        with blamed_on(image):
+            tags.append(camera_tags(image))
+    try:
+        return exposures_of_series(images, tags)
+    except ValueError as error:
+        raise Failure(str(error)) from error
 
 
 def sensor_section(response: occ.RecoveredResponse, samples: int) -> dict[str, Any]:
@@ -119,19 +131,10 @@ def with_depth(images: list[Any], bit_depth: int | None) -> int:
     return 0
 
 
-@contextmanager
-def naming(images: tuple[str, ...]) -> Iterator[None]:
-    """Says of images by their number which file that is."""
-    try:
-        yield
-    except ValueError as error:
-        raise Failure(re.sub(r"images\[(\d+)\]", lambda found: images[int(found[1])], str(error))) from error
-
-
 @click.command(short_help="Recover a camera's response curve from an exposure series.")
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
-@click.option("--exposures", required=True, metavar="T,T,...|FILE.yaml|FILE.csv",
-              help="Of each image [s], in their order or by name.")
+@click.option("--exposures", metavar="T,T,...|FILE.yaml|FILE.csv",
+              help="Of each image [s], in their order or by name; else what the images' EXIF says.")
 @click.option("--method", type=click.Choice([*occ.ResponseMethod.__members__]), default="levels",
               show_default=True, help="Any curve, or one of few coefficients for two or three exposures.")
 @click.option("--black-level-dn", type=float, default=0, show_default=True, help="Stored level without light.")
@@ -144,7 +147,7 @@ def naming(images: tuple[str, ...]) -> Iterator[None]:
 @json_option
 @click.pass_context
 def command(
-    ctx: click.Context, images: tuple[str, ...], exposures: str, method: str, black_level_dn: float,
+    ctx: click.Context, images: tuple[str, ...], exposures: str | None, method: str, black_level_dn: float,
     bit_depth: int | None, basis_functions: int, samples: int, out: str, plot_path: str | None, as_json: bool,
 ) -> None:
     """\b
@@ -161,11 +164,11 @@ def command(
     exposure times, by Debevec and Malik's method with the noise that the pixels show, and writes it
     as keys for the `sensor:` section of a scene file. Only the times' ratios count. Colour images
     give a curve per channel. --exposures names a YAML list, a YAML mapping or CSV of image names
-    and times, or says the times. Exit code 0: recovered; 1: the images do not determine it; 2: bad
+    and times, or says the times; without it they are what the camera wrote into the images (EXIF),
+    with one f-number and ISO speed for all. Exit code 0: recovered; 1: the images do not determine it; 2: bad
     input.
     """
-    with blamed_on("--exposures" if "," in exposures else exposures):
-        times = in_order(exposures_of(exposures), images)
+    times = times_of(exposures, images)
     pixels = []
     with progress("reading", len(images)) as advance:
         for image in images:

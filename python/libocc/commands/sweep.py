@@ -9,7 +9,7 @@ from ..cli import blamed_on
 from ..progress import progress
 from ..result_folder import ResultFolder
 from ..sweep.plan import read_sweep
-from ..sweep.run import done_points, points_of, run_sweep, write_tables
+from ..sweep.run import check_points, done_points, points_of, run_sweep, write_tables
 
 INTERRUPTED = 130  # exit code
 
@@ -35,7 +35,7 @@ def command(ctx: click.Context, sweep: str, out: str, workers: int, scheduler: s
     what to keep: images, truth, detect, locate, time. data/sweeps/README.md says more.
 
     The same command again goes on where a run was broken off; any number of workers makes the same
-    files, times apart. Exit code 0: done; 2: bad input; 130: Ctrl-C, what there is is kept.
+    files, times apart. Every point is checked before the first is rendered. Exit code 0: done; 2: bad input; 130: Ctrl-C, what there is is kept.
     """
     path = samples.find_sweep(sweep)
     with blamed_on(sweep):
@@ -45,6 +45,8 @@ def command(ctx: click.Context, sweep: str, out: str, workers: int, scheduler: s
         "scene and pose (sha256)": hash_of(plan.base.encode()),
     }
     points = points_of(plan)
+    with blamed_on(sweep), progress("checking", len(points)) as advance:
+        check_points(points, advance)
     with blamed_on(out):
         folder = ResultFolder(out, settings)
         with progress("looking", len(points)) as advance:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The layout of the BOP benchmark (Hodan et al., "BOP: Benchmark for 6D Object Pose Estimation", 2018):
 test/000000 with gray/, mask/, mask_visib/, scene_camera.json, scene_gt.json and scene_gt_info.json;
-camera.json; models/.
+test_targets_bop19.json; camera.json; models/, and models_eval/ with the same models.
 
 Millimetres. Every lamp is an object of its own, the n-th of the scene number n from 1; its model's
 origin is the lamp's centre, x and z its x_axis and normal. cam_R_w2c, cam_t_w2c are the pose at the
@@ -21,6 +21,7 @@ from .plain import Plain
 
 SCENE = "test/000000"
 RIM_POINTS = 64
+LEAST_TARGET = 0.1  # of a silhouette that is seen: what is more hidden is no target of the challenge
 NOTHING = [-1, -1, -1, -1]
 MM = 1e3
 
@@ -50,13 +51,24 @@ def model_ply(lamp: Lamp) -> bytes:
     return ("\n".join(lines + faces) + "\n").encode()
 
 
+def symmetries(lamp: Lamp) -> dict[str, Any]:
+    """Turns about the normal that change nothing; a point has no shape to turn."""
+    if lamp.shape.name in ("disc", "point"):
+        return {"symmetries_continuous": [{"axis": [0, 0, 1], "offset": [0, 0, 0]}]}
+    square = lamp.size_m[0] == lamp.size_m[1]
+    turns = []
+    for cosine, sine in ((0, 1), (-1, 0), (0, -1)) if square else ((-1, 0),):
+        turns.append([cosine, -sine, 0, 0, sine, cosine, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1])
+    return {"symmetries_discrete": turns}
+
+
 def model_info(lamp: Lamp) -> dict[str, Any]:
     rim = MM * rim_in_lamp_m(lamp)
     low, size = rim.min(axis=0), np.ptp(rim, axis=0)
     apart = np.linalg.norm(rim[:, None] - rim[None], axis=2)
     box = {"min_x": low[0], "min_y": low[1], "min_z": 0.0}
     box.update({"size_x": size[0], "size_y": size[1], "size_z": 0.0, "diameter": apart.max()})
-    return {**{key: float(value) for key, value in box.items()}, "lamp_id": lamp.id}
+    return {**{key: float(value) for key, value in box.items()}, **symmetries(lamp), "lamp_id": lamp.id}
 
 
 def world_from_lamp(lamp: Lamp) -> Any:
@@ -96,6 +108,13 @@ def lamp_info(lamp: dict[str, Any]) -> dict[str, Any]:
     }
 
 
+def targets(entry: dict[str, Any]) -> Iterator[dict[str, int]]:
+    """What the challenge asks for in an image: each lamp is there once."""
+    for pose, info in zip(entry["scene_gt"], entry["scene_gt_info"], strict=True):
+        if info["visib_fract"] >= LEAST_TARGET:
+            yield {"im_id": entry["frame"], "inst_count": 1, "obj_id": pose["obj_id"], "scene_id": 0}
+
+
 class Bop(Plain):
     name = "bop"
     images = f"{SCENE}/gray"
@@ -125,9 +144,11 @@ class Bop(Plain):
             yield f"{SCENE}/{name}.json", json_bytes(table)
         yield "camera.json", json_bytes(self._camera())
         infos = {str(i): model_info(lamp) for i, lamp in enumerate(self.scene.lamps, 1)}
-        yield "models/models_info.json", json_bytes(infos)
-        for i, lamp in enumerate(self.scene.lamps, 1):
-            yield f"models/obj_{i:06d}.ply", model_ply(lamp)
+        for folder in ("models", "models_eval"):
+            yield f"{folder}/models_info.json", json_bytes(infos)
+            for i, lamp in enumerate(self.scene.lamps, 1):
+                yield f"{folder}/obj_{i:06d}.ply", model_ply(lamp)
+        yield "test_targets_bop19.json", json_bytes([t for entry in entries for t in targets(entry)])
 
     def _camera(self) -> dict[str, Any]:
         c = self.scene.camera

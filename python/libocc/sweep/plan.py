@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import samples
-from .._core import Scene
+from .._core import Scene, plan_render
 from ..dataset.images import check_format
 from ..poses import pose_of
 from ..suggest import refuse_unknown, suggestion
@@ -49,6 +49,12 @@ def scene_and_pose(base: str, values: dict[str, Any]) -> tuple[Scene, Any]:
     except ValueError as error:
         where, _, reason = str(error).partition(": ")
         raise ValueError(reason if where.startswith("<text>") else str(error)) from error
+
+
+def check_point(base: str, values: dict[str, Any]) -> None:
+    """That it can be rendered. Raises: ValueError naming path and value."""
+    scene, pose = scene_and_pose(base, values)
+    plan_render(scene, pose)
 
 
 def read_sweep(path: str) -> Sweep:
@@ -112,14 +118,16 @@ def _keep(said: Any) -> tuple[str, ...]:
 
 
 def _check_values(sweep: Sweep) -> None:
-    """That counts agree, and that the first and the last value of each parameter can be set."""
+    """That counts agree, and that each value of a grid's parameters is one with the others' first."""
     counts = {path: len(values) for path, values in sweep.parameters.items()}
     if sweep.combine == "zip" and len(set(counts.values())) > 1:
         raise ValueError(f"combine: zip needs as many values of each parameter, got {counts}")
+    if sweep.combine == "zip":
+        return  # whose values need not fit others' than those at the same point
     first = {path: values[0] for path, values in sweep.parameters.items()}
     for path, values in sweep.parameters.items():
-        for value in (values[0], values[-1]):
+        for value in values:
             try:
-                scene_and_pose(sweep.base, {**first, path: value})
+                check_point(sweep.base, {**first, path: value})
             except ValueError as error:
-                raise ValueError(f"parameters.{path}: {error}") from error
+                raise ValueError(f"parameters.{path}: {value!r}: {error}") from error

@@ -11,7 +11,7 @@ from typing import Any
 from ..progress import Advance
 from ..result_folder import ResultFolder
 from ..workers import run_jobs
-from .plan import Sweep
+from .plan import Sweep, check_point
 from .point import Point, compute_point, point_name
 
 
@@ -23,6 +23,16 @@ def points_of(sweep: Sweep) -> list[Point]:
         )
         for i, values in enumerate(sweep.values())
     ]
+
+
+def check_points(points: list[Point], advance: Advance) -> None:
+    """That all of them can be rendered, before any is. Raises: ValueError naming the point."""
+    for point in points:
+        try:
+            check_point(point.base, point.values)
+        except ValueError as error:
+            raise ValueError(f"point {point.index}, {point.values}: {error}") from error
+        advance()
 
 
 def is_done(folder: ResultFolder, point: Point) -> bool:
