@@ -10,7 +10,9 @@ namespace {
 
 // Of a lamp, for `blobs` blobs in the image: the convex part of the map that is in view holds about
 // so many lamps, and a lamp at its border has them on one side only.
-std::size_t most_neighbours(std::size_t blobs) { return std::max<std::size_t>(16, 2 * blobs); }
+std::size_t most_neighbours(std::size_t blobs) {
+  return std::clamp<std::size_t>(2 * blobs, 16, 24);
+}
 
 void put(const Eigen::Vector3d& from, float* to) {
   for (int i = 0; i < 3; ++i) to[i] = static_cast<float>(from[i]);
@@ -84,7 +86,9 @@ Ballot::Ballot(const Problem& problem)
               static_cast<float>((-0.5 - c.cy_px()) / c.fy_px()),
               static_cast<float>((c.height() - 0.5 - c.cy_px()) / c.fy_px())};
   const std::vector<Target>& targets = problem.targets;
-  const std::size_t kept = std::min(targets.size() - 1, most_neighbours(problem.sightings.size()));
+  const std::size_t others = targets.size() - 1;
+  named_ = std::min(others, most_neighbours(problem.sightings.size()));
+  const std::size_t kept = std::min(others, 3 * named_ / 2);
   std::vector<std::pair<double, int>> by_distance(targets.size());
   double spacing_m = 0;
   for (std::size_t a = 0; a < targets.size(); ++a) {
@@ -109,9 +113,7 @@ Ballot::Ballot(const Problem& problem)
     }
 }
 
-bool Ballot::knows_neighbours_only() const {
-  return neighbours_.front().targets.size() + 1 < problem_.targets.size();
-}
+bool Ballot::knows_neighbours_only() const { return named_ + 1 < problem_.targets.size(); }
 
 Jury Ballot::jury(int first, const std::vector<int>& sightings, const std::vector<Other>& others) {
   const Neighbours& near = neighbours_[static_cast<std::size_t>(first)];
@@ -135,7 +137,7 @@ Jury Ballot::jury(int first, const std::vector<int>& sightings, const std::vecto
 std::size_t Ballot::add_namings(const std::array<int, 3>& sightings, int first, int image_turn) {
   constexpr double same = 1 - 1e-9, flat = 0.966;  // cosine of 15 degrees
   const Neighbours& near = neighbours_[static_cast<std::size_t>(first)];
-  const std::size_t count = near.targets.size();
+  const std::size_t count = named_;
   namings_.resize(padded(count * count));
   const Eigen::Vector3d& normal = problem_.target(first).normal;
   std::size_t n = 0;
@@ -283,7 +285,7 @@ void Ballot::of_three(const std::array<int, 3>& sightings, int least, std::vecto
 std::size_t Ballot::add_headings(const std::array<int, 2>& sightings, int first) {
   constexpr double nearly_real = 1.02, least_horizontal = 1e-6;
   const Neighbours& near = neighbours_[static_cast<std::size_t>(first)];
-  judged_.resize(padded(2 * near.targets.size()));
+  judged_.resize(padded(2 * named_));
   for (auto& parameter : parameters_) parameter.resize(judged_.second.size());
   const Eigen::Matrix3d upright = cam_from_upright(problem_).transpose();
   const Eigen::Vector3d f0 = upright * problem_.sighting(sightings[0]).bearing;
@@ -292,7 +294,7 @@ std::size_t Ballot::add_headings(const std::array<int, 2>& sightings, int first)
   const double n2 = n.squaredNorm();
   const Eigen::Vector3d& normal = problem_.target(first).normal;
   std::size_t count = 0;
-  for (std::size_t b = 0; b < near.targets.size(); ++b) {
+  for (std::size_t b = 0; b < named_; ++b) {
     if (!problem_.may_be(sightings[1], near.targets[b])) continue;
     const Eigen::Vector3d side =
         (problem_.target(first).centre - problem_.target(near.targets[b]).centre) / unit_m_;
@@ -355,7 +357,7 @@ void Ballot::of_two(const std::array<int, 2>& sightings, int least, std::vector<
   for (int row = 0; row < 3; ++row) put(from_upright.row(row).transpose(), to_camera + 3 * row);
   for (const int a : problem_.sighting(sightings[0]).lamps) {
     const std::size_t count = add_headings(sightings, a);
-    turnout_.namings += static_cast<int>(neighbours_[static_cast<std::size_t>(a)].targets.size());
+    turnout_.namings += static_cast<int>(named_);
     Jury jury_of_a = jury(a, rest, others);
     jury_of_a.to_camera = to_camera;
     judge_pairs_for_cpu(simd_)(

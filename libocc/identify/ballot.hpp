@@ -67,6 +67,7 @@ class Ballot {
   Simd simd_;
   double unit_m_ = 1;  // of single-precision numbers
   Frustum frustum_;
+  std::size_t named_ = 0;  // neighbours that are named; the others are looked for in the image
   std::vector<Neighbours> neighbours_;
   Table namings_, judged_;
   std::array<std::vector<float>, 3> depths_, parameters_;

@@ -130,12 +130,10 @@ LIBOCC_INLINE void split(const LaneConic<Lanes>& c, LaneVector<Lanes>& first,
             chosen(column, row2.x, row2.y, row2.z)};
 }
 
-/// The two points of a conic on a line, up to scale; where they are a complex pair near a double
-/// root, its real part twice. Returns where they are neither.
+/// The two points of a conic on a line, up to scale; of a complex pair the real part twice.
 template <class Lanes>
-LIBOCC_INLINE LaneInts<Lanes> intersect(const LaneConic<Lanes>& c, const LaneVector<Lanes>& l,
-                                        LaneVector<Lanes> points[2]) {
-  constexpr float nearly_real = 0.02F;
+LIBOCC_INLINE void intersect(const LaneConic<Lanes>& c, const LaneVector<Lanes>& l,
+                             LaneVector<Lanes> points[2]) {
   const LaneChoice<Lanes> i = largest_of(absolute(l.x), absolute(l.y), absolute(l.z));
   const Lanes ii = chosen(i, c.uu, c.vv, c.ww), jj = chosen(i, c.vv, c.ww, c.uu),
               kk = chosen(i, c.ww, c.uu, c.vv);
@@ -153,7 +151,6 @@ LIBOCC_INLINE LaneInts<Lanes> intersect(const LaneConic<Lanes>& c, const LaneVec
     const Lanes e = y * s[n] + z * t[n];
     points[n] = {chosen(i, e, t[n], s[n]), chosen(i, s[n], e, t[n]), chosen(i, t[n], s[n], e)};
   }
-  return square < -nearly_real * (b * b + absolute(a * g));
 }
 
 /// Partial derivatives of the three distance equations, and the cofactors that solve them.
@@ -179,29 +176,39 @@ struct LaneJacobian {
   LIBOCC_INLINE LaneVector<Lanes> by12() const { return {a1 * b2, -(a0 * b2), -(a1 * b0)}; }
 };
 
+/// What the three distance equations lack.
 template <class Lanes>
-LIBOCC_INLINE void newton_step(const Chords2& c, const LaneSides2<Lanes>& s, LaneVector<Lanes>& d) {
+LIBOCC_INLINE LaneVector<Lanes> off_sides(const Chords2& c, const LaneSides2<Lanes>& s,
+                                          const LaneVector<Lanes>& d) {
+  const Lanes e01 = d.x - d.y, e02 = d.x - d.z, e12 = d.y - d.z;
+  return {e01 * e01 + d.x * d.y * c.c01 - s.s01, e02 * e02 + d.x * d.z * c.c02 - s.s02,
+          e12 * e12 + d.y * d.z * c.c12 - s.s12};
+}
+
+template <class Lanes>
+LIBOCC_INLINE Lanes sum_of_sizes(const LaneVector<Lanes>& v) {
+  return absolute(v.x) + absolute(v.y) + absolute(v.z);
+}
+
+/// A step of Newton's method where it leads to a root; the real part of a complex pair stays.
+/// Returns what the equations lack after it.
+template <class Lanes>
+LIBOCC_INLINE Lanes improve(const Chords2& c, const LaneSides2<Lanes>& s, LaneVector<Lanes>& d) {
   const LaneJacobian<Lanes> j(c, d.x, d.y, d.z);
-  const Lanes inverse = j.inverse_determinant();
-  const auto off =
-      [](const Lanes& a, const Lanes& b, float chord2, const Lanes& side2)
-          LIBOCC_LAMBDA_INLINE { return ((a - b) * (a - b) + a * b * chord2 - side2); };
-  const Lanes f01 = off(d.x, d.y, c.c01, s.s01) * inverse;
-  const Lanes f02 = off(d.x, d.z, c.c02, s.s02) * inverse;
-  const Lanes f12 = off(d.y, d.z, c.c12, s.s12) * inverse;
-  const LaneVector<Lanes> step = f01 * j.by01() + (f02 * j.by02() + f12 * j.by12());
-  const Lanes size = absolute(step.x) + absolute(step.y) + absolute(step.z);
-  // A step of more is not from a root nearby.
-  const LaneInts<Lanes> near = size < 0.1F * (d.x + d.y + d.z);
-  d.x = near ? d.x - step.x : d.x;
-  d.y = near ? d.y - step.y : d.y;
-  d.z = near ? d.z - step.z : d.z;
+  const LaneVector<Lanes> off = off_sides(c, s, d);
+  const LaneVector<Lanes> f = j.inverse_determinant() * off;
+  const LaneVector<Lanes> moved = d - (f.x * j.by01() + (f.y * j.by02() + f.z * j.by12()));
+  const Lanes before = sum_of_sizes(off), after = sum_of_sizes(off_sides(c, s, moved));
+  const LaneInts<Lanes> better = after < before;
+  d = {better ? moved.x : d.x, better ? moved.y : d.y, better ? moved.z : d.z};
+  return better ? after : before;
 }
 
 /// Up to four sets of distances. Sides are squared, in units of which their sum is 1.
 template <class Lanes>
 LIBOCC_INLINE void solve_depths(const Chords2& c, const LaneSides2<Lanes>& s,
                                 LaneDepths<Lanes> out[4]) {
+  constexpr float by_noise = 0.05F;  // that turned a double root into a complex pair
   const float k2 = c.c01 + c.c02 + c.c12, k = __builtin_sqrtf(k2), half = 0.5F / k;
   const float uv = 0.5F * c.c01 - 1, uw = (c.c01 + c.c02) * half, vw = (c.c01 + c.c12) * half;
   const LaneConic<Lanes> a{
@@ -215,7 +222,7 @@ LIBOCC_INLINE void solve_depths(const Chords2& c, const LaneSides2<Lanes>& s,
   const LaneConic<Lanes> other = combined(-m.y, a, m.x, b);
   for (int line = 0; line < 2; ++line) {
     LaneVector<Lanes> points[2];
-    const LaneInts<Lanes> complex = intersect(other, lines[line], points);
+    intersect(other, lines[line], points);
     for (int n = 0; n < 2; ++n) {
       const LaneVector<Lanes>& p = points[n];
       const Lanes sum =
@@ -224,9 +231,9 @@ LIBOCC_INLINE void solve_depths(const Chords2& c, const LaneSides2<Lanes>& s,
       const Lanes scale = p.z > 0 ? size : -size;
       const Lanes w = p.z * scale * (1 / k);
       LaneVector<Lanes> d{p.x * scale + w, p.y * scale + w, w};
-      newton_step(c, s, d);
-      newton_step(c, s, d);
-      out[2 * line + n] = {d.x, d.y, d.z, ~complex & (d.x > 0) & (d.y > 0) & (d.z > 0) & (sum > 0)};
+      improve(c, s, d);
+      const LaneInts<Lanes> fits = improve(c, s, d) < by_noise;
+      out[2 * line + n] = {d.x, d.y, d.z, fits & (d.x > 0) & (d.y > 0) & (d.z > 0) & (sum > 0)};
     }
   }
 }

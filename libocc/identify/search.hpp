@@ -40,6 +40,7 @@ class Search {
   void vote();
   void vote_by_levels(Ballot& ballot, TripleOrder& order, int far_apart);
   int named_by_vote() const;
+  int spent() const;
   void elect(std::vector<Vote>& votes, int least);
   void consider(const Vote& vote);
   bool known(const Vote& vote) const;
@@ -64,6 +65,7 @@ class Search {
   std::vector<Seed>
       seeds_;  // poses from three pairs that face their lamps and agree with the prior
   std::optional<Turnout> turnout_;  // of the vote so far
+  int looks_ = 0;                   // at votes
   bool cut_short_ = false;
 };
 

@@ -53,7 +53,7 @@ void Search::vote() {
     vote_by_levels(ballot, order, far_apart);
     if (!neighbours_only || far_apart == most_far_apart || most_ >= strong) break;
   }
-  tried_ = turnout_->namings;
+  tried_ = spent();
 }
 
 // All explanations of `level` blobs are found once no `blobs - level` false lights can touch all
@@ -74,7 +74,6 @@ void Search::vote_by_levels(Ballot& ballot, TripleOrder& order, int far_apart) {
         ballot.of_three(s, enough - named, votes);
       turnout_ = ballot.turnout();
       elect(votes, std::max(std::min(level, strong), most_) - named);
-      cut_short_ = turnout_->namings >= problem_.options->max_hypotheses;
       if (cut_short_) break;
     }
     elect(votes, std::max(level, most_) - named);
@@ -92,10 +91,20 @@ void Search::elect(std::vector<Vote>& votes, int least) {
                                           [&](const Vote& v) { return v.further >= least; });
   std::stable_sort(votes.begin(), rest,
                    [](const Vote& a, const Vote& b) { return a.further > b.further; });
-  for (auto vote = votes.begin(); vote != rest; ++vote)
-    if (vote->further + static_cast<int>(vote->naming.size()) >= most_ && !known(*vote))
+  for (auto vote = votes.begin(); vote != rest && !cut_short_; ++vote)
+    if (vote->further + static_cast<int>(vote->naming.size()) >= most_ && !known(*vote)) {
       consider(*vote);
+      looks_ += 1;
+      cut_short_ = spent() >= problem_.options->max_hypotheses;
+    }
+  cut_short_ = spent() >= problem_.options->max_hypotheses;
   votes.erase(votes.begin(), rest);
+}
+
+// Namings voted on; a close look takes as long as a number of them.
+int Search::spent() const {
+  constexpr int as_long_as = 30;
+  return turnout_->namings + as_long_as * looks_;
 }
 
 // Another way to a pose that has been found.

@@ -86,11 +86,12 @@ void TripleOrder::prefer_neighbours(const Problem& problem) {
   const auto distance = [&](int i, int j) {
     return (problem.sighting(i).bearing - problem.sighting(j).bearing).norm();
   };
-  std::vector<double> reach;  // of the nearer half of the other blobs
+  constexpr int nearest = 8;
+  std::vector<double> reach;  // of the nearer half of the other blobs, or of so many
   for (int i = 0; i < blobs_; ++i) {
     std::vector<double> distances;
     for (int j = 0; j < blobs_; ++j) distances.push_back(distance(i, j));
-    const auto half = distances.begin() + (blobs_ + 1) / 2;
+    const auto half = distances.begin() + std::min((blobs_ + 1) / 2, nearest);
     std::nth_element(distances.begin(), half, distances.end());
     reach.push_back(*half);
   }
