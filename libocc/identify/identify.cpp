@@ -14,7 +14,6 @@ namespace {
 
 constexpr double plausible_chi2 = 13.8;  // 2 ln 1000
 constexpr int more_dark = 3;             // lamps, than of the best: they are switched in groups
-constexpr double largest_chance = 0.1;   // expected wrong poses that a unique one may leave
 
 void check(const std::vector<Blob>& blobs) {
   for (std::size_t i = 0; i < blobs.size(); ++i) {
@@ -58,7 +57,7 @@ bool may_be_chance(const Identification& found, const naming::Problem& problem) 
   for (const Match& match : found.hypotheses.front().matches)
     whole += std::any_of(problem.sightings.begin(), problem.sightings.end(),
                          [&](const naming::Sighting& s) { return s.blob == match.blob; });
-  return whole < problem.sightings.size() && found.chance > largest_chance;
+  return whole < problem.sightings.size() && found.chance > naming::unlikely;
 }
 
 // The hypotheses, all of them plausible or with more dark lamps than the best; none where a turn

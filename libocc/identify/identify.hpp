@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which blob is which lamp: by blink frequency, by geometry alone, or both; with or without a
 // prior. Blobs whose frequency matches one lamp's code are named by it; all others are matched by
-// geometry: a P3P pose for every assignment of lamps to well-spread blob triples, the rest of the
-// map projected and matched within gates that follow from the measurement's covariance. All poses
-// consistent with the map are returned, ranked.
+// geometry: a pose for every assignment of lamps to a few blob triples (P3P; pairs, when gravity is
+// known), the rest of the map projected and matched within gates that follow from the measurement's
+// covariance. All poses consistent with the map are returned, ranked. In maps of seven lamps and
+// more the poses are voted on first (identify/ballot.hpp); there only lamps that are neighbours are
+// assigned to one triple, and a pose from which more lamps are missing than its matches can
+// outweigh is none.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -27,9 +30,9 @@ struct LIBOCC_API IdentifyOptions {
   double frequency_tolerance = 0.02;  ///< relative; lamps and row clocks are not exact
   double gate_sigma = 4;              ///< a projected lamp and a blob agree within this
   double model_sigma_px = 0.5;        ///< error of the camera and map, added to every gate
-  double miss_penalty = 6;      ///< chi-square for a lamp that should be seen but is not (e^-3)
-  int max_hypotheses = 200000;  ///< namings of three blobs tried; the message says when it ended
-                                ///< the search
+  double miss_penalty = 6;       ///< chi-square for a lamp that should be seen but is not (e^-3)
+  int max_hypotheses = 1000000;  ///< namings of three blobs tried (a third of a second); the
+                                 ///< message says when it ended the search
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
