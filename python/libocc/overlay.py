@@ -15,7 +15,16 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from . import report
-from ._core import Blob, Camera, Fix, Scene, Truth, project_lamp_centre, project_rim
+from ._core import (
+    Blob,
+    Camera,
+    Fix,
+    Identification,
+    Scene,
+    Truth,
+    project_lamp_centre,
+    project_rim,
+)
 
 Pixels = NDArray[np.uint8 | np.uint16]
 Array = NDArray[np.float64]
@@ -83,6 +92,35 @@ def draw_fix(
     used = [blob.centroid_px for blob in fix.lamps.values()]
     unused = [b for b in fix.blobs if not any(np.array_equal(b.centroid_px, u) for u in used)]
     _picture(path, image, marks, unused, f"{title}   {_fix_line(fix)}", _fix_caption(fix))
+
+
+def draw_identification(
+    path: str | PathLike[str],
+    image: Pixels,
+    blobs: Sequence[Blob],
+    found: Identification,
+    scene: Scene,
+    *,
+    title: str = "",
+) -> None:
+    """Writes a picture of an image's blobs with the lamps that they are in the likeliest pose.
+
+    Raises: OSError when it cannot be written.
+    """
+    marks: list[Mark] = []
+    named: set[int] = set()
+    if found.hypotheses:
+        best = found.hypotheses[0]
+        for match in best.matches:
+            lamp = scene.lamps[match.lamp]
+            mark = _blob_mark(f"lamp {lamp.id}", blobs[match.blob])
+            mark.predicted_px = project_lamp_centre(lamp, best.cam_from_world, scene.camera)
+            marks.append(mark)
+            named.add(match.blob)
+    unused = [blob for i, blob in enumerate(blobs) if i not in named]
+    verdict = found.status.name + (f": {found.message}" if found.message else "")
+    caption = f"{len(found.hypotheses)} pose(s)   blue: measured, orange: no lamp"
+    _picture(path, image, marks, unused, f"{title}   {verdict}", caption)
 
 
 def draw_truth(
