@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/codes/code.hpp"
 
+#include <array>
 #include <cmath>
 
 #include "libocc/codes/slot_code.hpp"

@@ -15,9 +15,9 @@
 // All repeat id and checksum without end.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "libocc/codes/crc.hpp"
@@ -39,6 +39,14 @@ struct LIBOCC_API Code {
   double least_hz = 100;                 ///< ufsook, s2psk: blinks faster than this
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
+
+  friend bool operator==(const Code& a, const Code& b) {
+    const auto fields = [](const Code& c) {
+      return std::tie(c.kind, c.id_bits, c.checksum, c.clock_hz, c.line, c.repeats, c.frame_rate_hz,
+                      c.least_hz);
+    };
+    return fields(a) == fields(b);
+  }
 };
 
 LIBOCC_API const char* to_string(CodeKind kind);

@@ -70,7 +70,10 @@ class Check {
 };
 
 void check_waveform(const Check& check, const Lamp& lamp) {
-  if (lamp.waveform.empty()) return;
+  if (lamp.waveform.empty()) {
+    check.that(!lamp.code, "waveform", std::string("none"), "that of `code`");
+    return;
+  }
   check.that(lamp.frequency_hz.has_value(), "frequency_hz", std::string("none"),
              "given beside `waveform`");
   bool any = false;
@@ -107,6 +110,17 @@ double Lamp::order() const { return lambertian_order(half_power_rad); }
 
 bool Lamp::shows_lit_side(const Eigen::Vector3d& seen_from) const {
   return (seen_from - centre_m).dot(normal) > 0;
+}
+
+void Lamp::set_code(const LampCode& said) {
+  require(said.id >= 0, "id", said.id, "zero or positive");
+  Waveform wave = encode_id(static_cast<std::uint32_t>(said.id), said.code);
+  const auto channels = static_cast<int>(wave.chips.size());
+  require(said.channel >= 0 && said.channel < channels, "channel", said.channel,
+          "below the code's " + std::to_string(channels));
+  frequency_hz = wave.frequency_hz();
+  waveform = std::move(wave.chips[static_cast<std::size_t>(said.channel)]);
+  code = said;
 }
 
 void Lamp::validate() {
