@@ -168,5 +168,90 @@ TEST(CameraOok, OneWrongBitFailsTheChecksumAndGivesNoId) {
   EXPECT_EQ(read_code.bits, bits);
 }
 
+/// Wrong bits when the phase is known: of a code whose nearest symbols are `distance` apart, in
+/// the amplitude of the light times the root of the samples that differ.
+struct ErrorRate {
+  double measured = 0, expected = 0;
+  int bits = 0;
+};
+ErrorRate error_rate(const Code& code, const Shutter& shutter, double distance, int trials) {
+  Random random(11);
+  DecodeSamplesOptions options;
+  options.period_start_s = -shutter.begin_s;
+  ErrorRate rate;
+  int wrong = 0;
+  for (int trial = 0; trial < trials; ++trial) {
+    const auto id = static_cast<std::uint32_t>(random.below(256));
+    const auto samples = shutter.of(encode_id(id, code), static_cast<std::uint64_t>(trial));
+    const DecodedCode read_code = decode_samples(samples, code, options);
+    const Bits sent = payload_bits(id, code);
+    for (std::size_t i = 0; i < sent.size(); ++i) wrong += sent[i] != read_code.bits[i];
+    rate.bits += static_cast<int>(sent.size());
+  }
+  rate.measured = wrong / static_cast<double>(rate.bits);
+  rate.expected = 0.5 * std::erfc(distance / (2 * shutter.sigma) / std::sqrt(2.0));
+  return rate;
+}
+
+TEST(SlowErrorRate, UfsookIsThatOfOneDifferingSampleABit) {
+  Code code;
+  code.kind = CodeKind::ufsook;
+  Shutter shutter;
+  shutter.rows = 1;
+  shutter.frames = 34;
+  shutter.begin_s = 2e-3;  // between the edges of both tones
+  for (const double sigma : {0.3, 0.45, 0.7}) {
+    shutter.sigma = sigma;
+    const ErrorRate rate = error_rate(code, shutter, 1, 600);
+    const double sigma_of_rate = std::sqrt(rate.expected / rate.bits);
+    EXPECT_NEAR(rate.measured, rate.expected, 4 * sigma_of_rate + 0.12 * rate.expected) << sigma;
+  }
+}
+
+TEST(SlowErrorRate, ManchesterIsThatOfAllItsSamples) {
+  Code code;
+  code.repeats = 1;  // 72 chips of 100 us, each seen once in a frame of 1000 rows, ...
+  Shutter shutter;
+  shutter.row_time_s = 1e-4;
+  shutter.exposure_s = 1e-4;
+  shutter.rows = 72;
+  shutter.frames = 1;
+  for (const double sigma : {0.5, 0.7, 1.0}) {
+    shutter.sigma = sigma;
+    const ErrorRate rate = error_rate(code, shutter, std::sqrt(2.0), 1500);
+    const double sigma_of_rate = std::sqrt(rate.expected / rate.bits);
+    EXPECT_NEAR(rate.measured, rate.expected, 4 * sigma_of_rate + 0.12 * rate.expected) << sigma;
+  }
+}
+
+TEST(SlowFalseAccepts, WrongIdsAreRarerThanTheChecksumAllows) {
+  // Light of random chips at the code's own clock, and the code itself at noise that garbles it.
+  for (const Case& test : cases()) {
+    int accepted = 0, wrong = 0;
+    constexpr int trials = 60;
+    for (int trial = 0; trial < trials; ++trial) {
+      Random random(static_cast<std::uint64_t>(trial), 7);
+      const auto id = static_cast<std::uint32_t>(random.below(256));
+      Waveform wave = encode_id(id, test.code);
+      Shutter shutter = test.shutter;
+      shutter.frames = 36;
+      shutter.begin_s = random.uniform(0, 2);
+      shutter.sigma = random.uniform(0.3, 4);
+      const bool garbled = trial % 2 == 0;
+      if (garbled)
+        for (auto& channel : wave.chips)
+          for (double& chip : channel) chip = random.below(2);
+      DecodeSamplesOptions options;
+      options.max_clock_error = 2e-5;
+      const DecodedCode read_code = decode_samples(
+          shutter.of(wave, static_cast<std::uint64_t>(trial), test.code.kind == CodeKind::csk),
+          test.code, options);
+      accepted += read_code.ok();
+      wrong += read_code.ok() && (garbled || read_code.id != id);
+    }
+    EXPECT_EQ(wrong, 0) << test.name << ", of " << accepted << " accepted";
+  }
+}
+
 }  // namespace
 }  // namespace occ

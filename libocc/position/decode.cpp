@@ -54,6 +54,27 @@ const Blob* blob_of(const TrackPoint& point, const std::vector<FrameBlobs>& foun
   return &found[static_cast<std::size_t>(point.frame)].blobs[static_cast<std::size_t>(*point.blob)];
 }
 
+/// A lamp's blob of a frame, or the last one before it (else after it) moved to its place there.
+Blob blob_at(int frame, const Track& track, const std::vector<FrameBlobs>& found,
+             const DecodeOptions& options) {
+  Blob blob;
+  for (const TrackPoint& point : track.points)
+    if (const Blob* seen = blob_of(point, found))
+      if (point.frame <= frame || blob.area_px == 0) blob = *seen;
+  if (options.join_frames == 0) return blob;
+  const Eigen::Vector2d place = track.points[static_cast<std::size_t>(frame)].px;
+  const Eigen::Vector2i by = (place - blob.centroid_px).array().round().cast<int>();
+  blob.x0 += by.x();
+  blob.x1 += by.x();
+  blob.y0 += by.y();
+  blob.y1 += by.y();
+  blob.ellipse.centre_px += place - blob.centroid_px;
+  blob.centroid_px = place;
+  blob.covariance_px2 += std::pow(options.track.position_sigma_px, 2) * Eigen::Matrix2d::Identity();
+  blob.rim.clear();
+  return blob;
+}
+
 /// Half the size that a lamp's blobs have at most, but for a few that neighbours have enlarged.
 Eigen::Vector2d half_size(const Track& track, const std::vector<FrameBlobs>& found) {
   constexpr double edge_px = 2;
@@ -163,8 +184,8 @@ Result<std::vector<DecodedLamp>> decode_lamps(const std::vector<SequenceFrame>& 
     const Eigen::Vector2d half = half_size(track, found);
     samples.push_back(light_samples(lines_of(track, half, frames, sensor), sensor));
     DecodedLamp& lamp = out.value.emplace_back();
-    for (const TrackPoint& point : track.points)
-      if (const Blob* blob = blob_of(point, found)) lamp.blob = *blob;
+    lamp.frame = std::max(0, static_cast<int>(frames.size()) - 1 - options.join_frames / 2);
+    lamp.blob = blob_at(lamp.frame, track, found, options);
     const double rows = 2 * (sensor.readout == Readout::columns ? half.x() : half.y());
     lamp.budget = code_budget(options.code, rows, sensor.row_time_s, sensor.exposure_s);
     lamp.track = std::move(track);

@@ -30,7 +30,7 @@ struct LIBOCC_API DecodeOptions {
   Code code;
   /// Lamps are looked for in the brightest of so many frames about each; 0: of all frames, for a
   /// camera that stands still.
-  int join_frames = 5;
+  int join_frames = 15;
   int least_seen = 2;    ///< frames in which a lamp must show a blob
   DetectOptions detect;  ///< its sensor is the one given; stripes are not read
   TrackOptions track;
@@ -41,7 +41,10 @@ struct LIBOCC_API DecodeOptions {
 
 struct DecodedLamp {
   Track track;
-  Blob blob;  ///< as last seen, in the brightest of the joined frames
+  /// In the brightest of the frames joined about `frame`. Under a moving camera it has no rim, and
+  /// the track's place.
+  Blob blob;
+  int frame = 0;  ///< the last one that has as many joined frames after as before it
   DecodedCode code;
   CodeBudget budget;             ///< of its largest image
   std::optional<int> reference;  ///< s2psk: which track is its reference
