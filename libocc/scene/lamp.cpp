@@ -70,10 +70,7 @@ class Check {
 };
 
 void check_waveform(const Check& check, const Lamp& lamp) {
-  if (lamp.waveform.empty()) {
-    check.that(!lamp.code, "waveform", std::string("none"), "that of `code`");
-    return;
-  }
+  if (lamp.waveform.empty()) return;
   check.that(lamp.frequency_hz.has_value(), "frequency_hz", std::string("none"),
              "given beside `waveform`");
   bool any = false;
@@ -125,6 +122,7 @@ void Lamp::set_code(const LampCode& said) {
 
 void Lamp::validate() {
   const Check check(id);
+  if (code && waveform.empty()) set_code(*code);
   check.finite(centre_m, "centre_m");
   check.direction(normal, "normal");
   if (shape == LampShape::disc) check.positive(radius_m, "radius_m");

@@ -48,7 +48,7 @@ struct LIBOCC_API Lamp {
   std::vector<double> waveform;  ///< instead of `duty`: light over power_w (0..1) in equal parts
                                  ///< of a period, such as the chips of a code
   double phase = 0;              ///< periods that have passed at time 0
-  std::optional<LampCode> code;  ///< what frequency_hz and waveform say: set_code() sets all three
+  std::optional<LampCode> code;  ///< what frequency_hz and waveform say; see set_code()
   Eigen::Vector3d colour =
       Eigen::Vector3d::Ones();  ///< light that red, green and blue pixels get, over white's
 
@@ -60,9 +60,10 @@ struct LIBOCC_API Lamp {
   /// Sets code, frequency_hz and waveform. Throws std::invalid_argument as encode_id() does.
   void set_code(const LampCode& said);
 
-  /// Makes normal and x_axis unit and orthogonal; where the shape gives x_axis no meaning, it
-  /// becomes one that depends on the normal alone. A second call changes nothing. Throws
-  /// std::invalid_argument naming the lamp, the field and its value.
+  /// Sets frequency_hz and waveform of a code that has no waveform yet; makes normal and x_axis
+  /// unit and orthogonal; where the shape gives x_axis no meaning, it becomes one that depends on
+  /// the normal alone. A second call changes nothing. Throws std::invalid_argument naming the lamp,
+  /// the field and its value.
   void validate();
 };
 

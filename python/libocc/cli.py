@@ -23,6 +23,7 @@ COMMANDS = (
     "map",
     "detect",
     "locate",
+    "decode",
     "ladder",
     "hard-cases",
     "response",
