@@ -225,10 +225,22 @@ TEST(Budget, CountsChipsAndRefusesWithTheNumbers) {
   EXPECT_FALSE(code_budget(code, 100, 0, 2e-5).fits) << "a global shutter holds no chips";
   EXPECT_NE(complaint([&] { require_fits(code, 60, 2e-5, 2e-5); }).find("12 chips"),
             std::string::npos);
+  EXPECT_TRUE(code_budget(code, 10, 2e-5, 2e-5, true).fits) << "joined by exact times";
   code.kind = CodeKind::ufsook;
+  EXPECT_EQ(code_budget(code, 1, 0, 1e-4).frames_needed, 34);
   EXPECT_TRUE(code_budget(code, 1, 0, 1e-4).fits) << "any lamp will do";
   EXPECT_FALSE(code_budget(code, 1, 0, 5e-3).fits);
   EXPECT_NE(complaint([&] { code_budget(code, -1, 0, 1e-4); }).find("rows"), std::string::npos);
+}
+
+TEST(Budget, FindsFramesInStepWithPackets) {
+  Code code;
+  EXPECT_LT(code_budget(code, 100, 2e-5, 2e-5).frames_needed, 20);
+  code.clock_hz = 288 * 30;  // a packet a frame: always the same sub-packet
+  EXPECT_NE(code_budget(code, 120, 2e-5, 2e-5).message.find("always fall on the same parts"),
+            std::string::npos);
+  code.clock_hz = 288 * 30 * 2 / 3.0;  // three places
+  EXPECT_FALSE(code_budget(code, 200, 2e-5, 2e-5).fits);
 }
 
 }  // namespace

@@ -154,6 +154,22 @@ TEST(ColourShift, LearnsTheCrosstalkOfTheChannels) {
   EXPECT_EQ(read_code.id, 0b00011011u) << to_string(read_code.status) << read_code.message;
 }
 
+TEST(CameraOok, ExactTimesMakeUpForSmallLamps) {
+  Shutter shutter;
+  shutter.rows = 20;  // four chips of 18
+  shutter.begin_s = 0.0371;
+  shutter.clock_error = 5e-5;
+  shutter.sigma = 0.1;
+  const Code code;
+  const auto samples = shutter.of(encode_id(114, code));
+  DecodeSamplesOptions options;
+  EXPECT_FALSE(decode_samples(samples, code, options).ok());
+  options.exact_times = true;
+  const DecodedCode read_code = decode_samples(samples, code, options);
+  EXPECT_EQ(read_code.id, 114u) << read_code.message;
+  EXPECT_NEAR(read_code.clock_error, 5e-5, 3e-5);
+}
+
 TEST(CameraOok, OneWrongBitFailsTheChecksumAndGivesNoId) {
   Code code;
   const SlotCode slots = slot_code(code);

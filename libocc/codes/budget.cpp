@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <set>
 #include <sstream>
 
 #include "libocc/codes/c_ook.hpp"
@@ -26,12 +28,32 @@ Needs needs_of(const Code& code) {
   return {code.clock_hz, static_cast<double>(c_ook_sub_packet_chips(code)), 1};
 }
 
-double frames_to_see(const Code& code, double period_s, const CodeBudget& budget) {
-  // Each sub-packet has its turn; a frame may see the change from one to the next.
-  if (code.kind == CodeKind::c_ook) return 3.0 * c_ook_sub_packets(code);
-  if (code.kind == CodeKind::csk)
-    return 3 * period_s * code.clock_hz / std::max(1.0, budget.chips_in_view);
-  return std::ceil(period_s * code.frame_rate_hz);
+/// Part of a packet of which a frame sees enough, wherever in it the frame begins.
+double part_seen(const Code& code, const CodeBudget& budget, bool exact_times) {
+  const double in_view = budget.chips_in_view / (budget.period_s * code.clock_hz);
+  if (code.kind != CodeKind::c_ook || exact_times) return in_view;
+  const double repeats = std::max(code.repeats, 2);  // one may be cut at each end
+  return (repeats - 1) / repeats / c_ook_sub_packets(code);
+}
+
+/// Frames until the largest part of the packet that none has begun in is as small as this; infinity
+/// when frames come back to the same parts before.
+double frames_to_see(const Code& code, double period_s, double part) {
+  if (code.kind == CodeKind::ufsook || code.kind == CodeKind::s2psk)
+    return std::ceil(period_s * code.frame_rate_hz);
+  constexpr int most = 1000;
+  const double step = 1 / (code.frame_rate_hz * period_s);
+  std::set<double> begun;
+  for (int frame = 0; frame < most; ++frame) {
+    begun.insert(step * frame - std::floor(step * frame));
+    double before = *begun.rbegin() - 1, gap = 0;
+    for (const double at : begun) {
+      gap = std::max(gap, at - before);
+      before = at;
+    }
+    if (gap <= part) return frame + 1;
+  }
+  return std::numeric_limits<double>::infinity();
 }
 
 std::string why_not(const Code& code, const CodeBudget& budget, const Needs& needs) {
@@ -46,12 +68,16 @@ std::string why_not(const Code& code, const CodeBudget& budget, const Needs& nee
   else if (budget.chips_in_view < budget.chips_needed)
     text << "the lamp's image holds " << budget.chips_in_view << " chips, " << to_string(code.kind)
          << " needs " << budget.chips_needed;
+  else if (std::isinf(budget.frames_needed))
+    text << "frames at " << code.frame_rate_hz << " Hz always fall on the same parts of packets of "
+         << budget.period_s << " s";
   return text.str();
 }
 
 }  // namespace
 
-CodeBudget code_budget(const Code& code, double rows, double row_time_s, double exposure_s) {
+CodeBudget code_budget(const Code& code, double rows, double row_time_s, double exposure_s,
+                       bool exact_times) {
   require(rows >= 0 && std::isfinite(rows), "rows", rows, "zero or positive");
   require(row_time_s >= 0 && std::isfinite(row_time_s), "row_time_s", row_time_s,
           "zero or positive");
@@ -60,11 +86,11 @@ CodeBudget code_budget(const Code& code, double rows, double row_time_s, double 
   const Needs needs = needs_of(code);
   CodeBudget budget;
   budget.chips_in_view = rows * row_time_s * needs.chip_hz;
-  budget.chips_needed = needs.chips;
+  budget.chips_needed = exact_times ? std::min(1.0, needs.chips) : needs.chips;
   budget.exposure_chips = exposure_s * needs.chip_hz;
   budget.row_chips = needs.chips > 0 ? row_time_s * needs.chip_hz : 0;
   budget.period_s = slots.chips / slots.chip_rate_hz;
-  budget.frames_needed = frames_to_see(code, budget.period_s, budget);
+  budget.frames_needed = frames_to_see(code, budget.period_s, part_seen(code, budget, exact_times));
   budget.message = why_not(code, budget, needs);
   budget.fits = budget.message.empty();
   return budget;

@@ -35,7 +35,7 @@ struct LIBOCC_API Code {
   double clock_hz = 10000;               ///< c_ook: chips a second; csk: symbols
   LineCode line = LineCode::manchester;  ///< c_ook
   int repeats = 4;                       ///< c_ook: of a sub-packet before the next one
-  double frame_rate_hz = 30;             ///< ufsook, s2psk: of the camera
+  double frame_rate_hz = 30;             ///< of the camera; ufsook, s2psk are made for it
   double least_hz = 100;                 ///< ufsook, s2psk: blinks faster than this
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value

@@ -187,7 +187,8 @@ Result<std::vector<DecodedLamp>> decode_lamps(const std::vector<SequenceFrame>& 
     lamp.frame = std::max(0, static_cast<int>(frames.size()) - 1 - options.join_frames / 2);
     lamp.blob = blob_at(lamp.frame, track, found, options);
     const double rows = 2 * (sensor.readout == Readout::columns ? half.x() : half.y());
-    lamp.budget = code_budget(options.code, rows, sensor.row_time_s, sensor.exposure_s);
+    lamp.budget = code_budget(options.code, rows, sensor.row_time_s, sensor.exposure_s,
+                              options.samples.exact_times);
     lamp.track = std::move(track);
   }
   for (std::size_t i = 0; i < out.value.size(); ++i) {

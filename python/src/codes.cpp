@@ -5,6 +5,7 @@
 #include "libocc/codes/budget.hpp"
 #include "libocc/codes/code.hpp"
 #include "libocc/codes/decode_samples.hpp"
+#include "libocc/core/require.hpp"
 #include "libocc/scene/lamp.hpp"
 #include "module.hpp"
 
@@ -19,7 +20,7 @@ auto code_fields() {
       field("clock_hz", &Code::clock_hz, "c_ook: chips a second; csk: symbols"),
       field("line", &Code::line, "LineCode of c_ook"),
       field("repeats", &Code::repeats, "c_ook: of a sub-packet before the next one"),
-      field("frame_rate_hz", &Code::frame_rate_hz, "ufsook, s2psk: of the camera"),
+      field("frame_rate_hz", &Code::frame_rate_hz, "of the camera; ufsook, s2psk are made for it"),
       field("least_hz", &Code::least_hz, "ufsook, s2psk: blinks faster than this"));
 }
 
@@ -138,7 +139,7 @@ Raises: ValueError when the code cannot say it, naming what is wrong.
 >>> occ.encode_id(17, occ.Code(kind=occ.CodeKind.c_ook))
 <Waveform: 1 x 288 chips, 10000.0 Hz>)");
   m.def("code_budget", &code_budget, py::arg("code"), py::kw_only(), py::arg("rows"),
-        py::arg("row_time_s"), py::arg("exposure_s"),
+        py::arg("row_time_s"), py::arg("exposure_s"), py::arg("exact_times") = false,
         R"(Whether a camera can read a code from a lamp's image `rows` high, before anyone tries.
 
 Chips in view = rows x row time x clock; an exposure longer than a chip mixes it with the next.)");

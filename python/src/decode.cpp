@@ -3,6 +3,7 @@
 
 #include "casters.hpp"
 #include "fields.hpp"
+#include "libocc/core/require.hpp"
 #include "module.hpp"
 #include "results.hpp"
 
