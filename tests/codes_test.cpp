@@ -225,7 +225,7 @@ TEST(Budget, CountsChipsAndRefusesWithTheNumbers) {
   EXPECT_FALSE(code_budget(code, 100, 0, 2e-5).fits) << "a global shutter holds no chips";
   EXPECT_NE(complaint([&] { require_fits(code, 60, 2e-5, 2e-5); }).find("12 chips"),
             std::string::npos);
-  EXPECT_TRUE(code_budget(code, 10, 2e-5, 2e-5, true).fits) << "joined by exact times";
+  EXPECT_TRUE(code_budget(code, 20, 2e-5, 2e-5, true).fits) << "joined by exact times";
   code.kind = CodeKind::ufsook;
   EXPECT_EQ(code_budget(code, 1, 0, 1e-4).frames_needed, 34);
   EXPECT_TRUE(code_budget(code, 1, 0, 1e-4).fits) << "any lamp will do";
