@@ -95,11 +95,20 @@ std::vector<int> lamps_of_frequency(const Blob& blob, const Problem& problem) {
   return lamps;
 }
 
-void name_by_frequency(Sighting& s, const Problem& problem) {
+// The lamp whose id the blob's code told; none for a light that is in no map.
+std::vector<int> lamp_of_id(const Blob& blob, const Problem& problem) {
+  const std::vector<Lamp>& lamps = problem.scene->lamps;
+  const auto told = std::find_if(lamps.begin(), lamps.end(),
+                                 [&](const Lamp& lamp) { return lamp.id == blob.lamp_id; });
+  if (told == lamps.end()) return {};
+  return {static_cast<int>(told - lamps.begin())};
+}
+
+void name_by_code(Sighting& s, const Problem& problem) {
   const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(s.blob)];
-  s.lamps = lamps_of_frequency(blob, problem);
+  s.lamps = blob.lamp_id ? lamp_of_id(blob, problem) : lamps_of_frequency(blob, problem);
   s.named = !s.lamps.empty();
-  if (s.named) return;
+  if (s.named || blob.lamp_id) return;
   for (int i = 0; i < static_cast<int>(problem.targets.size()); ++i) s.lamps.push_back(i);
 }
 
@@ -135,7 +144,7 @@ void add_sightings(Problem& problem) {
     if (is_cut(blob) || (blob.merged && !serves)) {
       problem.weak_blobs.push_back(i);
     } else if (std::optional<Sighting> s = make_sighting(problem, i)) {
-      name_by_frequency(*s, problem);
+      name_by_code(*s, problem);
       problem.sightings.push_back(std::move(*s));
     }
   }

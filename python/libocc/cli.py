@@ -25,6 +25,7 @@ COMMANDS = (
     "detect",
     "identify",
     "locate",
+    "decode",
     "ladder",
     "hard-cases",
     "response",

@@ -18,6 +18,7 @@ from . import report
 from ._core import (
     Blob,
     Camera,
+    Decoded,
     Fix,
     Identification,
     Scene,
@@ -68,6 +69,22 @@ def draw(
         assert mark.blob is not None
         mark.notes = [f"± {report.sigma_px(mark.blob):.3f} px", ", ".join(report.flags(mark.blob))]
     _picture(path, image, marks, [], title, "blue: measured ellipse and rim points")
+
+
+def draw_decoded(
+    path: str | PathLike[str], image: Pixels, found: Decoded, *, title: str = ""
+) -> None:
+    """Writes a picture of the lights of a sequence with the ids that they say.
+
+    image: such as the brightest of all frames. Raises: OSError when it cannot be written.
+    """
+    marks = []
+    for lamp, blob in zip(found.lamps, found.blobs, strict=True):
+        said = lamp.code.status.name if lamp.id is None else f"id {lamp.id}"
+        mark = _blob_mark(said if blob.lamp_id is None else f"{said}: lamp {blob.lamp_id}", blob)
+        mark.notes = [f"{100 * lamp.code.explained:.0f} % of its light explained"]
+        marks.append(mark)
+    _picture(path, image, marks, [], title, "blue: where each light is; brightest of all frames")
 
 
 def draw_fix(

@@ -56,6 +56,7 @@ def blob_dict(blob: Blob) -> dict[str, Any]:
         },
         "rim_points": len(blob.rim),
         "flags": flags(blob),
+        "lamp_id": blob.lamp_id,
         "frequency_hz": blob.frequency_hz,
         "frequency_sigma_hz": None if blob.frequency_hz is None else blob.frequency_sigma_hz,
     }
