@@ -202,6 +202,18 @@ double point_chi2(const SeenPoints& seen, const Rigid3& pose) {
   return chi2.sum();
 }
 
+void each_chi2(const SeenPoints& seen, const Rigid3& pose, std::vector<double>& chi2) {
+  chi2.clear();
+  for (const Block& block : seen.blocks()) {
+    const Transformed t = transform(block, pose);
+    const Four squared = t.residual[0] * t.residual[0] + t.residual[1] * t.residual[1];
+    for (int lane = 0; lane < 4; ++lane)
+      chi2.push_back(t.inverse_depth[lane] > 0 ? squared[lane]
+                                               : std::numeric_limits<double>::infinity());
+  }
+  chi2.resize(static_cast<std::size_t>(seen.count()));
+}
+
 namespace {
 
 // Plain Gauss-Newton, by which most fits end, at a third of the cost of one with a trust region.

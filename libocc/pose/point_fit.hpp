@@ -61,6 +61,9 @@ struct PointEquations {
 LIBOCC_API PointEquations point_equations(const SeenPoints& seen, const Rigid3& pose);
 LIBOCC_API double point_chi2(const SeenPoints& seen, const Rigid3& pose);
 
+/// Of each point alone, in `chi2`; infinite for those that are not in front.
+LIBOCC_API void each_chi2(const SeenPoints& seen, const Rigid3& pose, std::vector<double>& chi2);
+
 struct PointFit {
   Rigid3 pose;
   PointEquations equations;  ///< at the pose

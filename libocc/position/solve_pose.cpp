@@ -12,10 +12,8 @@
 #include "libocc/geometry/so3.hpp"
 #include "libocc/pose/candidates.hpp"
 #include "libocc/pose/p3p_triples.hpp"
-#include "libocc/pose/point_fit.hpp"
-#include "libocc/pose/spread.hpp"
-#include "libocc/pose/unit_frame.hpp"
 #include "libocc/position/best_candidate.hpp"
+#include "libocc/position/point_problem.hpp"
 
 namespace occ {
 namespace {
@@ -26,49 +24,7 @@ constexpr double optimism = 0.1;
 // A start is found and judged by a part of many points.
 constexpr int few_points = 12;
 
-// The points in their unit frame, and what was seen of them.
-struct Problem {
-  Eigen::Matrix3Xd points, bearings;
-  UnitFrame frame;
-  SeenPoints seen;
-};
-
-// Rows across the ray over sigma, so that the residual is a distance in the image. A pinhole's are
-// exact: they project onto the plane z = 1. Otherwise, to first order, about the bearing.
-void see_point(const Camera& camera, const Eigen::Vector2d& pixel, double sigma_px, int i,
-               Problem& p) {
-  Eigen::Matrix<double, 2, 3> across;
-  const Eigen::Vector3d point = p.points.col(i);
-  if (camera.distortion().empty()) {
-    across << camera.fx_px(), camera.skew_px(), camera.cx_px() - pixel.x(),  //
-        0, camera.fy_px(), camera.cy_px() - pixel.y();
-    const double y = -across(1, 2) / across(1, 1);
-    const double x = -(across(0, 2) + across(0, 1) * y) / across(0, 0);
-    p.bearings.col(i) = Eigen::Vector3d(x, y, 1) / std::sqrt(x * x + y * y + 1);
-    p.seen.add(point, Eigen::Vector3d::UnitZ(), across / sigma_px);
-    return;
-  }
-  Eigen::Matrix<double, 3, 2> by_pixel;
-  const std::optional<Eigen::Vector3d> bearing = camera.unproject(pixel, &by_pixel);
-  if (!bearing)
-    require(false, "points_px[" + std::to_string(i) + "]", pixel.transpose(),
-            "inside the camera's domain");
-  across = (by_pixel.transpose() * by_pixel).inverse() * by_pixel.transpose();
-  p.bearings.col(i) = *bearing;
-  p.seen.add(point, *bearing, across / sigma_px);
-}
-
-Problem make_problem(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& pixels,
-                     const Camera& camera, double sigma_px) {
-  Problem p;
-  const auto n = static_cast<int>(points.cols());
-  p.points = points;
-  p.frame = normalise(p.points);
-  p.bearings.resize(3, n);
-  p.seen.reserve(n);
-  for (int i = 0; i < n; ++i) see_point(camera, pixels.col(i), sigma_px, i, p);
-  return p;
-}
+using Problem = PointProblem;
 
 // Some of many points: a triple of large area, and others evenly taken, which alone could be on a
 // line (a column of a grid).
@@ -283,10 +239,10 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
     result.message = std::to_string(n) + " points; a pose takes three";
     return result;
   }
-  const Problem problem = make_problem(points_in_world, points_px, camera, options.sigma_px);
+  const Problem problem = make_point_problem(points_in_world, points_px, camera,
+                                             Eigen::VectorXd::Constant(1, options.sigma_px));
   const Triple spread = spread_triple(problem.points);
-  if (!std::isfinite(problem.points.sum()) ||
-      on_a_line(problem.points, spread, problem.frame.offset())) {
+  if (on_a_line(problem, spread)) {
     result.status = Status::degenerate;
     result.message = "the points coincide or lie on a line";
     return result;

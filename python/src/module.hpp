@@ -30,6 +30,7 @@ void define_bound(py::module_& m);   // by define_locate
 void define_ladder(py::module_& m);  // by define_locate
 void define_locate(py::module_& m);
 void define_decode(py::module_& m);
+void define_robust_pose(py::module_& m);  // by define_pose
 void define_pose(py::module_& m);
 void define_calibrate(py::module_& m);
 void define_calibrate_light(py::module_& m);  // by define_calibrate

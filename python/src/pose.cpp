@@ -9,13 +9,10 @@
 #include "libocc/position/solve_pose.hpp"
 #include "module.hpp"
 #include "results.hpp"
+#include "rows.hpp"
 
 namespace occ::python {
 namespace {
-
-// Arrays hold a point in each row: the transpose of the columns that C++ takes, at the same place.
-using Rows2 = Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>>;
-using Rows3 = Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>;
 
 py::array_t<double> stacked(const std::vector<Rigid3>& poses) {
   py::array_t<double> array(std::vector<py::ssize_t>{static_cast<py::ssize_t>(poses.size()), 4, 4});
@@ -166,6 +163,7 @@ void define_pose(py::module_& m) {
   define_solvers(m);
   define_candidates(m);
   define_solve_pose(m);
+  define_robust_pose(m);
 }
 
 }  // namespace occ::python

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/pose/consensus.hpp"
+//
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "libocc/core/random.hpp"
+#include "libocc/pose/consensus_cost.hpp"
+#include "libocc/pose/p3p.hpp"
+#include "libocc/pose/upright_p2p.hpp"
+
+namespace occ {
+namespace {
+
+constexpr double any_rad = 0.05;  // by which a pose may miss its own sample: the others judge
+
+// Samples after which one without a wrong match was drawn with the confidence.
+int samples_needed(int inliers, int count, int sample_size, const ConsensusOptions& options) {
+  double clean = 1;
+  for (int i = 0; i < sample_size; ++i)
+    clean *= std::max(0.0, static_cast<double>(inliers - i) / (count - i));
+  if (clean >= 1) return 1;
+  const double needed = std::log1p(-options.confidence) / std::log1p(-clean);
+  return needed < options.max_iterations ? static_cast<int>(std::ceil(needed))
+                                         : options.max_iterations;
+}
+
+class Search {
+ public:
+  Search(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& bearings, const SeenPoints& seen,
+         const ConsensusOptions& options)
+      : points_(points),
+        bearings_(bearings),
+        seen_(seen),
+        options_(options),
+        cost_of_(seen, bearings, options.sample_sigmas),
+        random_(options.seed),
+        sample_size_(options.up_in_cam ? 2 : 3),
+        bar_(static_cast<float>(seen.count())) {
+    best_.cost = seen.count();
+    two_.up_in_cam = options.up_in_cam;
+    two_.points.resize(3, 2);
+    two_.bearings.resize(3, 2);
+  }
+
+  Consensus run() {
+    int needed = needed_for(options_.least_inliers);
+    while (best_.iterations < needed) {
+      ++best_.iterations;
+      draw();
+      const int count = options_.up_in_cam ? solve_two() : solve_three();
+      for (int i = 0; i < count; ++i) {
+        const Rigid3& pose = poses_[static_cast<std::size_t>(i)];
+        const float cost = cost_of_(pose, bar_);
+        if (!(cost < bar_)) continue;
+        bar_ = cost;
+        improve(pose);
+        needed =
+            needed_for(std::max(options_.least_inliers, static_cast<int>(best_.inliers.size())));
+      }
+    }
+    best_.confident = needed < options_.max_iterations;
+    return best_;
+  }
+
+ private:
+  int needed_for(int inliers) const {
+    return samples_needed(std::min(inliers, seen_.count()), seen_.count(), sample_size_, options_);
+  }
+
+  void draw() {
+    const int n = seen_.count();
+    for (int i = 0; i < sample_size_; ++i) {
+      int& drawn = sample_[static_cast<std::size_t>(i)];
+      do drawn = random_.below(n);
+      while (std::find(sample_.begin(), sample_.begin() + i, drawn) != sample_.begin() + i);
+    }
+  }
+
+  int solve_three() {
+    Eigen::Matrix3d bearings, points;
+    for (int k = 0; k < 3; ++k) {
+      bearings.col(k) = bearings_.col(sample_[static_cast<std::size_t>(k)]);
+      points.col(k) = points_.col(sample_[static_cast<std::size_t>(k)]);
+    }
+    return p3p_within(bearings, points, any_rad, poses_);
+  }
+
+  int solve_two() {
+    for (int k = 0; k < 2; ++k) {
+      two_.bearings.col(k) = bearings_.col(sample_[static_cast<std::size_t>(k)]);
+      two_.points.col(k) = points_.col(sample_[static_cast<std::size_t>(k)]);
+    }
+    two_poses_.clear();
+    solve_upright_p2p(two_, two_poses_);
+    std::copy(two_poses_.begin(), two_poses_.end(), poses_.begin());
+    return static_cast<int>(two_poses_.size());
+  }
+
+  void agreeing(const Rigid3& pose, double sigmas, std::vector<int>& indices) {
+    each_chi2(seen_, pose, chi2_);
+    indices.clear();
+    for (int i = 0; i < seen_.count(); ++i)
+      if (chi2_[static_cast<std::size_t>(i)] < sigmas * sigmas) indices.push_back(i);
+  }
+
+  // Least squares over those who agree, by the wide gate at first, until they stay the same.
+  void improve(Rigid3 pose) {
+    constexpr int most_rounds = 10, steps = 5;
+    constexpr double tolerance = 0.05;
+    std::vector<int> indices, before;
+    agreeing(pose, options_.sample_sigmas, indices);
+    for (int round = 0; round < most_rounds && indices != before; ++round) {
+      if (static_cast<int>(indices.size()) < 3) return;
+      SeenPoints chosen;
+      chosen.reserve(static_cast<int>(indices.size()));
+      for (const int i : indices) chosen.add(seen_, i);
+      const PointFit fit = fit_points(chosen, pose, steps, tolerance);
+      if (!std::isfinite(fit.equations.chi2) || !fit.pose.translation.allFinite()) break;
+      pose = fit.pose;
+      before.swap(indices);
+      agreeing(pose, options_.gate_sigmas, indices);
+    }
+    take(pose, indices);
+  }
+
+  void take(const Rigid3& pose, const std::vector<int>& indices) {
+    double cost = seen_.count();
+    for (const int i : indices)
+      cost -=
+          1 - chi2_[static_cast<std::size_t>(i)] / (options_.gate_sigmas * options_.gate_sigmas);
+    if (!(cost < best_.cost)) return;
+    best_.cost = cost;
+    best_.pose = pose;
+    best_.inliers = indices;
+    bar_ = std::min(bar_, cost_of_(pose, bar_));
+  }
+
+  const Eigen::Matrix3Xd& points_;
+  const Eigen::Matrix3Xd& bearings_;
+  const SeenPoints& seen_;
+  const ConsensusOptions& options_;
+  ConsensusCost cost_of_;
+  Random random_;
+  int sample_size_;
+  float bar_;  // cost of the best so far, by the wide gate
+  Consensus best_;
+  std::array<int, 3> sample_{};
+  std::array<Rigid3, 4> poses_;
+  PoseProblem two_;
+  std::vector<Rigid3> two_poses_;
+  std::vector<double> chi2_;
+};
+
+}  // namespace
+
+Consensus find_consensus(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& bearings,
+                         const SeenPoints& seen, const ConsensusOptions& options) {
+  return Search(points, bearings, seen, options).run();
+}
+
+}  // namespace occ
