@@ -128,6 +128,23 @@ TEST(IdentifyMaps, PartOfAGridFitsAsOftenAsItCanBeLaidOnIt) {
   }
 }
 
+TEST(IdentifyMaps, AllMethodsFindTheSame) {
+  maps::Options options;
+  Random random(8);
+  for (int i = 0; i < 10; ++i) {
+    const maps::View view = maps::random_view(random, options);
+    for (const IdentifyMethod method : {IdentifyMethod::alignment, IdentifyMethod::voting,
+                                        IdentifyMethod::ransac, IdentifyMethod::clustering}) {
+      IdentifyOptions by;
+      by.method = method;
+      by.model_sigma_px = 0.1;
+      const Result<Identification> found = identify(view.blobs, view.scene, by);
+      ASSERT_TRUE(found.ok()) << static_cast<int>(method) << ' ' << found.message;
+      EXPECT_TRUE(maps::is_right(found->hypotheses.front(), view)) << static_cast<int>(method);
+    }
+  }
+}
+
 TEST(IdentifyMaps, TenThousandBlobsEndInTime) {
   maps::Options options;
   options.lamps = 100;

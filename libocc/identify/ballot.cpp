@@ -47,6 +47,43 @@ std::vector<Other> others_of(const Problem& problem, const std::array<int, count
   return others;
 }
 
+NamedTriples named_triples(const Problem& problem, const std::array<int, 3>& sightings) {
+  NamedTriples blobs{};
+  const auto chord2 = [&](std::size_t i, std::size_t j) {
+    return static_cast<float>(
+        (problem.sighting(sightings[i]).bearing - problem.sighting(sightings[j]).bearing)
+            .squaredNorm());
+  };
+  const auto noise2 = [&](std::size_t i, std::size_t j) {
+    return static_cast<float>(variance(problem, sightings[i]) + variance(problem, sightings[j]));
+  };
+  for (std::size_t i = 0; i < 3; ++i) put(problem.sighting(sightings[i]).bearing, blobs.bearing[i]);
+  blobs.chords = {chord2(0, 1), chord2(0, 2), chord2(1, 2)};
+  blobs.noise2[0] = noise2(0, 1);
+  blobs.noise2[1] = noise2(0, 2);
+  blobs.noise2[2] = noise2(1, 2);
+  return blobs;
+}
+
+/// By which three bearings, their angles apart, turn as one, seen at another.
+class CommonTurn {
+ public:
+  CommonTurn(const Problem& problem, const std::array<int, 3>& sightings) {
+    for (const int s : sightings) {
+      middle_ += problem.sighting(s).bearing / 3;
+      mean2_ += variance(problem, s) / 3;
+    }
+    for (const int s : sightings) spread2_ += (problem.sighting(s).bearing - middle_).squaredNorm();
+  }
+  double operator()(const Eigen::Vector3d& bearing) const {
+    return mean2_ * (1.0 / 3 + (bearing - middle_).squaredNorm() / spread2_);
+  }
+
+ private:
+  Eigen::Vector3d middle_ = Eigen::Vector3d::Zero();
+  double mean2_ = 0, spread2_ = 0;
+};
+
 Eigen::Matrix3d cam_from_upright(const Problem& problem) {
   return Eigen::Quaterniond::FromTwoVectors(-Eigen::Vector3d::UnitZ(),
                                             problem.options->prior->gravity_in_cam->normalized())
@@ -217,55 +254,52 @@ Rigid3 Ballot::pose_of_three(const std::array<int, 3>& sightings, const std::arr
   return {rotation, in_cam.rowwise().mean() - rotation * in_map.rowwise().mean()};
 }
 
-void Ballot::of_three(const std::array<int, 3>& sightings, int least, std::vector<Vote>& votes) {
-  NamedTriples blobs;
+Judged Ballot::judged() const {
+  return {{parameters_[0].data(), parameters_[1].data(), parameters_[2].data()},
+          judged_.places(),
+          judged_.second.data(),
+          judged_.third.data()};
+}
+
+// How the three run round in the image, as add_namings takes it.
+int Ballot::image_turn(const std::array<int, 3>& sightings) const {
   Eigen::Matrix3d f;
-  Eigen::Vector3d sigma2;
+  double noise = 0;
   for (std::size_t i = 0; i < 3; ++i) {
-    const auto column = static_cast<Eigen::Index>(i);
-    f.col(column) = problem_.sighting(sightings[i]).bearing;
-    put(f.col(column), blobs.bearing[i]);
-    sigma2[column] = variance(problem_, sightings[i]);
+    f.col(static_cast<Eigen::Index>(i)) = problem_.sighting(sightings[i]).bearing;
+    noise += std::sqrt(variance(problem_, sightings[i]));
   }
-  blobs.chords = {static_cast<float>((f.col(0) - f.col(1)).squaredNorm()),
-                  static_cast<float>((f.col(0) - f.col(2)).squaredNorm()),
-                  static_cast<float>((f.col(1) - f.col(2)).squaredNorm())};
-  blobs.noise2[0] = static_cast<float>(sigma2[0] + sigma2[1]);
-  blobs.noise2[1] = static_cast<float>(sigma2[0] + sigma2[2]);
-  blobs.noise2[2] = static_cast<float>(sigma2[1] + sigma2[2]);
-  const Eigen::Vector3d middle = f.rowwise().mean();
-  const double spread2 = (f.colwise() - middle).squaredNorm();
-  std::vector<int> rest;
-  // The three bearings, angles apart, turn as one by their common error.
-  const std::vector<Other> others = others_of(
-      problem_, sightings,
-      [&](const Eigen::Vector3d& bearing) {
-        return sigma2.mean() * (1.0 / 3 + (bearing - middle).squaredNorm() / spread2);
-      },
-      rest);
+  const double reach = std::max((f.col(1) - f.col(0)).norm(), (f.col(2) - f.col(0)).norm());
   const double turn = f.determinant();
-  const double noise = problem_.options->gate_sigma * sigma2.cwiseSqrt().sum() *
-                       std::sqrt(std::max(blobs.chords.c01, blobs.chords.c02));
-  const int image_turn = std::abs(turn) > noise ? (turn > 0 ? 1 : -1) : 0;
+  if (!(std::abs(turn) > problem_.options->gate_sigma * noise * reach)) return 0;
+  return turn > 0 ? 1 : -1;
+}
+
+void Ballot::solve(const NamedTriples& blobs, std::size_t namings) {
+  const std::size_t stride = padded(namings);
+  for (auto& depth : depths_) depth.resize(4 * stride);
+  valid_.resize(4 * stride);
+  solve_triples_for_cpu(simd_)(
+      blobs, namings_.places(), static_cast<int>(stride),
+      {{depths_[0].data(), depths_[1].data(), depths_[2].data()}, valid_.data()});
+}
+
+void Ballot::of_three(const std::array<int, 3>& sightings, int least, std::vector<Vote>& votes) {
+  NamedTriples blobs = named_triples(problem_, sightings);
+  const int turn = image_turn(sightings);
+  std::vector<int> rest;
+  const std::vector<Other> others =
+      others_of(problem_, sightings, CommonTurn(problem_, sightings), rest);
   for (const int a : problem_.sighting(sightings[0]).lamps) {
     put(problem_.target(a).normal, blobs.first_normal);
-    const std::size_t namings = add_namings(sightings, a, image_turn);
+    const std::size_t namings = add_namings(sightings, a, turn);
     turnout_.namings += static_cast<int>(namings);
     if (namings == 0) continue;
-    const std::size_t stride = padded(namings);
-    for (auto& depth : depths_) depth.resize(4 * stride);
-    valid_.resize(4 * stride);
-    solve_triples_for_cpu(simd_)(
-        blobs, namings_.places(), static_cast<int>(stride),
-        {{depths_[0].data(), depths_[1].data(), depths_[2].data()}, valid_.data()});
+    solve(blobs, namings);
     const std::size_t count = add_poses(namings);
-    judge_triples_for_cpu(simd_)(
-        blobs, jury(a, rest, others),
-        {{parameters_[0].data(), parameters_[1].data(), parameters_[2].data()},
-         judged_.places(),
-         judged_.second.data(),
-         judged_.third.data()},
-        static_cast<int>(padded(count)), {further_.data(), visible_.data()});
+    judge_triples_for_cpu(simd_)(blobs, jury(a, rest, others), judged(),
+                                 static_cast<int>(padded(count)),
+                                 {further_.data(), visible_.data()});
     const std::vector<int>& near = neighbours_[static_cast<std::size_t>(a)].targets;
     for (std::size_t i = 0; i < count; ++i) {
       if (!counts(i, least)) continue;
@@ -360,13 +394,8 @@ void Ballot::of_two(const std::array<int, 2>& sightings, int least, std::vector<
     turnout_.namings += static_cast<int>(named_);
     Jury jury_of_a = jury(a, rest, others);
     jury_of_a.to_camera = to_camera;
-    judge_pairs_for_cpu(simd_)(
-        first_bearing, jury_of_a,
-        {{parameters_[0].data(), parameters_[1].data(), parameters_[2].data()},
-         judged_.places(),
-         judged_.second.data(),
-         judged_.third.data()},
-        static_cast<int>(padded(count)), {further_.data(), visible_.data()});
+    judge_pairs_for_cpu(simd_)(first_bearing, jury_of_a, judged(), static_cast<int>(padded(count)),
+                               {further_.data(), visible_.data()});
     for (std::size_t i = 0; i < count; ++i) {
       if (!counts(i, least)) continue;
       const double c = parameters_[1][i], s = parameters_[2][i];

@@ -56,6 +56,9 @@ class Ballot {
   };
 
   Jury jury(int first, const std::vector<int>& sightings, const std::vector<Other>& others);
+  Judged judged() const;
+  int image_turn(const std::array<int, 3>& sightings) const;
+  void solve(const NamedTriples& blobs, std::size_t namings);
   std::size_t add_namings(const std::array<int, 3>& sightings, int first, int image_turn);
   std::size_t add_poses(std::size_t namings);
   std::size_t add_headings(const std::array<int, 2>& sightings, int first);

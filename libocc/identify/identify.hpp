@@ -11,6 +11,7 @@
 
 #include "libocc/core/abi.hpp"
 //
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -23,8 +24,24 @@
 
 namespace occ {
 
+/// How poses that explain an image are searched for. All end in the same verdict; they differ in
+/// time, and in what they may miss.
+enum class IdentifyMethod {
+  automatic,  ///< alignment for maps of fewer than seven lamps and where codes name blobs, else
+              ///< voting
+  alignment,  ///< every naming of a few blob triples gives poses, the rest is projected and
+              ///< verified (Fischler, Bolles 1981, sec. IV; Huttenlocher, Ullman 1990)
+  voting,     ///< the same for all namings in single precision; only the winners are verified
+  ransac,     ///< random namings of random triples until 99.9 % sure that one was all true
+           ///< (Fischler, Bolles 1981); misses rivals, so that a repeating layout may look unique
+  clustering,  ///< poses of the namings of many triples; where they accumulate is looked at
+               ///< (generalised Hough transform: Ballard 1981; Stockman 1987)
+};
+
 struct LIBOCC_API IdentifyOptions {
   std::optional<Prior> prior;
+  IdentifyMethod method = IdentifyMethod::automatic;
+  std::uint64_t seed = 0;  ///< of ransac
   bool use_frequency = true;
   double frequency_gate_sigma = 4;    ///< a blob's frequency and a lamp's code agree within this
   double frequency_tolerance = 0.02;  ///< relative; lamps and row clocks are not exact

@@ -67,10 +67,22 @@ Search::Search(const Problem& problem) : problem_(problem) {
 }
 
 void Search::run() {
-  if (wide(problem_))
-    vote();
-  else
-    try_all();
+  IdentifyMethod method = problem_.options->method;
+  if (method == IdentifyMethod::automatic)
+    method = wide(problem_) ? IdentifyMethod::voting : IdentifyMethod::alignment;
+  switch (method) {
+    case IdentifyMethod::voting:
+      vote();
+      break;
+    case IdentifyMethod::ransac:
+      sample();
+      break;
+    case IdentifyMethod::clustering:
+      cluster();
+      break;
+    default:
+      try_all();
+  }
   merge_and_rank();
 }
 

@@ -37,6 +37,8 @@ class Search {
 
   void try_all();
   void try_triple(const BlobTriple& triple);
+  void sample();
+  void cluster();
   void vote();
   void vote_by_levels(Ballot& ballot, TripleOrder& order, int far_apart);
   int named_by_vote() const;

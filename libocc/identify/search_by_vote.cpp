@@ -82,6 +82,7 @@ void Search::vote_by_levels(Ballot& ballot, TripleOrder& order, int far_apart) {
 
 // Blobs of a group: two where gravity is known.
 int Search::named_by_vote() const {
+  if (problem_.options->method == IdentifyMethod::clustering) return 3;
   return prior_ && problem_.options->prior->gravity_in_cam ? 2 : 3;
 }
 

@@ -118,6 +118,32 @@ void BM_IdentifyWithPositionPrior(benchmark::State& state) {
 }
 BENCHMARK(BM_IdentifyWithPositionPrior)->Unit(benchmark::kMicrosecond);
 
+/// Success against time of every method. Arguments: lamps of the map; alignment, voting, ransac,
+/// clustering.
+void BM_IdentifyByMethod(benchmark::State& state) {
+  maps::Options map;
+  map.lamps = static_cast<int>(state.range(0));
+  Random random(10);
+  std::vector<maps::View> seen;
+  for (int i = 0; i < 50; ++i) seen.push_back(maps::random_view(random, map));
+  IdentifyOptions options;
+  options.method = static_cast<IdentifyMethod>(state.range(1));
+  std::size_t i = 0;
+  int right = 0;
+  for (auto _ : state) {
+    const maps::View& view = seen[i++ % seen.size()];
+    const Result<Identification> found = identify(view.blobs, view.scene, options);
+    right += found.ok() && maps::is_right(found->hypotheses.front(), view);
+  }
+  state.counters["right"] = static_cast<double>(right) / static_cast<double>(i);
+}
+BENCHMARK(BM_IdentifyByMethod)
+    ->ArgsProduct(
+        {{8, 20},
+         {static_cast<int>(IdentifyMethod::alignment), static_cast<int>(IdentifyMethod::voting),
+          static_cast<int>(IdentifyMethod::ransac), static_cast<int>(IdentifyMethod::clustering)}})
+    ->Unit(benchmark::kMillisecond);
+
 /// Arguments: lamps of the map, gravity known or not. Six lamps seen, two hidden, two false lights;
 /// each iteration another map. The median says what a typical image takes, the mean is drawn by a
 /// few long searches.

@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
+from typing import Any
+
 import click
 
 import libocc as occ
@@ -12,6 +14,8 @@ from ..prior_options import prior_options
 @click.argument("image")
 @click.option("--map", "scene", required=True, metavar="SCENE", help="Its lamps and the camera.")
 @click.option("--sigma-px", type=float, help="Error of the camera and the map  [default: 0.5].")
+@click.option("--method", type=click.Choice([m.name for m in occ.IdentifyMethod]), default="automatic",
+              show_default=True, help="How poses are searched for.")
 @prior_options
 @json_option
 @overlay_option
@@ -21,6 +25,7 @@ def command(
     image: str,
     scene: str,
     sigma_px: float | None,
+    method: str,
     prior: occ.Prior,
     as_json: bool,
     overlay: str | None,
@@ -49,7 +54,9 @@ def command(
                 f"is {width} x {height}, the camera of {scene} {camera.width} x {camera.height}"
             )
         blobs = occ.detect(pixels, sensor=lamps.sensor)
-    options = {} if sigma_px is None else {"model_sigma_px": sigma_px}
+    options: dict[str, Any] = {"method": occ.IdentifyMethod[method]}
+    if sigma_px is not None:
+        options["gate_model_sigma_px"] = sigma_px
     with blamed_on("--sigma-px"):
         found = occ.identify(blobs, lamps, prior, **options)
     if overlay is not None:
