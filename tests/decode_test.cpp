@@ -111,7 +111,7 @@ TEST(DecodeLamps, FourLampsByUfsookAtThirtyFrames) {
   expect_located(scene, seen, options_for(scene.lamps[0].code->code), 0.01);
 }
 
-TEST(DecodeLamps, UfsookUnderAMovingCamera) {
+TEST(SlowDecodeLamps, UfsookUnderAMovingCamera) {
   const Scene scene = ufsook_room();
   Vector6 velocity;
   velocity << 0, 0, 0.1, 0.1, 0.1, 0;
@@ -136,7 +136,7 @@ TEST(DecodeLamps, CameraOokByRows) {
   }
 }
 
-TEST(DecodeLamps, CameraOokOfATurnedSensor) {
+TEST(SlowDecodeLamps, CameraOokOfATurnedSensor) {
   Scene scene = room_with({});
   scene.sensor.readout = Readout::columns;
   expect_located(scene, Sequence(scene, below, 30, Vector6::Zero()), options_for({}), 0.01);
@@ -149,7 +149,7 @@ TEST(SlowDecodeLamps, CameraOokUnderAMovingCamera) {
   expect_located(scene, Sequence(scene, below, 30, velocity), options_for({}, 15), 0.03);
 }
 
-TEST(DecodeLamps, PartlyHiddenLampsSayTheirId) {
+TEST(SlowDecodeLamps, PartlyHiddenLampsSayTheirId) {
   const Code code;
   Scene scene = room_with(code);
   for (const Lamp& lamp : scene.lamps) {  // to a third of its face, from one side
@@ -256,6 +256,30 @@ TEST(DecodeLamps, DarknessAndCodesThatDoNotFit) {
   const auto none = decode_lamps(dark.frames(), scene.sensor, options);
   EXPECT_EQ(none.status, Status::no_lamps);
   EXPECT_EQ(named_blobs(*none, scene, options.code).status, Status::no_lamps);
+}
+
+TEST(DecodeLamps, AStarrySkyTakesBoundedTime) {
+  Random random(9);
+  std::vector<Image> skies(4);
+  for (Image& sky : skies) {
+    sky.width = 640;
+    sky.height = 480;
+    sky.u8.assign(640 * 480, 2);
+    for (int star = 0; star < 3000; ++star) {
+      const int at = random.below(640 * 478 - 2);
+      for (const int pixel : {at, at + 1, at + 640, at + 641})
+        sky.u8[static_cast<std::size_t>(pixel)] = 200;
+    }
+  }
+  std::vector<SequenceFrame> frames;
+  for (std::size_t f = 0; f < skies.size(); ++f)
+    frames.push_back({skies[f].view(), static_cast<double>(f) / 30});
+  const Scene scene = ufsook_room();
+  DecodeOptions options = options_for(scene.lamps[0].code->code, 1);
+  options.least_seen = 1;
+  const auto decoded = decode_lamps(frames, scene.sensor, options);
+  EXPECT_LE(decoded->size(), 64u);
+  for (const DecodedLamp& lamp : *decoded) EXPECT_FALSE(lamp.code.id);
 }
 
 TEST(NamedBlobs, NamesOnlyWhatOneLightSaysAndTheMapHas) {

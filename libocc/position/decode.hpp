@@ -32,6 +32,7 @@ struct LIBOCC_API DecodeOptions {
   /// camera that stands still.
   int join_frames = 15;
   int least_seen = 2;    ///< frames in which a lamp must show a blob
+  int max_lamps = 64;    ///< the brightest of each frame, the most seen of all: bounded time
   DetectOptions detect;  ///< its sensor is the one given; stripes are not read
   TrackOptions track;
   DecodeSamplesOptions samples;
