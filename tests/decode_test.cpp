@@ -287,7 +287,10 @@ TEST(NamedBlobs, NamesOnlyWhatOneLightSaysAndTheMapHas) {
   const Code code = scene.lamps[0].code->code;
   std::vector<DecodedLamp> lamps(4);
   const std::array<std::uint32_t, 4> said{1, 2, 2, 99};
-  for (std::size_t i = 0; i < 4; ++i) lamps[i].code.id = said[i];
+  for (std::size_t i = 0; i < 4; ++i) {
+    lamps[i].code.id = said[i];
+    lamps[i].blob.centroid_px = {100.0 * static_cast<double>(i), 50};
+  }
   const auto blobs = named_blobs(lamps, scene, code);
   EXPECT_EQ((*blobs)[0].lamp_id, 1);
   EXPECT_EQ((*blobs)[1].lamp_id, std::nullopt);
@@ -295,6 +298,11 @@ TEST(NamedBlobs, NamesOnlyWhatOneLightSaysAndTheMapHas) {
   EXPECT_EQ((*blobs)[3].lamp_id, std::nullopt);
   EXPECT_NE(blobs.message.find("not in the map: 99"), std::string::npos);
   EXPECT_NE(blobs.message.find("none of them named: 2"), std::string::npos);
+  lamps[2].blob.centroid_px = lamps[1].blob.centroid_px + Eigen::Vector2d(1, -1);  // a piece of it
+  lamps[2].blob.flux_dn = 10;
+  const auto pieces = named_blobs(lamps, scene, code);
+  EXPECT_EQ((*pieces)[1].lamp_id, std::nullopt);
+  EXPECT_EQ((*pieces)[2].lamp_id, 2) << "the brightest";
   Scene twice = scene;
   twice.lamps[1].set_code({code, 1, 0});
   EXPECT_NE(complaint([&] { named_blobs(lamps, twice, code); }).find("of one lamp only"),

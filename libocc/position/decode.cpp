@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <map>
 #include <tuple>
 
 #include "libocc/core/require.hpp"
@@ -229,36 +228,6 @@ Result<std::vector<DecodedLamp>> decode_lamps(const std::vector<SequenceFrame>& 
     out.status = Status::no_lamps;
     out.message = "no frame shows a light";
   }
-  return out;
-}
-
-Result<std::vector<Blob>> named_blobs(const std::vector<DecodedLamp>& lamps, const Scene& map,
-                                      const Code& code) {
-  std::map<int, int> lamp_of_id, readers;
-  for (const Lamp& lamp : map.lamps) {
-    if (!lamp.code || lamp.code->code.kind != code.kind || lamp.code->channel != 0) continue;
-    const bool is_new = lamp_of_id.emplace(lamp.code->id, lamp.id).second;
-    require(is_new, "map: code id", lamp.code->id, "of one lamp only");
-  }
-  for (const DecodedLamp& lamp : lamps)
-    if (lamp.code.id) ++readers[static_cast<int>(*lamp.code.id)];
-  Result<std::vector<Blob>> out;
-  std::string unknown, twice;
-  for (const DecodedLamp& lamp : lamps) {
-    Blob& blob = out.value.emplace_back(lamp.blob);
-    if (!lamp.code.id) continue;
-    const int id = static_cast<int>(*lamp.code.id);
-    const auto named = lamp_of_id.find(id);
-    if (named == lamp_of_id.end())
-      unknown += " " + std::to_string(id);
-    else if (readers[id] > 1)
-      twice += " " + std::to_string(id);
-    else
-      blob.lamp_id = named->second;
-  }
-  if (lamps.empty()) out.status = Status::no_lamps;
-  if (!unknown.empty()) out.message += "not in the map:" + unknown + ". ";
-  if (!twice.empty()) out.message += "read from several lights, none of them named:" + twice + ". ";
   return out;
 }
 
