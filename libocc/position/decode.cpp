@@ -2,8 +2,10 @@
 #include "libocc/position/decode.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <map>
+#include <functional>
+#include <tuple>
 
 #include "libocc/core/require.hpp"
 #include "libocc/detect/lamp_rows.hpp"
@@ -31,6 +33,7 @@ std::vector<FrameBlobs> blobs_of(const std::vector<SequenceFrame>& frames, const
   DetectOptions detecting = options.detect;
   detecting.sensor = sensor;
   detecting.stripes = false;
+  detecting.max_blobs = std::min(detecting.max_blobs, options.max_lamps);
   std::vector<Image> grey;
   for (const SequenceFrame& frame : frames) grey.push_back(to_grey(frame.image));
   const std::size_t n = frames.size();
@@ -139,6 +142,23 @@ void decode_pair(std::size_t lamp, const std::vector<std::vector<LightSample>>& 
   }
 }
 
+/// Tracks that were seen often enough, the most seen when there are too many, in their order.
+std::vector<Track> lasting_tracks(const std::vector<FrameBlobs>& found,
+                                  const DecodeOptions& options) {
+  std::vector<Track> tracks = track_blobs(found, options.track);
+  std::vector<int> seen;
+  for (const Track& track : tracks) seen.push_back(track.seen);
+  std::sort(seen.begin(), seen.end(), std::greater<>());
+  int least = std::min(options.least_seen, static_cast<int>(found.size()));
+  const auto most = static_cast<std::size_t>(options.max_lamps);
+  if (seen.size() > most) least = std::max(least, seen[most - 1]);
+  tracks.erase(std::remove_if(tracks.begin(), tracks.end(),
+                              [&](const Track& track) { return track.seen < least; }),
+               tracks.end());
+  tracks.resize(std::min(tracks.size(), most));
+  return tracks;
+}
+
 void check(const std::vector<SequenceFrame>& frames) {
   require(!frames.empty(), "frames", frames.size(), "one at least");
   std::vector<double> times_s;
@@ -164,6 +184,7 @@ void DecodeOptions::validate() const {
   require(join_frames >= 0 && join_frames != 2, "join_frames", join_frames,
           "0 or a number of frames about one: 1, 3, 5, ...");
   require(least_seen >= 1, "least_seen", least_seen, "at least 1");
+  require(max_lamps >= 1, "max_lamps", max_lamps, "at least 1");
   detect.validate();
   track.validate();
   samples.validate();
@@ -179,8 +200,7 @@ Result<std::vector<DecodedLamp>> decode_lamps(const std::vector<SequenceFrame>& 
   const std::vector<FrameBlobs> found = blobs_of(frames, sensor, options);
   Result<std::vector<DecodedLamp>> out;
   std::vector<std::vector<LightSample>> samples;
-  for (Track& track : track_blobs(found, options.track)) {
-    if (track.seen < std::min(options.least_seen, static_cast<int>(frames.size()))) continue;
+  for (Track& track : lasting_tracks(found, options)) {
     const Eigen::Vector2d half = half_size(track, found);
     samples.push_back(light_samples(lines_of(track, half, frames, sensor), sensor));
     DecodedLamp& lamp = out.value.emplace_back();
@@ -208,36 +228,6 @@ Result<std::vector<DecodedLamp>> decode_lamps(const std::vector<SequenceFrame>& 
     out.status = Status::no_lamps;
     out.message = "no frame shows a light";
   }
-  return out;
-}
-
-Result<std::vector<Blob>> named_blobs(const std::vector<DecodedLamp>& lamps, const Scene& map,
-                                      const Code& code) {
-  std::map<int, int> lamp_of_id, readers;
-  for (const Lamp& lamp : map.lamps) {
-    if (!lamp.code || lamp.code->code.kind != code.kind || lamp.code->channel != 0) continue;
-    const bool is_new = lamp_of_id.emplace(lamp.code->id, lamp.id).second;
-    require(is_new, "map: code id", lamp.code->id, "of one lamp only");
-  }
-  for (const DecodedLamp& lamp : lamps)
-    if (lamp.code.id) ++readers[static_cast<int>(*lamp.code.id)];
-  Result<std::vector<Blob>> out;
-  std::string unknown, twice;
-  for (const DecodedLamp& lamp : lamps) {
-    Blob& blob = out.value.emplace_back(lamp.blob);
-    if (!lamp.code.id) continue;
-    const int id = static_cast<int>(*lamp.code.id);
-    const auto named = lamp_of_id.find(id);
-    if (named == lamp_of_id.end())
-      unknown += " " + std::to_string(id);
-    else if (readers[id] > 1)
-      twice += " " + std::to_string(id);
-    else
-      blob.lamp_id = named->second;
-  }
-  if (lamps.empty()) out.status = Status::no_lamps;
-  if (!unknown.empty()) out.message += "not in the map:" + unknown + ". ";
-  if (!twice.empty()) out.message += "read from several lights, none of them named:" + twice + ". ";
   return out;
 }
 

@@ -32,6 +32,7 @@ struct LIBOCC_API DecodeOptions {
   /// camera that stands still.
   int join_frames = 15;
   int least_seen = 2;    ///< frames in which a lamp must show a blob
+  int max_lamps = 64;    ///< the brightest of each frame, the most seen of all: bounded time
   DetectOptions detect;  ///< its sensor is the one given; stripes are not read
   TrackOptions track;
   DecodeSamplesOptions samples;
@@ -57,9 +58,10 @@ LIBOCC_API Result<std::vector<DecodedLamp>> decode_lamps(const std::vector<Seque
                                                          const Sensor& sensor,
                                                          const DecodeOptions& options = {});
 
-/// The lamps' blobs, with the lamp_id of the map's lamp that says what was read. An id that two
-/// lamps say (one may be a mirror image) or that no lamp of the map has names no blob; `message`
-/// says so. Throws std::invalid_argument when two lamps of the map say the same.
+/// The lamps' blobs, with the lamp_id of the map's lamp that says what was read. Of pieces of one
+/// lamp the brightest has it. An id that lights in two places say (one may be a mirror image) or
+/// that no lamp of the map has names no blob; `message` says so. Throws std::invalid_argument when
+/// two lamps of the map say the same.
 LIBOCC_API Result<std::vector<Blob>> named_blobs(const std::vector<DecodedLamp>& lamps,
                                                  const Scene& map, const Code& code);
 

@@ -13,6 +13,7 @@ from ..sequence_frames import Frames, load_frames
 from ..stripe_codes import StripedLamp, striped_lamps
 from ..suggest import suggestion
 
+JOIN_FRAMES = 15  # half a second at 30 frames/s: lamps are seldom dark for longer
 KINDS = [kind.name for kind in occ.CodeKind]
 LINES = {"manchester": occ.LineCode.manchester, "4b6b": occ.LineCode.code_4b6b}
 CHECKSUMS = {sum_.name: sum_ for sum_ in occ.Checksum}
@@ -154,7 +155,7 @@ def command(
     with blamed_on(frames):
         found = occ.decode(
             loaded.images, loaded.times_s, scene.sensor, code, map=scene, exact_times=exact_times,
-            **({"join_frames": 0} if still else {}),
+            join_frames=0 if still else JOIN_FRAMES,
         )
     fix = position_of(found.blobs, scene)
     if overlay is not None:
