@@ -75,6 +75,9 @@ std::optional<Sighting> make_sighting(const Problem& problem, int blob_index) {
   return s;
 }
 
+// A lamp that says its id has a frequency, too: of its packets.
+bool blinks(const Lamp& lamp) { return lamp.frequency_hz && !lamp.code; }
+
 // Lamps whose code agrees with the blob's frequency and is as near to it as any; none when the
 // frequency is absent or fits no code.
 std::vector<int> lamps_of_frequency(const Blob& blob, const Problem& problem) {
@@ -82,11 +85,11 @@ std::vector<int> lamps_of_frequency(const Blob& blob, const Problem& problem) {
   if (!problem.options->use_frequency || !blob.frequency_hz) return lamps;
   double nearest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < static_cast<int>(problem.targets.size()); ++i) {
-    const auto& code = problem.scene->lamps[static_cast<std::size_t>(i)].frequency_hz;
-    if (!code) continue;
-    const double off = std::abs(*blob.frequency_hz - *code);
+    const Lamp& lamp = problem.scene->lamps[static_cast<std::size_t>(i)];
+    if (!blinks(lamp)) continue;
+    const double code = *lamp.frequency_hz, off = std::abs(*blob.frequency_hz - code);
     const double gate = problem.options->frequency_gate_sigma * blob.frequency_sigma_hz +
-                        problem.options->frequency_tolerance * *code;
+                        problem.options->frequency_tolerance * code;
     if (!(off <= gate) || off > nearest) continue;
     if (off < nearest) lamps.clear();
     nearest = off;
@@ -121,7 +124,7 @@ void rule_out_by_code(Problem& problem) {
     if (s.named) named[static_cast<std::size_t>(s.lamps.front())] = 1;
   if (std::count(named.begin(), named.end(), 1) < 3) return;
   const auto coded = [&](int lamp) {
-    return lamps[static_cast<std::size_t>(lamp)].frequency_hz.has_value();
+    return blinks(lamps[static_cast<std::size_t>(lamp)]);
   };
   for (Sighting& s : problem.sightings)
     if (!s.named)
