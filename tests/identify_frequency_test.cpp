@@ -151,7 +151,7 @@ TEST(IdentifyByCode, IdsNameTheBlobsOfASquare) {
   Random random(31);
   for (int i = 0; i < 20; ++i) {
     test::View view = test::random_view(scene, random, 4);
-    for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t k = 0; k < 4; ++k)
       view.blobs[k].lamp_id = scene.lamps[static_cast<std::size_t>(view.lamp[k])].id;
     test::expect_unique_and_right(identify(view.blobs, scene), view);
   }
