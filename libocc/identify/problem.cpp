@@ -123,9 +123,7 @@ void rule_out_by_code(Problem& problem) {
   for (const Sighting& s : problem.sightings)
     if (s.named) named[static_cast<std::size_t>(s.lamps.front())] = 1;
   if (std::count(named.begin(), named.end(), 1) < 3) return;
-  const auto coded = [&](int lamp) {
-    return blinks(lamps[static_cast<std::size_t>(lamp)]);
-  };
+  const auto coded = [&](int lamp) { return blinks(lamps[static_cast<std::size_t>(lamp)]); };
   for (Sighting& s : problem.sightings)
     if (!s.named)
       s.lamps.erase(std::remove_if(s.lamps.begin(), s.lamps.end(), coded), s.lamps.end());

@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['Blob', 'Box', 'CalibratedLight', 'Camera', 'Candidate', 'Channel', 'ChannelResponse', 'Checksum', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'Decoded', 'DecodedCode', 'DecodedLamp', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFlux', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'Match', 'Mosaic', 'NoiseArea', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'Prior', 'Readout', 'ReceivedPower', 'RecoveredResponse', 'Refined', 'Renderer', 'Response', 'ResponseMethod', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Trajectory', 'Truth', 'Use', 'Waveform', 'aperture_power', 'calibrate_light', 'code_budget', 'dbm', 'decode', 'decode_samples', 'detect', 'encode_id', 'encode_image', 'explain', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recover_response', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
+__all__: list[str] = ['AmbientImage', 'AmbientLight', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'Candidate', 'Channel', 'ChannelResponse', 'Checksum', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'CommonFactor', 'Decoded', 'DecodedCode', 'DecodedLamp', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'Hypothesis', 'Identification', 'IdentifyMethod', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFlux', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'Match', 'Mosaic', 'NoiseArea', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PowerFit', 'Prior', 'Readout', 'ReceivedPower', 'RecoveredResponse', 'Refined', 'Renderer', 'Response', 'ResponseMethod', 'RobustPose', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Trajectory', 'Truth', 'Use', 'Waveform', 'aperture_power', 'calibrate_ambient', 'calibrate_light', 'code_budget', 'dbm', 'decode', 'decode_samples', 'detect', 'encode_id', 'encode_image', 'explain', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recover_response', 'refine', 'robust_pose', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -1532,6 +1532,15 @@ class Blob:
         """
         bounding box, both ends included
         """
+class IdentifyMethod(enum.Enum):
+    """
+    How poses that explain an image are searched for.
+    """
+    alignment = 1
+    automatic = 0
+    clustering = 4
+    ransac = 3
+    voting = 2
 class Match:
     """
     Which lamp of the scene is which blob: two indices.
@@ -2369,6 +2378,79 @@ class PoseCandidates:
         """
         PoseCandidates, best first.
         """
+class RobustPose:
+    """
+    A pose among wrong matches: the answer of robust_pose().
+
+    What was found so far is there even when it is not ok: look at status and message.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def cam_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        Pose, 4x4.
+        """
+    @property
+    def candidates(self) -> list[Candidate]:
+        """
+        Every pose that fits the inliers, best first.
+        """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        (6, 6) of cam_from_world [rotation rad, translation m], left perturbation.
+        """
+    @property
+    def inlier_ratio(self) -> float:
+        """
+        Of all points.
+        """
+    @property
+    def inliers(self) -> numpy.typing.NDArray[numpy.bool]:
+        """
+        (n,) bool: the points that agree.
+        """
+    @property
+    def iterations(self) -> int:
+        """
+        Samples drawn.
+        """
+    @property
+    def log10_false_alarms(self) -> float:
+        """
+        How many poses as good as this chance alone would bring.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def position_covariance_m2(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3) of the position [m^2, world].
+        """
+    @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) of the camera [m, world].
+        """
+    @property
+    def rms_px(self) -> float:
+        """
+        Of the inliers [px].
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
 class ResponseMethod(enum.Enum):
     """
     How a response is described.
@@ -2860,13 +2942,15 @@ def heading_rad(cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.f
     """
     Azimuth [rad] about the world's Z of the camera's +x axis (image right), in (-pi, pi].
     """
-def identify(blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 200000) -> Identification:
+def identify(blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, method: IdentifyMethod = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 1000000) -> Identification:
     """
     Which blob is which lamp: by blink code, by geometry, with or without a prior.
 
     Returns: Identification with every pose that is consistent with the map, ranked.
 
     Options:
+      method: how poses are searched for
+      seed: of random namings
       use_frequency: name lamps by their blink code where there is one
       frequency_gate_sigma: code and blob agree within [sigma]
       frequency_tolerance: relative error of lamp and row clocks
@@ -2891,7 +2975,7 @@ def lambertian_order(half_power_rad: typing.SupportsFloat | typing.SupportsIndex
     """
     Order m of a half-power semi-angle, -ln 2 / ln cos: 1 for 60 degrees.
     """
-def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, max_candidates: typing.SupportsInt | typing.SupportsIndex = 16, budget_s: typing.SupportsFloat | typing.SupportsIndex | None = None, target_sigma_m: typing.SupportsFloat | typing.SupportsIndex | None = None, costs: RungCosts = ..., sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 200000, rung: Rung = ..., flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Fix:
+def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, max_candidates: typing.SupportsInt | typing.SupportsIndex = 16, budget_s: typing.SupportsFloat | typing.SupportsIndex | None = None, target_sigma_m: typing.SupportsFloat | typing.SupportsIndex | None = None, costs: RungCosts = ..., sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0, method: IdentifyMethod = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 1000000, rung: Rung = ..., flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Fix:
     """
     Where was the camera when it took this image of these lamps?
 
@@ -2920,6 +3004,8 @@ def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections
       rims: measure sub-pixel rims of discs
       stripes: join stripes, read frequencies; None: when rows have a time
       max_frequency_hz: stripes are read up to this [Hz]
+      method: how poses are searched for
+      seed: of random namings
       use_frequency: name lamps by their blink code where there is one
       frequency_gate_sigma: code and blob agree within [sigma]
       frequency_tolerance: relative error of lamp and row clocks
@@ -3083,6 +3169,26 @@ def refine(start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4
       huber_sigma: residuals beyond this weigh linearly [sigma]
       max_iterations: steps of the refinement
       tolerance_px: converged when no lamp moves further [px]
+    """
+def robust_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, gate_sigmas: typing.SupportsFloat | typing.SupportsIndex = 4.0, confidence: typing.SupportsFloat | typing.SupportsIndex = 0.9999, max_iterations: typing.SupportsInt | typing.SupportsIndex = 100000, most_false_alarms: typing.SupportsFloat | typing.SupportsIndex = 0.0001, seed: typing.SupportsInt | typing.SupportsIndex = 0, up_in_cam: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = None, up_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.01) -> RobustPose:
+    """
+    The pose that most points agree with, when many were matched wrongly.
+
+    RANSAC with local optimisation, then least squares over the points that agree. points_in_world_m:
+    (n, 3). points_px: (n, 2), where they were seen. sigma_px: of a right match's pixel coordinate.
+    Returns: RobustPose. Its status is no_pose when no more points agree than chance explains or they
+    contradict up_in_cam; ambiguous when several poses fit; too_few_lamps; degenerate for points that
+    coincide or lie on a line.
+    Raises: ValueError for counts that differ, numbers that are not finite, a bad option.
+
+    Options:
+      gate_sigmas: further off in the image a match is wrong
+      confidence: that a sample without a wrong match was drawn
+      max_iterations: samples
+      most_false_alarms: poses as good as the best that chance alone would bring
+      seed: the same answer for the same seed
+      up_in_cam: (3,) the world's Z in the camera's frame, unit, when known: samples of two points
+      up_sigma_rad: of up_in_cam, about each axis [rad]
     """
 def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, noise_area: NoiseArea = ..., start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> tuple[numpy.typing.NDArray[numpy.uint8 | numpy.uint16], Truth]:
     """

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Several numbers at once, as many as a register holds, for bodies of LIBOCC_MULTIVERSION. Masks
-// are 0 or -1 in each lane; `mask ? a : b` selects. Registers of 512 bits are not used: they have no
-// such masks, and GCC goes through their numbers one by one.
+// are 0 or -1 in each lane; `mask ? a : b` selects. Registers of 512 bits are not used: they have
+// no such masks, and GCC goes through their numbers one by one.
 #pragma once
 
 #include <cstring>

@@ -36,7 +36,7 @@ def command(
     $ libocc identify room.png --map irregular_six
     status  ok
     pose    position [m]               heading   chi2  missed  lamps (blob: lamp)
-    1         1.700    2.100    0.500    0.00     0.0       0  0:0 1:1 2:2 3:3 4:4 5:5
+    1        1.700     2.100     0.500    0.00     0.0       0  0:5 1:4 2:2 3:3 4:0 5:1
 
     Finds which blob of IMAGE is which lamp of the map, a YAML file or the name of a scene that
     comes with libocc, and lists every pose that explains the image as well as any, the likeliest
