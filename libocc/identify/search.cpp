@@ -249,7 +249,7 @@ void Search::keep(Explanation explanation) {
       return;
   account_for_unpaired(problem_, explanation);
   if (turnout_ && misses_too_much(explanation)) return;
-  if (!turnout_ || chance_of(explanation) < unlikely)
+  if (!turnout_ || (chance_of(explanation) < unlikely && fits(explanation)))
     most_ = std::max(most_, worth(explanation.pairs));
   found_.push_back(std::move(explanation));
   if (found_.size() >= 4 * max_kept) merge_and_rank();

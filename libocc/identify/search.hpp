@@ -25,6 +25,8 @@ class Search {
   const std::vector<Explanation>& found() const { return found_; }
   /// Explanations by accident that are to be expected to pair as many blobs as the best one.
   double chance() const;
+  /// False for a best explanation by vote whose blobs are further off than their errors let expect.
+  bool best_fits() const { return found_.empty() || !turnout_ || fits(found_.front()); }
   int tried() const { return tried_; }  ///< namings of three blobs
   bool cut_short() const { return cut_short_; }
 
@@ -48,6 +50,7 @@ class Search {
   bool known(const Vote& vote) const;
   double chance_of(const Explanation& e) const;
   bool misses_too_much(const Explanation& e) const;
+  static bool fits(const Explanation& e);
   std::vector<PoseEstimate> seeds_of(const Naming& naming) const;
   void consider(const PoseEstimate& seed, const Naming& naming);
   void keep(Explanation explanation);

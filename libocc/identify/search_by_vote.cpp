@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/statistics.hpp"
 #include "libocc/identify/search.hpp"
 
 namespace occ::naming {
@@ -148,6 +149,11 @@ bool Search::misses_too_much(const Explanation& e) const {
   const double by_accident = gate_share(problem_);
   const int beyond = static_cast<int>(e.pairs.size()) - named_by_vote();
   return 0.5 * problem_.options->miss_penalty * e.missed > -std::log(by_accident) * (beyond + 1);
+}
+
+// Pairs by accident are anywhere in their gates; the truth fits worse in one case of a thousand.
+bool Search::fits(const Explanation& e) {
+  return variance_factor(e.estimate.chi2, 2 * static_cast<int>(e.pairs.size()) - 6) == 1;
 }
 
 // Poisson: each pose voted on meets a further blob by the share of the image that its gate covers,
