@@ -10,6 +10,7 @@
 
 #include "libocc/detect/linear_image.hpp"
 #include "libocc/detect/stripe_window.hpp"
+#include "libocc/radiometry/mosaic.hpp"
 
 namespace occ {
 namespace {
@@ -17,12 +18,10 @@ namespace {
 using detecting::LinearImage;
 using detecting::LineBox;
 
-/// Colour of the pixel at (x, y): 0 red, 1 green, 2 blue; 0 without a mosaic.
-int colour_of(Mosaic mosaic, int x, int y) {
-  if (mosaic == Mosaic::none) return 0;
-  // By x + 2 y of a tile.
-  constexpr int tiles[4][4] = {{0, 1, 1, 2}, {1, 0, 2, 1}, {1, 2, 0, 1}, {2, 1, 1, 0}};
-  return tiles[static_cast<int>(mosaic) - 1][x % 2 + 2 * (y % 2)];
+/// Of the pixel at (x, y): 0 red, 1 green, 2 blue; 0 without a mosaic.
+std::size_t channel_of(Mosaic mosaic, int x, int y) {
+  return mosaic == Mosaic::none ? 0
+                                : colour_at(mosaic, static_cast<std::size_t>(x % 2 + 2 * (y % 2)));
 }
 
 /// Median of the pixels around a window: what is there without the lamp.
@@ -45,8 +44,8 @@ double level_around(const LinearImage& image, const LineBox& box, bool columns) 
 
 /// Variance of a pixel's linear grey level at a signal above black.
 double variance_dn2(const Sensor& sensor, double signal_dn) {
-  const double dark = sensor.gain_dn_per_e * sensor.read_noise_e;
-  return dark * dark + sensor.gain_dn_per_e * std::max(0.0, signal_dn) + 1.0 / 12;
+  const double noise_dn = sensor.noise_dn(signal_dn / sensor.gain_dn_per_e);
+  return noise_dn * noise_dn;
 }
 
 struct Key {
@@ -97,8 +96,8 @@ std::vector<LineLight> lamp_lines(const ImageView& image, const Sensor& sensor, 
     std::array<int, 3> count{};
     for (int i = 0; i < box.length(); ++i) {
       const int pos = box.pos0 + i;
-      const auto c = static_cast<std::size_t>(columns ? colour_of(sensor.mosaic, line, pos)
-                                                      : colour_of(sensor.mosaic, pos, line));
+      const std::size_t c =
+          columns ? channel_of(sensor.mosaic, line, pos) : channel_of(sensor.mosaic, pos, line);
       const double value = row[static_cast<std::size_t>(i)];
       sum[c] += value - background;
       variance[c] += variance_dn2(sensor, value);

@@ -206,6 +206,16 @@ std::size_t Ballot::add_namings(const std::array<int, 3>& sightings, int first, 
   return n;
 }
 
+// The last lanes repeat the last pose.
+void Ballot::pad_poses(std::size_t count) {
+  for (std::size_t i = count; count > 0 && i < padded(count); ++i) {
+    judged_.copy(count - 1, judged_, i);
+    for (std::vector<float>& parameter : parameters_) parameter[i] = parameter[count - 1];
+  }
+  further_.resize(padded(count));
+  visible_.resize(padded(count));
+}
+
 // Puts all valid sets of distances in line.
 std::size_t Ballot::add_poses(std::size_t namings) {
   const std::size_t stride = padded(namings);
@@ -219,12 +229,7 @@ std::size_t Ballot::add_poses(std::size_t namings) {
       for (std::size_t d = 0; d < 3; ++d) parameters_[d][n] = depths_[d][k * stride + i];
       ++n;
     }
-  for (std::size_t i = n; n > 0 && i < padded(n); ++i) {
-    judged_.copy(n - 1, judged_, i);
-    for (std::size_t d = 0; d < 3; ++d) parameters_[d][i] = parameters_[d][n - 1];
-  }
-  further_.resize(padded(n));
-  visible_.resize(padded(n));
+  pad_poses(n);
   return n;
 }
 
@@ -356,12 +361,7 @@ std::size_t Ballot::add_headings(const std::array<int, 2>& sightings, int first)
       ++count;
     }
   }
-  for (std::size_t i = count; count > 0 && i < padded(count); ++i) {
-    judged_.copy(count - 1, judged_, i);
-    for (std::size_t d = 0; d < 3; ++d) parameters_[d][i] = parameters_[d][count - 1];
-  }
-  further_.resize(padded(count));
-  visible_.resize(padded(count));
+  pad_poses(count);
   return count;
 }
 

@@ -60,6 +60,7 @@ class Ballot {
   int image_turn(const std::array<int, 3>& sightings) const;
   void solve(const NamedTriples& blobs, std::size_t namings);
   std::size_t add_namings(const std::array<int, 3>& sightings, int first, int image_turn);
+  void pad_poses(std::size_t count);
   std::size_t add_poses(std::size_t namings);
   std::size_t add_headings(const std::array<int, 2>& sightings, int first);
   bool counts(std::size_t pose, int least);

@@ -101,7 +101,7 @@ int Search::false_lights() const {
   const int named = static_cast<int>(
       std::count_if(blobs.begin(), blobs.end(), [](const Sighting& s) { return s.named; }));
   const int unexplained = static_cast<int>(blobs.size()) - std::max(most_ - named, 3);
-  return most_ >= 6 ? std::min(unexplained, 2) : unexplained;
+  return most_ >= strong ? std::min(unexplained, 2) : unexplained;
 }
 
 // What an explanation is worth: its pairs, those with a name twice.

@@ -11,6 +11,9 @@ namespace occ::naming {
 /// Expected number of wrong poses that explain as much as one that is taken for the only one.
 inline constexpr double unlikely = 0.1;
 
+/// Pairs that hardly agree by chance.
+inline constexpr int strong = 6;
+
 double gate_share(const Problem& problem);
 bool looks_right(const Problem& problem, const Naming& naming, const Rigid3& pose);
 

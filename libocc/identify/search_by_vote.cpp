@@ -11,9 +11,8 @@
 namespace occ::naming {
 namespace {
 
-// Pairs that hardly agree by chance. Rivals of such an explanation come from a likeness within the
-// map, and explain the same blobs but for an accident: one false light is allowed for.
-constexpr int strong = 6;
+// Rivals of a strong explanation come from a likeness within the map, and explain the same blobs
+// but for an accident: one false light is allowed for.
 constexpr int strong_false = 1;
 
 Naming naming_of(const std::vector<Pair>& pairs) { return {pairs[0], pairs[1], pairs[2]}; }

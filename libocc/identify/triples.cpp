@@ -116,28 +116,32 @@ void TripleOrder::prefer_neighbours(const Problem& problem) {
                         [](const BlobTriple& t) { return !t.far; });
 }
 
-// Of the sets of `size` blobs that touch every triple tried, those that do not touch this one.
-int TripleOrder::ruled_out(const std::vector<std::uint64_t>& sets, const BlobTriple& triple) {
-  return static_cast<int>(std::count_if(
-      sets.begin(), sets.end(), [&](std::uint64_t set) { return (set & triple.mask()) == 0; }));
+// Sets of one or two blobs that touch every triple tried.
+std::vector<std::uint64_t> TripleOrder::suspects(int size) const {
+  std::vector<std::uint64_t> sets;
+  const auto add = [&](std::uint64_t set) {
+    if (std::all_of(tried_.begin(), tried_.end(), [&](std::uint64_t t) { return (t & set) != 0; }))
+      sets.push_back(set);
+  };
+  for (int i = 0; i < blobs_; ++i) {
+    const std::uint64_t one = std::uint64_t{1} << i;
+    if (size == 1) add(one);
+    for (int j = i + 1; size == 2 && j < blobs_; ++j) add(one | std::uint64_t{1} << j);
+  }
+  return sets;
 }
 
 BlobTriple* TripleOrder::most_telling(int false_lights) {
-  std::vector<std::uint64_t> suspects;
-  for (int i = 0; i < blobs_; ++i)
-    for (int j = false_lights == 2 ? i + 1 : i; j < (false_lights == 2 ? blobs_ : i + 1); ++j) {
-      const std::uint64_t set = std::uint64_t{1} << i | std::uint64_t{1} << j;
-      if (std::all_of(tried_.begin(), tried_.end(),
-                      [&](std::uint64_t t) { return (t & set) != 0; }))
-        suspects.push_back(set);
-    }
+  const std::vector<std::uint64_t> sets = suspects(false_lights);
   BlobTriple* best = nullptr;
-  int most = 0;
+  std::ptrdiff_t most = 0;
   for (BlobTriple& t : triples_) {
     if (t.tried || (best && t.far && !best->far)) continue;
-    const int count = ruled_out(suspects, t);
-    if (count > most) {
-      most = count;
+    const std::uint64_t mask = t.mask();
+    const auto ruled_out = std::count_if(sets.begin(), sets.end(),
+                                         [&](std::uint64_t set) { return (set & mask) == 0; });
+    if (ruled_out > most) {
+      most = ruled_out;
       best = &t;
     }
   }

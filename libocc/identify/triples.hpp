@@ -44,7 +44,7 @@ class TripleOrder {
  private:
   /// Untried, ruling out most sets of that many (1 or 2) false lights; null when none is left.
   BlobTriple* most_telling(int false_lights);
-  static int ruled_out(const std::vector<std::uint64_t>& sets, const BlobTriple& triple);
+  std::vector<std::uint64_t> suspects(int size) const;
 
   int blobs_ = 0;
   std::vector<BlobTriple> triples_;  // most useful first
