@@ -146,5 +146,26 @@ TEST(IdentifyFrequency, LampsThatShareACodeAreToldByGeometry) {
   }
 }
 
+TEST(IdentifyByCode, IdsNameTheBlobsOfASquare) {
+  const Scene scene = test::square_room();
+  Random random(31);
+  for (int i = 0; i < 20; ++i) {
+    test::View view = test::random_view(scene, random, 4);
+    for (std::size_t k = 0; k < 4; ++k)
+      view.blobs[k].lamp_id = scene.lamps[static_cast<std::size_t>(view.lamp[k])].id;
+    test::expect_unique_and_right(identify(view.blobs, scene), view);
+  }
+}
+
+TEST(IdentifyByCode, ALightThatSaysAnotherMapsIdIsNoLamp) {
+  const Scene scene = test::square_room();
+  Random random(32);
+  test::View view = test::random_view(scene, random, 4);
+  view.blobs[1].lamp_id = 77;
+  const Result<Identification> found = identify(view.blobs, scene);
+  for (const Hypothesis& hypothesis : found->hypotheses)
+    for (const Match& match : hypothesis.matches) EXPECT_NE(match.blob, 1);
+}
+
 }  // namespace
 }  // namespace occ

@@ -14,7 +14,7 @@ function(add_planted_violation name file line message)
 endfunction()
 
 add_planted_violation(Upwards detect/spot.cpp "#include \"libocc/pose/p3p.hpp\""
-                      "detect may include only from: radiometry core")
+                      "detect may include only from: codes radiometry core")
 add_planted_violation(Neighbour simulate/render.hpp "  # include <libocc/detect/detect.hpp>"
                       "simulate may include only from")
 add_planted_violation(HiddenLibrary refine/cost.hpp "#include <ceres/tiny_solver.h>"

@@ -146,7 +146,7 @@ std::optional<Eigen::Vector3d> Camera::unproject(const Eigen::Vector2d& pixel,
       d_pixel = step.inverse() * d_pixel;
     }
   }
-  const double length = std::hypot(p.x(), p.y(), 1.0);
+  const double length = std::sqrt(p.squaredNorm() + 1);
   const Eigen::Vector3d bearing = p.homogeneous() / length;
   if (jacobian) {
     const Eigen::Matrix3d across =

@@ -56,6 +56,7 @@ struct Blob {
 
   std::optional<double> frequency_hz;  ///< blink frequency read from the stripes
   double frequency_sigma_hz = std::numeric_limits<double>::infinity();
+  std::optional<int> lamp_id;  ///< told by its code, whose checksum held (position/decode.hpp)
 };
 
 }  // namespace occ

@@ -8,7 +8,8 @@ namespace occ {
 namespace {
 
 struct Job {
-  std::uint32_t first, count;
+  const std::uint32_t* first;
+  std::uint32_t count;
   std::array<std::uint32_t, 3> c;
   std::array<std::uint32_t, 2> key;
 };
@@ -27,8 +28,9 @@ struct Lanes<Simd::baseline> {
   static LIBOCC_INLINE Vector all(std::uint64_t v) {
     return _mm_set1_epi64x(static_cast<std::int64_t>(v));
   }
-  static LIBOCC_INLINE Vector counted(std::uint32_t first) {
-    return _mm_add_epi64(all(first), _mm_set_epi64x(1, 0));
+  static LIBOCC_INLINE Vector load(const std::uint32_t* from) {
+    return _mm_unpacklo_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from)),
+                              _mm_setzero_si128());
   }
   static LIBOCC_INLINE Vector multiply(Vector a, Vector b) { return _mm_mul_epu32(a, b); }
   static LIBOCC_INLINE Vector mix(Vector product, Vector b, Vector c) {
@@ -50,8 +52,8 @@ struct Lanes<Simd::avx2> {
   LIBOCC_AVX2 static LIBOCC_INLINE Vector all(std::uint64_t v) {
     return _mm256_set1_epi64x(static_cast<std::int64_t>(v));
   }
-  LIBOCC_AVX2 static LIBOCC_INLINE Vector counted(std::uint32_t first) {
-    return _mm256_add_epi64(all(first), _mm256_setr_epi64x(0, 1, 2, 3));
+  LIBOCC_AVX2 static LIBOCC_INLINE Vector load(const std::uint32_t* from) {
+    return _mm256_cvtepu32_epi64(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
   }
   LIBOCC_AVX2 static LIBOCC_INLINE Vector multiply(Vector a, Vector b) {
     return _mm256_mul_epu32(a, b);
@@ -78,8 +80,9 @@ struct Lanes<Simd::avx512> {
   LIBOCC_AVX512 static LIBOCC_INLINE Vector all(std::uint64_t v) {
     return _mm512_set1_epi64(static_cast<std::int64_t>(v));
   }
-  LIBOCC_AVX512 static LIBOCC_INLINE Vector counted(std::uint32_t first) {
-    return _mm512_add_epi64(all(first), _mm512_setr_epi64(0, 1, 2, 3, 4, 5, 6, 7));
+  LIBOCC_AVX512 static LIBOCC_INLINE Vector load(const std::uint32_t* from) {
+    return _mm512_maskz_cvtepu32_epi64(0xff,
+                                       _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from)));
   }
   LIBOCC_AVX512 static LIBOCC_INLINE Vector multiply(Vector a, Vector b) {
     // Masked by nothing: GCC 12 warns of its own header otherwise.
@@ -127,7 +130,7 @@ void run(Simd simd, const Job& job, std::uint32_t* words) {
 void run(Simd, const Job& job, std::uint32_t* words) {
   for (std::uint32_t block = 0; block < job.count; ++block)
     for (const std::uint32_t word :
-         philox({job.first + block, job.c[0], job.c[1], job.c[2]}, job.key))
+         philox({job.first[block], job.c[0], job.c[1], job.c[2]}, job.key))
       *words++ = word;
 }
 
@@ -135,7 +138,7 @@ void run(Simd, const Job& job, std::uint32_t* words) {
 
 }  // namespace
 
-void philox_blocks(Simd simd, std::uint32_t first, std::uint32_t count,
+void philox_blocks(Simd simd, const std::uint32_t* first, std::uint32_t count,
                    const std::array<std::uint32_t, 3>& c, const std::array<std::uint32_t, 2>& key,
                    std::uint32_t* words) {
   run(simd, {first, count, c, key}, words);

@@ -27,6 +27,29 @@ struct CurvePoint {
 };
 using Curve = std::function<CurvePoint(double)>;
 
+// A disc's rim; points at even angles are turned one from the other.
+struct Circle {
+  Eigen::Vector3d centre, across, along;
+
+  CurvePoint at(double c, double s) const {
+    return {centre + c * across + s * along, c * along - s * across};
+  }
+
+  /// visit(point) for `count` points all around; false as soon as that is.
+  template <typename Visit>
+  bool all_around(int count, Visit visit) const {
+    const double turn_c = std::cos(two_pi / count), turn_s = std::sin(two_pi / count);
+    double c = 1, s = 0;
+    for (int i = 0; i < count; ++i) {
+      if (!visit(at(c, s))) return false;
+      const double next = turn_c * c - turn_s * s;
+      s = turn_s * c + turn_c * s;
+      c = next;
+    }
+    return true;
+  }
+};
+
 // One curve of a lamp's rim under one camera; every function returns nothing (or false) when a
 // point is outside the camera's domain.
 class Projector {
@@ -38,39 +61,32 @@ class Projector {
         camera_(camera),
         spacing_px_(spacing_px) {}
 
-  // The contour point at a parameter, with `weight` of the parameter's range.
+  // The contour point of a point of the curve, with `weight` of the parameter's range.
   template <typename AnyContour>
-  bool add_point(double at, double weight, AnyContour& contour) const {
-    const auto point = project(at);
+  bool add_point(const CurvePoint& curve_point, double weight, AnyContour& contour) const {
+    const auto point = project(curve_point);
     if (!point) return false;
     append(*point, weight, contour);
     return true;
   }
 
-  // Bound on the image's length [px] over [from, to], and whether all of it is far off the image.
+  // Bound on the image's length [px] over a stretch of the parameter, and whether all of it is far
+  // off the image.
   struct Extent {
     double length_px = 0;
     bool off_image = false;
   };
   std::optional<Extent> extent(double from, double to, int probes) const {
-    Eigen::Array2d low = Eigen::Array2d::Constant(std::numeric_limits<double>::infinity());
-    Eigen::Array2d high = -low;
-    double speed = 0;
-    for (int i = 0; i < probes; ++i) {
-      const auto point = project(from + (to - from) * i / (probes - 1));
-      if (!point) return std::nullopt;
-      speed = std::max(speed, point->tangent_px.norm());
-      low = low.min(point->px.array());
-      high = high.max(point->px.array());
-    }
-    Extent extent;
-    extent.length_px = speed * (to - from);
-    // Light to the left matters to the pixels at its right; light above, below or right does not.
-    // The probes may miss the curve by the distance between them; no PSF reaches so far.
-    const double margin = camera_.width() + camera_.height() + extent.length_px / (probes - 1);
-    extent.off_image = high.y() < -margin || low.y() > camera_.height() + margin ||
-                       low.x() > camera_.width() + margin;
-    return extent;
+    Probes all;
+    for (int i = 0; i < probes; ++i)
+      if (!add_probe(curve_(from + (to - from) * i / (probes - 1)), all)) return std::nullopt;
+    return extent(all, to - from, probes - 1);
+  }
+  std::optional<Extent> extent(const Circle& circle, int probes) const {
+    Probes all;
+    const auto add = [&](const CurvePoint& point) { return add_probe(point, all); };
+    if (!circle.all_around(probes, add)) return std::nullopt;
+    return extent(all, two_pi, probes);
   }
 
   // Gauss-Legendre panels no longer than 16 nodes at 0.6 spacings, except off the image.
@@ -90,6 +106,32 @@ class Projector {
     Eigen::Matrix<double, 2, 3> jacobian;
   };
 
+  struct Probes {
+    Eigen::Array2d low = Eigen::Array2d::Constant(std::numeric_limits<double>::infinity());
+    Eigen::Array2d high = -low;
+    double speed_squared = 0;
+  };
+
+  bool add_probe(const CurvePoint& curve_point, Probes& probes) const {
+    const auto point = project(curve_point);
+    if (!point) return false;
+    probes.speed_squared = std::max(probes.speed_squared, point->tangent_px.squaredNorm());
+    probes.low = probes.low.min(point->px.array());
+    probes.high = probes.high.max(point->px.array());
+    return true;
+  }
+
+  Extent extent(const Probes& probes, double range, int intervals) const {
+    Extent extent;
+    extent.length_px = std::sqrt(probes.speed_squared) * range;
+    // Light to the left matters to the pixels at its right; light above, below or right does not.
+    // The probes may miss the curve by the distance between them; no PSF reaches so far.
+    const double margin = camera_.width() + camera_.height() + extent.length_px / intervals;
+    extent.off_image = probes.high.y() < -margin || probes.low.y() > camera_.height() + margin ||
+                       probes.low.x() > camera_.width() + margin;
+    return extent;
+  }
+
   static void append(const ImagePoint& point, double weight, Contour& contour) {
     contour.push_back({point.px, point.tangent_px.y() * weight});
   }
@@ -107,8 +149,9 @@ class Projector {
     contour.push_back({point.point_in_cam, weight * point.tangent});
   }
 
-  std::optional<ImagePoint> project(double at) const {
-    const CurvePoint point = curve_(at);
+  std::optional<ImagePoint> project(double at) const { return project(curve_(at)); }
+
+  std::optional<ImagePoint> project(const CurvePoint& point) const {
     ImagePoint image;
     const auto px = camera_.project(point.at, &image.jacobian);
     if (!px) return std::nullopt;
@@ -147,7 +190,7 @@ bool Projector::add_panels(double from, double to, int splits, AnyContour& conto
            add_panels(middle, to, splits + 1, contour);
   for (std::size_t i = 0; i < 8; ++i)
     for (const double side : {-half, half})
-      if (!add_point(middle + side * gauss_nodes[i], half * gauss_weights[i], contour))
+      if (!add_point(curve_(middle + side * gauss_nodes[i]), half * gauss_weights[i], contour))
         return false;
   return true;
 }
@@ -193,16 +236,15 @@ bool Projector::add_chords(double from, const ImagePoint& begin, double to, cons
          add_chords(middle, *at_middle, to, end, splits + 1, chords);
 }
 
-// A disc's rim over the angle.
-Curve circle(const Lamp& lamp, const Rigid3& cam_from_world) {
-  const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
+Circle circle(const Lamp& lamp, const Rigid3& cam_from_world) {
   const Eigen::Vector3d normal = cam_from_world.rotation * lamp.normal;
   const Eigen::Vector3d across = normal.unitOrthogonal() * lamp.radius_m;
-  const Eigen::Vector3d along = normal.cross(across);
-  return [=](double angle) {
-    const double c = std::cos(angle), s = std::sin(angle);
-    return CurvePoint{centre + c * across + s * along, c * along - s * across};
-  };
+  return {cam_from_world * lamp.centre_m, across, normal.cross(across)};
+}
+
+// Over the angle.
+Curve curve_of(const Circle& circle) {
+  return [=](double angle) { return circle.at(std::cos(angle), std::sin(angle)); };
 }
 
 std::vector<Curve> edges(const std::vector<Eigen::Vector3d>& corners) {
@@ -237,34 +279,40 @@ std::vector<Curve> pieces(const Lamp& lamp, const Rigid3& cam_from_world) {
 }
 
 template <typename AnyContour>
-bool add_disc(const Projector& rim, double spacing_px, AnyContour& contour) {
-  const auto size = rim.extent(0, two_pi, 17);
+bool add_disc(const Circle& circle, const Eigen::Vector3d& centre, const Camera& camera,
+              double spacing_px, AnyContour& contour) {
+  const Projector rim(curve_of(circle), centre, camera, spacing_px);
+  const auto size = rim.extent(circle, 16);
   if (!size) return false;
   const double wanted = std::ceil(size->length_px / spacing_px);
   if (wanted > max_disc_points) return rim.add_panels(0, two_pi, 0, contour);
   const int count = std::max(min_disc_points, static_cast<int>(wanted));
   contour.reserve(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i)
-    if (!rim.add_point(two_pi * i / count, two_pi / count, contour)) return false;
+  return circle.all_around(count, [&](const CurvePoint& point) {
+    return rim.add_point(point, two_pi / count, contour);
+  });
+}
+
+template <typename AnyContour>
+bool any_contour(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
+                 double spacing_px, AnyContour& contour) {
+  require(spacing_px > 0, "spacing_px", spacing_px, "positive");
+  contour.clear();
+  if (lamp.shape == LampShape::point) return true;
+  if (!lamp.shows_lit_side(cam_from_world.origin_in_source())) return false;
+  const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
+  if (lamp.shape == LampShape::disc)
+    return add_disc(circle(lamp, cam_from_world), centre, camera, spacing_px, contour);
+  for (const Curve& piece : pieces(lamp, cam_from_world))
+    if (!Projector(piece, centre, camera, spacing_px).add_panels(0, 1, 0, contour)) return false;
   return true;
 }
 
 template <typename AnyContour>
 std::optional<AnyContour> any_contour(const Lamp& lamp, const Rigid3& cam_from_world,
                                       const Camera& camera, double spacing_px) {
-  require(spacing_px > 0, "spacing_px", spacing_px, "positive");
-  AnyContour contour;
-  if (lamp.shape == LampShape::point) return contour;
-  if (!lamp.shows_lit_side(cam_from_world.origin_in_source())) return std::nullopt;
-  const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
-  if (lamp.shape == LampShape::disc) {
-    const Projector rim(circle(lamp, cam_from_world), centre, camera, spacing_px);
-    if (!add_disc(rim, spacing_px, contour)) return std::nullopt;
-    return contour;
-  }
-  for (const Curve& piece : pieces(lamp, cam_from_world))
-    if (!Projector(piece, centre, camera, spacing_px).add_panels(0, 1, 0, contour))
-      return std::nullopt;
+  std::optional<AnyContour> contour(std::in_place);
+  if (!any_contour(lamp, cam_from_world, camera, spacing_px, *contour)) contour.reset();
   return contour;
 }
 
@@ -273,6 +321,11 @@ std::optional<AnyContour> any_contour(const Lamp& lamp, const Rigid3& cam_from_w
 std::optional<Contour> project_contour(const Lamp& lamp, const Rigid3& cam_from_world,
                                        const Camera& camera, double spacing_px) {
   return any_contour<Contour>(lamp, cam_from_world, camera, spacing_px);
+}
+
+bool project_contour(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
+                     double spacing_px, Contour& out) {
+  return any_contour(lamp, cam_from_world, camera, spacing_px, out);
 }
 
 std::optional<MovingContour> project_moving_contour(const Lamp& lamp, const Rigid3& cam_from_world,
@@ -296,7 +349,7 @@ std::optional<Chords> project_chords(const Lamp& lamp, const Rigid3& cam_from_wo
   };
   if (lamp.shape == LampShape::disc) {
     constexpr int arcs = 8;
-    const Curve curve = circle(lamp, cam_from_world);
+    const Curve curve = curve_of(circle(lamp, cam_from_world));
     for (int i = 0; i < arcs; ++i)
       if (!add(curve, two_pi * i / arcs, two_pi * (i + 1) / arcs)) return std::nullopt;
     return chords;

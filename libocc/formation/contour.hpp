@@ -42,6 +42,10 @@ using MovingContour = std::vector<MovingContourPoint>;
 LIBOCC_API std::optional<Contour> project_contour(const Lamp& lamp, const Rigid3& cam_from_world,
                                                   const Camera& camera, double spacing_px);
 
+/// The same into `out`, whose storage is used again; false for nothing.
+LIBOCC_API bool project_contour(const Lamp& lamp, const Rigid3& cam_from_world,
+                                const Camera& camera, double spacing_px, Contour& out);
+
 /// The same contour with its motion.
 LIBOCC_API std::optional<MovingContour> project_moving_contour(const Lamp& lamp,
                                                                const Rigid3& cam_from_world,

@@ -11,46 +11,53 @@ namespace {
 
 double fraction(double position) { return position - std::floor(position); }
 
-// Pixels touched by light between two positions on one axis, within an image of `size` pixels.
+// Pixels first <= i < end on one axis.
 struct Range {
-  int first = 0, count = 0;
+  int first = 0, end = 0;
 };
 
-Range touched(double low, double high, int reach, int size) {
+// Those touched by light between two positions, within others.
+Range touched(double low, double high, int reach, const Range& within) {
   // In floating point first: a rim may lie further out than an int can say.
-  const double first = std::max(0.0, std::floor(low) - reach);
-  const double last = std::min(size - 1.0, std::floor(high) + reach + 1);
+  const double first = std::max<double>(within.first, std::floor(low) - reach);
+  const double last = std::min(within.end - 1.0, std::floor(high) + reach + 1);
   if (!(first <= last)) return {};
-  return {static_cast<int>(first), static_cast<int>(last - first) + 1};
+  return {static_cast<int>(first), static_cast<int>(last) + 1};
 }
 
-// Makes the patch as large as the pixels that are touched; their values are anything.
-void set_extent(const Eigen::Vector2d& low, const Eigen::Vector2d& high, int reach, int width,
-                int height, Patch& patch) {
-  const Range columns = touched(low.x(), high.x(), reach, width);
-  const Range rows = touched(low.y(), high.y(), reach, height);
-  const bool empty = columns.count == 0 || rows.count == 0;
-  patch.x0 = empty ? 0 : columns.first;
-  patch.y0 = empty ? 0 : rows.first;
-  patch.width = empty ? 0 : columns.count;
-  patch.height = empty ? 0 : rows.count;
-  patch.values.resize(static_cast<std::size_t>(patch.width) *
-                      static_cast<std::size_t>(patch.height));
+struct Extent {
+  Range columns, rows;
+
+  bool empty() const { return columns.end == columns.first || rows.end == rows.first; }
+};
+
+// Pixels that light between two corners touches, of the image and `margin` more around it.
+Extent touched(const Eigen::Vector2d& low, const Eigen::Vector2d& high, int reach, int width,
+               int height, int margin) {
+  return {touched(low.x(), high.x(), reach, {-margin, width + margin}),
+          touched(low.y(), high.y(), reach, {-margin, height + margin})};
 }
 
 template <typename AnyContour>
-void set_extent(const AnyContour& contour, const PixelPsf& psf, int width, int height,
-                Patch& patch) {
-  if (contour.empty()) {
-    patch = {};
-    return;
-  }
+Extent touched(const AnyContour& contour, const PixelPsf& psf, int width, int height, int margin) {
+  if (contour.empty()) return {};
   Eigen::Vector2d low = contour.front().px, high = low;
   for (const auto& point : contour) {
     low = low.cwiseMin(point.px);
     high = high.cwiseMax(point.px);
   }
-  set_extent(low, high, psf.reach(), width, height, patch);
+  return touched(low, high, psf.reach(), width, height, margin);
+}
+
+// Makes the patch as large as the extent; its values are anything.
+void set_extent(const Extent& extent, Patch& patch) {
+  const bool empty = extent.empty();
+  patch.x0 = empty ? 0 : extent.columns.first;
+  patch.y0 = empty ? 0 : extent.rows.first;
+  patch.width = empty ? 0 : extent.columns.end - extent.columns.first;
+  patch.height = empty ? 0 : extent.rows.end - extent.rows.first;
+  patch.values.resize(static_cast<std::size_t>(patch.width) *
+                      static_cast<std::size_t>(patch.height));
 }
 
 double dy_of(const ContourPoint& point) { return point.dy_px; }
@@ -65,48 +72,34 @@ double orientation(const AnyContour& contour) {
   return area > 0 ? -1 : 1;
 }
 
-Footprint footprint(const Eigen::Vector2d& px, const PixelPsf& psf, const Patch& patch) {
-  Footprint print;
-  // In floating point first, and no further left than where the whole patch is to its right.
-  const double row = std::floor(px.y()) - psf.reach() - patch.y0;
-  const double column = std::floor(px.x()) - psf.reach() - patch.x0;
-  if (!(row + psf.count() > 0 && row < patch.height && column < patch.width)) return print;
-  print.on_canvas = true;
-  print.top = static_cast<int>(row);
-  print.first_row = std::max(0, -print.top);
-  print.end_row = std::min(psf.count(), patch.height - print.top);
-  print.left = static_cast<int>(std::max(column, -1.0 * psf.count()));
-  print.first_column = std::max(0, -print.left);
-  print.end_column = std::min(psf.count() + 1, patch.width - print.left);
-  return print;
+template <typename AnyContour>
+void add_points(const AnyContour& contour, const Extent& extent, Canvas& canvas) {
+  const double sign = orientation(contour);
+  for (const auto& point : contour)
+    canvas.add({point.px.x() - extent.columns.first, point.px.y() - extent.rows.first,
+                sign * dy_of(point)});
 }
 
-template <typename AnyContour>
-void paint(const AnyContour& contour, const PixelPsf& psf, const Patch& patch, Canvas& canvas) {
-  const double sign = orientation(contour);
-  for (const auto& point : contour) {
-    const Footprint print = footprint(point.px, psf, patch);
-    if (!print.on_canvas) continue;
-    canvas.paint(print, psf.stencil(fraction(point.px.x())), psf.stencil(fraction(point.px.y())),
-                 sign * dy_of(point));
-  }
+void copy_rows(const double* from, std::ptrdiff_t stride, Patch& patch) {
+  for (int y = 0; y < patch.height; ++y)
+    std::copy_n(from + y * stride, patch.width,
+                patch.values.begin() + y * static_cast<std::ptrdiff_t>(patch.width));
 }
 
 template <typename AnyContour>
 void paint_moments(const AnyContour& contour, const PixelPsf& psf, int image_width,
                    int image_height, Simd simd, CoverageMoments& moments) {
-  set_extent(contour, psf, image_width, image_height, moments.c);
-  for (Patch* patch : {&moments.m_x, &moments.m_y}) {
-    patch->x0 = moments.c.x0;
-    patch->y0 = moments.c.y0;
-    patch->width = moments.c.width;
-    patch->height = moments.c.height;
-    patch->values.resize(moments.c.values.size());
-  }
-  if (moments.c.width == 0) return;
-  Canvas canvas(simd, psf.tables(), moments.c.width, moments.c.height, true);
-  paint(contour, psf, moments.c, canvas);
-  canvas.sum(moments.c.values.data(), moments.m_x.values.data(), moments.m_y.values.data());
+  const Extent extent = touched(contour, psf, image_width, image_height, 0);
+  for (Patch* patch : {&moments.c, &moments.m_x, &moments.m_y}) set_extent(extent, *patch);
+  if (extent.empty()) return;
+  Canvas canvas(simd);
+  canvas.prepare(moments.c.width, moments.c.height, true);
+  add_points(contour, extent, canvas);
+  canvas.paint(psf);
+  canvas.sum();
+  copy_rows(canvas.c(), canvas.row_stride(), moments.c);
+  copy_rows(canvas.m_x(), canvas.row_stride(), moments.m_x);
+  copy_rows(canvas.m_y(), canvas.row_stride(), moments.m_y);
 }
 
 std::vector<double> buffer(const PixelPsf& psf) {
@@ -127,6 +120,13 @@ Span trimmed(const std::vector<double>& weights, int first, int end) {
   return {first, end};
 }
 
+// The part of `count` touched pixels from `first` on that lies on an axis of `size` pixels.
+Span on_canvas(double first, int count, int size) {
+  if (!(first + count > 0 && first < size)) return {0, 0};
+  const int begin = static_cast<int>(first);
+  return {std::max(0, -begin), std::min(count, size - begin)};
+}
+
 // Paints what a contour point adds to the derivatives; kept from point to point for its storage.
 class DerivativePainter {
  public:
@@ -139,15 +139,19 @@ class DerivativePainter {
         down_slopes_(buffer(psf)),
         columns_(across_.size()) {}
 
-  void paint(const MovingContourPoint& point, const Footprint& print, int width,
+  void paint(const MovingContourPoint& point, const Patch& patch,
              std::vector<CoverageDerivatives::Row>& d) {
+    const double top = std::floor(point.px.y()) - psf_.reach() - patch.y0;
+    const double left = std::floor(point.px.x()) - psf_.reach() - patch.x0;
+    Span row = on_canvas(top, psf_.count(), patch.height);
+    Span column = on_canvas(left, psf_.count(), patch.width);
+    if (row.first >= row.end || column.first >= column.end) return;
     psf_.weights(fraction(point.px.x()), across_.data());
     psf_.weights(fraction(point.px.y()), down_.data());
     psf_.slopes(fraction(point.px.x()), across_slopes_.data());
     psf_.slopes(fraction(point.px.y()), down_slopes_.data());
-    const Span row = trimmed(down_, print.first_row, std::min(print.end_row, psf_.count()));
-    const Span column =
-        trimmed(across_, print.first_column, std::min(print.end_column, psf_.count()));
+    row = trimmed(down_, row.first, row.end);
+    column = trimmed(across_, column.first, column.end);
     if (row.first >= row.end || column.first >= column.end) return;
     const double spread = -outward_ * psf_.sigma_px() * psf_.sigma_px();
     for (int i = column.first; i < column.end; ++i) {
@@ -163,8 +167,9 @@ class DerivativePainter {
       const auto slope = static_cast<float>(-spread * down_slopes_[static_cast<std::size_t>(k)] *
                                             point.step_px.x());
       CoverageDerivatives::Row* to =
-          &d[static_cast<std::size_t>(print.top + k) * static_cast<std::size_t>(width) +
-             static_cast<std::size_t>(print.left + column.first)];
+          &d[static_cast<std::size_t>(static_cast<int>(top) + k) *
+                 static_cast<std::size_t>(patch.width) +
+             static_cast<std::size_t>(static_cast<int>(left) + column.first)];
       add_row(to, down, slope, column);
     }
   }
@@ -186,14 +191,39 @@ class DerivativePainter {
 
 }  // namespace
 
+CoveragePainter::CoveragePainter(Simd simd) : canvas_(std::make_unique<Canvas>(simd)) {}
+CoveragePainter::CoveragePainter(CoveragePainter&&) noexcept = default;
+CoveragePainter& CoveragePainter::operator=(CoveragePainter&&) noexcept = default;
+CoveragePainter::~CoveragePainter() = default;
+
+CoverageRows CoveragePainter::paint(const Contour& contour, const PixelPsf& psf, int image_width,
+                                    int image_height) {
+  static_assert(CoverageRows::margin == Canvas::margin);
+  const Extent all = touched(contour, psf, image_width, image_height, CoverageRows::margin);
+  const Extent inside = touched(contour, psf, image_width, image_height, 0);
+  if (inside.empty()) return {};
+  canvas_->prepare(all.columns.end - all.columns.first, all.rows.end - all.rows.first, false);
+  add_points(contour, all, *canvas_);
+  canvas_->paint(psf);
+  canvas_->sum();
+  const std::ptrdiff_t stride = canvas_->row_stride();
+  return {inside.columns.first,
+          inside.rows.first,
+          inside.columns.end - inside.columns.first,
+          inside.rows.end - inside.rows.first,
+          canvas_->c() + (inside.rows.first - all.rows.first) * stride + inside.columns.first -
+              all.columns.first,
+          stride};
+}
+
 Patch coverage(const Contour& contour, const PixelPsf& psf, int image_width, int image_height,
                Simd simd) {
-  Patch patch;
-  set_extent(contour, psf, image_width, image_height, patch);
-  if (patch.width == 0) return patch;
-  Canvas canvas(simd, psf.tables(), patch.width, patch.height, false);
-  paint(contour, psf, patch, canvas);
-  canvas.sum(patch.values.data(), nullptr, nullptr);
+  CoveragePainter painter(simd);
+  const CoverageRows rows = painter.paint(contour, psf, image_width, image_height);
+  Patch patch{rows.x0, rows.y0, rows.width, rows.height, {}};
+  patch.values.resize(static_cast<std::size_t>(patch.width) *
+                      static_cast<std::size_t>(patch.height));
+  copy_rows(rows.first, rows.stride, patch);
   return patch;
 }
 
@@ -216,11 +246,7 @@ void coverage_derivatives(const MovingContour& contour, const PixelPsf& psf, int
   out.d.assign(moments.c.values.size(), CoverageDerivatives::Row{});
   if (moments.c.width == 0) return;
   DerivativePainter painter(psf, -orientation(contour));
-  for (const MovingContourPoint& point : contour) {
-    const Footprint print = footprint(point.px, psf, moments.c);
-    if (!print.on_canvas) continue;
-    painter.paint(point, print, moments.c.width, out.d);
-  }
+  for (const MovingContourPoint& point : contour) painter.paint(point, moments.c, out.d);
 }
 
 Patch coverage(const std::vector<Eigen::Vector2d>& rim_px, double psf_sigma_px, int image_width,
@@ -231,7 +257,7 @@ Patch coverage(const std::vector<Eigen::Vector2d>& rim_px, double psf_sigma_px, 
 Patch point_coverage(const Eigen::Vector2d& px, const PixelPsf& psf, int image_width,
                      int image_height) {
   Patch patch;
-  set_extent(px, px, psf.reach(), image_width, image_height, patch);
+  set_extent(touched(px, px, psf.reach(), image_width, image_height, 0), patch);
   if (patch.width == 0) return patch;
   std::vector<double> across = buffer(psf), down = buffer(psf);
   psf.weights(fraction(px.x()), across.data());

@@ -12,6 +12,8 @@
 //
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "libocc/core/simd.hpp"
@@ -19,6 +21,8 @@
 #include "libocc/formation/pixel_psf.hpp"
 
 namespace occ {
+
+class Canvas;
 
 /// A rectangle of pixels with a value each, row by row; width and height are 0 when it is empty.
 struct Patch {
@@ -34,6 +38,32 @@ struct Patch {
 /// bounding box grown by the PSF's reach and clipped to the image. Either orientation.
 LIBOCC_API Patch coverage(const Contour& contour, const PixelPsf& psf, int image_width,
                           int image_height, Simd simd = widest_simd());
+
+/// Coverage as CoveragePainter leaves it in its memory: the pixel right of `first` is the next, the
+/// one below it `stride` on. `margin` more pixels around the rectangle can be read: they hold what
+/// the shape gives there, outside the image as well.
+struct CoverageRows {
+  static constexpr int margin = 4;
+  int x0 = 0, y0 = 0, width = 0, height = 0;
+  const double* first = nullptr;
+  std::ptrdiff_t stride = 0;
+};
+
+/// coverage() of one contour after another, in the same memory.
+class LIBOCC_API CoveragePainter {
+ public:
+  explicit CoveragePainter(Simd simd = widest_simd());
+  CoveragePainter(CoveragePainter&&) noexcept;
+  CoveragePainter& operator=(CoveragePainter&&) noexcept;
+  ~CoveragePainter();
+
+  /// Valid until the next one.
+  CoverageRows paint(const Contour& contour, const PixelPsf& psf, int image_width,
+                     int image_height);
+
+ private:
+  std::unique_ptr<Canvas> canvas_;
+};
 
 /// Coverage together with its first moments about each pixel's centre, (x - x_i) and (y - y_j)
 /// weighted like the light itself: a brightness that varies as E + grad E . (p - p_ij) over the

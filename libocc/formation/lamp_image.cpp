@@ -37,11 +37,12 @@ class Light {
     const double right = (width_ - 1) / (nodes - 1.0), down = (height_ - 1) / (nodes - 1.0);
     std::array<Weights, nodes> at;
     bool complete = true;
+    const LampIrradiance irradiance(lamp, cam_from_world, camera, sensor);
     for (std::size_t j = 0; j < nodes; ++j)
       for (std::size_t i = 0; i < nodes; ++i) {
         const Eigen::Vector2d px(patch.x0 - 1 + right * static_cast<double>(i),
                                  patch.y0 - 1 + down * static_cast<double>(j));
-        at[j][i] = irradiance_at(lamp, cam_from_world, camera, sensor, px);
+        at[j][i] = irradiance.at(px);
         complete = complete && at[j][i] > 0;
       }
     values_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));

@@ -20,17 +20,28 @@ double irradiance_of_radiance(double radiance, const Camera& camera, const Senso
   return radiance * aperture_m2(camera, sensor) * bearing.z() * solid_angle_sr / pixel_m2;
 }
 
+LampIrradiance::LampIrradiance(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
+                               const Sensor& sensor)
+    : lamp_(lamp),
+      camera_(camera),
+      normal_(cam_from_world.rotation * lamp.normal),
+      order_(lamp.order()),
+      area_m2_(lamp.area_m2()),
+      per_radiance_(irradiance_of_radiance(1, camera, sensor, Eigen::Vector3d::UnitZ(), 1)),
+      shines_((cam_from_world * lamp.centre_m).dot(normal_) < 0) {}
+
+double LampIrradiance::at(const Eigen::Vector2d& px) const {
+  if (!shines_) return 0;
+  Eigen::Matrix<double, 3, 2> jacobian;
+  const auto bearing = camera_.unproject(px, &jacobian);
+  if (!bearing) return 0;
+  const double l = radiance(lamp_.power_w, order_, area_m2_, -bearing->dot(normal_));
+  return l * per_radiance_ * bearing->z() * jacobian.col(0).cross(jacobian.col(1)).norm();
+}
+
 double irradiance_at(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
                      const Sensor& sensor, const Eigen::Vector2d& px) {
-  Eigen::Matrix<double, 3, 2> jacobian;
-  const auto bearing = camera.unproject(px, &jacobian);
-  if (!bearing) return 0;
-  const Eigen::Vector3d normal = cam_from_world.rotation * lamp.normal;
-  // The ray must meet the plane in front of the camera, and on its lit side.
-  if (!((cam_from_world * lamp.centre_m).dot(normal) < 0)) return 0;
-  const double l = radiance(lamp.power_w, lamp.order(), lamp.area_m2(), -bearing->dot(normal));
-  return irradiance_of_radiance(l, camera, sensor, *bearing,
-                                jacobian.col(0).cross(jacobian.col(1)).norm());
+  return LampIrradiance(lamp, cam_from_world, camera, sensor).at(px);
 }
 
 Eigen::Vector2d log_irradiance_gradient(const Lamp& lamp, const Rigid3& cam_from_world,

@@ -31,6 +31,21 @@ LIBOCC_API double irradiance_at(const Lamp& lamp, const Rigid3& cam_from_world,
                                 const Camera& camera, const Sensor& sensor,
                                 const Eigen::Vector2d& px);
 
+/// irradiance_at() of many pixels of one image; lamp and camera must outlive it.
+class LIBOCC_API LampIrradiance {
+ public:
+  LampIrradiance(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
+                 const Sensor& sensor);
+  double at(const Eigen::Vector2d& px) const;
+
+ private:
+  const Lamp& lamp_;
+  const Camera& camera_;
+  Eigen::Vector3d normal_;  // in the camera's frame
+  double order_, area_m2_, per_radiance_;
+  bool shines_;  // the ray must meet the plane in front of the camera, and on its lit side
+};
+
 /// Irradiance [W/m^2] where a surface of this radiance [W/(m^2 sr)] is seen along a unit bearing; a
 /// pixel sees `solid_angle_sr` there: |d bearing/dx x d bearing/dy|.
 LIBOCC_API double irradiance_of_radiance(double radiance, const Camera& camera,

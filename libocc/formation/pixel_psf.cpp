@@ -106,18 +106,8 @@ void PixelPsf::curvatures(double fraction, double* out) const {
   }
 }
 
-// Lagrange's cubic through the two table rows on each side.
-PsfStencil PixelPsf::stencil(double fraction) const {
-  const double at = fraction * bins_;
-  const int bin = std::clamp(static_cast<int>(at), 0, bins_ - 1);
-  const double t = at - bin;
-  return {static_cast<std::size_t>(bin),
-          {-t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2, -(t + 1) * t * (t - 2) / 2,
-           (t + 1) * t * (t - 1) / 6}};
-}
-
 void PixelPsf::interpolate(const Table& table, double fraction, double* out) const {
-  const PsfStencil at = stencil(fraction);
+  const PsfStencil at = psf_stencil(fraction, bins_);
   const double *w = at.weight, *row = &table.values[at.bin * columns_];
   for (std::size_t k = 0; k < table.used; ++k)
     out[k] = w[0] * row[k] + w[1] * row[k + columns_] + w[2] * row[k + 2 * columns_] +

@@ -23,10 +23,22 @@ struct PsfStencil {
   double weight[4] = {};
 };
 
+/// Lagrange's cubic through the two table rows on each side of an offset, 0 <= fraction < 1, of
+/// tables with `bins` rows per pixel.
+inline PsfStencil psf_stencil(double fraction, int bins) {
+  const double at = fraction * bins;
+  const int below = static_cast<int>(at), bin = below < bins ? below : bins - 1;
+  const double t = at - bin, below_t = t + 1, above_t = t - 1, far_t = t - 2;
+  return {static_cast<std::size_t>(bin),
+          {t * above_t * far_t * (-1.0 / 6), below_t * above_t * far_t * 0.5,
+           below_t * t * far_t * -0.5, below_t * t * above_t * (1.0 / 6)}};
+}
+
 /// The tables as they are, one row for every sub-pixel offset, rows padded with zeros to `columns`,
-/// a multiple of 8.
+/// a multiple of 8: `bins` of them to a pixel, the first one before offset 0.
 struct PsfTables {
   std::size_t columns = 0;
+  int bins = 0, reach = 0;
   const double *weights = nullptr, *moment_weights = nullptr;
   const double *steps = nullptr, *moment_steps = nullptr;
 };
@@ -70,9 +82,13 @@ class LIBOCC_API PixelPsf {
   }
 
   /// For loops that interpolate by themselves.
-  PsfStencil stencil(double fraction) const;
   PsfTables tables() const {
-    return {columns_, weights_.values.data(), moment_weights_.values.data(), steps_.values.data(),
+    return {columns_,
+            bins_,
+            reach_,
+            weights_.values.data(),
+            moment_weights_.values.data(),
+            steps_.values.data(),
             moment_steps_.values.data()};
   }
 

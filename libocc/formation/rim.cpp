@@ -214,9 +214,13 @@ std::vector<Eigen::Vector3d> rim_in_world(const Lamp& lamp, int count) {
     return rim;
   }
   const auto [u, v] = radii(lamp);
+  const double turn_c = std::cos(two_pi / count), turn_s = std::sin(two_pi / count);
+  double c = 1, s = 0;  // turned from point to point
   for (int i = 0; i < count; ++i) {
-    const double angle = two_pi * i / count;
-    rim.push_back(lamp.centre_m + std::cos(angle) * u + std::sin(angle) * v);
+    rim.push_back(lamp.centre_m + c * u + s * v);
+    const double next = turn_c * c - turn_s * s;
+    s = turn_s * c + turn_c * s;
+    c = next;
   }
   return rim;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/formation/internal/rim_painter.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 
@@ -25,29 +26,35 @@ struct Doubles<Simd::avx512> {
 };
 static_assert(sizeof(Doubles<Simd::avx512>::Vector) == padding * sizeof(double));
 
-/// A point to paint: rows of tables around its offset, `columns` apart, and outer products added to
-/// sums in rows `row` apart, a row's three sums `other` apart. Weights of the rows are multiplied
-/// by `amount`.
-struct Stroke {
-  const double *steps, *moment_steps, *weights, *moment_weights;
-  std::ptrdiff_t columns;
-  double amount;
-  PsfStencil across, down;
-  Footprint print;
-  double* sums;  // of the canvas, aligned to the widest vector
-  std::ptrdiff_t row, other;
-  double* buffer;  // 4 columns + 3 padding
+struct Job {
+  const RimPoint* rim;
+  std::ptrdiff_t points;
+  PsfTables tables;
+  double* pixels;  // of the canvas, aligned to the widest vector
+  int width, height;
+  std::ptrdiff_t row, other;  // from a row to the next, from a row's sum to the next
+  double* buffer;             // 4 columns + 3 padding
 };
 
-/// Two tables at once.
-LIBOCC_INLINE void interpolate(const double* __restrict a, const double* __restrict b,
-                               std::ptrdiff_t n, const PsfStencil& at, double factor,
-                               double* __restrict out_a, double* __restrict out_b) {
+/// Where on the canvas a point's light falls. Of the touched rows (columns), `first_row` ...
+/// `end_row` - 1 are on it, the touched row 0 being row `top` of the canvas, and so on.
+struct Footprint {
+  int top, first_row, end_row, left, first_column, end_column;
+};
+
+LIBOCC_INLINE void interpolate(const double* __restrict table, std::ptrdiff_t n,
+                               const PsfStencil& at, double factor, double* __restrict out) {
   const double w0 = at.weight[0], w1 = at.weight[1], w2 = at.weight[2], w3 = at.weight[3];
-  for (std::ptrdiff_t k = 0; k < n; ++k) {
-    out_a[k] = factor * (w0 * a[k] + w1 * a[k + n] + w2 * a[k + 2 * n] + w3 * a[k + 3 * n]);
-    out_b[k] = factor * (w0 * b[k] + w1 * b[k + n] + w2 * b[k + 2 * n] + w3 * b[k + 3 * n]);
-  }
+  for (std::ptrdiff_t k = 0; k < n; ++k)
+    out[k] = factor *
+             (w0 * table[k] + w1 * table[k + n] + w2 * table[k + 2 * n] + w3 * table[k + 3 * n]);
+}
+
+/// Two tables at once.
+LIBOCC_INLINE void interpolate(const double* a, const double* b, std::ptrdiff_t n,
+                               const PsfStencil& at, double factor, double* out_a, double* out_b) {
+  interpolate(a, n, at, factor, out_a);
+  interpolate(b, n, at, factor, out_b);
 }
 
 /// Steps left of the canvas are taken in its first column.
@@ -58,28 +65,23 @@ LIBOCC_INLINE void gather(int first_column, double* steps) {
   }
 }
 
+/// Outer products added to sums, from the aligned column before the first.
 template <Simd simd, bool with_moments>
-LIBOCC_INLINE void stroke(const Stroke& job) {
+LIBOCC_INLINE void add_products(const Job& job, const Footprint& print, const double* across,
+                                const double* moment_across, const double* down,
+                                const double* moment_down) {
   using Vector = typename Doubles<simd>::Vector;
   constexpr int lanes = sizeof(Vector) / sizeof(double);
-  const std::ptrdiff_t columns = job.columns, row = job.row, other = job.other;
-  // Zeros before, between and after what is painted.
-  double *across = job.buffer + padding, *moment_across = across + columns + padding;
-  double *down = moment_across + columns + padding, *moment_down = down + columns;
-  interpolate(job.steps, job.moment_steps, columns, job.across, 1, across, moment_across);
-  interpolate(job.weights, job.moment_weights, columns, job.down, job.amount, down, moment_down);
-  gather(job.print.first_column, across);
-  gather(job.print.first_column, moment_across);
-  // From the aligned column before the first.
-  const int first = job.print.first_column - (job.print.left + job.print.first_column) % padding;
-  for (int i = first; i < job.print.end_column; i += lanes) {
+  const std::ptrdiff_t row = job.row, other = job.other;
+  const int first = print.first_column - (print.left + print.first_column) % padding;
+  for (int i = first; i < print.end_column; i += lanes) {
     Vector step, moment_step;
     std::memcpy(&step, across + i, sizeof step);
     std::memcpy(&moment_step, moment_across + i, sizeof step);
-    double* to = job.sums + (job.print.top + job.print.first_row) * row + job.print.left + i;
-    for (int k = job.print.first_row; k < job.print.end_row; ++k, to += row) {
-      Vector* c = reinterpret_cast<Vector*>(to);
-      *c += down[k] * step;
+    double* to = job.pixels + (print.top + print.first_row) * row + print.left + i;
+#pragma GCC unroll 6
+    for (int k = print.first_row; k < print.end_row; ++k, to += row) {
+      *reinterpret_cast<Vector*>(to) += down[k] * step;
       if constexpr (with_moments) {
         *reinterpret_cast<Vector*>(to + other) += down[k] * moment_step;
         *reinterpret_cast<Vector*>(to + 2 * other) += moment_down[k] * step;
@@ -88,83 +90,104 @@ LIBOCC_INLINE void stroke(const Stroke& job) {
   }
 }
 
-template <Simd simd>
-LIBOCC_INLINE void plain_stroke_body(Stroke job) {
-  stroke<simd, false>(job);
+template <Simd simd, bool with_moments>
+LIBOCC_INLINE void stroke(const Job& job, const RimPoint& point) {
+  const int reach = job.tables.reach, count = 2 * reach + 2;
+  // In floating point first, and no further left than where the whole canvas is to its right.
+  const double x = __builtin_floor(point.x), y = __builtin_floor(point.y);
+  const double row = y - reach, column = x - reach;
+  if (!(row + count > 0 && row < job.height && column < job.width)) return;
+  Footprint print;
+  print.top = static_cast<int>(row);
+  print.first_row = print.top < 0 ? -print.top : 0;
+  print.end_row = count < job.height - print.top ? count : job.height - print.top;
+  print.left = column > -count ? static_cast<int>(column) : -count;
+  print.first_column = print.left < 0 ? -print.left : 0;
+  print.end_column = count + 1 < job.width - print.left ? count + 1 : job.width - print.left;
+
+  const auto columns = static_cast<std::ptrdiff_t>(job.tables.columns);
+  // Zeros before, between and after what is painted.
+  double *across = job.buffer + padding, *moment_across = across + columns + padding;
+  double *down = moment_across + columns + padding, *moment_down = down + columns;
+  const PsfStencil at_x = psf_stencil(point.x - x, job.tables.bins);
+  const PsfStencil at_y = psf_stencil(point.y - y, job.tables.bins);
+  const std::ptrdiff_t before = static_cast<std::ptrdiff_t>(at_x.bin) * columns;
+  const std::ptrdiff_t above = static_cast<std::ptrdiff_t>(at_y.bin) * columns;
+  if constexpr (with_moments) {
+    interpolate(job.tables.steps + before, job.tables.moment_steps + before, columns, at_x, 1,
+                across, moment_across);
+    interpolate(job.tables.weights + above, job.tables.moment_weights + above, columns, at_y,
+                point.dy, down, moment_down);
+    gather(print.first_column, moment_across);
+  } else {
+    interpolate(job.tables.steps + before, columns, at_x, 1, across);
+    interpolate(job.tables.weights + above, columns, at_y, point.dy, down);
+  }
+  gather(print.first_column, across);
+  add_products<simd, with_moments>(job, print, across, moment_across, down, moment_down);
 }
-LIBOCC_MULTIVERSION(plain_stroke, (Stroke job), (job))
 
 template <Simd simd>
-LIBOCC_INLINE void moments_stroke_body(Stroke job) {
-  stroke<simd, true>(job);
+LIBOCC_INLINE void paint_plain_body(Job job) {
+  for (std::ptrdiff_t i = 0; i < job.points; ++i) stroke<simd, false>(job, job.rim[i]);
 }
-LIBOCC_MULTIVERSION(moments_stroke, (Stroke job), (job))
+LIBOCC_MULTIVERSION(paint_plain, (Job job), (job))
 
-/// Running sums of `lines` lines at once: one addition waits for the one before it on its line.
+template <Simd simd>
+LIBOCC_INLINE void paint_moments_body(Job job) {
+  for (std::ptrdiff_t i = 0; i < job.points; ++i) stroke<simd, true>(job, job.rim[i]);
+}
+LIBOCC_MULTIVERSION(paint_moments, (Job job), (job))
+
+/// Running sums of `lines` lines at once, in place: one addition waits for the one before it on its
+/// line.
 template <int lines>
-void running_sums(const double* from, std::ptrdiff_t from_stride, int width, double* to) {
+void running_sums(double* values, std::ptrdiff_t stride, int width) {
   double sum[lines] = {};
   for (int x = 0; x < width; ++x)
-    for (int line = 0; line < lines; ++line) {
-      sum[line] += from[line * from_stride + x];
-      to[line * static_cast<std::ptrdiff_t>(width) + x] = sum[line];
-    }
-}
-
-void sum_lines(const double* from, std::ptrdiff_t from_stride, int width, int height, double* to) {
-  constexpr int lines = 6;
-  int y = 0;
-  for (; y + lines <= height; y += lines)
-    running_sums<lines>(from + y * from_stride, from_stride, width,
-                        to + y * static_cast<std::ptrdiff_t>(width));
-  for (; y < height; ++y)
-    running_sums<1>(from + y * from_stride, from_stride, width,
-                    to + y * static_cast<std::ptrdiff_t>(width));
+    for (int line = 0; line < lines; ++line)
+      values[line * stride + x] = sum[line] += values[line * stride + x];
 }
 
 }  // namespace
 
-Canvas::Canvas(Simd simd, const PsfTables& tables, int width, int height, bool with_moments)
-    : simd_(simd),
-      tables_(tables),
-      width_(width),
-      height_(height),
-      with_moments_(with_moments),
-      stride_((width + 2 * padding - 1) / padding * padding),
-      steps_(static_cast<std::size_t>(stride_ * (with_moments ? 3 : 1)) *
-                 static_cast<std::size_t>(height) +
-             padding),
-      buffer_(4 * tables.columns + 3 * padding) {
-  const auto address = reinterpret_cast<std::uintptr_t>(steps_.data()) / sizeof(double);
-  begin_ = (padding - address % padding) % padding;
+void Canvas::prepare(int width, int height, bool with_moments) {
+  width_ = width;
+  height_ = height;
+  with_moments_ = with_moments;
+  rim_.clear();
+  // The zeros after a row are those before the next.
+  stride_ = padding + (width + padding - 1) / padding * padding;
+  const std::ptrdiff_t needed = row_stride() * (height + 2 * margin) + 2 * padding;
+  if (static_cast<std::ptrdiff_t>(pixels_.size()) < needed)
+    pixels_.resize(static_cast<std::size_t>(needed));
+  std::fill_n(pixels_.begin(), needed, 0.0);
+  begin_ = margin * row_stride() + padding;
+  const auto address = reinterpret_cast<std::uintptr_t>(pixels_.data()) / sizeof(double);
+  begin_ += static_cast<std::ptrdiff_t>((padding - address % padding) % padding);
 }
 
-void Canvas::paint(const Footprint& print, const PsfStencil& across, const PsfStencil& down,
-                   double amount) {
-  const std::size_t before = across.bin * tables_.columns, above = down.bin * tables_.columns;
-  const Stroke stroke{tables_.steps + before,
-                      tables_.moment_steps + before,
-                      tables_.weights + above,
-                      tables_.moment_weights + above,
-                      static_cast<std::ptrdiff_t>(tables_.columns),
-                      amount,
-                      across,
-                      down,
-                      print,
-                      steps_.data() + begin_,
-                      stride_ * (with_moments_ ? 3 : 1),
-                      stride_,
-                      buffer_.data()};
-  (with_moments_ ? moments_stroke_for(simd_) : plain_stroke_for(simd_))(stroke);
+void Canvas::paint(const PixelPsf& psf) {
+  const PsfTables tables = psf.tables();
+  buffer_.assign(4 * tables.columns + 3 * padding, 0.0);
+  const Job job{rim_.data(),   static_cast<std::ptrdiff_t>(rim_.size()),
+                tables,        pixels_.data() + begin_,
+                width_,        height_,
+                row_stride(),  stride_,
+                buffer_.data()};
+  (with_moments_ ? paint_moments_for(simd_) : paint_plain_for(simd_))(job);
 }
 
-void Canvas::sum(double* c, double* m_x, double* m_y) const {
-  const std::ptrdiff_t row = stride_ * (with_moments_ ? 3 : 1);
-  const double* steps = steps_.data() + begin_;
-  sum_lines(steps, row, width_, height_, c);
-  if (!with_moments_) return;
-  sum_lines(steps + stride_, row, width_, height_, m_x);
-  sum_lines(steps + 2 * stride_, row, width_, height_, m_y);
+void Canvas::sum() {
+  constexpr int lines = 8;
+  double* const first = pixels_.data() + begin_;
+  const int all = with_moments_ ? 3 * height_ : height_;
+  int line = 0;
+  for (; line + lines <= all; line += lines)
+    running_sums<lines>(first + line * stride_, stride_, width_);
+  for (; line < all; ++line) running_sums<1>(first + line * stride_, stride_, width_);
+  // Strokes end at whole vectors.
+  for (line = 0; line < all; ++line) std::fill_n(first + line * stride_ + width_, padding, 0.0);
 }
 
 }  // namespace occ

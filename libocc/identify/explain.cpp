@@ -97,22 +97,46 @@ std::vector<Pair> match_all(const Problem& problem, const PoseEstimate& estimate
   return one_to_one(pairs_within_gate(problem, estimate, [](int, int) { return true; }));
 }
 
-// Pairs whose residual after the fit is outside the gate, the worst one; -1 when all are inside.
-int worst_outlier(const Problem& problem, const std::vector<Pair>& pairs, const Rigid3& pose) {
-  double worst = problem.options->gate_sigma * problem.options->gate_sigma;
-  int index = -1;
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const Target& target = problem.target(pairs[i].target);
-    Mismatch m;
-    const bool seen = compare(problem.sighting(pairs[i].sighting), target, pose.rotation,
-                              pose * target.centre, m);
-    const double chi2 =
-        seen ? squared_sigmas(m.error, m.covariance) : std::numeric_limits<double>::infinity();
-    if (chi2 <= worst) continue;
-    worst = chi2;
-    index = static_cast<int>(i);
+double pair_chi2(const Problem& problem, const Pair& pair, const Rigid3& pose) {
+  const Target& target = problem.target(pair.target);
+  Mismatch m;
+  return compare(problem.sighting(pair.sighting), target, pose.rotation, pose * target.centre, m)
+             ? squared_sigmas(m.error, m.covariance)
+             : std::numeric_limits<double>::infinity();
+}
+
+double worst_chi2(const Problem& problem, const std::vector<Pair>& pairs, const Rigid3& pose) {
+  double worst = 0;
+  for (const Pair& pair : pairs) worst = std::max(worst, pair_chi2(problem, pair, pose));
+  return worst;
+}
+
+// Drops pairs until all residuals are inside the gate. A false pair that pulls the pose over makes
+// a true one the farthest out, so of those outside it is the one without which the rest fits best.
+void drop_outliers(const Problem& problem, Explanation& e) {
+  const double gate2 = problem.options->gate_sigma * problem.options->gate_sigma;
+  while (e.pairs.size() >= 3) {
+    const double worst = worst_chi2(problem, e.pairs, e.estimate.pose);
+    if (worst <= gate2) return;
+    constexpr double comparable = 0.1;
+    std::vector<Pair> best;
+    PoseEstimate estimate = e.estimate;
+    for (std::size_t i = 0; i < e.pairs.size(); ++i) {
+      if (pair_chi2(problem, e.pairs[i], e.estimate.pose) < comparable * worst) continue;
+      std::vector<Pair> rest = e.pairs;
+      rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(i));
+      if (rest.size() < 3) {
+        best = rest;
+        break;
+      }
+      const PoseEstimate without = fit_pose(problem, rest, e.estimate.pose);
+      if (!best.empty() && !(without.chi2 < estimate.chi2)) continue;
+      best = rest;
+      estimate = without;
+    }
+    e.pairs = best;
+    e.estimate = estimate;
   }
-  return index;
 }
 
 // A pose from three pairs first gets the one further pair that is surest: with four it is firm, and
@@ -201,12 +225,7 @@ Explanation explain(const Problem& problem, const PoseEstimate& seed, const Nami
     e.estimate = fit_pose(problem, e.pairs, e.estimate.pose);
     found = match_all(problem, e.estimate);
   }
-  while (e.pairs.size() >= 3) {
-    const int worst = worst_outlier(problem, e.pairs, e.estimate.pose);
-    if (worst < 0) break;
-    e.pairs.erase(e.pairs.begin() + worst);
-    if (e.pairs.size() >= 3) e.estimate = fit_pose(problem, e.pairs, e.estimate.pose);
-  }
+  drop_outliers(problem, e);
   std::sort(e.pairs.begin(), e.pairs.end(),
             [](const Pair& a, const Pair& b) { return a.sighting < b.sighting; });
   e.chi2 = e.estimate.chi2 + prior_chi2(problem, e.estimate);

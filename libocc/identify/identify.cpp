@@ -14,7 +14,6 @@ namespace {
 
 constexpr double plausible_chi2 = 13.8;  // 2 ln 1000
 constexpr int more_dark = 3;             // lamps, than of the best: they are switched in groups
-constexpr double largest_chance = 0.1;   // expected wrong poses that a unique one may leave
 
 void check(const std::vector<Blob>& blobs) {
   for (std::size_t i = 0; i < blobs.size(); ++i) {
@@ -51,14 +50,14 @@ bool collinear(const naming::Problem& problem) {
   return true;
 }
 
-// Whether the best explanation leaves blobs unexplained, so that there are false lights, and these
+// Whether the best explanation leaves blobs unexplained, so that there are false lights, which
 // could as well have conspired to it.
-bool may_be_chance(const Identification& found, const naming::Problem& problem) {
+bool leaves_blobs(const Identification& found, const naming::Problem& problem) {
   std::size_t whole = 0;
   for (const Match& match : found.hypotheses.front().matches)
     whole += std::any_of(problem.sightings.begin(), problem.sightings.end(),
                          [&](const naming::Sighting& s) { return s.blob == match.blob; });
-  return whole < problem.sightings.size() && found.chance > largest_chance;
+  return whole < problem.sightings.size();
 }
 
 // The hypotheses, all of them plausible or with more dark lamps than the best; none where a turn
@@ -82,7 +81,8 @@ void list(const std::vector<naming::Explanation>& found, const naming::Problem& 
   }
 }
 
-void judge(Result<Identification>& result, const naming::Problem& problem, bool cut_short) {
+void judge(Result<Identification>& result, const naming::Problem& problem,
+           const naming::Search& search) {
   const std::vector<Hypothesis>& hypotheses = result->hypotheses;
   const auto count = std::count_if(hypotheses.begin(), hypotheses.end(), [&](const Hypothesis& h) {
     return h.chi2 <= hypotheses.front().chi2 + plausible_chi2;
@@ -95,13 +95,15 @@ void judge(Result<Identification>& result, const naming::Problem& problem, bool 
   } else if (count > 1) {
     result.status = Status::ambiguous;
     text << count << " poses explain the same number of blobs about equally well";
-  } else if (may_be_chance(*result, problem)) {
+  } else if (leaves_blobs(*result, problem) &&
+             (result->chance > naming::unlikely || !search.best_fits())) {
     result.value.may_be_chance = true;
     result.status = Status::ambiguous;
     text << "the one pose found leaves blobs unexplained and may be chance: " << result->chance
          << " wrong ones are expected to explain as many";
+    if (!search.best_fits()) text << ", and it fits worse than 99.9 % of right ones";
   }
-  if (cut_short)
+  if (search.cut_short())
     text << (text.tellp() > 0 ? "; " : "")
          << "the search stopped after max_hypotheses = " << problem.options->max_hypotheses;
   result.message = text.str();
@@ -145,7 +147,7 @@ Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& sce
   result.value.tried = search.tried();
   result.value.chance = search.chance();
   list(search.found(), problem, result);
-  if (result.ok()) judge(result, problem, search.cut_short());
+  if (result.ok()) judge(result, problem, search);
   return result;
 }
 

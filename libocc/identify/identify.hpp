@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which blob is which lamp: by blink frequency, by geometry alone, or both; with or without a
 // prior. Blobs whose frequency matches one lamp's code are named by it; all others are matched by
-// geometry: a P3P pose for every assignment of lamps to well-spread blob triples, the rest of the
-// map projected and matched within gates that follow from the measurement's covariance. All poses
-// consistent with the map are returned, ranked.
+// geometry: a pose for every assignment of lamps to a few blob triples (P3P; pairs, when gravity is
+// known), the rest of the map projected and matched within gates that follow from the measurement's
+// covariance. All poses consistent with the map are returned, ranked. In maps of seven lamps and
+// more the poses are voted on first (identify/ballot.hpp); there only lamps that are neighbours are
+// assigned to one triple, and a pose from which more lamps are missing than its matches can
+// outweigh is none.
 #pragma once
 
 #include "libocc/core/abi.hpp"
 //
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -20,16 +24,32 @@
 
 namespace occ {
 
+/// How poses that explain an image are searched for. All end in the same verdict; they differ in
+/// time, and in what they may miss.
+enum class IdentifyMethod {
+  automatic,  ///< alignment for maps of fewer than seven lamps and where codes name blobs, else
+              ///< voting
+  alignment,  ///< every naming of a few blob triples gives poses, the rest is projected and
+              ///< verified (Fischler, Bolles 1981, sec. IV; Huttenlocher, Ullman 1990)
+  voting,     ///< the same for all namings in single precision; only the winners are verified
+  ransac,     ///< random namings of random triples until 99.9 % sure that one was all true
+           ///< (Fischler, Bolles 1981); misses rivals, so that a repeating layout may look unique
+  clustering,  ///< poses of the namings of many triples; where they accumulate is looked at
+               ///< (generalised Hough transform: Ballard 1981; Stockman 1987)
+};
+
 struct LIBOCC_API IdentifyOptions {
   std::optional<Prior> prior;
+  IdentifyMethod method = IdentifyMethod::automatic;
+  std::uint64_t seed = 0;  ///< of ransac
   bool use_frequency = true;
   double frequency_gate_sigma = 4;    ///< a blob's frequency and a lamp's code agree within this
   double frequency_tolerance = 0.02;  ///< relative; lamps and row clocks are not exact
   double gate_sigma = 4;              ///< a projected lamp and a blob agree within this
   double model_sigma_px = 0.5;        ///< error of the camera and map, added to every gate
-  double miss_penalty = 6;      ///< chi-square for a lamp that should be seen but is not (e^-3)
-  int max_hypotheses = 200000;  ///< namings of three blobs tried; the message says when it ended
-                                ///< the search
+  double miss_penalty = 6;       ///< chi-square for a lamp that should be seen but is not (e^-3)
+  int max_hypotheses = 1000000;  ///< namings of three blobs tried (a third of a second); the
+                                 ///< message says when it ended the search
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };

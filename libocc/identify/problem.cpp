@@ -75,6 +75,9 @@ std::optional<Sighting> make_sighting(const Problem& problem, int blob_index) {
   return s;
 }
 
+// A lamp that says its id has a frequency, too: of its packets.
+bool blinks(const Lamp& lamp) { return lamp.frequency_hz && !lamp.code; }
+
 // Lamps whose code agrees with the blob's frequency and is as near to it as any; none when the
 // frequency is absent or fits no code.
 std::vector<int> lamps_of_frequency(const Blob& blob, const Problem& problem) {
@@ -82,11 +85,11 @@ std::vector<int> lamps_of_frequency(const Blob& blob, const Problem& problem) {
   if (!problem.options->use_frequency || !blob.frequency_hz) return lamps;
   double nearest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < static_cast<int>(problem.targets.size()); ++i) {
-    const auto& code = problem.scene->lamps[static_cast<std::size_t>(i)].frequency_hz;
-    if (!code) continue;
-    const double off = std::abs(*blob.frequency_hz - *code);
+    const Lamp& lamp = problem.scene->lamps[static_cast<std::size_t>(i)];
+    if (!blinks(lamp)) continue;
+    const double code = *lamp.frequency_hz, off = std::abs(*blob.frequency_hz - code);
     const double gate = problem.options->frequency_gate_sigma * blob.frequency_sigma_hz +
-                        problem.options->frequency_tolerance * *code;
+                        problem.options->frequency_tolerance * code;
     if (!(off <= gate) || off > nearest) continue;
     if (off < nearest) lamps.clear();
     nearest = off;
@@ -95,11 +98,20 @@ std::vector<int> lamps_of_frequency(const Blob& blob, const Problem& problem) {
   return lamps;
 }
 
-void name_by_frequency(Sighting& s, const Problem& problem) {
+// The lamp whose id the blob's code told; none for a light that is in no map.
+std::vector<int> lamp_of_id(const Blob& blob, const Problem& problem) {
+  const std::vector<Lamp>& lamps = problem.scene->lamps;
+  const auto told = std::find_if(lamps.begin(), lamps.end(),
+                                 [&](const Lamp& lamp) { return lamp.id == blob.lamp_id; });
+  if (told == lamps.end()) return {};
+  return {static_cast<int>(told - lamps.begin())};
+}
+
+void name_by_code(Sighting& s, const Problem& problem) {
   const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(s.blob)];
-  s.lamps = lamps_of_frequency(blob, problem);
+  s.lamps = blob.lamp_id ? lamp_of_id(blob, problem) : lamps_of_frequency(blob, problem);
   s.named = !s.lamps.empty();
-  if (s.named) return;
+  if (s.named || blob.lamp_id) return;
   for (int i = 0; i < static_cast<int>(problem.targets.size()); ++i) s.lamps.push_back(i);
 }
 
@@ -111,9 +123,7 @@ void rule_out_by_code(Problem& problem) {
   for (const Sighting& s : problem.sightings)
     if (s.named) named[static_cast<std::size_t>(s.lamps.front())] = 1;
   if (std::count(named.begin(), named.end(), 1) < 3) return;
-  const auto coded = [&](int lamp) {
-    return lamps[static_cast<std::size_t>(lamp)].frequency_hz.has_value();
-  };
+  const auto coded = [&](int lamp) { return blinks(lamps[static_cast<std::size_t>(lamp)]); };
   for (Sighting& s : problem.sightings)
     if (!s.named)
       s.lamps.erase(std::remove_if(s.lamps.begin(), s.lamps.end(), coded), s.lamps.end());
@@ -135,7 +145,7 @@ void add_sightings(Problem& problem) {
     if (is_cut(blob) || (blob.merged && !serves)) {
       problem.weak_blobs.push_back(i);
     } else if (std::optional<Sighting> s = make_sighting(problem, i)) {
-      name_by_frequency(*s, problem);
+      name_by_code(*s, problem);
       problem.sightings.push_back(std::move(*s));
     }
   }

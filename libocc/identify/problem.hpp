@@ -23,7 +23,7 @@ struct Sighting {
   double sigma_rad = 0;                 ///< largest standard deviation
   double least_radius_rad = 0;          ///< apparent radius of a disc, with room for its error
   double largest_radius_rad = 0;        ///< 0 when no rim was measured
-  bool named = false;                   ///< by its frequency
+  bool named = false;                   ///< by its code or frequency
   std::vector<int> lamps;               ///< those it may be
 };
 

@@ -26,6 +26,21 @@ double squared_sigmas(const Rigid3& a, const PoseEstimate& b) {
   return delta.dot(b.covariance.llt().solve(delta));
 }
 
+bool believable(const Problem& problem, const Explanation& e) {
+  constexpr double largest_prior_chi2 = 36;  // six sigma
+  return prior_chi2(problem, e.estimate) <= largest_prior_chi2;
+}
+
+// Whether so many namings are possible that looking at each would take long.
+bool wide(const Problem& problem) {
+  constexpr std::size_t few = 7;
+  const auto named = std::count_if(problem.sightings.begin(), problem.sightings.end(),
+                                   [](const Sighting& s) { return s.named; });
+  return problem.targets.size() >= few && problem.sightings.size() >= 4 && named < 2;
+}
+
+}  // namespace
+
 // Share of the image that one blob's gate covers, that of a firm pose's own error included.
 double gate_share(const Problem& problem) {
   const Camera& camera = problem.scene->camera;
@@ -35,11 +50,6 @@ double gate_share(const Problem& problem) {
   const double gate = problem.options->gate_sigma;
   const double pi = std::acos(-1.0);
   return 2 * pi * gate * gate * ellipses / (static_cast<double>(problem.sightings.size()) * image);
-}
-
-bool believable(const Problem& problem, const Explanation& e) {
-  constexpr double largest_prior_chi2 = 36;  // six sigma
-  return prior_chi2(problem, e.estimate) <= largest_prior_chi2;
 }
 
 // Whether the three lamps would look as they do, apart from their place: lit side, size.
@@ -52,19 +62,36 @@ bool looks_right(const Problem& problem, const Naming& naming, const Rigid3& pos
   });
 }
 
-}  // namespace
-
 Search::Search(const Problem& problem) : problem_(problem) {
   prior_ = problem.options->prior && !problem.options->prior->empty();
 }
 
 void Search::run() {
+  IdentifyMethod method = problem_.options->method;
+  if (method == IdentifyMethod::automatic)
+    method = wide(problem_) ? IdentifyMethod::voting : IdentifyMethod::alignment;
+  switch (method) {
+    case IdentifyMethod::voting:
+      vote();
+      break;
+    case IdentifyMethod::ransac:
+      sample();
+      break;
+    case IdentifyMethod::clustering:
+      cluster();
+      break;
+    default:
+      try_all();
+  }
+  merge_and_rank();
+}
+
+void Search::try_all() {
   TripleOrder order(problem_);
   while (const auto triple = order.next(false_lights())) {
     try_triple(*triple);
     if (cut_short_) break;
   }
-  merge_and_rank();
 }
 
 // How many of the blobs may be false in an explanation worth finding. A strong one can hardly be
@@ -74,7 +101,7 @@ int Search::false_lights() const {
   const int named = static_cast<int>(
       std::count_if(blobs.begin(), blobs.end(), [](const Sighting& s) { return s.named; }));
   const int unexplained = static_cast<int>(blobs.size()) - std::max(most_ - named, 3);
-  return most_ >= 6 ? std::min(unexplained, 2) : unexplained;
+  return most_ >= strong ? std::min(unexplained, 2) : unexplained;
 }
 
 // What an explanation is worth: its pairs, those with a name twice.
@@ -129,6 +156,7 @@ void Search::try_triple(const BlobTriple& triple) {
 // poses tried make likely. Four pairs make a pose firm: each further one then comes with the share
 // of the image that its gate covers. What has too few names cannot become as good as the best.
 double Search::chance() const {
+  if (turnout_) return found_.empty() ? 0 : chance_of(found_.front());
   constexpr double gate_of_three = 5;  // typically, over that of a firm pose
   if (found_.empty() || found_.front().pairs.size() == 3) return 0;  // of three pairs all are found
   const std::vector<Pair>& best = found_.front().pairs;
@@ -219,8 +247,10 @@ void Search::keep(Explanation explanation) {
     if (same_pairs(known.pairs, explanation.pairs) &&
         squared_sigmas(explanation.estimate.pose, known.estimate) < same_pose_chi2)
       return;
-  most_ = std::max(most_, worth(explanation.pairs));
   account_for_unpaired(problem_, explanation);
+  if (turnout_ && misses_too_much(explanation)) return;
+  if (!turnout_ || (chance_of(explanation) < unlikely && fits(explanation)))
+    most_ = std::max(most_, worth(explanation.pairs));
   found_.push_back(std::move(explanation));
   if (found_.size() >= 4 * max_kept) merge_and_rank();
 }

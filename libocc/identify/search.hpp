@@ -2,10 +2,20 @@
 // Internal: all explanations of the blobs that explain as many of them as any does.
 #pragma once
 
+#include "libocc/identify/ballot.hpp"
 #include "libocc/identify/explain.hpp"
 #include "libocc/identify/triples.hpp"
 
 namespace occ::naming {
+
+/// Expected number of wrong poses that explain as much as one that is taken for the only one.
+inline constexpr double unlikely = 0.1;
+
+/// Pairs that hardly agree by chance.
+inline constexpr int strong = 6;
+
+double gate_share(const Problem& problem);
+bool looks_right(const Problem& problem, const Naming& naming, const Rigid3& pose);
 
 class Search {
  public:
@@ -18,6 +28,8 @@ class Search {
   const std::vector<Explanation>& found() const { return found_; }
   /// Explanations by accident that are to be expected to pair as many blobs as the best one.
   double chance() const;
+  /// False for a best explanation by vote whose blobs are further off than their errors let expect.
+  bool best_fits() const { return found_.empty() || !turnout_ || fits(found_.front()); }
   int tried() const { return tried_; }  ///< namings of three blobs
   bool cut_short() const { return cut_short_; }
 
@@ -28,7 +40,20 @@ class Search {
     int named = 0;    // of all these
   };
 
+  void try_all();
   void try_triple(const BlobTriple& triple);
+  void sample();
+  void cluster();
+  void vote();
+  void vote_by_levels(Ballot& ballot, TripleOrder& order, int far_apart);
+  int named_by_vote() const;
+  int spent() const;
+  void elect(std::vector<Vote>& votes, int least);
+  void consider(const Vote& vote);
+  bool known(const Vote& vote) const;
+  double chance_of(const Explanation& e) const;
+  bool misses_too_much(const Explanation& e) const;
+  static bool fits(const Explanation& e);
   std::vector<PoseEstimate> seeds_of(const Naming& naming) const;
   void consider(const PoseEstimate& seed, const Naming& naming);
   void keep(Explanation explanation);
@@ -47,6 +72,8 @@ class Search {
   int tried_ = 0;
   std::vector<Seed>
       seeds_;  // poses from three pairs that face their lamps and agree with the prior
+  std::optional<Turnout> turnout_;  // of the vote so far
+  int looks_ = 0;                   // at votes
   bool cut_short_ = false;
 };
 

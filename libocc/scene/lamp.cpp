@@ -117,8 +117,20 @@ bool Lamp::shows_lit_side(const Eigen::Vector3d& seen_from) const {
   return (seen_from - centre_m).dot(normal) > 0;
 }
 
+void Lamp::set_code(const LampCode& said) {
+  require(said.id >= 0, "id", said.id, "zero or positive");
+  Waveform wave = encode_id(static_cast<std::uint32_t>(said.id), said.code);
+  const auto channels = static_cast<int>(wave.chips.size());
+  require(said.channel >= 0 && said.channel < channels, "channel", said.channel,
+          "below the code's " + std::to_string(channels));
+  frequency_hz = wave.frequency_hz();
+  waveform = std::move(wave.chips[static_cast<std::size_t>(said.channel)]);
+  code = said;
+}
+
 void Lamp::validate() {
   const Check check(id);
+  if (code && waveform.empty()) set_code(*code);
   check.finite(centre_m, "centre_m");
   check.direction(normal, "normal");
   if (shape == LampShape::disc) check.positive(radius_m, "radius_m");

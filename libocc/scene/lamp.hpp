@@ -9,10 +9,23 @@
 #include <string>
 #include <vector>
 
+#include "libocc/codes/code.hpp"
+
 namespace occ {
 
 /// lame: the area inside a Lame curve (superellipse) |2x/a|^n + |2y/b|^n = 1.
 enum class LampShape { disc, rectangle, point, lame };
+
+/// What a lamp says by blinking.
+struct LampCode {
+  Code code;
+  int id = 0;
+  int channel = 0;  ///< s2psk: 0 the lamp, 1 its reference; csk: 0 red, 1 green, 2 blue emitter
+
+  friend bool operator==(const LampCode& a, const LampCode& b) {
+    return a.code == b.code && a.id == b.id && a.channel == b.channel;
+  }
+};
 
 struct LIBOCC_API Lamp {
   int id = 0;
@@ -35,6 +48,7 @@ struct LIBOCC_API Lamp {
   std::vector<double> waveform;  ///< instead of `duty`: light over power_w (0..1) in equal parts
                                  ///< of a period, such as the chips of a code
   double phase = 0;              ///< periods that have passed at time 0
+  std::optional<LampCode> code;  ///< what frequency_hz and waveform say; see set_code()
   Eigen::Vector3d colour =
       Eigen::Vector3d::Ones();  ///< light that red, green and blue pixels get, over white's
 
@@ -44,9 +58,13 @@ struct LIBOCC_API Lamp {
   double mean_light() const;  ///< over a blink period, in parts of power_w; 1 without one
   bool shows_lit_side(const Eigen::Vector3d& seen_from) const;
 
-  /// Makes normal and x_axis unit and orthogonal; where the shape gives x_axis no meaning, it
-  /// becomes one that depends on the normal alone. A second call changes nothing. Throws
-  /// std::invalid_argument naming the lamp, the field and its value.
+  /// Sets code, frequency_hz and waveform. Throws std::invalid_argument as encode_id() does.
+  void set_code(const LampCode& said);
+
+  /// Sets frequency_hz and waveform of a code that has no waveform yet; makes normal and x_axis
+  /// unit and orthogonal; where the shape gives x_axis no meaning, it becomes one that depends on
+  /// the normal alone. A second call changes nothing. Throws std::invalid_argument naming the lamp,
+  /// the field and its value.
   void validate();
 };
 

@@ -2,8 +2,10 @@
 #include "libocc/scene/scene.hpp"
 
 #include <cmath>
+#include <map>
 #include <set>
 #include <string>
+#include <tuple>
 
 #include "libocc/core/require.hpp"
 #include "libocc/scene/internal/vector_text.hpp"
@@ -24,6 +26,19 @@ void check_lamps_are_inside(const std::vector<Lamp>& lamps, const Room& room) {
   }
 }
 
+// A lamp may have several emitters that say the same id, but two lamps may not.
+void check_codes(const std::vector<Lamp>& lamps) {
+  std::map<std::tuple<CodeKind, int, int>, int> said_by;
+  for (const Lamp& lamp : lamps) {
+    if (!lamp.code) continue;
+    const auto [first, is_new] = said_by.emplace(
+        std::tuple(lamp.code->code.kind, lamp.code->id, lamp.code->channel), lamp.id);
+    if (!is_new)
+      require(false, "lamp " + std::to_string(lamp.id) + ": code", lamp.code->id,
+              "an id of its own, lamp " + std::to_string(first->second) + " says it too");
+  }
+}
+
 }  // namespace
 
 void Scene::validate() {
@@ -39,6 +54,7 @@ void Scene::validate() {
     require(tag_ids.insert({tag.family, tag.id}).second, "tags: id", tag.id,
             "of one tag of its family only");
   }
+  check_codes(lamps);
   lens.validate();
   effects.validate();
   require(ambient_w_m2 >= 0 && std::isfinite(ambient_w_m2), "ambient_w_m2", ambient_w_m2,

@@ -95,6 +95,24 @@ void read_shape(YamlSection& section, Lamp& lamp) {
   if (lamp.shape == LampShape::lame) section.need("exponent", lamp.exponent);
 }
 
+void read_code(YamlSection section, Lamp& lamp) {
+  LampCode said;
+  said.id = lamp.id;
+  if (!section.has("kind")) section.fail_missing("kind");
+  section.read("kind", said.code.kind, code_kind_words());
+  section.read("id", said.id);
+  section.read("channel", said.channel);
+  section.read("id_bits", said.code.id_bits);
+  section.read("checksum", said.code.checksum, checksum_words());
+  section.read("clock_hz", said.code.clock_hz);
+  section.read("line", said.code.line, line_code_words());
+  section.read("repeats", said.code.repeats);
+  section.read("frame_rate_hz", said.code.frame_rate_hz);
+  section.read("least_hz", said.code.least_hz);
+  section.refuse_unknown();
+  section.check([&] { lamp.set_code(said); });
+}
+
 Lamp read_lamp(YamlSection section) {
   Lamp lamp;
   section.need("id", lamp.id);
@@ -104,6 +122,10 @@ Lamp read_lamp(YamlSection section) {
   section.read("power_w", lamp.power_w);
   section.read("power_sigma", lamp.power_sigma);
   section.read_half_angle("half_power_deg", lamp.half_power_rad);
+  if (section.has("code")) read_code(section.section("code"), lamp);
+  for (const char* key : {"frequency_hz", "waveform"})
+    if (lamp.code && section.has(key))
+      section.fail(key, "must not be beside `code`, which sets it");
   section.read("frequency_hz", lamp.frequency_hz);
   section.read("duty", lamp.duty);
   section.read("waveform", lamp.waveform);

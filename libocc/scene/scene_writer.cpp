@@ -183,6 +183,37 @@ void write_effects(const Effects& effects, std::string& out) {
   lines.add("tolerance_px", effects.tolerance_px);
 }
 
+/// Whether a lamp's code says all of its light.
+bool shines_as_coded(const Lamp& lamp) {
+  if (!lamp.code) return false;
+  Lamp coded = lamp;
+  coded.set_code(*lamp.code);
+  return coded.frequency_hz == lamp.frequency_hz && coded.waveform == lamp.waveform;
+}
+
+std::string code_text(const LampCode& said) {
+  const Code& code = said.code;
+  return "{kind: " + word(code_kind_words(), code.kind) + ", id: " + std::to_string(said.id) +
+         ", channel: " + std::to_string(said.channel) +
+         ", id_bits: " + std::to_string(code.id_bits) +
+         ", checksum: " + word(checksum_words(), code.checksum) +
+         ", clock_hz: " + text_of(code.clock_hz) + ", line: " + word(line_code_words(), code.line) +
+         ", repeats: " + std::to_string(code.repeats) +
+         ", frame_rate_hz: " + text_of(code.frame_rate_hz) +
+         ", least_hz: " + text_of(code.least_hz) + "}";
+}
+
+void write_blinking(const Lamp& lamp, Lines& lines) {
+  if (shines_as_coded(lamp)) {
+    lines.add("code", code_text(*lamp.code));
+  } else {
+    if (lamp.frequency_hz) lines.add("frequency_hz", *lamp.frequency_hz);
+    if (!lamp.waveform.empty()) lines.add("waveform", list_text(lamp.waveform));
+  }
+  lines.add("duty", lamp.duty);
+  lines.add("phase", lamp.phase);
+}
+
 void write_lamp(const Lamp& lamp, std::string& out) {
   Lines lines(out, "  - ");
   lines.add("id", lamp.id);
@@ -199,10 +230,7 @@ void write_lamp(const Lamp& lamp, std::string& out) {
   lines.add("power_w", lamp.power_w);
   lines.add("power_sigma", lamp.power_sigma);
   lines.add("half_power_deg", degrees_text(lamp.half_power_rad));
-  if (lamp.frequency_hz) lines.add("frequency_hz", *lamp.frequency_hz);
-  lines.add("duty", lamp.duty);
-  if (!lamp.waveform.empty()) lines.add("waveform", list_text(lamp.waveform));
-  lines.add("phase", lamp.phase);
+  write_blinking(lamp, lines);
   lines.add("colour", lamp.colour);
 }
 

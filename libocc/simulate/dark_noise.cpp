@@ -13,9 +13,8 @@ namespace occ {
 namespace {
 
 constexpr int numbers = 1 << 16;
-constexpr std::size_t most_levels = 4096;    // more, and most numbers need refining
-constexpr std::size_t most_compared = 40;    // more, and looking up is faster
-constexpr std::uint32_t pixels_a_block = 8;  // two to a word, the low half first
+constexpr std::size_t most_levels = 4096;  // more, and most numbers need refining
+constexpr std::size_t most_compared = 40;  // more, and looking up is faster
 
 double normal_probability(double z) { return 0.5 * std::erfc(-z * std::sqrt(0.5)); }
 
@@ -126,19 +125,19 @@ int DarkNoise::refined(const NoiseKey& key, std::uint32_t pixel, std::uint32_t n
   return first_level_ + static_cast<int>(level - cumulative_.begin());
 }
 
-void DarkNoise::draw(Simd simd, const NoiseKey& key, std::uint32_t first, int count,
-                     std::uint16_t* levels) const {
-  constexpr int most = PixelWords<pixels_a_block>::most;
-  for (; count > 0; first += most, levels += most, count -= most)
-    draw_batch(simd, key, first, std::min(count, most), levels);
+void DarkNoise::draw(Simd simd, const NoiseKey& key, RandomWords random, std::uint32_t first,
+                     int count, std::uint16_t* levels) const {
+  for (; count > 0; first += most, levels += most, count -= most) {
+    draw_batch(simd, key, random, first, std::min(count, most), levels);
+    random.words += most / 2;
+  }
 }
 
-void DarkNoise::draw_batch(Simd simd, const NoiseKey& key, std::uint32_t first, int count,
-                           std::uint16_t* levels) const {
-  using Words = PixelWords<pixels_a_block>;
-  const Words random(simd, key, dark_use, first, static_cast<std::uint32_t>(count));
-  std::array<std::uint16_t, 2 * std::tuple_size_v<decltype(Words::words)>> halves;
-  std::memcpy(halves.data(), random.words.data(), sizeof halves);
+void DarkNoise::draw_batch(Simd simd, const NoiseKey& key, const RandomWords& random,
+                           std::uint32_t first, int count, std::uint16_t* levels) const {
+  std::array<std::uint16_t, pixels_a_block + most + spare> halves;  // the low one of a word first
+  const std::size_t used = random.skip + static_cast<std::size_t>(count) + spare;
+  std::memcpy(halves.data(), random.words, used * sizeof(std::uint16_t));
   const std::uint16_t* number = halves.data() + random.skip;
   const auto refine = [&](int begin, int end) {
     for (int i = begin; i < end; ++i)
@@ -150,7 +149,7 @@ void DarkNoise::draw_batch(Simd simd, const NoiseKey& key, std::uint32_t first, 
     for (int i = 0; i < count; ++i) levels[i] = levels_[number[i]];
     return refine(0, count);
   }
-  std::array<int, Words::most / 8 + 1> unsure;
+  std::array<int, most / 8 + 1> unsure;
   int unsure_count = 0;
   compare_for(simd)({steps_.data(), static_cast<int>(steps_.size())}, first_level_, number, count,
                     levels, unsure.data(), &unsure_count);

@@ -2,6 +2,7 @@
 #include "libocc/simulate/internal/digitiser.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "libocc/core/internal/multiversion.hpp"
@@ -13,25 +14,38 @@ struct Line {
   double gain, offset, top;
 };
 
+// In whole batches: the pixels left over at the end would take as long as all before.
 template <typename Real>
-LIBOCC_INLINE void line_levels(Line line, const Real* electrons, int count, std::uint16_t* levels) {
+LIBOCC_INLINE void line_levels(Line line, const Real* electrons, int count,
+                               std::uint16_t* __restrict levels) {
   const auto gain = static_cast<Real>(line.gain), offset = static_cast<Real>(line.offset);
   const auto top = static_cast<Real>(line.top);
-  for (int i = 0; i < count; ++i) {
-    const Real level = offset + gain * electrons[i] + Real(0.5);
-    const Real above = level > 0 ? level : 0;
-    levels[i] = static_cast<std::uint16_t>(static_cast<std::int32_t>(above < top ? above : top));
-  }
+  for (int first = 0; first < count; first += Digitiser::batch)
+    for (int i = first; i < first + Digitiser::batch; ++i) {
+      const Real level = offset + gain * electrons[i] + Real(0.5);
+      const Real above = level > 0 ? level : 0;
+      levels[i] = static_cast<std::uint16_t>(static_cast<std::int32_t>(above < top ? above : top));
+    }
 }
 
+/// Of electrons that are clipped first, added to `base`.
 template <Simd>
-LIBOCC_INLINE void line_of_double_body(Line line, const double* electrons, int count,
-                                       std::uint16_t* levels) {
-  line_levels(line, electrons, count, levels);
+LIBOCC_INLINE void line_of_signal_body(Line line, double base, double full_well,
+                                       const double* signal, int count,
+                                       std::uint16_t* __restrict levels) {
+  for (int first = 0; first < count; first += Digitiser::batch) {
+    double electrons[Digitiser::batch];
+    for (int i = 0; i < Digitiser::batch; ++i) {
+      const double all = base + signal[first + i];
+      electrons[i] = all < full_well ? all : full_well;
+    }
+    line_levels(line, electrons, Digitiser::batch, levels + first);
+  }
 }
-LIBOCC_MULTIVERSION(line_of_double,
-                    (Line line, const double* electrons, int count, std::uint16_t* levels),
-                    (line, electrons, count, levels))
+LIBOCC_MULTIVERSION(line_of_signal,
+                    (Line line, double base, double full_well, const double* signal, int count,
+                     std::uint16_t* levels),
+                    (line, base, full_well, signal, count, levels))
 
 template <Simd>
 LIBOCC_INLINE void line_of_float_body(Line line, const float* electrons, int count,
@@ -59,19 +73,27 @@ double Digitiser::upper_bound_e(int level) const {
                            : bounds_e_[static_cast<std::size_t>(level)];
 }
 
-int Digitiser::grey_level(double electrons) const {
-  std::uint16_t level;
-  grey_levels(Simd::baseline, &electrons, 1, &level);
-  return level;
+int Digitiser::level_of(double electrons) const {
+  return static_cast<int>(std::upper_bound(bounds_e_.begin(), bounds_e_.end(), electrons) -
+                          bounds_e_.begin());
 }
 
-void Digitiser::grey_levels(Simd simd, const double* electrons, int count,
-                            std::uint16_t* levels) const {
+int Digitiser::grey_level(double electrons) const {
+  if (!bounds_e_.empty()) return level_of(electrons);
+  std::array<double, batch> all;
+  all.fill(electrons);
+  std::array<std::uint16_t, batch> levels;
+  line_levels<double>({gain_, black_, levels_ - 0.5}, all.data(), 1, levels.data());
+  return levels[0];
+}
+
+void Digitiser::grey_levels(Simd simd, double base_e, double full_well_e, const double* signal_e,
+                            int count, std::uint16_t* levels) const {
   if (bounds_e_.empty())
-    return line_of_double_for(simd)({gain_, black_, levels_ - 0.5}, electrons, count, levels);
+    return line_of_signal_for(simd)({gain_, black_, levels_ - 0.5}, base_e, full_well_e, signal_e,
+                                    count, levels);
   for (int i = 0; i < count; ++i)
-    levels[i] = static_cast<std::uint16_t>(
-        std::upper_bound(bounds_e_.begin(), bounds_e_.end(), electrons[i]) - bounds_e_.begin());
+    levels[i] = static_cast<std::uint16_t>(level_of(std::min(base_e + signal_e[i], full_well_e)));
 }
 
 void Digitiser::grey_levels(Simd simd, const float* electrons, int count,
@@ -79,9 +101,7 @@ void Digitiser::grey_levels(Simd simd, const float* electrons, int count,
   if (bounds_e_.empty())
     return line_of_float_for(simd)({gain_, black_, levels_ - 0.5}, electrons, count, levels);
   for (int i = 0; i < count; ++i)
-    levels[i] = static_cast<std::uint16_t>(
-        std::upper_bound(bounds_e_.begin(), bounds_e_.end(), static_cast<double>(electrons[i])) -
-        bounds_e_.begin());
+    levels[i] = static_cast<std::uint16_t>(level_of(static_cast<double>(electrons[i])));
 }
 
 }  // namespace occ

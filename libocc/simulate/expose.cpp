@@ -23,6 +23,31 @@ void copy_levels(Simd, const std::uint16_t* levels, int count, std::uint16_t* to
 }
 
 template <typename Pixel>
+LIBOCC_INLINE void copy_where_lit(const double* signal, const std::uint16_t* levels, int count,
+                                  Pixel* __restrict to) {
+  for (int i = 0; i < count; ++i) to[i] = signal[i] > 0 ? static_cast<Pixel>(levels[i]) : to[i];
+}
+
+template <Simd>
+LIBOCC_INLINE void lit_bytes_body(const double* signal, const std::uint16_t* levels, int count,
+                                  std::uint8_t* to) {
+  copy_where_lit(signal, levels, count, to);
+}
+LIBOCC_MULTIVERSION(lit_bytes,
+                    (const double* signal, const std::uint16_t* levels, int count,
+                     std::uint8_t* to),
+                    (signal, levels, count, to))
+
+void copy_lit(Simd simd, const double* signal, const std::uint16_t* levels, int count,
+              std::uint8_t* to) {
+  lit_bytes_for(simd)(signal, levels, count, to);
+}
+void copy_lit(Simd, const double* signal, const std::uint16_t* levels, int count,
+              std::uint16_t* to) {
+  copy_where_lit(signal, levels, count, to);
+}
+
+template <typename Pixel>
 std::vector<Pixel>& pixels_of(Image& image) {
   if constexpr (sizeof(Pixel) == 1)
     return image.u8;
@@ -70,14 +95,8 @@ class Writer {
         continue;
       }
       if (!noisy_everywhere_ && has_darkness(here)) copy(rows_.dark(noise_, here), part, y);
-      if (const auto* levels = rows_.lit(noise_, here)) {
-        // Locals: a byte that is written might be part of anything else.
-        Pixel* to = at(part.x0, y);
-        const std::uint16_t* from = levels->data();
-        const double* signal = here.signal;
-        const int count = part.width;
-        for (int i = 0; i < count; ++i) to[i] = signal[i] > 0 ? static_cast<Pixel>(from[i]) : to[i];
-      }
+      if (const auto* levels = rows_.lit(noise_, here))
+        copy_lit(simd_, here.signal, levels->data(), part.width, at(part.x0, y));
     }
   }
 
@@ -88,7 +107,11 @@ class Writer {
            static_cast<std::size_t>(x);
   }
   RowPart row(const PixelRectangle& part, int y) const {
-    return {part.x0, y, part.width, static_cast<std::uint32_t>(index(part.x0, y)),
+    return {part.x0,
+            y,
+            part.width,
+            static_cast<std::uint32_t>(part.y0 + part.height - y),
+            static_cast<std::uint32_t>(index(part.x0, y)),
             signal_.row(y) + part.x0};
   }
   static bool has_darkness(const RowPart& row) {

@@ -5,33 +5,12 @@
 #include <cmath>
 #include <utility>
 
-#include "libocc/core/internal/multiversion.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/sharp_coverage.hpp"
 #include "libocc/simulate/internal/irradiance_field.hpp"
 
 namespace occ {
 namespace {
-
-struct LitRow {
-  const double *light, *above, *below;  // one pixel before the first
-  const double *m_x, *m_y;
-  double electrons, half_variance;
-  int count;
-};
-
-/// Coverage to electrons.
-template <Simd>
-LIBOCC_INLINE void light_row_body(LitRow row, double* c) {
-  const double* e = row.light + 1;
-  for (int x = 0; x < row.count; ++x) {
-    const double left = e[x - 1], right = e[x + 1], up = row.above[x + 1], down = row.below[x + 1];
-    const double blurred = e[x] + row.half_variance * (left + right + up + down - 4 * e[x]);
-    c[x] = row.electrons *
-           (blurred * c[x] + 0.5 * (right - left) * row.m_x[x] + 0.5 * (down - up) * row.m_y[x]);
-  }
-}
-LIBOCC_MULTIVERSION(light_row, (LitRow row, double* c), (row, c))
 
 // All light in the pixel that it falls on.
 Patch sharp_dot(const Eigen::Vector2d& px, int width, int height) {
@@ -80,7 +59,8 @@ LampRenderer::LampRenderer(const Frame& frame)
     : frame_(frame), camera_(rendered_camera(frame)), motion_(frame) {
   if (frame.plan.applies(Effect::vignetting)) vignetting_.emplace(frame.scene);
   if (!frame.plan.applies(Effect::psf)) return;
-  psf_ = &frame.storage.psf(gaussian_blur_px(frame.scene));
+  blur_ = &frame.storage.blur(gaussian_blur_px(frame.scene));
+  psf_ = &blur_->psf;
   spacing_px_ = frame.options.spacing_sigma * psf_->sigma_px();
 }
 
@@ -157,29 +137,29 @@ std::optional<RimContour> LampRenderer::rim(const Lamp& lamp, const Rigid3& pose
   return visible_rim(lamp, visible(lamp, pose), pose, camera_, spacing_px_);
 }
 
-std::optional<Contour> LampRenderer::contour(const Lamp& lamp, const std::vector<LightNode>& nodes,
-                                             const std::vector<BlurShift>& shifts) const {
+bool LampRenderer::contour(const Lamp& lamp, const std::vector<LightNode>& nodes,
+                           const std::vector<BlurShift>& shifts, Contour& contour) const {
   const Rigid3 reference = motion_.pose_at(nodes[nodes.size() / 2].time_s);
   if (nodes.size() == 1 && shifts.size() == 1 && !may_be_hidden())
-    return project_contour(lamp, reference, camera_, spacing_px_);
+    return project_contour(lamp, reference, camera_, spacing_px_, contour);
   Rigid3 rim_pose = reference;
   auto steps = rim(lamp, reference);
-  Contour contour;
+  contour.clear();
   for (const LightNode& node : nodes) {
     const Rigid3 pose = motion_.pose_at(node.time_s);
     if (may_be_hidden()) steps = rim(lamp, rim_pose = pose);  // what is hidden changes
-    if (!steps || !lamp.shows_lit_side(pose.origin_in_source())) return std::nullopt;
+    if (!steps || !lamp.shows_lit_side(pose.origin_in_source())) return false;
     const Rigid3 moved = pose * rim_pose.inverse();
     const double light = node.weight * light_change(lamp, motion_.still_pose(), pose);
     for (const RimStep& at : *steps) {
       Eigen::Matrix<double, 2, 3> d_px;
       const auto px = camera_.project(moved * at.point, &d_px);
-      if (!px) return std::nullopt;
+      if (!px) return false;
       const double dy = light * d_px.row(1).dot(moved.rotation * at.step);
       for (const BlurShift& shift : shifts) contour.push_back({*px + shift.px, shift.weight * dy});
     }
   }
-  return contour;
+  return true;
 }
 
 std::optional<CoverageMoments> LampRenderer::sharp_moments(
@@ -209,26 +189,32 @@ double LampRenderer::centre_irradiance(const Lamp& lamp, const Rigid3& pose) con
   return centre ? irradiance_at(lamp, pose, camera_, frame_.scene.sensor, *centre) : 0;
 }
 
-Patch LampRenderer::with_even_light(const Lamp& lamp, const Rigid3& pose, Patch image) const {
+double LampRenderer::even_electrons(const Lamp& lamp, const Rigid3& pose) const {
   const Sensor& sensor = frame_.scene.sensor;
-  const double electrons = sensor.electrons(centre_irradiance(lamp, pose)) - sensor.electrons(0);
+  return sensor.electrons(centre_irradiance(lamp, pose)) - sensor.electrons(0);
+}
+
+Patch LampRenderer::with_even_light(const Lamp& lamp, const Rigid3& pose, Patch image) const {
+  const double electrons = even_electrons(lamp, pose);
   for (double& value : image.values) value *= electrons;
   return image;
 }
 
-// Irradiance over a patch and one pixel more on every side, for its derivatives.
-Patch LampRenderer::light_around(const Lamp& lamp, const Rigid3& pose, const Patch& image) const {
-  const int x0 = image.x0 - 1, y0 = image.y0 - 1, width = image.width + 2,
-            height = image.height + 2;
-  Patch light;
-  if (frame_.plan.applies(Effect::light_gradient)) {
-    light = irradiance_field(lamp, pose, camera_, frame_.scene.sensor, x0, y0, x0 + width,
-                             y0 + height, frame_.storage.simd());
-  } else {
-    light = {x0, y0, width, height, {}};
-    light.values.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
-                        centre_irradiance(lamp, pose));
-  }
+// Irradiance over a patch, one pixel more on every side for its derivatives, and maybe more at its
+// right.
+const Patch& LampRenderer::light_around(const Lamp& lamp, const Rigid3& pose, int x0, int y0,
+                                        int width, int height) const {
+  Patch& light = frame_.storage.lamp.light;
+  light.x0 = x0 - 1;
+  light.y0 = y0 - 1;
+  light.width = width + 2;
+  light.height = height + 2;
+  if (frame_.plan.applies(Effect::light_gradient))
+    frame_.storage.lamp.field.fill(lamp, pose, camera_, frame_.scene.sensor, light);
+  else
+    light.values.assign(
+        static_cast<std::size_t>(light.width) * static_cast<std::size_t>(light.height),
+        centre_irradiance(lamp, pose));
   if (vignetting_)
     for (int y = 0; y < light.height; ++y)
       for (int x = 0; x < light.width; ++x)
@@ -237,42 +223,76 @@ Patch LampRenderer::light_around(const Lamp& lamp, const Rigid3& pose, const Pat
   return light;
 }
 
-Patch LampRenderer::with_light(const Lamp& lamp, const Rigid3& pose, CoverageMoments cover) const {
-  Patch image = std::move(cover.c);
-  if (image.width == 0) return image;
-  const Patch light = light_around(lamp, pose, image);
+// visit(row of the image, its light)
+template <typename AnyPatch, typename Visit>
+void LampRenderer::for_lit_rows(const Lamp& lamp, const Rigid3& pose, const AnyPatch& image,
+                                Visit visit) const {
+  const Patch& light = light_around(lamp, pose, image.x0, image.y0, image.width, image.height);
   const Sensor& sensor = frame_.scene.sensor;
   const double electrons = sensor.electrons(1) - sensor.electrons(0);  // per W/m^2
   const double sigma = psf_ ? psf_->sigma_px() : 0;
   const double half_variance = 0.5 * (sigma * sigma + 1.0 / 12);
-  const auto light_row = light_row_for(frame_.storage.simd());
   for (int y = 0; y < image.height; ++y) {
     const double* above = light.values.data() + static_cast<std::ptrdiff_t>(y) * light.width;
-    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(y) * image.width;
-    light_row({above + light.width, above, above + 2 * light.width, cover.m_x.values.data() + first,
-               cover.m_y.values.data() + first, electrons, half_variance, image.width},
-              image.values.data() + first);
+    visit(y, RowLight{above + light.width, above, above + 2 * light.width, electrons, half_variance,
+                      image.width});
   }
+}
+
+Patch LampRenderer::with_light(const Lamp& lamp, const Rigid3& pose, CoverageMoments cover) const {
+  Patch image = std::move(cover.c);
+  if (image.width == 0) return image;
+  for_lit_rows(lamp, pose, image, [&](int y, const RowLight& row) {
+    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(y) * image.width;
+    light_row(frame_.storage.simd(), row, cover.m_x.values.data() + first,
+              cover.m_y.values.data() + first, image.values.data() + first);
+  });
   return image;
 }
 
-std::optional<Patch> LampRenderer::extended_image(const Lamp& lamp) const {
-  const std::vector<LightNode> at = nodes(lamp);
+bool LampRenderer::is_evenly_lit() const {
+  return !frame_.plan.applies(Effect::light_gradient) && !vignetting_;
+}
+
+bool LampRenderer::sharp_image(const Lamp& lamp, const std::vector<LightNode>& at,
+                               PaddedPatch& image) const {
+  auto cover = sharp_moments(lamp, at);
+  if (!cover) return false;
   const Rigid3 pose = motion_.still_pose();
-  if (at.empty()) return Patch{};  // it is dark in all of the exposure
-  const bool even = !frame_.plan.applies(Effect::light_gradient) && !vignetting_;
-  if (!psf_) {
-    auto cover = sharp_moments(lamp, at);
-    if (!cover) return std::nullopt;
-    return even ? with_even_light(lamp, pose, std::move(cover->c))
-                : with_light(lamp, pose, std::move(*cover));
-  }
-  const auto rim = contour(lamp, at, shifts(lamp, pose));
-  if (!rim) return std::nullopt;
+  image = PaddedPatch(is_evenly_lit() ? with_even_light(lamp, pose, std::move(cover->c))
+                                      : with_light(lamp, pose, std::move(*cover)));
+  return true;
+}
+
+bool LampRenderer::extended_image(const Lamp& lamp, PaddedPatch& image) const {
+  image.resize(0, 0, 0, 0);
+  const std::vector<LightNode> at = nodes(lamp);
+  if (at.empty()) return true;  // it is dark in all of the exposure
+  if (!psf_) return sharp_image(lamp, at, image);
+  const Rigid3 pose = motion_.still_pose();
+  LampMemory& memory = frame_.storage.lamp;
+  if (!contour(lamp, at, shifts(lamp, pose), memory.contour)) return false;
   const int width = camera_.width(), height = camera_.height();
   const Simd simd = frame_.storage.simd();
-  return even ? with_even_light(lamp, pose, coverage(*rim, *psf_, width, height, simd))
-              : with_light(lamp, pose, coverage_moments(*rim, *psf_, width, height, simd));
+  if (!is_evenly_lit() && !blur_->moments) {
+    image = PaddedPatch(
+        with_light(lamp, pose, coverage_moments(memory.contour, *psf_, width, height, simd)));
+    return true;
+  }
+  const CoverageRows cover = memory.coverage.paint(memory.contour, *psf_, width, height);
+  image.resize(cover.x0, cover.y0, cover.width, cover.height);
+  if (cover.width == 0) return true;
+  if (is_evenly_lit()) {
+    const double electrons = even_electrons(lamp, pose);
+    for (int y = 0; y < cover.height; ++y)
+      light_row(simd, electrons, cover.first + y * cover.stride, cover.width, image.row(y));
+    return true;
+  }
+  for_lit_rows(lamp, pose, image, [&](int y, const RowLight& row) {
+    light_row(simd, row, cover.first + y * cover.stride, cover.stride, blur_->moments->taps(),
+              image.row(y));
+  });
+  return true;
 }
 
 std::optional<Patch> LampRenderer::point_image(const Lamp& lamp, const Lamp& face) const {
@@ -326,17 +346,24 @@ std::optional<Patch> LampRenderer::extended_by_lines(const Lamp& lamp) const {
   if (may_be_hidden()) input.rim = [&](const Rigid3& pose) { return rim(lamp, pose); };
   auto cover = extended_line_image(input);
   if (!cover) return std::nullopt;
-  if (!frame_.plan.applies(Effect::light_gradient) && !vignetting_)
-    return with_even_light(lamp, reference, std::move(cover->c));
+  if (is_evenly_lit()) return with_even_light(lamp, reference, std::move(cover->c));
   return with_light(lamp, reference, std::move(*cover));
 }
 
-std::optional<Patch> LampRenderer::render(const Lamp& lamp) const {
+bool LampRenderer::render(const Lamp& lamp, PaddedPatch& image) const {
   const bool by_lines = motion_.kind(lamp) == Motion::Kind::by_lines;
-  if (!is_point(lamp)) return by_lines ? extended_by_lines(lamp) : extended_image(lamp);
-  Lamp point = lamp;
-  point.shape = LampShape::point;
-  return by_lines ? point_by_lines(point, lamp) : point_image(point, lamp);
+  if (!is_point(lamp) && !by_lines) return extended_image(lamp, image);
+  std::optional<Patch> rendered;
+  if (is_point(lamp)) {
+    Lamp point = lamp;
+    point.shape = LampShape::point;
+    rendered = by_lines ? point_by_lines(point, lamp) : point_image(point, lamp);
+  } else {
+    rendered = extended_by_lines(lamp);
+  }
+  if (!rendered) return false;
+  image = PaddedPatch(*rendered);
+  return true;
 }
 
 }  // namespace occ

@@ -2,6 +2,7 @@
 #include "libocc/simulate/internal/lit_noise.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -14,13 +15,13 @@ namespace {
 constexpr double least_read_noise_e = 1;
 constexpr double most_skewness = 0.1;
 constexpr double certain_deviations = 7;  // from the full well: then clipped, or not, to 1e-12
-constexpr std::uint32_t pixels_a_block = 4;
 
 // Above this a normal variable differs from a Poisson one by a skewness of less than 1e-4.
 constexpr double max_poisson_mean = 1e8;
 
 struct Job {
   float full_well, read_variance;
+  LitNoise::Range skewed, near_full;  // whose pixels are drawn exactly
 };
 
 LIBOCC_INLINE float drawn(const Job& job, double mean, std::uint32_t word) {
@@ -39,18 +40,27 @@ LIBOCC_INLINE float drawn(const Job& job, double mean, std::uint32_t word) {
   return level + deviation * shape;
 }
 
-// In whole vectors: the pixels left over at the end would take as long as all before.
+// In whole vectors: the pixels left over at the end would take as long as all before. `unsure` gets
+// the first pixels of batches in which some are to be drawn exactly.
 template <Simd>
 LIBOCC_INLINE void draw_body(Job job, const double* mean, const std::uint32_t* words, int count,
-                             float* electrons) {
-  for (int first = 0; first < count; first += LitNoise::batch)
-    for (int i = 0; i < LitNoise::batch; ++i)
-      electrons[first + i] = drawn(job, mean[first + i], words[first + i]);
+                             float* __restrict electrons, int* unsure, int* unsure_count) {
+  for (int first = 0; first < count; first += LitNoise::batch) {
+    for (int i = first; i < first + LitNoise::batch; ++i)
+      electrons[i] = drawn(job, mean[i], words[i]);
+    std::int64_t any = 0;  // as wide as the means: both fit the same vectors
+    for (int i = first; i < first + LitNoise::batch; ++i) {
+      const std::int64_t skewed = (mean[i] > job.skewed.low) & (mean[i] < job.skewed.high);
+      const std::int64_t full = (mean[i] > job.near_full.low) & (mean[i] < job.near_full.high);
+      any |= skewed | full;
+    }
+    if (any != 0) unsure[(*unsure_count)++] = first;
+  }
 }
 LIBOCC_MULTIVERSION(draw,
                     (Job job, const double* mean, const std::uint32_t* words, int count,
-                     float* electrons),
-                    (job, mean, words, count, electrons))
+                     float* electrons, int* unsure, int* unsure_count),
+                    (job, mean, words, count, electrons, unsure, unsure_count))
 
 }  // namespace
 
@@ -92,23 +102,24 @@ double LitNoise::exact(const NoiseKey& key, std::uint32_t pixel, double mean_e) 
   return electrons;
 }
 
-void LitNoise::draw(Simd simd, const NoiseKey& key, std::uint32_t first, int count,
-                    const double* mean_e, float* electrons) const {
-  using Words = PixelWords<pixels_a_block>;
-  constexpr int most = Words::most;
-  const Job job{static_cast<float>(full_well_e_),
-                static_cast<float>(read_noise_e_ * read_noise_e_)};
-  for (; count > 0; first += most, mean_e += most, electrons += most, count -= most) {
+void LitNoise::draw(Simd simd, const NoiseKey& key, const RandomWords& random, std::uint32_t first,
+                    int count, const double* mean_e, float* electrons) const {
+  constexpr int most = 64 * batch;
+  const Job job{static_cast<float>(full_well_e_), static_cast<float>(read_noise_e_ * read_noise_e_),
+                skewed_, near_full_};
+  const std::uint32_t* words = random.words + random.skip;
+  for (; count > 0;
+       first += most, mean_e += most, electrons += most, words += most, count -= most) {
     const int part = std::min(count, most);
-    const bool all_exact = read_noise_e_ < least_read_noise_e;
-    if (!all_exact) {
-      const Words random(simd, key, lit_use, first, static_cast<std::uint32_t>(part));
-      draw_for(simd)(job, mean_e, random.words.data() + random.skip, part, electrons);
-    }
-    for (int i = 0; i < part; ++i) {
-      const double mean = mean_e[i];
-      if (skewed_.contains(mean) || near_full_.contains(mean))
-        electrons[i] = static_cast<float>(exact(key, first + static_cast<std::uint32_t>(i), mean));
+    std::array<int, most / batch> unsure;
+    int unsure_count = 0;
+    draw_for(simd)(job, mean_e, words, part, electrons, unsure.data(), &unsure_count);
+    for (int k = 0; k < unsure_count; ++k) {
+      const int begin = unsure[static_cast<std::size_t>(k)];
+      for (int i = begin; i < std::min(begin + batch, part); ++i)
+        if (skewed_.contains(mean_e[i]) || near_full_.contains(mean_e[i]))
+          electrons[i] =
+              static_cast<float>(exact(key, first + static_cast<std::uint32_t>(i), mean_e[i]));
     }
   }
 }

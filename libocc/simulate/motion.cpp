@@ -14,7 +14,8 @@ Motion::Motion(const Scene& scene, const Rigid3& cam_from_world, const SimulateO
       effects_(effects),
       exposure_s_(scene.sensor.exposure_s),
       line_time_s_(scene.sensor.row_time_s),
-      moves_(!options.velocity.isZero(0)) {}
+      moves_(!options.velocity.isZero(0)),
+      still_pose_(moved_pose(cam_from_world, options.velocity, still_s())) {}
 
 Motion::Motion(const Frame& frame)
     : Motion(frame.scene, frame.cam_from_world, frame.options,
@@ -28,6 +29,7 @@ Motion::Kind Motion::kind(const Lamp& lamp) const {
 }
 
 Rigid3 Motion::pose_at(double time_s) const {
+  if (time_s == still_s()) return still_pose_;
   return moved_pose(cam_from_world_, options_.velocity, time_s);
 }
 

@@ -2,6 +2,7 @@
 #include "libocc/simulate/renderer.hpp"
 
 #include <numeric>
+#include <optional>
 
 #include "libocc/core/internal/multiversion.hpp"
 #include "libocc/core/require.hpp"
@@ -24,45 +25,39 @@ namespace {
 
 constexpr double no_electrons = 1e-6;  // less than this in a pixel is rounding
 
-// One row of a lamp's image, its light in parts of what it is while lit; sums in lanes, so that
-// their order does not depend on the instructions.
-constexpr int lanes = 8;
+// One row of a lamp's image, its light in parts of what it is while lit; in whole vectors, zeros
+// after the image. Sums are in lanes, so that their order does not depend on the instructions.
+constexpr int lanes = PaddedPatch::padding;
+static_assert(lanes <= Signal::spare);
 struct Row {
   const double *image, *lit;
-  std::ptrdiff_t lit_step;  // 0 or 1
-  double even, odd;         // what columns x0, x0 + 2, ... get of the light, and the others
+  double even, odd;  // what columns x0, x0 + 2, ... get of the light, and the others
   int count;
 };
 
-LIBOCC_INLINE void add_pixel(const Row& row, int at, int lane, double* to, double* sums) {
-  const double light = row.image[at] * row.lit[at * row.lit_step];
-  const double electrons = light * (lane % 2 == 0 ? row.even : row.odd);
+LIBOCC_INLINE void add_pixel(double light, double colour, double* to, double* sum) {
+  const double electrons = light * colour;
   const double counted = electrons > no_electrons ? electrons : 0;
-  to[at] += counted;
-  sums[lane] += counted;
-}
-
-LIBOCC_INLINE void add_pixels(const Row& row, double* to, double* sums) {
-  double mine[lanes];
-  for (int i = 0; i < lanes; ++i) mine[i] = sums[i];
-  int x = 0;
-  for (; x + lanes <= row.count; x += lanes)
-    for (int i = 0; i < lanes; ++i) add_pixel(row, x + i, i, to, mine);
-  for (int i = 0; x + i < row.count; ++i) add_pixel(row, x + i, i, to, mine);
-  for (int i = 0; i < lanes; ++i) sums[i] = mine[i];
+  *to += counted;
+  *sum += counted;
 }
 
 template <Simd>
-LIBOCC_INLINE void add_row_body(Row row, double* to, double* sums) {
-  row.lit_step = 0;
-  add_pixels(row, to, sums);
+LIBOCC_INLINE void add_row_body(Row row, double* __restrict to, double* sums) {
+  double mine[lanes];
+  for (int i = 0; i < lanes; ++i) mine[i] = sums[i];
+  const double lit = *row.lit;
+  for (int x = 0; x < row.count; x += lanes)
+    for (int i = 0; i < lanes; ++i)
+      add_pixel(row.image[x + i] * lit, i % 2 == 0 ? row.even : row.odd, to + x + i, mine + i);
+  for (int i = 0; i < lanes; ++i) sums[i] = mine[i];
 }
 LIBOCC_MULTIVERSION(add_row, (Row row, double* to, double* sums), (row, to, sums))
 
 template <Simd>
-LIBOCC_INLINE void add_row_by_columns_body(Row row, double* to, double* sums) {
-  row.lit_step = 1;
-  add_pixels(row, to, sums);
+LIBOCC_INLINE void add_row_by_columns_body(Row row, double* __restrict to, double* sums) {
+  for (int x = 0; x < row.count; ++x)
+    add_pixel(row.image[x] * row.lit[x], x % 2 == 0 ? row.even : row.odd, to + x, sums + x % lanes);
 }
 LIBOCC_MULTIVERSION(add_row_by_columns, (Row row, double* to, double* sums), (row, to, sums))
 
@@ -73,7 +68,7 @@ ByPlace colours_of(const Eigen::Vector3d& colour, const Frame& frame) {
 
 // Adds a lamp's image as its blinking lets each line see it, by the colours that pixels see;
 // returns the electrons added.
-double add_lamp(const Patch& image, const Lamp& lamp, const Frame& frame, Signal& signal) {
+double add_lamp(const PaddedPatch& image, const Lamp& lamp, const Frame& frame, Signal& signal) {
   if (image.width == 0) return 0;
   signal.touch({image.x0, image.y0, image.width, image.height});
   const bool by_columns = frame.scene.sensor.readout == Readout::columns;
@@ -84,11 +79,10 @@ double add_lamp(const Patch& image, const Lamp& lamp, const Frame& frame, Signal
   const ByPlace colours = colours_of(lamp.colour, frame);
   double sums[lanes] = {};
   for (int y = 0; y < image.height; ++y)
-    add_row({image.values.data() + y * static_cast<std::ptrdiff_t>(image.width),
-             lit.data() + (by_columns ? 0 : y), by_columns ? 1 : 0,
-             colours[place_of(image.x0, image.y0 + y)],
-             colours[place_of(image.x0 + 1, image.y0 + y)], image.width},
-            signal.row(image.y0 + y) + image.x0, sums);
+    add_row(
+        {image.row(y), lit.data() + (by_columns ? 0 : y), colours[place_of(image.x0, image.y0 + y)],
+         colours[place_of(image.x0 + 1, image.y0 + y)], image.width},
+        signal.row(image.y0 + y) + image.x0, sums);
   return std::accumulate(sums, sums + lanes, 0.0);
 }
 
@@ -122,15 +116,15 @@ void add_ghosts(const Frame& frame, Signal& signal) {
     const Frame ghost_frame{view.scene, view.cam_from_world, view.options, frame.plan,
                             frame.storage};
     const LampRenderer renderer(ghost_frame);
+    PaddedPatch image;
     for (const Lamp& lamp : view.scene.lamps)
-      if (const auto image = renderer.render(lamp)) add_lamp(*image, lamp, ghost_frame, signal);
+      if (renderer.render(lamp, image)) add_lamp(image, lamp, ghost_frame, signal);
   }
 }
 
-RenderPlan plan_of(const Scene& scene, const Rigid3& pose, const SimulateOptions& options) {
-  if (!depends_on_bounds(scene.effects)) return make_plan(scene, options, nullptr);
-  const View view = make_view(scene, pose, options);
-  return make_plan(scene, options, &view);
+bool differ_in_frame_alone(const SimulateOptions& a, const SimulateOptions& b) {
+  return a.noise == b.noise && a.noise_area == b.noise_area && a.start_s == b.start_s &&
+         a.spacing_sigma == b.spacing_sigma && a.velocity == b.velocity;
 }
 
 }  // namespace
@@ -147,7 +141,7 @@ class Renderer::Workshop {
     options.validate();
     out.cam_from_world = Rigid3::from_matrix(cam_from_world.matrix());
     check_place(scene_, out.cam_from_world.origin_in_source());
-    const RenderPlan plan = plan_of(scene_, out.cam_from_world, options);
+    const RenderPlan& plan = plan_of(out.cam_from_world, options);
     const Frame frame{scene_, out.cam_from_world, options, plan, storage_};
     signal_.clear();
     const ByPlace lamp_electrons = add_lamps(frame, out.lamps);
@@ -160,6 +154,18 @@ class Renderer::Workshop {
   }
 
  private:
+  // What is planned without bounds holds for the next image, too.
+  const RenderPlan& plan_of(const Rigid3& pose, const SimulateOptions& options) {
+    if (depends_on_bounds(scene_.effects)) {
+      const View view = make_view(scene_, pose, options);
+      plan_ = make_plan(scene_, options, &view);
+    } else if (!plan_ || !differ_in_frame_alone(options, planned_)) {
+      plan_ = make_plan(scene_, options, nullptr);
+    }
+    planned_ = options;
+    return *plan_;
+  }
+
   // Returns what all pixels together would get of the lamps' light if all were of the same place.
   ByPlace add_lamps(const Frame& frame, std::vector<LampTruth>& truths) {
     const LampRenderer renderer(frame);
@@ -167,10 +173,9 @@ class Renderer::Workshop {
     truths.resize(scene_.lamps.size());
     for (std::size_t i = 0; i < scene_.lamps.size(); ++i) {
       const Lamp& lamp = scene_.lamps[i];
-      truths[i] = lamp_truth(lamp, frame, renderer.camera());
-      const auto image = renderer.render(lamp);
-      if (!image) continue;
-      truths[i].electrons = add_lamp(*image, lamp, frame, signal_);
+      truths[i] = lamp_truth(lamp, frame, renderer.motion(), renderer.camera());
+      if (!renderer.render(lamp, image_)) continue;
+      truths[i].electrons = add_lamp(image_, lamp, frame, signal_);
       const ByPlace colours = colours_of(lamp.colour, frame);
       const double mean = 0.25 * std::accumulate(colours.begin(), colours.end(), 0.0);
       for (std::size_t place = 0; place < sum.size() && mean > 0; ++place)
@@ -183,6 +188,9 @@ class Renderer::Workshop {
   Signal signal_;
   Exposure exposure_;
   Storage storage_;
+  std::optional<RenderPlan> plan_;
+  SimulateOptions planned_;  // options of the plan
+  PaddedPatch image_;        // of one lamp after the other
 };
 
 Renderer::Renderer(const Scene& scene, const RendererOptions& options)

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "libocc/core/internal/multiversion.hpp"
 #include "libocc/simulate/internal/mosaic.hpp"
 
 namespace occ {
@@ -20,6 +21,24 @@ Sensor simplified(const Frame& frame) {
   }
   return sensor;
 }
+
+// Beyond `count` up to a whole batch, as all that works on rows may.
+constexpr int batch = Digitiser::batch;
+static_assert(batch <= Signal::spare && batch <= LitNoise::batch && batch <= DarkNoise::spare);
+
+/// Of pixels with a signal; 0 for the others.
+template <Simd>
+LIBOCC_INLINE void with_base_body(const double* signal, double even, double odd, int count,
+                                  double* __restrict to) {
+  for (int first = 0; first < count; first += batch)
+    for (int i = first; i < first + batch; ++i) {
+      const double all = signal[i] + (i % 2 == 0 ? even : odd);
+      to[i] = signal[i] > 0 ? all : 0;
+    }
+}
+LIBOCC_MULTIVERSION(with_base,
+                    (const double* signal, double even, double odd, int count, double* to),
+                    (signal, even, odd, count, to))
 
 }  // namespace
 
@@ -38,6 +57,7 @@ SensorRows::SensorRows(Simd simd, const Frame& frame, const Key& key)
     : simd_(simd),
       key_(key),
       full_well_e_(simplified(frame).full_well_e),
+      width_(static_cast<std::uint32_t>(frame.scene.camera.width())),
       lit_noise_(simplified(frame)) {
   const Sensor all = simplified(frame);
   for (std::size_t place = 0; place < kinds_.size(); ++place) {
@@ -53,7 +73,7 @@ SensorRows::SensorRows(Simd simd, const Frame& frame, const Key& key)
     if (key.noise) kind->dark.emplace(sensor, kind->digitiser, base_e);
     kinds_[place] = kind;
   }
-  const auto width = static_cast<std::size_t>(frame.scene.camera.width());
+  const std::size_t width = width_;
   mean_e_.resize(width + LitNoise::batch);
   drawn_e_.resize(width + LitNoise::batch);
   levels_.resize(width + DarkNoise::spare);
@@ -81,18 +101,23 @@ const std::vector<std::uint16_t>& SensorRows::of_kinds(const RowPart& part, Leve
 
 const std::vector<std::uint16_t>& SensorRows::without_noise(const RowPart& part) {
   return of_kinds(part, [&](const Kind& kind, std::uint16_t* levels) {
-    for (int i = 0; i < part.count; ++i)
-      mean_e_[static_cast<std::size_t>(i)] = std::min(kind.base_e + part.signal[i], full_well_e_);
-    kind.digitiser.grey_levels(simd_, mean_e_.data(), part.count, levels);
+    kind.digitiser.grey_levels(simd_, kind.base_e, full_well_e_, part.signal, part.count, levels);
   });
+}
+
+/// Electrons of pixels with mean_e_.
+void SensorRows::draw_lit(const NoiseKey& noise, const RowPart& part) {
+  lit_noise_.draw(simd_, noise, lit_words_.of(simd_, noise, pixels_of(part)), part.first,
+                  part.count, mean_e_.data(), drawn_e_.data());
 }
 
 const std::vector<std::uint16_t>& SensorRows::dark(const NoiseKey& noise, const RowPart& part) {
   return of_kinds(part, [&](const Kind& kind, std::uint16_t* levels) {
     if (kind.dark->tabulated())
-      return kind.dark->draw(simd_, noise, part.first, part.count, levels);
+      return kind.dark->draw(simd_, noise, dark_words_.of(simd_, noise, pixels_of(part)),
+                             part.first, part.count, levels);
     std::fill_n(mean_e_.begin(), part.count, kind.base_e);
-    lit_noise_.draw(simd_, noise, part.first, part.count, mean_e_.data(), drawn_e_.data());
+    draw_lit(noise, part);
     kind.digitiser.grey_levels(simd_, drawn_e_.data(), part.count, levels);
   });
 }
@@ -100,12 +125,9 @@ const std::vector<std::uint16_t>& SensorRows::dark(const NoiseKey& noise, const 
 const std::vector<std::uint16_t>* SensorRows::lit(const NoiseKey& noise, const RowPart& part) {
   const auto is_lit = [](double electrons) { return electrons > 0; };
   if (std::none_of(part.signal, part.signal + part.count, is_lit)) return nullptr;
-  const std::array<double, 2> base{kind(part.x0, part.y).base_e, kind(part.x0 + 1, part.y).base_e};
-  for (int i = 0; i < part.count; ++i) {
-    const double dark = base[static_cast<std::size_t>(i % 2)];
-    mean_e_[static_cast<std::size_t>(i)] = part.signal[i] > 0 ? dark + part.signal[i] : 0;
-  }
-  lit_noise_.draw(simd_, noise, part.first, part.count, mean_e_.data(), drawn_e_.data());
+  with_base_for(simd_)(part.signal, kind(part.x0, part.y).base_e, kind(part.x0 + 1, part.y).base_e,
+                       part.count, mean_e_.data());
+  draw_lit(noise, part);
   return &of_kinds(part, [&](const Kind& kind, std::uint16_t* levels) {
     kind.digitiser.grey_levels(simd_, drawn_e_.data(), part.count, levels);
   });

@@ -39,8 +39,8 @@ std::optional<std::vector<Eigen::Vector2d>> seen_rim(const Lamp& lamp, const Mot
 
 }  // namespace
 
-LampTruth lamp_truth(const Lamp& lamp, const Frame& frame, const Camera& camera) {
-  const Motion motion(frame);
+LampTruth lamp_truth(const Lamp& lamp, const Frame& frame, const Motion& motion,
+                     const Camera& camera) {
   LampTruth truth;
   truth.id = lamp.id;
   const auto centre = motion.seen(lamp.centre_m, camera);

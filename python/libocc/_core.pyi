@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['AmbientImage', 'AmbientLight', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'Candidate', 'Channel', 'ChannelResponse', 'CommonFactor', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'Hypothesis', 'Identification', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampFlux', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'Match', 'Mosaic', 'NoiseArea', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PowerFit', 'Prior', 'Readout', 'ReceivedPower', 'RecoveredResponse', 'Refined', 'Renderer', 'Response', 'ResponseMethod', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Trajectory', 'Truth', 'Use', 'aperture_power', 'calibrate_ambient', 'calibrate_light', 'dbm', 'detect', 'encode_image', 'explain', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recover_response', 'refine', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
+__all__: list[str] = ['AmbientImage', 'AmbientLight', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'Candidate', 'Channel', 'ChannelResponse', 'Checksum', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'CommonFactor', 'Decoded', 'DecodedCode', 'DecodedLamp', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'Hypothesis', 'Identification', 'IdentifyMethod', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFlux', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'Match', 'Mosaic', 'NoiseArea', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PowerFit', 'Prior', 'Readout', 'ReceivedPower', 'RecoveredResponse', 'Refined', 'Renderer', 'Response', 'ResponseMethod', 'RobustPose', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Trajectory', 'Truth', 'Use', 'Waveform', 'aperture_power', 'calibrate_ambient', 'calibrate_light', 'code_budget', 'dbm', 'decode', 'decode_samples', 'detect', 'encode_id', 'encode_image', 'explain', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recover_response', 'refine', 'robust_pose', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -22,6 +22,260 @@ class Status(enum.Enum):
     not_converged = 6
     ok = 0
     too_few_lamps = 3
+class CodeKind(enum.Enum):
+    """
+    How a lamp says its id by blinking.
+    """
+    c_ook = 0
+    csk = 3
+    s2psk = 2
+    ufsook = 1
+class LineCode(enum.Enum):
+    """
+    How bits become chips.
+    """
+    code_4b6b = 1
+    manchester = 0
+class Checksum(enum.Enum):
+    """
+    Of an id: 8 or 16 bits.
+    """
+    crc16 = 1
+    crc8 = 0
+class CodeStatus(enum.Enum):
+    """
+    How reading a code ended.
+    """
+    checksum_failed = 4
+    incomplete = 2
+    no_signal = 1
+    ok = 0
+    uncertain = 3
+class Code:
+    """
+    How a lamp says its id by blinking.
+
+    Keywords (and properties):
+      kind: CodeKind
+      id_bits: with the checksum's a multiple of 4, at most 16
+      checksum: Checksum of the id
+      clock_hz: c_ook: chips a second; csk: symbols
+      line: LineCode of c_ook
+      repeats: c_ook: of a sub-packet before the next one
+      frame_rate_hz: of the camera; ufsook, s2psk are made for it
+      least_hz: ufsook, s2psk: blinks faster than this
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, kind: CodeKind = ..., id_bits: typing.SupportsInt | typing.SupportsIndex = 8, checksum: Checksum = ..., clock_hz: typing.SupportsFloat | typing.SupportsIndex = 10000.0, line: LineCode = ..., repeats: typing.SupportsInt | typing.SupportsIndex = 4, frame_rate_hz: typing.SupportsFloat | typing.SupportsIndex = 30.0, least_hz: typing.SupportsFloat | typing.SupportsIndex = 100.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Code:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def checksum(self) -> Checksum:
+        """
+        Checksum of the id
+        """
+    @property
+    def clock_hz(self) -> float:
+        """
+        c_ook: chips a second; csk: symbols
+        """
+    @property
+    def frame_rate_hz(self) -> float:
+        """
+        of the camera; ufsook, s2psk are made for it
+        """
+    @property
+    def id_bits(self) -> int:
+        """
+        with the checksum's a multiple of 4, at most 16
+        """
+    @property
+    def kind(self) -> CodeKind:
+        """
+        CodeKind
+        """
+    @property
+    def least_hz(self) -> float:
+        """
+        ufsook, s2psk: blinks faster than this
+        """
+    @property
+    def line(self) -> LineCode:
+        """
+        LineCode of c_ook
+        """
+    @property
+    def repeats(self) -> int:
+        """
+        c_ook: of a sub-packet before the next one
+        """
+class LampCode:
+    """
+    What a lamp says by blinking.
+
+    Keywords (and properties):
+      code: Code
+      id: what the lamp says
+      channel: s2psk: 0 the lamp, 1 its reference; csk: 0 red, 1 green, 2 blue emitter
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, code: Code, id: typing.SupportsInt | typing.SupportsIndex, channel: typing.SupportsInt | typing.SupportsIndex = 0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> LampCode:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def channel(self) -> int:
+        """
+        s2psk: 0 the lamp, 1 its reference; csk: 0 red, 1 green, 2 blue emitter
+        """
+    @property
+    def code(self) -> Code:
+        """
+        Code
+        """
+    @property
+    def id(self) -> int:
+        """
+        what the lamp says
+        """
+class Waveform:
+    """
+    The light of a lamp over one period, repeated without end.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def chip_rate_hz(self) -> float:
+        """
+        [Hz]
+        """
+    @property
+    def chips(self) -> list[list[float]]:
+        """
+        By channel: light over its greatest, equal parts.
+        """
+    @property
+    def frequency_hz(self) -> float:
+        """
+        Of the period [Hz].
+        """
+class DecodedCode:
+    """
+    An id that was read, or why none was.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def bits(self) -> list[int]:
+        """
+        As decided: id and checksum.
+        """
+    @property
+    def clock_error(self) -> float:
+        """
+        Of the lamp, relative.
+        """
+    @property
+    def expected_errors(self) -> float:
+        """
+        Wrong bits to be expected.
+        """
+    @property
+    def explained(self) -> float:
+        """
+        Part of the light's variance, noise apart.
+        """
+    @property
+    def frames(self) -> int:
+        """
+        Frames that had samples.
+        """
+    @property
+    def id(self) -> int | None:
+        """
+        None unless ok.
+        """
+    @property
+    def margins(self) -> list[float]:
+        """
+        Log likelihood of each bit over its opposite's.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is CodeStatus.ok.
+        """
+    @property
+    def status(self) -> CodeStatus:
+        """
+        How it ended, a CodeStatus.
+        """
+class CodeBudget:
+    """
+    Whether a camera can read a code.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def chips_in_view(self) -> float:
+        """
+        In one image of the lamp.
+        """
+    @property
+    def chips_needed(self) -> float:
+        """
+        In one image of the lamp.
+        """
+    @property
+    def exposure_chips(self) -> float:
+        """
+        Chips in an exposure; ufsook, s2psk: half periods.
+        """
+    @property
+    def fits(self) -> bool:
+        """
+        Whether it can.
+        """
+    @property
+    def frames_needed(self) -> float:
+        """
+        About, to see all of it.
+        """
+    @property
+    def message(self) -> str:
+        """
+        Why not, with the numbers.
+        """
+    @property
+    def period_s(self) -> float:
+        """
+        Of the whole packet [s].
+        """
+    @property
+    def row_chips(self) -> float:
+        """
+        Chips from row to row.
+        """
 class Camera:
     """
     A pinhole camera with OpenCV's lens distortion.
@@ -357,12 +611,13 @@ class Lamp:
       duty: lit fraction of a blink period
       waveform: instead: light over power_w in equal parts of a period, such as a code's chips
       phase: periods that have passed at time 0
+      code: what it says, a LampCode; sets frequency_hz and waveform
       colour: (3,) light that red, green, blue pixels get, over white's
       power_sigma: relative standard deviation of power_w
     """
     def __getstate__(self) -> dict[str, typing.Any]:
         ...
-    def __init__(self, *, id: typing.SupportsInt | typing.SupportsIndex, centre_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], normal: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, -1.0], radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, power_w: typing.SupportsFloat | typing.SupportsIndex = 1.0, half_power_rad: typing.SupportsFloat | typing.SupportsIndex = 1.0471975511965976, frequency_hz: typing.SupportsFloat | typing.SupportsIndex | None = None, shape: LampShape = ..., size_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"] = [0.0, 0.0], x_axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [1.0, 0.0, 0.0], exponent: typing.SupportsFloat | typing.SupportsIndex = 2.0, name: str = '', duty: typing.SupportsFloat | typing.SupportsIndex = 0.5, waveform: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], phase: typing.SupportsFloat | typing.SupportsIndex = 0.0, colour: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [1.0, 1.0, 1.0], power_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.1) -> None:
+    def __init__(self, *, id: typing.SupportsInt | typing.SupportsIndex, centre_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], normal: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, -1.0], radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, power_w: typing.SupportsFloat | typing.SupportsIndex = 1.0, half_power_rad: typing.SupportsFloat | typing.SupportsIndex = 1.0471975511965976, frequency_hz: typing.SupportsFloat | typing.SupportsIndex | None = None, shape: LampShape = ..., size_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"] = [0.0, 0.0], x_axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [1.0, 0.0, 0.0], exponent: typing.SupportsFloat | typing.SupportsIndex = 2.0, name: str = '', duty: typing.SupportsFloat | typing.SupportsIndex = 0.5, waveform: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], phase: typing.SupportsFloat | typing.SupportsIndex = 0.0, code: LampCode | None = None, colour: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [1.0, 1.0, 1.0], power_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.1) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -376,6 +631,11 @@ class Lamp:
     def centre_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         (3,) centre of the lit face [m, world]
+        """
+    @property
+    def code(self) -> LampCode | None:
+        """
+        what it says, a LampCode; sets frequency_hz and waveform
         """
     @property
     def colour(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1151,12 +1411,13 @@ class Blob:
       striped: rolling-shutter stripes joined into one blob
       frequency_hz: blink frequency read from the stripes, or None
       frequency_sigma_hz: its standard deviation
+      lamp_id: of the lamp that its code told, or None
       ellipse: of the rim, else of the second moments
       rim: (n, 5) sub-pixel rim: x, y, outward unit normal x, y, sigma along it [px]
     """
     def __getstate__(self) -> dict[str, typing.Any]:
         ...
-    def __init__(self, *, centroid_px: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"], covariance_px2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 2]"] = [[0.0, 0.0], [0.0, 0.0]], flux_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, flux_sigma_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, peak_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, background_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, noise_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, area_px: typing.SupportsInt | typing.SupportsIndex = 0, x0: typing.SupportsInt | typing.SupportsIndex = 0, y0: typing.SupportsInt | typing.SupportsIndex = 0, x1: typing.SupportsInt | typing.SupportsIndex = 0, y1: typing.SupportsInt | typing.SupportsIndex = 0, saturated: bool = False, merged: bool = False, cut_by_border: bool = False, striped: bool = False, frequency_hz: typing.SupportsFloat | typing.SupportsIndex | None = None, frequency_sigma_hz: typing.SupportsFloat | typing.SupportsIndex = ..., ellipse: Ellipse = ..., rim: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 5]"] = []) -> None:
+    def __init__(self, *, centroid_px: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"], covariance_px2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 2]"] = [[0.0, 0.0], [0.0, 0.0]], flux_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, flux_sigma_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, peak_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, background_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, noise_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, area_px: typing.SupportsInt | typing.SupportsIndex = 0, x0: typing.SupportsInt | typing.SupportsIndex = 0, y0: typing.SupportsInt | typing.SupportsIndex = 0, x1: typing.SupportsInt | typing.SupportsIndex = 0, y1: typing.SupportsInt | typing.SupportsIndex = 0, saturated: bool = False, merged: bool = False, cut_by_border: bool = False, striped: bool = False, frequency_hz: typing.SupportsFloat | typing.SupportsIndex | None = None, frequency_sigma_hz: typing.SupportsFloat | typing.SupportsIndex = ..., lamp_id: typing.SupportsInt | typing.SupportsIndex | None = None, ellipse: Ellipse = ..., rim: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 5]"] = []) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -1217,6 +1478,11 @@ class Blob:
         its standard deviation
         """
     @property
+    def lamp_id(self) -> int | None:
+        """
+        of the lamp that its code told, or None
+        """
+    @property
     def merged(self) -> bool:
         """
         shape of more than one lamp
@@ -1266,6 +1532,15 @@ class Blob:
         """
         bounding box, both ends included
         """
+class IdentifyMethod(enum.Enum):
+    """
+    How poses that explain an image are searched for.
+    """
+    alignment = 1
+    automatic = 0
+    clustering = 4
+    ransac = 3
+    voting = 2
 class Match:
     """
     Which lamp of the scene is which blob: two indices.
@@ -1923,6 +2198,81 @@ class Fix:
         """
         Where the time went [s].
         """
+class DecodedLamp:
+    """
+    One light of a sequence and what it says.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def blob(self) -> Blob:
+        """
+        In the brightest of the frames about `frame`; no rim under a moving camera.
+        """
+    @property
+    def budget(self) -> CodeBudget:
+        """
+        CodeBudget of its image.
+        """
+    @property
+    def code(self) -> DecodedCode:
+        """
+        DecodedCode.
+        """
+    @property
+    def frame(self) -> int:
+        """
+        Index of the frame that `blob` is of.
+        """
+    @property
+    def id(self) -> int | None:
+        """
+        What it says, or None.
+        """
+    @property
+    def reference(self) -> int | None:
+        """
+        s2psk: index of the light that is its reference.
+        """
+    @property
+    def seen(self) -> int:
+        """
+        Frames with a blob of it.
+        """
+    @property
+    def track_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"]:
+        """
+        (n, 2) where it is in each frame, dark or lit [px].
+        """
+class Decoded:
+    """
+    The lights of a sequence and what they say.
+    """
+    @property
+    def blobs(self) -> list[Blob]:
+        """
+        Their Blobs, with the lamp_id that the map has for what they say.
+        """
+    @property
+    def lamps(self) -> list[DecodedLamp]:
+        """
+        A DecodedLamp for each light.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
 class Layout(enum.Enum):
     """
     Where the points that a solver takes may lie.
@@ -2027,6 +2377,79 @@ class PoseCandidates:
     def value(self) -> list[PoseCandidate]:
         """
         PoseCandidates, best first.
+        """
+class RobustPose:
+    """
+    A pose among wrong matches: the answer of robust_pose().
+
+    What was found so far is there even when it is not ok: look at status and message.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def cam_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        Pose, 4x4.
+        """
+    @property
+    def candidates(self) -> list[Candidate]:
+        """
+        Every pose that fits the inliers, best first.
+        """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        (6, 6) of cam_from_world [rotation rad, translation m], left perturbation.
+        """
+    @property
+    def inlier_ratio(self) -> float:
+        """
+        Of all points.
+        """
+    @property
+    def inliers(self) -> numpy.typing.NDArray[numpy.bool]:
+        """
+        (n,) bool: the points that agree.
+        """
+    @property
+    def iterations(self) -> int:
+        """
+        Samples drawn.
+        """
+    @property
+    def log10_false_alarms(self) -> float:
+        """
+        How many poses as good as this chance alone would bring.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def position_covariance_m2(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3) of the position [m^2, world].
+        """
+    @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) of the camera [m, world].
+        """
+    @property
+    def rms_px(self) -> float:
+        """
+        Of the inliers [px].
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
         """
 class ResponseMethod(enum.Enum):
     """
@@ -2427,9 +2850,41 @@ def calibrate_light(scene: Scene, images: collections.abc.Sequence[numpy.typing.
       huber_sigma: fluxes further off than this weigh less [sigma]
       max_order_sigma: an order less certain is not determined
     """
+def code_budget(code: Code, *, rows: typing.SupportsFloat | typing.SupportsIndex, row_time_s: typing.SupportsFloat | typing.SupportsIndex, exposure_s: typing.SupportsFloat | typing.SupportsIndex, exact_times: bool = False) -> CodeBudget:
+    """
+    Whether a camera can read a code from a lamp's image `rows` high, before anyone tries.
+
+    Chips in view = rows x row time x clock; an exposure longer than a chip mixes it with the next.
+    """
 def dbm(power_w: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> typing.Any:
     """
     Power in decibels over a milliwatt; minus infinity for none. Takes arrays.
+    """
+def decode(images: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint8 | numpy.uint16]], times_s: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], sensor: Sensor, code: Code, *, map: Scene | None = None, join_frames: typing.SupportsInt | typing.SupportsIndex = 15, exact_times: bool = False) -> Decoded:
+    """
+    Reads the ids that lamps say in the images of a sequence.
+
+    images: (height, width) arrays of one size and type. times_s: when each began, rising. sensor: its
+    row time and exposure say when each line was exposed. code: what the lamps speak. map: a Scene
+    whose lamps' codes tell who says what. join_frames: lamps are looked for in the brightest of so
+    many frames; 0: of all, for a camera that stands still. exact_times: c_ook: times are good to a
+    quarter of a chip.
+    Returns: Decoded; status no_lamps when no frame shows a light.
+    Raises: ValueError naming the frame that is out of order, repeated or of another size, or a code
+      that two lamps of the map say.
+    """
+def decode_samples(code: Code, start_s: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], exposure_s: typing.SupportsFloat | typing.SupportsIndex, values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], sigma: typing.SupportsFloat | typing.SupportsIndex, channels: typing.Annotated[numpy.typing.ArrayLike, numpy.int32] | None = None, frames: typing.Annotated[numpy.typing.ArrayLike, numpy.int32] | None = None, *, max_clock_error: typing.SupportsFloat | typing.SupportsIndex = 0.00015, most_expected_errors: typing.SupportsFloat | typing.SupportsIndex = 0.05, exact_times: bool = False, period_start_s: typing.SupportsFloat | typing.SupportsIndex | None = None) -> DecodedCode:
+    """
+    Reads an id from samples of a lamp's light, a DecodedCode.
+
+    start_s: (n,) when each exposure began. values: (n,) mean light, about 0 dark to 1 lit. sigma: of
+    each. channels: see Waveform. frames: which image each is of.
+
+    Options:
+      max_clock_error: of lamp against camera, relative
+      most_expected_errors: wrong bits; more is `uncertain`
+      exact_times: c_ook: times are good to a quarter of a chip, so frames may be joined first
+      period_start_s: known, for measuring error rates
     """
 def detect(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *, sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0) -> list[Blob]:
     """
@@ -2455,6 +2910,16 @@ def detect(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *, sensor: S
       stripes: join stripes, read frequencies; None: when rows have a time
       max_frequency_hz: stripes are read up to this [Hz]
     """
+def encode_id(id: typing.SupportsInt | typing.SupportsIndex, code: Code) -> Waveform:
+    """
+    The light of a lamp that says an id, a Waveform.
+
+    Raises: ValueError when the code cannot say it, naming what is wrong.
+
+    >>> import libocc as occ
+    >>> occ.encode_id(17, occ.Code(kind=occ.CodeKind.c_ook))
+    <Waveform: 1 x 288 chips, 10000.0 Hz>
+    """
 def encode_image(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], extension: str = '.png') -> bytes:
     """
     What write_image() would write to a file of that extension. Raises: ValueError when the format cannot hold the image.
@@ -2477,13 +2942,15 @@ def heading_rad(cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.f
     """
     Azimuth [rad] about the world's Z of the camera's +x axis (image right), in (-pi, pi].
     """
-def identify(blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 200000) -> Identification:
+def identify(blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, method: IdentifyMethod = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 1000000) -> Identification:
     """
     Which blob is which lamp: by blink code, by geometry, with or without a prior.
 
     Returns: Identification with every pose that is consistent with the map, ranked.
 
     Options:
+      method: how poses are searched for
+      seed: of random namings
       use_frequency: name lamps by their blink code where there is one
       frequency_gate_sigma: code and blob agree within [sigma]
       frequency_tolerance: relative error of lamp and row clocks
@@ -2508,7 +2975,7 @@ def lambertian_order(half_power_rad: typing.SupportsFloat | typing.SupportsIndex
     """
     Order m of a half-power semi-angle, -ln 2 / ln cos: 1 for 60 degrees.
     """
-def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, max_candidates: typing.SupportsInt | typing.SupportsIndex = 16, budget_s: typing.SupportsFloat | typing.SupportsIndex | None = None, target_sigma_m: typing.SupportsFloat | typing.SupportsIndex | None = None, costs: RungCosts = ..., sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 200000, rung: Rung = ..., flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Fix:
+def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, max_candidates: typing.SupportsInt | typing.SupportsIndex = 16, budget_s: typing.SupportsFloat | typing.SupportsIndex | None = None, target_sigma_m: typing.SupportsFloat | typing.SupportsIndex | None = None, costs: RungCosts = ..., sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0, method: IdentifyMethod = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 1000000, rung: Rung = ..., flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Fix:
     """
     Where was the camera when it took this image of these lamps?
 
@@ -2537,6 +3004,8 @@ def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections
       rims: measure sub-pixel rims of discs
       stripes: join stripes, read frequencies; None: when rows have a time
       max_frequency_hz: stripes are read up to this [Hz]
+      method: how poses are searched for
+      seed: of random namings
       use_frequency: name lamps by their blink code where there is one
       frequency_gate_sigma: code and blob agree within [sigma]
       frequency_tolerance: relative error of lamp and row clocks
@@ -2700,6 +3169,26 @@ def refine(start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4
       huber_sigma: residuals beyond this weigh linearly [sigma]
       max_iterations: steps of the refinement
       tolerance_px: converged when no lamp moves further [px]
+    """
+def robust_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, gate_sigmas: typing.SupportsFloat | typing.SupportsIndex = 4.0, confidence: typing.SupportsFloat | typing.SupportsIndex = 0.9999, max_iterations: typing.SupportsInt | typing.SupportsIndex = 100000, most_false_alarms: typing.SupportsFloat | typing.SupportsIndex = 0.0001, seed: typing.SupportsInt | typing.SupportsIndex = 0, up_in_cam: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = None, up_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.01) -> RobustPose:
+    """
+    The pose that most points agree with, when many were matched wrongly.
+
+    RANSAC with local optimisation, then least squares over the points that agree. points_in_world_m:
+    (n, 3). points_px: (n, 2), where they were seen. sigma_px: of a right match's pixel coordinate.
+    Returns: RobustPose. Its status is no_pose when no more points agree than chance explains or they
+    contradict up_in_cam; ambiguous when several poses fit; too_few_lamps; degenerate for points that
+    coincide or lie on a line.
+    Raises: ValueError for counts that differ, numbers that are not finite, a bad option.
+
+    Options:
+      gate_sigmas: further off in the image a match is wrong
+      confidence: that a sample without a wrong match was drawn
+      max_iterations: samples
+      most_false_alarms: poses as good as the best that chance alone would bring
+      seed: the same answer for the same seed
+      up_in_cam: (3,) the world's Z in the camera's frame, unit, when known: samples of two points
+      up_sigma_rad: of up_in_cam, about each axis [rad]
     """
 def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, noise_area: NoiseArea = ..., start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> tuple[numpy.typing.NDArray[numpy.uint8 | numpy.uint16], Truth]:
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line: `libocc demo | simulate | sequence | sweep | detect | locate | map | ...`.
+"""The command line: `libocc demo | simulate | sequence | sweep | detect | identify | locate | map | ...`.
 
 Each command is a module of its own that is imported when it is called, so that none waits for what
 only another one needs.
@@ -23,7 +23,9 @@ COMMANDS = (
     "sweep",
     "map",
     "detect",
+    "identify",
     "locate",
+    "decode",
     "ladder",
     "hard-cases",
     "response",

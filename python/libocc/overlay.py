@@ -15,7 +15,17 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from . import report
-from ._core import Blob, Camera, Fix, Scene, Truth, project_lamp_centre, project_rim
+from ._core import (
+    Blob,
+    Camera,
+    Decoded,
+    Fix,
+    Identification,
+    Scene,
+    Truth,
+    project_lamp_centre,
+    project_rim,
+)
 
 Pixels = NDArray[np.uint8 | np.uint16]
 Array = NDArray[np.float64]
@@ -61,6 +71,22 @@ def draw(
     _picture(path, image, marks, [], title, "blue: measured ellipse and rim points")
 
 
+def draw_decoded(
+    path: str | PathLike[str], image: Pixels, found: Decoded, *, title: str = ""
+) -> None:
+    """Writes a picture of the lights of a sequence with the ids that they say.
+
+    image: such as the brightest of all frames. Raises: OSError when it cannot be written.
+    """
+    marks = []
+    for lamp, blob in zip(found.lamps, found.blobs, strict=True):
+        said = lamp.code.status.name if lamp.id is None else f"id {lamp.id}"
+        mark = _blob_mark(said if blob.lamp_id is None else f"{said}: lamp {blob.lamp_id}", blob)
+        mark.notes = [f"{100 * lamp.code.explained:.0f} % of its light explained"]
+        marks.append(mark)
+    _picture(path, image, marks, [], title, "blue: where each light is; brightest of all frames")
+
+
 def draw_fix(
     path: str | PathLike[str], image: Pixels, fix: Fix, scene: Scene, *, title: str = ""
 ) -> None:
@@ -83,6 +109,35 @@ def draw_fix(
     used = [blob.centroid_px for blob in fix.lamps.values()]
     unused = [b for b in fix.blobs if not any(np.array_equal(b.centroid_px, u) for u in used)]
     _picture(path, image, marks, unused, f"{title}   {_fix_line(fix)}", _fix_caption(fix))
+
+
+def draw_identification(
+    path: str | PathLike[str],
+    image: Pixels,
+    blobs: Sequence[Blob],
+    found: Identification,
+    scene: Scene,
+    *,
+    title: str = "",
+) -> None:
+    """Writes a picture of an image's blobs with the lamps that they are in the likeliest pose.
+
+    Raises: OSError when it cannot be written.
+    """
+    marks: list[Mark] = []
+    named: set[int] = set()
+    if found.hypotheses:
+        best = found.hypotheses[0]
+        for match in best.matches:
+            lamp = scene.lamps[match.lamp]
+            mark = _blob_mark(f"lamp {lamp.id}", blobs[match.blob])
+            mark.predicted_px = project_lamp_centre(lamp, best.cam_from_world, scene.camera)
+            marks.append(mark)
+            named.add(match.blob)
+    unused = [blob for i, blob in enumerate(blobs) if i not in named]
+    verdict = found.status.name + (f": {found.message}" if found.message else "")
+    caption = f"{len(found.hypotheses)} pose(s)   blue: measured, orange: no lamp"
+    _picture(path, image, marks, unused, f"{title}   {verdict}", caption)
 
 
 def draw_truth(

@@ -4,8 +4,20 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ._core import Blob, Candidate, Fix, RungChoice, Status, Truth, heading_rad
+from ._core import (
+    Blob,
+    Candidate,
+    Fix,
+    Hypothesis,
+    Identification,
+    RungChoice,
+    Scene,
+    Status,
+    Truth,
+    heading_rad,
+)
 
 
 def sigmas_mm(found: Fix | Candidate) -> list[float]:
@@ -44,6 +56,7 @@ def blob_dict(blob: Blob) -> dict[str, Any]:
         },
         "rim_points": len(blob.rim),
         "flags": flags(blob),
+        "lamp_id": blob.lamp_id,
         "frequency_hz": blob.frequency_hz,
         "frequency_sigma_hz": None if blob.frequency_hz is None else blob.frequency_sigma_hz,
     }
@@ -168,3 +181,43 @@ def blobs_text(blobs: list[Blob]) -> str:
         line = f"{i:2} {x:9.3f} {y:9.3f} {sigma_px(blob):9.4f} {blob.flux_dn:12.0f} {blob.area_px:8}"
         lines.append(f"{line}  {', '.join(notes)}".rstrip())
     return "\n".join(lines) if blobs else "no blobs"
+
+
+def _position_m(hypothesis: Hypothesis) -> NDArray[np.float64]:
+    pose = hypothesis.cam_from_world
+    return np.asarray(-pose[:3, :3].T @ pose[:3, 3])
+
+
+def identification_dict(found: Identification, scene: Scene) -> dict[str, Any]:
+    """Of a map's lamps, by their ids."""
+    return {
+        "status": found.status.name,
+        "message": found.message,
+        "chance": found.chance,
+        "poses": [
+            {
+                "cam_from_world": h.cam_from_world.tolist(),
+                "position_m": _position_m(h).tolist(),
+                "chi2": h.chi2,
+                "missed": h.missed,
+                "lamp_of_blob": {m.blob: scene.lamps[m.lamp].id for m in h.matches},
+            }
+            for h in found.hypotheses
+        ],
+    }
+
+
+def identification_text(found: Identification, scene: Scene) -> str:
+    """All poses for people, a line each."""
+    lines = [f"status  {found.status.name}"]
+    if found.message:
+        lines.append(f"why     {found.message}")
+    if found.hypotheses:
+        lines.append("pose    position [m]               heading   chi2  missed  lamps (blob: lamp)")
+    for rank, h in enumerate(found.hypotheses, 1):
+        position = _numbers(_position_m(h), 3, 9)
+        heading = float(np.degrees(heading_rad(h.cam_from_world)))
+        pairs = sorted((m.blob, scene.lamps[m.lamp].id) for m in h.matches)
+        names = " ".join(f"{blob}:{lamp}" for blob, lamp in pairs)
+        lines.append(f"{rank:<5}{position} {heading:7.2f} {h.chi2:7.1f} {h.missed:7d}  {names}")
+    return "\n".join(lines)

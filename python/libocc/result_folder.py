@@ -3,10 +3,13 @@
 filling: it remembers what it is the result of."""
 
 import json
+from collections.abc import Generator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 from .files import whole_file
+from .progress import Advance
 
 SETTINGS = "libocc.json"
 
@@ -35,6 +38,18 @@ class ResultFolder:
         if self.path.is_dir() and any(self.path.iterdir()):
             raise ValueError(f"{path}: is not empty and holds no result of libocc")
         self.write(SETTINGS, json_bytes(settings))
+
+    def keep(self, results: Generator[tuple[Any, dict[str, bytes]], None, None], advance: Advance) -> bool:
+        """Writes the files of each job as it is done; returns whether Ctrl-C ended it. Raises: OSError."""
+        try:
+            with closing(results):
+                for _, files in results:
+                    for name, content in files.items():
+                        self.write(name, content)
+                    advance()
+        except KeyboardInterrupt:
+            return True
+        return False
 
     def _compare(self, before: dict[str, Any], now: dict[str, Any]) -> None:
         changed = [key for key in {**before, **now} if before.get(key) != now.get(key)]

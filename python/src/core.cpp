@@ -66,6 +66,7 @@ PYBIND11_MODULE(_core, m) {
   m.doc() = "The compiled part of libocc; use `import libocc`.";
   m.attr("__version__") = LIBOCC_VERSION;
   occ::python::define_core(m);
+  occ::python::define_codes(m);
   occ::python::define_camera(m);
   occ::python::define_scene(m);
   occ::python::define_formation(m);
@@ -75,6 +76,7 @@ PYBIND11_MODULE(_core, m) {
   occ::python::define_detect(m);
   occ::python::define_identify(m);
   occ::python::define_locate(m);
+  occ::python::define_decode(m);
   occ::python::define_pose(m);
   occ::python::define_calibrate(m);
 }

@@ -40,6 +40,7 @@ auto blob_fields() {
       field("striped", &B::striped, "rolling-shutter stripes joined into one blob"),
       field("frequency_hz", &B::frequency_hz, "blink frequency read from the stripes, or None"),
       field("frequency_sigma_hz", &B::frequency_sigma_hz, "its standard deviation"),
+      field("lamp_id", &B::lamp_id, "of the lamp that its code told, or None"),
       field("ellipse", &B::ellipse, "of the rim, else of the second moments"),
       field("rim", &B::rim,
             "(n, 5) sub-pixel rim: x, y, outward unit normal x, y, sigma along it [px]"));
@@ -52,6 +53,7 @@ std::string blob_repr(const Blob& blob) {
   text << "<Blob: centroid [" << blob.centroid_px.x() << ", " << blob.centroid_px.y()
        << "] px, flux " << blob.flux_dn << " dn, " << blob.area_px << " px";
   if (blob.frequency_hz) text << ", " << *blob.frequency_hz << " Hz";
+  if (blob.lamp_id) text << ", lamp " << *blob.lamp_id;
   if (blob.saturated) text << ", saturated";
   if (blob.merged) text << ", merged";
   if (blob.cut_by_border) text << ", cut by border";

@@ -11,6 +11,15 @@ namespace occ::python {
 namespace {
 
 void define_matches(py::module_& m) {
+  py::native_enum<IdentifyMethod>(m, "IdentifyMethod", "enum.Enum",
+                                  "How poses that explain an image are searched for.")
+      .value("automatic", IdentifyMethod::automatic, "alignment for small maps, else voting")
+      .value("alignment", IdentifyMethod::alignment, "every naming of a few blob triples")
+      .value("voting", IdentifyMethod::voting,
+             "all namings in single precision, the best looked at")
+      .value("ransac", IdentifyMethod::ransac, "random namings until a better one is unlikely")
+      .value("clustering", IdentifyMethod::clustering, "poses of all namings; where many agree")
+      .finalize();
   py::class_<Match> match(m, "Match", "Which lamp of the scene is which blob: two indices.");
   const auto fields = std::make_tuple(required_field("lamp", &Match::lamp, "index in scene.lamps"),
                                       required_field("blob", &Match::blob, "index in the blobs"));

@@ -15,6 +15,7 @@ namespace occ::python {
 namespace py = pybind11;
 
 void define_core(py::module_& m);
+void define_codes(py::module_& m);
 void define_camera(py::module_& m);
 void define_effects(py::module_& m);  // by define_scene
 void define_scene(py::module_& m);
@@ -28,6 +29,7 @@ void define_identify(py::module_& m);
 void define_bound(py::module_& m);   // by define_locate
 void define_ladder(py::module_& m);  // by define_locate
 void define_locate(py::module_& m);
+void define_decode(py::module_& m);
 void define_robust_pose(py::module_& m);  // by define_pose
 void define_pose(py::module_& m);
 void define_calibrate(py::module_& m);

@@ -90,6 +90,7 @@ auto lamp_fields() {
       field("waveform", &Lamp::waveform,
             "instead: light over power_w in equal parts of a period, such as a code's chips"),
       field("phase", &Lamp::phase, "periods that have passed at time 0"),
+      field("code", &Lamp::code, "what it says, a LampCode; sets frequency_hz and waveform"),
       field("colour", &Lamp::colour, "(3,) light that red, green, blue pixels get, over white's"),
       field("power_sigma", &Lamp::power_sigma, "relative standard deviation of power_w"));
 }

@@ -25,6 +25,8 @@ inline auto detect_fields() {
 inline auto identify_fields() {
   using O = IdentifyOptions;
   return std::make_tuple(
+      field("method", &O::method, "how poses are searched for"),
+      field("seed", &O::seed, "of random namings"),
       field("use_frequency", &O::use_frequency,
             "name lamps by their blink code where there is one"),
       field("frequency_gate_sigma", &O::frequency_gate_sigma, "code and blob agree within [sigma]"),

@@ -63,6 +63,30 @@ def test_help_opens_with_an_example_that_prints_what_it_says(name, run):
             assert printed == expected
 
 
+def test_identify_names_every_lamp(run, room):
+    code, out, _ = run("identify", room, "--map", "irregular_six", "--json", "--overlay", "named.png")
+    found = json.loads(out)
+    assert code == 0 and found["status"] == "ok"
+    assert sorted(found["poses"][0]["lamp_of_blob"].values()) == [0, 1, 2, 3, 4, 5]
+    np.testing.assert_allclose(found["poses"][0]["position_m"], [1.7, 2.1, 0.5], atol=0.01)
+    assert Path("named.png").read_bytes()[:4] == b"\x89PNG"
+    code, out, _ = run("identify", room, "--map", "irregular_six")
+    assert code == 0 and out.splitlines()[0] == "status  ok" and len(out.splitlines()) == 3
+
+
+def test_identify_lists_all_poses_of_a_square(run):
+    assert run("simulate", "square_four", "--position", 1.7, 1.8, 0.3, "--out", "s.png")[0] == 0
+    code, out, _ = run("identify", "s.png", "--map", "square_four")
+    assert code == 1 and "ambiguous" in out and len(out.splitlines()) == 3 + 4
+    assert run("identify", "s.png", "--map", "square_four", "--prior-heading-deg", 10)[0] == 0
+
+
+def test_identify_refuses_another_cameras_image(run, room):
+    occ.write_image("small.png", np.zeros((40, 50), np.uint8))
+    code, _, err = run("identify", "small.png", "--map", "irregular_six")
+    assert code == 2 and "small.png: is 50 x 40, the camera of irregular_six" in err
+
+
 def test_locate_prints_the_fix(run, room):
     code, out, _ = run("locate", room, "irregular_six")
     assert code == 0

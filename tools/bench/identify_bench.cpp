@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Naming lamps, one thread, blobs made from the truth.
+// Naming lamps, one thread, blobs made from the truth: small rooms, and random maps of many lamps.
 #include "libocc/core/abi.hpp"
 //
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+#include <chrono>
 #include <string>
 #include <vector>
 
 #include "libocc/core/random.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/identify/identify.hpp"
+#include "tests/random_maps.hpp"
 
 namespace {
 
@@ -114,6 +117,66 @@ void BM_IdentifyWithPositionPrior(benchmark::State& state) {
   run(state, make_view(8, 6, 2), options, 6);
 }
 BENCHMARK(BM_IdentifyWithPositionPrior)->Unit(benchmark::kMicrosecond);
+
+/// Success against time of every method. Arguments: lamps of the map; alignment, voting, ransac,
+/// clustering.
+void BM_IdentifyByMethod(benchmark::State& state) {
+  maps::Options map;
+  map.lamps = static_cast<int>(state.range(0));
+  Random random(10);
+  std::vector<maps::View> seen;
+  for (int i = 0; i < 50; ++i) seen.push_back(maps::random_view(random, map));
+  IdentifyOptions options;
+  options.method = static_cast<IdentifyMethod>(state.range(1));
+  std::size_t i = 0;
+  int right = 0;
+  for (auto _ : state) {
+    const maps::View& view = seen[i++ % seen.size()];
+    const Result<Identification> found = identify(view.blobs, view.scene, options);
+    right += found.ok() && maps::is_right(found->hypotheses.front(), view);
+  }
+  state.counters["right"] = static_cast<double>(right) / static_cast<double>(i);
+}
+BENCHMARK(BM_IdentifyByMethod)
+    ->ArgsProduct(
+        {{8, 20},
+         {static_cast<int>(IdentifyMethod::alignment), static_cast<int>(IdentifyMethod::voting),
+          static_cast<int>(IdentifyMethod::ransac), static_cast<int>(IdentifyMethod::clustering)}})
+    ->Unit(benchmark::kMillisecond);
+
+/// Arguments: lamps of the map, gravity known or not. Six lamps seen, two hidden, two false lights;
+/// each iteration another map. The median says what a typical image takes, the mean is drawn by a
+/// few long searches.
+void BM_IdentifyInRandomMaps(benchmark::State& state) {
+  constexpr int views = 100;
+  maps::Options map;
+  map.lamps = static_cast<int>(state.range(0));
+  Random random(9);
+  std::vector<maps::View> seen;
+  std::vector<IdentifyOptions> options(views);
+  for (int i = 0; i < views; ++i) {
+    seen.push_back(maps::random_view(random, map));
+    if (state.range(1) != 0)
+      options[static_cast<std::size_t>(i)].prior = maps::gravity(seen.back(), 0.00873, random);
+  }
+  std::vector<double> times_s;
+  int right = 0;
+  for (auto _ : state) {
+    const std::size_t i = times_s.size() % views;
+    const auto begin = std::chrono::steady_clock::now();
+    const Result<Identification> found = identify(seen[i].blobs, seen[i].scene, options[i]);
+    times_s.push_back(
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    right += found.ok() && maps::is_right(found->hypotheses.front(), seen[i]);
+  }
+  std::sort(times_s.begin(), times_s.end());
+  state.counters["median_ms"] = 1e3 * times_s[times_s.size() / 2];
+  state.counters["p95_ms"] = 1e3 * times_s[times_s.size() * 95 / 100];
+  state.counters["right"] = static_cast<double>(right) / static_cast<double>(times_s.size());
+}
+BENCHMARK(BM_IdentifyInRandomMaps)
+    ->ArgsProduct({{8, 20, 50, 100}, {0, 1}})
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 

@@ -13,6 +13,7 @@
 #include "libocc/core/simd.hpp"
 
 #define LIBOCC_INLINE inline __attribute__((always_inline))
+#define LIBOCC_LAMBDA_INLINE __attribute__((always_inline))
 
 #if defined(__x86_64__)
 

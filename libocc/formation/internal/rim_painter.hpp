@@ -12,35 +12,46 @@
 
 namespace occ {
 
-/// Where on the canvas a point's light falls. Of the touched rows (columns), `first_row` ...
-/// `end_row` - 1 are on it, the touched row 0 being row `top` of the canvas, and so on.
-struct Footprint {
-  bool on_canvas = false;
-  int top = 0, first_row = 0, end_row = 0;
-  int left = 0, first_column = 0, end_column = 0;
+/// A point of a rim on the canvas, pixel (0, 0) being its first, with its share of the contour.
+struct RimPoint {
+  double x, y, dy;
 };
 
-/// Steps of coverage and of its first moments, side by side for each row.
+/// Steps of coverage, and of its first moments side by side with it for each row; memory is used
+/// again.
 class Canvas {
  public:
-  /// Dark. Without moments it holds coverage alone.
-  Canvas(Simd simd, const PsfTables& tables, int width, int height, bool with_moments);
+  explicit Canvas(Simd simd) : simd_(simd) {}
 
-  /// Adds a point with its share `amount` of the contour.
-  void paint(const Footprint& print, const PsfStencil& across, const PsfStencil& down,
-             double amount);
+  /// Around the canvas are this many zeros on all sides.
+  static constexpr int margin = 4;
 
-  /// Coverage, or its moments, row by row; without moments m_x and m_y are null.
-  void sum(double* c, double* m_x, double* m_y) const;
+  /// Dark and without points, of this size. Without moments it holds coverage alone.
+  void prepare(int width, int height, bool with_moments);
+
+  void add(const RimPoint& point) { rim_.push_back(point); }
+
+  /// All points that have been added.
+  void paint(const PixelPsf& psf);
+
+  /// From steps to what they add up to along the rows.
+  void sum();
+
+  // Once summed: coverage, or its moments, at the first pixel; the row below is row_stride() on.
+
+  const double* c() const { return pixels_.data() + begin_; }
+  const double* m_x() const { return c() + stride_; }
+  const double* m_y() const { return m_x() + stride_; }
+  std::ptrdiff_t row_stride() const { return with_moments_ ? 3 * stride_ : stride_; }
 
  private:
   Simd simd_;
-  PsfTables tables_;
-  int width_, height_;
-  bool with_moments_;
-  std::ptrdiff_t stride_;      // from one of a row's sums to the next
-  std::size_t begin_ = 0;      // of the aligned part of steps_
-  std::vector<double> steps_;  // of each row: c, m_x, m_y
+  int width_ = 0, height_ = 0;
+  bool with_moments_ = false;
+  std::ptrdiff_t stride_ = 0;   // from one of a row's sums to the next
+  std::ptrdiff_t begin_ = 0;    // of the first pixel, aligned
+  std::vector<double> pixels_;  // of each row: c, m_x, m_y
+  std::vector<RimPoint> rim_;
   std::vector<double> buffer_;
 };
 

@@ -44,4 +44,19 @@ inline YamlSection::Words<Readout> readout_words() {
   return {{"rows", Readout::rows}, {"columns", Readout::columns}, {"unknown", Readout::unknown}};
 }
 
+inline YamlSection::Words<CodeKind> code_kind_words() {
+  return {{"c_ook", CodeKind::c_ook},
+          {"ufsook", CodeKind::ufsook},
+          {"s2psk", CodeKind::s2psk},
+          {"csk", CodeKind::csk}};
+}
+
+inline YamlSection::Words<LineCode> line_code_words() {
+  return {{"manchester", LineCode::manchester}, {"4b6b", LineCode::code_4b6b}};
+}
+
+inline YamlSection::Words<Checksum> checksum_words() {
+  return {{"crc8", Checksum::crc8}, {"crc16", Checksum::crc16}};
+}
+
 }  // namespace occ

@@ -51,20 +51,19 @@ LIBOCC_MULTIVERSION(multiply, (double p, const std::uint32_t* words, int count, 
 
 void apply_gain(const Frame& frame, Signal& signal) {
   constexpr std::uint32_t pixels_a_block = 4;
-  using Words = PixelWords<pixels_a_block>;
+  RowWords<pixels_a_block> words(gain_use);
   const Sensor& sensor = frame.scene.sensor;
   const Simd simd = frame.storage.simd();
   const NoiseKey key{static_cast<std::uint64_t>(sensor.gain_seed), 0};
   signal.take_in_everywhere();
   signal.for_touched([&](int x0, int y, int count) {
-    auto first = static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(signal.width()) +
-                 static_cast<std::uint32_t>(x0);
-    for (double* values = signal.row(y) + x0; count > 0;
-         values += Words::most, first += Words::most, count -= static_cast<int>(Words::most)) {
-      const int part = std::min(count, static_cast<int>(Words::most));
-      const Words random(simd, key, gain_use, first, static_cast<std::uint32_t>(part));
-      multiply_for(simd)(sensor.gain_sigma, random.words.data() + random.skip, part, values);
-    }
+    const auto width = static_cast<std::uint32_t>(signal.width());
+    const std::uint32_t first =
+        static_cast<std::uint32_t>(y) * width + static_cast<std::uint32_t>(x0);
+    const auto rows = static_cast<std::uint32_t>(signal.height() - y);
+    const RandomWords random =
+        words.of(simd, key, {first, static_cast<std::uint32_t>(count), width, rows});
+    multiply_for(simd)(sensor.gain_sigma, random.words + random.skip, count, signal.row(y) + x0);
   });
 }
 

@@ -67,23 +67,6 @@ Bound bound(const View& view) {
 
 }  // namespace
 
-std::size_t colour_at(Mosaic mosaic, std::size_t place) {
-  constexpr std::size_t red = 0, green = 1, blue = 2;
-  switch (mosaic) {
-    case Mosaic::rggb:
-      return std::array<std::size_t, 4>{red, green, green, blue}[place];
-    case Mosaic::grbg:
-      return std::array<std::size_t, 4>{green, red, blue, green}[place];
-    case Mosaic::gbrg:
-      return std::array<std::size_t, 4>{green, blue, red, green}[place];
-    case Mosaic::bggr:
-      return std::array<std::size_t, 4>{blue, green, green, red}[place];
-    case Mosaic::none:
-      break;
-  }
-  return green;
-}
-
 ByPlace light_by_place(const Sensor& sensor, const Eigen::Vector3d& colour) {
   ByPlace light{1, 1, 1, 1};
   if (sensor.mosaic == Mosaic::none) return light;

@@ -23,12 +23,14 @@ class DarkNoise {
   /// Grey levels of the pixels first, first + 1, ... (counted row by row); up to `spare` more are
   /// written.
   static constexpr int spare = 32;
-  void draw(Simd simd, const NoiseKey& key, std::uint32_t first, int count,
+  static constexpr std::uint32_t pixels_a_block = 8;  ///< two to a word
+  void draw(Simd simd, const NoiseKey& key, RandomWords random, std::uint32_t first, int count,
             std::uint16_t* levels) const;
 
  private:
-  void draw_batch(Simd simd, const NoiseKey& key, std::uint32_t first, int count,
-                  std::uint16_t* levels) const;
+  static constexpr int most = 2048;  // pixels at a time
+  void draw_batch(Simd simd, const NoiseKey& key, const RandomWords& random, std::uint32_t first,
+                  int count, std::uint16_t* levels) const;
   int refined(const NoiseKey& key, std::uint32_t pixel, std::uint32_t number) const;
 
   int first_level_ = 0;                // of those that occur

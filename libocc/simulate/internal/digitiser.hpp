@@ -24,11 +24,17 @@ class Digitiser {
   /// Grey level of a signal that the full well has already clipped, read noise included.
   int grey_level(double electrons) const;
 
-  /// The same of many.
-  void grey_levels(Simd simd, const double* electrons, int count, std::uint16_t* levels) const;
+  // The same of many; up to a batch more is read and written.
+  static constexpr int batch = 16;
+
+  /// Of pixels with a signal beside `base_e`, which the full well clips here.
+  void grey_levels(Simd simd, double base_e, double full_well_e, const double* signal_e, int count,
+                   std::uint16_t* levels) const;
   void grey_levels(Simd simd, const float* electrons, int count, std::uint16_t* levels) const;
 
  private:
+  int level_of(double electrons) const;  // by the bounds
+
   int levels_ = 0;
   double gain_ = 0, black_ = 0;
   std::vector<double> bounds_e_;  // empty for a linear response, where they are evenly spaced

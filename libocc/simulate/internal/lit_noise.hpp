@@ -24,15 +24,17 @@ class LitNoise {
   /// Where the mean is zero nothing is drawn, and what is written has no meaning. Up to a batch
   /// more is read and written.
   static constexpr int batch = 16;
-  void draw(Simd simd, const NoiseKey& key, std::uint32_t first, int count, const double* mean_e,
-            float* electrons) const;
+  static constexpr std::uint32_t pixels_a_block = 4;
+  void draw(Simd simd, const NoiseKey& key, const RandomWords& random, std::uint32_t first,
+            int count, const double* mean_e, float* electrons) const;
 
- private:
   /// Mean electrons between which pixels are drawn exactly.
   struct Range {
     double low = 0, high = 0;
     bool contains(double mean) const { return mean > low && mean < high; }
   };
+
+ private:
   double exact(const NoiseKey& key, std::uint32_t pixel, double mean_e) const;
 
   double full_well_e_, read_noise_e_;

@@ -2,12 +2,10 @@
 // Colour filters over the pixels: which light a pixel gets, and by which curve it is stored.
 #pragma once
 
+#include "libocc/radiometry/mosaic.hpp"
 #include "libocc/simulate/internal/signal.hpp"
 
 namespace occ {
-
-/// Of the pixels at a place: 0 red, 1 green, 2 blue.
-std::size_t colour_at(Mosaic mosaic, std::size_t place);
 
 /// What pixels get of a light, over white light's through no filter.
 ByPlace light_by_place(const Sensor& sensor, const Eigen::Vector3d& colour);

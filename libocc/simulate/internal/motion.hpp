@@ -41,7 +41,7 @@ class Motion {
   /// In which the exposure of a still image happens: the middle of the first line's.
   double still_s() const { return moves_ ? 0.5 * exposure_s_ : 0; }
   Rigid3 pose_at(double time_s) const;
-  Rigid3 still_pose() const { return pose_at(still_s()); }
+  const Rigid3& still_pose() const { return still_pose_; }
 
   /// Whether lines see the lamps from poses of their own.
   bool rolls() const { return effects_.rolling_shutter; }
@@ -70,6 +70,7 @@ class Motion {
   Effects effects_;
   double exposure_s_, line_time_s_;
   bool moves_;
+  Rigid3 still_pose_;
 };
 
 }  // namespace occ

@@ -3,8 +3,11 @@
 // does not depend on its neighbours, on the lamps elsewhere, or on the order of work.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <numeric>
+#include <vector>
 
 #include "libocc/core/philox_blocks.hpp"
 
@@ -18,29 +21,76 @@ struct NoiseKey {
   std::uint64_t seed = 0;
   std::uint32_t frame = 0;
 
+  bool operator==(const NoiseKey& other) const {
+    return seed == other.seed && frame == other.frame;
+  }
+
   std::array<std::uint32_t, 2> words() const {
     return {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)};
   }
 };
 
-/// Random words of `count` pixels from `first` on, `per_block` pixels sharing a block of four. The
-/// first pixel's place in its block is `skip`.
+/// `count` pixels in each of `rows` rows, of which the first begins with pixel `first` and every
+/// other one `next_row` after that before it.
+struct NoisyPixels {
+  std::uint32_t first, count, next_row, rows;
+};
+
+/// Random words of pixels, `per_block` of which share a block of four; the first pixel's place in
+/// its block is `skip`. A vector more can be read.
+struct RandomWords {
+  const std::uint32_t* words;
+  std::uint32_t skip;
+};
+
+/// Draws them for several rows at a time: a row of a lamp's image would leave most of a vector of
+/// blocks unused.
 template <std::uint32_t per_block>
-class PixelWords {
+class RowWords {
  public:
-  PixelWords(Simd simd, const NoiseKey& key, NoiseUse use, std::uint32_t first,
-             std::uint32_t count) {
-    const std::uint32_t block = first / per_block;
-    const std::uint32_t blocks = (first + count - 1) / per_block - block + 1;
-    skip = first % per_block;
-    philox_blocks(simd, block, blocks, {use, 0, key.frame}, key.words(), words.data());
+  explicit RowWords(NoiseUse use) : use_(use) {}
+
+  /// Of the first of the rows; the others are likely to be asked for next. Valid until then.
+  RandomWords of(Simd simd, const NoiseKey& key, const NoisyPixels& pixels) {
+    const std::uint32_t row = pixels.next_row > 0 ? (pixels.first - first_) / pixels.next_row : 0;
+    const bool known = row < begins_.size() && key == key_ && pixels.count == count_ &&
+                       pixels.next_row == next_row_ && first_ + row * next_row_ == pixels.first;
+    if (!known) draw(simd, key, pixels);
+    return {words_.data() + begins_[known ? row : 0], pixels.first % per_block};
   }
 
-  static constexpr std::uint32_t most_blocks = 256;
-  static constexpr std::uint32_t most = (most_blocks - 1) * per_block;  ///< of `count`
+ private:
+  static constexpr std::uint32_t spare = 32;
+  static constexpr std::uint32_t usual_blocks = 8 * philox_batch;
 
-  std::array<std::uint32_t, 4 * most_blocks + 16> words;  ///< readable a vector beyond the last
-  std::uint32_t skip;
+  void draw(Simd simd, const NoiseKey& key, const NoisyPixels& pixels) {
+    key_ = key;
+    first_ = pixels.first;
+    count_ = pixels.count;
+    next_row_ = pixels.next_row;
+    begins_.clear();
+    const std::uint32_t most = pixels.count / per_block + 2;  // blocks of a row
+    counters_.resize(std::max(usual_blocks, most) + philox_batch);
+    std::uint32_t blocks = 0;
+    for (std::uint32_t row = 0; row < pixels.rows; ++row) {
+      if (row > 0 && blocks + most > usual_blocks) break;
+      begins_.push_back(4 * blocks);
+      const std::uint32_t first = pixels.first + row * pixels.next_row;
+      const std::uint32_t block = first / per_block;
+      const std::uint32_t in_row = (first + pixels.count - 1) / per_block - block + 1;
+      const auto begin = counters_.begin() + blocks;
+      std::iota(begin, begin + in_row, block);
+      blocks += in_row;
+    }
+    words_.resize(4 * counters_.size() + spare);
+    philox_blocks(simd, counters_.data(), blocks, {use_, 0, key.frame}, key.words(), words_.data());
+  }
+
+  NoiseUse use_;
+  NoiseKey key_;
+  std::uint32_t first_ = 0, count_ = 0, next_row_ = 0;
+  std::vector<std::uint32_t> begins_;  // of each row, in words_
+  std::vector<std::uint32_t> counters_, words_;
 };
 
 }  // namespace occ

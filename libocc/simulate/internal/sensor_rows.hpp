@@ -19,6 +19,7 @@ namespace occ {
 /// Some pixels of a row, and what they get beside the light of all.
 struct RowPart {
   int x0, y, count;
+  std::uint32_t rows;    ///< that are to come, this one included, with the same columns
   std::uint32_t first;   ///< index of the first pixel, counted row by row
   const double* signal;  ///< electrons of each
 };
@@ -62,11 +63,19 @@ class SensorRows {
   template <typename Levels>
   const std::vector<std::uint16_t>& of_kinds(const RowPart& part, Levels levels_of);
 
+  NoisyPixels pixels_of(const RowPart& part) const {
+    return {part.first, static_cast<std::uint32_t>(part.count), width_, part.rows};
+  }
+  void draw_lit(const NoiseKey& noise, const RowPart& part);
+
   Simd simd_;
   Key key_;
   double full_well_e_;
+  std::uint32_t width_;
   LitNoise lit_noise_;
   std::array<std::shared_ptr<const Kind>, 4> kinds_;  // by place in the mosaic
+  RowWords<DarkNoise::pixels_a_block> dark_words_{dark_use};
+  RowWords<LitNoise::pixels_a_block> lit_words_{lit_use};
   std::vector<double> mean_e_;
   std::vector<float> drawn_e_;
   std::vector<std::uint16_t> levels_, others_;

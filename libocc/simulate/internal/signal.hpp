@@ -24,7 +24,10 @@ class Signal {
       : width_(width),
         height_(height),
         stride_((width + 7) / 8 * 8 | 8),  // an odd number of cache lines: rows share no cache sets
-        electrons_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height)) {}
+        electrons_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height) + spare) {}
+
+  /// So many pixels after any can be read, and have zero added to them.
+  static constexpr int spare = 16;
 
   int width() const { return width_; }
   int height() const { return height_; }

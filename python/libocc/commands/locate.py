@@ -1,23 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-import math
-
 import click
 
 import libocc as occ
 
 from .. import report, samples
 from ..cli import blamed_on, emit_json, json_option, overlay_option
+from ..prior_options import prior_options
 
 
 @click.command(short_help="Find where the camera was that took an image.")
 @click.argument("image")
 @click.argument("scene")
-@click.option("--prior-position", type=float, nargs=3, metavar="X Y Z", help="About where [m].")
-@click.option("--prior-position-sigma", type=float, default=0.5, show_default=True, help="[m]")
-@click.option("--prior-heading-deg", type=float, help="About which azimuth of the image's right.")
-@click.option("--prior-heading-sigma-deg", type=float, default=20, show_default=True)
-@click.option("--prior-gravity", type=float, nargs=3, metavar="X Y Z", help="Down, camera frame.")
-@click.option("--prior-gravity-sigma-deg", type=float, default=1, show_default=True)
+@prior_options
 @click.option("--budget-ms", type=float, help="Time for all: take the most accurate rung that fits.")
 @click.option("--target-mm", type=float, help="Error of the position: take the cheapest that meets it.")
 @click.option("--costs", metavar="FILE.yaml", help="What rungs take here: see libocc ladder --costs.")
@@ -28,12 +22,7 @@ def command(
     ctx: click.Context,
     image: str,
     scene: str,
-    prior_position: tuple[float, float, float] | None,
-    prior_position_sigma: float,
-    prior_heading_deg: float | None,
-    prior_heading_sigma_deg: float,
-    prior_gravity: tuple[float, float, float] | None,
-    prior_gravity_sigma_deg: float,
+    prior: occ.Prior,
     budget_ms: float | None,
     target_mm: float | None,
     costs: str | None,
@@ -56,15 +45,6 @@ def command(
     a scene that comes with libocc. Exit code 0: one pose fits; 1: none, or several, which are
     shown, or not within --budget-ms and --target-mm; 2: bad input.
     """
-    with blamed_on("prior"):
-        prior = occ.Prior(
-            position_m=prior_position,
-            position_sigma_m=prior_position_sigma,
-            heading_rad=None if prior_heading_deg is None else math.radians(prior_heading_deg),
-            heading_sigma_rad=math.radians(prior_heading_sigma_deg),
-            gravity_in_cam=prior_gravity,
-            gravity_sigma_rad=math.radians(prior_gravity_sigma_deg),
-        )
     table = occ.RungCosts()
     if costs is not None:
         with blamed_on(costs):

@@ -2,7 +2,6 @@
 """Renders the frames that a folder lacks."""
 
 from collections.abc import Sequence
-from contextlib import closing
 
 from ..progress import Advance
 from ..result_folder import ResultFolder, json_bytes
@@ -41,15 +40,7 @@ def write_frames(
 ) -> bool:
     """Returns whether Ctrl-C ended it; what is done by then is kept. Raises: OSError."""
     todo = [(layout.name, frame) for frame in missing_frames(folder, layout, frames)]
-    try:
-        with closing(run_jobs(frame_files, todo, workers, idle=lambda: advance(0))) as done:
-            for _, files in done:
-                for name, content in files.items():
-                    folder.write(name, content)
-                advance()
-    except KeyboardInterrupt:
-        return True
-    return False
+    return folder.keep(run_jobs(frame_files, todo, workers, idle=lambda: advance(0)), advance)
 
 
 def write_set_files(folder: ResultFolder, layout: Plain, ending: str, advance: Advance) -> int:

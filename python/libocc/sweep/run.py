@@ -5,7 +5,6 @@ import csv
 import io
 import json
 from collections.abc import Iterable
-from contextlib import closing
 from typing import Any
 
 from ..progress import Advance
@@ -45,16 +44,9 @@ def run_sweep(
     folder: ResultFolder, points: list[Point], workers: int, scheduler: str | None, advance: Advance
 ) -> bool:
     """Returns whether Ctrl-C ended it; what is done by then is kept. Raises: OSError, ValueError."""
-    try:
-        jobs = run_jobs(compute_point, points, workers, scheduler, lambda: advance(0))
-        with closing(jobs) as results:
-            for _, files in results:
-                for name, content in files.items():
-                    folder.write(name, content)
-                advance()
-    except KeyboardInterrupt:
-        return True
-    return False
+    return folder.keep(
+        run_jobs(compute_point, points, workers, scheduler, lambda: advance(0)), advance
+    )
 
 
 def done_points(folder: ResultFolder, points: list[Point], advance: Advance) -> list[Point]:

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/codes/budget.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <sstream>
+
+#include "libocc/codes/c_ook.hpp"
+#include "libocc/codes/s2psk.hpp"
+#include "libocc/codes/ufsook.hpp"
+#include "libocc/core/require.hpp"
+
+namespace occ {
+namespace {
+
+/// Length of what must not be blurred, and how much of it an image must hold.
+struct Needs {
+  double chip_hz = 0;
+  double chips = 0;
+  double longest_exposure = 1;
+};
+Needs needs_of(const Code& code) {
+  if (code.kind == CodeKind::ufsook) return {2 * ufsook_tones(code).mark_hz, 0, 0.5};
+  if (code.kind == CodeKind::s2psk) return {2 * s2psk_hz(code), 0, 0.5};
+  if (code.kind == CodeKind::csk) return {code.clock_hz, 1, 1};
+  return {code.clock_hz, static_cast<double>(c_ook_sub_packet_chips(code)), 1};
+}
+
+/// Part of a packet of which a frame sees enough, wherever in it the frame begins.
+double part_seen(const Code& code, const CodeBudget& budget, bool exact_times) {
+  const double in_view = budget.chips_in_view / (budget.period_s * code.clock_hz);
+  if (code.kind != CodeKind::c_ook || exact_times) return in_view;
+  const double repeats = std::max(code.repeats, 2);  // one may be cut at each end
+  return (repeats - 1) / repeats / c_ook_sub_packets(code);
+}
+
+/// Frames until the largest part of the packet that none has begun in is as small as this; infinity
+/// when frames come back to the same parts before.
+double frames_to_see(const Code& code, double period_s, double part) {
+  if (code.kind == CodeKind::ufsook || code.kind == CodeKind::s2psk)
+    return std::ceil(period_s * code.frame_rate_hz);
+  constexpr int most = 1000;
+  const double step = 1 / (code.frame_rate_hz * period_s);
+  std::set<double> begun;
+  for (int frame = 0; frame < most; ++frame) {
+    begun.insert(step * frame - std::floor(step * frame));
+    double before = *begun.rbegin() - 1, gap = 0;
+    for (const double at : begun) {
+      gap = std::max(gap, at - before);
+      before = at;
+    }
+    if (gap <= part) return frame + 1;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+std::string why_not(const Code& code, const CodeBudget& budget, const Needs& needs) {
+  std::ostringstream text;
+  text.precision(3);
+  if (budget.exposure_chips > needs.longest_exposure)
+    text << "the exposure is " << budget.exposure_chips << " of the "
+         << (needs.chips > 0 ? "chips" : "half periods") << " of " << to_string(code.kind)
+         << ", of which it may be " << needs.longest_exposure;
+  else if (budget.row_chips > 0.5)
+    text << "rows are " << budget.row_chips << " chips apart: half a chip at most";
+  else if (budget.chips_in_view < budget.chips_needed)
+    text << "the lamp's image holds " << budget.chips_in_view << " chips, " << to_string(code.kind)
+         << " needs " << budget.chips_needed;
+  else if (std::isinf(budget.frames_needed))
+    text << "frames at " << code.frame_rate_hz << " Hz always fall on the same parts of packets of "
+         << budget.period_s << " s";
+  return text.str();
+}
+
+}  // namespace
+
+CodeBudget code_budget(const Code& code, double rows, double row_time_s, double exposure_s,
+                       bool exact_times) {
+  require(rows >= 0 && std::isfinite(rows), "rows", rows, "zero or positive");
+  require(row_time_s >= 0 && std::isfinite(row_time_s), "row_time_s", row_time_s,
+          "zero or positive");
+  require(exposure_s > 0 && std::isfinite(exposure_s), "exposure_s", exposure_s, "positive");
+  const SlotCode slots = slot_code(code);
+  const Needs needs = needs_of(code);
+  CodeBudget budget;
+  budget.chips_in_view = rows * row_time_s * needs.chip_hz;
+  budget.chips_needed = exact_times ? std::min(1.0, needs.chips) : needs.chips;
+  budget.exposure_chips = exposure_s * needs.chip_hz;
+  budget.row_chips = needs.chips > 0 ? row_time_s * needs.chip_hz : 0;
+  budget.period_s = slots.chips / slots.chip_rate_hz;
+  budget.frames_needed = frames_to_see(code, budget.period_s, part_seen(code, budget, exact_times));
+  budget.message = why_not(code, budget, needs);
+  budget.fits = budget.message.empty();
+  return budget;
+}
+
+void require_fits(const Code& code, double rows, double row_time_s, double exposure_s) {
+  const CodeBudget budget = code_budget(code, rows, row_time_s, exposure_s);
+  if (!budget.fits) throw std::invalid_argument("code: " + budget.message);
+}
+
+}  // namespace occ

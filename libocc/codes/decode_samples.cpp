@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/codes/decode_samples.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "libocc/codes/c_ook.hpp"
+#include "libocc/codes/internal/slot_fit.hpp"
+#include "libocc/core/require.hpp"
+
+namespace occ {
+namespace {
+
+using decoding::SlotFit;
+
+constexpr double sure = 6;  // of a phase over its rivals: 1 in 400
+
+// Decisions over noise gain about one square a bit and a few by the choice of the phase.
+bool shows_code(const SlotFit& fit, std::size_t bits) {
+  return fit.gained > 4 * (static_cast<double>(bits) + 10);
+}
+
+/// Evidence of the payload's bits with what says how far to trust it.
+struct Evidence {
+  std::vector<double> bits;  ///< for 1 against 0
+  double gained = 0, excess = 0, rival = 30, clock_error = 0;
+  bool shown = false;
+};
+
+Evidence joined_evidence(const std::vector<LightSample>& samples, const Code& code,
+                         const DecodeSamplesOptions& options) {
+  const SlotCode slots = slot_code(code);
+  const SlotFit fit = decoding::fit_slots(samples, slots, options);
+  Evidence evidence;
+  evidence.bits = decoding::bit_evidence(fit.evidence, slots.bits_per_symbol);
+  evidence.gained = fit.gained;
+  evidence.excess = fit.excess;
+  evidence.rival = fit.rival;
+  evidence.clock_error = fit.clock_error;
+  evidence.shown = shows_code(fit, evidence.bits.size());
+  return evidence;
+}
+
+/// Probabilities of the words of some bits, from their evidence.
+std::vector<double> word_probabilities(const std::vector<double>& bits, std::size_t from,
+                                       std::size_t count) {
+  std::vector<double> p(std::size_t{1} << count);
+  for (std::size_t word = 0; word < p.size(); ++word) {
+    double log_p = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool one = (word >> (count - 1 - i)) & 1;
+      log_p -= std::log1p(std::exp(std::clamp(one ? -bits[from + i] : bits[from + i], -50., 50.)));
+    }
+    p[word] = std::exp(log_p);
+  }
+  return p;
+}
+
+/// Each frame says something about one sub-packet, or with a small probability nothing: it may show
+/// the end of one and the beginning of the next.
+void add_frame(const SlotFit& fit, const SlotCode& slots, const Code& code,
+               std::vector<std::vector<double>>& words) {
+  constexpr double says_nothing = 0.05;
+  const std::vector<double> bits = decoding::bit_evidence(fit.evidence, slots.bits_per_symbol);
+  const auto sequence_bits = static_cast<std::size_t>(c_ook_sequence_bits(code));
+  const auto number = word_probabilities(bits, 0, sequence_bits);
+  const auto word = word_probabilities(bits, sequence_bits, 4);
+  for (std::size_t s = 0; s < words.size(); ++s)
+    for (std::size_t w = 0; w < words[s].size(); ++w) {
+      const double told = (1 - says_nothing) * number[s];
+      words[s][w] += std::log(told * word[w] + (1 - told) / 16);
+    }
+}
+
+Evidence frame_by_frame(const std::vector<LightSample>& samples, const Code& code,
+                        const DecodeSamplesOptions& options) {
+  const SlotCode slots = c_ook_sub_packet_slots(code);
+  std::map<int, std::vector<LightSample>> frames;
+  for (const LightSample& sample : samples) frames[sample.frame].push_back(sample);
+  std::vector<std::vector<double>> words(static_cast<std::size_t>(c_ook_sub_packets(code)),
+                                         std::vector<double>(16, 0));
+  Evidence evidence;
+  for (const auto& [frame, of_frame] : frames) {
+    const SlotFit fit = decoding::fit_slots(of_frame, slots, options);
+    if (!shows_code(fit, static_cast<std::size_t>(c_ook_sequence_bits(code) + 4))) continue;
+    evidence.shown = true;
+    evidence.gained += fit.gained;
+    evidence.excess += fit.excess;
+    add_frame(fit, slots, code, words);
+  }
+  evidence.bits = decoding::bit_evidence(words, 4);
+  return evidence;
+}
+
+std::string number_text(double value) {
+  std::ostringstream text;
+  text.precision(3);
+  text << value;
+  return text.str();
+}
+
+void judge(const Evidence& evidence, const Code& code, const DecodeSamplesOptions& options,
+           DecodedCode& out) {
+  constexpr double least_explained = 0.5;
+  const auto unseen = std::count_if(out.margins.begin(), out.margins.end(),
+                                    [](double margin) { return margin < 1e-6; });
+  const auto verdict = [&](CodeStatus status, std::string message) {
+    out.status = status;
+    out.message = std::move(message);
+  };
+  if (!evidence.shown)
+    return verdict(CodeStatus::no_signal,
+                   std::string("the light shows no ") + to_string(code.kind) + " code");
+  if (unseen > 0)
+    return verdict(CodeStatus::incomplete, std::to_string(unseen) + " of " +
+                                               std::to_string(out.bits.size()) +
+                                               " bits were never seen: more frames are needed");
+  if (out.explained < least_explained)
+    return verdict(CodeStatus::no_signal, "the code explains only " + number_text(out.explained) +
+                                              " of how the light varies");
+  if (out.expected_errors > options.most_expected_errors)
+    return verdict(CodeStatus::uncertain,
+                   number_text(out.expected_errors) + " wrong bits are to be expected");
+  if (evidence.rival < sure)
+    return verdict(CodeStatus::uncertain, "another phase that says something else fits as well");
+  const Bits id(out.bits.begin(), out.bits.begin() + code.id_bits);
+  if (payload_bits(value_of(id), code) != out.bits)
+    return verdict(CodeStatus::checksum_failed, "the checksum does not hold");
+  verdict(CodeStatus::ok, "");
+  out.id = value_of(id);
+}
+
+void check(const std::vector<LightSample>& samples, const SlotCode& slots) {
+  for (const LightSample& sample : samples) {
+    require(std::isfinite(sample.start_s), "start_s", sample.start_s, "finite");
+    require(std::isfinite(sample.value), "value", sample.value, "finite");
+    require(sample.sigma > 0 && std::isfinite(sample.sigma), "sigma", sample.sigma, "positive");
+    require(sample.exposure_s > 0 && std::isfinite(sample.exposure_s), "exposure_s",
+            sample.exposure_s, "positive");
+    require(sample.channel >= 0 && sample.channel < slots.channels, "channel", sample.channel,
+            "below the code's " + std::to_string(slots.channels));
+  }
+}
+
+}  // namespace
+
+const char* to_string(CodeStatus status) {
+  constexpr std::array<const char*, 5> names{"ok", "no_signal", "incomplete", "uncertain",
+                                             "checksum_failed"};
+  return names[static_cast<std::size_t>(status)];
+}
+
+void DecodeSamplesOptions::validate() const {
+  require(max_clock_error >= 0 && max_clock_error < 0.01, "max_clock_error", max_clock_error,
+          "in [0, 0.01)");
+  require(most_expected_errors > 0, "most_expected_errors", most_expected_errors, "positive");
+  if (period_start_s)
+    require(std::isfinite(*period_start_s), "period_start_s", *period_start_s, "finite");
+}
+
+DecodedCode decode_samples(const std::vector<LightSample>& samples, const Code& code,
+                           const DecodeSamplesOptions& options) {
+  options.validate();
+  check(samples, slot_code(code));
+  DecodedCode out;
+  if (samples.empty()) {
+    out.message = "no samples";
+    return out;
+  }
+  const bool by_frame =
+      code.kind == CodeKind::c_ook && !options.exact_times && !options.period_start_s;
+  const Evidence evidence =
+      by_frame ? frame_by_frame(samples, code, options) : joined_evidence(samples, code, options);
+  for (const double bit : evidence.bits) {
+    out.bits.push_back(bit > 0);
+    out.margins.push_back(std::abs(bit));
+    out.expected_errors += 1 / (1 + std::exp(std::min(500.0, std::abs(bit))));
+  }
+  out.explained = evidence.excess > 0 ? std::min(1.0, evidence.gained / evidence.excess) : 0;
+  out.clock_error = evidence.clock_error;
+  std::map<int, int> frames;
+  for (const LightSample& sample : samples) ++frames[sample.frame];
+  out.frames = static_cast<int>(frames.size());
+  judge(evidence, code, options, out);
+  return out;
+}
+
+}  // namespace occ

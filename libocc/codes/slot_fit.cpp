@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/codes/internal/slot_fit.hpp"
+//
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "libocc/codes/internal/folded.hpp"
+
+namespace occ::decoding {
+namespace {
+
+/// The search over phases at one clock error.
+class PhaseSearch {
+ public:
+  PhaseSearch(const SlotCode& code, const PatternLight& light, int steps_per_chip)
+      : code_(code), light_(light), steps_(code.chips * steps_per_chip) {
+    for (std::size_t s = 0; s < code.slots.size(); ++s)
+      for (int i = 0; i < code.slot_chips(s) * steps_per_chip; ++i)
+        place_.push_back({static_cast<int>(s), i});
+  }
+
+  int steps() const { return steps_; }
+
+  /// What the camera gets of each pattern at each step.
+  void set_levels(const Levels& levels) {
+    got_.clear();
+    for (int p = 0; p < static_cast<int>(code_.patterns.size()); ++p)
+      got_.push_back((light_.of(p) * levels.mixing.transpose()).rowwise() +
+                     levels.offset.transpose());
+  }
+
+  /// Log likelihood at a phase but for a constant; fills in the evidence, symbol by value.
+  double score(const std::vector<FoldedBin>& bins, int shift, Eigen::MatrixXd& evidence) const {
+    evidence.setZero(code_.alphabet(), std::max(1, code_.symbols));
+    double known = 0;
+    for (const FoldedBin& bin : bins) {
+      const Place at = place_[static_cast<std::size_t>((bin.step + shift) % steps_)];
+      const Slot& slot = code_.slots[static_cast<std::size_t>(at.slot)];
+      if (slot.symbol < 0) {
+        known += of_pattern(bin, slot.first_pattern, at.step);
+      } else {
+        double* to = &evidence(0, slot.symbol);
+        for (int value = 0; value < code_.alphabet(); ++value)
+          to[value] += of_pattern(bin, slot.first_pattern + value, at.step);
+      }
+    }
+    return known + evidence.colwise().maxCoeff().sum();
+  }
+
+  /// Light sent at a bin when the symbols have these values.
+  Eigen::RowVectorXd sent(const FoldedBin& bin, int shift, const std::vector<int>& values) const {
+    const Place at = place_[static_cast<std::size_t>((bin.step + shift) % steps_)];
+    const Slot& slot = code_.slots[static_cast<std::size_t>(at.slot)];
+    const int value = slot.symbol < 0 ? 0 : values[static_cast<std::size_t>(slot.symbol)];
+    return light_.of(slot.first_pattern + value).row(at.step);
+  }
+
+ private:
+  struct Place {
+    int slot, step;
+  };
+
+  double of_pattern(const FoldedBin& bin, int pattern, int step) const {
+    const Eigen::MatrixXd& got = got_[static_cast<std::size_t>(pattern)];
+    double sum = 0;
+    for (std::size_t c = 0; c < bin.weight.size(); ++c) {
+      const double level = got(step, static_cast<Eigen::Index>(c));
+      sum += level * (bin.weighted[c] - 0.5 * bin.weight[c] * level);
+    }
+    return sum;
+  }
+
+  const SlotCode& code_;
+  const PatternLight& light_;
+  int steps_;
+  std::vector<Place> place_;
+  std::vector<Eigen::MatrixXd> got_;
+};
+
+struct Best {
+  double total = -std::numeric_limits<double>::infinity();
+  double clock_error = 0;
+  int shift = 0;
+};
+
+std::vector<int> likeliest(const Eigen::MatrixXd& evidence, int symbols) {
+  std::vector<int> values(static_cast<std::size_t>(symbols));
+  for (int s = 0; s < symbols; ++s) {
+    Eigen::Index best = 0;
+    evidence.col(s).maxCoeff(&best);
+    values[static_cast<std::size_t>(s)] = static_cast<int>(best);
+  }
+  return values;
+}
+
+/// Least squares of what was got on what was sent, held near what is expected: levels that the
+/// samples do not determine stay there.
+Levels learn_levels(const PhaseSearch& search, const std::vector<FoldedBin>& bins, const Best& best,
+                    const std::vector<int>& values, const SlotCode& code) {
+  constexpr double prior_sigma = 0.3;
+  const int channels = code.channels;
+  const bool mixes = channels == 3;
+  const int terms = 1 + (mixes ? channels : 1);
+  Levels levels(channels);
+  for (int c = 0; c < channels; ++c) {
+    Eigen::VectorXd expected = Eigen::VectorXd::Zero(terms);
+    expected[1 + (mixes ? c : 0)] = 1;
+    Eigen::MatrixXd normal = Eigen::MatrixXd::Identity(terms, terms) / (prior_sigma * prior_sigma);
+    Eigen::VectorXd right = normal * expected;
+    for (const FoldedBin& bin : bins) {
+      const Eigen::RowVectorXd sent = search.sent(bin, best.shift, values);
+      Eigen::VectorXd row(terms);
+      row[0] = 1;
+      if (mixes)
+        row.tail(channels) = sent.transpose();
+      else
+        row[1] = sent[c];
+      normal += bin.weight[static_cast<std::size_t>(c)] * row * row.transpose();
+      right += bin.weighted[static_cast<std::size_t>(c)] * row;
+    }
+    const Eigen::VectorXd learnt = normal.ldlt().solve(right);
+    levels.offset[c] = learnt[0];
+    if (mixes)
+      levels.mixing.row(c) = learnt.tail(channels).transpose();
+    else
+      levels.mixing(c, c) = learnt[1];
+  }
+  return levels;
+}
+
+/// Twice the log likelihood of the best constant light of each channel, and the same of the samples
+/// themselves.
+struct Squares {
+  double constant = 0, all = 0;
+};
+Squares squares_of(const std::vector<LightSample>& samples, int channels) {
+  const auto n = static_cast<std::size_t>(channels);
+  std::vector<double> weight(n, 0), weighted(n, 0);
+  Squares squares;
+  for (const LightSample& sample : samples) {
+    const double w = 1 / (sample.sigma * sample.sigma);
+    weight[static_cast<std::size_t>(sample.channel)] += w;
+    weighted[static_cast<std::size_t>(sample.channel)] += w * sample.value;
+    squares.all += w * sample.value * sample.value;
+  }
+  for (std::size_t c = 0; c < n; ++c)
+    if (weight[c] > 0) squares.constant += weighted[c] * weighted[c] / weight[c];
+  return squares;
+}
+
+/// Steps of a chip: the shorter a state of the light can be, in chips, the more.
+int steps_for(const SlotCode& code) {
+  const double chips_per_slot = code.chips / static_cast<double>(code.slots.size());
+  if (code.channels > 1) return code.channels == 2 ? 20 : 8;
+  return chips_per_slot > 50 ? 2 : 4;
+}
+
+struct Times {
+  double first_s = std::numeric_limits<double>::infinity();
+  double last_s = -std::numeric_limits<double>::infinity();
+};
+Times times_of(const std::vector<LightSample>& samples) {
+  Times times;
+  for (const LightSample& sample : samples) {
+    times.first_s = std::min(times.first_s, sample.start_s);
+    times.last_s = std::max(times.last_s, sample.start_s);
+  }
+  return times;
+}
+
+/// Clock errors so dense that a lamp drifts by no more than half a step's worth of chips between.
+std::vector<double> clock_errors(const SlotCode& code, const DecodeSamplesOptions& options,
+                                 double duration_s, int steps_per_chip) {
+  if (options.period_start_s) return {0};
+  const double most = options.max_clock_error;
+  const double drift_steps = most * duration_s * code.chip_rate_hz * steps_per_chip;
+  const int each_side = static_cast<int>(std::min(200.0, std::floor(drift_steps / 2 + 0.5)));
+  std::vector<double> errors;
+  for (int i = -each_side; i <= each_side; ++i)
+    errors.push_back(each_side > 0 ? most * i / each_side : 0);
+  return errors;
+}
+
+/// How much likelier the best phase is than the best one that says something else.
+double over_rival(const PhaseSearch& search, const std::vector<FoldedBin>& bins, const Best& best,
+                  const std::vector<int>& values, const std::vector<double>& totals) {
+  constexpr double enough = 30;
+  Eigen::MatrixXd evidence;
+  double least = enough;
+  for (int shift = 0; shift < search.steps(); ++shift) {
+    const double behind = best.total - totals[static_cast<std::size_t>(shift)];
+    if (shift == best.shift || behind >= least) continue;
+    search.score(bins, shift, evidence);
+    if (likeliest(evidence, static_cast<int>(values.size())) != values) least = behind;
+  }
+  return least;
+}
+
+}  // namespace
+
+SlotFit fit_slots(const std::vector<LightSample>& samples, const SlotCode& code,
+                  const DecodeSamplesOptions& options) {
+  const int steps_per_chip = steps_for(code);
+  const PatternLight light(code, steps_per_chip, samples.front().exposure_s);
+  PhaseSearch search(code, light, steps_per_chip);
+  Levels levels(code.channels);
+  search.set_levels(levels);
+  const Times times = times_of(samples);
+  // Clock errors turn about the middle of the samples, so that they change the phase the least.
+  const double origin_s = options.period_start_s.value_or(0.5 * (times.first_s + times.last_s));
+  std::vector<double> errors =
+      clock_errors(code, options, times.last_s - times.first_s, steps_per_chip);
+  const int shifts = options.period_start_s ? 1 : search.steps();
+
+  Best best;
+  Eigen::MatrixXd evidence;
+  std::vector<double> totals(static_cast<std::size_t>(search.steps()),
+                             -std::numeric_limits<double>::infinity());
+  SlotFit fit;
+  const int passes = code.channels == 3 ? 4 : 2;
+  for (int pass = 0; pass < passes; ++pass) {
+    best = {};
+    for (const double error : errors) {
+      const auto bins = fold(samples, code, steps_per_chip, error, origin_s);
+      for (int shift = 0; shift < shifts; ++shift) {
+        const double total = search.score(bins, shift, evidence);
+        if (total > best.total) best = {total, error, shift};
+      }
+    }
+    const auto bins = fold(samples, code, steps_per_chip, best.clock_error, origin_s);
+    search.score(bins, best.shift, evidence);
+    fit.values = likeliest(evidence, code.symbols);
+    if (pass + 1 < passes) {
+      levels = learn_levels(search, bins, best, fit.values, code);
+      search.set_levels(levels);
+      errors = {best.clock_error};
+      continue;
+    }
+    for (int shift = 0; shift < shifts; ++shift)
+      totals[static_cast<std::size_t>(shift)] = search.score(bins, shift, evidence);
+    fit.rival = over_rival(search, bins, best, fit.values, totals);
+    fit.total = search.score(bins, best.shift, evidence);
+  }
+  const Squares squares = squares_of(samples, code.channels);
+  fit.clock_error = best.clock_error;
+  fit.shift = best.shift;
+  fit.gained = 2 * fit.total - squares.constant;
+  fit.excess = squares.all - squares.constant - static_cast<double>(samples.size());
+  for (int s = 0; s < code.symbols; ++s)
+    fit.evidence.emplace_back(evidence.col(s).begin(), evidence.col(s).end());
+  return fit;
+}
+
+std::vector<double> bit_evidence(const std::vector<std::vector<double>>& evidence,
+                                 int bits_per_symbol) {
+  std::vector<double> bits;
+  for (const std::vector<double>& symbol : evidence)
+    for (int b = bits_per_symbol - 1; b >= 0; --b) {
+      constexpr double none = -std::numeric_limits<double>::infinity();
+      double best[2] = {none, none};
+      for (std::size_t value = 0; value < symbol.size(); ++value)
+        best[(value >> b) & 1] = std::max(best[(value >> b) & 1], symbol[value]);
+      bits.push_back(best[1] - best[0]);
+    }
+  return bits;
+}
+
+}  // namespace occ::decoding

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <pybind11/numpy.h>
+
+#include "fields.hpp"
+#include "libocc/codes/budget.hpp"
+#include "libocc/codes/code.hpp"
+#include "libocc/codes/decode_samples.hpp"
+#include "libocc/core/require.hpp"
+#include "libocc/scene/lamp.hpp"
+#include "module.hpp"
+
+namespace occ::python {
+namespace {
+
+auto code_fields() {
+  return std::make_tuple(
+      field("kind", &Code::kind, "CodeKind"),
+      field("id_bits", &Code::id_bits, "with the checksum's a multiple of 4, at most 16"),
+      field("checksum", &Code::checksum, "Checksum of the id"),
+      field("clock_hz", &Code::clock_hz, "c_ook: chips a second; csk: symbols"),
+      field("line", &Code::line, "LineCode of c_ook"),
+      field("repeats", &Code::repeats, "c_ook: of a sub-packet before the next one"),
+      field("frame_rate_hz", &Code::frame_rate_hz, "of the camera; ufsook, s2psk are made for it"),
+      field("least_hz", &Code::least_hz, "ufsook, s2psk: blinks faster than this"));
+}
+
+auto lamp_code_fields() {
+  return std::make_tuple(
+      required_field("code", &LampCode::code, "Code"),
+      required_field("id", &LampCode::id, "what the lamp says"),
+      field("channel", &LampCode::channel,
+            "s2psk: 0 the lamp, 1 its reference; csk: 0 red, 1 green, 2 blue emitter"));
+}
+
+auto samples_fields() {
+  using O = DecodeSamplesOptions;
+  return std::make_tuple(
+      field("max_clock_error", &O::max_clock_error, "of lamp against camera, relative"),
+      field("most_expected_errors", &O::most_expected_errors, "wrong bits; more is `uncertain`"),
+      field("exact_times", &O::exact_times,
+            "c_ook: times are good to a quarter of a chip, so frames may be joined first"),
+      field("period_start_s", &O::period_start_s, "known, for measuring error rates"));
+}
+
+void define_enums(py::module_& m) {
+  py::native_enum<CodeKind>(m, "CodeKind", "enum.Enum", "How a lamp says its id by blinking.")
+      .value("c_ook", CodeKind::c_ook)
+      .value("ufsook", CodeKind::ufsook)
+      .value("s2psk", CodeKind::s2psk)
+      .value("csk", CodeKind::csk)
+      .finalize();
+  py::native_enum<LineCode>(m, "LineCode", "enum.Enum", "How bits become chips.")
+      .value("manchester", LineCode::manchester)
+      .value("code_4b6b", LineCode::code_4b6b)
+      .finalize();
+  py::native_enum<Checksum>(m, "Checksum", "enum.Enum", "Of an id: 8 or 16 bits.")
+      .value("crc8", Checksum::crc8)
+      .value("crc16", Checksum::crc16)
+      .finalize();
+  py::native_enum<CodeStatus>(m, "CodeStatus", "enum.Enum", "How reading a code ended.")
+      .value("ok", CodeStatus::ok)
+      .value("no_signal", CodeStatus::no_signal)
+      .value("incomplete", CodeStatus::incomplete)
+      .value("uncertain", CodeStatus::uncertain)
+      .value("checksum_failed", CodeStatus::checksum_failed)
+      .finalize();
+}
+
+void define_results(py::module_& m) {
+  py::class_<Waveform>(m, "Waveform", "The light of a lamp over one period, repeated without end.")
+      .def_readonly("chips", &Waveform::chips, "By channel: light over its greatest, equal parts.")
+      .def_readonly("chip_rate_hz", &Waveform::chip_rate_hz, "[Hz]")
+      .def_property_readonly("frequency_hz", &Waveform::frequency_hz, "Of the period [Hz].")
+      .def("__repr__", [](const Waveform& w) {
+        return "<Waveform: " + std::to_string(w.chips.size()) + " x " +
+               std::to_string(w.chips.front().size()) + " chips, " + value_repr(w.chip_rate_hz) +
+               " Hz>";
+      });
+  using D = DecodedCode;
+  py::class_<D>(m, "DecodedCode", "An id that was read, or why none was.")
+      .def_property_readonly("ok", &D::ok, "Whether status is CodeStatus.ok.")
+      .def_readonly("status", &D::status, "How it ended, a CodeStatus.")
+      .def_readonly("message", &D::message, "A sentence, may be empty.")
+      .def_readonly("id", &D::id, "None unless ok.")
+      .def_readonly("bits", &D::bits, "As decided: id and checksum.")
+      .def_readonly("margins", &D::margins, "Log likelihood of each bit over its opposite's.")
+      .def_readonly("expected_errors", &D::expected_errors, "Wrong bits to be expected.")
+      .def_readonly("explained", &D::explained, "Part of the light's variance, noise apart.")
+      .def_readonly("clock_error", &D::clock_error, "Of the lamp, relative.")
+      .def_readonly("frames", &D::frames, "Frames that had samples.")
+      .def("__repr__", [](const D& d) {
+        return std::string("<DecodedCode: ") + to_string(d.status) +
+               (d.id ? ", id " + std::to_string(*d.id) : ", " + d.message) + ">";
+      });
+  using B = CodeBudget;
+  py::class_<B>(m, "CodeBudget", "Whether a camera can read a code.")
+      .def_readonly("fits", &B::fits, "Whether it can.")
+      .def_readonly("message", &B::message, "Why not, with the numbers.")
+      .def_readonly("chips_in_view", &B::chips_in_view, "In one image of the lamp.")
+      .def_readonly("chips_needed", &B::chips_needed, "In one image of the lamp.")
+      .def_readonly("exposure_chips", &B::exposure_chips,
+                    "Chips in an exposure; ufsook, s2psk: half periods.")
+      .def_readonly("row_chips", &B::row_chips, "Chips from row to row.")
+      .def_readonly("period_s", &B::period_s, "Of the whole packet [s].")
+      .def_readonly("frames_needed", &B::frames_needed, "About, to see all of it.")
+      .def("__repr__", [](const B& b) {
+        return "<CodeBudget: " + (b.fits ? std::string("fits") : b.message) + ">";
+      });
+}
+
+using Column = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using Indices = py::array_t<int, py::array::c_style | py::array::forcecast>;
+
+std::vector<LightSample> samples_of(const Column& start_s, double exposure_s, const Column& values,
+                                    double sigma, const std::optional<Indices>& channels,
+                                    const std::optional<Indices>& frames) {
+  const py::ssize_t n = start_s.size();
+  require(values.size() == n, "values", values.size(), "as many as start_s");
+  if (channels) require(channels->size() == n, "channels", channels->size(), "as many as start_s");
+  if (frames) require(frames->size() == n, "frames", frames->size(), "as many as start_s");
+  std::vector<LightSample> samples(static_cast<std::size_t>(n));
+  for (py::ssize_t i = 0; i < n; ++i)
+    samples[static_cast<std::size_t>(i)] = {start_s.data()[i],
+                                            exposure_s,
+                                            values.data()[i],
+                                            sigma,
+                                            channels ? channels->data()[i] : 0,
+                                            frames ? frames->data()[i] : 0};
+  return samples;
+}
+
+void define_functions(py::module_& m) {
+  m.def("encode_id", &encode_id, py::arg("id"), py::arg("code"),
+        R"(The light of a lamp that says an id, a Waveform.
+
+Raises: ValueError when the code cannot say it, naming what is wrong.
+
+>>> import libocc as occ
+>>> occ.encode_id(17, occ.Code(kind=occ.CodeKind.c_ook))
+<Waveform: 1 x 288 chips, 10000.0 Hz>)");
+  m.def("code_budget", &code_budget, py::arg("code"), py::kw_only(), py::arg("rows"),
+        py::arg("row_time_s"), py::arg("exposure_s"), py::arg("exact_times") = false,
+        R"(Whether a camera can read a code from a lamp's image `rows` high, before anyone tries.
+
+Chips in view = rows x row time x clock; an exposure longer than a chip mixes it with the next.)");
+  const auto fields = samples_fields();
+  DefaultTexts texts;
+  std::apply(
+      [&](const auto&... f) {
+        m.def(
+            "decode_samples",
+            [fields](const Code& code, const Column& start_s, double exposure_s,
+                     const Column& values, double sigma, const std::optional<Indices>& channels,
+                     const std::optional<Indices>& frames,
+                     const typename std::decay_t<decltype(f)>::value_type&... options) {
+              const auto samples = samples_of(start_s, exposure_s, values, sigma, channels, frames);
+              const auto chosen = from_values<DecodeSamplesOptions>(fields, options...);
+              py::gil_scoped_release unlocked;
+              return decode_samples(samples, code, chosen);
+            },
+            py::arg("code"), py::arg("start_s"), py::arg("exposure_s"), py::arg("values"),
+            py::arg("sigma"), py::arg("channels") = py::none(), py::arg("frames") = py::none(),
+            py::kw_only(), argument(f, texts)...,
+            (R"(Reads an id from samples of a lamp's light, a DecodedCode.
+
+start_s: (n,) when each exposure began. values: (n,) mean light, about 0 dark to 1 lit. sigma: of
+each. channels: see Waveform. frames: which image each is of.)" +
+             fields_doc(fields, "Options"))
+                .c_str());
+      },
+      fields);
+}
+
+}  // namespace
+
+void define_codes(py::module_& m) {
+  define_enums(m);
+  py::class_<Code> code(m, "Code",
+                        ("How a lamp says its id by blinking." +
+                         fields_doc(code_fields(), "Keywords (and properties)"))
+                            .c_str());
+  define_value(code, code_fields());
+  define_repr(code, "Code", code_fields());
+  py::class_<LampCode> lamp_code(m, "LampCode",
+                                 ("What a lamp says by blinking." +
+                                  fields_doc(lamp_code_fields(), "Keywords (and properties)"))
+                                     .c_str());
+  define_value(lamp_code, lamp_code_fields());
+  define_repr(lamp_code, "LampCode", lamp_code_fields());
+  define_results(m);
+  define_functions(m);
+}
+
+}  // namespace occ::python
