@@ -24,6 +24,7 @@ COMMANDS = (
     "map",
     "detect",
     "locate",
+    "tags",
     "ladder",
     "hard-cases",
     "response",
