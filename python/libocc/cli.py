@@ -26,6 +26,7 @@ COMMANDS = (
     "identify",
     "locate",
     "decode",
+    "tags",
     "ladder",
     "hard-cases",
     "response",

@@ -51,6 +51,12 @@ def find_sweep(file_or_name: str) -> Path:
     return _find("sweeps", file_or_name)
 
 
+def find_image(file_or_name: str) -> Path:
+    """The file itself, or the image of that name that comes with libocc."""
+    own = FOLDER / "images" / f"{file_or_name}.png"
+    return own if own.is_file() and not Path(file_or_name).is_file() else Path(file_or_name)
+
+
 def load_scene(file_or_name: str) -> Scene:
     """Scene of a file, or of one that comes with libocc by its name."""
     return Scene.load(find_scene(file_or_name))

@@ -18,6 +18,7 @@ void define_core(py::module_& m);
 void define_codes(py::module_& m);
 void define_camera(py::module_& m);
 void define_effects(py::module_& m);  // by define_scene
+void define_tag(py::module_& m);      // by define_scene
 void define_scene(py::module_& m);
 void define_formation(py::module_& m);
 void define_light(py::module_& m);
@@ -31,6 +32,8 @@ void define_ladder(py::module_& m);  // by define_locate
 void define_locate(py::module_& m);
 void define_decode(py::module_& m);
 void define_robust_pose(py::module_& m);  // by define_pose
+void define_april_tags(py::module_& m);   // by define_pose
+void define_headlights(py::module_& m);   // by define_pose
 void define_pose(py::module_& m);
 void define_calibrate(py::module_& m);
 void define_calibrate_light(py::module_& m);  // by define_calibrate

@@ -133,9 +133,9 @@ Raises: ValueError for an unknown solver, numbers that are not finite or counts 
 Result<Fix> solve_pose_of(const Rows3& points_in_world_m, const Rows2& points_px,
                           const Camera& camera, const std::string& solver, double sigma_px,
                           const std::optional<Rigid3>& start, double largest_misfit,
-                          int max_iterations) {
+                          int max_iterations, const std::vector<double>& sigmas_px) {
   return solve_pose(points_in_world_m.transpose(), points_px.transpose(), camera,
-                    {solver, start, sigma_px, largest_misfit, max_iterations});
+                    {solver, start, sigma_px, largest_misfit, max_iterations, sigmas_px});
 }
 
 void define_solve_pose(py::module_& m) {
@@ -145,12 +145,14 @@ void define_solve_pose(py::module_& m) {
         py::arg("sigma_px") = defaults.sigma_px, py::kw_only(), py::arg("start") = py::none(),
         py::arg("largest_misfit") = defaults.largest_misfit,
         py::arg("max_iterations") = defaults.max_iterations,
+        py::arg("sigmas_px") = std::vector<double>{},
         R"(The most likely pose from points whose names are known, with its covariance.
 
 points_in_world_m: (n, 3), n >= 3. points_px: (n, 2), where they were seen. solver: a name in
 solvers(), or "auto". sigma_px: of a pixel coordinate, along each axis. start: 4x4 cam_from_world
 close by, e.g. the last frame's, instead of a solver; other poses that fit are then not looked for.
-largest_misfit: chi2 / dof beyond which nothing is said to fit.
+largest_misfit: chi2 / dof beyond which nothing is said to fit. sigmas_px: of each point, instead of
+sigma_px.
 Returns: Fix; status ambiguous when another pose fits nearly as well (all are in `candidates`),
 no_pose when none fits, too_few_lamps, degenerate, not_converged.
 Raises: ValueError for counts that differ, numbers that are not finite, an unknown solver.)");
@@ -164,6 +166,8 @@ void define_pose(py::module_& m) {
   define_candidates(m);
   define_solve_pose(m);
   define_robust_pose(m);
+  define_april_tags(m);
+  define_headlights(m);
 }
 
 }  // namespace occ::python

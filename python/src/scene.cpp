@@ -150,7 +150,8 @@ void define_documented(py::module_& m, const char* name, const std::string& doc,
 Scene make_scene(const Camera& camera, const std::vector<Lamp>& lamps,
                  const std::optional<Sensor>& sensor, const std::optional<Room>& room,
                  const std::optional<Lens>& lens, const std::vector<Box>& boxes,
-                 double ambient_w_m2, const std::optional<Effects>& effects) {
+                 double ambient_w_m2, const std::optional<Effects>& effects,
+                 const std::vector<Tag>& tags) {
   Scene scene;
   scene.camera = camera;
   scene.lamps = lamps;
@@ -160,6 +161,7 @@ Scene make_scene(const Camera& camera, const std::vector<Lamp>& lamps,
   scene.boxes = boxes;
   scene.ambient_w_m2 = ambient_w_m2;
   if (effects) scene.effects = *effects;
+  scene.tags = tags;
   scene.validate();
   return scene;
 }
@@ -185,7 +187,7 @@ void define_scene_class(py::module_& m) {
 
 camera: Camera. lamps: Lamps with different ids. sensor: Sensor, default one when None.
 room: Room or None. lens: Lens. boxes: what hides lamps. ambient_w_m2: light on the sensor that
-comes from no lamp. effects: which of all this simulate() renders.
+comes from no lamp. effects: which of all this simulate() renders. tags: AprilTags as landmarks.
 Raises: ValueError naming the part, the field and its value.
 
 >>> import libocc as occ
@@ -195,7 +197,8 @@ Raises: ValueError naming the part, the field and its value.
       .def(py::init(&make_scene), py::kw_only(), py::arg("camera"), py::arg("lamps"),
            py::arg("sensor") = py::none(), py::arg("room") = py::none(),
            py::arg("lens") = py::none(), py::arg("boxes") = std::vector<Box>{},
-           py::arg("ambient_w_m2") = 0.0, py::arg("effects") = py::none())
+           py::arg("ambient_w_m2") = 0.0, py::arg("effects") = py::none(),
+           py::arg("tags") = std::vector<Tag>{})
       .def_static(
           "load", [](const std::filesystem::path& path) { return reading(path, &read_scene); },
           py::arg("path"),
@@ -228,6 +231,12 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
             return py::tuple(py::cast(scene.boxes));
           },
           "Boxes, a tuple.")
+      .def_property_readonly(
+          "tags",
+          [](const Scene& scene) -> py::typing::Tuple<Tag, py::ellipsis> {
+            return py::tuple(py::cast(scene.tags));
+          },
+          "Tags, a tuple.")
       .def_readonly("ambient_w_m2", &Scene::ambient_w_m2, "On the sensor [W/m^2].")
       .def_readonly("effects", &Scene::effects, "Effects.")
       .def("as_rendered", &Scene::as_rendered,
@@ -239,17 +248,18 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
              const std::optional<std::vector<Lamp>>& lamps, const std::optional<Sensor>& sensor,
              const std::optional<Room>& room, const std::optional<Lens>& lens,
              const std::optional<std::vector<Box>>& boxes, std::optional<double> ambient_w_m2,
-             const std::optional<Effects>& effects) {
+             const std::optional<Effects>& effects, const std::optional<std::vector<Tag>>& tags) {
             return make_scene(camera.value_or(s.camera), lamps.value_or(s.lamps),
                               sensor.value_or(s.sensor), room ? room : s.room,
                               lens.value_or(s.lens), boxes.value_or(s.boxes),
-                              ambient_w_m2.value_or(s.ambient_w_m2), effects.value_or(s.effects));
+                              ambient_w_m2.value_or(s.ambient_w_m2), effects.value_or(s.effects),
+                              tags.value_or(s.tags));
           },
           py::kw_only(), py::arg("camera") = py::none(), py::arg("lamps") = py::none(),
           py::arg("sensor") = py::none(), py::arg("room") = py::none(),
           py::arg("lens") = py::none(), py::arg("boxes") = py::none(),
           py::arg("ambient_w_m2") = py::none(), py::arg("effects") = py::none(),
-          "A copy with the parts that are given changed.")
+          py::arg("tags") = py::none(), "A copy with the parts that are given changed.")
       .def("__repr__", &scene_repr)
       .def("__eq__",
            [](const Scene& a, const py::object& b) {
@@ -279,6 +289,7 @@ void define_scene(py::module_& m) {
   define_documented<Box>(m, "Box", "Something opaque, its sides along the world's axes.",
                          box_fields());
   define_effects(m);
+  define_tag(m);
   define_documented<Prior>(m, "Prior", "What is known of a pose beforehand; each part is optional.",
                            prior_fields());
   define_scene_class(m);

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/position/headlights.hpp"
+
+#include <pybind11/stl.h>
+
+#include "fields.hpp"
+#include "libocc/core/require.hpp"
+#include "module.hpp"
+#include "results.hpp"
+#include "rows.hpp"
+
+namespace occ::python {
+namespace {
+
+using R = Result<HeadlightDistance>;
+using H = HeadlightDistance;
+
+py::array_t<double> array_of(const std::vector<double>& values) {
+  return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data());
+}
+
+void define_classes(py::module_& m) {
+  using G = RoadHeights;
+  define_documented<G>(
+      m, "RoadHeights", "Heights over the road, and where up is.",
+      std::make_tuple(field("lamps_m", &G::lamps_m, "of the lamps [m]"),
+                      field("lamps_sigma_m", &G::lamps_sigma_m, "its standard deviation [m]"),
+                      field("camera_m", &G::camera_m, "of the camera [m]"),
+                      field("camera_sigma_m", &G::camera_sigma_m, "its standard deviation [m]"),
+                      field("up_in_cam", &G::up_in_cam, "(3,) unit, camera frame"),
+                      field("up_sigma_rad", &G::up_sigma_rad, "of its pitch [rad]")));
+  py::class_<R> cls(m, "HeadlightDistance", R"(How far a car is: the answer of headlight_distance().
+
+A degenerate one tells the bearing alone: look at status and message.)");
+  define_result(cls);
+  cls.def_property_readonly("distance_m", value_of(&H::distance_m), "Mean [m].")
+      .def_property_readonly("sigma_m", value_of(&H::sigma_m), "Standard deviation [m].")
+      .def_property_readonly("low_m", value_of(&H::low_m), "Lower end of the 95 % interval [m].")
+      .def_property_readonly("high_m", value_of(&H::high_m), "Upper end of it [m].")
+      .def_property_readonly("bearing_rad", value_of(&H::bearing_rad),
+                             "From the camera's z towards x [rad].")
+      .def_property_readonly("direction_in_cam", value_of(&H::direction_in_cam), "(3,) unit.")
+      .def_property_readonly("separation_rad", value_of(&H::separation_rad),
+                             "Angle between the lamps [rad].")
+      .def_property_readonly("separation_sigma_rad", value_of(&H::separation_sigma_rad), "Of it.")
+      .def_property_readonly(
+          "yaw_rad", [](const R& r) { return array_of(r.value.yaw_rad); }, "(n,) nodes [rad].")
+      .def_property_readonly(
+          "distance_of_yaw_m", [](const R& r) { return array_of(r.value.distance_of_yaw_m); },
+          "(n,) distance if the yaw were that, from the images alone [m].")
+      .def_property_readonly(
+          "yaw_density", [](const R& r) { return array_of(r.value.yaw_density); },
+          "(n,) of the yaw, given all that is known [1/rad].")
+      .def("__repr__", [](const R& r) {
+        return "<HeadlightDistance: " + std::string(to_string(r.status)) + ", " +
+               value_repr(r.value.low_m) + " to " + value_repr(r.value.high_m) + " m>";
+      });
+}
+
+auto headlight_fields() {
+  using O = HeadlightOptions;
+  return std::make_tuple(
+      field("separation_m", &O::separation_m, "between the lamps' centres [m]"),
+      field("separation_sigma_m", &O::separation_sigma_m, "its standard deviation [m]"),
+      field("sigma_px", &O::sigma_px, "of a lamp's pixel coordinate"),
+      field("yaw_max_rad", &O::yaw_max_rad, "the yaw is within +- this, below pi/2 [rad]"),
+      field("yaw_concentration", &O::yaw_concentration,
+            "of von Mises' distribution within; 0: uniform"),
+      field("heights", &O::heights, "RoadHeights, when known"));
+}
+
+void define_vehicles(py::module_& m) {
+  using V = VehiclePose;
+  py::class_<V>(m, "VehiclePose", "Where a vehicle is and which way it faces.")
+      .def_readonly("pose", &V::pose, "Candidate; its world is the vehicle's frame.")
+      .def_readonly("distance_m", &V::distance_m, "Of the vehicle's origin [m].")
+      .def_readonly("sigma_m", &V::sigma_m, "Its standard deviation [m].")
+      .def_readonly("yaw_rad", &V::yaw_rad, "Of its x axis from the line to the camera [rad].")
+      .def_readonly("yaw_sigma_rad", &V::yaw_sigma_rad, "Its standard deviation [rad].")
+      .def("__repr__", [](const V& v) {
+        return "<VehiclePose: " + value_repr(v.distance_m) + " m, yaw " + value_repr(v.yaw_rad) +
+               " rad>";
+      });
+  using P = Result<std::vector<V>>;
+  py::class_<P> poses(m, "VehiclePoses", "Every upright pose of a vehicle that fits.");
+  define_result(poses);
+  poses
+      .def_property_readonly(
+          "value", [](const P& p) { return p.value; }, "VehiclePoses, best first.")
+      .def("__repr__", [](const P& p) {
+        return "<VehiclePoses: " + std::string(to_string(p.status)) + ", " +
+               std::to_string(p.value.size()) + ">";
+      });
+  m.def(
+      "vehicle_poses",
+      [](const Rows3& lamps_m, const Rows2& lamps_px, const Camera& camera, double sigma_px,
+         const Eigen::Vector3d& up_in_cam, double most_tilt_rad) {
+        return vehicle_poses(lamps_m.transpose(), lamps_px.transpose(), camera, sigma_px, up_in_cam,
+                             most_tilt_rad);
+      },
+      py::arg("lamps_m"), py::arg("lamps_px"), py::arg("camera"), py::arg("sigma_px"),
+      py::kw_only(), py::arg("up_in_cam") = Eigen::Vector3d(0, -1, 0),
+      py::arg("most_tilt_rad") = 0.3,
+      R"(Where a vehicle is, from three or more of its lamps whose places on it are known.
+
+lamps_m: (n, 3), vehicle's frame: x forward, y left, z up. lamps_px: (n, 2). most_tilt_rad: between
+the vehicle's z and up_in_cam. Returns: VehiclePoses; status as of solve_pose, and no_pose when none
+is upright. Raises: ValueError for counts that differ and numbers that are not finite.)");
+}
+
+}  // namespace
+
+void define_headlights(py::module_& m) {
+  define_classes(m);
+  define_vehicles(m);
+  const auto fields = headlight_fields();
+  DefaultTexts texts;
+  std::apply(
+      [&](const auto&... f) {
+        m.def(
+            "headlight_distance",
+            [fields](const Rows2& lamps_px, const Camera& camera,
+                     const typename std::decay_t<decltype(f)>::value_type&... values) {
+              require(lamps_px.rows() == 2, "lamps_px", lamps_px.rows(), "two rows");
+              return headlight_distance(lamps_px.transpose(), camera,
+                                        from_values<HeadlightOptions>(fields, values...));
+            },
+            py::arg("lamps_px"), py::arg("camera"), py::kw_only(), argument(f, texts)...,
+            (R"(How far away a car is whose two lamps are seen, its yaw being unknown.
+
+lamps_px: (2, 2), a lamp in each row. Without the yaw there is an interval, not a distance; heights
+over the road make it shorter. Returns: HeadlightDistance; status degenerate when the lamps cannot
+be told apart, no_pose when no yaw explains the heights.
+Raises: ValueError for numbers that are not finite or a bad option.)" +
+             fields_doc(fields, "Options"))
+                .c_str());
+      },
+      fields);
+}
+
+}  // namespace occ::python

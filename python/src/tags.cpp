@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/position/tags.hpp"
+
+#include "fields.hpp"
+#include "module.hpp"
+#include "results.hpp"
+
+namespace occ::python {
+namespace {
+
+py::array_t<double> corners_of(const AprilTag& tag) {
+  py::array_t<double> array({4, 2});
+  for (py::ssize_t k = 0; k < 4; ++k)
+    for (py::ssize_t i = 0; i < 2; ++i)
+      array.mutable_at(k, i) = tag.corners_px[static_cast<std::size_t>(k)][i];
+  return array;
+}
+
+py::array_t<double> covariances_of(const AprilTag& tag) {
+  py::array_t<double> array({4, 2, 2});
+  for (py::ssize_t k = 0; k < 4; ++k)
+    for (py::ssize_t i = 0; i < 2; ++i)
+      for (py::ssize_t j = 0; j < 2; ++j)
+        array.mutable_at(k, i, j) = tag.covariance_px2[static_cast<std::size_t>(k)](i, j);
+  return array;
+}
+
+void define_april_tag(py::module_& m) {
+  py::class_<AprilTag>(m, "AprilTag", "A tag found in an image.")
+      .def_readonly("id", &AprilTag::id, "Its number.")
+      .def_readonly("family", &AprilTag::family, "That the number is of.")
+      .def_readonly("hamming", &AprilTag::hamming, "Bits that were corrected.")
+      .def_readonly("decision_margin", &AprilTag::decision_margin,
+                    "Mean grey levels (of 255) between a bit and its threshold.")
+      .def_property_readonly(
+          "corners_px", &corners_of,
+          "(4, 2) lower left, lower right, upper right, upper left, seen upright.")
+      .def_property_readonly("covariance_px2", &covariances_of, "(4, 2, 2) of the corners.")
+      .def_readonly("centre_px", &AprilTag::centre_px, "(2,) where the diagonals meet.")
+      .def_readonly("homography", &AprilTag::homography,
+                    "(3, 3) from the tag, corners at (-1, -1) to (1, 1), y up, to the image.")
+      .def_readonly("refined", &AprilTag::refined, "False: too small; corners to 0.1 px.")
+      .def("__repr__", [](const AprilTag& tag) {
+        return "<AprilTag: " + tag.family + " " + std::to_string(tag.id) + ", margin " +
+               value_repr(tag.decision_margin) + ">";
+      });
+}
+
+auto april_tag_fields() {
+  using O = AprilTagOptions;
+  return std::make_tuple(
+      field("family", &O::family, "a name in april_tag_families()"),
+      field("decimate", &O::decimate, "squares are looked for in an image so many times smaller"),
+      field("threads", &O::threads, "to use"),
+      field("max_hamming", &O::max_hamming, "wrong bits that are corrected, 0 to 2"),
+      field("min_decision_margin", &O::min_decision_margin, "grey levels (of 255)"),
+      field("refine", &O::refine, "measure the corners again, to hundredths of a pixel"));
+}
+
+}  // namespace
+
+void define_tag(py::module_& m) {
+  const auto fields = std::make_tuple(
+      required_field("id", &Tag::id, "number, unique in its family"),
+      required_field("size_m", &Tag::size_m, "side of the square whose corners are detected [m]"),
+      required_field("centre_m", &Tag::centre_m, "(3,) [m, world]"),
+      field("family", &Tag::family, "a name in april_tag_families()"),
+      field("normal", &Tag::normal, "(3,) towards the printed side"),
+      field("x_axis", &Tag::x_axis, "(3,) to the right on the print, seen upright"));
+  define_documented<Tag>(m, "Tag", "An AprilTag as a landmark: its number, size and place.",
+                         fields);
+}
+
+void define_april_tags(py::module_& m) {
+  define_april_tag(m);
+  m.def("april_tag_families", &april_tag_families, "Names of the families that can be read.");
+  m.def(
+      "tag_poses",
+      [](const AprilTag& tag, double size_m, const Camera& camera) {
+        return tag_poses(tag, size_m, camera);
+      },
+      py::arg("tag"), py::arg("size_m"), py::arg("camera"),
+      R"(Every pose from which a tag is seen as it is, best first: both minima of a plane.
+
+tag: AprilTag. size_m: side of the square whose corners are detected [m].
+Returns: Candidates whose world is the tag's frame: x right, y up, z towards the viewer.
+Raises: ValueError for a size that is not positive.)");
+  m.def("locate_by_tags", &locate_by_tags, py::arg("tags"), py::arg("scene"),
+        py::arg("lamps") = std::map<int, Blob>{},
+        R"(The camera's pose from the tags that the scene has, with its lamps when they are named.
+
+tags: AprilTags. lamps: lamp id -> Blob, as in a Fix. Returns: Fix; status too_few_lamps when no tag
+of the scene is seen. Raises: ValueError for a lamp that the scene does not have.)");
+  const auto fields = april_tag_fields();
+  DefaultTexts texts;
+  std::apply(
+      [&](const auto&... f) {
+        m.def(
+            "detect_april_tags",
+            [fields](const NumpyImage& image,
+                     const typename std::decay_t<decltype(f)>::value_type&... values) {
+              const auto options = from_values<AprilTagOptions>(fields, values...);
+              py::gil_scoped_release unlocked;
+              return detect_april_tags(image.view, options);
+            },
+            py::arg("image"), py::kw_only(), argument(f, texts)...,
+            ("The AprilTags in an image, by rising id, corners to hundredths of a pixel.\n\n"
+             "image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16.\n"
+             "Returns: list of AprilTag. Raises: ValueError for a bad image or option." +
+             fields_doc(fields, "Options"))
+                .c_str());
+      },
+      fields);
+}
+
+}  // namespace occ::python
