@@ -212,4 +212,13 @@ void define_value(py::class_<C, Extra...>& cls, const std::tuple<F...>& fields) 
       [fields](const State& state) { return replaced(C{}, state, fields); }));
 }
 
+/// A plain struct with all of that.
+template <class C, class Fields>
+void define_documented(py::module_& m, const char* name, const std::string& doc,
+                       const Fields& fields) {
+  py::class_<C> cls(m, name, (doc + fields_doc(fields, "Keywords (and properties)")).c_str());
+  define_value(cls, fields);
+  define_repr(cls, name, fields);
+}
+
 }  // namespace occ::python

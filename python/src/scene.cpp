@@ -139,14 +139,6 @@ void define_enums(py::module_& m) {
       .finalize();
 }
 
-template <class C, class Fields>
-void define_documented(py::module_& m, const char* name, const std::string& doc,
-                       const Fields& fields) {
-  py::class_<C> cls(m, name, (doc + fields_doc(fields, "Keywords (and properties)")).c_str());
-  define_value(cls, fields);
-  define_repr(cls, name, fields);
-}
-
 Scene make_scene(const Camera& camera, const std::vector<Lamp>& lamps,
                  const std::optional<Sensor>& sensor, const std::optional<Room>& room,
                  const std::optional<Lens>& lens, const std::vector<Box>& boxes,
