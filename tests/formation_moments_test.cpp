@@ -31,7 +31,7 @@ double worst_error(const Eigen::Vector2d& centre, double radius, double sigma,
   double worst = 0, most = 0;
   for (int y = 0; y < rows.height; ++y)
     for (int x = 0; x < rows.width; ++x) {
-      const double* c = rows.first + y * rows.stride + x;
+      const float* c = rows.first + y * rows.stride + x;
       double m_x = 0, m_y = 0;
       for (std::ptrdiff_t j = 1; j <= 4; ++j) {
         const double tap = filter.taps()[static_cast<std::size_t>(j - 1)];

@@ -210,11 +210,11 @@ TEST(Golden, Images) {
   noisy.seed = 11;
   noisy.frame = 2;
   const std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> golden{
-      {"coloured", {0xdb22a618cfce0d04ull, 0x65eb7a348495d87dull}},
-      {"curved", {0x602374f16b54407full, 0x1489d068a9367b9aull}},
-      {"deep", {0xce7f743e4b731ba6ull, 0x3bfd08eb4e743d5ull}},
-      {"overexposed", {0xb2115645d2904c62ull, 0x351f4d9f1c199fddull}},
-      {"plain", {0xcb35b5b777c5158dull, 0x1d8a26dbb3b13c82ull}},
+      {"coloured", {0xdb22a618cfce0d04ull, 0x7753bb7a81cd481eull}},
+      {"curved", {0x602374f16b54407full, 0x4578fe44648bf3c9ull}},
+      {"deep", {0xce7f743e4b731ba6ull, 0x8a58ce54a78e7f36ull}},
+      {"overexposed", {0xb2115645d2904c62ull, 0x27f4fd33392d2654ull}},
+      {"plain", {0xcb35b5b777c5158dull, 0xc8884fa725b4af17ull}},
       {"quiet", {0xcb35b5b777c5158dull, 0xa8b213c4232bca21ull}},
   };
   for (const auto& [name, scene] : scenes())

@@ -72,8 +72,8 @@ double orientation(const AnyContour& contour) {
   return area > 0 ? -1 : 1;
 }
 
-template <typename AnyContour>
-void add_points(const AnyContour& contour, const Extent& extent, Canvas& canvas) {
+template <typename AnyContour, typename Real>
+void add_points(const AnyContour& contour, const Extent& extent, Canvas<Real>& canvas) {
   const double sign = orientation(contour);
   for (const auto& point : contour)
     canvas.add({point.px.x() - extent.columns.first, point.px.y() - extent.rows.first,
@@ -92,7 +92,7 @@ void paint_moments(const AnyContour& contour, const PixelPsf& psf, int image_wid
   const Extent extent = touched(contour, psf, image_width, image_height, 0);
   for (Patch* patch : {&moments.c, &moments.m_x, &moments.m_y}) set_extent(extent, *patch);
   if (extent.empty()) return;
-  Canvas canvas(simd);
+  Canvas<double> canvas(simd);
   canvas.prepare(moments.c.width, moments.c.height, true);
   add_points(contour, extent, canvas);
   canvas.paint(psf);
@@ -191,14 +191,14 @@ class DerivativePainter {
 
 }  // namespace
 
-CoveragePainter::CoveragePainter(Simd simd) : canvas_(std::make_unique<Canvas>(simd)) {}
+CoveragePainter::CoveragePainter(Simd simd) : canvas_(std::make_unique<Canvas<float>>(simd)) {}
 CoveragePainter::CoveragePainter(CoveragePainter&&) noexcept = default;
 CoveragePainter& CoveragePainter::operator=(CoveragePainter&&) noexcept = default;
 CoveragePainter::~CoveragePainter() = default;
 
 CoverageRows CoveragePainter::paint(const Contour& contour, const PixelPsf& psf, int image_width,
                                     int image_height) {
-  static_assert(CoverageRows::margin == Canvas::margin);
+  static_assert(CoverageRows::margin == Canvas<float>::margin);
   const Extent all = touched(contour, psf, image_width, image_height, CoverageRows::margin);
   const Extent inside = touched(contour, psf, image_width, image_height, 0);
   if (inside.empty()) return {};
@@ -218,12 +218,16 @@ CoverageRows CoveragePainter::paint(const Contour& contour, const PixelPsf& psf,
 
 Patch coverage(const Contour& contour, const PixelPsf& psf, int image_width, int image_height,
                Simd simd) {
-  CoveragePainter painter(simd);
-  const CoverageRows rows = painter.paint(contour, psf, image_width, image_height);
-  Patch patch{rows.x0, rows.y0, rows.width, rows.height, {}};
-  patch.values.resize(static_cast<std::size_t>(patch.width) *
-                      static_cast<std::size_t>(patch.height));
-  copy_rows(rows.first, rows.stride, patch);
+  Patch patch;
+  const Extent extent = touched(contour, psf, image_width, image_height, 0);
+  set_extent(extent, patch);
+  if (extent.empty()) return patch;
+  Canvas<double> canvas(simd);
+  canvas.prepare(patch.width, patch.height, false);
+  add_points(contour, extent, canvas);
+  canvas.paint(psf);
+  canvas.sum();
+  copy_rows(canvas.c(), canvas.row_stride(), patch);
   return patch;
 }
 

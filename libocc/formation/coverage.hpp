@@ -22,34 +22,37 @@
 
 namespace occ {
 
+template <typename Real>
 class Canvas;
 
 /// A rectangle of pixels with a value each, row by row; width and height are 0 when it is empty.
-struct Patch {
+template <typename Real>
+struct PatchOf {
   int x0 = 0, y0 = 0, width = 0, height = 0;
-  std::vector<double> values;
-  double at(int x, int y) const {
+  std::vector<Real> values;
+  Real at(int x, int y) const {
     return values[static_cast<std::size_t>(y - y0) * static_cast<std::size_t>(width) +
                   static_cast<std::size_t>(x - x0)];
   }
 };
+using Patch = PatchOf<double>;
 
 /// Fraction 0..1 of each pixel's light that the shape inside the contour gives, over the contour's
 /// bounding box grown by the PSF's reach and clipped to the image. Either orientation.
 LIBOCC_API Patch coverage(const Contour& contour, const PixelPsf& psf, int image_width,
                           int image_height, Simd simd = widest_simd());
 
-/// Coverage as CoveragePainter leaves it in its memory: the pixel right of `first` is the next, the
-/// one below it `stride` on. `margin` more pixels around the rectangle can be read: they hold what
-/// the shape gives there, outside the image as well.
+/// Coverage, to 3e-7, as CoveragePainter leaves it in its memory: the pixel right of `first` is the
+/// next, the one below it `stride` on. `margin` more pixels around the rectangle can be read: they
+/// hold what the shape gives there, outside the image as well.
 struct CoverageRows {
   static constexpr int margin = 4;
   int x0 = 0, y0 = 0, width = 0, height = 0;
-  const double* first = nullptr;
+  const float* first = nullptr;
   std::ptrdiff_t stride = 0;
 };
 
-/// coverage() of one contour after another, in the same memory.
+/// coverage() of one contour after another, in the same memory and in single precision.
 class LIBOCC_API CoveragePainter {
  public:
   explicit CoveragePainter(Simd simd = widest_simd());
@@ -62,7 +65,7 @@ class LIBOCC_API CoveragePainter {
                      int image_height);
 
  private:
-  std::unique_ptr<Canvas> canvas_;
+  std::unique_ptr<Canvas<float>> canvas_;
 };
 
 /// Coverage together with its first moments about each pixel's centre, (x - x_i) and (y - y_j)

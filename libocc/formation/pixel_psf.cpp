@@ -48,6 +48,8 @@ PixelPsf::PixelPsf(double psf_sigma_px) : sigma_(psf_sigma_px) {
   bins_ = 2 * std::max(4, static_cast<int>(std::ceil(0.5 * bins_per_sigma / sigma_)));
 
   tabulate();
+  float_weights_.assign(weights_.values.begin(), weights_.values.end());
+  float_steps_.assign(steps_.values.begin(), steps_.values.end());
 }
 
 void PixelPsf::tabulate() {

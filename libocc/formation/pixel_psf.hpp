@@ -35,12 +35,14 @@ inline PsfStencil psf_stencil(double fraction, int bins) {
 }
 
 /// The tables as they are, one row for every sub-pixel offset, rows padded with zeros to `columns`,
-/// a multiple of 8: `bins` of them to a pixel, the first one before offset 0.
+/// a multiple of 8: `bins` of them to a pixel, the first one before offset 0. In single precision
+/// there are none of moments.
+template <typename Real>
 struct PsfTables {
   std::size_t columns = 0;
   int bins = 0, reach = 0;
-  const double *weights = nullptr, *moment_weights = nullptr;
-  const double *steps = nullptr, *moment_steps = nullptr;
+  const Real *weights = nullptr, *moment_weights = nullptr;
+  const Real *steps = nullptr, *moment_steps = nullptr;
 };
 
 class LIBOCC_API PixelPsf {
@@ -82,14 +84,19 @@ class LIBOCC_API PixelPsf {
   }
 
   /// For loops that interpolate by themselves.
-  PsfTables tables() const {
-    return {columns_,
-            bins_,
-            reach_,
-            weights_.values.data(),
-            moment_weights_.values.data(),
-            steps_.values.data(),
-            moment_steps_.values.data()};
+  template <typename Real>
+  PsfTables<Real> tables() const {
+    if constexpr (sizeof(Real) == sizeof(float))
+      return {columns_, bins_, reach_, float_weights_.data(), nullptr, float_steps_.data(),
+              nullptr};
+    else
+      return {columns_,
+              bins_,
+              reach_,
+              weights_.values.data(),
+              moment_weights_.values.data(),
+              steps_.values.data(),
+              moment_steps_.values.data()};
   }
 
  private:
@@ -106,6 +113,7 @@ class LIBOCC_API PixelPsf {
   int bins_ = 0;             // per pixel of offset; rows are from one before the first to one after
   std::size_t columns_ = 0;  // of each table
   Table weights_, moment_weights_, slopes_, steps_, moment_steps_;
+  std::vector<float> float_weights_, float_steps_;
 };
 
 }  // namespace occ

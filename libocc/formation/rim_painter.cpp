@@ -10,30 +10,33 @@
 namespace occ {
 namespace {
 
-constexpr int padding = 8;  // elements of the widest vector
+constexpr std::size_t widest = 64;  // bytes of a vector
 
-template <Simd>
-struct Doubles {
-  typedef double Vector __attribute__((vector_size(16), may_alias));
-};
-template <>
-struct Doubles<Simd::avx2> {
-  typedef double Vector __attribute__((vector_size(32), may_alias));
-};
-template <>
-struct Doubles<Simd::avx512> {
-  typedef double Vector __attribute__((vector_size(64), may_alias));
-};
-static_assert(sizeof(Doubles<Simd::avx512>::Vector) == padding * sizeof(double));
+template <typename Real>
+constexpr int padding = static_cast<int>(widest / sizeof(Real));
 
+template <Simd simd, typename Real>
+struct Numbers {
+  typedef Real Vector __attribute__((vector_size(16), may_alias));
+};
+template <typename Real>
+struct Numbers<Simd::avx2, Real> {
+  typedef Real Vector __attribute__((vector_size(32), may_alias));
+};
+template <typename Real>
+struct Numbers<Simd::avx512, Real> {
+  typedef Real Vector __attribute__((vector_size(64), may_alias));
+};
+
+template <typename Real>
 struct Job {
   const RimPoint* rim;
   std::ptrdiff_t points;
-  PsfTables tables;
-  double* pixels;  // of the canvas, aligned to the widest vector
+  PsfTables<Real> tables;
+  Real* pixels;  // of the canvas, aligned to the widest vector
   int width, height;
   std::ptrdiff_t row, other;  // from a row to the next, from a row's sum to the next
-  double* buffer;             // 4 columns + 3 padding
+  Real* buffer;               // 4 columns + 3 padding
 };
 
 /// Where on the canvas a point's light falls. Of the touched rows (columns), `first_row` ...
@@ -42,9 +45,12 @@ struct Footprint {
   int top, first_row, end_row, left, first_column, end_column;
 };
 
-LIBOCC_INLINE void interpolate(const double* __restrict table, std::ptrdiff_t n,
-                               const PsfStencil& at, double factor, double* __restrict out) {
-  const double w0 = at.weight[0], w1 = at.weight[1], w2 = at.weight[2], w3 = at.weight[3];
+template <typename Real>
+LIBOCC_INLINE void interpolate(const Real* __restrict table, std::ptrdiff_t n, const PsfStencil& at,
+                               double by, Real* __restrict out) {
+  const auto w0 = static_cast<Real>(at.weight[0]), w1 = static_cast<Real>(at.weight[1]);
+  const auto w2 = static_cast<Real>(at.weight[2]), w3 = static_cast<Real>(at.weight[3]);
+  const auto factor = static_cast<Real>(by);
   for (std::ptrdiff_t k = 0; k < n; ++k)
     out[k] = factor *
              (w0 * table[k] + w1 * table[k + n] + w2 * table[k + 2 * n] + w3 * table[k + 3 * n]);
@@ -58,7 +64,8 @@ LIBOCC_INLINE void interpolate(const double* a, const double* b, std::ptrdiff_t 
 }
 
 /// Steps left of the canvas are taken in its first column.
-LIBOCC_INLINE void gather(int first_column, double* steps) {
+template <typename Real>
+LIBOCC_INLINE void gather(int first_column, Real* steps) {
   for (int k = 0; k < first_column; ++k) {
     steps[first_column] += steps[k];
     steps[k] = 0;
@@ -66,19 +73,19 @@ LIBOCC_INLINE void gather(int first_column, double* steps) {
 }
 
 /// Outer products added to sums, from the aligned column before the first.
-template <Simd simd, bool with_moments>
-LIBOCC_INLINE void add_products(const Job& job, const Footprint& print, const double* across,
-                                const double* moment_across, const double* down,
-                                const double* moment_down) {
-  using Vector = typename Doubles<simd>::Vector;
-  constexpr int lanes = sizeof(Vector) / sizeof(double);
+template <Simd simd, bool with_moments, typename Real>
+LIBOCC_INLINE void add_products(const Job<Real>& job, const Footprint& print, const Real* across,
+                                const Real* moment_across, const Real* down,
+                                const Real* moment_down) {
+  using Vector = typename Numbers<simd, Real>::Vector;
+  constexpr int lanes = sizeof(Vector) / sizeof(Real);
   const std::ptrdiff_t row = job.row, other = job.other;
-  const int first = print.first_column - (print.left + print.first_column) % padding;
+  const int first = print.first_column - (print.left + print.first_column) % lanes;
   for (int i = first; i < print.end_column; i += lanes) {
     Vector step, moment_step;
     std::memcpy(&step, across + i, sizeof step);
     std::memcpy(&moment_step, moment_across + i, sizeof step);
-    double* to = job.pixels + (print.top + print.first_row) * row + print.left + i;
+    Real* to = job.pixels + (print.top + print.first_row) * row + print.left + i;
 #pragma GCC unroll 6
     for (int k = print.first_row; k < print.end_row; ++k, to += row) {
       *reinterpret_cast<Vector*>(to) += down[k] * step;
@@ -90,8 +97,8 @@ LIBOCC_INLINE void add_products(const Job& job, const Footprint& print, const do
   }
 }
 
-template <Simd simd, bool with_moments>
-LIBOCC_INLINE void stroke(const Job& job, const RimPoint& point) {
+template <Simd simd, bool with_moments, typename Real>
+LIBOCC_INLINE void stroke(const Job<Real>& job, const RimPoint& point) {
   const int reach = job.tables.reach, count = 2 * reach + 2;
   // In floating point first, and no further left than where the whole canvas is to its right.
   const double x = __builtin_floor(point.x), y = __builtin_floor(point.y);
@@ -107,8 +114,8 @@ LIBOCC_INLINE void stroke(const Job& job, const RimPoint& point) {
 
   const auto columns = static_cast<std::ptrdiff_t>(job.tables.columns);
   // Zeros before, between and after what is painted.
-  double *across = job.buffer + padding, *moment_across = across + columns + padding;
-  double *down = moment_across + columns + padding, *moment_down = down + columns;
+  Real *across = job.buffer + padding<Real>, *moment_across = across + columns + padding<Real>;
+  Real *down = moment_across + columns + padding<Real>, *moment_down = down + columns;
   const PsfStencil at_x = psf_stencil(point.x - x, job.tables.bins);
   const PsfStencil at_y = psf_stencil(point.y - y, job.tables.bins);
   const std::ptrdiff_t before = static_cast<std::ptrdiff_t>(at_x.bin) * columns;
@@ -128,66 +135,87 @@ LIBOCC_INLINE void stroke(const Job& job, const RimPoint& point) {
 }
 
 template <Simd simd>
-LIBOCC_INLINE void paint_plain_body(Job job) {
+LIBOCC_INLINE void paint_floats_body(Job<float> job) {
   for (std::ptrdiff_t i = 0; i < job.points; ++i) stroke<simd, false>(job, job.rim[i]);
 }
-LIBOCC_MULTIVERSION(paint_plain, (Job job), (job))
+LIBOCC_MULTIVERSION(paint_floats, (Job<float> job), (job))
 
 template <Simd simd>
-LIBOCC_INLINE void paint_moments_body(Job job) {
+LIBOCC_INLINE void paint_doubles_body(Job<double> job) {
+  for (std::ptrdiff_t i = 0; i < job.points; ++i) stroke<simd, false>(job, job.rim[i]);
+}
+LIBOCC_MULTIVERSION(paint_doubles, (Job<double> job), (job))
+
+template <Simd simd>
+LIBOCC_INLINE void paint_moments_body(Job<double> job) {
   for (std::ptrdiff_t i = 0; i < job.points; ++i) stroke<simd, true>(job, job.rim[i]);
 }
-LIBOCC_MULTIVERSION(paint_moments, (Job job), (job))
+LIBOCC_MULTIVERSION(paint_moments, (Job<double> job), (job))
+
+void paint_all(Simd simd, const Job<float>& job, bool) { paint_floats_for(simd)(job); }
+void paint_all(Simd simd, const Job<double>& job, bool with_moments) {
+  (with_moments ? paint_moments_for(simd) : paint_doubles_for(simd))(job);
+}
 
 /// Running sums of `lines` lines at once, in place: one addition waits for the one before it on its
 /// line.
-template <int lines>
-void running_sums(double* values, std::ptrdiff_t stride, int width) {
+template <int lines, typename Real>
+void running_sums(Real* values, std::ptrdiff_t stride, int width) {
   double sum[lines] = {};
   for (int x = 0; x < width; ++x)
-    for (int line = 0; line < lines; ++line)
-      values[line * stride + x] = sum[line] += values[line * stride + x];
+    for (int line = 0; line < lines; ++line) {
+      sum[line] += static_cast<double>(values[line * stride + x]);
+      values[line * stride + x] = static_cast<Real>(sum[line]);
+    }
 }
 
 }  // namespace
 
-void Canvas::prepare(int width, int height, bool with_moments) {
+template <typename Real>
+void Canvas<Real>::prepare(int width, int height, bool with_moments) {
   width_ = width;
   height_ = height;
   with_moments_ = with_moments;
   rim_.clear();
   // The zeros after a row are those before the next.
-  stride_ = padding + (width + padding - 1) / padding * padding;
-  const std::ptrdiff_t needed = row_stride() * (height + 2 * margin) + 2 * padding;
+  constexpr int lanes = padding<Real>;
+  stride_ = lanes + (width + lanes - 1) / lanes * lanes;
+  const std::ptrdiff_t needed = row_stride() * (height + 2 * margin) + 2 * lanes;
   if (static_cast<std::ptrdiff_t>(pixels_.size()) < needed)
     pixels_.resize(static_cast<std::size_t>(needed));
-  std::fill_n(pixels_.begin(), needed, 0.0);
-  begin_ = margin * row_stride() + padding;
-  const auto address = reinterpret_cast<std::uintptr_t>(pixels_.data()) / sizeof(double);
-  begin_ += static_cast<std::ptrdiff_t>((padding - address % padding) % padding);
+  std::fill_n(pixels_.begin(), needed, Real{});
+  begin_ = margin * row_stride() + lanes;
+  const auto address = reinterpret_cast<std::uintptr_t>(pixels_.data()) / sizeof(Real);
+  begin_ += static_cast<std::ptrdiff_t>((lanes - address % lanes) % lanes);
 }
 
-void Canvas::paint(const PixelPsf& psf) {
-  const PsfTables tables = psf.tables();
-  buffer_.assign(4 * tables.columns + 3 * padding, 0.0);
-  const Job job{rim_.data(),   static_cast<std::ptrdiff_t>(rim_.size()),
-                tables,        pixels_.data() + begin_,
-                width_,        height_,
-                row_stride(),  stride_,
-                buffer_.data()};
-  (with_moments_ ? paint_moments_for(simd_) : paint_plain_for(simd_))(job);
+template <typename Real>
+void Canvas<Real>::paint(const PixelPsf& psf) {
+  const auto tables = psf.tables<Real>();
+  buffer_.assign(4 * tables.columns + 3 * padding<Real>, Real{});
+  const Job<Real> job{rim_.data(),   static_cast<std::ptrdiff_t>(rim_.size()),
+                      tables,        pixels_.data() + begin_,
+                      width_,        height_,
+                      row_stride(),  stride_,
+                      buffer_.data()};
+  paint_all(simd_, job, with_moments_);
 }
 
-void Canvas::sum() {
+template <typename Real>
+void Canvas<Real>::sum() {
   constexpr int lines = 8;
-  double* const first = pixels_.data() + begin_;
+  Real* const first = pixels_.data() + begin_;
   const int all = with_moments_ ? 3 * height_ : height_;
   int line = 0;
   for (; line + lines <= all; line += lines)
     running_sums<lines>(first + line * stride_, stride_, width_);
   for (; line < all; ++line) running_sums<1>(first + line * stride_, stride_, width_);
   // Strokes end at whole vectors.
-  for (line = 0; line < all; ++line) std::fill_n(first + line * stride_ + width_, padding, 0.0);
+  for (line = 0; line < all; ++line)
+    std::fill_n(first + line * stride_ + width_, padding<Real>, Real{});
 }
+
+template class Canvas<float>;
+template class Canvas<double>;
 
 }  // namespace occ

@@ -23,31 +23,6 @@ void copy_levels(Simd, const std::uint16_t* levels, int count, std::uint16_t* to
 }
 
 template <typename Pixel>
-LIBOCC_INLINE void copy_where_lit(const double* signal, const std::uint16_t* levels, int count,
-                                  Pixel* __restrict to) {
-  for (int i = 0; i < count; ++i) to[i] = signal[i] > 0 ? static_cast<Pixel>(levels[i]) : to[i];
-}
-
-template <Simd>
-LIBOCC_INLINE void lit_bytes_body(const double* signal, const std::uint16_t* levels, int count,
-                                  std::uint8_t* to) {
-  copy_where_lit(signal, levels, count, to);
-}
-LIBOCC_MULTIVERSION(lit_bytes,
-                    (const double* signal, const std::uint16_t* levels, int count,
-                     std::uint8_t* to),
-                    (signal, levels, count, to))
-
-void copy_lit(Simd simd, const double* signal, const std::uint16_t* levels, int count,
-              std::uint8_t* to) {
-  lit_bytes_for(simd)(signal, levels, count, to);
-}
-void copy_lit(Simd, const double* signal, const std::uint16_t* levels, int count,
-              std::uint16_t* to) {
-  copy_where_lit(signal, levels, count, to);
-}
-
-template <typename Pixel>
 std::vector<Pixel>& pixels_of(Image& image) {
   if constexpr (sizeof(Pixel) == 1)
     return image.u8;
@@ -67,6 +42,7 @@ class Writer {
         noisy_everywhere_(noisy_ && frame.options.noise_area == NoiseArea::everywhere),
         pixels_(pixels_of<Pixel>(out.image)) {}
 
+  bool noisy() const { return noisy_; }
   bool noisy_everywhere() const { return noisy_everywhere_; }
 
   void write(const PixelRectangle& part, const std::array<int, 4>& level) {
@@ -87,17 +63,20 @@ class Writer {
       copy(rows_.dark(noise_, row(part, y)), part, y);
   }
 
+  void write_unlit_rows(const PixelRectangle& part) {
+    for (int y = part.y0; y < part.y0 + part.height; ++y)
+      if (const RowPart here = row(part, y); !is_lit(here)) copy(rows_.dark(noise_, here), part, y);
+  }
+
+  /// The dark pixels of a lit row, too, are drawn as lit ones are: their noise is the same.
+  void write_lit_rows(const PixelRectangle& part) {
+    for (int y = part.y0; y < part.y0 + part.height; ++y)
+      if (const RowPart here = row(part, y); is_lit(here)) copy(rows_.lit(noise_, here), part, y);
+  }
+
   void write_signal(const PixelRectangle& part) {
-    for (int y = part.y0; y < part.y0 + part.height; ++y) {
-      const RowPart here = row(part, y);
-      if (!noisy_) {
-        copy(rows_.without_noise(here), part, y);
-        continue;
-      }
-      if (!noisy_everywhere_ && has_darkness(here)) copy(rows_.dark(noise_, here), part, y);
-      if (const auto* levels = rows_.lit(noise_, here))
-        copy_lit(simd_, here.signal, levels->data(), part.width, at(part.x0, y));
-    }
+    for (int y = part.y0; y < part.y0 + part.height; ++y)
+      copy(rows_.without_noise(row(part, y)), part, y);
   }
 
  private:
@@ -114,8 +93,8 @@ class Writer {
             static_cast<std::uint32_t>(index(part.x0, y)),
             signal_.row(y) + part.x0};
   }
-  static bool has_darkness(const RowPart& row) {
-    return std::any_of(row.signal, row.signal + row.count, [](double e) { return !(e > 0); });
+  static bool is_lit(const RowPart& row) {
+    return std::any_of(row.signal, row.signal + row.count, [](double e) { return e > 0; });
   }
   void copy(const std::vector<std::uint16_t>& levels, const PixelRectangle& part, int y) {
     copy_levels(simd_, levels.data(), part.width, at(part.x0, y));
@@ -150,7 +129,12 @@ void write_image(const Signal& signal, const Frame& frame, SensorRows& rows, Ren
   else
     for (const PixelRectangle& part : out.lit) writer.write(part, background);
   out.lit = signal.touched();
-  for (const PixelRectangle& part : out.lit) writer.write_signal(part);
+  for (const PixelRectangle& part : out.lit) {
+    if (!writer.noisy()) writer.write_signal(part);
+    if (writer.noisy() && !writer.noisy_everywhere()) writer.write_unlit_rows(part);
+  }
+  if (writer.noisy())  // parts may overlap: what is lit in one of them comes last
+    for (const PixelRectangle& part : out.lit) writer.write_lit_rows(part);
   if (!writer.noisy_everywhere()) out.background_dn = background;
 }
 

@@ -31,7 +31,7 @@ Weights weights_from(double first, int step) {
   for (int i = 0; i < step; ++i) {
     const std::array<double, 4> at = cubic(first + static_cast<double>(i) / step);
     for (std::size_t node = 0; node < 4; ++node)
-      weights[node][static_cast<std::size_t>(i)] = at[node];
+      weights[node][static_cast<std::size_t>(i)] = static_cast<float>(at[node]);
   }
   return weights;
 }
@@ -48,21 +48,21 @@ LIBOCC_INLINE Stencil stencil_of(int interval, int nodes) {
 }
 
 struct Job {
-  const double* nodes;
+  const float* nodes;
   int columns, rows, step, height;
   const Weights* weights;
-  double* lines;  // room for every pixel on every row of nodes
+  float* lines;  // room for every pixel on every row of nodes
 };
 
 /// Along the rows of nodes, then down from these.
-LIBOCC_INLINE void interpolate_all(const Job& job, int step, double* __restrict to) {
-  double* __restrict line = job.lines;
+LIBOCC_INLINE void interpolate_all(const Job& job, int step, float* __restrict to) {
+  float* __restrict line = job.lines;
   for (int row = 0; row < job.rows; ++row)
     for (int interval = 0; interval + 1 < job.columns; ++interval, line += step) {
       const Stencil across = stencil_of(interval, job.columns);
-      const double* __restrict w = job.weights[across.interval].data()->data();
-      const double* n = job.nodes + row * job.columns + across.first;
-      const double n0 = n[0], n1 = n[1], n2 = n[2], n3 = n[3];
+      const float* __restrict w = job.weights[across.interval].data()->data();
+      const float* n = job.nodes + row * job.columns + across.first;
+      const float n0 = n[0], n1 = n[1], n2 = n[2], n3 = n[3];
       for (int i = 0; i < step; ++i)
         line[i] = w[i] * n0 + w[i + most_step] * n1 + w[i + 2 * most_step] * n2 +
                   w[i + 3 * most_step] * n3;
@@ -70,9 +70,9 @@ LIBOCC_INLINE void interpolate_all(const Job& job, int step, double* __restrict 
   const std::ptrdiff_t width = (job.columns - 1) * step;
   for (int y = 0; y < job.height; ++y, to += width) {
     const Stencil down = stencil_of(y / step, job.rows);
-    const double* w = job.weights[down.interval].data()->data() + y % step;
-    const double w0 = w[0], w1 = w[most_step], w2 = w[2 * most_step], w3 = w[3 * most_step];
-    const double* __restrict from = job.lines + down.first * width;
+    const float* w = job.weights[down.interval].data()->data() + y % step;
+    const float w0 = w[0], w1 = w[most_step], w2 = w[2 * most_step], w3 = w[3 * most_step];
+    const float* __restrict from = job.lines + down.first * width;
     for (std::ptrdiff_t x = 0; x < width; ++x)
       to[x] =
           w0 * from[x] + w1 * from[x + width] + w2 * from[x + 2 * width] + w3 * from[x + 3 * width];
@@ -80,16 +80,16 @@ LIBOCC_INLINE void interpolate_all(const Job& job, int step, double* __restrict 
 }
 
 template <Simd>
-LIBOCC_INLINE void interpolate_body(Job job, double* to) {
+LIBOCC_INLINE void interpolate_body(Job job, float* to) {
   // The usual step is known to the compiler.
   job.step == most_step ? interpolate_all(job, most_step, to) : interpolate_all(job, job.step, to);
 }
-LIBOCC_MULTIVERSION(interpolate, (Job job, double* to), (job, to))
+LIBOCC_MULTIVERSION(interpolate, (Job job, float* to), (job, to))
 
 }  // namespace
 
 void IrradianceField::fill(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
-                           const Sensor& sensor, Patch& field) {
+                           const Sensor& sensor, PatchOf<float>& field) {
   if (const int step = step_of(camera); step != step_) {
     step_ = step;
     weights_ = {weights_from(-1, step), weights_from(0, step), weights_from(1, step)};
@@ -104,7 +104,8 @@ void IrradianceField::fill(const Lamp& lamp, const Rigid3& cam_from_world, const
   nodes_.clear();
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column < columns; ++column) {
-      nodes_.push_back(irradiance.at({field.x0 + column * step_, field.y0 + row * step_}));
+      nodes_.push_back(
+          static_cast<float>(irradiance.at({field.x0 + column * step_, field.y0 + row * step_})));
       complete = complete && nodes_.back() > 0;
     }
   if (complete) {
@@ -115,11 +116,11 @@ void IrradianceField::fill(const Lamp& lamp, const Rigid3& cam_from_world, const
   }
   const auto centre = camera.project(cam_from_world * lamp.centre_m);
   const double at_centre = centre ? irradiance.at(*centre) : 0;
-  double* to = field.values.data();
+  float* to = field.values.data();
   for (int y = 0; y < field.height; ++y)
     for (int x = 0; x < field.width; ++x) {
       const double here = irradiance.at({field.x0 + x, field.y0 + y});
-      *to++ = here > 0 ? here : at_centre;
+      *to++ = static_cast<float>(here > 0 ? here : at_centre);
     }
 }
 

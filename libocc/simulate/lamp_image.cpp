@@ -202,9 +202,9 @@ Patch LampRenderer::with_even_light(const Lamp& lamp, const Rigid3& pose, Patch 
 
 // Irradiance over a patch, one pixel more on every side for its derivatives, and maybe more at its
 // right.
-const Patch& LampRenderer::light_around(const Lamp& lamp, const Rigid3& pose, int x0, int y0,
-                                        int width, int height) const {
-  Patch& light = frame_.storage.lamp.light;
+const PatchOf<float>& LampRenderer::light_around(const Lamp& lamp, const Rigid3& pose, int x0,
+                                                 int y0, int width, int height) const {
+  PatchOf<float>& light = frame_.storage.lamp.light;
   light.x0 = x0 - 1;
   light.y0 = y0 - 1;
   light.width = width + 2;
@@ -214,12 +214,12 @@ const Patch& LampRenderer::light_around(const Lamp& lamp, const Rigid3& pose, in
   else
     light.values.assign(
         static_cast<std::size_t>(light.width) * static_cast<std::size_t>(light.height),
-        centre_irradiance(lamp, pose));
+        static_cast<float>(centre_irradiance(lamp, pose)));
   if (vignetting_)
     for (int y = 0; y < light.height; ++y)
       for (int x = 0; x < light.width; ++x)
-        light.values[static_cast<std::size_t>(y * light.width + x)] *=
-            vignetting_->transmission(Eigen::Vector2d(light.x0 + x, light.y0 + y));
+        light.values[static_cast<std::size_t>(y * light.width + x)] *= static_cast<float>(
+            vignetting_->transmission(Eigen::Vector2d(light.x0 + x, light.y0 + y)));
   return light;
 }
 
@@ -227,13 +227,14 @@ const Patch& LampRenderer::light_around(const Lamp& lamp, const Rigid3& pose, in
 template <typename AnyPatch, typename Visit>
 void LampRenderer::for_lit_rows(const Lamp& lamp, const Rigid3& pose, const AnyPatch& image,
                                 Visit visit) const {
-  const Patch& light = light_around(lamp, pose, image.x0, image.y0, image.width, image.height);
+  const PatchOf<float>& light =
+      light_around(lamp, pose, image.x0, image.y0, image.width, image.height);
   const Sensor& sensor = frame_.scene.sensor;
   const double electrons = sensor.electrons(1) - sensor.electrons(0);  // per W/m^2
   const double sigma = psf_ ? psf_->sigma_px() : 0;
   const double half_variance = 0.5 * (sigma * sigma + 1.0 / 12);
   for (int y = 0; y < image.height; ++y) {
-    const double* above = light.values.data() + static_cast<std::ptrdiff_t>(y) * light.width;
+    const float* above = light.values.data() + static_cast<std::ptrdiff_t>(y) * light.width;
     visit(y, RowLight{above + light.width, above, above + 2 * light.width, electrons, half_variance,
                       image.width});
   }

@@ -24,8 +24,7 @@ struct Job {
   LitNoise::Range skewed, near_full;  // whose pixels are drawn exactly
 };
 
-LIBOCC_INLINE float drawn(const Job& job, double mean, std::uint32_t word) {
-  const auto lit = static_cast<float>(mean);
+LIBOCC_INLINE float drawn(const Job& job, float lit, std::uint32_t word) {
   const bool full = lit > job.full_well;
   const float level = full ? job.full_well : lit;
   const float shot = full ? 0 : lit;
@@ -43,22 +42,22 @@ LIBOCC_INLINE float drawn(const Job& job, double mean, std::uint32_t word) {
 // In whole vectors: the pixels left over at the end would take as long as all before. `unsure` gets
 // the first pixels of batches in which some are to be drawn exactly.
 template <Simd>
-LIBOCC_INLINE void draw_body(Job job, const double* mean, const std::uint32_t* words, int count,
+LIBOCC_INLINE void draw_body(Job job, const float* mean, const std::uint32_t* words, int count,
                              float* __restrict electrons, int* unsure, int* unsure_count) {
   for (int first = 0; first < count; first += LitNoise::batch) {
     for (int i = first; i < first + LitNoise::batch; ++i)
       electrons[i] = drawn(job, mean[i], words[i]);
-    std::int64_t any = 0;  // as wide as the means: both fit the same vectors
+    std::int32_t any = 0;  // as wide as the means: both fit the same vectors
     for (int i = first; i < first + LitNoise::batch; ++i) {
-      const std::int64_t skewed = (mean[i] > job.skewed.low) & (mean[i] < job.skewed.high);
-      const std::int64_t full = (mean[i] > job.near_full.low) & (mean[i] < job.near_full.high);
+      const std::int32_t skewed = (mean[i] > job.skewed.low) & (mean[i] < job.skewed.high);
+      const std::int32_t full = (mean[i] > job.near_full.low) & (mean[i] < job.near_full.high);
       any |= skewed | full;
     }
     if (any != 0) unsure[(*unsure_count)++] = first;
   }
 }
 LIBOCC_MULTIVERSION(draw,
-                    (Job job, const double* mean, const std::uint32_t* words, int count,
+                    (Job job, const float* mean, const std::uint32_t* words, int count,
                      float* electrons, int* unsure, int* unsure_count),
                     (job, mean, words, count, electrons, unsure, unsure_count))
 
@@ -67,7 +66,7 @@ LIBOCC_MULTIVERSION(draw,
 LitNoise::LitNoise(const Sensor& sensor)
     : full_well_e_(sensor.full_well_e), read_noise_e_(sensor.read_noise_e) {
   if (read_noise_e_ < least_read_noise_e) {
-    skewed_ = {0, std::numeric_limits<double>::infinity()};
+    skewed_ = {-1, std::numeric_limits<float>::infinity()};
     return;
   }
   // Skewness mean / (mean + read^2)^1.5 is largest at 2 read^2 and falls off on both sides.
@@ -80,12 +79,13 @@ LitNoise::LitNoise(const Sensor& sensor)
       const double middle = 0.5 * (inside + outside);
       (is_skewed(middle) ? inside : outside) = middle;
     }
-    return outside;
+    return static_cast<float>(outside);
   };
   if (is_skewed(2 * variance))
     skewed_ = {edge(2 * variance, 0), edge(2 * variance, 1 / (most_skewness * most_skewness))};
   const double half = 0.5 * certain_deviations, root = std::sqrt(half * half + full_well_e_);
-  near_full_ = {(root - half) * (root - half), (root + half) * (root + half)};
+  near_full_ = {static_cast<float>((root - half) * (root - half)),
+                static_cast<float>((root + half) * (root + half))};
 }
 
 double LitNoise::exact(const NoiseKey& key, std::uint32_t pixel, double mean_e) const {
@@ -103,7 +103,7 @@ double LitNoise::exact(const NoiseKey& key, std::uint32_t pixel, double mean_e) 
 }
 
 void LitNoise::draw(Simd simd, const NoiseKey& key, const RandomWords& random, std::uint32_t first,
-                    int count, const double* mean_e, float* electrons) const {
+                    int count, const float* mean_e, float* electrons) const {
   constexpr int most = 64 * batch;
   const Job job{static_cast<float>(full_well_e_), static_cast<float>(read_noise_e_ * read_noise_e_),
                 skewed_, near_full_};
@@ -118,8 +118,8 @@ void LitNoise::draw(Simd simd, const NoiseKey& key, const RandomWords& random, s
       const int begin = unsure[static_cast<std::size_t>(k)];
       for (int i = begin; i < std::min(begin + batch, part); ++i)
         if (skewed_.contains(mean_e[i]) || near_full_.contains(mean_e[i]))
-          electrons[i] =
-              static_cast<float>(exact(key, first + static_cast<std::uint32_t>(i), mean_e[i]));
+          electrons[i] = static_cast<float>(
+              exact(key, first + static_cast<std::uint32_t>(i), static_cast<double>(mean_e[i])));
     }
   }
 }

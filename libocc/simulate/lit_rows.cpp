@@ -11,19 +11,22 @@ namespace {
 constexpr int lanes = PaddedPatch::padding;
 
 /// The light of a pixel, blurred, and half its change over two pixels.
+template <typename Real>
 struct PixelLight {
-  double blurred, d_x, d_y;
+  Real blurred, d_x, d_y;
 };
-LIBOCC_INLINE PixelLight light_at(const RowLight& row, int x) {
-  const double* e = row.here + 1 + x;
-  const double left = e[-1], right = e[1], up = row.above[x + 1], down = row.below[x + 1];
-  return {*e + row.half_variance * (left + right + up + down - 4 * *e), right - left, down - up};
+template <typename Real>
+LIBOCC_INLINE PixelLight<Real> light_at(const RowLight& row, Real half_variance, int x) {
+  const float* e = row.here + 1 + x;
+  const Real here = e[0], left = e[-1], right = e[1], up = row.above[x + 1],
+             down = row.below[x + 1];
+  return {here + half_variance * (left + right + up + down - 4 * here), right - left, down - up};
 }
 
 template <Simd>
 LIBOCC_INLINE void by_moments_body(RowLight row, const double* m_x, const double* m_y, double* c) {
   for (int x = 0; x < row.count; ++x) {
-    const PixelLight light = light_at(row, x);
+    const PixelLight<double> light = light_at(row, row.half_variance, x);
     c[x] = row.electrons * (light.blurred * c[x] + 0.5 * (light.d_x * m_x[x] + light.d_y * m_y[x]));
   }
 }
@@ -32,19 +35,21 @@ LIBOCC_MULTIVERSION(by_moments, (RowLight row, const double* m_x, const double* 
 
 /// Times the electrons, and half of those as light changes over two pixels.
 struct Taps {
-  double t1, t2, t3, t4;
+  float t1, t2, t3, t4;
 };
 
-LIBOCC_INLINE double filtered(const Taps& taps, const double* at, std::ptrdiff_t step) {
+LIBOCC_INLINE float filtered(const Taps& taps, const float* at, std::ptrdiff_t step) {
   return taps.t1 * (at[step] - at[-step]) + taps.t2 * (at[2 * step] - at[-2 * step]) +
          taps.t3 * (at[3 * step] - at[-3 * step]) + taps.t4 * (at[4 * step] - at[-4 * step]);
 }
 
-LIBOCC_INLINE void light_pixels(const RowLight& row, const double* c, std::ptrdiff_t stride,
-                                const Taps& taps, int first, int count, double* __restrict to) {
+LIBOCC_INLINE void light_pixels(const RowLight& row, const float* c, std::ptrdiff_t stride,
+                                const Taps& taps, int first, int count, float* __restrict to) {
+  const auto electrons = static_cast<float>(row.electrons);
+  const auto half_variance = static_cast<float>(row.half_variance);
   for (int x = first; x < first + count; ++x) {
-    const PixelLight light = light_at(row, x);
-    to[x] = row.electrons * (light.blurred * c[x]) + light.d_x * filtered(taps, c + x, 1) +
+    const PixelLight<float> light = light_at(row, half_variance, x);
+    to[x] = electrons * (light.blurred * c[x]) + light.d_x * filtered(taps, c + x, 1) +
             light.d_y * filtered(taps, c + x, stride);
   }
 }
@@ -52,22 +57,22 @@ LIBOCC_INLINE void light_pixels(const RowLight& row, const double* c, std::ptrdi
 // The last whole vector of a row may overlap the one before it: what is left over would take
 // longer.
 template <Simd>
-LIBOCC_INLINE void by_filter_body(RowLight row, const double* c, std::ptrdiff_t stride, Taps taps,
-                                  double* to) {
+LIBOCC_INLINE void by_filter_body(RowLight row, const float* c, std::ptrdiff_t stride, Taps taps,
+                                  float* to) {
   if (row.count < lanes) return light_pixels(row, c, stride, taps, 0, row.count, to);
   for (int x = 0; x + lanes <= row.count; x += lanes)
     light_pixels(row, c, stride, taps, x, lanes, to);
   if (row.count % lanes != 0) light_pixels(row, c, stride, taps, row.count - lanes, lanes, to);
 }
 LIBOCC_MULTIVERSION(by_filter,
-                    (RowLight row, const double* c, std::ptrdiff_t stride, Taps taps, double* to),
+                    (RowLight row, const float* c, std::ptrdiff_t stride, Taps taps, float* to),
                     (row, c, stride, taps, to))
 
 template <Simd>
-LIBOCC_INLINE void evenly_body(double electrons, const double* c, int count, double* to) {
+LIBOCC_INLINE void evenly_body(float electrons, const float* c, int count, float* to) {
   for (int x = 0; x < count; ++x) to[x] = electrons * c[x];
 }
-LIBOCC_MULTIVERSION(evenly, (double electrons, const double* c, int count, double* to),
+LIBOCC_MULTIVERSION(evenly, (float electrons, const float* c, int count, float* to),
                     (electrons, c, count, to))
 
 }  // namespace
@@ -75,7 +80,7 @@ LIBOCC_MULTIVERSION(evenly, (double electrons, const double* c, int count, doubl
 PaddedPatch::PaddedPatch(const Patch& patch) {
   resize(patch.x0, patch.y0, patch.width, patch.height);
   for (int y = 0; y < height; ++y)
-    std::copy_n(patch.values.begin() + y * static_cast<std::ptrdiff_t>(width), width, row(y));
+    for (int x = 0; x < width; ++x) row(y)[x] = static_cast<float>(patch.at(x0 + x, y0 + y));
 }
 
 void PaddedPatch::resize(int left, int top, int columns, int rows) {
@@ -87,22 +92,23 @@ void PaddedPatch::resize(int left, int top, int columns, int rows) {
   const std::ptrdiff_t needed = stride * rows;
   if (static_cast<std::ptrdiff_t>(values.size()) < needed)
     values.resize(static_cast<std::size_t>(needed));
-  for (int y = 0; y < rows && columns > 0; ++y) std::fill_n(row(y + 1) - padding, padding, 0.0);
+  for (int y = 0; y < rows && columns > 0; ++y) std::fill_n(row(y + 1) - padding, padding, 0.0f);
 }
 
 void light_row(Simd simd, const RowLight& light, const double* m_x, const double* m_y, double* c) {
   by_moments_for(simd)(light, m_x, m_y, c);
 }
 
-void light_row(Simd simd, const RowLight& light, const double* c, std::ptrdiff_t stride,
-               const std::array<double, 4>& taps, double* to) {
-  const double factor = 0.5 * light.electrons;
-  by_filter_for(simd)(light, c, stride,
-                      {factor * taps[0], factor * taps[1], factor * taps[2], factor * taps[3]}, to);
+void light_row(Simd simd, const RowLight& light, const float* c, std::ptrdiff_t stride,
+               const std::array<double, 4>& taps, float* to) {
+  const auto tap = [&](std::size_t i) {
+    return static_cast<float>(0.5 * light.electrons * taps[i]);
+  };
+  by_filter_for(simd)(light, c, stride, {tap(0), tap(1), tap(2), tap(3)}, to);
 }
 
-void light_row(Simd simd, double electrons, const double* c, int count, double* to) {
-  evenly_for(simd)(electrons, c, count, to);
+void light_row(Simd simd, double electrons, const float* c, int count, float* to) {
+  evenly_for(simd)(static_cast<float>(electrons), c, count, to);
 }
 
 }  // namespace occ

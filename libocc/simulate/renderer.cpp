@@ -30,7 +30,8 @@ constexpr double no_electrons = 1e-6;  // less than this in a pixel is rounding
 constexpr int lanes = PaddedPatch::padding;
 static_assert(lanes <= Signal::spare);
 struct Row {
-  const double *image, *lit;
+  const float* image;
+  const double* lit;
   double even, odd;  // what columns x0, x0 + 2, ... get of the light, and the others
   int count;
 };
@@ -49,7 +50,8 @@ LIBOCC_INLINE void add_row_body(Row row, double* __restrict to, double* sums) {
   const double lit = *row.lit;
   for (int x = 0; x < row.count; x += lanes)
     for (int i = 0; i < lanes; ++i)
-      add_pixel(row.image[x + i] * lit, i % 2 == 0 ? row.even : row.odd, to + x + i, mine + i);
+      add_pixel(static_cast<double>(row.image[x + i]) * lit, i % 2 == 0 ? row.even : row.odd,
+                to + x + i, mine + i);
   for (int i = 0; i < lanes; ++i) sums[i] = mine[i];
 }
 LIBOCC_MULTIVERSION(add_row, (Row row, double* to, double* sums), (row, to, sums))
@@ -57,7 +59,8 @@ LIBOCC_MULTIVERSION(add_row, (Row row, double* to, double* sums), (row, to, sums
 template <Simd>
 LIBOCC_INLINE void add_row_by_columns_body(Row row, double* __restrict to, double* sums) {
   for (int x = 0; x < row.count; ++x)
-    add_pixel(row.image[x] * row.lit[x], x % 2 == 0 ? row.even : row.odd, to + x, sums + x % lanes);
+    add_pixel(static_cast<double>(row.image[x]) * row.lit[x], x % 2 == 0 ? row.even : row.odd,
+              to + x, sums + x % lanes);
 }
 LIBOCC_MULTIVERSION(add_row_by_columns, (Row row, double* to, double* sums), (row, to, sums))
 

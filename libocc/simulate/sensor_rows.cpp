@@ -26,18 +26,15 @@ Sensor simplified(const Frame& frame) {
 constexpr int batch = Digitiser::batch;
 static_assert(batch <= Signal::spare && batch <= LitNoise::batch && batch <= DarkNoise::spare);
 
-/// Of pixels with a signal; 0 for the others.
 template <Simd>
 LIBOCC_INLINE void with_base_body(const double* signal, double even, double odd, int count,
-                                  double* __restrict to) {
+                                  float* __restrict to) {
   for (int first = 0; first < count; first += batch)
-    for (int i = first; i < first + batch; ++i) {
-      const double all = signal[i] + (i % 2 == 0 ? even : odd);
-      to[i] = signal[i] > 0 ? all : 0;
-    }
+    for (int i = first; i < first + batch; ++i)
+      to[i] = static_cast<float>(signal[i] + (i % 2 == 0 ? even : odd));
 }
 LIBOCC_MULTIVERSION(with_base,
-                    (const double* signal, double even, double odd, int count, double* to),
+                    (const double* signal, double even, double odd, int count, float* to),
                     (signal, even, odd, count, to))
 
 }  // namespace
@@ -116,19 +113,17 @@ const std::vector<std::uint16_t>& SensorRows::dark(const NoiseKey& noise, const 
     if (kind.dark->tabulated())
       return kind.dark->draw(simd_, noise, dark_words_.of(simd_, noise, pixels_of(part)),
                              part.first, part.count, levels);
-    std::fill_n(mean_e_.begin(), part.count, kind.base_e);
+    std::fill_n(mean_e_.begin(), part.count, static_cast<float>(kind.base_e));
     draw_lit(noise, part);
     kind.digitiser.grey_levels(simd_, drawn_e_.data(), part.count, levels);
   });
 }
 
-const std::vector<std::uint16_t>* SensorRows::lit(const NoiseKey& noise, const RowPart& part) {
-  const auto is_lit = [](double electrons) { return electrons > 0; };
-  if (std::none_of(part.signal, part.signal + part.count, is_lit)) return nullptr;
+const std::vector<std::uint16_t>& SensorRows::lit(const NoiseKey& noise, const RowPart& part) {
   with_base_for(simd_)(part.signal, kind(part.x0, part.y).base_e, kind(part.x0 + 1, part.y).base_e,
                        part.count, mean_e_.data());
   draw_lit(noise, part);
-  return &of_kinds(part, [&](const Kind& kind, std::uint16_t* levels) {
+  return of_kinds(part, [&](const Kind& kind, std::uint16_t* levels) {
     kind.digitiser.grey_levels(simd_, drawn_e_.data(), part.count, levels);
   });
 }

@@ -21,17 +21,17 @@ class IrradianceField {
   /// from `field`. Pixels whose ray does not meet the lamp's lit side, or that lie outside the
   /// camera's domain, get the irradiance at the lamp's centre: only the tail of the PSF is there.
   void fill(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
-            const Sensor& sensor, Patch& field);
+            const Sensor& sensor, PatchOf<float>& field);
 
   static constexpr int most_step = 16;
   /// Weights of the pixels between two nodes, of the four nodes in turn.
-  using Weights = std::array<std::array<double, most_step>, 4>;
+  using Weights = std::array<std::array<float, most_step>, 4>;
 
  private:
   Simd simd_;
   int step_ = 0;                    // pixels from node to node
   std::array<Weights, 3> weights_;  // in the first, a middle and the last of three intervals
-  std::vector<double> nodes_, lines_;
+  std::vector<float> nodes_, lines_;
 };
 
 }  // namespace occ

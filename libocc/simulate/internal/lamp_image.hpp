@@ -70,8 +70,8 @@ class LampRenderer {
   double centre_irradiance(const Lamp& lamp, const Rigid3& pose) const;
   bool is_evenly_lit() const;
   double even_electrons(const Lamp& lamp, const Rigid3& pose) const;
-  const Patch& light_around(const Lamp& lamp, const Rigid3& pose, int x0, int y0, int width,
-                            int height) const;
+  const PatchOf<float>& light_around(const Lamp& lamp, const Rigid3& pose, int x0, int y0,
+                                     int width, int height) const;
   template <typename AnyPatch, typename Visit>
   void for_lit_rows(const Lamp& lamp, const Rigid3& pose, const AnyPatch& image, Visit visit) const;
   Patch with_even_light(const Lamp& lamp, const Rigid3& pose, Patch image) const;

@@ -20,18 +20,17 @@ class LitNoise {
  public:
   explicit LitNoise(const Sensor& sensor);
 
-  /// Of the pixels first, first + 1, ... with this many mean electrons, dark current included.
-  /// Where the mean is zero nothing is drawn, and what is written has no meaning. Up to a batch
-  /// more is read and written.
+  /// Of the pixels first, first + 1, ... with this many mean electrons, dark current included. Up
+  /// to a batch more is read and written.
   static constexpr int batch = 16;
   static constexpr std::uint32_t pixels_a_block = 4;
   void draw(Simd simd, const NoiseKey& key, const RandomWords& random, std::uint32_t first,
-            int count, const double* mean_e, float* electrons) const;
+            int count, const float* mean_e, float* electrons) const;
 
   /// Mean electrons between which pixels are drawn exactly.
   struct Range {
-    double low = 0, high = 0;
-    bool contains(double mean) const { return mean > low && mean < high; }
+    float low = 0, high = 0;
+    bool contains(float mean) const { return mean > low && mean < high; }
   };
 
  private:

@@ -16,7 +16,7 @@ struct PaddedPatch {
   static constexpr int padding = 8;
   int x0 = 0, y0 = 0, width = 0, height = 0;
   std::ptrdiff_t stride = 0;
-  std::vector<double> values;
+  std::vector<float> values;
 
   PaddedPatch() = default;
   explicit PaddedPatch(const Patch& patch);
@@ -24,13 +24,13 @@ struct PaddedPatch {
   /// Values are of no meaning but for the zeros; storage is used again.
   void resize(int left, int top, int columns, int rows);
 
-  double* row(int y) { return values.data() + y * stride; }
-  const double* row(int y) const { return values.data() + y * stride; }
+  float* row(int y) { return values.data() + y * stride; }
+  const float* row(int y) const { return values.data() + y * stride; }
 };
 
 /// The light on a row, from one pixel before the first on: rows above and below say how it changes.
 struct RowLight {
-  const double *here, *above, *below;
+  const float *here, *above, *below;
   double electrons;      ///< of a fully covered pixel, for light of 1
   double half_variance;  ///< of the PSF blurred by the pixel [px^2]
   int count;
@@ -40,10 +40,10 @@ struct RowLight {
 void light_row(Simd simd, const RowLight& light, const double* m_x, const double* m_y, double* c);
 
 /// The same with moments by a MomentFilter's taps, from rows of coverage `stride` apart.
-void light_row(Simd simd, const RowLight& light, const double* c, std::ptrdiff_t stride,
-               const std::array<double, 4>& taps, double* to);
+void light_row(Simd simd, const RowLight& light, const float* c, std::ptrdiff_t stride,
+               const std::array<double, 4>& taps, float* to);
 
 /// Under even light.
-void light_row(Simd simd, double electrons, const double* c, int count, double* to);
+void light_row(Simd simd, double electrons, const float* c, int count, float* to);
 
 }  // namespace occ

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every random number of an image is a function of (seed, frame, use, pixel), so a pixel's noise
-// does not depend on its neighbours, on the lamps elsewhere, or on the order of work.
+// does not depend on the lamps elsewhere or on the order of work.
 #pragma once
 
 #include <algorithm>

@@ -24,14 +24,10 @@ LIBOCC_INLINE float natural_logarithm(float v) {
   float mantissa;  // in [2/3, 4/3)
   std::memcpy(&mantissa, &rest, sizeof mantissa);
   const float u = mantissa - 1;
-  float p = -0.154939305f;  // least squares
-  p = p * u + 0.172894018f;
-  p = p * u - 0.163892805f;
-  p = p * u + 0.197556447f;
-  p = p * u - 0.250098265f;
-  p = p * u + 0.333404539f;
-  p = p * u - 0.499998934f;
-  p = p * u + 0.999999453f;
+  const float u2 = u * u;  // least squares; summed in pairs, so that less waits for less
+  const float p01 = 0.999999453f - 0.499998934f * u, p23 = 0.333404539f - 0.250098265f * u;
+  const float p45 = 0.197556447f - 0.163892805f * u, p67 = 0.172894018f - 0.154939305f * u;
+  const float p = (p01 + p23 * u2) + (p45 + p67 * u2) * (u2 * u2);
   return static_cast<float>(exponent) * 0.693147181f + p * u;
 }
 
@@ -40,19 +36,13 @@ LIBOCC_INLINE float normal_variate(std::uint32_t bits) {
   const float t = static_cast<float>(magnitude) * 0x1p-31f + 0x1p-32f;
   const float x = 1 - t;
   const float s = __builtin_sqrtf(-natural_logarithm(t * (2 - t)));
-  float p = 0.00441799926f;
-  p = p * s - 0.0153047687f;
-  p = p * s + 0.0883057584f;
-  p = p * s - 0.203355348f;
-  p = p * s + 0.598080734f;
-  p = p * s - 0.727125794f;
-  p = p * s + 1.2533149f;
-  float q = 0.00278037524f;
-  q = q * s - 0.00293106858f;
-  q = q * s - 0.00852618611f;
-  q = q * s + 0.214970069f;
-  q = q * s - 0.580123257f;
-  q = q * s + 1;
+  const float s2 = s * s;
+  const float p01 = 1.2533149f - 0.727125794f * s, p23 = 0.598080734f - 0.203355348f * s;
+  const float p45 = 0.0883057584f - 0.0153047687f * s;
+  const float p = (p01 + p23 * s2) + (p45 + 0.00441799926f * s2) * (s2 * s2);
+  const float q01 = 1 - 0.580123257f * s, q23 = 0.214970069f - 0.00852618611f * s;
+  const float q45 = 0.00278037524f * s - 0.00293106858f;
+  const float q = (q01 + q23 * s2) + q45 * (s2 * s2);
   const float z = x * (p / q);
   return static_cast<std::int32_t>(bits) < 0 ? -z : z;
 }

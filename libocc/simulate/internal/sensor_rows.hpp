@@ -47,8 +47,7 @@ class SensorRows {
   const std::vector<std::uint16_t>& without_noise(const RowPart& part);
   /// As if there were no signal.
   const std::vector<std::uint16_t>& dark(const NoiseKey& noise, const RowPart& part);
-  /// Of pixels with a signal; of no meaning for others. Null when there are none.
-  const std::vector<std::uint16_t>* lit(const NoiseKey& noise, const RowPart& part);
+  const std::vector<std::uint16_t>& lit(const NoiseKey& noise, const RowPart& part);
 
  private:
   /// Pixels that are alike.
@@ -76,8 +75,7 @@ class SensorRows {
   std::array<std::shared_ptr<const Kind>, 4> kinds_;  // by place in the mosaic
   RowWords<DarkNoise::pixels_a_block> dark_words_{dark_use};
   RowWords<LitNoise::pixels_a_block> lit_words_{lit_use};
-  std::vector<double> mean_e_;
-  std::vector<float> drawn_e_;
+  std::vector<float> mean_e_, drawn_e_;
   std::vector<std::uint16_t> levels_, others_;
 };
 

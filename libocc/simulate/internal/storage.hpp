@@ -33,7 +33,7 @@ struct LampMemory {
   Contour contour;
   CoveragePainter coverage;
   IrradianceField field;
-  Patch light;
+  PatchOf<float> light;
 };
 
 class Storage {
