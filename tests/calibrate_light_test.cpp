@@ -338,11 +338,17 @@ TEST(CalibrateLight, SaysWhyAFluxIsLeftOut) {
   turned.normal = Eigen::Vector3d::UnitZ();
   turned.centre_m.x() += 0.5;
   truth.lamps.push_back(turned);
+  Lamp covered = truth.lamps[5];
+  covered.id = 78;
+  covered.centre_m += Eigen::Vector3d(0.3, 0.2, 0);
+  truth.lamps.push_back(covered);
+  const Eigen::Vector3d above = covered.centre_m - Eigen::Vector3d(0, 0, 0.1);
+  truth.boxes.push_back({above, above + Eigen::Vector3d(0.05, 0.05, 0.05)});  // half of it
   const auto found = calibrate_light(truth, blobs, poses);
   EXPECT_EQ(found.status, Status::degenerate);
-  const std::vector<FluxUse> expected{FluxUse::saturated,  FluxUse::merged, FluxUse::cut,
-                                      FluxUse::no_blob,    FluxUse::blinks, FluxUse::not_alone,
-                                      FluxUse::out_of_view};
+  const std::vector<FluxUse> expected{FluxUse::saturated,   FluxUse::merged, FluxUse::cut,
+                                      FluxUse::no_blob,     FluxUse::blinks, FluxUse::not_alone,
+                                      FluxUse::out_of_view, FluxUse::hidden};
   for (std::size_t i = 0; i < expected.size(); ++i) {
     EXPECT_EQ(found->lamps[i].fluxes[0].use, expected[i]) << to_string(expected[i]);
     EXPECT_EQ(found->lamps[i].status, Status::no_lamps);

@@ -50,6 +50,23 @@ Image constant_image(int width, int height, std::uint8_t level) {
   return image;
 }
 
+TEST(Locate, EffectsThatAreOffDoNotCount) {
+  Scene scene = irregular_room();
+  scene.camera = Camera::pinhole(640, 480, 420, 420, 320, 240, {-0.3, 0.1, 0, 0});
+  scene.sensor.response = Response::srgb;
+  for (Lamp& lamp : scene.lamps) lamp.frequency_hz = 1000;
+  const Rigid3 truth = look_at({1.9, 2.1, 0.3}, {2, 2, 3}, {0, 1, 0});
+  for (const Effect effect : {Effect::distortion, Effect::response, Effect::modulation})
+    scene.effects.set(effect, Use::off);
+  const Image image = simulate(scene, truth).image;
+  const Result<Fix> fix = locate(image.view(), scene);
+  ASSERT_TRUE(fix.ok()) << fix.message;
+  EXPECT_LT(position_error_m(*fix, truth), 1e-3);
+  scene.effects = {};
+  const Result<Fix> otherwise = locate(image.view(), scene);
+  EXPECT_FALSE(otherwise.ok() && position_error_m(*otherwise, truth) < 1e-3);
+}
+
 TEST(Locate, FindsTheCameraWithoutCodeOrPrior) {
   const Scene scene = irregular_room();
   Random random(1);

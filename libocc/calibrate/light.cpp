@@ -10,6 +10,7 @@
 #include "libocc/core/require.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
+#include "libocc/formation/shadow.hpp"
 #include "libocc/formation/vignetting.hpp"
 #include "libocc/radiometry/lambertian.hpp"
 
@@ -188,7 +189,9 @@ Seen seen_in(const Scene& scene, const Scene& rendered, const std::vector<std::v
       flux.image = static_cast<int>(i);
       const Found blob = matches ? named(lamps, places, l, blobs[i], (*matches)[i])
                                  : nearest(lamps, places, l, blobs[i], options.gate_px);
-      flux.use = blob.use;
+      const bool whole =
+          visible_part(lamps[l], rendered.boxes, cam_from_world[i].origin_in_source()).share == 1;
+      flux.use = places[l] && !whole ? FluxUse::hidden : blob.use;
       if (flux.use == FluxUse::used)
         seen.equations[l].push_back(equation_of(lamps[l], *blob.blob, cam_from_world[i], rendered,
                                                 options.model_sigma, flux));
@@ -280,6 +283,8 @@ const char* to_string(FluxUse use) {
       return "used";
     case FluxUse::out_of_view:
       return "out_of_view";
+    case FluxUse::hidden:
+      return "hidden";
     case FluxUse::no_blob:
       return "no_blob";
     case FluxUse::not_alone:

@@ -49,6 +49,7 @@ struct LIBOCC_API LightOptions {
 enum class FluxUse {
   used,
   out_of_view,  ///< not in the image, or its dark side is
+  hidden,       ///< a part of it, by a box
   no_blob,      ///< none within the gate
   not_alone,    ///< two lamps or blobs within the gate
   saturated,

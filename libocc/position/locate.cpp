@@ -263,11 +263,10 @@ void check_sizes(const ImageView& image, const Camera& camera) {
   throw std::invalid_argument(text.str());
 }
 
-Scene checked(const Scene& scene, const LocateOptions& options) {
+Scene checked(Scene scene, const LocateOptions& options) {
   options.validate();
-  Scene copy = scene;
-  copy.validate();
-  return copy;
+  scene.validate();
+  return scene.as_rendered();
 }
 
 }  // namespace
@@ -289,7 +288,7 @@ Result<Fix> locate(const ImageView& image, const Scene& scene, const LocateOptio
   check_sizes(image, scene.camera);
   const Scene valid = checked(scene, options);
   DetectOptions detect_options = options.detect;
-  if (!detect_options.sensor) detect_options.sensor = scene.sensor;
+  if (!detect_options.sensor) detect_options.sensor = valid.sensor;
   const std::vector<Blob> blobs = detect(image, detect_options);
   const double detect_s = clock.seconds();
   Result<Fix> result = locate_blobs(blobs, valid, options, &image, clock);

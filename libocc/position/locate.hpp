@@ -48,7 +48,8 @@ struct LIBOCC_API LocateOptions {
 /// not_converged (any candidate; the fix holds what was found so far); budget_not_met (one pose,
 /// but not within the budget or not to the target as predicted: the best there is; Fix::choice says
 /// what it would take). Throws std::invalid_argument when the image's size is not the camera's, or
-/// the scene or the options do not validate.
+/// the scene or the options do not validate. What the scene's effects switch off does not count
+/// (Scene::as_rendered).
 LIBOCC_API Result<Fix> locate(const ImageView& image, const Scene& scene,
                               const LocateOptions& options = {});
 

@@ -75,6 +75,21 @@ void Scene::validate() {
           room->wall_reflectance, "in [0, 1)");
 }
 
+bool Box::hides(const Eigen::Vector3d& to, const Eigen::Vector3d& from) const {
+  double enter = 0, leave = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double way = to[axis] - from[axis];
+    if (way == 0) {
+      if (from[axis] <= min_m[axis] || from[axis] >= max_m[axis]) return false;
+      continue;
+    }
+    const double a = (min_m[axis] - from[axis]) / way, b = (max_m[axis] - from[axis]) / way;
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  return enter < leave;
+}
+
 Scene Scene::as_rendered() const {
   const auto off = [&](Effect effect) { return effects.of(effect) == Use::off; };
   Scene seen = *this;
@@ -84,6 +99,7 @@ Scene Scene::as_rendered() const {
   if (off(Effect::ghosts)) seen.lens.ghosts.clear();
   if (off(Effect::ambient)) seen.ambient_w_m2 = 0;
   if (off(Effect::walls) && room) seen.room->wall_reflectance = 0;
+  if (off(Effect::occlusion)) seen.boxes.clear();
   if (off(Effect::gain)) seen.sensor.gain_sigma = 0;
   if (off(Effect::mosaic)) seen.sensor.mosaic = Mosaic::none;
   if (off(Effect::saturation)) seen.sensor.full_well_e = 1e30;

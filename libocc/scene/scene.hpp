@@ -25,12 +25,13 @@ struct Room {
 };
 
 /// Something opaque that hides lamps, its sides along the world's axes.
-struct Box {
+struct LIBOCC_API Box {
   Eigen::Vector3d min_m = Eigen::Vector3d::Zero(), max_m = Eigen::Vector3d::Zero();
 
   bool contains(const Eigen::Vector3d& point) const {  ///< its surface does not count
     return (point - min_m).minCoeff() > 0 && (max_m - point).minCoeff() > 0;
   }
+  bool hides(const Eigen::Vector3d& to, const Eigen::Vector3d& from) const;  ///< one from another
 };
 
 struct LIBOCC_API Scene {
@@ -50,8 +51,8 @@ struct LIBOCC_API Scene {
   void validate();
 
   /// The scene without what its effects switch off, for whoever measures images that were rendered
-  /// so: no distortion, vignetting, glare, ghosts, ambient light, walls' light, gains, mosaic or
-  /// response curve; a well that is never full; lamps that shine at their mean level.
+  /// so: no distortion, vignetting, glare, ghosts, ambient light, walls' light, gains, mosaic,
+  /// response curve or boxes; a well that is never full; lamps that shine at their mean level.
   Scene as_rendered() const;
 };
 

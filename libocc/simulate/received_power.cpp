@@ -142,7 +142,7 @@ class SeenLamp {
     if (!px || !receiver_.scene.camera.contains(*px)) return std::nullopt;
     if (hidden_ > 0)
       for (const Box& box : receiver_.scene.boxes)
-        if (hides(box, eye_, point)) return std::nullopt;
+        if (box.hides(point, eye_)) return std::nullopt;
     return px;
   }
 

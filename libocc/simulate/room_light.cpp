@@ -11,7 +11,7 @@
 #include "libocc/simulate/internal/check_place.hpp"
 #include "libocc/simulate/internal/mosaic.hpp"
 #include "libocc/simulate/internal/motion.hpp"
-#include "libocc/simulate/internal/shadow.hpp"
+#include "libocc/formation/shadow.hpp"
 #include "libocc/simulate/internal/vignetting.hpp"
 
 namespace occ {
@@ -47,7 +47,7 @@ class WallImage {
     const RoomSurfaces::Hit hit = surfaces_.hit(origin_, pose_.rotation.transpose() * *bearing);
     if (frame_.plan.applies(Effect::occlusion))
       for (const Box& b : frame_.scene.boxes)
-        if (hides(b, origin_, hit.point)) return {box, 0};
+        if (b.hides(hit.point, origin_)) return {box, 0};
     const double exitance = surfaces_.reflectance() * (surfaces_.direct(hit.face, hit.point) +
                                                        surfaces_.indirect(hit.face, hit.point));
     const double irradiance = irradiance_of_radiance(exitance / pi, camera_, sensor, *bearing,

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "libocc/radiometry/lambertian.hpp"
-#include "libocc/simulate/internal/shadow.hpp"
+#include "libocc/formation/shadow.hpp"
 
 namespace occ {
 namespace {

@@ -29,6 +29,7 @@ void define_enums(py::module_& m) {
   py::native_enum<FluxUse>(m, "FluxUse", "enum.Enum", "What became of a lamp's flux in an image.")
       .value("used", FluxUse::used)
       .value("out_of_view", FluxUse::out_of_view)
+      .value("hidden", FluxUse::hidden)
       .value("no_blob", FluxUse::no_blob)
       .value("not_alone", FluxUse::not_alone)
       .value("saturated", FluxUse::saturated)

@@ -5,32 +5,12 @@
 // changes when no shadow meets a lamp, else everything may.
 #include "libocc/simulate/internal/occlusion.hpp"
 
-#include <cmath>
-
 #include "libocc/formation/rim.hpp"
 #include "libocc/simulate/internal/background.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
 
 namespace occ {
 namespace {
-
-constexpr int rim_points = 256;
-
-// A polygon with the area of the face: what a round rim and its chords enclose evens out along it.
-Polygon face_polygon(const Lamp& lamp, const Face& face) {
-  Polygon polygon;
-  for (const Eigen::Vector3d& point : rim_in_world(lamp, rim_points))
-    polygon.emplace_back((point - face.centre).dot(face.x), (point - face.centre).dot(face.y));
-  const double scale = std::sqrt(lamp.area_m2() / area(polygon));
-  for (Eigen::Vector2d& p : polygon) p *= scale;
-  return polygon;
-}
-
-double total_area(const std::vector<Polygon>& pieces) {
-  double sum = 0;
-  for (const Polygon& piece : pieces) sum += area(piece);
-  return sum;
-}
 
 // Three-point Gauss-Legendre panels along the edge from a to b.
 bool add_edge(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Camera& camera,
@@ -72,37 +52,6 @@ Bound bound(const View& view) {
 }
 
 }  // namespace
-
-Visible visible_part(const Lamp& lamp, const std::vector<Box>& boxes,
-                     const Eigen::Vector3d& seen_from) {
-  Visible visible;
-  if (lamp.shape == LampShape::point) {
-    for (const Box& box : boxes)
-      if (hides(box, seen_from, lamp.centre_m)) visible.share = 0;
-    return visible;
-  }
-  if (!lamp.shows_lit_side(seen_from)) return visible;
-  const Face face(lamp);
-  const Polygon whole = face_polygon(lamp, face);
-  std::vector<Polygon> pieces = {whole};
-  for (const Box& box : boxes) {
-    const Polygon hole = shadow(box, face, seen_from);
-    if (hole.empty()) continue;
-    std::vector<Polygon> left;
-    for (const Polygon& piece : pieces)
-      for (Polygon& part : outside(piece, hole)) left.push_back(std::move(part));
-    // Pieces that the shadow does not touch stay whole.
-    if (total_area(left) < (1 - 1e-12) * total_area(pieces)) pieces = std::move(left);
-  }
-  constexpr double nothing = 1e-9;
-  visible.share = total_area(pieces) / area(whole);
-  if (visible.share > 1 - nothing) return {};
-  if (visible.share > nothing)
-    visible.pieces = std::move(pieces);
-  else
-    visible.share = 0;
-  return visible;
-}
 
 std::optional<RimContour> visible_rim(const Lamp& lamp, const Visible& visible,
                                       const Rigid3& cam_from_world, const Camera& camera,

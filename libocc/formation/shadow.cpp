@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/simulate/internal/shadow.hpp"
+#include "libocc/formation/shadow.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+
+#include "libocc/formation/rim.hpp"
 
 namespace occ {
 namespace {
@@ -53,6 +55,24 @@ std::array<Eigen::Vector3d, 8> corners(const Box& box) {
     for (int axis = 0; axis < 3; ++axis)
       all[i][axis] = (i >> axis & 1) != 0 ? box.max_m[axis] : box.min_m[axis];
   return all;
+}
+
+constexpr int rim_points = 256;
+
+// A polygon with the area of the face: what a round rim and its chords enclose evens out along it.
+Polygon face_polygon(const Lamp& lamp, const Face& face) {
+  Polygon polygon;
+  for (const Eigen::Vector3d& point : rim_in_world(lamp, rim_points))
+    polygon.emplace_back((point - face.centre).dot(face.x), (point - face.centre).dot(face.y));
+  const double scale = std::sqrt(lamp.area_m2() / area(polygon));
+  for (Eigen::Vector2d& p : polygon) p *= scale;
+  return polygon;
+}
+
+double total_area(const std::vector<Polygon>& pieces) {
+  double sum = 0;
+  for (const Polygon& piece : pieces) sum += area(piece);
+  return sum;
 }
 
 }  // namespace
@@ -110,19 +130,35 @@ Polygon shadow(const Box& box, const Face& face, const Eigen::Vector3d& seen_fro
   return cast.size() < 3 ? Polygon() : convex_hull(cast);
 }
 
-bool hides(const Box& box, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  double enter = 0, leave = 1;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double way = to[axis] - from[axis];
-    if (way == 0) {
-      if (from[axis] <= box.min_m[axis] || from[axis] >= box.max_m[axis]) return false;
-      continue;
-    }
-    const double a = (box.min_m[axis] - from[axis]) / way, b = (box.max_m[axis] - from[axis]) / way;
-    enter = std::max(enter, std::min(a, b));
-    leave = std::min(leave, std::max(a, b));
+Visible visible_part(const Lamp& lamp, const std::vector<Box>& boxes,
+                     const Eigen::Vector3d& seen_from) {
+  Visible visible;
+  if (lamp.shape == LampShape::point) {
+    for (const Box& box : boxes)
+      if (box.hides(lamp.centre_m, seen_from)) visible.share = 0;
+    return visible;
   }
-  return enter < leave;
+  if (!lamp.shows_lit_side(seen_from)) return visible;
+  const Face face(lamp);
+  const Polygon whole = face_polygon(lamp, face);
+  std::vector<Polygon> pieces = {whole};
+  for (const Box& box : boxes) {
+    const Polygon hole = shadow(box, face, seen_from);
+    if (hole.empty()) continue;
+    std::vector<Polygon> left;
+    for (const Polygon& piece : pieces)
+      for (Polygon& part : outside(piece, hole)) left.push_back(std::move(part));
+    // Pieces that the shadow does not touch stay whole.
+    if (total_area(left) < (1 - 1e-12) * total_area(pieces)) pieces = std::move(left);
+  }
+  constexpr double nothing = 1e-9;
+  visible.share = total_area(pieces) / area(whole);
+  if (visible.share > 1 - nothing) return {};
+  if (visible.share > nothing)
+    visible.pieces = std::move(pieces);
+  else
+    visible.share = 0;
+  return visible;
 }
 
 }  // namespace occ

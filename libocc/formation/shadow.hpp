@@ -30,7 +30,12 @@ struct Face {
 /// when it hides nothing of the plane. The point lies outside the box.
 Polygon shadow(const Box& box, const Face& face, const Eigen::Vector3d& seen_from);
 
-/// Whether the segment between two points meets a box.
-bool hides(const Box& box, const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+/// What of a lamp's face is not hidden.
+struct Visible {
+  double share = 1;             ///< of its area; of a point lamp 0 or 1
+  std::vector<Polygon> pieces;  ///< of the face; empty when all or nothing is seen
+};
+Visible visible_part(const Lamp& lamp, const std::vector<Box>& boxes,
+                     const Eigen::Vector3d& seen_from);
 
 }  // namespace occ
