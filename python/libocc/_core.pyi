@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['AmbientImage', 'AmbientLight', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'Candidate', 'Channel', 'ChannelResponse', 'Checksum', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'CommonFactor', 'Decoded', 'DecodedCode', 'DecodedLamp', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'Hypothesis', 'Identification', 'IdentifyMethod', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFlux', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'Match', 'Mosaic', 'NoiseArea', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PowerFit', 'Prior', 'Readout', 'ReceivedPower', 'RecoveredResponse', 'Refined', 'Renderer', 'Response', 'ResponseMethod', 'RobustPose', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Timing', 'Trajectory', 'Truth', 'Use', 'Waveform', 'aperture_power', 'calibrate_ambient', 'calibrate_light', 'code_budget', 'dbm', 'decode', 'decode_samples', 'detect', 'encode_id', 'encode_image', 'explain', 'heading_rad', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recover_response', 'refine', 'robust_pose', 'simulate', 'solve_pose', 'solvers', 'time_refine', 'write_image']
+__all__: list[str] = ['AmbientImage', 'AmbientLight', 'AprilTag', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'Candidate', 'Channel', 'ChannelResponse', 'Checksum', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'CommonFactor', 'Decoded', 'DecodedCode', 'DecodedLamp', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'HeadlightDistance', 'Hypothesis', 'Identification', 'IdentifyMethod', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFlux', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'Match', 'Mosaic', 'NoiseArea', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PowerFit', 'Prior', 'Readout', 'ReceivedPower', 'RecoveredResponse', 'Refined', 'Renderer', 'Response', 'ResponseMethod', 'RoadHeights', 'RobustPose', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Tag', 'Timing', 'Trajectory', 'Truth', 'Use', 'VehiclePose', 'VehiclePoses', 'Waveform', 'aperture_power', 'april_tag_families', 'calibrate_ambient', 'calibrate_light', 'code_budget', 'dbm', 'decode', 'decode_samples', 'detect', 'detect_april_tags', 'encode_id', 'encode_image', 'explain', 'heading_rad', 'headlight_distance', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'locate_by_tags', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recover_response', 'refine', 'robust_pose', 'simulate', 'solve_pose', 'solvers', 'tag_poses', 'time_refine', 'vehicle_poses', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -908,6 +908,60 @@ class Effects:
         """
         Use by effect's name.
         """
+class Tag:
+    """
+    An AprilTag as a landmark: its number, size and place.
+
+    Keywords (and properties):
+      id: number, unique in its family
+      size_m: side of the square whose corners are detected [m]
+      centre_m: (3,) [m, world]
+      family: a name in april_tag_families()
+      normal: (3,) towards the printed side
+      x_axis: (3,) to the right on the print, seen upright
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, id: typing.SupportsInt | typing.SupportsIndex, size_m: typing.SupportsFloat | typing.SupportsIndex, centre_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], family: str = 'tag36h11', normal: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, -1.0], x_axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [1.0, 0.0, 0.0]) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Tag:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def centre_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) [m, world]
+        """
+    @property
+    def family(self) -> str:
+        """
+        a name in april_tag_families()
+        """
+    @property
+    def id(self) -> int:
+        """
+        number, unique in its family
+        """
+    @property
+    def normal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) towards the printed side
+        """
+    @property
+    def size_m(self) -> float:
+        """
+        side of the square whose corners are detected [m]
+        """
+    @property
+    def x_axis(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) to the right on the print, seen upright
+        """
 class Prior:
     """
     What is known of a pose beforehand; each part is optional.
@@ -968,7 +1022,7 @@ class Scene:
 
     camera: Camera. lamps: Lamps with different ids. sensor: Sensor, default one when None.
     room: Room or None. lens: Lens. boxes: what hides lamps. ambient_w_m2: light on the sensor that
-    comes from no lamp. effects: which of all this simulate() renders.
+    comes from no lamp. effects: which of all this simulate() renders. tags: AprilTags as landmarks.
     Raises: ValueError naming the part, the field and its value.
 
     >>> import libocc as occ
@@ -995,7 +1049,7 @@ class Scene:
         ...
     def __hash__(self) -> int:
         ...
-    def __init__(self, *, camera: Camera, lamps: collections.abc.Sequence[Lamp], sensor: Sensor | None = None, room: Room | None = None, lens: Lens | None = None, boxes: collections.abc.Sequence[Box] = [], ambient_w_m2: typing.SupportsFloat | typing.SupportsIndex = 0.0, effects: Effects | None = None) -> None:
+    def __init__(self, *, camera: Camera, lamps: collections.abc.Sequence[Lamp], sensor: Sensor | None = None, room: Room | None = None, lens: Lens | None = None, boxes: collections.abc.Sequence[Box] = [], ambient_w_m2: typing.SupportsFloat | typing.SupportsIndex = 0.0, effects: Effects | None = None, tags: collections.abc.Sequence[Tag] = []) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -1010,7 +1064,7 @@ class Scene:
         """
         The YAML text that save() writes.
         """
-    def replace(self, *, camera: Camera | None = None, lamps: collections.abc.Sequence[Lamp] | None = None, sensor: Sensor | None = None, room: Room | None = None, lens: Lens | None = None, boxes: collections.abc.Sequence[Box] | None = None, ambient_w_m2: typing.SupportsFloat | typing.SupportsIndex | None = None, effects: Effects | None = None) -> Scene:
+    def replace(self, *, camera: Camera | None = None, lamps: collections.abc.Sequence[Lamp] | None = None, sensor: Sensor | None = None, room: Room | None = None, lens: Lens | None = None, boxes: collections.abc.Sequence[Box] | None = None, ambient_w_m2: typing.SupportsFloat | typing.SupportsIndex | None = None, effects: Effects | None = None, tags: collections.abc.Sequence[Tag] | None = None) -> Scene:
         """
         A copy with the parts that are given changed.
         """
@@ -1057,6 +1111,11 @@ class Scene:
     def sensor(self) -> Sensor:
         """
         Sensor.
+        """
+    @property
+    def tags(self) -> tuple[Tag, ...]:
+        """
+        Tags, a tuple.
         """
 class ReceivedPower:
     """
@@ -2451,6 +2510,246 @@ class RobustPose:
         """
         How it ended, a Status.
         """
+class AprilTag:
+    """
+    A tag found in an image.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def centre_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+        """
+        (2,) where the diagonals meet.
+        """
+    @property
+    def corners_px(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (4, 2) lower left, lower right, upper right, upper left, seen upright.
+        """
+    @property
+    def covariance_px2(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (4, 2, 2) of the corners.
+        """
+    @property
+    def decision_margin(self) -> float:
+        """
+        Mean grey levels (of 255) between a bit and its threshold.
+        """
+    @property
+    def family(self) -> str:
+        """
+        That the number is of.
+        """
+    @property
+    def hamming(self) -> int:
+        """
+        Bits that were corrected.
+        """
+    @property
+    def homography(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3) from the tag, corners at (-1, -1) to (1, 1), y up, to the image.
+        """
+    @property
+    def id(self) -> int:
+        """
+        Its number.
+        """
+    @property
+    def refined(self) -> bool:
+        """
+        False: too small; corners to 0.1 px.
+        """
+class RoadHeights:
+    """
+    Heights over the road, and where up is.
+
+    Keywords (and properties):
+      lamps_m: of the lamps [m]
+      lamps_sigma_m: its standard deviation [m]
+      camera_m: of the camera [m]
+      camera_sigma_m: its standard deviation [m]
+      up_in_cam: (3,) unit, camera frame
+      up_sigma_rad: of its pitch [rad]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, lamps_m: typing.SupportsFloat | typing.SupportsIndex = 0.65, lamps_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 0.1, camera_m: typing.SupportsFloat | typing.SupportsIndex = 1.2, camera_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 0.02, up_in_cam: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, -1.0, 0.0], up_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.005) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> RoadHeights:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def camera_m(self) -> float:
+        """
+        of the camera [m]
+        """
+    @property
+    def camera_sigma_m(self) -> float:
+        """
+        its standard deviation [m]
+        """
+    @property
+    def lamps_m(self) -> float:
+        """
+        of the lamps [m]
+        """
+    @property
+    def lamps_sigma_m(self) -> float:
+        """
+        its standard deviation [m]
+        """
+    @property
+    def up_in_cam(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) unit, camera frame
+        """
+    @property
+    def up_sigma_rad(self) -> float:
+        """
+        of its pitch [rad]
+        """
+class HeadlightDistance:
+    """
+    How far a car is: the answer of headlight_distance().
+
+    A degenerate one tells the bearing alone: look at status and message.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def bearing_rad(self) -> float:
+        """
+        From the camera's z towards x [rad].
+        """
+    @property
+    def direction_in_cam(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) unit.
+        """
+    @property
+    def distance_m(self) -> float:
+        """
+        Mean [m].
+        """
+    @property
+    def distance_of_yaw_m(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (n,) distance if the yaw were that, from the images alone [m].
+        """
+    @property
+    def high_m(self) -> float:
+        """
+        Upper end of it [m].
+        """
+    @property
+    def low_m(self) -> float:
+        """
+        Lower end of the 95 % interval [m].
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def separation_rad(self) -> float:
+        """
+        Angle between the lamps [rad].
+        """
+    @property
+    def separation_sigma_rad(self) -> float:
+        """
+        Of it.
+        """
+    @property
+    def sigma_m(self) -> float:
+        """
+        Standard deviation [m].
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def yaw_density(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (n,) of the yaw, given all that is known [1/rad].
+        """
+    @property
+    def yaw_rad(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (n,) nodes [rad].
+        """
+class VehiclePose:
+    """
+    Where a vehicle is and which way it faces.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def distance_m(self) -> float:
+        """
+        Of the vehicle's origin [m].
+        """
+    @property
+    def pose(self) -> Candidate:
+        """
+        Candidate; its world is the vehicle's frame.
+        """
+    @property
+    def sigma_m(self) -> float:
+        """
+        Its standard deviation [m].
+        """
+    @property
+    def yaw_rad(self) -> float:
+        """
+        Of its x axis from the line to the camera [rad].
+        """
+    @property
+    def yaw_sigma_rad(self) -> float:
+        """
+        Its standard deviation [rad].
+        """
+class VehiclePoses:
+    """
+    Every upright pose of a vehicle that fits.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def value(self) -> list[VehiclePose]:
+        """
+        VehiclePoses, best first.
+        """
 class ResponseMethod(enum.Enum):
     """
     How a response is described.
@@ -2817,6 +3116,10 @@ def aperture_power(power_w: typing.SupportsFloat | typing.SupportsIndex, order: 
     """
     Power through an aperture [W]; with an area_m2 of 1 the irradiance there [W/m^2].
     """
+def april_tag_families() -> list[str]:
+    """
+    Names of the families that can be read.
+    """
 def calibrate_ambient(scene: Scene, images: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint8 | numpy.uint16]], poses: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]]) -> AmbientLight:
     """
     Ambient irradiance of the sensor from images of known poses.
@@ -2910,6 +3213,21 @@ def detect(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *, sensor: S
       stripes: join stripes, read frequencies; None: when rows have a time
       max_frequency_hz: stripes are read up to this [Hz]
     """
+def detect_april_tags(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *, family: str = 'tag36h11', decimate: typing.SupportsFloat | typing.SupportsIndex = 1.0, threads: typing.SupportsInt | typing.SupportsIndex = 1, max_hamming: typing.SupportsInt | typing.SupportsIndex = 1, min_decision_margin: typing.SupportsFloat | typing.SupportsIndex = 20.0, refine: bool = True) -> list[AprilTag]:
+    """
+    The AprilTags in an image, by rising id, corners to hundredths of a pixel.
+
+    image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16.
+    Returns: list of AprilTag. Raises: ValueError for a bad image or option.
+
+    Options:
+      family: a name in april_tag_families()
+      decimate: squares are looked for in an image so many times smaller
+      threads: to use
+      max_hamming: wrong bits that are corrected, 0 to 2
+      min_decision_margin: grey levels (of 255)
+      refine: measure the corners again, to hundredths of a pixel
+    """
 def encode_id(id: typing.SupportsInt | typing.SupportsIndex, code: Code) -> Waveform:
     """
     The light of a lamp that says an id, a Waveform.
@@ -2941,6 +3259,23 @@ def explain(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLik
 def heading_rad(cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]) -> float:
     """
     Azimuth [rad] about the world's Z of the camera's +x axis (image right), in (-pi, pi].
+    """
+def headlight_distance(lamps_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, *, separation_m: typing.SupportsFloat | typing.SupportsIndex = 1.4, separation_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 0.1, sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, yaw_max_rad: typing.SupportsFloat | typing.SupportsIndex = 0.5, yaw_concentration: typing.SupportsFloat | typing.SupportsIndex = 0.0, heights: RoadHeights | None = None) -> HeadlightDistance:
+    """
+    How far away a car is whose two lamps are seen, its yaw being unknown.
+
+    lamps_px: (2, 2), a lamp in each row. Without the yaw there is an interval, not a distance; heights
+    over the road make it shorter. Returns: HeadlightDistance; status degenerate when the lamps cannot
+    be told apart, no_pose when no yaw explains the heights.
+    Raises: ValueError for numbers that are not finite or a bad option.
+
+    Options:
+      separation_m: between the lamps' centres [m]
+      separation_sigma_m: its standard deviation [m]
+      sigma_px: of a lamp's pixel coordinate
+      yaw_max_rad: the yaw is within +- this, below pi/2 [rad]
+      yaw_concentration: of von Mises' distribution within; 0: uniform
+      heights: RoadHeights, when known
     """
 def identify(blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, method: IdentifyMethod = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 1000000) -> Identification:
     """
@@ -3019,6 +3354,13 @@ def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections
       huber_sigma: residuals beyond this weigh linearly [sigma]
       max_iterations: steps of the refinement
       tolerance_px: converged when no lamp moves further [px]
+    """
+def locate_by_tags(tags: collections.abc.Sequence[AprilTag], scene: Scene, lamps: collections.abc.Mapping[typing.SupportsInt | typing.SupportsIndex, Blob] = {}) -> Fix:
+    """
+    The camera's pose from the tags that the scene has, with its lamps when they are named.
+
+    tags: AprilTags. lamps: lamp id -> Blob, as in a Fix. Returns: Fix; status too_few_lamps when no tag
+    of the scene is seen. Raises: ValueError for a lamp that the scene does not have.
     """
 def look_at(position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], target_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], up: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = (0, 0, 1)) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
     """
@@ -3215,14 +3557,15 @@ def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLi
       spacing_sigma: rim samples are this many PSF sigmas apart
       velocity: (6,) of the camera: d [rotation, translation] / dt of cam_from_world's left perturbation [rad/s, m/s]
     """
-def solve_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, solver: str = 'auto', sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] | None = None, largest_misfit: typing.SupportsFloat | typing.SupportsIndex = 10.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 1000) -> Fix:
+def solve_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, solver: str = 'auto', sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] | None = None, largest_misfit: typing.SupportsFloat | typing.SupportsIndex = 10.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 1000, sigmas_px: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = []) -> Fix:
     """
     The most likely pose from points whose names are known, with its covariance.
 
     points_in_world_m: (n, 3), n >= 3. points_px: (n, 2), where they were seen. solver: a name in
     solvers(), or "auto". sigma_px: of a pixel coordinate, along each axis. start: 4x4 cam_from_world
     close by, e.g. the last frame's, instead of a solver; other poses that fit are then not looked for.
-    largest_misfit: chi2 / dof beyond which nothing is said to fit.
+    largest_misfit: chi2 / dof beyond which nothing is said to fit. sigmas_px: of each point, instead of
+    sigma_px.
     Returns: Fix; status ambiguous when another pose fits nearly as well (all are in `candidates`),
     no_pose when none fits, too_few_lamps, degenerate, not_converged.
     Raises: ValueError for counts that differ, numbers that are not finite, an unknown solver.
@@ -3231,9 +3574,25 @@ def solvers() -> list[Solver]:
     """
     Every pose solver, those for the fewest points first.
     """
+def tag_poses(tag: AprilTag, size_m: typing.SupportsFloat | typing.SupportsIndex, camera: Camera) -> list[Candidate]:
+    """
+    Every pose from which a tag is seen as it is, best first: both minima of a plane.
+
+    tag: AprilTag. size_m: side of the square whose corners are detected [m].
+    Returns: Candidates whose world is the tag's frame: x right, y up, z towards the viewer.
+    Raises: ValueError for a size that is not positive.
+    """
 def time_refine(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], rung: Rung, least_time_s: typing.SupportsFloat | typing.SupportsIndex = 0.001) -> tuple[int, int, int, float]:
     """
     Lamps, rim points, pixels, and the time [s] of refining a pose by them; 0: none found.
+    """
+def vehicle_poses(lamps_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], lamps_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, sigma_px: typing.SupportsFloat | typing.SupportsIndex, *, up_in_cam: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., most_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.3) -> VehiclePoses:
+    """
+    Where a vehicle is, from three or more of its lamps whose places on it are known.
+
+    lamps_m: (n, 3), vehicle's frame: x forward, y left, z up. lamps_px: (n, 2). most_tilt_rad: between
+    the vehicle's z and up_in_cam. Returns: VehiclePoses; status as of solve_pose, and no_pose when none
+    is upright. Raises: ValueError for counts that differ and numbers that are not finite.
     """
 def write_image(path: os.PathLike[str] | str, image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16]) -> None:
     """

@@ -151,13 +151,15 @@ def fix_text(fix: Fix, explain: bool = False) -> str:
             f"position  {_numbers(fix.position_m, 4, 8)} m",
             f"sigma     {_numbers(sigmas_mm(fix), 2, 8)} mm",
             f"heading   {_numbers([np.degrees(heading_rad(fix.cam_from_world))], 2, 8)} deg",
-            f"lamps     {_ids(fix)}",
-            f"rms       {fix.rms_px:.3f} px",
         ]
-    lines.append(
-        f"time      {timing.total_s * 1e3:.1f} ms (detect {timing.detect_s * 1e3:.1f}, "
-        f"identify {timing.identify_s * 1e3:.1f}, refine {timing.refine_s * 1e3:.1f})"
-    )
+        if fix.lamps:
+            lines.append(f"lamps     {_ids(fix)}")
+        lines.append(f"rms       {fix.rms_px:.3f} px")
+    if timing.total_s > 0:
+        lines.append(
+            f"time      {timing.total_s * 1e3:.1f} ms (detect {timing.detect_s * 1e3:.1f}, "
+            f"identify {timing.identify_s * 1e3:.1f}, refine {timing.refine_s * 1e3:.1f})"
+        )
     if explain and fix.choice is not None and fix.choice.met:
         lines.append(f"rung      {fix.choice.reason}")
     if fix.status is not Status.ok and len(fix.candidates) > 1:

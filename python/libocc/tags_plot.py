@@ -34,7 +34,7 @@ def draw(
         axes.add_patch(Polygon(corners, closed=True, fill=False, edgecolor=colour, linewidth=1.5))
         axes.plot(corners[:2, 0], corners[:2, 1], color=colour, linewidth=4)
         axes.annotate(
-            str(tag.id), tag.centre_px, color="white", ha="center", va="center", fontsize=11,
+            str(tag.id), (tag.centre_px[0], tag.centre_px[1]), color="white", ha="center", va="center", fontsize=11,
             bbox={"boxstyle": "round", "facecolor": colour, "edgecolor": "none"},
         )
     axes.set(xlabel="x [px]", ylabel="y [px]", xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5))

@@ -68,7 +68,7 @@ def test_headlights_tell_an_interval():
     found = occ.headlight_distance(seen_px, CAMERA, separation_m=1.4)
     assert found.ok and found.low_m < found.distance_m < found.high_m
     assert found.yaw_rad.shape == found.distance_of_yaw_m.shape == found.yaw_density.shape
-    assert abs(found.distance_of_yaw_m.max() - 1.4 * 800 / 42) < 3
+    assert abs(found.distance_of_yaw_m.max() - 1.4 / found.separation_rad) < 0.1
     heights = occ.RoadHeights(lamps_m=0.65, lamps_sigma_m=0.02, camera_m=1.0, up_sigma_rad=0.001)
     assert heights.lamps_sigma_m == 0.02
     same = occ.headlight_distance([seen_px[0]] * 2, CAMERA)

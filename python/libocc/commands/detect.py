@@ -21,7 +21,7 @@ def command(
     ...
     $ libocc detect room.png
      n      x px      y px  sigma px      flux dn  area px  what
-     0   279.267   279.739    0.0031       127611     1121
+     0   279.267   279.739    0.0031       127616     1121
     ...
 
     Lists the bright blobs of IMAGE, brightest first.

@@ -47,7 +47,8 @@ def command(
 ) -> None:
     """\b
     $ libocc tags wall_of_tags_1 --map wall_of_tags
-    HELP
+       id      x px      y px  side px  sigma px  margin  map
+        3   151.453   169.728     64.8     0.035   160.0  yes
     ...
 
     Lists the AprilTags of IMAGE and, with a map, the camera's pose. Exit code 0: tags, and with a
