@@ -244,6 +244,19 @@ TEST(AprilTags, LampsBesideThemSharpenThePose) {
   EXPECT_NE(complaint([&] { locate_by_tags(tags, scene, lamps); }).find("9"), std::string::npos);
 }
 
+TEST(AprilTags, OneThatIsSeenTwiceDoesNotCount) {
+  const Scene scene = wall_of_tags();
+  const Rigid3 truth = towards_wall({0.6, 1.6, 1.2});
+  Random random(18);
+  std::vector<AprilTag> tags = seen_tags(scene, truth, random);
+  tags.push_back(tags[0]);
+  for (Eigen::Vector2d& corner : tags[2].corners_px) corner.x() += 150;
+  const Result<Fix> fix = locate_by_tags(tags, scene);
+  ASSERT_TRUE(fix.ok()) << fix.message;
+  EXPECT_LT(mahalanobis2(*fix, truth), chi2_6_999);
+  EXPECT_EQ(locate_by_tags({tags[0], tags[2]}, scene).status, Status::too_few_lamps);
+}
+
 TEST(AprilTags, ATagOfNoMapIsNoPose) {
   Scene scene = wall_of_tags();
   Random random(20);

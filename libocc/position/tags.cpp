@@ -95,10 +95,15 @@ std::vector<Candidate> tag_poses(const AprilTag& tag, double size_m, const Camer
 Result<Fix> locate_by_tags(const std::vector<AprilTag>& tags, const Scene& scene,
                            const std::map<int, Blob>& lamps) {
   Seen seen;
-  for (const AprilTag& tag : tags)
-    for (const Tag& known : scene.tags)
-      if (tag.id == known.id && tag.family == known.family)
-        seen.add(tag, known.size_m, known.world_from_tag());
+  for (const Tag& known : scene.tags) {
+    const auto is_it = [&](const AprilTag& tag) {
+      return tag.id == known.id && tag.family == known.family;
+    };
+    // Which of two alike is the scene's cannot be told.
+    if (std::count_if(tags.begin(), tags.end(), is_it) == 1)
+      seen.add(*std::find_if(tags.begin(), tags.end(), is_it), known.size_m,
+               known.world_from_tag());
+  }
   const bool any_tag = !seen.points.empty();
   for (const auto& [id, blob] : lamps) {
     const auto lamp = std::find_if(scene.lamps.begin(), scene.lamps.end(),

@@ -23,10 +23,10 @@ namespace occ {
 LIBOCC_API std::vector<Candidate> tag_poses(const AprilTag& tag, double size_m,
                                             const Camera& camera);
 
-/// The camera's pose from the corners of those tags that the scene has, each by its covariance, and
-/// the centroids of `lamps` (id -> blob, as in Fix::lamps). Status as of solve_pose; too_few_lamps
-/// when no tag of the scene is seen and fewer than three lamps are. Throws std::invalid_argument
-/// for a lamp that the scene does not have.
+/// The camera's pose from the corners of those tags that the scene has, each by its covariance (one
+/// whose id is seen twice does not count), and the centroids of `lamps` (id -> blob, as in
+/// Fix::lamps). Status as of solve_pose; too_few_lamps when no tag of the scene is seen and fewer
+/// than three lamps are. Throws std::invalid_argument for a lamp that the scene does not have.
 LIBOCC_API Result<Fix> locate_by_tags(const std::vector<AprilTag>& tags, const Scene& scene,
                                       const std::map<int, Blob>& lamps = {});
 
