@@ -43,7 +43,7 @@ bool wide(const Problem& problem) {
 
 // Share of the image that one blob's gate covers, that of a firm pose's own error included.
 double gate_share(const Problem& problem) {
-  const Camera& camera = problem.scene->camera;
+  const Camera& camera = *problem.camera;
   const double image = camera.width() * camera.height() / (camera.fx_px() * camera.fy_px());
   double ellipses = 0;
   for (const Sighting& s : problem.sightings) ellipses += std::sqrt(s.covariance.determinant());
@@ -62,7 +62,7 @@ bool looks_right(const Problem& problem, const Naming& naming, const Rigid3& pos
   });
 }
 
-Search::Search(const Problem& problem) : problem_(problem) {
+Search::Search(const Problem& problem) : problem_(problem), together_(problem) {
   prior_ = problem.options->prior && !problem.options->prior->empty();
 }
 
@@ -137,7 +137,7 @@ void Search::try_triple(const BlobTriple& triple) {
   for (const int a : problem_.sighting(triple.sightings[0]).lamps)
     for (const int b : problem_.sighting(triple.sightings[1]).lamps)
       for (const int c : problem_.sighting(triple.sightings[2]).lamps) {
-        if (a == b || b == c || c == a) continue;
+        if (a == b || b == c || c == a || !together_.triple(a, b, c)) continue;
         if (tried_ == problem_.options->max_hypotheses) {
           cut_short_ = true;
           return;
@@ -187,7 +187,7 @@ bool Search::contradicts_view(const Naming& naming) const {
   const Eigen::Vector3d across = (b.centre - a.centre).cross(c.centre - a.centre);
   const double facing = across.dot(a.normal);
   const double flat = (1 - 1e-9) * across.norm();
-  if (std::abs(facing) < flat || std::abs(across.dot(b.normal)) < flat ||
+  if (a.cone_cos < 0 || std::abs(facing) < flat || std::abs(across.dot(b.normal)) < flat ||
       std::abs(across.dot(c.normal)) < flat || a.normal.dot(b.normal) < 0 ||
       a.normal.dot(c.normal) < 0)
     return false;

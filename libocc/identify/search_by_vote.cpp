@@ -41,7 +41,7 @@ std::vector<Pair> pairs_near(const Problem& problem, const Vote& vote) {
 }  // namespace
 
 void Search::vote() {
-  Ballot ballot(problem_);
+  Ballot ballot(problem_, together_);
   TripleOrder order(problem_, named_by_vote());
   // Where only neighbours are named, those of true lights may be none, as if more lights were
   // false.
