@@ -191,6 +191,7 @@ Problem make_problem(const std::vector<Blob>& blobs, const std::vector<Lamp>* la
   problem.blobs = &blobs;
   problem.camera = &camera;
   problem.lamps = lamps;
+  problem.all_together = lamps != nullptr;
   problem.options = &options;
   add_targets(problem, std::move(targets));
   add_sightings(problem);

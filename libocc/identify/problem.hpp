@@ -41,7 +41,9 @@ struct Problem {
   const std::vector<Blob>* blobs = nullptr;
   const Camera* camera = nullptr;
   const std::vector<Lamp>* lamps = nullptr;  ///< null for the points of an object
+  bool all_together = true;  ///< any of them can be seen at once, as lamps of a scene
   const IdentifyOptions* options = nullptr;
+  int least_pairs = 0;                               ///< explanations of fewer blobs are of no use
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< of the local frame, in the world
   double size_m = 0;                                 ///< largest distance of a lamp from it
   std::vector<Target> targets;      ///< one for each lamp or point, in the order of scene or object
@@ -65,9 +67,9 @@ struct Problem {
 inline constexpr std::size_t max_sightings = 64;
 
 /// All that is given must outlive the problem.
-Problem make_problem(const std::vector<Blob>& blobs, const Scene& scene,
-                     const IdentifyOptions& options);
-Problem make_problem(const std::vector<Blob>& blobs, const Object& object, const Camera& camera,
-                     const IdentifyOptions& options);
+LIBOCC_API Problem make_problem(const std::vector<Blob>& blobs, const Scene& scene,
+                                const IdentifyOptions& options);
+LIBOCC_API Problem make_problem(const std::vector<Blob>& blobs, const Object& object,
+                                const Camera& camera, const IdentifyOptions& options);
 
 }  // namespace occ::naming

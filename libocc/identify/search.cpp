@@ -100,7 +100,8 @@ int Search::false_lights() const {
   const auto& blobs = problem_.sightings;
   const int named = static_cast<int>(
       std::count_if(blobs.begin(), blobs.end(), [](const Sighting& s) { return s.named; }));
-  const int unexplained = static_cast<int>(blobs.size()) - std::max(most_ - named, 3);
+  const int sought = std::max({most_ - named, problem_.least_pairs, 3});
+  const int unexplained = std::max(static_cast<int>(blobs.size()) - sought, 0);
   return most_ >= strong ? std::min(unexplained, 2) : unexplained;
 }
 
@@ -113,7 +114,7 @@ int Search::worth(const std::vector<Pair>& pairs) const {
 bool Search::worth_keeping(const Naming& naming, const std::vector<Pair>& pairs) const {
   const bool named = named_pairs({naming.begin(), naming.end()}) == 3;
   const std::size_t enough = named || prior_ || problem_.sightings.size() == 3 ? 3 : 4;
-  if (pairs.size() < enough) return false;
+  if (pairs.size() < std::max(enough, static_cast<std::size_t>(problem_.least_pairs))) return false;
   return worth(pairs) >= most_ || (named && most_ <= worth_of_four);
 }
 

@@ -56,7 +56,7 @@ bool seen_together(const Problem& problem, const std::vector<int>& targets) {
 
 SeenTogether::SeenTogether(const Problem& problem)
     : problem_(problem), count_(problem.targets.size()) {
-  if (problem.lamps) return;
+  if (problem.all_together) return;
   pairs_.assign(count_ * count_, 1);
   for (std::size_t a = 0; a < count_; ++a)
     for (std::size_t b = 0; b < a; ++b)

@@ -11,7 +11,7 @@ namespace occ::naming {
 
 /// False only when no camera nearer than a thousand times the object's size is in all cones: cones
 /// that are wider than the half space count as no restriction, and what takes long to tell as true.
-bool seen_together(const Problem& problem, const std::vector<int>& targets);
+LIBOCC_API bool seen_together(const Problem& problem, const std::vector<int>& targets);
 
 /// The answers for two and for three, kept. Of a scene's lamps all are taken to be seen together.
 class SeenTogether {
