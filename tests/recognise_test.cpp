@@ -60,10 +60,10 @@ void absent_objects_are_not_found(int trials) {
     at_a_tenth += !recognise(view.blobs, objects, bodies::camera(), loose)->found.empty();
   }
   EXPECT_LE(strict, 1 + trials / 500);
-  EXPECT_LE(at_a_tenth, trials / 10);
+  EXPECT_LE(at_a_tenth, 1 + trials / 10);
 }
 
-TEST(Recognise, AbsentObjectsAreNotFound) { absent_objects_are_not_found(60); }
+TEST(Recognise, AbsentObjectsAreNotFound) { absent_objects_are_not_found(12); }
 TEST(SlowRecognise, AbsentObjectsAreNotFound) { absent_objects_are_not_found(600); }
 
 void right_one_of_five(int trials) {
@@ -88,17 +88,17 @@ void right_one_of_five(int trials) {
     surest += found.ok();
   }
   EXPECT_GE(right, 0.99 * trials);
-  EXPECT_GE(surest, 0.98 * trials);
+  EXPECT_GE(surest, 0.98 * trials - 1);
   EXPECT_LE(wrong, trials / 200);
 }
 
-TEST(Recognise, TheRightOneOfFive) { right_one_of_five(40); }
+TEST(Recognise, TheRightOneOfFive) { right_one_of_five(10); }
 TEST(SlowRecognise, TheRightOneOfFive) { right_one_of_five(500); }
 
-TEST(Recognise, TwoAtOnce) {
+void two_at_once(int count) {
   Random random(3);
   int both = 0, trials = 0;
-  while (trials < 30) {
+  while (trials < count) {
     const std::vector<Object> objects = random_objects(random, 4);
     View view;
     bodies::add_object(view, 0, objects[0], bodies::random_pose(random, 2.4, {-150, 0}), random,
@@ -119,8 +119,11 @@ TEST(Recognise, TwoAtOnce) {
     EXPECT_EQ(std::adjacent_find(taken.begin(), taken.end()), taken.end());
     both += right;
   }
-  EXPECT_GE(both, 29);
+  EXPECT_GE(both, 0.95 * count);
 }
+
+TEST(Recognise, TwoAtOnce) { two_at_once(2); }
+TEST(SlowRecognise, TwoAtOnce) { two_at_once(60); }
 
 // The same object twice in one image.
 TEST(Recognise, OneObjectTwice) {
@@ -149,10 +152,10 @@ View view_of(const Object& object, Random& random, int least) {
   return view;
 }
 
-TEST(Recognise, TellsMirroredAndSimilarObjectsApart) {
+void mirrored_and_similar_objects(int trials) {
   Random random(5);
   int sure = 0;
-  for (int i = 0; i < 20; ++i) {
+  for (int i = 0; i < trials; ++i) {
     std::vector<Object> objects = random_objects(random, 1, 14);
     objects.push_back(objects[0]);
     for (ObjectPoint& p : objects[1].points) {
@@ -168,8 +171,11 @@ TEST(Recognise, TellsMirroredAndSimilarObjectsApart) {
     EXPECT_EQ(found->found[0].match.object, 0);
     sure += found.ok();
   }
-  EXPECT_GE(sure, 19);
+  EXPECT_GE(sure, 0.95 * trials);
 }
+
+TEST(Recognise, TellsMirroredAndSimilarObjectsApart) { mirrored_and_similar_objects(4); }
+TEST(SlowRecognise, TellsMirroredAndSimilarObjectsApart) { mirrored_and_similar_objects(60); }
 
 TEST(Recognise, ObjectsThatLookAlikeAreRivals) {
   Random random(6);

@@ -18,7 +18,7 @@ struct LIBOCC_API ObjectPoint {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< axis of the cone; unit after validate()
   double cone_rad = 1.5707963267948966;  ///< half angle of the cone from within which it is seen,
                                          ///< in (0, pi]; pi/2: the half space, pi: from everywhere
-  double radius_m = 0;  ///< of a disc across the normal; 0: a point
+  double radius_m = 0;                   ///< of a disc across the normal; 0: a point
 
   bool seen_from(const Eigen::Vector3d& camera_position) const;  ///< in the object's frame
 };
