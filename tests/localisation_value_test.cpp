@@ -99,8 +99,8 @@ TEST(LocalisationValue, SaysWhatIsWrong) {
   const Object object = bodies::random_object(random, 5);
   const auto& camera = bodies::camera();
   EXPECT_THROW(localisation_value(object, camera, {}, 1), std::invalid_argument);
-  EXPECT_THROW(localisation_value(object, camera, views_around(object, {2}), 0),
-               std::invalid_argument);
+  for (const double sigma_px : {0.0, -1.0, std::nan("")})
+    EXPECT_THROW(localisation_value(object, camera, {Rigid3{}}, sigma_px), std::invalid_argument);
   EXPECT_THROW(views_around(object, {-1}), std::invalid_argument);
   EXPECT_THROW(views_around(object, {}), std::invalid_argument);
   EXPECT_THROW(views_around(object, {1}, 0), std::invalid_argument);

@@ -70,6 +70,7 @@ std::vector<Rigid3> views_around(const Object& object, const std::vector<double>
 LocalisationValue localisation_value(const Object& object, const Camera& camera,
                                      const std::vector<Rigid3>& cam_from_object, double sigma_px) {
   require(!cam_from_object.empty(), "cam_from_object", "none", "at least one");
+  require(sigma_px > 0 && std::isfinite(sigma_px), "sigma_px", sigma_px, "positive");
   LocalisationValue value;
   value.points.resize(object.points.size());
   std::vector<double> log_growth(object.points.size(), 0), places_m, turns_rad;

@@ -17,7 +17,7 @@ std::string text_of(double value) {
 std::string degrees_text(double value_rad) {
   const long double degrees = static_cast<long double>(value_rad) / radians_per_degree;
   std::array<char, 64> digits{};
-  for (int precision = 2;; ++precision) {
+  for (int precision = 3;; ++precision) {
     const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), degrees,
                                    std::chars_format::general, precision)
                          .ptr;
