@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace occ::naming {
 namespace {
@@ -84,6 +85,21 @@ class CommonTurn {
   double mean2_ = 0, spread2_ = 0;
 };
 
+// Below this n . x, of a lamp at x with the normal n, both in the camera's frame, a vote takes it
+// for visible: cones inside the half space are looked at with the winners, wider ones are not told.
+float lit_below(const Target& target) {
+  return target.cone_cos < 0 ? std::numeric_limits<float>::infinity() : 0.0F;
+}
+
+// The least cosine between the normals of a lamp and of a plane with which the lamp is seen from
+// one side of the plane only; a lamp of a scene is taken to be seen within 75 degrees.
+double one_sided(const Problem& problem, const Target& target) {
+  constexpr double flat = 0.966, never = 2;  // cosine of 15 degrees
+  if (problem.lamps) return flat;
+  if (target.cone_cos < 0) return never;
+  return std::min(1 - 1e-9, std::sqrt(1 - target.cone_cos * target.cone_cos));
+}
+
 Eigen::Matrix3d cam_from_upright(const Problem& problem) {
   return Eigen::Quaterniond::FromTwoVectors(-Eigen::Vector3d::UnitZ(),
                                             problem.options->prior->gravity_in_cam->normalized())
@@ -115,9 +131,12 @@ Places Ballot::Table::places() const {
           {third_place[0].data(), third_place[1].data(), third_place[2].data()}};
 }
 
-Ballot::Ballot(const Problem& problem)
-    : problem_(problem), simd_(widest_simd()), neighbours_(problem.targets.size()) {
-  const Camera& c = problem.scene->camera;
+Ballot::Ballot(const Problem& problem, SeenTogether& together)
+    : problem_(problem),
+      together_(together),
+      simd_(widest_simd()),
+      neighbours_(problem.targets.size()) {
+  const Camera& c = *problem.camera;
   frustum_ = {static_cast<float>((-0.5 - c.cx_px()) / c.fx_px()),
               static_cast<float>((c.width() - 0.5 - c.cx_px()) / c.fx_px()),
               static_cast<float>((-0.5 - c.cy_px()) / c.fy_px()),
@@ -127,10 +146,15 @@ Ballot::Ballot(const Problem& problem)
   named_ = std::min(others, most_neighbours(problem.sightings.size()));
   const std::size_t kept = std::min(others, 3 * named_ / 2);
   std::vector<std::pair<double, int>> by_distance(targets.size());
+  const auto distance = [&](std::size_t a, std::size_t b) {
+    const double apart_m = (targets[b].centre - targets[a].centre).norm();
+    const bool together = together_.pair(static_cast<int>(a), static_cast<int>(b));
+    return together ? apart_m : apart_m + 3 * problem_.size_m;  // these come last
+  };
   double spacing_m = 0;
   for (std::size_t a = 0; a < targets.size(); ++a) {
     for (std::size_t b = 0; b < targets.size(); ++b)
-      by_distance[b] = {(targets[b].centre - targets[a].centre).norm(), static_cast<int>(b)};
+      by_distance[b] = {distance(a, b), static_cast<int>(b)};
     by_distance[a].first = std::numeric_limits<double>::infinity();
     const auto end = by_distance.begin() + static_cast<std::ptrdiff_t>(kept);
     std::partial_sort(by_distance.begin(), end, by_distance.end());
@@ -145,6 +169,7 @@ Ballot::Ballot(const Problem& problem)
       NearLamp lamp;
       put((target.centre - targets[a].centre) / unit_m_, lamp.place);
       put(target.normal, lamp.normal);
+      lamp.lit_below = lit_below(target);
       lamp.blur = static_cast<float>(std::pow(target.radius_m / unit_m_, 2));
       neighbours_[a].lamps.push_back(lamp);
     }
@@ -172,7 +197,8 @@ Jury Ballot::jury(int first, const std::vector<int>& sightings, const std::vecto
 // the image: +-1, or 0 where noise hides it. That takes half of all namings away. For lamps not in
 // one plane it holds as long as they are not seen at more than 75 degrees from their normals.
 std::size_t Ballot::add_namings(const std::array<int, 3>& sightings, int first, int image_turn) {
-  constexpr double same = 1 - 1e-9, flat = 0.966;  // cosine of 15 degrees
+  constexpr double same = 1 - 1e-9;
+  const double flat = one_sided(problem_, problem_.target(first));
   const Neighbours& near = neighbours_[static_cast<std::size_t>(first)];
   const std::size_t count = named_;
   namings_.resize(padded(count * count));
@@ -185,6 +211,7 @@ std::size_t Ballot::add_namings(const std::array<int, 3>& sightings, int first, 
     const Eigen::Vector3d e1 = second.centre - problem_.target(first).centre;
     for (std::size_t c = 0; c < count; ++c) {
       if (b == c || !problem_.may_be(sightings[2], near.targets[c])) continue;
+      if (!together_.triple(first, near.targets[b], near.targets[c])) continue;
       const Target& third = problem_.target(near.targets[c]);
       if (same_side && image_turn != 0) {
         const Eigen::Vector3d across = e1.cross(third.centre - problem_.target(first).centre);
@@ -297,6 +324,7 @@ void Ballot::of_three(const std::array<int, 3>& sightings, int least, std::vecto
       others_of(problem_, sightings, CommonTurn(problem_, sightings), rest);
   for (const int a : problem_.sighting(sightings[0]).lamps) {
     put(problem_.target(a).normal, blobs.first_normal);
+    blobs.first_lit_below = lit_below(problem_.target(a));
     const std::size_t namings = add_namings(sightings, a, turn);
     turnout_.namings += static_cast<int>(namings);
     if (namings == 0) continue;
@@ -332,9 +360,11 @@ std::size_t Ballot::add_headings(const std::array<int, 2>& sightings, int first)
   const Eigen::Vector3d n = f0.cross(f1);
   const double n2 = n.squaredNorm();
   const Eigen::Vector3d& normal = problem_.target(first).normal;
+  const double below = lit_below(problem_.target(first));
   std::size_t count = 0;
   for (std::size_t b = 0; b < named_; ++b) {
     if (!problem_.may_be(sightings[1], near.targets[b])) continue;
+    if (!together_.pair(first, near.targets[b])) continue;
     const Eigen::Vector3d side =
         (problem_.target(first).centre - problem_.target(near.targets[b]).centre) / unit_m_;
     const double cosine = n.head<2>().dot(side.head<2>());
@@ -352,7 +382,7 @@ std::size_t Ballot::add_headings(const std::array<int, 2>& sightings, int first)
       const double d0 = turned.cross(f1).dot(n), d1 = turned.cross(f0).dot(n);
       const Eigen::Vector3d lit(c * normal.x() - s * normal.y(), s * normal.x() + c * normal.y(),
                                 normal.z());
-      if (!(d0 > 0 && d1 > 0 && lit.dot(f0) < 0)) continue;
+      if (!(d0 > 0 && d1 > 0 && lit.dot(f0) < below)) continue;
       parameters_[0][count] = static_cast<float>(d0 / n2);
       parameters_[1][count] = static_cast<float>(c);
       parameters_[2][count] = static_cast<float>(s);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "libocc/identify/explain.hpp"
+#include "libocc/identify/seen_together.hpp"
 #include "libocc/identify/vote_kernels.hpp"
 
 namespace occ::naming {
@@ -30,7 +31,7 @@ struct Turnout {
 
 class Ballot {
  public:
-  explicit Ballot(const Problem& problem);
+  Ballot(const Problem& problem, SeenTogether& together);
 
   /// Adds all votes for at least `least` others, always in the same order.
   void of_three(const std::array<int, 3>& sightings, int least, std::vector<Vote>& votes);
@@ -68,6 +69,7 @@ class Ballot {
                        std::size_t pose) const;
 
   const Problem& problem_;
+  SeenTogether& together_;
   Simd simd_;
   double unit_m_ = 1;  // of single-precision numbers
   Frustum frustum_;

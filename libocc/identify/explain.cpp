@@ -53,18 +53,14 @@ bool far_outside(const Sighting& sighting, const Target& target, const Eigen::Ve
                                        sighting.covariance.trace() * depth2 + shift * shift);
 }
 
-// Nothing when the lamp cannot be this blob.
-std::optional<double> pair_score(const Sighting& sighting, const Target& target,
-                                 const PoseEstimate& estimate, const Eigen::Vector3d& point,
-                                 double gate2) {
+std::optional<PairFit> fit_at(const Sighting& sighting, const Target& target,
+                              const PoseEstimate& estimate, const Eigen::Vector3d& point) {
   Mismatch m;
   if (!compare(sighting, target, estimate.pose.rotation, point, m)) return std::nullopt;
   const Eigen::Matrix2d total = m.covariance + m.by_point *
                                                    point_covariance(estimate.covariance, point) *
                                                    m.by_point.transpose();
-  const double chi2 = squared_sigmas(m.error, total);
-  if (!(chi2 <= gate2)) return std::nullopt;
-  return chi2 + std::log(total.determinant());
+  return PairFit{squared_sigmas(m.error, total), total.determinant()};
 }
 
 // All pairs within the gate that `wanted(sighting, target)`.
@@ -86,8 +82,9 @@ std::vector<ScoredPair> pairs_within_gate(const Problem& problem, const PoseEsti
           far_outside(sighting, target, point, spread_trace, gate2) ||
           !sizes_agree(sighting, target, point))
         continue;
-      if (const auto score = pair_score(sighting, target, estimate, point, gate2))
-        pairs.push_back({{s, t}, *score});
+      const auto fit = fit_at(sighting, target, estimate, point);
+      if (fit && fit->chi2 <= gate2)
+        pairs.push_back({{s, t}, fit->chi2 + std::log(fit->determinant)});
     }
   }
   return pairs;
@@ -167,14 +164,21 @@ bool same_pairs(const std::vector<Pair>& a, const std::vector<Pair>& b) {
 
 bool faces(const Target& target, const Eigen::Vector3d& camera_position) {
   const Eigen::Vector3d to_camera = camera_position - target.centre;
-  return target.normal.dot(to_camera) > 0 &&
-         to_camera.squaredNorm() > 4 * target.radius_m * target.radius_m;
+  const double along = target.normal.dot(to_camera);
+  const bool inside = target.cone_cos == 0 ? along > 0 : along > target.cone_cos * to_camera.norm();
+  return inside && to_camera.squaredNorm() > 4 * target.radius_m * target.radius_m;
 }
 
 bool sizes_agree(const Sighting& sighting, const Target& target, const Eigen::Vector3d& point) {
   if (!target.disc || sighting.largest_radius_rad == 0) return true;
   const double radius_rad = target.radius_m / point.norm();
   return radius_rad > sighting.least_radius_rad && radius_rad < sighting.largest_radius_rad;
+}
+
+std::optional<PairFit> fit_of_pair(const Problem& problem, const Pair& pair,
+                                   const PoseEstimate& estimate) {
+  const Target& target = problem.target(pair.target);
+  return fit_at(problem.sighting(pair.sighting), target, estimate, estimate.pose * target.centre);
 }
 
 std::vector<ScoredPair> further_pairs(const Problem& problem, const PoseEstimate& estimate,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "libocc/identify/point_pose.hpp"
 
@@ -20,7 +21,8 @@ struct Explanation {
 bool contains(const std::vector<Pair>& pairs, const Pair& pair);
 bool same_pairs(const std::vector<Pair>& a, const std::vector<Pair>& b);  ///< in any order
 
-/// Whether the camera is on a lamp's lit side, and not so near that no image could hold it.
+/// Whether the camera is in a lamp's cone (on its lit side), and not so near that no image could
+/// hold it.
 bool faces(const Target& target, const Eigen::Vector3d& camera_position);
 
 /// Whether a lamp at this place (camera frame) is of the size that the blob has.
@@ -34,6 +36,16 @@ struct ScoredPair {
   Pair pair;
   double score = 0;  ///< minus twice the logarithm of its likelihood, up to a constant
 };
+
+/// How a pair agrees, given how well the pose is known.
+struct PairFit {
+  double chi2 = 0;
+  double determinant = 0;  ///< of the covariance of where the lamp is expected [rad^4]
+};
+
+/// Nothing when the lamp is not in front of the camera.
+std::optional<PairFit> fit_of_pair(const Problem& problem, const Pair& pair,
+                                   const PoseEstimate& estimate);
 
 /// All pairs that agree with a pose and touch neither the blobs nor the lamps of `naming`.
 std::vector<ScoredPair> further_pairs(const Problem& problem, const PoseEstimate& estimate,

@@ -8,6 +8,7 @@
 #include "libocc/core/require.hpp"
 #include "libocc/identify/line_turns.hpp"
 #include "libocc/identify/search.hpp"
+#include "libocc/identify/verdict.hpp"
 
 namespace occ {
 namespace {
@@ -15,7 +16,9 @@ namespace {
 constexpr double plausible_chi2 = 13.8;  // 2 ln 1000
 constexpr int more_dark = 3;             // lamps, than of the best: they are switched in groups
 
-void check(const std::vector<Blob>& blobs) {
+}  // namespace
+
+void naming::check(const std::vector<Blob>& blobs) {
   for (std::size_t i = 0; i < blobs.size(); ++i) {
     const std::string name = "blobs[" + std::to_string(i) + "].";
     require(blobs[i].centroid_px.allFinite(), name + "centroid_px",
@@ -24,6 +27,8 @@ void check(const std::vector<Blob>& blobs) {
             name + "covariance_px2", blobs[i].covariance_px2, "finite and not negative");
   }
 }
+
+namespace {
 
 Hypothesis to_hypothesis(const naming::Problem& problem, const naming::Explanation& e) {
   Hypothesis h;
@@ -122,33 +127,45 @@ void IdentifyOptions::validate() const {
   require(max_hypotheses > 0, "max_hypotheses", max_hypotheses, "positive");
 }
 
-Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& scene,
-                                const IdentifyOptions& options) {
-  options.validate();
-  check(blobs);
+Result<Identification> naming::verdict(const Problem& problem) {
   Result<Identification> result;
-  const naming::Problem problem = naming::make_problem(blobs, scene, options);
   if (problem.sightings.size() < 3 || problem.targets.size() < 3) {
     result.status = Status::too_few_lamps;
     std::ostringstream text;
-    text << "three lamps are needed: the scene has " << problem.targets.size() << ", the image "
-         << problem.sightings.size() << " blobs that are whole";
+    text << (problem.lamps ? "three lamps are needed: the scene has "
+                           : "three points are needed: the object has ")
+         << problem.targets.size() << ", the image " << problem.sightings.size()
+         << " blobs that are whole";
     result.message = text.str();
     return result;
   }
   if (collinear(problem)) {
     result.status = Status::degenerate;
-    result.message =
-        "the scene's lamps are on one line: a pose cannot be told from its turns about it";
+    result.message = std::string(problem.lamps ? "the scene's lamps" : "the object's points") +
+                     " are on one line: a pose cannot be told from its turns about it";
     return result;
   }
-  naming::Search search(problem);
+  Search search(problem);
   search.run();
   result.value.tried = search.tried();
   result.value.chance = search.chance();
   list(search.found(), problem, result);
   if (result.ok()) judge(result, problem, search);
   return result;
+}
+
+Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& scene,
+                                const IdentifyOptions& options) {
+  options.validate();
+  naming::check(blobs);
+  return naming::verdict(naming::make_problem(blobs, scene, options));
+}
+
+Result<Identification> identify_object(const std::vector<Blob>& blobs, const Object& object,
+                                       const Camera& camera, const IdentifyOptions& options) {
+  options.validate();
+  naming::check(blobs);
+  return naming::verdict(naming::make_problem(blobs, object, camera, options));
 }
 
 }  // namespace occ

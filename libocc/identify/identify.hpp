@@ -19,6 +19,7 @@
 #include "libocc/core/status.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/pose/match.hpp"
+#include "libocc/scene/object.hpp"
 #include "libocc/scene/prior.hpp"
 #include "libocc/scene/scene.hpp"
 
@@ -82,5 +83,12 @@ struct Identification {
 /// the scene must be valid.
 LIBOCC_API Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& scene,
                                            const IdentifyOptions& options = {});
+
+/// The same for the points of an object: cam_from_world, and "world" in the prior, are then of the
+/// object's frame, and a match's `lamp` is an index of its points. Only points that a camera can
+/// see together are assigned to one triple. The object must be valid.
+LIBOCC_API Result<Identification> identify_object(const std::vector<Blob>& blobs,
+                                                  const Object& object, const Camera& camera,
+                                                  const IdentifyOptions& options = {});
 
 }  // namespace occ

@@ -9,16 +9,40 @@
 namespace occ::naming {
 namespace {
 
-void add_targets(Problem& problem) {
-  const std::vector<Lamp>& lamps = problem.scene->lamps;
-  for (const Lamp& lamp : lamps)
-    problem.origin += lamp.centre_m / static_cast<double>(lamps.size());
-  for (const Lamp& lamp : lamps) {
-    const Eigen::Vector3d centre = lamp.centre_m - problem.origin;
-    problem.targets.push_back(
-        {centre, lamp.normal.normalized(), lamp.reach_m(), lamp.shape == LampShape::disc});
-    problem.size_m = std::max(problem.size_m, centre.norm());
+void add_targets(Problem& problem, std::vector<Target> targets) {
+  for (const Target& target : targets)
+    problem.origin += target.centre / static_cast<double>(targets.size());
+  for (Target& target : targets) {
+    target.centre -= problem.origin;
+    problem.size_m = std::max(problem.size_m, target.centre.norm());
   }
+  problem.targets = std::move(targets);
+}
+
+std::vector<Target> targets_of(const std::vector<Lamp>& lamps) {
+  std::vector<Target> targets;
+  for (const Lamp& lamp : lamps)
+    targets.push_back(
+        {lamp.centre_m, lamp.normal.normalized(), lamp.reach_m(), lamp.shape == LampShape::disc});
+  return targets;
+}
+
+std::vector<Target> targets_of(const Object& object) {
+  constexpr double pi = 3.141592653589793, everywhere = -2;
+  constexpr double sure_rad = 0.1;  // so near to the cone's edge a point may be overlooked
+  std::vector<Target> targets;
+  for (const ObjectPoint& point : object.points) {
+    Target target{point.position_m, point.normal.normalized(), point.radius_m, point.radius_m > 0};
+    const double cosine = std::cos(point.cone_rad);
+    if (point.cone_rad >= pi) {
+      target.cone_cos = target.sure_cos = everywhere;
+    } else {
+      target.cone_cos = std::abs(cosine) < 1e-15 ? 0 : cosine;
+      target.sure_cos = std::cos(std::max(0.5 * point.cone_rad, point.cone_rad - sure_rad));
+    }
+    targets.push_back(target);
+  }
+  return targets;
 }
 
 Eigen::Matrix<double, 2, 3> tangent_plane(const Eigen::Vector3d& bearing) {
@@ -58,7 +82,7 @@ std::optional<Sighting> make_sighting(const Problem& problem, int blob_index) {
   constexpr double cut_sigma_px = 0.5;         // an ellipse through part of a rim
   const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(blob_index)];
   Eigen::Matrix<double, 3, 2> jacobian;
-  const auto bearing = problem.scene->camera.unproject(blob.centroid_px, &jacobian);
+  const auto bearing = problem.camera->unproject(blob.centroid_px, &jacobian);
   if (!bearing) return std::nullopt;
   Sighting s;
   s.blob = blob_index;
@@ -82,10 +106,10 @@ bool blinks(const Lamp& lamp) { return lamp.frequency_hz && !lamp.code; }
 // frequency is absent or fits no code.
 std::vector<int> lamps_of_frequency(const Blob& blob, const Problem& problem) {
   std::vector<int> lamps;
-  if (!problem.options->use_frequency || !blob.frequency_hz) return lamps;
+  if (!problem.lamps || !problem.options->use_frequency || !blob.frequency_hz) return lamps;
   double nearest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < static_cast<int>(problem.targets.size()); ++i) {
-    const Lamp& lamp = problem.scene->lamps[static_cast<std::size_t>(i)];
+    const Lamp& lamp = (*problem.lamps)[static_cast<std::size_t>(i)];
     if (!blinks(lamp)) continue;
     const double code = *lamp.frequency_hz, off = std::abs(*blob.frequency_hz - code);
     const double gate = problem.options->frequency_gate_sigma * blob.frequency_sigma_hz +
@@ -100,7 +124,8 @@ std::vector<int> lamps_of_frequency(const Blob& blob, const Problem& problem) {
 
 // The lamp whose id the blob's code told; none for a light that is in no map.
 std::vector<int> lamp_of_id(const Blob& blob, const Problem& problem) {
-  const std::vector<Lamp>& lamps = problem.scene->lamps;
+  if (!problem.lamps) return {};
+  const std::vector<Lamp>& lamps = *problem.lamps;
   const auto told = std::find_if(lamps.begin(), lamps.end(),
                                  [&](const Lamp& lamp) { return lamp.id == blob.lamp_id; });
   if (told == lamps.end()) return {};
@@ -118,7 +143,7 @@ void name_by_code(Sighting& s, const Problem& problem) {
 // Where codes are legible, a light without one is no coded lamp: three lamps named by their codes
 // show that they are. What then can be no lamp at all is left out.
 void rule_out_by_code(Problem& problem) {
-  const std::vector<Lamp>& lamps = problem.scene->lamps;
+  const std::vector<Lamp>& lamps = *problem.lamps;
   std::vector<char> named(lamps.size(), 0);
   for (const Sighting& s : problem.sightings)
     if (s.named) named[static_cast<std::size_t>(s.lamps.front())] = 1;
@@ -149,7 +174,7 @@ void add_sightings(Problem& problem) {
       problem.sightings.push_back(std::move(*s));
     }
   }
-  rule_out_by_code(problem);
+  if (problem.lamps) rule_out_by_code(problem);
   std::stable_sort(problem.sightings.begin(), problem.sightings.end(),
                    [&](const Sighting& a, const Sighting& b) {
                      if (a.named != b.named) return a.named;
@@ -159,21 +184,34 @@ void add_sightings(Problem& problem) {
   if (problem.sightings.size() > max_sightings) problem.sightings.resize(max_sightings);
 }
 
-}  // namespace
-
-Problem make_problem(const std::vector<Blob>& blobs, const Scene& scene,
+Problem make_problem(const std::vector<Blob>& blobs, const std::vector<Lamp>* lamps,
+                     std::vector<Target> targets, const Camera& camera,
                      const IdentifyOptions& options) {
   Problem problem;
   problem.blobs = &blobs;
-  problem.scene = &scene;
+  problem.camera = &camera;
+  problem.lamps = lamps;
+  problem.all_together = lamps != nullptr;
   problem.options = &options;
-  add_targets(problem);
+  add_targets(problem, std::move(targets));
   add_sightings(problem);
   problem.allowed.assign(problem.sightings.size() * problem.targets.size(), 0);
   for (std::size_t i = 0; i < problem.sightings.size(); ++i)
     for (const int lamp : problem.sightings[i].lamps)
       problem.allowed[i * problem.targets.size() + static_cast<std::size_t>(lamp)] = 1;
   return problem;
+}
+
+}  // namespace
+
+Problem make_problem(const std::vector<Blob>& blobs, const Scene& scene,
+                     const IdentifyOptions& options) {
+  return make_problem(blobs, &scene.lamps, targets_of(scene.lamps), scene.camera, options);
+}
+
+Problem make_problem(const std::vector<Blob>& blobs, const Object& object, const Camera& camera,
+                     const IdentifyOptions& options) {
+  return make_problem(blobs, nullptr, targets_of(object), camera, options);
 }
 
 }  // namespace occ::naming

@@ -32,16 +32,22 @@ struct Target {
   Eigen::Vector3d normal;
   double radius_m = 0;  ///< of the smallest circle around it
   bool disc = false;
+  double cone_cos = 0;    ///< seen where the angle from the normal has a larger cosine: of a lamp
+                          ///< the half space; -2: from everywhere
+  double sure_cos = 0.1;  ///< and not to be overlooked there: farther inside that cone
 };
 
 struct Problem {
   const std::vector<Blob>* blobs = nullptr;
-  const Scene* scene = nullptr;
+  const Camera* camera = nullptr;
+  const std::vector<Lamp>* lamps = nullptr;  ///< null for the points of an object
+  bool all_together = true;  ///< any of them can be seen at once, as lamps of a scene
   const IdentifyOptions* options = nullptr;
+  int least_pairs = 0;                               ///< explanations of fewer blobs are of no use
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< of the local frame, in the world
   double size_m = 0;                                 ///< largest distance of a lamp from it
-  std::vector<Target> targets;                       ///< one for each lamp, in the scene's order
-  std::vector<Sighting> sightings;                   ///< named first, then the brightest
+  std::vector<Target> targets;      ///< one for each lamp or point, in the order of scene or object
+  std::vector<Sighting> sightings;  ///< named first, then the brightest
   std::vector<int>
       weak_blobs;             ///< cut or merged: their centroid says little, their place something
   std::vector<char> allowed;  ///< [sighting * targets + target]
@@ -60,7 +66,10 @@ struct Problem {
 /// More whole blobs than this are not looked at; the brightest are.
 inline constexpr std::size_t max_sightings = 64;
 
-Problem make_problem(const std::vector<Blob>& blobs, const Scene& scene,
-                     const IdentifyOptions& options);
+/// All that is given must outlive the problem.
+LIBOCC_API Problem make_problem(const std::vector<Blob>& blobs, const Scene& scene,
+                                const IdentifyOptions& options);
+LIBOCC_API Problem make_problem(const std::vector<Blob>& blobs, const Object& object,
+                                const Camera& camera, const IdentifyOptions& options);
 
 }  // namespace occ::naming

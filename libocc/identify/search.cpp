@@ -43,7 +43,7 @@ bool wide(const Problem& problem) {
 
 // Share of the image that one blob's gate covers, that of a firm pose's own error included.
 double gate_share(const Problem& problem) {
-  const Camera& camera = problem.scene->camera;
+  const Camera& camera = *problem.camera;
   const double image = camera.width() * camera.height() / (camera.fx_px() * camera.fy_px());
   double ellipses = 0;
   for (const Sighting& s : problem.sightings) ellipses += std::sqrt(s.covariance.determinant());
@@ -62,7 +62,7 @@ bool looks_right(const Problem& problem, const Naming& naming, const Rigid3& pos
   });
 }
 
-Search::Search(const Problem& problem) : problem_(problem) {
+Search::Search(const Problem& problem) : problem_(problem), together_(problem) {
   prior_ = problem.options->prior && !problem.options->prior->empty();
 }
 
@@ -100,7 +100,8 @@ int Search::false_lights() const {
   const auto& blobs = problem_.sightings;
   const int named = static_cast<int>(
       std::count_if(blobs.begin(), blobs.end(), [](const Sighting& s) { return s.named; }));
-  const int unexplained = static_cast<int>(blobs.size()) - std::max(most_ - named, 3);
+  const int sought = std::max({most_ - named, problem_.least_pairs, 3});
+  const int unexplained = std::max(static_cast<int>(blobs.size()) - sought, 0);
   return most_ >= strong ? std::min(unexplained, 2) : unexplained;
 }
 
@@ -113,7 +114,7 @@ int Search::worth(const std::vector<Pair>& pairs) const {
 bool Search::worth_keeping(const Naming& naming, const std::vector<Pair>& pairs) const {
   const bool named = named_pairs({naming.begin(), naming.end()}) == 3;
   const std::size_t enough = named || prior_ || problem_.sightings.size() == 3 ? 3 : 4;
-  if (pairs.size() < enough) return false;
+  if (pairs.size() < std::max(enough, static_cast<std::size_t>(problem_.least_pairs))) return false;
   return worth(pairs) >= most_ || (named && most_ <= worth_of_four);
 }
 
@@ -137,7 +138,7 @@ void Search::try_triple(const BlobTriple& triple) {
   for (const int a : problem_.sighting(triple.sightings[0]).lamps)
     for (const int b : problem_.sighting(triple.sightings[1]).lamps)
       for (const int c : problem_.sighting(triple.sightings[2]).lamps) {
-        if (a == b || b == c || c == a) continue;
+        if (a == b || b == c || c == a || !together_.triple(a, b, c)) continue;
         if (tried_ == problem_.options->max_hypotheses) {
           cut_short_ = true;
           return;
@@ -187,7 +188,7 @@ bool Search::contradicts_view(const Naming& naming) const {
   const Eigen::Vector3d across = (b.centre - a.centre).cross(c.centre - a.centre);
   const double facing = across.dot(a.normal);
   const double flat = (1 - 1e-9) * across.norm();
-  if (std::abs(facing) < flat || std::abs(across.dot(b.normal)) < flat ||
+  if (a.cone_cos < 0 || std::abs(facing) < flat || std::abs(across.dot(b.normal)) < flat ||
       std::abs(across.dot(c.normal)) < flat || a.normal.dot(b.normal) < 0 ||
       a.normal.dot(c.normal) < 0)
     return false;

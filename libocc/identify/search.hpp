@@ -4,6 +4,7 @@
 
 #include "libocc/identify/ballot.hpp"
 #include "libocc/identify/explain.hpp"
+#include "libocc/identify/seen_together.hpp"
 #include "libocc/identify/triples.hpp"
 
 namespace occ::naming {
@@ -66,6 +67,7 @@ class Search {
   bool rivals(const Explanation& e) const;
 
   const Problem& problem_;
+  SeenTogether together_;
   bool prior_ = false;
   std::vector<Explanation> found_;
   int most_ = 0;  // the largest worth of an explanation so far

@@ -48,7 +48,7 @@ double spacing_m(const Problem& problem) {
 }  // namespace
 
 void Search::cluster() {
-  Ballot ballot(problem_);
+  Ballot ballot(problem_, together_);
   TripleOrder order(problem_);
   if (ballot.knows_neighbours_only()) order.prefer_neighbours(problem_);
   std::vector<Vote> votes;

@@ -50,6 +50,8 @@ void Search::sample() {
     ++tried_;
     const std::optional<Naming> naming = random_naming(problem_, random);
     if (!naming || contradicts_view(*naming)) continue;
+    const Naming& n = *naming;
+    if (!together_.triple(n[0].target, n[1].target, n[2].target)) continue;
     const int before = most_;
     for (const PoseEstimate& seed : seeds_of(*naming)) consider(seed, *naming);
     if (most_ > before && !found_.empty())

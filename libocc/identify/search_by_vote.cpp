@@ -41,7 +41,7 @@ std::vector<Pair> pairs_near(const Problem& problem, const Vote& vote) {
 }  // namespace
 
 void Search::vote() {
-  Ballot ballot(problem_);
+  Ballot ballot(problem_, together_);
   TripleOrder order(problem_, named_by_vote());
   // Where only neighbours are named, those of true lights may be none, as if more lights were
   // false.
@@ -59,7 +59,7 @@ void Search::vote() {
 // All explanations of `level` blobs are found once no `blobs - level` false lights can touch all
 // groups that were voted on.
 void Search::vote_by_levels(Ballot& ballot, TripleOrder& order, int far_apart) {
-  const int named = named_by_vote(), enough = prior_ ? 3 : 4;
+  const int named = named_by_vote(), enough = std::max(prior_ ? 3 : 4, problem_.least_pairs);
   const int blobs = static_cast<int>(problem_.sightings.size());
   std::vector<Vote> votes;
   for (int level = blobs; level >= std::max(enough, most_) && !cut_short_; --level) {

@@ -13,7 +13,7 @@ struct Expected {
   int lamp = 0;
   Eigen::Vector2d px;
   double radius_px = 0;
-  double cos_emission = 0;
+  bool sure = false;  // not seen so obliquely that it may be overlooked
 };
 
 // Where an unpaired lamp's image must be; nothing when it shows its dark side or is out of view.
@@ -22,12 +22,12 @@ std::optional<Expected> expect(const Problem& problem, int lamp, const Rigid3& p
   const Eigen::Vector3d to_camera = pose.origin_in_source() - target.centre;
   const double distance = to_camera.norm();
   if (!faces(target, pose.origin_in_source())) return std::nullopt;
-  const Camera& camera = problem.scene->camera;
+  const Camera& camera = *problem.camera;
   const auto px = camera.project(pose * target.centre);
   if (!px) return std::nullopt;
   const double focal_px = std::max(camera.fx_px(), camera.fy_px());
   return Expected{lamp, *px, focal_px * target.radius_m / distance,
-                  target.normal.dot(to_camera) / distance};
+                  target.normal.dot(to_camera) / distance >= target.sure_cos};
 }
 
 // Distance of a point from a blob's bounding box; 0 inside.
@@ -73,7 +73,6 @@ bool is_covered(const Problem& problem, const Expected& expected, double margin_
 }  // namespace
 
 void account_for_unpaired(const Problem& problem, Explanation& explanation) {
-  constexpr double least_cos_emission = 0.1;  // a lamp seen edge-on is too faint to be missed
   const double margin_px = problem.options->gate_sigma * (problem.options->model_sigma_px + 0.5);
   for (int lamp = 0; lamp < static_cast<int>(problem.targets.size()); ++lamp) {
     const bool paired = std::any_of(explanation.pairs.begin(), explanation.pairs.end(),
@@ -84,9 +83,8 @@ void account_for_unpaired(const Problem& problem, Explanation& explanation) {
     const int weak = find_weak_blob(problem, explanation.attached, *expected, margin_px);
     if (weak >= 0) explanation.attached.push_back({lamp, weak});
     const bool well_inside =
-        inside_px(problem.scene->camera, expected->px) > expected->radius_px + margin_px;
-    if (weak >= 0 || !well_inside || expected->cos_emission < least_cos_emission ||
-        is_covered(problem, *expected, margin_px))
+        inside_px(*problem.camera, expected->px) > expected->radius_px + margin_px;
+    if (weak >= 0 || !well_inside || !expected->sure || is_covered(problem, *expected, margin_px))
       continue;
     ++explanation.missed;
     explanation.chi2 += problem.options->miss_penalty;

@@ -26,7 +26,7 @@ LIBOCC_INLINE LaneInts<Lanes> shows_lit_side(const NamedTriples& blobs, const La
   const LaneVector<Lanes> e2 = scaled(d.z, blobs.bearing[2]) - first;
   return lit.x * dot(e1, first) + lit.y * dot(e2, first) +
              size * lit.z * dot(cross(e1, e2), first) <
-         0;
+         blobs.first_lit_below;
 }
 
 template <Simd simd>
@@ -116,7 +116,7 @@ LIBOCC_INLINE void judge(const LanePose<Lanes>& pose, const Errors& errors, cons
     const NearLamp& lamp = jury.lamps[t];
     const LaneVector<Lanes> x = pose.origin + pose.turned(lamp.place);
     const LaneInts<Lanes> lit =
-        (dot(pose.turned(lamp.normal), x) < 0) & (second != t) & (third != t);
+        (dot(pose.turned(lamp.normal), x) < lamp.lit_below) & (second != t) & (third != t);
     LaneVector<Lanes> in_cam = x;
     if (jury.to_camera) {
       const float* r = jury.to_camera;

@@ -12,6 +12,7 @@ namespace occ::naming {
 /// A lamp about the first of the naming, in units of the map.
 struct NearLamp {
   float place[3], normal[3];
+  float lit_below;  ///< it shows its lit side where normal . place, camera frame, is less
   float blur;  ///< radius^2: how far an ellipse's centre may be off the lamp's, times its distance
 };
 
@@ -32,6 +33,7 @@ struct NamedTriples {
   Chords2 chords;
   float noise2[3];  ///< [rad^2] of the angles 01, 02, 12
   float first_normal[3];
+  float first_lit_below;
 };
 
 /// Places of the second and the third lamp about the first: lanes[coordinate][naming], to a

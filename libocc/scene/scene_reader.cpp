@@ -1,31 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <charconv>
 #include <map>
 
 #include "libocc/radiometry/response_basis.hpp"
 #include "libocc/scene/internal/camera_reader.hpp"
+#include "libocc/scene/internal/schema.hpp"
 #include "libocc/scene/internal/words.hpp"
 #include "libocc/scene/internal/yaml_section.hpp"
 #include "libocc/scene/scene_file.hpp"
 
 namespace occ {
 namespace {
-
-void refuse_other_schema(YamlSection& root) {
-  std::string schema;
-  root.need("schema", schema);
-  const std::string prefix = schema_prefix;
-  int version = 0;
-  const char* digits = schema.c_str() + std::min(prefix.size(), schema.size());
-  const char* end = schema.c_str() + schema.size();
-  const auto parsed = std::from_chars(digits, end, version);
-  const bool is_schema = schema.compare(0, prefix.size(), prefix) == 0 &&
-                         parsed.ec == std::errc() && parsed.ptr == end && version > 0;
-  const std::string own = prefix + std::to_string(scene_schema_version);
-  if (!is_schema) root.fail_value("schema", "must be " + own);
-  if (version > scene_schema_version)
-    root.fail_value("schema", "is newer than this library, which reads up to " + own);
-}
 
 template <typename Curve>
 void read_response(YamlSection& section, Curve& curve) {
@@ -222,7 +206,7 @@ void read_tags(YamlSection& root, Scene& scene) {
 
 Scene read_root(const std::shared_ptr<const YamlNode>& node, const std::string& name) {
   YamlSection root(node, node->line, name, "");
-  refuse_other_schema(root);
+  refuse_other_schema(root, schema_prefix, scene_schema_version);
   Scene scene;
   scene.camera = read_camera_section(root);
   if (root.has("sensor")) scene.sensor = read_sensor(root.section("sensor"));

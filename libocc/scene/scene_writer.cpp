@@ -1,59 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
-#include <charconv>
 #include <stdexcept>
 
 #include "libocc/core/internal/file.hpp"
-#include "libocc/scene/internal/angle.hpp"
 #include "libocc/scene/internal/words.hpp"
+#include "libocc/scene/internal/yaml_lines.hpp"
 #include "libocc/scene/scene_file.hpp"
 
 namespace occ {
 namespace {
-
-// The fewest digits that read back to the same double; zero has no sign.
-std::string text_of(double value) {
-  std::array<char, 32> digits{};
-  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value + 0.0).ptr;
-  return {digits.data(), end};
-}
-
-// The fewest digits in degrees that read back to the same double in radians.
-std::string degrees_text(double value_rad) {
-  const long double degrees = static_cast<long double>(value_rad) / radians_per_degree;
-  std::array<char, 64> digits{};
-  for (int precision = 2;; ++precision) {
-    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), degrees,
-                                   std::chars_format::general, precision)
-                         .ptr;
-    long double read = 0;
-    std::from_chars(digits.data(), end, read);
-    if (radians(read) == value_rad || precision == 21) return {digits.data(), end};
-  }
-}
-
-template <typename List>
-std::string list_text(const List& values) {
-  std::string text;
-  for (const double value : values) text += (text.empty() ? "" : ", ") + text_of(value);
-  return "[" + text + "]";
-}
-
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
-      out += {'\\', c};
-    } else if (byte < 0x20 || byte == 0x7f) {
-      constexpr char hex[] = "0123456789abcdef";
-      out += {'\\', 'x', hex[byte / 16], hex[byte % 16]};
-    } else {
-      out += c;
-    }
-  }
-  return out + '"';
-}
 
 template <typename T>
 std::string word(const YamlSection::Words<T>& words, T value) {
@@ -61,24 +16,6 @@ std::string word(const YamlSection::Words<T>& words, T value) {
     if (meaning == value) return name;
   throw std::invalid_argument("scene: an enumerator without a name");
 }
-
-// Lines `key: value` of one mapping; a mapping inside a list starts with "- ".
-class Lines {
- public:
-  Lines(std::string& out, std::string indent) : out_(out), indent_(std::move(indent)) {}
-
-  void add(const std::string& key, const std::string& value) {
-    out_ += indent_ + key + ": " + value + "\n";
-    if (const auto dash = indent_.find('-'); dash != std::string::npos) indent_[dash] = ' ';
-  }
-  void add(const std::string& key, double value) { add(key, text_of(value)); }
-  void add(const std::string& key, int value) { add(key, std::to_string(value)); }
-  void add(const std::string& key, const Eigen::Vector3d& v) { add(key, list_text(v)); }
-
- private:
-  std::string& out_;
-  std::string indent_;
-};
 
 void write_camera(const Camera& camera, std::string& out) {
   out += "camera:\n";

@@ -142,12 +142,24 @@ std::optional<std::size_t> YamlSection::choice(const std::string& key,
   return static_cast<std::size_t>(found - words.begin());
 }
 
-void YamlSection::read_half_angle(const std::string& key, double& value_rad) {
+// Extended precision, so that every angle in radians has a text in degrees that reads back to it.
+std::optional<long double> YamlSection::read_degrees(const std::string& key) {
   const YamlNode* node = take(key);
-  if (!node) return;
-  // Extended precision, so that every angle in radians has a text in degrees that reads back to it.
-  const auto degrees = number_of<long double>(*node);
-  if (!degrees || !(*degrees > 0 && *degrees < 90)) fail_value(key, "must be in (0, 90)");
+  if (!node) return std::nullopt;
+  return number_of<long double>(*node).value_or(-1);
+}
+
+void YamlSection::read_half_angle(const std::string& key, double& value_rad) {
+  const auto degrees = read_degrees(key);
+  if (!degrees) return;
+  if (!(*degrees > 0 && *degrees < 90)) fail_value(key, "must be in (0, 90)");
+  value_rad = radians(*degrees);
+}
+
+void YamlSection::read_cone(const std::string& key, double& value_rad) {
+  const auto degrees = read_degrees(key);
+  if (!degrees) return;
+  if (!(*degrees > 0 && *degrees <= 180)) fail_value(key, "must be in (0, 180]");
   value_rad = radians(*degrees);
 }
 

@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['AmbientImage', 'AmbientLight', 'AprilTag', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'Candidate', 'Channel', 'ChannelResponse', 'Checksum', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'CommonFactor', 'Decoded', 'DecodedCode', 'DecodedLamp', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'HeadlightDistance', 'Hypothesis', 'Identification', 'IdentifyMethod', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFlux', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'Match', 'Mosaic', 'NoiseArea', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PowerFit', 'Prior', 'Readout', 'ReceivedPower', 'RecoveredResponse', 'Refined', 'Renderer', 'Response', 'ResponseMethod', 'RoadHeights', 'RobustPose', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Tag', 'Timing', 'Trajectory', 'Truth', 'Use', 'VehiclePose', 'VehiclePoses', 'Waveform', 'aperture_power', 'april_tag_families', 'calibrate_ambient', 'calibrate_light', 'code_budget', 'dbm', 'decode', 'decode_samples', 'detect', 'detect_april_tags', 'encode_id', 'encode_image', 'explain', 'heading_rad', 'headlight_distance', 'identify', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'locate', 'locate_by_tags', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recover_response', 'refine', 'robust_pose', 'simulate', 'solve_pose', 'solvers', 'tag_poses', 'time_refine', 'vehicle_poses', 'write_image']
+__all__: list[str] = ['AmbientImage', 'AmbientLight', 'AprilTag', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'Candidate', 'Channel', 'ChannelResponse', 'Checksum', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'CommonFactor', 'Decoded', 'DecodedCode', 'DecodedLamp', 'DetectablePoint', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'HeadlightDistance', 'Hypothesis', 'Identification', 'IdentifyMethod', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFlux', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'LocalisationValue', 'Match', 'Mosaic', 'NoiseArea', 'Object', 'ObjectMatch', 'ObjectPoint', 'PointValue', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PowerFit', 'Prior', 'Readout', 'ReceivedPower', 'RecognisedObject', 'Recognition', 'RecoveredResponse', 'Refined', 'Renderer', 'Response', 'ResponseMethod', 'RoadHeights', 'RobustPose', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Tag', 'Timing', 'Trajectory', 'Truth', 'Use', 'VehiclePose', 'VehiclePoses', 'Waveform', 'aperture_power', 'april_tag_families', 'calibrate_ambient', 'calibrate_light', 'code_budget', 'dbm', 'decode', 'decode_samples', 'detect', 'detect_april_tags', 'detectable_points', 'encode_id', 'encode_image', 'explain', 'heading_rad', 'headlight_distance', 'identify', 'identify_object', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'localisation_value', 'locate', 'locate_by_tags', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recognise', 'recover_response', 'refine', 'robust_pose', 'simulate', 'solve_pose', 'solvers', 'tag_poses', 'time_refine', 'vehicle_poses', 'views_around', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -1688,6 +1688,254 @@ class Identification:
         """
         Poses tried.
         """
+class ObjectPoint:
+    """
+    A point of an object that can be found in an image, such as a lamp.
+
+    Keywords (and properties):
+      id: unique in its object
+      position_m: (3,) [m, object's frame]
+      normal: (3,) axis of its cone; made unit
+      cone_rad: half angle of the cone from within which it is seen [rad]; pi: from everywhere
+      radius_m: of a disc [m]; 0: a point
+      label: for people
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, id: typing.SupportsInt | typing.SupportsIndex, position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], normal: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, 1.0], cone_rad: typing.SupportsFloat | typing.SupportsIndex = 1.5707963267948966, radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, label: str = '') -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> ObjectPoint:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def cone_rad(self) -> float:
+        """
+        half angle of the cone from within which it is seen [rad]; pi: from everywhere
+        """
+    @property
+    def id(self) -> int:
+        """
+        unique in its object
+        """
+    @property
+    def label(self) -> str:
+        """
+        for people
+        """
+    @property
+    def normal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) axis of its cone; made unit
+        """
+    @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) [m, object's frame]
+        """
+    @property
+    def radius_m(self) -> float:
+        """
+        of a disc [m]; 0: a point
+        """
+class Object:
+    """
+    An object by the points of it that can be found in an image.
+
+    name: a word. points: ObjectPoints with different ids at different places.
+    Raises: ValueError naming the point, the field and its value.
+    """
+    @staticmethod
+    def load(path: os.PathLike[str] | str) -> Object:
+        """
+        From a YAML file (the schema is in data/objects/README.md).
+
+        Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming file, line, key
+          and value.
+        """
+    @staticmethod
+    def parse(text: str) -> Object:
+        """
+        From YAML text. Raises: ValueError naming line, key and value.
+        """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, name: str, points: collections.abc.Sequence[ObjectPoint]) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def format(self) -> str:
+        """
+        The YAML text that save() writes.
+        """
+    def replace(self, **kwargs: typing.Any) -> Object:
+        """
+        A copy with the given fields changed.
+        """
+    def save(self, path: os.PathLike[str] | str) -> None:
+        """
+        Writes a YAML file that load() reads back to an equal object.
+        """
+    @property
+    def name(self) -> str:
+        """
+        for people
+        """
+    @property
+    def points(self) -> list[ObjectPoint]:
+        """
+        ObjectPoints
+        """
+class ObjectMatch:
+    """
+    An object that explains blobs, and how well.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def log10_false_alarms(self) -> float:
+        """
+        Of how often chance would bring as much in such an image, by any object.
+        """
+    @property
+    def object(self) -> int:
+        """
+        Index in the objects given.
+        """
+    @property
+    def plausible(self) -> int:
+        """
+        Of them: no less likely than 1/1000 of the first.
+        """
+    @property
+    def poses(self) -> list[Hypothesis]:
+        """
+        Hypotheses, best first; the world is the object's frame.
+        """
+class RecognisedObject:
+    """
+    An object that is in an image.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def match(self) -> ObjectMatch:
+        """
+        ObjectMatch.
+        """
+    @property
+    def rivals(self) -> list[ObjectMatch]:
+        """
+        ObjectMatches that explain the same blobs as well.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        Status.ambiguous: several poses, or rivals.
+        """
+class Recognition:
+    """
+    Which objects are in an image, and where.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def found(self) -> list[RecognisedObject]:
+        """
+        RecognisedObjects, surest first.
+        """
+    @property
+    def log10_false_alarms(self) -> list[float]:
+        """
+        Of each object given, at its best, found or not; inf: not worth a look.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+class DetectablePoint:
+    """
+    A vertex where long sharp edges of a body meet.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def edges(self) -> int:
+        """
+        How many meet there.
+        """
+    @property
+    def edges_m(self) -> float:
+        """
+        Their length [m].
+        """
+    @property
+    def point(self) -> ObjectPoint:
+        """
+        ObjectPoint; its id is its rank.
+        """
+class PointValue:
+    """
+    What a point of an object is worth for its pose.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def growth(self) -> float:
+        """
+        Of the pose's sigmas without it, elsewhere; a mean.
+        """
+    @property
+    def needed(self) -> float:
+        """
+        Share of the views with a pose that have none without.
+        """
+    @property
+    def seen(self) -> float:
+        """
+        Share of the views that show it.
+        """
+class LocalisationValue:
+    """
+    How well an object's points determine its pose.
+    """
+    @property
+    def determined(self) -> float:
+        """
+        Share of the views that determine a pose.
+        """
+    @property
+    def points(self) -> list[PointValue]:
+        """
+        PointValues, in the object's order.
+        """
+    @property
+    def sigma_m(self) -> float:
+        """
+        Median bound of the camera's position there [m].
+        """
+    @property
+    def sigma_rad(self) -> float:
+        """
+        Median bound of its rotation there [rad].
+        """
 class Rung(enum.Enum):
     """
     What of the image the pose has to explain.
@@ -3228,6 +3476,21 @@ def detect_april_tags(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *
       min_decision_margin: grey levels (of 255)
       refine: measure the corners again, to hundredths of a pixel
     """
+def detectable_points(vertices: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], faces: typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 3]", "flags.c_contiguous"], *, sharp_rad: typing.SupportsFloat | typing.SupportsIndex = 0.35, straight_rad: typing.SupportsFloat | typing.SupportsIndex = 0.35, least_edge: typing.SupportsFloat | typing.SupportsIndex = 0.05, most_points: typing.SupportsInt | typing.SupportsIndex = 30, directions: typing.SupportsInt | typing.SupportsIndex = 400) -> list[DetectablePoint]:
+    """
+    Points of a body that can be found in images: where long sharp edges meet.
+
+    vertices: (n, 3) [m]. faces: (k, 3) indices, counterclockwise seen from outside;
+    read_mesh() gives both. Returns: DetectablePoints, longest edges first.
+    Raises: ValueError naming what is wrong.
+
+    Options:
+      sharp_rad: least angle between the faces of a sharp edge [rad]
+      straight_rad: edges that turn by less are one [rad]
+      least_edge: shorter edges do not count [its box's diagonal]
+      most_points: those with the longest edges
+      directions: from which each point is looked at
+    """
 def encode_id(id: typing.SupportsInt | typing.SupportsIndex, code: Code) -> Waveform:
     """
     The light of a lamp that says an id, a Waveform.
@@ -3294,6 +3557,24 @@ def identify(blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior |
       miss_penalty: chi-square for a lamp that should be seen but is not
       max_hypotheses: poses tried at most
     """
+def identify_object(blobs: collections.abc.Sequence[Blob], object: Object, camera: Camera, prior: Prior | None = None, *, method: IdentifyMethod = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 1000000) -> Identification:
+    """
+    Which blob is which point of an object, and every pose that explains them.
+
+    prior: of cam_from_world, the world being the object's frame.
+    Returns: Identification; cam_from_world is of the object's frame, Match.lamp an index in object.points.
+
+    Options:
+      method: how poses are searched for
+      seed: of random namings
+      use_frequency: name lamps by their blink code where there is one
+      frequency_gate_sigma: code and blob agree within [sigma]
+      frequency_tolerance: relative error of lamp and row clocks
+      gate_sigma: projected lamp and blob agree within [sigma]
+      gate_model_sigma_px: camera and map error in every gate [px]
+      miss_penalty: chi-square for a lamp that should be seen but is not
+      max_hypotheses: poses tried at most
+    """
 def ladder_frame(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], steps: collections.abc.Sequence[str], least_time_s: typing.SupportsFloat | typing.SupportsIndex = 5e-05) -> LadderFrame:
     """
     Runs steps of the ladder on an image whose truth is known.
@@ -3309,6 +3590,14 @@ def ladder_steps() -> list[LadderStep]:
 def lambertian_order(half_power_rad: typing.SupportsFloat | typing.SupportsIndex) -> float:
     """
     Order m of a half-power semi-angle, -ln 2 / ln cos: 1 for 60 degrees.
+    """
+def localisation_value(object: Object, camera: Camera, cam_from_object: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]], sigma_px: typing.SupportsFloat | typing.SupportsIndex) -> LocalisationValue:
+    """
+    Which points of an object localise it well: how often each is seen, and by how much the
+    Cramer-Rao bound of the pose grows without it.
+
+    cam_from_object: views, such as views_around(). sigma_px: of each point's pixel coordinates.
+    Returns: LocalisationValue. Raises: ValueError for no views and a sigma that is not positive.
     """
 def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, max_candidates: typing.SupportsInt | typing.SupportsIndex = 16, budget_s: typing.SupportsFloat | typing.SupportsIndex | None = None, target_sigma_m: typing.SupportsFloat | typing.SupportsIndex | None = None, costs: RungCosts = ..., sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0, method: IdentifyMethod = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 1000000, rung: Rung = ..., flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Fix:
     """
@@ -3478,6 +3767,24 @@ def received_power(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.A
     >>> round(occ.dbm(float(occ.received_power(scene, pose).power_w)), 2)
     -59.01
     """
+def recognise(blobs: collections.abc.Sequence[Blob], objects: collections.abc.Sequence[Object], camera: Camera, prior: Prior | None = None, *, most_false_alarms: typing.SupportsFloat | typing.SupportsIndex = 0.001, method: IdentifyMethod = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 1000000) -> Recognition:
+    """
+    Which of several objects are in an image, where, and how likely that is chance.
+
+    most_false_alarms: an object is there when chance brings fewer, in such an image.
+    Returns: Recognition. A blob is of one object; an object may be there twice.
+
+    Options:
+      method: how poses are searched for
+      seed: of random namings
+      use_frequency: name lamps by their blink code where there is one
+      frequency_gate_sigma: code and blob agree within [sigma]
+      frequency_tolerance: relative error of lamp and row clocks
+      gate_sigma: projected lamp and blob agree within [sigma]
+      gate_model_sigma_px: camera and map error in every gate [px]
+      miss_penalty: chi-square for a lamp that should be seen but is not
+      max_hypotheses: poses tried at most
+    """
 def recover_response(images: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint8 | numpy.uint16]], exposures_s: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], *, method: ResponseMethod = ..., black_level_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, bit_depth: typing.SupportsInt | typing.SupportsIndex = 0, smoothness: typing.SupportsFloat | typing.SupportsIndex = 1.0, basis_functions: typing.SupportsInt | typing.SupportsIndex = 3, max_places: typing.SupportsInt | typing.SupportsIndex = 1000) -> RecoveredResponse:
     """
     The camera's response from images of one still scene with several exposure times.
@@ -3593,6 +3900,10 @@ def vehicle_poses(lamps_m: typing.Annotated[numpy.typing.NDArray[numpy.float64],
     lamps_m: (n, 3), vehicle's frame: x forward, y left, z up. lamps_px: (n, 2). most_tilt_rad: between
     the vehicle's z and up_in_cam. Returns: VehiclePoses; status as of solve_pose, and no_pose when none
     is upright. Raises: ValueError for counts that differ and numbers that are not finite.
+    """
+def views_around(object: Object, distances_m: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], directions: typing.SupportsInt | typing.SupportsIndex = 100) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]]:
+    """
+    cam_from_object (4x4 each) of cameras that look at an object's middle from all sides.
     """
 def write_image(path: os.PathLike[str] | str, image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16]) -> None:
     """

@@ -24,6 +24,8 @@ COMMANDS = (
     "map",
     "detect",
     "identify",
+    "recognise",
+    "points",
     "locate",
     "decode",
     "tags",

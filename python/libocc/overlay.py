@@ -21,6 +21,8 @@ from ._core import (
     Decoded,
     Fix,
     Identification,
+    Object,
+    Recognition,
     Scene,
     Truth,
     project_lamp_centre,
@@ -137,6 +139,43 @@ def draw_identification(
     unused = [blob for i, blob in enumerate(blobs) if i not in named]
     verdict = found.status.name + (f": {found.message}" if found.message else "")
     caption = f"{len(found.hypotheses)} pose(s)   blue: measured, orange: no lamp"
+    _picture(path, image, marks, unused, f"{title}   {verdict}", caption)
+
+
+def draw_recognition(
+    path: str | PathLike[str],
+    image: Pixels,
+    blobs: Sequence[Blob],
+    found: Recognition,
+    objects: Sequence[Object],
+    camera: Camera,
+    *,
+    title: str = "",
+) -> None:
+    """Writes a picture of an image's blobs with the objects and points that they are.
+
+    Raises: OSError when it cannot be written.
+    """
+    marks: list[Mark] = []
+    named: set[int] = set()
+    for recognised in found.found:
+        thing, best = objects[recognised.match.object], recognised.match.poses[0]
+        top = min(best.matches, key=lambda m: float(blobs[m.blob].centroid_px[1]))
+        for match in best.matches:
+            point = thing.points[match.lamp]
+            name = f"{thing.name}: {point.id}" if match is top else str(point.id)
+            mark = _blob_mark(name, blobs[match.blob])
+            in_cam = best.cam_from_world[:3, :3] @ point.position_m + best.cam_from_world[:3, 3]
+            mark.predicted_px = camera.project(in_cam)
+            mark.notes = [f"{thing.name}: {point.label}" if point.label else thing.name]
+            marks.append(mark)
+            named.add(match.blob)
+    unused = [blob for i, blob in enumerate(blobs) if i not in named]
+    verdict = found.status.name + (f": {found.message}" if found.message else "")
+    chances = ", ".join(
+        f"{objects[o.match.object].name} 10^{o.match.log10_false_alarms:.0f}" for o in found.found
+    )
+    caption = f"by chance: {chances or '-'}   blue: measured, orange: of no object"
     _picture(path, image, marks, unused, f"{title}   {verdict}", caption)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ._core import Scene
+from ._core import Object, Scene
 
 FOLDER = Path(__file__).parent / "data"
 
@@ -60,6 +60,11 @@ def find_image(file_or_name: str) -> Path:
 def load_scene(file_or_name: str) -> Scene:
     """Scene of a file, or of one that comes with libocc by its name."""
     return Scene.load(find_scene(file_or_name))
+
+
+def load_object(file_or_name: str) -> Object:
+    """Object of a file, or of one that comes with libocc by its name."""
+    return Object.load(_find("objects", file_or_name))
 
 
 def samples() -> list[Sample]:

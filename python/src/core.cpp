@@ -75,6 +75,7 @@ PYBIND11_MODULE(_core, m) {
   occ::python::define_simulate(m);
   occ::python::define_detect(m);
   occ::python::define_identify(m);
+  occ::python::define_objects(m);
   occ::python::define_locate(m);
   occ::python::define_decode(m);
   occ::python::define_pose(m);

@@ -29,6 +29,7 @@ void define_detect(py::module_& m);
 void define_identify(py::module_& m);
 void define_bound(py::module_& m);   // by define_locate
 void define_ladder(py::module_& m);  // by define_locate
+void define_objects(py::module_& m);
 void define_locate(py::module_& m);
 void define_decode(py::module_& m);
 void define_robust_pose(py::module_& m);  // by define_pose

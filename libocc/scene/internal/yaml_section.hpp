@@ -46,6 +46,8 @@ class YamlSection {
   }
   /// An angle of 0 to 90 degrees, both ends excluded.
   void read_half_angle(const std::string& key, double& value_rad);
+  /// The half angle of a cone: 0 (excluded) to 180 degrees.
+  void read_cone(const std::string& key, double& value_rad);
 
   /// The same, but the key must be there.
   template <typename... T>
@@ -72,6 +74,7 @@ class YamlSection {
   [[noreturn]] void fail_unknown(const YamlNode::Entry& entry,
                                  const std::vector<std::string>& known) const;
   const YamlNode* take(const std::string& key);
+  std::optional<long double> read_degrees(const std::string& key);
   const std::vector<std::shared_ptr<const YamlNode>>* take_list(const std::string& key,
                                                                 const std::string& rule);
   std::optional<std::size_t> choice(const std::string& key, const std::vector<std::string>& words);

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/scene/object.hpp"
+//
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "libocc/core/require.hpp"
+#include "libocc/scene/internal/vector_text.hpp"
+
+namespace occ {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+constexpr std::size_t most_points = 1000;
+
+void validate_point(ObjectPoint& p) {
+  const std::string name = "point " + std::to_string(p.id) + ": ";
+  const auto check = [&](bool holds, const char* field, const auto& value, const char* rule) {
+    if (!holds) require(false, name + field, value, rule);
+  };
+  check(p.position_m.allFinite(), "position_m", vector_text(p.position_m), "finite");
+  const bool directed = p.normal.allFinite() && p.normal.stableNorm() > 1e-9;
+  check(directed, "normal", vector_text(p.normal), "a direction, not zero");
+  check(p.cone_rad > 0 && p.cone_rad <= pi, "cone_rad", p.cone_rad, "in (0, pi]");
+  check(p.radius_m >= 0 && std::isfinite(p.radius_m), "radius_m", p.radius_m, "zero or positive");
+  const double excess = std::abs(p.normal.squaredNorm() - 1);
+  if (excess > 8 * std::numeric_limits<double>::epsilon()) p.normal.stableNormalize();
+}
+
+// Of no two points an image shows which is which.
+void check_places(const std::vector<ObjectPoint>& points) {
+  double size_m = 0;
+  for (const ObjectPoint& p : points)
+    size_m = std::max(size_m, (p.position_m - points.front().position_m).norm());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (!((points[i].position_m - points[j].position_m).norm() > 1e-9 * size_m))
+        require(false, "point " + std::to_string(points[i].id) + ": position_m",
+                vector_text(points[i].position_m),
+                "a place of its own, point " + std::to_string(points[j].id) + " is there, too");
+}
+
+}  // namespace
+
+bool ObjectPoint::seen_from(const Eigen::Vector3d& camera_position) const {
+  const Eigen::Vector3d to_camera = camera_position - position_m;
+  return std::atan2(normal.cross(to_camera).norm(), normal.dot(to_camera)) <= cone_rad;
+}
+
+void Object::validate() {
+  require(!name.empty(), "name", "nothing", "a word");
+  require(!points.empty() && points.size() <= most_points, "points' number", points.size(),
+          "1 to 1000");
+  std::map<int, std::size_t> ids;
+  for (ObjectPoint& point : points) {
+    validate_point(point);
+    require(ids.emplace(point.id, ids.size()).second, "points: id", point.id, "of one point only");
+  }
+  check_places(points);
+}
+
+}  // namespace occ
