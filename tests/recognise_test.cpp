@@ -123,7 +123,7 @@ void two_at_once(int count) {
 }
 
 TEST(Recognise, TwoAtOnce) { two_at_once(2); }
-TEST(SlowRecognise, TwoAtOnce) { two_at_once(60); }
+TEST(SlowRecognise, TwoAtOnce) { two_at_once(30); }
 
 // The same object twice in one image.
 TEST(Recognise, OneObjectTwice) {
@@ -143,21 +143,25 @@ TEST(Recognise, OneObjectTwice) {
   EXPECT_EQ(found->found[1].match.object, 0);
 }
 
-View view_of(const Object& object, Random& random, int least) {
-  View view;
-  while (bodies::lights_of(view, 0) < least) {
-    view = {};
-    bodies::add_object(view, 0, object, bodies::random_pose(random, 2.2), random, sigma_px);
+/// An object of so many lights, and a view that shows `least` of them.
+std::pair<Object, View> seen_object(Random& random, int points, int least) {
+  constexpr int attempts = 200;  // with one object: some never show so many
+  for (;;) {
+    const Object object = bodies::random_object(random, points);
+    for (int i = 0; i < attempts; ++i) {
+      View view;
+      bodies::add_object(view, 0, object, bodies::random_pose(random, 2.2), random, sigma_px);
+      if (bodies::lights_of(view, 0) >= least) return {object, view};
+    }
   }
-  return view;
 }
 
 void mirrored_and_similar_objects(int trials) {
   Random random(5);
   int sure = 0;
   for (int i = 0; i < trials; ++i) {
-    std::vector<Object> objects = random_objects(random, 1, 14);
-    objects.push_back(objects[0]);
+    const auto [object, view] = seen_object(random, 14, 8);
+    std::vector<Object> objects{object, object};
     for (ObjectPoint& p : objects[1].points) {
       if (i % 2) {
         p.position_m.x() *= -1;
@@ -166,7 +170,7 @@ void mirrored_and_similar_objects(int trials) {
         p.position_m *= 1.2;  // every second light farther out
       }
     }
-    const Result<Recognition> found = recognised(view_of(objects[0], random, 8), objects);
+    const Result<Recognition> found = recognised(view, objects);
     ASSERT_FALSE(found->found.empty());
     EXPECT_EQ(found->found[0].match.object, 0);
     sure += found.ok();
@@ -179,11 +183,12 @@ TEST(SlowRecognise, TellsMirroredAndSimilarObjectsApart) { mirrored_and_similar_
 
 TEST(Recognise, ObjectsThatLookAlikeAreRivals) {
   Random random(6);
-  std::vector<Object> objects = random_objects(random, 2, 12);
-  objects.push_back(objects[0]);  // but for a light on the other side
-  const View view = view_of(objects[0], random, 7);
+  const auto [object, view] = seen_object(random, 12, 7);
+  // The third is the first but for the lights on its other side.
+  std::vector<Object> objects{object, bodies::random_object(random, 12), object};
   for (ObjectPoint& p : objects[2].points) {
-    const bool seen = std::any_of(view.lights.begin(), view.lights.end(),
+    const auto& lights = view.lights;
+    const bool seen = std::any_of(lights.begin(), lights.end(),
                                   [&](const bodies::Light& l) { return l.point == p.id; });
     if (!seen) p.position_m += 0.02 * p.normal;
   }
@@ -220,8 +225,7 @@ TEST(Recognise, AnObjectThatRepeatsIsAmbiguous) {
 
 TEST(Recognise, MoreAgreementIsLessOftenChance) {
   Random random(8);
-  const Object object = bodies::random_object(random, 16);
-  View view = view_of(object, random, 9);
+  auto [object, view] = seen_object(random, 16, 9);
   double last = -300;
   for (; view.blobs.size() >= 5; view.blobs.pop_back(), view.lights.pop_back()) {
     const auto found = recognise(view.blobs, {object}, bodies::camera(), exact_camera());
@@ -257,8 +261,9 @@ TEST(Recognise, ManyBlobsEndInTime) {
   bodies::add_false_lights(view, 600, random, sigma_px);
   RecogniseOptions options = exact_camera();
   options.identify.max_hypotheses = 20000;
-  EXPECT_TRUE(
-      recognise(view.blobs, random_objects(random, 2), bodies::camera(), options)->found.empty());
+  const auto found = recognise(view.blobs, random_objects(random, 2), bodies::camera(), options);
+  EXPECT_TRUE(found->found.empty());
+  EXPECT_NE(found.message.find("max_hypotheses = 20000"), std::string::npos) << found.message;
 }
 
 }  // namespace

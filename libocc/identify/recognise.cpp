@@ -25,6 +25,7 @@ class Recogniser {
   }
 
   Recognition run();
+  bool cut_short() const { return cut_short_; }
 
  private:
   void look_for(std::size_t object);
@@ -43,6 +44,7 @@ class Recogniser {
   const RecogniseOptions& options_;
   std::vector<int> left_;  // blobs that no object has taken
   std::vector<std::optional<ObjectMatch>> best_;
+  bool cut_short_ = false;
 };
 
 // Where chance is low, likelihood decides: what an object should show but does not speaks against
@@ -75,6 +77,7 @@ void Recogniser::look_for(std::size_t object) {
   problem.least_pairs = naming::least_pairs(all, most_log10_false_alarms());
   if (problem.least_pairs > static_cast<int>(problem.sightings.size())) return;
   Result<Identification> found = naming::verdict(problem);
+  cut_short_ = cut_short_ || found->tried >= options_.identify.max_hypotheses;
   if (found->hypotheses.empty()) return;
   ObjectMatch match;
   match.object = static_cast<int>(object);
@@ -149,7 +152,8 @@ Result<Recognition> recognise(const std::vector<Blob>& blobs, const std::vector<
         "four whole blobs are needed: the image has " + std::to_string(whole) + " of them";
     return result;
   }
-  result.value = Recogniser(blobs, objects, camera, options).run();
+  Recogniser recogniser(blobs, objects, camera, options);
+  result.value = recogniser.run();
   if (result->found.empty()) {
     result.status = Status::no_pose;
     result.message = "no object explains more blobs than chance would";
@@ -159,6 +163,10 @@ Result<Recognition> recognise(const std::vector<Blob>& blobs, const std::vector<
       result.status = Status::ambiguous;
       result.message = "an object fits in several poses, or several objects fit the same blobs";
     }
+  if (recogniser.cut_short())
+    result.message += (result.message.empty() ? "" : "; ") +
+                      std::string("a search stopped after max_hypotheses = ") +
+                      std::to_string(options.identify.max_hypotheses);
   return result;
 }
 

@@ -99,6 +99,5 @@ def command(
     )
     click.echo("  id  seen %  needed %  growth  label")
     for row in rows:
-        click.echo(
-            f"{row['id']:4d} {100 * row['seen']:7.0f} {100 * row['needed']:9.0f} {row['growth']:7.3f}  {row['label']}".rstrip()
-        )
+        shares = f"{100 * row['seen']:7.0f} {100 * row['needed']:9.0f}"
+        click.echo(f"{row['id']:4d} {shares} {row['growth']:7.3f}  {row['label']}".rstrip())

@@ -55,7 +55,8 @@ def recognition_text(found: occ.Recognition, objects: Sequence[occ.Object]) -> s
         lines.append(f"why     {found.message}")
     width = max(6, *(len(thing.name) for thing in objects))
     if found.found:
-        lines.append(f"{'object':<{width}}  verdict    poses  place in camera's frame [m]  log10(chance)  points (blob: point)")
+        heading = "verdict    poses  place in camera's frame [m]  log10(chance)  points (blob: point)"
+        lines.append(f"{'object':<{width}}  {heading}")
     for o in found.found:
         thing, best = objects[o.match.object], o.match.poses[0]
         x, y, z = best.cam_from_world[:3, 3]
