@@ -10,7 +10,7 @@
 #include "libocc/core/require.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
-#include "libocc/formation/vignetting.hpp"
+#include "libocc/scene/vignetting.hpp"
 #include "libocc/radiometry/lambertian.hpp"
 
 namespace occ {

@@ -18,6 +18,7 @@
 #include "libocc/core/blob.hpp"
 #include "libocc/core/status.hpp"
 #include "libocc/geometry/rigid.hpp"
+#include "libocc/identify/symmetry.hpp"
 #include "libocc/pose/match.hpp"
 #include "libocc/scene/prior.hpp"
 #include "libocc/scene/scene.hpp"
@@ -47,7 +48,11 @@ struct LIBOCC_API IdentifyOptions {
   double frequency_tolerance = 0.02;  ///< relative; lamps and row clocks are not exact
   double gate_sigma = 4;              ///< a projected lamp and a blob agree within this
   double model_sigma_px = 0.5;        ///< error of the camera and map, added to every gate
-  double miss_penalty = 6;       ///< chi-square for a lamp that should be seen but is not (e^-3)
+  double miss_penalty = 6;     ///< chi-square for a lamp that should be seen but is not (e^-3)
+  bool use_brightness = true;  ///< tell poses that fit equally well apart by the lamps' power, and
+                               ///< reflections by their being weaker; of blobs with a flux_sigma_dn
+  double light_sigma = 0.2;  ///< relative error of a predicted flux beyond the lamp's power_sigma:
+                             ///< of order and angle, walls' light, dirt, vignetting
   int max_hypotheses = 1000000;  ///< namings of three blobs tried (a third of a second); the
                                  ///< message says when it ended the search
 
@@ -61,6 +66,9 @@ struct Hypothesis {
                                ///< are where a lamp must be (they do not count in the ranking)
   double chi2 = 0;             ///< of the matched centroids and the prior, plus the miss penalties
   int missed = 0;              ///< lamps that should be in view but match no blob
+  double brightness_chi2 = 0;  ///< of fluxes and sizes about one common gain; counts in chi2 where
+                               ///< brightness tells poses apart
+  std::optional<Symmetry> symmetry;  ///< from the best hypothesis to this one
 };
 
 struct Identification {
@@ -73,7 +81,8 @@ struct Identification {
 
 /// Once three lamps are named by their codes, a blob without a code is taken for no coded lamp.
 /// Plausible are the hypotheses that explain the most whole blobs and are no less likely than
-/// 1/1000 of the best of them; those that only miss more lamps (up to three: they are switched in
+/// 1/1000 of the best of them, by brightness, too, when the best of them is as bright as its lamps
+/// let expect; those that only miss more lamps (up to three: they are switched in
 /// groups) are listed, too. Status: ok (one plausible), ambiguous (several), too_few_lamps (fewer
 /// than three whole blobs or lamps), no_pose (nothing explains four blobs, or three that are named,
 /// backed by a prior or all there are), degenerate (all lamps on a line; without a prior also when

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/scene/vignetting.hpp"
+
 namespace occ::naming {
 namespace {
 
@@ -15,8 +17,9 @@ void add_targets(Problem& problem) {
     problem.origin += lamp.centre_m / static_cast<double>(lamps.size());
   for (const Lamp& lamp : lamps) {
     const Eigen::Vector3d centre = lamp.centre_m - problem.origin;
-    problem.targets.push_back(
-        {centre, lamp.normal.normalized(), lamp.reach_m(), lamp.shape == LampShape::disc});
+    problem.targets.push_back({centre, lamp.normal.normalized(), lamp.reach_m(),
+                               lamp.shape == LampShape::disc, lamp.power_w, lamp.power_sigma,
+                               lamp.order(), !lamp.frequency_hz});
     problem.size_m = std::max(problem.size_m, centre.norm());
   }
 }
@@ -43,6 +46,22 @@ void measure_size(const Blob& blob, const Eigen::Matrix2d& rad_per_px, Sighting&
   const double grown_px = blob.saturated ? growth_px : 0;
   s.least_radius_rad = (radius_rad - (error_px + grown_px) * pixel_rad) / tolerance;
   s.largest_radius_rad = (radius_rad + error_px * pixel_rad) * tolerance;
+  if (blob.saturated || blob.cut_by_border || blob.striped || !(blob.ellipse.semi_minor_px > 0))
+    return;
+  constexpr double model = 0.05;  // relative; a pixel's error weighs on small discs
+  s.radius_rad = radius_rad;
+  s.radius_sigma = std::hypot(model, error_px / blob.ellipse.semi_minor_px);
+  s.flatness = blob.ellipse.semi_minor_px / blob.ellipse.semi_major_px;
+}
+
+// A flux without a sigma has not been measured.
+void measure_flux(const Blob& blob, const Scene& scene, Sighting& s) {
+  if (!(blob.flux_dn > 0 && blob.flux_sigma_dn > 0) || blob.merged) return;
+  const double transmission = Vignetting(scene).transmission(blob.centroid_px);
+  if (!(transmission > 0)) return;
+  s.flux = blob.flux_dn / transmission;
+  s.flux_sigma = blob.flux_sigma_dn / blob.flux_dn;
+  s.flux_is_bound = blob.saturated || blob.cut_by_border || blob.striped;
 }
 
 // Whether enough of a lamp is inside the image that the ellipse through its rim has its centre.
@@ -72,6 +91,7 @@ std::optional<Sighting> make_sighting(const Problem& problem, int blob_index) {
   s.covariance = across * pixel_covariance * across.transpose();
   s.sigma_rad = std::sqrt(s.covariance.trace());
   measure_size(blob, across, s);
+  measure_flux(blob, *problem.scene, s);
   return s;
 }
 

@@ -23,6 +23,12 @@ struct Sighting {
   double sigma_rad = 0;                 ///< largest standard deviation
   double least_radius_rad = 0;          ///< apparent radius of a disc, with room for its error
   double largest_radius_rad = 0;        ///< 0 when no rim was measured
+  double radius_rad = 0;                ///< of an unsaturated rim; 0 when there is none
+  double radius_sigma = 0;              ///< relative
+  double flatness = 1;                  ///< shorter axis over longer one
+  double flux = 0;                      ///< before the lens; 0 when unknown
+  double flux_sigma = 0;                ///< relative
+  bool flux_is_bound = false;           ///< of the lamp's, from below: saturated, cut, striped
   bool named = false;                   ///< by its code or frequency
   std::vector<int> lamps;               ///< those it may be
 };
@@ -32,6 +38,8 @@ struct Target {
   Eigen::Vector3d normal;
   double radius_m = 0;  ///< of the smallest circle around it
   bool disc = false;
+  double power_w = 1, power_sigma = 0, order = 1;
+  bool steady = true;  ///< does not blink, which leaves a flux between dark and lit
 };
 
 struct Problem {
