@@ -10,8 +10,8 @@
 #include "libocc/core/require.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
-#include "libocc/scene/vignetting.hpp"
 #include "libocc/radiometry/lambertian.hpp"
+#include "libocc/scene/vignetting.hpp"
 
 namespace occ {
 namespace {

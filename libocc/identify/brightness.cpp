@@ -130,8 +130,8 @@ Brightness brightness_of(const Problem& problem, const Explanation& e) {
   return b;
 }
 
-bool weigh_by_brightness(const Problem& problem, std::vector<Explanation>& found) {
-  if (found.empty() || !problem.options->use_brightness) return false;
+void weigh_by_brightness(const Problem& problem, std::vector<Explanation>& found) {
+  if (found.empty() || !problem.options->use_brightness) return;
   int most = 0;
   bool counts = false;
   for (Explanation& e : found) {
@@ -139,7 +139,7 @@ bool weigh_by_brightness(const Problem& problem, std::vector<Explanation>& found
     most = std::max(most, e.brightness.residuals);
     counts = counts || (e.brightness.fits && e.pairs.size() == found.front().pairs.size());
   }
-  if (!counts) return false;
+  if (!counts || found.size() < 2) return;
   for (Explanation& e : found)
     e.chi2 += e.brightness.chi2 + worth_of_one * (most - e.brightness.residuals);
   const auto fewer = std::find_if(found.begin(), found.end(), [&](const Explanation& e) {
@@ -147,7 +147,6 @@ bool weigh_by_brightness(const Problem& problem, std::vector<Explanation>& found
   });
   std::stable_sort(found.begin(), fewer,
                    [](const Explanation& a, const Explanation& b) { return a.chi2 < b.chi2; });
-  return true;
 }
 
 bool outshines(const Brightness& strong, const Brightness& weak) {

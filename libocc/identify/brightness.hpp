@@ -9,10 +9,10 @@ namespace occ::naming {
 
 Brightness brightness_of(const Problem& problem, const Explanation& e);
 
-/// Fills in the brightness of all, and counts it in their chi-square when one of those that are
-/// worth most is as bright as its lamps let expect; when none is, the map's powers are not these
-/// lamps'. True when it counts. The order stays that of `found`, but for those of one worth.
-bool weigh_by_brightness(const Problem& problem, std::vector<Explanation>& found);
+/// Fills in the brightness of all, and counts it in the chi-square of several when one of those
+/// that are worth most is as bright as its lamps let expect; when none is, the map's powers are not
+/// these lamps'. The order stays that of `found`, but for those of one worth.
+void weigh_by_brightness(const Problem& problem, std::vector<Explanation>& found);
 
 /// Leaves out what explains reflections: other blobs than a better one, for some of the same lamps,
 /// and fainter by more than errors make them. Returns how many.

@@ -7,6 +7,7 @@
 
 #include "libocc/core/require.hpp"
 #include "libocc/identify/brightness.hpp"
+#include "libocc/identify/lamp_table.hpp"
 #include "libocc/identify/line_turns.hpp"
 #include "libocc/identify/name_symmetry.hpp"
 #include "libocc/identify/search.hpp"
@@ -86,13 +87,16 @@ void list(const std::vector<naming::Explanation>& found, const naming::Problem& 
   }
 }
 
-// Of the plausible ones beside the first.
+// How the map repeats, of the plausible ones.
 void say_symmetries(const std::vector<Hypothesis>& hypotheses, std::size_t count,
                     std::ostream& text) {
   constexpr std::size_t most = 3;
-  for (std::size_t i = 1; i < std::min(count, most + 1); ++i)
-    text << (i == 1 ? ": " : "; ") << hypotheses[i].symmetry->text;
-  if (count > most + 1) text << "; and " << count - most - 1 << " more";
+  std::size_t said = 0, repeats = 0;
+  for (std::size_t i = 1; i < count; ++i) {
+    if (hypotheses[i].symmetry->kind == SymmetryKind::none || ++repeats > most) continue;
+    text << (said++ == 0 ? ": " : "; ") << hypotheses[i].symmetry->text;
+  }
+  if (repeats > most) text << "; and " << repeats - most << " more";
 }
 
 void judge(Result<Identification>& result, const naming::Problem& problem,
@@ -173,6 +177,8 @@ Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& sce
                                 const IdentifyOptions& options) {
   options.validate();
   check(blobs);
+  require(!options.index || options.index->table().is_of(scene.lamps), "index",
+          options.index ? options.index->triangles() : 0, "of the scene's lamps, places unchanged");
   Result<Identification> result;
   const naming::Problem problem = naming::make_problem(blobs, scene, options);
   if (problem.sightings.size() < 3 || problem.targets.size() < 3) {

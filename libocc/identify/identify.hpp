@@ -18,6 +18,7 @@
 #include "libocc/core/blob.hpp"
 #include "libocc/core/status.hpp"
 #include "libocc/geometry/rigid.hpp"
+#include "libocc/identify/lamp_index.hpp"
 #include "libocc/identify/symmetry.hpp"
 #include "libocc/pose/match.hpp"
 #include "libocc/scene/prior.hpp"
@@ -28,8 +29,8 @@ namespace occ {
 /// How poses that explain an image are searched for. All end in the same verdict; they differ in
 /// time, and in what they may miss.
 enum class IdentifyMethod {
-  automatic,  ///< alignment for maps of fewer than seven lamps and where codes name blobs, else
-              ///< voting
+  automatic,  ///< alignment for maps of fewer than seven lamps and where codes name blobs; hashing
+              ///< where an index is given that applies; else voting
   alignment,  ///< every naming of a few blob triples gives poses, the rest is projected and
               ///< verified (Fischler, Bolles 1981, sec. IV; Huttenlocher, Ullman 1990)
   voting,     ///< the same for all namings in single precision; only the winners are verified
@@ -37,12 +38,15 @@ enum class IdentifyMethod {
            ///< (Fischler, Bolles 1981); misses rivals, so that a repeating layout may look unique
   clustering,  ///< poses of the namings of many triples; where they accumulate is looked at
                ///< (generalised Hough transform: Ballard 1981; Stockman 1987)
+  hashing,     ///< triangles of neighbours are looked up by their shape, as star trackers do; where
+               ///< gravity is known and most lamps hang at one height, else voting
 };
 
 struct LIBOCC_API IdentifyOptions {
   std::optional<Prior> prior;
   IdentifyMethod method = IdentifyMethod::automatic;
-  std::uint64_t seed = 0;  ///< of ransac
+  std::uint64_t seed = 0;          ///< of ransac
+  std::optional<LampIndex> index;  ///< of the scene's lamps, for hashing; none: made anew
   bool use_frequency = true;
   double frequency_gate_sigma = 4;    ///< a blob's frequency and a lamp's code agree within this
   double frequency_tolerance = 0.02;  ///< relative; lamps and row clocks are not exact

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "libocc/scene/vignetting.hpp"
 
@@ -22,6 +23,26 @@ void add_targets(Problem& problem) {
                                lamp.order(), !lamp.frequency_hz});
     problem.size_m = std::max(problem.size_m, centre.norm());
   }
+}
+
+// Lamps in one place, such as the emitters of three colours, or a lamp that the map has twice: no
+// geometry tells them apart, so the first stands for all. Their light is not that of one.
+void mark_twins(Problem& problem) {
+  constexpr double one_place_m = 1e-3;
+  std::vector<Target>& targets = problem.targets;
+  std::vector<std::size_t> by_x(targets.size());
+  std::iota(by_x.begin(), by_x.end(), std::size_t{0});
+  std::stable_sort(by_x.begin(), by_x.end(), [&](std::size_t a, std::size_t b) {
+    return targets[a].centre.x() < targets[b].centre.x();
+  });
+  for (std::size_t i = 0; i < by_x.size(); ++i)
+    for (std::size_t j = i + 1; j < by_x.size(); ++j) {
+      Target &a = targets[by_x[i]], &b = targets[by_x[j]];
+      if (b.centre.x() - a.centre.x() > one_place_m) break;
+      if ((a.centre - b.centre).norm() > one_place_m || a.normal.dot(b.normal) < 0.5) continue;
+      (by_x[i] < by_x[j] ? b : a).twin = true;
+      a.power_w = b.power_w = 0;
+    }
 }
 
 Eigen::Matrix<double, 2, 3> tangent_plane(const Eigen::Vector3d& bearing) {
@@ -132,7 +153,8 @@ void name_by_code(Sighting& s, const Problem& problem) {
   s.lamps = blob.lamp_id ? lamp_of_id(blob, problem) : lamps_of_frequency(blob, problem);
   s.named = !s.lamps.empty();
   if (s.named || blob.lamp_id) return;
-  for (int i = 0; i < static_cast<int>(problem.targets.size()); ++i) s.lamps.push_back(i);
+  for (int i = 0; i < static_cast<int>(problem.targets.size()); ++i)
+    if (!problem.target(i).twin) s.lamps.push_back(i);
 }
 
 // Where codes are legible, a light without one is no coded lamp: three lamps named by their codes
@@ -188,6 +210,7 @@ Problem make_problem(const std::vector<Blob>& blobs, const Scene& scene,
   problem.scene = &scene;
   problem.options = &options;
   add_targets(problem);
+  mark_twins(problem);
   add_sightings(problem);
   problem.allowed.assign(problem.sightings.size() * problem.targets.size(), 0);
   for (std::size_t i = 0; i < problem.sightings.size(); ++i)

@@ -40,6 +40,7 @@ struct Target {
   bool disc = false;
   double power_w = 1, power_sigma = 0, order = 1;
   bool steady = true;  ///< does not blink, which leaves a flux between dark and lit
+  bool twin = false;   ///< an earlier one is in the same place and stands for both
 };
 
 struct Problem {

@@ -118,6 +118,64 @@ void BM_IdentifyWithPositionPrior(benchmark::State& state) {
 }
 BENCHMARK(BM_IdentifyWithPositionPrior)->Unit(benchmark::kMicrosecond);
 
+/// A camera on wheels that knows gravity, and its height to 2 cm or not, in a map of many lamps.
+void BM_IdentifyByGravityAndHeight(benchmark::State& state) {
+  maps::Options map;
+  map.lamps = static_cast<int>(state.range(0));
+  Random random(9);
+  std::vector<maps::View> seen;
+  std::vector<IdentifyOptions> options(100);
+  for (IdentifyOptions& o : options) {
+    seen.push_back(maps::random_view(random, map));
+    o.prior = maps::gravity(seen.back(), 0.00873, random);
+    if (state.range(1) == 0) continue;
+    o.prior->height_m = seen.back().cam_from_world.origin_in_source().z() + 0.02 * random.normal();
+    o.prior->height_sigma_m = 0.02;
+  }
+  std::size_t i = 0;
+  int right = 0;
+  for (auto _ : state) {
+    const maps::View& view = seen[i % seen.size()];
+    const Result<Identification> found =
+        identify(view.blobs, view.scene, options[i++ % options.size()]);
+    right += found.ok() && maps::is_right(found->hypotheses.front(), view);
+  }
+  state.counters["right"] = static_cast<double>(right) / static_cast<double>(i);
+}
+BENCHMARK(BM_IdentifyByGravityAndHeight)
+    ->ArgsProduct({{20, 100}, {0, 1}})
+    ->Unit(benchmark::kMicrosecond);
+
+/// Lamps of one height, gravity known to half a degree, no height: voting, hashing.
+void BM_IdentifyInOnePlane(benchmark::State& state) {
+  maps::Options map;
+  map.lamps = static_cast<int>(state.range(0));
+  map.thickness_m = 0;
+  Random random(9);
+  std::vector<maps::View> seen;
+  std::vector<IdentifyOptions> options(map.lamps > 1000 ? 4 : 40);
+  for (IdentifyOptions& o : options) {
+    seen.push_back(maps::random_view(random, map));
+    o.prior = maps::gravity(seen.back(), 0.00873, random);
+    o.method = static_cast<IdentifyMethod>(state.range(1));
+    if (o.method == IdentifyMethod::hashing) o.index = LampIndex(seen.back().scene.lamps);
+  }
+  std::size_t i = 0;
+  int right = 0;
+  for (auto _ : state) {
+    const maps::View& view = seen[i % seen.size()];
+    const Result<Identification> found =
+        identify(view.blobs, view.scene, options[i++ % options.size()]);
+    right += found.ok() && maps::is_right(found->hypotheses.front(), view);
+  }
+  state.counters["right"] = static_cast<double>(right) / static_cast<double>(i);
+}
+BENCHMARK(BM_IdentifyInOnePlane)
+    ->ArgsProduct({{100, 1000, 10000},
+                   {static_cast<int>(IdentifyMethod::voting),
+                    static_cast<int>(IdentifyMethod::hashing)}})
+    ->Unit(benchmark::kMillisecond);
+
 /// Success against time of every method. Arguments: lamps of the map; alignment, voting, ransac,
 /// clustering.
 void BM_IdentifyByMethod(benchmark::State& state) {
