@@ -118,6 +118,26 @@ void BM_IdentifyWithPositionPrior(benchmark::State& state) {
 }
 BENCHMARK(BM_IdentifyWithPositionPrior)->Unit(benchmark::kMicrosecond);
 
+/// Times of views in turn: the median says what a typical image takes, the mean is drawn by a few
+/// long searches.
+void run_in_turn(benchmark::State& state, const std::vector<maps::View>& seen,
+                 const std::vector<IdentifyOptions>& options) {
+  std::vector<double> times_s;
+  int right = 0;
+  for (auto _ : state) {
+    const std::size_t i = times_s.size() % seen.size();
+    const auto begin = std::chrono::steady_clock::now();
+    const Result<Identification> found = identify(seen[i].blobs, seen[i].scene, options[i]);
+    times_s.push_back(
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    right += found.ok() && maps::is_right(found->hypotheses.front(), seen[i]);
+  }
+  std::sort(times_s.begin(), times_s.end());
+  state.counters["median_ms"] = 1e3 * times_s[times_s.size() / 2];
+  state.counters["p95_ms"] = 1e3 * times_s[times_s.size() * 95 / 100];
+  state.counters["right"] = static_cast<double>(right) / static_cast<double>(times_s.size());
+}
+
 /// A camera on wheels that knows gravity, and its height to 2 cm or not, in a map of many lamps.
 void BM_IdentifyByGravityAndHeight(benchmark::State& state) {
   maps::Options map;
@@ -132,15 +152,7 @@ void BM_IdentifyByGravityAndHeight(benchmark::State& state) {
     o.prior->height_m = seen.back().cam_from_world.origin_in_source().z() + 0.02 * random.normal();
     o.prior->height_sigma_m = 0.02;
   }
-  std::size_t i = 0;
-  int right = 0;
-  for (auto _ : state) {
-    const maps::View& view = seen[i % seen.size()];
-    const Result<Identification> found =
-        identify(view.blobs, view.scene, options[i++ % options.size()]);
-    right += found.ok() && maps::is_right(found->hypotheses.front(), view);
-  }
-  state.counters["right"] = static_cast<double>(right) / static_cast<double>(i);
+  run_in_turn(state, seen, options);
 }
 BENCHMARK(BM_IdentifyByGravityAndHeight)
     ->ArgsProduct({{20, 100}, {0, 1}})
@@ -158,17 +170,10 @@ void BM_IdentifyInOnePlane(benchmark::State& state) {
     seen.push_back(maps::random_view(random, map));
     o.prior = maps::gravity(seen.back(), 0.00873, random);
     o.method = static_cast<IdentifyMethod>(state.range(1));
+    o.model_sigma_px = 0.1;
     if (o.method == IdentifyMethod::hashing) o.index = LampIndex(seen.back().scene.lamps);
   }
-  std::size_t i = 0;
-  int right = 0;
-  for (auto _ : state) {
-    const maps::View& view = seen[i % seen.size()];
-    const Result<Identification> found =
-        identify(view.blobs, view.scene, options[i++ % options.size()]);
-    right += found.ok() && maps::is_right(found->hypotheses.front(), view);
-  }
-  state.counters["right"] = static_cast<double>(right) / static_cast<double>(i);
+  run_in_turn(state, seen, options);
 }
 BENCHMARK(BM_IdentifyInOnePlane)
     ->ArgsProduct({{100, 1000, 10000},
@@ -203,8 +208,7 @@ BENCHMARK(BM_IdentifyByMethod)
     ->Unit(benchmark::kMillisecond);
 
 /// Arguments: lamps of the map, gravity known or not. Six lamps seen, two hidden, two false lights;
-/// each iteration another map. The median says what a typical image takes, the mean is drawn by a
-/// few long searches.
+/// each iteration another map.
 void BM_IdentifyInRandomMaps(benchmark::State& state) {
   constexpr int views = 100;
   maps::Options map;
@@ -217,20 +221,7 @@ void BM_IdentifyInRandomMaps(benchmark::State& state) {
     if (state.range(1) != 0)
       options[static_cast<std::size_t>(i)].prior = maps::gravity(seen.back(), 0.00873, random);
   }
-  std::vector<double> times_s;
-  int right = 0;
-  for (auto _ : state) {
-    const std::size_t i = times_s.size() % views;
-    const auto begin = std::chrono::steady_clock::now();
-    const Result<Identification> found = identify(seen[i].blobs, seen[i].scene, options[i]);
-    times_s.push_back(
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-    right += found.ok() && maps::is_right(found->hypotheses.front(), seen[i]);
-  }
-  std::sort(times_s.begin(), times_s.end());
-  state.counters["median_ms"] = 1e3 * times_s[times_s.size() / 2];
-  state.counters["p95_ms"] = 1e3 * times_s[times_s.size() * 95 / 100];
-  state.counters["right"] = static_cast<double>(right) / static_cast<double>(times_s.size());
+  run_in_turn(state, seen, options);
 }
 BENCHMARK(BM_IdentifyInRandomMaps)
     ->ArgsProduct({{8, 20, 50, 100}, {0, 1}})
