@@ -163,6 +163,10 @@ TEST(RefineProblem, PriorsRowsSumToItsChi2EvenWhereItTurnsAround) {
     Prior& prior = *all.options.prior;
     prior.heading_rad = random.uniform(-9, 9);
     prior.gravity_in_cam = test::random_vector(random).normalized();
+    prior.position_sigmas_m = Eigen::Vector3d(0.1, 0.5, 2);
+    prior.height_m = random.uniform(-2, 2);
+    prior.last_pose = PriorPose{test::random_pose(random), 0.1 * Matrix6::Identity()};
+    prior.last_pose->covariance(1, 4) = prior.last_pose->covariance(4, 1) = 0.05;
     Problem problem(observations, all.scene, all.options, Rung::rims);
     const State state = {test::random_pose(random)};
     Normal normal;

@@ -11,8 +11,8 @@
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
 #include "libocc/formation/shadow.hpp"
-#include "libocc/formation/vignetting.hpp"
 #include "libocc/radiometry/lambertian.hpp"
+#include "libocc/scene/vignetting.hpp"
 
 namespace occ {
 namespace {

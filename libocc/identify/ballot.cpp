@@ -95,15 +95,9 @@ float lit_below(const Target& target) {
 // one side of the plane only; a lamp of a scene is taken to be seen within 75 degrees.
 double one_sided(const Problem& problem, const Target& target) {
   constexpr double flat = 0.966, never = 2;  // cosine of 15 degrees
-  if (problem.lamps) return flat;
+  if (problem.scene) return flat;
   if (target.cone_cos < 0) return never;
   return std::min(1 - 1e-9, std::sqrt(1 - target.cone_cos * target.cone_cos));
-}
-
-Eigen::Matrix3d cam_from_upright(const Problem& problem) {
-  return Eigen::Quaterniond::FromTwoVectors(-Eigen::Vector3d::UnitZ(),
-                                            problem.options->prior->gravity_in_cam->normalized())
-      .toRotationMatrix();
 }
 
 }  // namespace
@@ -348,8 +342,10 @@ void Ballot::of_three(const std::array<int, 3>& sightings, int least, std::vecto
 }
 
 // As pose/upright_p2p.hpp: the side between two lamps is in the plane of their bearings, which
-// leaves two headings.
-std::size_t Ballot::add_headings(const std::array<int, 2>& sightings, int first) {
+// leaves two headings, each with a place. What else the prior knows, such as the camera's height,
+// leaves few of these.
+std::size_t Ballot::add_headings(const std::array<int, 2>& sightings, int first,
+                                 const PriorGate& gate, double relative) {
   constexpr double nearly_real = 1.02, least_horizontal = 1e-6;
   const Neighbours& near = neighbours_[static_cast<std::size_t>(first)];
   judged_.resize(padded(2 * named_));
@@ -383,6 +379,13 @@ std::size_t Ballot::add_headings(const std::array<int, 2>& sightings, int first)
       const Eigen::Vector3d lit(c * normal.x() - s * normal.y(), s * normal.x() + c * normal.y(),
                                 normal.z());
       if (!(d0 > 0 && d1 > 0 && lit.dot(f0) < below)) continue;
+      if (!gate.is_open()) {
+        const double distance_m = unit_m_ * d0 / n2;
+        const Eigen::Vector3d seen(c * f0.x() + s * f0.y(), c * f0.y() - s * f0.x(), f0.z());
+        if (!gate.allows(problem_.target(first).centre - distance_m * seen, c, s, distance_m,
+                         relative))
+          continue;
+      }
       parameters_[0][count] = static_cast<float>(d0 / n2);
       parameters_[1][count] = static_cast<float>(c);
       parameters_[2][count] = static_cast<float>(s);
@@ -403,6 +406,8 @@ void Ballot::of_two(const std::array<int, 2>& sightings, int least, std::vector<
   const double mean2 = 0.5 * (variance(problem_, sightings[0]) + variance(problem_, sightings[1]));
   const double apart2 = (f0 - f1).squaredNorm();
   const double gravity2 = std::pow(problem_.options->prior->gravity_sigma_rad, 2);
+  const PriorGate gate(problem_, from_upright);
+  const double relative = 2 * std::sqrt(gravity2) + std::sqrt(2 * mean2 / apart2);
   std::vector<int> rest;
   // Turned and scaled as the two are; tilted by the error of gravity about them.
   std::vector<Other> others = others_of(
@@ -420,7 +425,7 @@ void Ballot::of_two(const std::array<int, 2>& sightings, int least, std::vector<
   put(from_upright.transpose() * f0, first_bearing);
   for (int row = 0; row < 3; ++row) put(from_upright.row(row).transpose(), to_camera + 3 * row);
   for (const int a : problem_.sighting(sightings[0]).lamps) {
-    const std::size_t count = add_headings(sightings, a);
+    const std::size_t count = add_headings(sightings, a, gate, relative);
     turnout_.namings += static_cast<int>(named_);
     Jury jury_of_a = jury(a, rest, others);
     jury_of_a.to_camera = to_camera;

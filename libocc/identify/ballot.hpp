@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "libocc/identify/explain.hpp"
+#include "libocc/identify/prior_gate.hpp"
 #include "libocc/identify/seen_together.hpp"
 #include "libocc/identify/vote_kernels.hpp"
 
@@ -63,7 +64,8 @@ class Ballot {
   std::size_t add_namings(const std::array<int, 3>& sightings, int first, int image_turn);
   void pad_poses(std::size_t count);
   std::size_t add_poses(std::size_t namings);
-  std::size_t add_headings(const std::array<int, 2>& sightings, int first);
+  std::size_t add_headings(const std::array<int, 2>& sightings, int first, const PriorGate& gate,
+                           double relative);
   bool counts(std::size_t pose, int least);
   Rigid3 pose_of_three(const std::array<int, 3>& sightings, const std::array<int, 3>& targets,
                        std::size_t pose) const;

@@ -210,10 +210,13 @@ double prior_chi2(const Problem& problem, const PoseEstimate& estimate) {
   // The least sum of the prior's chi-square and the pose's own is that of the sum of variances.
   Prior prior = *problem.options->prior;
   const double turn2 = estimate.covariance.topLeftCorner<3, 3>().trace();
-  prior.position_sigma_m = std::hypot(
-      prior.position_sigma_m, std::sqrt(estimate.covariance.bottomRightCorner<3, 3>().trace()));
+  const double shift2 = estimate.covariance.bottomRightCorner<3, 3>().trace();
+  prior.position_sigmas_m =
+      (prior.position_sigmas().array().square() + shift2).sqrt().matrix().eval();
+  prior.height_sigma_m = std::hypot(prior.height_sigma_m, std::sqrt(shift2));
   prior.heading_sigma_rad = std::hypot(prior.heading_sigma_rad, std::sqrt(turn2));
   prior.gravity_sigma_rad = std::hypot(prior.gravity_sigma_rad, std::sqrt(turn2));
+  if (prior.last_pose) prior.last_pose->covariance += estimate.covariance;
   return prior.chi2(problem.from_world(estimate.pose));
 }
 

@@ -9,6 +9,15 @@
 
 namespace occ::naming {
 
+/// How a pose's blobs shine, see identify/brightness.hpp.
+struct Brightness {
+  double chi2 = 0;        ///< each residual's part is bounded: a lamp may be half hidden
+  int residuals = 0;      ///< that determine something, not mere bounds
+  double log_gain = 0;    ///< grey levels over what the lamps send to the camera
+  double gain_sigma = 0;  ///< 0 when no flux tells it
+  bool fits = false;      ///< no worse than 99.9 % of right ones, with a residual to tell
+};
+
 /// A pose with all that agrees with it.
 struct Explanation {
   PoseEstimate estimate;
@@ -16,6 +25,7 @@ struct Explanation {
   std::vector<Match> attached;  ///< weak blobs where a lamp must be
   double chi2 = 0;              ///< of the pairs and the prior, plus the misses
   int missed = 0;
+  Brightness brightness;
 };
 
 bool contains(const std::vector<Pair>& pairs, const Pair& pair);

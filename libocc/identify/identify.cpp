@@ -6,7 +6,10 @@
 #include <sstream>
 
 #include "libocc/core/require.hpp"
+#include "libocc/identify/brightness.hpp"
+#include "libocc/identify/lamp_table.hpp"
 #include "libocc/identify/line_turns.hpp"
+#include "libocc/identify/name_symmetry.hpp"
 #include "libocc/identify/search.hpp"
 #include "libocc/identify/verdict.hpp"
 
@@ -40,6 +43,7 @@ Hypothesis to_hypothesis(const naming::Problem& problem, const naming::Explanati
             [](const Match& a, const Match& b) { return a.lamp < b.lamp; });
   h.chi2 = e.chi2;
   h.missed = e.missed;
+  h.brightness_chi2 = e.brightness.chi2;
   return h;
 }
 
@@ -76,6 +80,8 @@ void list(const std::vector<naming::Explanation>& found, const naming::Problem& 
     const int more = std::clamp(e.missed - best.missed, 0, more_dark);
     if (e.chi2 > best.chi2 + plausible_chi2 + more * options.miss_penalty) continue;
     result.value.hypotheses.push_back(to_hypothesis(problem, e));
+    if (&e != &best)
+      result.value.hypotheses.back().symmetry = naming::name_symmetry(problem, best, e);
     if (prior || !on_a_line(problem, e.pairs, e.estimate.pose, e.attached)) continue;
     result.value.hypotheses.clear();
     result.status = Status::degenerate;
@@ -86,8 +92,20 @@ void list(const std::vector<naming::Explanation>& found, const naming::Problem& 
   }
 }
 
+// How the map repeats, of the plausible ones.
+void say_symmetries(const std::vector<Hypothesis>& hypotheses, std::size_t count,
+                    std::ostream& text) {
+  constexpr std::size_t most = 3;
+  std::size_t said = 0, repeats = 0;
+  for (std::size_t i = 1; i < count; ++i) {
+    if (hypotheses[i].symmetry->kind == SymmetryKind::none || ++repeats > most) continue;
+    text << (said++ == 0 ? ": " : "; ") << hypotheses[i].symmetry->text;
+  }
+  if (repeats > most) text << "; and " << repeats - most << " more";
+}
+
 void judge(Result<Identification>& result, const naming::Problem& problem,
-           const naming::Search& search) {
+           const naming::Search& search, bool reflections) {
   const std::vector<Hypothesis>& hypotheses = result->hypotheses;
   const auto count = std::count_if(hypotheses.begin(), hypotheses.end(), [&](const Hypothesis& h) {
     return h.chi2 <= hypotheses.front().chi2 + plausible_chi2;
@@ -100,6 +118,7 @@ void judge(Result<Identification>& result, const naming::Problem& problem,
   } else if (count > 1) {
     result.status = Status::ambiguous;
     text << count << " poses explain the same number of blobs about equally well";
+    say_symmetries(hypotheses, static_cast<std::size_t>(count), text);
   } else if (leaves_blobs(*result, problem) &&
              (result->chance > naming::unlikely || !search.best_fits())) {
     result.value.may_be_chance = true;
@@ -108,10 +127,40 @@ void judge(Result<Identification>& result, const naming::Problem& problem,
          << " wrong ones are expected to explain as many";
     if (!search.best_fits()) text << ", and it fits worse than 99.9 % of right ones";
   }
+  const auto add = [&]() -> std::ostream& { return text << (text.tellp() > 0 ? "; " : ""); };
+  if (reflections)
+    add() << "fainter blobs that other poses explain are taken for reflections of the lamps";
   if (search.cut_short())
-    text << (text.tellp() > 0 ? "; " : "")
-         << "the search stopped after max_hypotheses = " << problem.options->max_hypotheses;
+    add() << "the search stopped after max_hypotheses = " << problem.options->max_hypotheses;
   result.message = text.str();
+}
+
+// The verdict on what a search has found.
+void answer(const naming::Problem& problem, const naming::Search& search,
+            std::vector<naming::Explanation> found, bool reflections,
+            Result<Identification>& result) {
+  reflections = naming::drop_reflections(problem, found) > 0 || reflections;
+  result.value.chance = search.chance();
+  list(found, problem, result);
+  if (result.ok()) judge(result, problem, search, reflections);
+}
+
+// The best explanation may be one of reflections: then what it leaves has a brighter one. True when
+// that is the answer.
+bool answer_by_brighter(const naming::Problem& problem, const naming::Explanation& best,
+                        Result<Identification>& result) {
+  const std::optional<naming::Problem> rest = naming::brighter_rest(problem, best);
+  if (!rest) return false;
+  naming::Search search(*rest);
+  search.run();
+  std::vector<naming::Explanation> found = search.found();
+  naming::weigh_by_brightness(*rest, found);
+  result.value.tried += search.tried();
+  if (found.empty() || search.chance() > naming::unlikely ||
+      !naming::outshines(found.front().brightness, best.brightness))
+    return false;
+  answer(*rest, search, std::move(found), true, result);
+  return true;
 }
 
 }  // namespace
@@ -124,6 +173,8 @@ void IdentifyOptions::validate() const {
   require(model_sigma_px >= 0 && std::isfinite(model_sigma_px), "model_sigma_px", model_sigma_px,
           "not negative");
   require(miss_penalty >= 0, "miss_penalty", miss_penalty, "not negative");
+  require(light_sigma >= 0 && std::isfinite(light_sigma), "light_sigma", light_sigma,
+          "not negative");
   require(max_hypotheses > 0, "max_hypotheses", max_hypotheses, "positive");
 }
 
@@ -132,7 +183,7 @@ Result<Identification> naming::verdict(const Problem& problem) {
   if (problem.sightings.size() < 3 || problem.targets.size() < 3) {
     result.status = Status::too_few_lamps;
     std::ostringstream text;
-    text << (problem.lamps ? "three lamps are needed: the scene has "
+    text << (problem.scene ? "three lamps are needed: the scene has "
                            : "three points are needed: the object has ")
          << problem.targets.size() << ", the image " << problem.sightings.size()
          << " blobs that are whole";
@@ -141,16 +192,17 @@ Result<Identification> naming::verdict(const Problem& problem) {
   }
   if (collinear(problem)) {
     result.status = Status::degenerate;
-    result.message = std::string(problem.lamps ? "the scene's lamps" : "the object's points") +
+    result.message = std::string(problem.scene ? "the scene's lamps" : "the object's points") +
                      " are on one line: a pose cannot be told from its turns about it";
     return result;
   }
   Search search(problem);
   search.run();
   result.value.tried = search.tried();
-  result.value.chance = search.chance();
-  list(search.found(), problem, result);
-  if (result.ok()) judge(result, problem, search);
+  std::vector<naming::Explanation> found = search.found();
+  naming::weigh_by_brightness(problem, found);
+  if (found.empty() || !answer_by_brighter(problem, found.front(), result))
+    answer(problem, search, std::move(found), false, result);
   return result;
 }
 
@@ -158,6 +210,8 @@ Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& sce
                                 const IdentifyOptions& options) {
   options.validate();
   naming::check(blobs);
+  require(!options.index || options.index->table().is_of(scene.lamps), "index",
+          options.index ? options.index->triangles() : 0, "of the scene's lamps, places unchanged");
   return naming::verdict(naming::make_problem(blobs, scene, options));
 }
 

@@ -18,6 +18,8 @@
 #include "libocc/core/blob.hpp"
 #include "libocc/core/status.hpp"
 #include "libocc/geometry/rigid.hpp"
+#include "libocc/identify/lamp_index.hpp"
+#include "libocc/identify/symmetry.hpp"
 #include "libocc/pose/match.hpp"
 #include "libocc/scene/object.hpp"
 #include "libocc/scene/prior.hpp"
@@ -28,8 +30,8 @@ namespace occ {
 /// How poses that explain an image are searched for. All end in the same verdict; they differ in
 /// time, and in what they may miss.
 enum class IdentifyMethod {
-  automatic,  ///< alignment for maps of fewer than seven lamps and where codes name blobs, else
-              ///< voting
+  automatic,  ///< alignment for maps of fewer than seven lamps and where codes name blobs; hashing
+              ///< where an index is given that applies; else voting
   alignment,  ///< every naming of a few blob triples gives poses, the rest is projected and
               ///< verified (Fischler, Bolles 1981, sec. IV; Huttenlocher, Ullman 1990)
   voting,     ///< the same for all namings in single precision; only the winners are verified
@@ -37,18 +39,25 @@ enum class IdentifyMethod {
            ///< (Fischler, Bolles 1981); misses rivals, so that a repeating layout may look unique
   clustering,  ///< poses of the namings of many triples; where they accumulate is looked at
                ///< (generalised Hough transform: Ballard 1981; Stockman 1987)
+  hashing,     ///< triangles of neighbours are looked up by their shape, as star trackers do; where
+               ///< gravity is known and most lamps hang at one height, else voting
 };
 
 struct LIBOCC_API IdentifyOptions {
   std::optional<Prior> prior;
   IdentifyMethod method = IdentifyMethod::automatic;
-  std::uint64_t seed = 0;  ///< of ransac
+  std::uint64_t seed = 0;          ///< of ransac
+  std::optional<LampIndex> index;  ///< of the scene's lamps, for hashing; none: made anew
   bool use_frequency = true;
   double frequency_gate_sigma = 4;    ///< a blob's frequency and a lamp's code agree within this
   double frequency_tolerance = 0.02;  ///< relative; lamps and row clocks are not exact
   double gate_sigma = 4;              ///< a projected lamp and a blob agree within this
   double model_sigma_px = 0.5;        ///< error of the camera and map, added to every gate
-  double miss_penalty = 6;       ///< chi-square for a lamp that should be seen but is not (e^-3)
+  double miss_penalty = 6;     ///< chi-square for a lamp that should be seen but is not (e^-3)
+  bool use_brightness = true;  ///< tell poses that fit equally well apart by the lamps' power, and
+                               ///< reflections by their being weaker; of blobs with a flux_sigma_dn
+  double light_sigma = 0.2;  ///< relative error of a predicted flux beyond the lamp's power_sigma:
+                             ///< of order and angle, walls' light, dirt, vignetting
   int max_hypotheses = 1000000;  ///< namings of three blobs tried (a third of a second); the
                                  ///< message says when it ended the search
 
@@ -62,6 +71,9 @@ struct Hypothesis {
                                ///< are where a lamp must be (they do not count in the ranking)
   double chi2 = 0;             ///< of the matched centroids and the prior, plus the miss penalties
   int missed = 0;              ///< lamps that should be in view but match no blob
+  double brightness_chi2 = 0;  ///< of fluxes and sizes about one common gain; counts in chi2 where
+                               ///< brightness tells poses apart
+  std::optional<Symmetry> symmetry;  ///< from the best hypothesis to this one
 };
 
 struct Identification {
@@ -74,7 +86,8 @@ struct Identification {
 
 /// Once three lamps are named by their codes, a blob without a code is taken for no coded lamp.
 /// Plausible are the hypotheses that explain the most whole blobs and are no less likely than
-/// 1/1000 of the best of them; those that only miss more lamps (up to three: they are switched in
+/// 1/1000 of the best of them, by brightness, too, when the best of them is as bright as its lamps
+/// let expect; those that only miss more lamps (up to three: they are switched in
 /// groups) are listed, too. Status: ok (one plausible), ambiguous (several), too_few_lamps (fewer
 /// than three whole blobs or lamps), no_pose (nothing explains four blobs, or three that are named,
 /// backed by a prior or all there are), degenerate (all lamps on a line; without a prior also when

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+
+#include "libocc/scene/vignetting.hpp"
 
 namespace occ::naming {
 namespace {
@@ -19,11 +22,19 @@ void add_targets(Problem& problem, std::vector<Target> targets) {
   problem.targets = std::move(targets);
 }
 
+Target target_of(const Lamp& lamp) {
+  Target target{lamp.centre_m, lamp.normal.normalized(), lamp.reach_m(),
+                lamp.shape == LampShape::disc};
+  target.power_w = lamp.power_w;
+  target.power_sigma = lamp.power_sigma;
+  target.order = lamp.order();
+  target.steady = !lamp.frequency_hz;
+  return target;
+}
+
 std::vector<Target> targets_of(const std::vector<Lamp>& lamps) {
   std::vector<Target> targets;
-  for (const Lamp& lamp : lamps)
-    targets.push_back(
-        {lamp.centre_m, lamp.normal.normalized(), lamp.reach_m(), lamp.shape == LampShape::disc});
+  for (const Lamp& lamp : lamps) targets.push_back(target_of(lamp));
   return targets;
 }
 
@@ -43,6 +54,26 @@ std::vector<Target> targets_of(const Object& object) {
     targets.push_back(target);
   }
   return targets;
+}
+
+// Lamps in one place, such as the emitters of three colours, or a lamp that the map has twice: no
+// geometry tells them apart, so the first stands for all. Their light is not that of one.
+void mark_twins(Problem& problem) {
+  constexpr double one_place_m = 1e-3;
+  std::vector<Target>& targets = problem.targets;
+  std::vector<std::size_t> by_x(targets.size());
+  std::iota(by_x.begin(), by_x.end(), std::size_t{0});
+  std::stable_sort(by_x.begin(), by_x.end(), [&](std::size_t a, std::size_t b) {
+    return targets[a].centre.x() < targets[b].centre.x();
+  });
+  for (std::size_t i = 0; i < by_x.size(); ++i)
+    for (std::size_t j = i + 1; j < by_x.size(); ++j) {
+      Target &a = targets[by_x[i]], &b = targets[by_x[j]];
+      if (b.centre.x() - a.centre.x() > one_place_m) break;
+      if ((a.centre - b.centre).norm() > one_place_m || a.normal.dot(b.normal) < 0.5) continue;
+      (by_x[i] < by_x[j] ? b : a).twin = true;
+      a.power_w = b.power_w = 0;
+    }
 }
 
 Eigen::Matrix<double, 2, 3> tangent_plane(const Eigen::Vector3d& bearing) {
@@ -67,6 +98,22 @@ void measure_size(const Blob& blob, const Eigen::Matrix2d& rad_per_px, Sighting&
   const double grown_px = blob.saturated ? growth_px : 0;
   s.least_radius_rad = (radius_rad - (error_px + grown_px) * pixel_rad) / tolerance;
   s.largest_radius_rad = (radius_rad + error_px * pixel_rad) * tolerance;
+  if (blob.saturated || blob.cut_by_border || blob.striped || !(blob.ellipse.semi_minor_px > 0))
+    return;
+  constexpr double model = 0.05;  // relative; a pixel's error weighs on small discs
+  s.radius_rad = radius_rad;
+  s.radius_sigma = std::hypot(model, error_px / blob.ellipse.semi_minor_px);
+  s.flatness = blob.ellipse.semi_minor_px / blob.ellipse.semi_major_px;
+}
+
+// A flux without a sigma has not been measured.
+void measure_flux(const Blob& blob, const Scene& scene, Sighting& s) {
+  if (!(blob.flux_dn > 0 && blob.flux_sigma_dn > 0) || blob.merged) return;
+  const double transmission = Vignetting(scene).transmission(blob.centroid_px);
+  if (!(transmission > 0)) return;
+  s.flux = blob.flux_dn / transmission;
+  s.flux_sigma = blob.flux_sigma_dn / blob.flux_dn;
+  s.flux_is_bound = blob.saturated || blob.cut_by_border || blob.striped;
 }
 
 // Whether enough of a lamp is inside the image that the ellipse through its rim has its centre.
@@ -96,6 +143,7 @@ std::optional<Sighting> make_sighting(const Problem& problem, int blob_index) {
   s.covariance = across * pixel_covariance * across.transpose();
   s.sigma_rad = std::sqrt(s.covariance.trace());
   measure_size(blob, across, s);
+  if (problem.scene) measure_flux(blob, *problem.scene, s);
   return s;
 }
 
@@ -106,10 +154,10 @@ bool blinks(const Lamp& lamp) { return lamp.frequency_hz && !lamp.code; }
 // frequency is absent or fits no code.
 std::vector<int> lamps_of_frequency(const Blob& blob, const Problem& problem) {
   std::vector<int> lamps;
-  if (!problem.lamps || !problem.options->use_frequency || !blob.frequency_hz) return lamps;
+  if (!problem.scene || !problem.options->use_frequency || !blob.frequency_hz) return lamps;
   double nearest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < static_cast<int>(problem.targets.size()); ++i) {
-    const Lamp& lamp = (*problem.lamps)[static_cast<std::size_t>(i)];
+    const Lamp& lamp = problem.scene->lamps[static_cast<std::size_t>(i)];
     if (!blinks(lamp)) continue;
     const double code = *lamp.frequency_hz, off = std::abs(*blob.frequency_hz - code);
     const double gate = problem.options->frequency_gate_sigma * blob.frequency_sigma_hz +
@@ -124,8 +172,8 @@ std::vector<int> lamps_of_frequency(const Blob& blob, const Problem& problem) {
 
 // The lamp whose id the blob's code told; none for a light that is in no map.
 std::vector<int> lamp_of_id(const Blob& blob, const Problem& problem) {
-  if (!problem.lamps) return {};
-  const std::vector<Lamp>& lamps = *problem.lamps;
+  if (!problem.scene) return {};
+  const std::vector<Lamp>& lamps = problem.scene->lamps;
   const auto told = std::find_if(lamps.begin(), lamps.end(),
                                  [&](const Lamp& lamp) { return lamp.id == blob.lamp_id; });
   if (told == lamps.end()) return {};
@@ -137,13 +185,14 @@ void name_by_code(Sighting& s, const Problem& problem) {
   s.lamps = blob.lamp_id ? lamp_of_id(blob, problem) : lamps_of_frequency(blob, problem);
   s.named = !s.lamps.empty();
   if (s.named || blob.lamp_id) return;
-  for (int i = 0; i < static_cast<int>(problem.targets.size()); ++i) s.lamps.push_back(i);
+  for (int i = 0; i < static_cast<int>(problem.targets.size()); ++i)
+    if (!problem.target(i).twin) s.lamps.push_back(i);
 }
 
 // Where codes are legible, a light without one is no coded lamp: three lamps named by their codes
 // show that they are. What then can be no lamp at all is left out.
 void rule_out_by_code(Problem& problem) {
-  const std::vector<Lamp>& lamps = *problem.lamps;
+  const std::vector<Lamp>& lamps = problem.scene->lamps;
   std::vector<char> named(lamps.size(), 0);
   for (const Sighting& s : problem.sightings)
     if (s.named) named[static_cast<std::size_t>(s.lamps.front())] = 1;
@@ -174,7 +223,7 @@ void add_sightings(Problem& problem) {
       problem.sightings.push_back(std::move(*s));
     }
   }
-  if (problem.lamps) rule_out_by_code(problem);
+  if (problem.scene) rule_out_by_code(problem);
   std::stable_sort(problem.sightings.begin(), problem.sightings.end(),
                    [&](const Sighting& a, const Sighting& b) {
                      if (a.named != b.named) return a.named;
@@ -184,16 +233,17 @@ void add_sightings(Problem& problem) {
   if (problem.sightings.size() > max_sightings) problem.sightings.resize(max_sightings);
 }
 
-Problem make_problem(const std::vector<Blob>& blobs, const std::vector<Lamp>* lamps,
+Problem make_problem(const std::vector<Blob>& blobs, const Scene* scene,
                      std::vector<Target> targets, const Camera& camera,
                      const IdentifyOptions& options) {
   Problem problem;
   problem.blobs = &blobs;
   problem.camera = &camera;
-  problem.lamps = lamps;
-  problem.all_together = lamps != nullptr;
+  problem.scene = scene;
+  problem.all_together = scene != nullptr;
   problem.options = &options;
   add_targets(problem, std::move(targets));
+  mark_twins(problem);
   add_sightings(problem);
   problem.allowed.assign(problem.sightings.size() * problem.targets.size(), 0);
   for (std::size_t i = 0; i < problem.sightings.size(); ++i)
@@ -206,7 +256,7 @@ Problem make_problem(const std::vector<Blob>& blobs, const std::vector<Lamp>* la
 
 Problem make_problem(const std::vector<Blob>& blobs, const Scene& scene,
                      const IdentifyOptions& options) {
-  return make_problem(blobs, &scene.lamps, targets_of(scene.lamps), scene.camera, options);
+  return make_problem(blobs, &scene, targets_of(scene.lamps), scene.camera, options);
 }
 
 Problem make_problem(const std::vector<Blob>& blobs, const Object& object, const Camera& camera,

@@ -23,6 +23,12 @@ struct Sighting {
   double sigma_rad = 0;                 ///< largest standard deviation
   double least_radius_rad = 0;          ///< apparent radius of a disc, with room for its error
   double largest_radius_rad = 0;        ///< 0 when no rim was measured
+  double radius_rad = 0;                ///< of an unsaturated rim; 0 when there is none
+  double radius_sigma = 0;              ///< relative
+  double flatness = 1;                  ///< shorter axis over longer one
+  double flux = 0;                      ///< before the lens; 0 when unknown
+  double flux_sigma = 0;                ///< relative
+  bool flux_is_bound = false;           ///< of the lamp's, from below: saturated, cut, striped
   bool named = false;                   ///< by its code or frequency
   std::vector<int> lamps;               ///< those it may be
 };
@@ -35,13 +41,16 @@ struct Target {
   double cone_cos = 0;    ///< seen where the angle from the normal has a larger cosine: of a lamp
                           ///< the half space; -2: from everywhere
   double sure_cos = 0.1;  ///< and not to be overlooked there: farther inside that cone
+  double power_w = 0, power_sigma = 0, order = 1;  ///< power 0: not known
+  bool steady = true;  ///< does not blink, which leaves a flux between dark and lit
+  bool twin = false;   ///< an earlier one is in the same place and stands for both
 };
 
 struct Problem {
   const std::vector<Blob>* blobs = nullptr;
   const Camera* camera = nullptr;
-  const std::vector<Lamp>* lamps = nullptr;  ///< null for the points of an object
-  bool all_together = true;  ///< any of them can be seen at once, as lamps of a scene
+  const Scene* scene = nullptr;  ///< null for the points of an object
+  bool all_together = true;      ///< any of them can be seen at once, as lamps of a scene
   const IdentifyOptions* options = nullptr;
   int least_pairs = 0;                               ///< explanations of fewer blobs are of no use
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< of the local frame, in the world

@@ -69,8 +69,13 @@ Search::Search(const Problem& problem) : problem_(problem), together_(problem) {
 void Search::run() {
   IdentifyMethod method = problem_.options->method;
   if (method == IdentifyMethod::automatic)
-    method = wide(problem_) ? IdentifyMethod::voting : IdentifyMethod::alignment;
+    method = !wide(problem_)           ? IdentifyMethod::alignment
+             : problem_.options->index ? IdentifyMethod::hashing
+                                       : IdentifyMethod::voting;
   switch (method) {
+    case IdentifyMethod::hashing:
+      hash();
+      break;
     case IdentifyMethod::voting:
       vote();
       break;

@@ -2,6 +2,8 @@
 // Internal: all explanations of the blobs that explain as many of them as any does.
 #pragma once
 
+#include <functional>
+
 #include "libocc/identify/ballot.hpp"
 #include "libocc/identify/explain.hpp"
 #include "libocc/identify/seen_together.hpp"
@@ -17,6 +19,13 @@ inline constexpr int strong = 6;
 
 double gate_share(const Problem& problem);
 bool looks_right(const Problem& problem, const Naming& naming, const Rigid3& pose);
+
+/// How groups of blobs are voted on.
+struct Poll {
+  bool neighbours_only = false;
+  std::function<void(const std::array<int, 3>&, int least, std::vector<Vote>&)> cast;
+  std::function<const Turnout&()> turnout;
+};
 
 class Search {
  public:
@@ -46,7 +55,9 @@ class Search {
   void sample();
   void cluster();
   void vote();
-  void vote_by_levels(Ballot& ballot, TripleOrder& order, int far_apart);
+  void hash();
+  void vote_by_levels(const Poll& poll, TripleOrder& order, int far_apart);
+  void run_poll(const Poll& poll);
   int named_by_vote() const;
   int spent() const;
   void elect(std::vector<Vote>& votes, int least);
@@ -76,6 +87,7 @@ class Search {
       seeds_;  // poses from three pairs that face their lamps and agree with the prior
   std::optional<Turnout> turnout_;  // of the vote so far
   int looks_ = 0;                   // at votes
+  bool by_shape_ = false;
   bool cut_short_ = false;
 };
 

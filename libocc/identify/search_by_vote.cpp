@@ -42,23 +42,34 @@ std::vector<Pair> pairs_near(const Problem& problem, const Vote& vote) {
 
 void Search::vote() {
   Ballot ballot(problem_, together_);
+  const bool two = named_by_vote() == 2;
+  run_poll({ballot.knows_neighbours_only(),
+            [&](const std::array<int, 3>& s, int least, std::vector<Vote>& votes) {
+              if (two)
+                ballot.of_two({s[0], s[1]}, least, votes);
+              else
+                ballot.of_three(s, least, votes);
+            },
+            [&]() -> const Turnout& { return ballot.turnout(); }});
+}
+
+void Search::run_poll(const Poll& poll) {
   TripleOrder order(problem_, named_by_vote());
   // Where only neighbours are named, those of true lights may be none, as if more lights were
   // false.
   constexpr int most_far_apart = 3;
-  const bool neighbours_only = ballot.knows_neighbours_only();
-  if (neighbours_only) order.prefer_neighbours(problem_);
+  if (poll.neighbours_only) order.prefer_neighbours(problem_);
   turnout_.emplace();
-  for (int far_apart = neighbours_only ? 1 : 0; !cut_short_; ++far_apart) {
-    vote_by_levels(ballot, order, far_apart);
-    if (!neighbours_only || far_apart == most_far_apart || most_ >= strong) break;
+  for (int far_apart = poll.neighbours_only ? 1 : 0; !cut_short_; ++far_apart) {
+    vote_by_levels(poll, order, far_apart);
+    if (!poll.neighbours_only || far_apart == most_far_apart || most_ >= strong) break;
   }
   tried_ = spent();
 }
 
 // All explanations of `level` blobs are found once no `blobs - level` false lights can touch all
 // groups that were voted on.
-void Search::vote_by_levels(Ballot& ballot, TripleOrder& order, int far_apart) {
+void Search::vote_by_levels(const Poll& poll, TripleOrder& order, int far_apart) {
   const int named = named_by_vote(), enough = std::max(prior_ ? 3 : 4, problem_.least_pairs);
   const int blobs = static_cast<int>(problem_.sightings.size());
   std::vector<Vote> votes;
@@ -67,12 +78,8 @@ void Search::vote_by_levels(Ballot& ballot, TripleOrder& order, int far_apart) {
       return most_ >= strong ? std::min(blobs - level, strong_false) : blobs - level + far_apart;
     };
     while (const auto group = order.next(false_lights())) {
-      const auto& s = group->sightings;
-      if (named == 2)
-        ballot.of_two({s[0], s[1]}, enough - named, votes);
-      else
-        ballot.of_three(s, enough - named, votes);
-      turnout_ = ballot.turnout();
+      poll.cast(group->sightings, enough - named, votes);
+      turnout_ = poll.turnout();
       elect(votes, std::max(std::min(level, strong), most_) - named);
       if (cut_short_) break;
     }
@@ -82,7 +89,7 @@ void Search::vote_by_levels(Ballot& ballot, TripleOrder& order, int far_apart) {
 
 // Blobs of a group: two where gravity is known.
 int Search::named_by_vote() const {
-  if (problem_.options->method == IdentifyMethod::clustering) return 3;
+  if (by_shape_ || problem_.options->method == IdentifyMethod::clustering) return 3;
   return prior_ && problem_.options->prior->gravity_in_cam ? 2 : 3;
 }
 
@@ -95,7 +102,6 @@ void Search::elect(std::vector<Vote>& votes, int least) {
   for (auto vote = votes.begin(); vote != rest && !cut_short_; ++vote)
     if (vote->further + static_cast<int>(vote->naming.size()) >= most_ && !known(*vote)) {
       consider(*vote);
-      looks_ += 1;
       cut_short_ = spent() >= problem_.options->max_hypotheses;
     }
   cut_short_ = spent() >= problem_.options->max_hypotheses;
@@ -120,6 +126,7 @@ bool Search::known(const Vote& vote) const {
 
 void Search::consider(const Vote& vote) {
   const auto try_three = [&](const std::vector<Pair>& three) {
+    looks_ += 1;
     const Naming naming = naming_of(three);
     const PoseEstimate seed = fit_pose(problem_, three, vote.pose);
     const double gate2 = problem_.options->gate_sigma * problem_.options->gate_sigma;

@@ -77,7 +77,7 @@ void account_for_unpaired(const Problem& problem, Explanation& explanation) {
   for (int lamp = 0; lamp < static_cast<int>(problem.targets.size()); ++lamp) {
     const bool paired = std::any_of(explanation.pairs.begin(), explanation.pairs.end(),
                                     [&](const Pair& p) { return p.target == lamp; });
-    if (paired) continue;
+    if (paired || problem.target(lamp).twin) continue;
     const std::optional<Expected> expected = expect(problem, lamp, explanation.estimate.pose);
     if (!expected) continue;
     const int weak = find_weak_blob(problem, explanation.attached, *expected, margin_px);

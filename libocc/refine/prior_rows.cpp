@@ -1,22 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/refine/internal/prior_rows.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <cmath>
 
 namespace occ {
 namespace {
 
 /// The camera's position C = -R^T t moves by -R^T (translation).
+void add_coordinate(int axis, double off_m, double sigma_m, const Rigid3& cam_from_world,
+                    const Eigen::Vector3d& pivot, Normal& normal) {
+  Vector8 row = Vector8::Zero();
+  row.segment<3>(3) = -cam_from_world.rotation.col(axis) / sigma_m;
+  centre_row(row, pivot);
+  normal.add(row, off_m / sigma_m);
+}
+
 void add_position(const Prior& prior, const Rigid3& cam_from_world, const Eigen::Vector3d& pivot,
                   Normal& normal) {
-  const Eigen::Vector3d residual =
-      (cam_from_world.origin_in_source() - *prior.position_m) / prior.position_sigma_m;
-  for (int i = 0; i < 3; ++i) {
-    Vector8 row = Vector8::Zero();
-    row.segment<3>(3) = -cam_from_world.rotation.col(i) / prior.position_sigma_m;
-    centre_row(row, pivot);
-    normal.add(row, residual[i]);
-  }
+  const Eigen::Vector3d sigmas_m = prior.position_sigmas();
+  const Eigen::Vector3d off_m = cam_from_world.origin_in_source() - *prior.position_m;
+  for (int i = 0; i < 3; ++i)
+    add_coordinate(i, off_m[i], sigmas_m[i], cam_from_world, pivot, normal);
 }
 
 /// The camera's x axis in the world, R^T e, moves by R^T (e x w): a turn w about it changes
@@ -55,13 +61,36 @@ void add_gravity(const Prior& prior, const Rigid3& cam_from_world, Normal& norma
   }
 }
 
+/// delta = difference(pose, last): its rotation vector w moves by J(w)^-1 (rotation), its
+/// translation d by rotation x d + translation.
+void add_last_pose(const PriorPose& last, const Rigid3& cam_from_world,
+                   const Eigen::Vector3d& pivot, Normal& normal) {
+  const Vector6 delta = difference(cam_from_world, last.cam_from_world);
+  Matrix6 jacobian = Matrix6::Identity();
+  jacobian.topLeftCorner<3, 3>() = so3_left_jacobian(delta.head<3>()).inverse();
+  jacobian.bottomLeftCorner<3, 3>() = -skew(delta.tail<3>());
+  const Eigen::LLT<Matrix6> root(last.covariance);
+  root.matrixL().solveInPlace(jacobian);
+  const Vector6 residual = root.matrixL().solve(delta);
+  for (int i = 0; i < 6; ++i) {
+    Vector8 row = Vector8::Zero();
+    row.head<6>() = jacobian.row(i).transpose();
+    centre_row(row, pivot);
+    normal.add(row, residual[i]);
+  }
+}
+
 }  // namespace
 
 void add_prior(const Prior& prior, const Rigid3& cam_from_world, const Eigen::Vector3d& pivot,
                Normal& normal) {
   if (prior.position_m) add_position(prior, cam_from_world, pivot, normal);
+  if (prior.height_m)
+    add_coordinate(2, cam_from_world.origin_in_source().z() - *prior.height_m, prior.height_sigma_m,
+                   cam_from_world, pivot, normal);
   if (prior.heading_rad) add_heading(prior, cam_from_world, normal);
   if (prior.gravity_in_cam) add_gravity(prior, cam_from_world, normal);
+  if (prior.last_pose) add_last_pose(*prior.last_pose, cam_from_world, pivot, normal);
 }
 
 }  // namespace occ

@@ -15,6 +15,7 @@ from ._core import (
     RungChoice,
     Scene,
     Status,
+    Symmetry,
     Truth,
     heading_rad,
 )
@@ -190,6 +191,18 @@ def _position_m(hypothesis: Hypothesis) -> NDArray[np.float64]:
     return np.asarray(-pose[:3, :3].T @ pose[:3, 3])
 
 
+def symmetry_dict(symmetry: Symmetry | None) -> dict[str, Any] | None:
+    """What takes the best pose to another one, as plain data."""
+    if symmetry is None:
+        return None
+    return {
+        "kind": symmetry.kind.name,
+        "world_from_world": symmetry.world_from_world.tolist(),
+        "misfit_m": symmetry.misfit_m,
+        "text": symmetry.text,
+    }
+
+
 def identification_dict(found: Identification, scene: Scene) -> dict[str, Any]:
     """Of a map's lamps, by their ids."""
     return {
@@ -202,6 +215,8 @@ def identification_dict(found: Identification, scene: Scene) -> dict[str, Any]:
                 "position_m": _position_m(h).tolist(),
                 "chi2": h.chi2,
                 "missed": h.missed,
+                "brightness_chi2": h.brightness_chi2,
+                "symmetry": symmetry_dict(h.symmetry),
                 "lamp_of_blob": {m.blob: scene.lamps[m.lamp].id for m in h.matches},
             }
             for h in found.hypotheses
@@ -221,5 +236,7 @@ def identification_text(found: Identification, scene: Scene) -> str:
         heading = float(np.degrees(heading_rad(h.cam_from_world)))
         pairs = sorted((m.blob, scene.lamps[m.lamp].id) for m in h.matches)
         names = " ".join(f"{blob}:{lamp}" for blob, lamp in pairs)
+        if h.symmetry is not None:
+            names += f"  ({h.symmetry.text})"
         lines.append(f"{rank:<5}{position} {heading:7.2f} {h.chi2:7.1f} {h.missed:7d}  {names}")
     return "\n".join(lines)

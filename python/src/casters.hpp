@@ -16,6 +16,7 @@
 #include "libocc/core/blob.hpp"
 #include "libocc/core/image.hpp"
 #include "libocc/geometry/rigid.hpp"
+#include "libocc/scene/prior.hpp"
 
 namespace occ::python {
 
@@ -100,6 +101,22 @@ struct type_caster<occ::Rigid3> {
   }
   static handle cast(const occ::Rigid3& transform, return_value_policy, handle) {
     return pybind11::cast(Eigen::Matrix4d(transform.matrix())).release();
+  }
+};
+
+template <>
+struct type_caster<occ::PriorPose> {
+  using Pair = std::pair<occ::Rigid3, occ::Matrix6>;
+  PYBIND11_TYPE_CASTER(occ::PriorPose, make_caster<Pair>::name);
+  bool load(handle source, bool convert) {
+    make_caster<Pair> pair;
+    if (!pair.load(source, convert)) return false;
+    const Pair loaded = cast_op<Pair>(pair);
+    value = {loaded.first, loaded.second};
+    return true;
+  }
+  static handle cast(const occ::PriorPose& pose, return_value_policy, handle) {
+    return pybind11::cast(Pair(pose.cam_from_world, pose.covariance)).release();
   }
 };
 

@@ -5,6 +5,7 @@
 #include "libocc/core/require.hpp"
 #include "libocc/pose/candidates.hpp"
 #include "libocc/pose/p3p.hpp"
+#include "libocc/pose/planar.hpp"
 #include "libocc/pose/solver.hpp"
 #include "libocc/position/solve_pose.hpp"
 #include "module.hpp"
@@ -87,6 +88,36 @@ Candidates pose_candidates_of(const Rows3& bearings, const Rows3& points_in_worl
   return result;
 }
 
+std::vector<Rigid3> planar_poses_of(const Rows3& bearings, const Rows3& points,
+                                    const Eigen::Vector3d& up_in_cam, double height_m,
+                                    const std::optional<double>& heading_rad) {
+  const Eigen::Index needed = heading_rad ? 1 : 2;
+  require(bearings.rows() == needed, "bearings", bearings.rows(),
+          "two rows, or one with a heading_rad");
+  require(points.rows() == needed, "points_in_world_m", points.rows(), "a row for each bearing");
+  const PlanarCamera camera{up_in_cam, height_m};
+  const std::vector<PoseCandidate> found =
+      heading_rad ? planar_poses(Eigen::Vector3d(bearings.transpose()),
+                                 Eigen::Vector3d(points.transpose()), *heading_rad, camera)
+                  : planar_poses(Eigen::Matrix<double, 3, 2>(bearings.transpose()),
+                                 Eigen::Matrix<double, 3, 2>(points.transpose()), camera);
+  std::vector<Rigid3> poses;
+  for (const PoseCandidate& c : found) poses.push_back(c.cam_from_world);
+  return poses;
+}
+
+void define_planar(py::module_& m) {
+  m.def("planar_poses", &planar_poses_of, py::arg("bearings"), py::arg("points_in_world_m"),
+        py::kw_only(), py::arg("up_in_cam"), py::arg("height_m"),
+        py::arg("heading_rad") = py::none(),
+        R"(Poses of a camera whose tilt and height are known, by two points or one and a heading.
+
+bearings: (2, 3) or, with heading_rad, (1, 3), unit, camera frame. points_in_world_m: likewise.
+up_in_cam: (3,), the world's Z in the camera's frame. height_m: the camera's z.
+Returns: up to two poses, 4x4, that of the smaller misfit first; none where these tell no heading.
+Raises: ValueError for numbers that are not finite, bearings that are not unit and other counts.)");
+}
+
 void define_candidates(py::module_& m) {
   py::class_<Conditioned>(m, "PoseCandidate",
                           "A pose from which known points are seen as they are.")
@@ -164,6 +195,7 @@ void define_pose(py::module_& m) {
   define_p3p(m);
   define_solvers(m);
   define_candidates(m);
+  define_planar(m);
   define_solve_pose(m);
   define_robust_pose(m);
   define_april_tags(m);

@@ -104,10 +104,16 @@ auto prior_fields() {
   return std::make_tuple(
       field("position_m", &Prior::position_m, "(3,) of the camera [m, world]"),
       field("position_sigma_m", &Prior::position_sigma_m, "standard deviation per axis [m]"),
+      field("position_sigmas_m", &Prior::position_sigmas_m,
+            "(3,) instead, along x, y, z; infinite where nothing is known [m]"),
+      field("height_m", &Prior::height_m, "of the camera: its z [m]"),
+      field("height_sigma_m", &Prior::height_sigma_m, "its standard deviation [m]"),
       field("heading_rad", &Prior::heading_rad, "as heading_rad() defines it [rad]"),
       field("heading_sigma_rad", &Prior::heading_sigma_rad, "its standard deviation [rad]"),
       field("gravity_in_cam", &Prior::gravity_in_cam, "(3,) unit, down, in the camera's frame"),
-      field("gravity_sigma_rad", &Prior::gravity_sigma_rad, "its standard deviation [rad]"));
+      field("gravity_sigma_rad", &Prior::gravity_sigma_rad, "its standard deviation [rad]"),
+      field("last_pose", &Prior::last_pose,
+            "(cam_from_world, 6x6 covariance): where a tracker expects the camera"));
 }
 
 void define_enums(py::module_& m) {

@@ -27,6 +27,7 @@ inline auto identify_fields() {
   return std::make_tuple(
       field("method", &O::method, "how poses are searched for"),
       field("seed", &O::seed, "of random namings"),
+      field("index", &O::index, "LampIndex of the scene, for hashing"),
       field("use_frequency", &O::use_frequency,
             "name lamps by their blink code where there is one"),
       field("frequency_gate_sigma", &O::frequency_gate_sigma, "code and blob agree within [sigma]"),
@@ -36,6 +37,10 @@ inline auto identify_fields() {
       field("gate_model_sigma_px", &O::model_sigma_px, "camera and map error in every gate [px]"),
       field("miss_penalty", &O::miss_penalty,
             "chi-square for a lamp that should be seen but is not"),
+      field("use_brightness", &O::use_brightness,
+            "tell poses apart, and reflections from lamps, by brightness and size"),
+      field("light_sigma", &O::light_sigma,
+            "relative error of a predicted flux beyond the lamp's power_sigma"),
       field("max_hypotheses", &O::max_hypotheses, "poses tried at most"));
 }
 

@@ -81,6 +81,36 @@ def test_identify_lists_all_poses_of_a_square(run):
     assert run("identify", "s.png", "--map", "square_four", "--prior-heading-deg", 10)[0] == 0
 
 
+def test_identify_names_the_symmetry(run):
+    assert run("simulate", "square_four", "--position", 1.7, 1.8, 0.3, "--out", "s.png")[0] == 0
+    _, out, _ = run("identify", "s.png", "--map", "square_four")
+    assert "turn by 180 deg about the vertical axis through (2, 2)" in out
+    _, out, _ = run("identify", "s.png", "--map", "square_four", "--json")
+    best, *rivals = json.loads(out)["poses"]
+    assert best["symmetry"] is None
+    for rival in rivals:
+        assert rival["symmetry"]["kind"] == "turn" and rival["symmetry"]["misfit_m"] < 1e-6
+        moved = np.array(rival["symmetry"]["world_from_world"]) @ [*best["position_m"], 1]
+        np.testing.assert_allclose(moved[:3], rival["position_m"], atol=0.01)
+
+
+def test_a_last_fix_is_a_prior(run):
+    assert run("simulate", "square_four", "--position", 1.6, 1.7, 0.3, "--out", "a.png")[0] == 0
+    assert run("simulate", "square_four", "--position", 1.7, 1.8, 0.3, "--out", "b.png")[0] == 0
+    code, out, _ = run("locate", "a.png", "square_four", "--prior-heading-deg", 10, "--json")
+    assert code == 0
+    Path("fix.json").write_text(out)
+    last = ("--prior-last-pose", "fix.json")
+    code, out, _ = run("locate", "b.png", "square_four", "--json", *last)
+    assert code == 0
+    np.testing.assert_allclose(json.loads(out)["position_m"], [1.7, 1.8, 0.3], atol=2e-3)
+    code, _, err = run("identify", "b.png", "--map", "square_four", *last, "--prior-height", 2.5)
+    assert code == 2 and "prior.height_m and prior.last_pose contradict each other" in err
+    Path("fix.json").write_text("{}")
+    code, _, err = run("identify", "b.png", "--map", "square_four", *last)
+    assert code == 2 and "fix.json: has no cam_from_world" in err
+
+
 def test_identify_refuses_another_cameras_image(run, room):
     occ.write_image("small.png", np.zeros((40, 50), np.uint8))
     code, _, err = run("identify", "small.png", "--map", "irregular_six")

@@ -175,3 +175,14 @@ def test_threads_agree(image, scene, fix):
     with ThreadPoolExecutor(4) as pool:
         fixes = list(pool.map(lambda _: occ.locate(image, scene), range(8)))
     assert all(np.array_equal(other.cam_from_world, fix.cam_from_world) for other in fixes)
+
+
+def test_a_lamp_index_serves_hashing(image, scene, pose):
+    index = occ.LampIndex(scene)
+    assert index.applies and index.triangles == 10  # of five lamps: one hangs lower
+    blobs = occ.detect(image, sensor=scene.sensor)
+    prior = occ.Prior(gravity_in_cam=-pose[:3, 2])
+    found = occ.identify(blobs, scene, prior, method=occ.IdentifyMethod.hashing, index=index)
+    assert found.ok and len(found.hypotheses[0].matches) == 6
+    with pytest.raises(ValueError, match="index must be of the scene's lamps"):
+        occ.identify(blobs, scene.replace(lamps=scene.lamps[:5]), prior, index=index)

@@ -151,3 +151,18 @@ def test_no_pose_is_not_a_certain_one():
     assert np.isinf(np.diag(fix.position_covariance_m2)).all()
     assert repr(fix) == "<Fix: too_few_lamps, 2 points; a pose takes three>"
     assert report.fix_dict(fix)["position_m"] is None
+
+
+def test_planar_poses_need_two_points_or_a_heading():
+    up = [0.0, 0.0, 1.0]
+    pose = np.eye(4)
+    pose[:3, 3] = [-1, -2, -0.5]
+    points = np.array([[1.5, 2.2, 3], [0.2, 2.9, 2.6]])
+    rays = points + pose[:3, 3]
+    bearings = rays / np.linalg.norm(rays, axis=1)[:, None]
+    known = dict(up_in_cam=up, height_m=0.5)
+    assert occ.planar_poses(bearings, points, **known)[0] == pytest.approx(pose, abs=1e-9)
+    (one,) = occ.planar_poses(bearings[:1], points[:1], **known, heading_rad=0.0)
+    assert one == pytest.approx(pose, abs=1e-9)
+    with pytest.raises(ValueError, match="two rows, or one with a heading_rad, got 1"):
+        occ.planar_poses(bearings[:1], points[:1], **known)

@@ -16,6 +16,12 @@ def camera(**changes):
     return occ.Camera.pinhole(**{**values, **changes})
 
 
+def translated(translation):
+    pose = np.eye(4)
+    pose[:3, 3] = translation
+    return pose
+
+
 def test_camera_projects_by_the_pinhole_equation():
     pixel = camera().project([0.1, -0.2, 2])
     assert pixel == pytest.approx([319.5 + 400 * 0.05, 239.5 - 410 * 0.1], abs=1e-12)
@@ -94,6 +100,7 @@ def test_replace_changes_only_what_is_named():
         occ.Sensor(exposure_s=1e-3, response=occ.Response.srgb),
         occ.Room(size_m=[5, 6, 3]),
         occ.Prior(heading_rad=1.0, gravity_in_cam=[0, 0, 1]),
+        occ.Prior(height_m=1.0, last_pose=(translated([0, 0, -1]), 0.01 * np.eye(6))),
         occ.Blob(centroid_px=[3, 4], rim=np.ones((2, 5)), flux_dn=8),
         camera(distortion=[0.1, 0, 0, 0]),
     ],
@@ -117,6 +124,10 @@ def test_pickled_blob_keeps_its_rim():
         (lambda: occ.Sensor(exposure_s=0), "exposure_s"),
         (lambda: occ.Prior(heading_rad=0.0, heading_sigma_rad=-1), "heading_sigma_rad.*-1"),
         (lambda: occ.Prior(gravity_in_cam=[0, 0, 0]), "gravity_in_cam"),
+        (
+            lambda: occ.Prior(height_m=2.0, last_pose=(translated([0, 0, -1]), 1e-4 * np.eye(6))),
+            "height_m and prior.last_pose contradict",
+        ),
     ],
 )
 def test_bad_values_name_field_and_value(make, text):

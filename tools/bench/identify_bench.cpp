@@ -118,6 +118,69 @@ void BM_IdentifyWithPositionPrior(benchmark::State& state) {
 }
 BENCHMARK(BM_IdentifyWithPositionPrior)->Unit(benchmark::kMicrosecond);
 
+/// Times of views in turn: the median says what a typical image takes, the mean is drawn by a few
+/// long searches.
+void run_in_turn(benchmark::State& state, const std::vector<maps::View>& seen,
+                 const std::vector<IdentifyOptions>& options) {
+  std::vector<double> times_s;
+  int right = 0;
+  for (auto _ : state) {
+    const std::size_t i = times_s.size() % seen.size();
+    const auto begin = std::chrono::steady_clock::now();
+    const Result<Identification> found = identify(seen[i].blobs, seen[i].scene, options[i]);
+    times_s.push_back(
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    right += found.ok() && maps::is_right(found->hypotheses.front(), seen[i]);
+  }
+  std::sort(times_s.begin(), times_s.end());
+  state.counters["median_ms"] = 1e3 * times_s[times_s.size() / 2];
+  state.counters["p95_ms"] = 1e3 * times_s[times_s.size() * 95 / 100];
+  state.counters["right"] = static_cast<double>(right) / static_cast<double>(times_s.size());
+}
+
+/// A camera on wheels that knows gravity, and its height to 2 cm or not, in a map of many lamps.
+void BM_IdentifyByGravityAndHeight(benchmark::State& state) {
+  maps::Options map;
+  map.lamps = static_cast<int>(state.range(0));
+  Random random(9);
+  std::vector<maps::View> seen;
+  std::vector<IdentifyOptions> options(100);
+  for (IdentifyOptions& o : options) {
+    seen.push_back(maps::random_view(random, map));
+    o.prior = maps::gravity(seen.back(), 0.00873, random);
+    if (state.range(1) == 0) continue;
+    o.prior->height_m = seen.back().cam_from_world.origin_in_source().z() + 0.02 * random.normal();
+    o.prior->height_sigma_m = 0.02;
+  }
+  run_in_turn(state, seen, options);
+}
+BENCHMARK(BM_IdentifyByGravityAndHeight)
+    ->ArgsProduct({{20, 100}, {0, 1}})
+    ->Unit(benchmark::kMicrosecond);
+
+/// Lamps of one height, gravity known to half a degree, no height: voting, hashing.
+void BM_IdentifyInOnePlane(benchmark::State& state) {
+  maps::Options map;
+  map.lamps = static_cast<int>(state.range(0));
+  map.thickness_m = 0;
+  Random random(9);
+  std::vector<maps::View> seen;
+  std::vector<IdentifyOptions> options(map.lamps > 1000 ? 4 : 40);
+  for (IdentifyOptions& o : options) {
+    seen.push_back(maps::random_view(random, map));
+    o.prior = maps::gravity(seen.back(), 0.00873, random);
+    o.method = static_cast<IdentifyMethod>(state.range(1));
+    o.model_sigma_px = 0.1;
+    if (o.method == IdentifyMethod::hashing) o.index = LampIndex(seen.back().scene.lamps);
+  }
+  run_in_turn(state, seen, options);
+}
+BENCHMARK(BM_IdentifyInOnePlane)
+    ->ArgsProduct({{100, 1000, 10000},
+                   {static_cast<int>(IdentifyMethod::voting),
+                    static_cast<int>(IdentifyMethod::hashing)}})
+    ->Unit(benchmark::kMillisecond);
+
 /// Success against time of every method. Arguments: lamps of the map; alignment, voting, ransac,
 /// clustering.
 void BM_IdentifyByMethod(benchmark::State& state) {
@@ -145,8 +208,7 @@ BENCHMARK(BM_IdentifyByMethod)
     ->Unit(benchmark::kMillisecond);
 
 /// Arguments: lamps of the map, gravity known or not. Six lamps seen, two hidden, two false lights;
-/// each iteration another map. The median says what a typical image takes, the mean is drawn by a
-/// few long searches.
+/// each iteration another map.
 void BM_IdentifyInRandomMaps(benchmark::State& state) {
   constexpr int views = 100;
   maps::Options map;
@@ -159,20 +221,7 @@ void BM_IdentifyInRandomMaps(benchmark::State& state) {
     if (state.range(1) != 0)
       options[static_cast<std::size_t>(i)].prior = maps::gravity(seen.back(), 0.00873, random);
   }
-  std::vector<double> times_s;
-  int right = 0;
-  for (auto _ : state) {
-    const std::size_t i = times_s.size() % views;
-    const auto begin = std::chrono::steady_clock::now();
-    const Result<Identification> found = identify(seen[i].blobs, seen[i].scene, options[i]);
-    times_s.push_back(
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-    right += found.ok() && maps::is_right(found->hypotheses.front(), seen[i]);
-  }
-  std::sort(times_s.begin(), times_s.end());
-  state.counters["median_ms"] = 1e3 * times_s[times_s.size() / 2];
-  state.counters["p95_ms"] = 1e3 * times_s[times_s.size() * 95 / 100];
-  state.counters["right"] = static_cast<double>(right) / static_cast<double>(times_s.size());
+  run_in_turn(state, seen, options);
 }
 BENCHMARK(BM_IdentifyInRandomMaps)
     ->ArgsProduct({{8, 20, 50, 100}, {0, 1}})

@@ -2,7 +2,7 @@
 // The lens's transmission as a view of the scene has it.
 #pragma once
 
-#include "libocc/formation/vignetting.hpp"
+#include "libocc/scene/vignetting.hpp"
 #include "libocc/simulate/internal/view.hpp"
 
 namespace occ {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/formation/vignetting.hpp"
+#include "libocc/scene/vignetting.hpp"
 
 #include <algorithm>
 

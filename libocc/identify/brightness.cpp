@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/identify/brightness.hpp"
+//
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "libocc/core/statistics.hpp"
+#include "libocc/radiometry/lambertian.hpp"
+
+namespace occ::naming {
+namespace {
+
+constexpr double most_of_one = 9;  // of chi-square: a lamp may be dirty or half hidden
+// Twice the logarithm of how much more likely a flux is by its lamp than by anything: over three
+// decades, spread evenly.
+constexpr double worth_of_one = 5;
+
+struct Residual {
+  double log_ratio = 0;  // of measured to predicted
+  double sigma = 0;
+  bool at_most = false;  // the measured value is no larger than the predicted one, but may be less
+  double chi2(double log_gain) const {
+    const double off = (log_ratio - log_gain) / sigma;
+    return at_most && off < 0 ? 0 : std::min(off * off, most_of_one);
+  }
+};
+
+// Nothing when the blob's flux or the lamp's light is unknown.
+std::optional<Residual> flux_residual(const Problem& problem, const Pair& pair,
+                                      const Rigid3& pose) {
+  const Sighting& s = problem.sighting(pair.sighting);
+  const Target& t = problem.target(pair.target);
+  if (!(s.flux > 0)) return std::nullopt;
+  const Eigen::Vector3d point = pose * t.centre;
+  const double distance = point.norm();
+  const double cos_emission = -(pose.rotation * t.normal).dot(point) / distance;
+  const double light =
+      aperture_power(t.power_w, t.order, cos_emission, point.z() / distance, distance, 1);
+  if (!(light > 0)) return std::nullopt;
+  const double model = problem.options->light_sigma;
+  return Residual{
+      std::log(s.flux / light),
+      std::sqrt(t.power_sigma * t.power_sigma + s.flux_sigma * s.flux_sigma + model * model),
+      s.flux_is_bound || !t.steady};
+}
+
+// A disc's longer axis is its radius over the distance, the other one shorter by the cosine of the
+// angle at which it is seen.
+void add_sizes(const Problem& problem, const Pair& pair, const Rigid3& pose,
+               std::vector<Residual>& sizes) {
+  constexpr double least_cosine = 0.2;
+  const Sighting& s = problem.sighting(pair.sighting);
+  const Target& t = problem.target(pair.target);
+  if (!t.disc || !(s.radius_rad > 0)) return;
+  const Eigen::Vector3d point = pose * t.centre;
+  const double distance = point.norm();
+  const double cosine = -(pose.rotation * t.normal).dot(point) / distance;
+  sizes.push_back({std::log(s.radius_rad * distance / t.radius_m), s.radius_sigma, false});
+  if (cosine > least_cosine)
+    sizes.push_back({std::log(s.flatness / cosine), s.radius_sigma * (1 + 1 / cosine), false});
+}
+
+double sum(const std::vector<Residual>& residuals, double log_gain) {
+  double chi2 = 0;
+  for (const Residual& r : residuals) chi2 += r.chi2(log_gain);
+  return chi2;
+}
+
+// The best common gain: near one of those that make a residual vanish, and there the mean of those
+// that agree.
+double common_log_gain(const std::vector<Residual>& fluxes) {
+  double best = 0, least = std::numeric_limits<double>::infinity();
+  const auto consider = [&](double log_gain) {
+    const double chi2 = sum(fluxes, log_gain);
+    if (chi2 < least) least = chi2, best = log_gain;
+  };
+  for (const Residual& r : fluxes) consider(r.log_ratio);
+  for (int round = 0; round < 3; ++round) {
+    double weights = 0, weighted = 0;
+    for (const Residual& r : fluxes) {
+      const double off = (r.log_ratio - best) / r.sigma;
+      if (off * off >= most_of_one || (r.at_most && off < 0)) continue;
+      weights += 1 / (r.sigma * r.sigma);
+      weighted += r.log_ratio / (r.sigma * r.sigma);
+    }
+    if (weights > 0) consider(weighted / weights);
+  }
+  return best;
+}
+
+bool touches(const std::vector<Pair>& pairs, int sighting) {
+  return std::any_of(pairs.begin(), pairs.end(),
+                     [&](const Pair& p) { return p.sighting == sighting; });
+}
+
+bool share_blobs(const Explanation& a, const Explanation& b) {
+  return std::any_of(a.pairs.begin(), a.pairs.end(),
+                     [&](const Pair& p) { return touches(b.pairs, p.sighting); });
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+Brightness brightness_of(const Problem& problem, const Explanation& e) {
+  std::vector<Residual> fluxes, sizes;
+  for (const Pair& pair : e.pairs) {
+    if (const auto flux = flux_residual(problem, pair, e.estimate.pose)) fluxes.push_back(*flux);
+    add_sizes(problem, pair, e.estimate.pose, sizes);
+  }
+  const auto telling = static_cast<int>(
+      std::count_if(fluxes.begin(), fluxes.end(), [](const Residual& r) { return !r.at_most; }));
+  Brightness b;
+  b.residuals = static_cast<int>(sizes.size()) + std::max(telling - 1, 0);
+  if (telling > 0) {
+    b.log_gain = common_log_gain(fluxes);
+    double information = 0;
+    for (const Residual& r : fluxes)
+      if (!r.at_most && r.chi2(b.log_gain) < most_of_one) information += 1 / (r.sigma * r.sigma);
+    b.gain_sigma = 1 / std::sqrt(information);
+  } else {
+    fluxes.clear();
+  }
+  b.chi2 = sum(fluxes, b.log_gain) + sum(sizes, 0);
+  b.fits = b.residuals > 0 && variance_factor(b.chi2, b.residuals) == 1;
+  return b;
+}
+
+void weigh_by_brightness(const Problem& problem, std::vector<Explanation>& found) {
+  if (found.empty() || !problem.options->use_brightness) return;
+  int most = 0;
+  bool counts = false;
+  for (Explanation& e : found) {
+    e.brightness = brightness_of(problem, e);
+    most = std::max(most, e.brightness.residuals);
+    counts = counts || (e.brightness.fits && e.pairs.size() == found.front().pairs.size());
+  }
+  if (!counts || found.size() < 2) return;
+  for (Explanation& e : found)
+    e.chi2 += e.brightness.chi2 + worth_of_one * (most - e.brightness.residuals);
+  const auto fewer = std::find_if(found.begin(), found.end(), [&](const Explanation& e) {
+    return e.pairs.size() != found.front().pairs.size();
+  });
+  std::stable_sort(found.begin(), fewer,
+                   [](const Explanation& a, const Explanation& b) { return a.chi2 < b.chi2; });
+}
+
+bool outshines(const Brightness& strong, const Brightness& weak) {
+  constexpr double least = 0.1, sigmas = 3;
+  return strong.fits && weak.gain_sigma > 0 &&
+         strong.log_gain - weak.log_gain >
+             least + sigmas * std::hypot(strong.gain_sigma, weak.gain_sigma);
+}
+
+int drop_reflections(const Problem& problem, std::vector<Explanation>& found) {
+  if (!problem.options->use_brightness) return 0;
+  const std::vector<Explanation> all = found;
+  found.erase(std::remove_if(found.begin(), found.end(),
+                             [&](const Explanation& weak) {
+                               return std::any_of(
+                                   all.begin(), all.end(), [&](const Explanation& strong) {
+                                     return !share_blobs(weak, strong) &&
+                                            outshines(strong.brightness, weak.brightness);
+                                   });
+                             }),
+              found.end());
+  return static_cast<int>(all.size() - found.size());
+}
+
+std::optional<Problem> brighter_rest(const Problem& problem, const Explanation& e) {
+  constexpr std::size_t least = 4;
+  if (!problem.options->use_brightness || problem.sightings.size() < e.pairs.size() + least)
+    return std::nullopt;
+  std::vector<double> explained, left;
+  Problem rest = problem;
+  rest.sightings.clear();
+  rest.allowed.clear();
+  for (int s = 0; s < static_cast<int>(problem.sightings.size()); ++s) {
+    const double flux = problem.sighting(s).flux;
+    const bool known = touches(e.pairs, s);
+    if (flux > 0) (known ? explained : left).push_back(flux);
+    if (known) continue;
+    rest.sightings.push_back(problem.sighting(s));
+    const auto row = problem.allowed.begin() +
+                     static_cast<std::ptrdiff_t>(s * static_cast<int>(problem.targets.size()));
+    rest.allowed.insert(rest.allowed.end(), row,
+                        row + static_cast<std::ptrdiff_t>(problem.targets.size()));
+  }
+  if (left.size() < least || explained.empty() || median(left) <= median(explained))
+    return std::nullopt;
+  return rest;
+}
+
+}  // namespace occ::naming

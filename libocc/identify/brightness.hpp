@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: whether an explanation's blobs are as bright and as large as its lamps would look from
+// its pose: fluxes up to one common gain, as exposure and aperture may be anything.
+#pragma once
+
+#include "libocc/identify/explain.hpp"
+
+namespace occ::naming {
+
+Brightness brightness_of(const Problem& problem, const Explanation& e);
+
+/// Fills in the brightness of all, and counts it in the chi-square of several when one of those
+/// that are worth most is as bright as its lamps let expect; when none is, the map's powers are not
+/// these lamps'. The order stays that of `found`, but for those of one worth.
+void weigh_by_brightness(const Problem& problem, std::vector<Explanation>& found);
+
+/// Leaves out what explains reflections: other blobs than a better one, for some of the same lamps,
+/// and fainter by more than errors make them. Returns how many.
+int drop_reflections(const Problem& problem, std::vector<Explanation>& found);
+
+/// The problem of the blobs that `e` leaves, when these are at least four and most of them brighter
+/// than those that it explains: what it explains may be reflections.
+std::optional<Problem> brighter_rest(const Problem& problem, const Explanation& e);
+
+/// Whether `strong`, found among what `weak` leaves, shows that this is a reflection.
+bool outshines(const Brightness& strong, const Brightness& weak);
+
+}  // namespace occ::naming

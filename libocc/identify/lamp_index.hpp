@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// What identification by hashing looks up, made once for a map: the shapes of all triangles of near
+// lamps, as star trackers keep those of stars. Lamps must hang at one height, most of them to 2 cm.
+#pragma once
+
+#include "libocc/core/abi.hpp"
+//
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "libocc/scene/lamp.hpp"
+
+namespace occ {
+
+namespace naming {
+class LampTable;
+}
+
+class LIBOCC_API LampIndex {
+ public:
+  /// A tenth of a millisecond a lamp. The lamps are not kept.
+  explicit LampIndex(const std::vector<Lamp>& lamps);
+
+  /// Whether four fifths of the lamps hang at one height; otherwise voting takes over.
+  bool applies() const;
+  std::size_t triangles() const;
+
+  const naming::LampTable& table() const { return *table_; }
+
+ private:
+  std::shared_ptr<const naming::LampTable> table_;
+};
+
+}  // namespace occ

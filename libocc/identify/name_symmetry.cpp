@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/identify/name_symmetry.hpp"
+//
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "libocc/geometry/so3.hpp"
+
+namespace occ::naming {
+namespace {
+
+/// Lamps that the same blobs are by one explanation and by the other, as columns.
+struct Counterparts {
+  Eigen::Matrix3Xd from, to, from_normals, to_normals;
+  bool same_names = true;
+  double spread_m = 0;  ///< root mean square distance from their middle
+};
+
+Counterparts counterparts(const Problem& problem, const Explanation& best,
+                          const Explanation& rival) {
+  std::vector<std::pair<int, int>> lamps;
+  for (const Pair& a : best.pairs)
+    for (const Pair& b : rival.pairs)
+      if (a.sighting == b.sighting) lamps.push_back({a.target, b.target});
+  const auto count = static_cast<Eigen::Index>(lamps.size());
+  Counterparts c;
+  for (Eigen::Matrix3Xd* m : {&c.from, &c.to, &c.from_normals, &c.to_normals}) m->resize(3, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const auto [a, b] = lamps[static_cast<std::size_t>(i)];
+    c.from.col(i) = problem.target(a).centre;
+    c.to.col(i) = problem.target(b).centre;
+    c.from_normals.col(i) = problem.target(a).normal;
+    c.to_normals.col(i) = problem.target(b).normal;
+    c.same_names = c.same_names && a == b;
+  }
+  if (count > 0)
+    c.spread_m = std::sqrt((c.from.colwise() - c.from.rowwise().mean()).squaredNorm() /
+                           static_cast<double>(count));
+  return c;
+}
+
+// Least squares (Kabsch); the normals tell a plane's two sides apart.
+Rigid3 align(const Counterparts& c) {
+  const Eigen::Vector3d from = c.from.rowwise().mean(), to = c.to.rowwise().mean();
+  const Eigen::Matrix3d moment =
+      (c.to.colwise() - to) * (c.from.colwise() - from).transpose() +
+      c.spread_m * c.spread_m * c.to_normals * c.from_normals.transpose();
+  const Eigen::Matrix3d rotation = nearest_rotation(moment);
+  return {rotation, to - rotation * from};
+}
+
+std::string millimetres(const Eigen::Ref<const Eigen::VectorXd>& v) {
+  std::ostringstream text;
+  for (Eigen::Index i = 0; i < v.size(); ++i)
+    text << (i > 0 ? ", " : "(") << std::round(1000 * v[i]) / 1000 + 0.0;
+  text << ')';
+  return text.str();
+}
+
+struct Screw {
+  Eigen::Vector3d axis;   ///< unit
+  Eigen::Vector3d place;  ///< on it, nearest to the lamps
+  double angle_rad = 0, along_m = 0;
+};
+
+// `turn` by no less than some degrees; vertical axes point up.
+Screw screw_of(const Rigid3& moved, const Eigen::Vector3d& turn, const Eigen::Vector3d& middle) {
+  Screw s;
+  s.angle_rad = turn.norm();
+  s.axis = turn / s.angle_rad;
+  const bool down = s.axis.z() < -1e-6;
+  if (down) s.axis = -s.axis, s.angle_rad = -s.angle_rad;
+  const Eigen::Vector3d step = moved * middle - middle;
+  s.along_m = s.axis.dot(step);
+  const Eigen::Vector3d across = step - s.along_m * s.axis;
+  s.place = middle + 0.5 * across + 0.5 / std::tan(0.5 * s.angle_rad) * s.axis.cross(across);
+  return s;
+}
+
+std::string text_of(const Screw& s, bool moves_along) {
+  constexpr double vertical = 0.9999, deg = 180 / 3.141592653589793;
+  std::ostringstream text;
+  const double angle_deg = std::round(10 * deg * s.angle_rad) / 10;
+  text << "turn by " << (angle_deg == -180 ? 180 : angle_deg) << " deg about the ";
+  if (s.axis.z() > vertical)
+    text << "vertical axis through " << millimetres(s.place.head<2>());
+  else
+    text << "axis along " << millimetres(s.axis) << " through " << millimetres(s.place);
+  if (moves_along) text << " and shift by " << std::round(1000 * s.along_m) / 1000 << " m along it";
+  return text.str();
+}
+
+void name(const Counterparts& c, Symmetry& s) {
+  constexpr double least_turn_rad = 0.01, least_shift = 0.02;  // of the lamps' spread
+  const Eigen::Vector3d turn = so3_log(s.world_from_world.rotation);
+  if (turn.norm() < least_turn_rad) {
+    s.kind = SymmetryKind::shift;
+    s.text = "shift by " + millimetres(s.world_from_world.translation) + " m";
+    return;
+  }
+  const Screw screw = screw_of(s.world_from_world, turn, c.from.rowwise().mean());
+  const bool moves_along = std::abs(screw.along_m) > least_shift * c.spread_m;
+  s.kind = moves_along ? SymmetryKind::screw : SymmetryKind::turn;
+  s.text = text_of(screw, moves_along);
+}
+
+}  // namespace
+
+Symmetry name_symmetry(const Problem& problem, const Explanation& best, const Explanation& rival) {
+  constexpr double alike = 0.05, exact = 1e-3;  // of the lamps' spread
+  Counterparts c = counterparts(problem, best, rival);
+  const auto count = c.from.cols();
+  const Rigid3 by_pose =
+      problem.from_world(rival.estimate.pose).inverse() * problem.from_world(best.estimate.pose);
+  Symmetry s;
+  s.world_from_world = by_pose;
+  if (count >= 3 && c.same_names) {
+    s.kind = SymmetryKind::planar_flip;
+    s.text = "flip: the same lamps by the same names, seen from elsewhere";
+    return s;
+  }
+  s.text = count < 3 ? "no symmetry: explains other blobs"
+                     : "no symmetry: other lamps look alike from elsewhere";
+  if (count < 3) return s;
+  c.from.colwise() += problem.origin;
+  c.to.colwise() += problem.origin;
+  const Rigid3 moved = align(c);
+  s.misfit_m =
+      std::sqrt(((moved.rotation * c.from).colwise() + moved.translation - c.to).squaredNorm() /
+                static_cast<double>(count));
+  if (s.misfit_m > alike * c.spread_m) return s;
+  s.world_from_world = moved;
+  name(c, s);
+  if (s.misfit_m > exact * c.spread_m)
+    s.text += ", to within " + std::to_string(std::lround(1000 * s.misfit_m)) + " mm";
+  return s;
+}
+
+}  // namespace occ::naming
