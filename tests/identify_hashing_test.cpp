@@ -16,15 +16,6 @@ using Eigen::Vector3d;
 
 constexpr double half_a_degree = 0.00873;
 
-// A coarse pose by lamps of one plane may be off by more than maps::is_right allows, whatever the
-// method: names are what is looked up.
-bool names_are_right(const Hypothesis& hypothesis, const maps::View& view) {
-  const auto right = std::count_if(
-      hypothesis.matches.begin(), hypothesis.matches.end(),
-      [&](const Match& m) { return view.lamp[static_cast<std::size_t>(m.blob)] == m.lamp; });
-  return right >= 4 && right + 1 >= static_cast<long>(hypothesis.matches.size());
-}
-
 struct Tally {
   int right = 0, listed = 0, wrong = 0;
 };
@@ -43,7 +34,7 @@ Tally run(int lamps, int count, double thickness_m, double gravity_sigma_rad = h
     by.prior = maps::gravity(view, gravity_sigma_rad, random);
     by.index = LampIndex(view.scene.lamps);
     const Result<Identification> found = identify(view.blobs, view.scene, by);
-    const auto right = [&](const Hypothesis& h) { return names_are_right(h, view); };
+    const auto right = [&](const Hypothesis& h) { return maps::is_right(h, view); };
     if (found.ok())
       ++(right(found->hypotheses.front()) ? tally.right : tally.wrong);
     else

@@ -120,12 +120,19 @@ TEST(Identify, AHiddenLampIsMissed) {
       return (b.centroid_px - Vector2d(320, 240)).cwiseAbs().maxCoeff() < 190;
     });
     ASSERT_NE(inner, view.blobs.end());
-    test::hide(view, static_cast<int>(inner - view.blobs.begin()));
+    const auto blob = static_cast<std::size_t>(inner - view.blobs.begin());
+    const auto hidden = static_cast<std::size_t>(view.lamp[blob]);
+    test::hide(view, static_cast<int>(blob));
     const Result<Identification> found = identify(view.blobs, scene);
     expect_unique_and_right(found, view);
     EXPECT_EQ(whole->hypotheses[0].missed, 0);
     EXPECT_EQ(found->hypotheses[0].missed, 1);
     EXPECT_NEAR(found->hypotheses[0].chi2, IdentifyOptions{}.miss_penalty, 1.5);
+    Scene with_box = scene;
+    const Eigen::Vector3d lamp = scene.lamps[hidden].centre_m;
+    with_box.boxes.push_back(
+        {lamp - Eigen::Vector3d(0.3, 0.3, 0.3), lamp + Eigen::Vector3d(0.3, 0.3, -0.2)});
+    EXPECT_EQ(identify(view.blobs, with_box)->hypotheses[0].missed, 0) << "it is behind a box";
   }
 }
 

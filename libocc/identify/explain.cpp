@@ -126,7 +126,7 @@ void drop_outliers(const Problem& problem, Explanation& e) {
         best = rest;
         break;
       }
-      const PoseEstimate without = fit_pose(problem, rest, e.estimate.pose);
+      const PoseEstimate without = fit_pose_with_prior(problem, rest, e.estimate.pose);
       if (!best.empty() && !(without.chi2 < estimate.chi2)) continue;
       best = rest;
       estimate = without;
@@ -146,7 +146,7 @@ PoseEstimate firm_up(const Problem& problem, const PoseEstimate& seed, const Nam
                        [](const ScoredPair& a, const ScoredPair& b) { return a.score < b.score; });
   std::vector<Pair> four(naming.begin(), naming.end());
   four.push_back(surest->pair);
-  return fit_pose(problem, four, seed.pose);
+  return fit_pose_with_prior(problem, four, seed.pose);
 }
 
 }  // namespace
@@ -229,13 +229,13 @@ Explanation explain(const Problem& problem, const PoseEstimate& seed, const Nami
   if (!further.empty()) found = match_all(problem, e.estimate);
   for (int i = 0; i < max_rounds && found.size() >= 3 && !same_pairs(found, e.pairs); ++i) {
     e.pairs = found;
-    e.estimate = fit_pose(problem, e.pairs, e.estimate.pose);
+    e.estimate = fit_pose_with_prior(problem, e.pairs, e.estimate.pose);
     found = match_all(problem, e.estimate);
   }
   drop_outliers(problem, e);
   std::sort(e.pairs.begin(), e.pairs.end(),
             [](const Pair& a, const Pair& b) { return a.sighting < b.sighting; });
-  e.chi2 = e.estimate.chi2 + prior_chi2(problem, e.estimate);
+  e.chi2 = e.estimate.chi2;
   return e;
 }
 

@@ -53,7 +53,8 @@ struct LIBOCC_API IdentifyOptions {
   double frequency_tolerance = 0.02;  ///< relative; lamps and row clocks are not exact
   double gate_sigma = 4;              ///< a projected lamp and a blob agree within this
   double model_sigma_px = 0.5;        ///< error of the camera and map, added to every gate
-  double miss_penalty = 6;     ///< chi-square for a lamp that should be seen but is not (e^-3)
+  double miss_penalty = 6;     ///< chi-square for a lamp that should be seen but is not (e^-3), its
+                               ///< centre not being behind one of the scene's boxes
   bool use_brightness = true;  ///< tell poses that fit equally well apart by the lamps' power, and
                                ///< reflections by their being weaker; of blobs with a flux_sigma_dn
   double light_sigma = 0.2;  ///< relative error of a predicted flux beyond the lamp's power_sigma:

@@ -51,6 +51,14 @@ NormalEquations normal_equations(const Problem& problem, const std::vector<Pair>
   return n;
 }
 
+// The pose in the world is perturbed as that in the local frame is.
+void add_prior(const Problem& problem, const Prior& prior, const Rigid3& pose, NormalEquations& n) {
+  const PriorRows rows = prior.rows(problem.from_world(pose));
+  n.information += rows.jacobian.transpose() * rows.jacobian;
+  n.gradient += rows.jacobian.transpose() * rows.residuals;
+  n.chi2 += rows.residuals.squaredNorm();
+}
+
 // A pose is never worse known than a radian and ten times the lamps' spread: keeps weak ones
 // finite.
 Matrix6 with_floor(const Problem& problem, const Matrix6& information) {
@@ -73,6 +81,37 @@ Matrix6 invert(const Problem& problem, const Matrix6& information) {
   Matrix6 inverse;
   inverse << rotation, crossed, crossed.transpose(), translation - gain.transpose() * crossed;
   return inverse;
+}
+
+// Levenberg and Marquardt's; equations_at(pose).
+template <typename EquationsAt>
+PoseEstimate fit(const Problem& problem, const Rigid3& start, const EquationsAt& equations_at) {
+  constexpr int max_steps = 20;
+  constexpr double negligible = 1e-4;  // squared step in sigmas
+  PoseEstimate best;
+  best.pose = start;
+  NormalEquations n = equations_at(start);
+  double damping = 0;
+  for (int i = 0; i < max_steps; ++i) {
+    Matrix6 damped = with_floor(problem, n.information);
+    damped.diagonal() *= 1 + damping;
+    const Vector6 step = -damped.llt().solve(n.gradient);
+    const Rigid3 moved = perturb(best.pose, step);
+    const NormalEquations after = equations_at(moved);
+    if (after.chi2 <= n.chi2) {
+      best.pose = moved;
+      n = after;
+      damping /= 10;
+      if (step.dot(n.information * step) < negligible) break;
+    } else if (step.dot(n.information * step) < negligible) {
+      break;
+    } else {
+      damping = damping > 0 ? 10 * damping : 1e-3;
+    }
+  }
+  best.chi2 = n.chi2;
+  best.covariance = invert(problem, n.information);
+  return best;
 }
 
 }  // namespace
@@ -103,32 +142,19 @@ PoseEstimate assess_pose(const Problem& problem, const std::vector<Pair>& pairs,
 }
 
 PoseEstimate fit_pose(const Problem& problem, const std::vector<Pair>& pairs, const Rigid3& start) {
-  constexpr int max_steps = 20;
-  constexpr double negligible = 1e-4;  // squared step in sigmas
-  PoseEstimate best;
-  best.pose = start;
-  NormalEquations n = normal_equations(problem, pairs, start);
-  double damping = 0;
-  for (int i = 0; i < max_steps; ++i) {
-    Matrix6 damped = with_floor(problem, n.information);
-    damped.diagonal() *= 1 + damping;
-    const Vector6 step = -damped.llt().solve(n.gradient);
-    const Rigid3 moved = perturb(best.pose, step);
-    const NormalEquations after = normal_equations(problem, pairs, moved);
-    if (after.chi2 <= n.chi2) {
-      best.pose = moved;
-      n = after;
-      damping /= 10;
-      if (step.dot(n.information * step) < negligible) break;
-    } else if (step.dot(n.information * step) < negligible) {
-      break;
-    } else {
-      damping = damping > 0 ? 10 * damping : 1e-3;
-    }
-  }
-  best.chi2 = n.chi2;
-  best.covariance = invert(problem, n.information);
-  return best;
+  return fit(problem, start,
+             [&](const Rigid3& pose) { return normal_equations(problem, pairs, pose); });
+}
+
+PoseEstimate fit_pose_with_prior(const Problem& problem, const std::vector<Pair>& pairs,
+                                 const Rigid3& start) {
+  const std::optional<Prior>& prior = problem.options->prior;
+  if (!prior || prior->empty()) return fit_pose(problem, pairs, start);
+  return fit(problem, start, [&](const Rigid3& pose) {
+    NormalEquations n = normal_equations(problem, pairs, pose);
+    add_prior(problem, *prior, pose, n);
+    return n;
+  });
 }
 
 }  // namespace occ::naming

@@ -38,4 +38,8 @@ PoseEstimate assess_pose(const Problem& problem, const std::vector<Pair>& pairs,
 /// Best fit from `start`; three pairs suffice.
 PoseEstimate fit_pose(const Problem& problem, const std::vector<Pair>& pairs, const Rigid3& start);
 
+/// The same of pairs and the prior, if there is one: its chi-square counts, too.
+PoseEstimate fit_pose_with_prior(const Problem& problem, const std::vector<Pair>& pairs,
+                                 const Rigid3& start);
+
 }  // namespace occ::naming

@@ -28,7 +28,8 @@ double squared_sigmas(const Rigid3& a, const PoseEstimate& b) {
 
 bool believable(const Problem& problem, const Explanation& e) {
   constexpr double largest_prior_chi2 = 36;  // six sigma
-  return prior_chi2(problem, e.estimate) <= largest_prior_chi2;
+  const std::optional<Prior>& prior = problem.options->prior;
+  return !prior || prior->chi2(problem.from_world(e.estimate.pose)) <= largest_prior_chi2;
 }
 
 // Whether so many namings are possible that looking at each would take long.

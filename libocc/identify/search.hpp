@@ -65,7 +65,7 @@ class Search {
   bool known(const Vote& vote) const;
   double chance_of(const Explanation& e) const;
   bool misses_too_much(const Explanation& e) const;
-  static bool fits(const Explanation& e);
+  bool fits(const Explanation& e) const;
   std::vector<PoseEstimate> seeds_of(const Naming& naming) const;
   void consider(const PoseEstimate& seed, const Naming& naming);
   void keep(Explanation explanation);

@@ -158,8 +158,9 @@ bool Search::misses_too_much(const Explanation& e) const {
 }
 
 // Pairs by accident are anywhere in their gates; the truth fits worse in one case of a thousand.
-bool Search::fits(const Explanation& e) {
-  return variance_factor(e.estimate.chi2, 2 * static_cast<int>(e.pairs.size()) - 6) == 1;
+bool Search::fits(const Explanation& e) const {
+  const int known = prior_ ? problem_.options->prior->dof() : 0;
+  return variance_factor(e.estimate.chi2, 2 * static_cast<int>(e.pairs.size()) - 6 + known) == 1;
 }
 
 // Poisson: each pose voted on meets a further blob by the share of the image that its gate covers,

@@ -16,12 +16,23 @@ struct Expected {
   bool sure = false;  // not seen so obliquely that it may be overlooked
 };
 
-// Where an unpaired lamp's image must be; nothing when it shows its dark side or is out of view.
+bool is_behind_a_box(const Problem& problem, const Target& target, const Eigen::Vector3d& camera) {
+  if (!problem.scene) return false;
+  const std::vector<Box>& boxes = problem.scene->boxes;
+  return std::any_of(boxes.begin(), boxes.end(), [&](const Box& box) {
+    return box.hides(target.centre + problem.origin, camera + problem.origin);
+  });
+}
+
+// Where an unpaired lamp's image must be; nothing when it shows its dark side, is behind a box or
+// out of view.
 std::optional<Expected> expect(const Problem& problem, int lamp, const Rigid3& pose) {
   const Target& target = problem.target(lamp);
   const Eigen::Vector3d to_camera = pose.origin_in_source() - target.centre;
   const double distance = to_camera.norm();
-  if (!faces(target, pose.origin_in_source())) return std::nullopt;
+  if (!faces(target, pose.origin_in_source()) ||
+      is_behind_a_box(problem, target, pose.origin_in_source()))
+    return std::nullopt;
   const Camera& camera = *problem.camera;
   const auto px = camera.project(pose * target.centre);
   if (!px) return std::nullopt;

@@ -94,20 +94,9 @@ void validate_last_pose(const PriorPose& last) {
 
 }  // namespace
 
-double Prior::chi2(const Rigid3& cam_from_world) const {
-  const Eigen::Vector3d place = cam_from_world.origin_in_source();
-  double sum = 0;
-  if (position_m) sum += (place - *position_m).cwiseQuotient(position_sigmas()).squaredNorm();
-  if (height_m) sum += square((place.z() - *height_m) / height_sigma_m);
-  if (heading_rad)
-    sum += square(wrapped(occ::heading_rad(cam_from_world) - *heading_rad) / heading_sigma_rad);
-  if (gravity_in_cam)
-    sum += square(angle_between(down(cam_from_world), *gravity_in_cam) / gravity_sigma_rad);
-  if (last_pose) {
-    const Vector6 delta = difference(cam_from_world, last_pose->cam_from_world);
-    sum += delta.dot(last_pose->covariance.llt().solve(delta));
-  }
-  return sum;
+int Prior::dof() const {
+  return (position_m ? 3 : 0) + (height_m ? 1 : 0) + (heading_rad ? 1 : 0) +
+         (gravity_in_cam ? 2 : 0) + (last_pose ? 6 : 0);
 }
 
 void Prior::validate() const {

@@ -18,6 +18,14 @@ struct PriorPose {
   Matrix6 covariance = Matrix6::Identity();  ///< as geometry/rigid.hpp defines it
 };
 
+/// What a prior says of a pose, linearised: residuals over their sigmas, and their derivatives by
+/// the left perturbation of cam_from_world.
+struct PriorRows {
+  static constexpr int most = 14;
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most, 1> residuals;
+  Eigen::Matrix<double, Eigen::Dynamic, 6, 0, most, 6> jacobian;
+};
+
 struct LIBOCC_API Prior {
   std::optional<Eigen::Vector3d> position_m;  ///< of the camera in the world
   double position_sigma_m = 0.5;              ///< per axis
@@ -41,8 +49,15 @@ struct LIBOCC_API Prior {
     return position_sigmas_m.value_or(Eigen::Vector3d::Constant(position_sigma_m));
   }
 
+  PriorRows rows(const Rigid3& cam_from_world) const;
+
   /// Residuals over their sigmas, squared and summed; 0 when empty.
-  double chi2(const Rigid3& cam_from_world) const;
+  double chi2(const Rigid3& cam_from_world) const {
+    return rows(cam_from_world).residuals.squaredNorm();
+  }
+
+  /// Of chi2: how many independent values are known, 0 to 13.
+  int dof() const;
 
   /// Throws std::invalid_argument naming the field and its value, or two parts that contradict each
   /// other: further apart than once in a million by their sigmas.
