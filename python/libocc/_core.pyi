@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['AmbientImage', 'AmbientLight', 'AprilTag', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'Candidate', 'Channel', 'ChannelResponse', 'Checksum', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'CommonFactor', 'Decoded', 'DecodedCode', 'DecodedLamp', 'DetectablePoint', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'HeadlightDistance', 'Hypothesis', 'Identification', 'IdentifyMethod', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFlux', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'LocalisationValue', 'Match', 'Mosaic', 'NoiseArea', 'Object', 'ObjectMatch', 'ObjectPoint', 'PointValue', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PowerFit', 'Prior', 'Readout', 'ReceivedPower', 'RecognisedObject', 'Recognition', 'RecoveredResponse', 'Refined', 'Renderer', 'Response', 'ResponseMethod', 'RoadHeights', 'RobustPose', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Tag', 'Timing', 'Trajectory', 'Truth', 'Use', 'VehiclePose', 'VehiclePoses', 'Waveform', 'aperture_power', 'april_tag_families', 'calibrate_ambient', 'calibrate_light', 'code_budget', 'dbm', 'decode', 'decode_samples', 'detect', 'detect_april_tags', 'detectable_points', 'encode_id', 'encode_image', 'explain', 'heading_rad', 'headlight_distance', 'identify', 'identify_object', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'localisation_value', 'locate', 'locate_by_tags', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recognise', 'recover_response', 'refine', 'robust_pose', 'simulate', 'solve_pose', 'solvers', 'tag_poses', 'time_refine', 'vehicle_poses', 'views_around', 'write_image']
+__all__: list[str] = ['AmbientImage', 'AmbientLight', 'AprilTag', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'Candidate', 'Channel', 'ChannelResponse', 'Checksum', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'CommonFactor', 'Decoded', 'DecodedCode', 'DecodedLamp', 'DetectablePoint', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'HeadlightDistance', 'Hypothesis', 'Identification', 'IdentifyMethod', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFlux', 'LampIndex', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'LocalisationValue', 'Match', 'Mosaic', 'NoiseArea', 'Object', 'ObjectMatch', 'ObjectPoint', 'PointValue', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PowerFit', 'Prior', 'Readout', 'ReceivedPower', 'RecognisedObject', 'Recognition', 'RecoveredResponse', 'Refined', 'Renderer', 'Response', 'ResponseMethod', 'RoadHeights', 'RobustPose', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Symmetry', 'SymmetryKind', 'Tag', 'Timing', 'Trajectory', 'Truth', 'Use', 'VehiclePose', 'VehiclePoses', 'Waveform', 'aperture_power', 'april_tag_families', 'calibrate_ambient', 'calibrate_light', 'code_budget', 'dbm', 'decode', 'decode_samples', 'detect', 'detect_april_tags', 'detectable_points', 'encode_id', 'encode_image', 'explain', 'heading_rad', 'headlight_distance', 'identify', 'identify_object', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'localisation_value', 'locate', 'locate_by_tags', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'planar_poses', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recognise', 'recover_response', 'refine', 'robust_pose', 'simulate', 'solve_pose', 'solvers', 'tag_poses', 'time_refine', 'vehicle_poses', 'views_around', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -969,14 +969,18 @@ class Prior:
     Keywords (and properties):
       position_m: (3,) of the camera [m, world]
       position_sigma_m: standard deviation per axis [m]
+      position_sigmas_m: (3,) instead, along x, y, z; infinite where nothing is known [m]
+      height_m: of the camera: its z [m]
+      height_sigma_m: its standard deviation [m]
       heading_rad: as heading_rad() defines it [rad]
       heading_sigma_rad: its standard deviation [rad]
       gravity_in_cam: (3,) unit, down, in the camera's frame
       gravity_sigma_rad: its standard deviation [rad]
+      last_pose: (cam_from_world, 6x6 covariance): where a tracker expects the camera
     """
     def __getstate__(self) -> dict[str, typing.Any]:
         ...
-    def __init__(self, *, position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = None, position_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 0.5, heading_rad: typing.SupportsFloat | typing.SupportsIndex | None = None, heading_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.35, gravity_in_cam: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = None, gravity_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.02) -> None:
+    def __init__(self, *, position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = None, position_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 0.5, position_sigmas_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = None, height_m: typing.SupportsFloat | typing.SupportsIndex | None = None, height_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 0.05, heading_rad: typing.SupportsFloat | typing.SupportsIndex | None = None, heading_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.35, gravity_in_cam: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = None, gravity_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.02, last_pose: tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 6]"]] | None = None) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -1007,6 +1011,21 @@ class Prior:
         its standard deviation [rad]
         """
     @property
+    def height_m(self) -> float | None:
+        """
+        of the camera: its z [m]
+        """
+    @property
+    def height_sigma_m(self) -> float:
+        """
+        its standard deviation [m]
+        """
+    @property
+    def last_pose(self) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]] | None:
+        """
+        (cam_from_world, 6x6 covariance): where a tracker expects the camera
+        """
+    @property
     def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"] | None:
         """
         (3,) of the camera [m, world]
@@ -1015,6 +1034,11 @@ class Prior:
     def position_sigma_m(self) -> float:
         """
         standard deviation per axis [m]
+        """
+    @property
+    def position_sigmas_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"] | None:
+        """
+        (3,) instead, along x, y, z; infinite where nothing is known [m]
         """
 class Scene:
     """
@@ -1598,8 +1622,27 @@ class IdentifyMethod(enum.Enum):
     alignment = 1
     automatic = 0
     clustering = 4
+    hashing = 5
     ransac = 3
     voting = 2
+class LampIndex:
+    """
+    Shapes of all triangles of near lamps, made once for a map: what identification by hashing looks up.
+    """
+    def __init__(self, scene: Scene) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    @property
+    def applies(self) -> bool:
+        """
+        Whether four fifths of the lamps hang at one height.
+        """
+    @property
+    def triangles(self) -> int:
+        """
+        Their number.
+        """
 class Match:
     """
     Which lamp of the scene is which blob: two indices.
@@ -1626,12 +1669,52 @@ class Match:
         """
         index in scene.lamps
         """
+class SymmetryKind(enum.Enum):
+    """
+    What takes one explanation of an image to another.
+    """
+    none = 4
+    planar_flip = 3
+    screw = 2
+    shift = 1
+    turn = 0
+class Symmetry:
+    """
+    How the map repeats from one explanation to another.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def kind(self) -> SymmetryKind:
+        """
+        Turn, shift, screw, planar_flip or none.
+        """
+    @property
+    def misfit_m(self) -> float:
+        """
+        Root mean square of what is left between the lamps [m].
+        """
+    @property
+    def text(self) -> str:
+        """
+        For people.
+        """
+    @property
+    def world_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        4x4: takes the best explanation's lamps and camera to the rival's.
+        """
 class Hypothesis:
     """
     One way to explain an image.
     """
     def __repr__(self) -> str:
         ...
+    @property
+    def brightness_chi2(self) -> float:
+        """
+        Of fluxes and sizes about one common gain.
+        """
     @property
     def cam_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
         """
@@ -1651,6 +1734,11 @@ class Hypothesis:
     def missed(self) -> int:
         """
         Lamps that should be in view but are not.
+        """
+    @property
+    def symmetry(self) -> Symmetry | None:
+        """
+        What takes the best hypothesis to this one; None for the best.
         """
 class Identification:
     """
@@ -3131,13 +3219,14 @@ class FluxUse(enum.Enum):
     """
     What became of a lamp's flux in an image.
     """
-    blinks = 7
-    cut = 5
-    merged = 6
-    no_blob = 2
-    not_alone = 3
+    blinks = 8
+    cut = 6
+    hidden = 2
+    merged = 7
+    no_blob = 3
+    not_alone = 4
     out_of_view = 1
-    saturated = 4
+    saturated = 5
     used = 0
 class LampFlux:
     """
@@ -3540,7 +3629,7 @@ def headlight_distance(lamps_px: typing.Annotated[numpy.typing.NDArray[numpy.flo
       yaw_concentration: of von Mises' distribution within; 0: uniform
       heights: RoadHeights, when known
     """
-def identify(blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, method: IdentifyMethod = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 1000000) -> Identification:
+def identify(blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, method: IdentifyMethod = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, index: LampIndex | None = None, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, use_brightness: bool = True, light_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.2, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 1000000) -> Identification:
     """
     Which blob is which lamp: by blink code, by geometry, with or without a prior.
 
@@ -3549,15 +3638,18 @@ def identify(blobs: collections.abc.Sequence[Blob], scene: Scene, prior: Prior |
     Options:
       method: how poses are searched for
       seed: of random namings
+      index: LampIndex of the scene, for hashing
       use_frequency: name lamps by their blink code where there is one
       frequency_gate_sigma: code and blob agree within [sigma]
       frequency_tolerance: relative error of lamp and row clocks
       gate_sigma: projected lamp and blob agree within [sigma]
       gate_model_sigma_px: camera and map error in every gate [px]
       miss_penalty: chi-square for a lamp that should be seen but is not
+      use_brightness: tell poses apart, and reflections from lamps, by brightness and size
+      light_sigma: relative error of a predicted flux beyond the lamp's power_sigma
       max_hypotheses: poses tried at most
     """
-def identify_object(blobs: collections.abc.Sequence[Blob], object: Object, camera: Camera, prior: Prior | None = None, *, method: IdentifyMethod = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 1000000) -> Identification:
+def identify_object(blobs: collections.abc.Sequence[Blob], object: Object, camera: Camera, prior: Prior | None = None, *, method: IdentifyMethod = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, index: LampIndex | None = None, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, use_brightness: bool = True, light_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.2, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 1000000) -> Identification:
     """
     Which blob is which point of an object, and every pose that explains them.
 
@@ -3567,12 +3659,15 @@ def identify_object(blobs: collections.abc.Sequence[Blob], object: Object, camer
     Options:
       method: how poses are searched for
       seed: of random namings
+      index: LampIndex of the scene, for hashing
       use_frequency: name lamps by their blink code where there is one
       frequency_gate_sigma: code and blob agree within [sigma]
       frequency_tolerance: relative error of lamp and row clocks
       gate_sigma: projected lamp and blob agree within [sigma]
       gate_model_sigma_px: camera and map error in every gate [px]
       miss_penalty: chi-square for a lamp that should be seen but is not
+      use_brightness: tell poses apart, and reflections from lamps, by brightness and size
+      light_sigma: relative error of a predicted flux beyond the lamp's power_sigma
       max_hypotheses: poses tried at most
     """
 def ladder_frame(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], steps: collections.abc.Sequence[str], least_time_s: typing.SupportsFloat | typing.SupportsIndex = 5e-05) -> LadderFrame:
@@ -3599,7 +3694,7 @@ def localisation_value(object: Object, camera: Camera, cam_from_object: collecti
     cam_from_object: views, such as views_around(). sigma_px: of each point's pixel coordinates.
     Returns: LocalisationValue. Raises: ValueError for no views and a sigma that is not positive.
     """
-def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, max_candidates: typing.SupportsInt | typing.SupportsIndex = 16, budget_s: typing.SupportsFloat | typing.SupportsIndex | None = None, target_sigma_m: typing.SupportsFloat | typing.SupportsIndex | None = None, costs: RungCosts = ..., sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0, method: IdentifyMethod = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 1000000, rung: Rung = ..., flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Fix:
+def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections.abc.Sequence[Blob], scene: Scene, prior: Prior | None = None, *, max_candidates: typing.SupportsInt | typing.SupportsIndex = 16, budget_s: typing.SupportsFloat | typing.SupportsIndex | None = None, target_sigma_m: typing.SupportsFloat | typing.SupportsIndex | None = None, costs: RungCosts = ..., sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0, method: IdentifyMethod = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, index: LampIndex | None = None, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, use_brightness: bool = True, light_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.2, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 1000000, rung: Rung = ..., flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> Fix:
     """
     Where was the camera when it took this image of these lamps?
 
@@ -3630,12 +3725,15 @@ def locate(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16] | collections
       max_frequency_hz: stripes are read up to this [Hz]
       method: how poses are searched for
       seed: of random namings
+      index: LampIndex of the scene, for hashing
       use_frequency: name lamps by their blink code where there is one
       frequency_gate_sigma: code and blob agree within [sigma]
       frequency_tolerance: relative error of lamp and row clocks
       gate_sigma: projected lamp and blob agree within [sigma]
       gate_model_sigma_px: camera and map error in every gate [px]
       miss_penalty: chi-square for a lamp that should be seen but is not
+      use_brightness: tell poses apart, and reflections from lamps, by brightness and size
+      light_sigma: relative error of a predicted flux beyond the lamp's power_sigma
       max_hypotheses: poses tried at most
       rung: what of the image the pose has to explain
       flux: whether lamps' brightness counts, and what is known of it
@@ -3682,6 +3780,15 @@ def plan_render(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.Arra
 
     Returns: an EffectPlan for each effect, in the order in which light meets them.
     Raises: ValueError as simulate() does.
+    """
+def planar_poses(bearings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], *, up_in_cam: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], height_m: typing.SupportsFloat | typing.SupportsIndex, heading_rad: typing.SupportsFloat | typing.SupportsIndex | None = None) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]]:
+    """
+    Poses of a camera whose tilt and height are known, by two points or one and a heading.
+
+    bearings: (2, 3) or, with heading_rad, (1, 3), unit, camera frame. points_in_world_m: likewise.
+    up_in_cam: (3,), the world's Z in the camera's frame. height_m: the camera's z.
+    Returns: up to two poses, 4x4, that of the smaller misfit first; none where these tell no heading.
+    Raises: ValueError for numbers that are not finite, bearings that are not unit and other counts.
     """
 @typing.overload
 def pose_bound(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], rung: Rung = Rung.direct, flux: FluxModel = FluxModel.ignore) -> PoseBound:
@@ -3767,7 +3874,7 @@ def received_power(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.A
     >>> round(occ.dbm(float(occ.received_power(scene, pose).power_w)), 2)
     -59.01
     """
-def recognise(blobs: collections.abc.Sequence[Blob], objects: collections.abc.Sequence[Object], camera: Camera, prior: Prior | None = None, *, most_false_alarms: typing.SupportsFloat | typing.SupportsIndex = 0.001, method: IdentifyMethod = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 1000000) -> Recognition:
+def recognise(blobs: collections.abc.Sequence[Blob], objects: collections.abc.Sequence[Object], camera: Camera, prior: Prior | None = None, *, most_false_alarms: typing.SupportsFloat | typing.SupportsIndex = 0.001, method: IdentifyMethod = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, index: LampIndex | None = None, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, use_brightness: bool = True, light_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.2, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 1000000) -> Recognition:
     """
     Which of several objects are in an image, where, and how likely that is chance.
 
@@ -3777,12 +3884,15 @@ def recognise(blobs: collections.abc.Sequence[Blob], objects: collections.abc.Se
     Options:
       method: how poses are searched for
       seed: of random namings
+      index: LampIndex of the scene, for hashing
       use_frequency: name lamps by their blink code where there is one
       frequency_gate_sigma: code and blob agree within [sigma]
       frequency_tolerance: relative error of lamp and row clocks
       gate_sigma: projected lamp and blob agree within [sigma]
       gate_model_sigma_px: camera and map error in every gate [px]
       miss_penalty: chi-square for a lamp that should be seen but is not
+      use_brightness: tell poses apart, and reflections from lamps, by brightness and size
+      light_sigma: relative error of a predicted flux beyond the lamp's power_sigma
       max_hypotheses: poses tried at most
     """
 def recover_response(images: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint8 | numpy.uint16]], exposures_s: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], *, method: ResponseMethod = ..., black_level_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, bit_depth: typing.SupportsInt | typing.SupportsIndex = 0, smoothness: typing.SupportsFloat | typing.SupportsIndex = 1.0, basis_functions: typing.SupportsInt | typing.SupportsIndex = 3, max_places: typing.SupportsInt | typing.SupportsIndex = 1000) -> RecoveredResponse:
