@@ -59,7 +59,7 @@ std::vector<Target> targets_of(const Object& object) {
 // Lamps in one place, such as the emitters of three colours, or a lamp that the map has twice: no
 // geometry tells them apart, so the first stands for all. Their light is not that of one.
 void mark_twins(Problem& problem) {
-  constexpr double one_place_m = 1e-3;
+  const double one_place_m = 1e-4 * problem.size_m;
   std::vector<Target>& targets = problem.targets;
   std::vector<std::size_t> by_x(targets.size());
   std::iota(by_x.begin(), by_x.end(), std::size_t{0});

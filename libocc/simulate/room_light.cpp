@@ -8,10 +8,10 @@
 #include <optional>
 
 #include "libocc/formation/light.hpp"
+#include "libocc/formation/shadow.hpp"
 #include "libocc/simulate/internal/check_place.hpp"
 #include "libocc/simulate/internal/mosaic.hpp"
 #include "libocc/simulate/internal/motion.hpp"
-#include "libocc/formation/shadow.hpp"
 #include "libocc/simulate/internal/vignetting.hpp"
 
 namespace occ {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "libocc/radiometry/lambertian.hpp"
 #include "libocc/formation/shadow.hpp"
+#include "libocc/radiometry/lambertian.hpp"
 
 namespace occ {
 namespace {

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bodies from mesh files, through trimesh."""
 
+from importlib import import_module
 from os import PathLike
 from typing import Any
 
@@ -14,14 +15,14 @@ def read_mesh(path: str | PathLike[str]) -> tuple[NDArray[np.float64], NDArray[n
     Raises: OSError when it cannot be opened; ValueError naming the file when it is no mesh;
       ImportError without trimesh (`pip install libocc[mesh]`).
     """
-    try:
-        import trimesh
-    except ImportError as error:
-        raise ImportError("meshes are read by trimesh: pip install libocc[mesh]") from error
     with open(path, "rb"):
         pass  # OSError names the file
     try:
-        mesh: Any = trimesh.load(str(path), force="mesh", process=False)
+        trimesh: Any = import_module("trimesh")
+    except ImportError as error:
+        raise ImportError("meshes are read by trimesh: pip install libocc[mesh]") from error
+    try:
+        mesh = trimesh.load(str(path), force="mesh", process=False)
         vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int32)
     except Exception as error:  # each format's reader has its own
         raise ValueError(f"{path}: is no mesh that can be read: {error}") from error

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "libocc/formation/contour.hpp"
-#include "libocc/formation/sharp_coverage.hpp"
 #include "libocc/formation/shadow.hpp"
+#include "libocc/formation/sharp_coverage.hpp"
 
 namespace occ {
 
