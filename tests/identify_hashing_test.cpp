@@ -122,15 +122,7 @@ TEST(IdentifyHashing, LampsOfOtherHeightsAreNamed) {
 
 TEST(IdentifyHashing, AGridStaysAmbiguous) {
   constexpr int side = 12;
-  Scene scene;
-  scene.camera = Camera::pinhole(480, 480, 400, 400, 239.5, 239.5);
-  for (int i = 0; i < side * side; ++i) {
-    Lamp lamp;
-    lamp.id = i;
-    lamp.shape = LampShape::point;
-    lamp.centre_m = {0.8 * (i % side), 0.8 * (i / side), 3};
-    scene.lamps.push_back(lamp);
-  }
+  const Scene scene = maps::grid(side);
   const Vector3d eye(3.9, 4.1, 0.6);
   const Rigid3 pose = look_at(eye, eye + Vector3d(0.1, 0, 1), Vector3d::UnitY());
   std::vector<Blob> blobs;

@@ -98,15 +98,7 @@ int placements(const std::set<std::pair<int, int>>& seen, int side) {
 // the block it misses nothing.
 TEST(IdentifyMaps, PartOfAGridFitsAsOftenAsItCanBeLaidOnIt) {
   constexpr int side = 5;
-  Scene scene;
-  scene.camera = Camera::pinhole(480, 480, 400, 400, 239.5, 239.5);
-  for (int i = 0; i < side * side; ++i) {
-    Lamp lamp;
-    lamp.id = i;
-    lamp.shape = LampShape::point;
-    lamp.centre_m = {0.8 * (i % side), 0.8 * (i / side), 3};
-    scene.lamps.push_back(lamp);
-  }
+  const Scene scene = maps::grid(side);
   Random random(3);
   for (const double middle : {1.2, 1.6, 2.0}) {
     const Vector3d eye(middle, middle, 0.6);

@@ -101,6 +101,10 @@ TEST(PriorMix, ContradictionsNameBothParts) {
   prior = all_of_it();
   prior.gravity_in_cam = Vector3d(pose.rotation.col(2));
   expect_contradiction(prior, "gravity_in_cam", "last_pose");
+  Prior gravity;
+  gravity.gravity_in_cam = prior.gravity_in_cam;
+  EXPECT_NEAR(std::sqrt(gravity.chi2(pose)), std::acos(-1.0) / gravity.gravity_sigma_rad, 1e-6)
+      << "upside down";
 }
 
 TEST(PriorMix, ErrorsAsLargeAsStatedAreNoContradiction) {

@@ -110,6 +110,20 @@ inline View random_view(Random& random, const Options& options) {
   }
 }
 
+/// side x side lamps, 0.8 m apart, at 3 m.
+inline Scene grid(int side) {
+  Scene scene;
+  scene.camera = Camera::pinhole(480, 480, 400, 400, 239.5, 239.5);
+  for (int i = 0; i < side * side; ++i) {
+    Lamp lamp;
+    lamp.id = i;
+    lamp.shape = LampShape::point;
+    lamp.centre_m = {0.8 * (i % side), 0.8 * (i / side), 3};
+    scene.lamps.push_back(lamp);
+  }
+  return scene;
+}
+
 /// What an accelerometer says.
 inline Prior gravity(const View& view, double sigma_rad, Random& random) {
   Prior prior;

@@ -99,12 +99,6 @@ bool share_blobs(const Explanation& a, const Explanation& b) {
                      [&](const Pair& p) { return touches(b.pairs, p.sighting); });
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 Brightness brightness_of(const Problem& problem, const Explanation& e) {

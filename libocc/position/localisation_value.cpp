@@ -7,6 +7,7 @@
 #include <string>
 
 #include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
 #include "libocc/refine/bound.hpp"
 
 namespace occ {
@@ -31,13 +32,6 @@ Result<PoseBound> bound_without(const Object& object, const std::vector<int>& se
   for (const int i : seen)
     if (i != left_out) places.push_back(object.points[static_cast<std::size_t>(i)].position_m);
   return pose_bound(places, camera, pose, sigma_px);
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace

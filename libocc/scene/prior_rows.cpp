@@ -28,6 +28,15 @@ class RowList {
     add(off_m / sigma_m, row);
   }
 
+  /// A rotation vector and its derivatives by the turn.
+  void add_turn(const Eigen::Vector3d& vector, const Eigen::Matrix3d& by_turn, double sigma_rad) {
+    for (int i = 0; i < 3; ++i) {
+      Row row = Row::Zero();
+      row.head<3>() = by_turn.row(i) / sigma_rad;
+      add(vector[i] / sigma_rad, row);
+    }
+  }
+
   const PriorRows& rows() const { return rows_; }
 
  private:
@@ -64,17 +73,18 @@ void add_gravity(const Prior& prior, const Rigid3& cam_from_world, RowList& list
   const Eigen::Vector3d a = m.cross(p);
   const double sine = a.norm(), cosine = m.dot(p);
   const double angle = std::atan2(sine, cosine);
+  if (sine < 1e-12 && cosine < 0) {  // upside down: about any level axis
+    const Eigen::Vector3d axis = m.unitOrthogonal();
+    list.add_turn(angle * axis, axis * axis.transpose(), prior.gravity_sigma_rad);
+    return;
+  }
   const bool small = sine < 1e-4 && cosine > 0;
   const double ratio = small ? 1 + sine * sine / 6 : angle / std::max(sine, 1e-12);
   const double bend =
       small ? 1.0 / 3 : (sine - angle * cosine) / std::pow(std::max(sine, 1e-12), 3);
   const Eigen::Matrix3d d_a = cosine * Eigen::Matrix3d::Identity() - p * m.transpose();
   const Eigen::Matrix3d d_vector = ratio * d_a + bend * a * a.transpose();
-  for (int i = 0; i < 3; ++i) {
-    Row row = Row::Zero();
-    row.head<3>() = d_vector.row(i) / prior.gravity_sigma_rad;
-    list.add(ratio * a[i] / prior.gravity_sigma_rad, row);
-  }
+  list.add_turn(ratio * a, d_vector, prior.gravity_sigma_rad);
 }
 
 /// delta = difference(pose, last): its rotation vector w moves by J(w)^-1 (rotation), its

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/simulate/internal/planning.hpp"
 #include "libocc/simulate/renderer.hpp"
@@ -49,12 +50,6 @@ double seconds(Renderer& renderer, const Rigid3& pose, const SimulateOptions& op
   const auto begin = std::chrono::steady_clock::now();
   renderer.render(pose, options, out);
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// With every use settled, so that deciding takes no time.
