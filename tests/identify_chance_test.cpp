@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Monte Carlo over rooms, poses, hidden lamps and false lights: what is declared unique is right.
 #include "identify_support.hpp"
+#include "random_maps.hpp"
 
 namespace occ {
 namespace {
@@ -66,6 +67,30 @@ TEST(IdentifyChance, RandomLightsAreNotALampMap) {
     EXPECT_TRUE(found->hypotheses.size() != 1 || found->chance > 0.1) << found->chance;
   }
   EXPECT_GT(explained, 20);
+}
+
+// Few lights in many lamps, where some pose explains all of them, and three of many with gravity.
+TEST(IdentifyChance, FalseLightsAloneAreHardlyEverTakenForLamps) {
+  int unique = 0, images = 0;
+  for (const bool upright : {false, true})
+    for (const int lamps : {5, 8, 20})
+      for (const int lights : {4, 5, 8}) {
+        Random random(static_cast<std::uint64_t>(100 * lamps + lights));
+        for (int i = 0; i < 20; ++i, ++images) {
+          maps::Options options;
+          options.lamps = lamps;
+          maps::View view{
+              maps::random_scene(random, options), maps::random_pose(random, options), {}, {}};
+          for (int k = 0; k < lights; ++k)
+            view.blobs.push_back(maps::spot({random.uniform(0, 639), random.uniform(0, 479)}, 0.5));
+          IdentifyOptions identify_options;
+          if (upright) identify_options.prior = maps::gravity(view, 0.01, random);
+          const Result<Identification> found = identify(view.blobs, view.scene, identify_options);
+          unique += found.ok();
+          EXPECT_TRUE(!found->may_be_chance || found.status == Status::ambiguous);
+        }
+      }
+  EXPECT_LE(unique, images / 100);
 }
 
 TEST(IdentifyChance, IsSmallWhenManyLampsAgree) {

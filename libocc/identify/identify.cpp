@@ -69,6 +69,13 @@ bool leaves_blobs(const Identification& found, const naming::Problem& problem) {
   return whole < problem.sightings.size();
 }
 
+// Every blob is a lamp and every lamp a blob: the other poses that do as much are the layout's own
+// symmetries, which a prior or the brightness has ruled out.
+bool is_all_there_is(const Identification& found, const naming::Problem& problem) {
+  return !leaves_blobs(found, problem) &&
+         found.hypotheses.front().matches.size() == problem.targets.size();
+}
+
 // The hypotheses, all of them plausible or with more dark lamps than the best; none where a turn
 // about a line of lamps is open and no prior closes it.
 void list(const std::vector<naming::Explanation>& found, const naming::Problem& problem,
@@ -119,13 +126,17 @@ void judge(Result<Identification>& result, const naming::Problem& problem,
     result.status = Status::ambiguous;
     text << count << " poses explain the same number of blobs about equally well";
     say_symmetries(hypotheses, static_cast<std::size_t>(count), text);
-  } else if (leaves_blobs(*result, problem) &&
-             (result->chance > naming::unlikely || !search.best_fits())) {
+  } else if (!is_all_there_is(*result, problem) &&
+             result->chance >
+                 (hypotheses.front().missed > 0 ? naming::unlikely_if_missing : naming::unlikely)) {
     result.value.may_be_chance = true;
     result.status = Status::ambiguous;
-    text << "the one pose found leaves blobs unexplained and may be chance: " << result->chance
-         << " wrong ones are expected to explain as many";
-    if (!search.best_fits()) text << ", and it fits worse than 99.9 % of right ones";
+    text << "the one pose found may be chance: " << result->chance
+         << " wrong ones are expected to explain as many blobs";
+  } else if (leaves_blobs(*result, problem) && !search.best_fits()) {
+    result.value.may_be_chance = true;
+    result.status = Status::ambiguous;
+    text << "the one pose found leaves blobs unexplained and fits worse than 99.9 % of right ones";
   }
   const auto add = [&]() -> std::ostream& { return text << (text.tellp() > 0 ? "; " : ""); };
   if (reflections)

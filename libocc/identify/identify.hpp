@@ -81,8 +81,9 @@ struct Identification {
   std::vector<Hypothesis> hypotheses;  ///< smallest chi2 first
   int tried = 0;                       ///< namings of three blobs tried
   double chance = 0;  ///< expected number of wrong poses that explain as many blobs by accident
-  bool may_be_chance = false;  ///< the one plausible pose leaves blobs unexplained, and a wrong one
-                               ///< could be expected to explain as many
+  bool may_be_chance = false;  ///< the one plausible pose is not sure enough: `chance` is above
+                               ///< 0.1, above 0.01 where lamps are missing; or it leaves blobs
+                               ///< unexplained and fits badly
 };
 
 /// Once three lamps are named by their codes, a blob without a code is taken for no coded lamp.

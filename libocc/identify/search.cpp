@@ -18,8 +18,9 @@ constexpr std::size_t max_kept = 64;  // explanations; with more the answer is "
 // Near a double root noise makes the roots complex, and their real part is off by more than the
 // noise.
 constexpr double kneip_tolerance_rad = 0.1;
-constexpr int worth_of_four = 7;      // of three named pairs and one without a name
-constexpr double same_pose_chi2 = 9;  // poses nearer than this in their own sigmas are one
+constexpr int worth_of_four = 7;           // of three named pairs and one without a name
+constexpr double same_pose_chi2 = 9;       // poses nearer than this in their own sigmas are one
+constexpr double largest_prior_chi2 = 36;  // six sigma
 
 double squared_sigmas(const Rigid3& a, const PoseEstimate& b) {
   const Vector6 delta = difference(a, b.pose);
@@ -27,7 +28,6 @@ double squared_sigmas(const Rigid3& a, const PoseEstimate& b) {
 }
 
 bool believable(const Problem& problem, const Explanation& e) {
-  constexpr double largest_prior_chi2 = 36;  // six sigma
   const std::optional<Prior>& prior = problem.options->prior;
   return !prior || prior->chi2(problem.from_world(e.estimate.pose)) <= largest_prior_chi2;
 }
@@ -158,6 +158,23 @@ void Search::try_triple(const BlobTriple& triple) {
       }
 }
 
+// Three pairs make a pose, and only the prior speaks for it. How many other poses of three agree
+// with the prior by accident: from those that agree with it if it were weaker, as many fewer as the
+// volume within its gate is smaller.
+double Search::chance_of_prior(const std::vector<Pair>& best) const {
+  if (named_pairs(best) == 3) return 0;
+  const int dof = std::min(problem_.options->prior->dof(), 6);
+  double expected = 0;
+  for (const double weaker : {4.0, 16.0, 64.0, 256.0}) {
+    const auto agree =
+        std::count_if(prior_chi2_of_seeds_.begin(), prior_chi2_of_seeds_.end(),
+                      [&](double chi2) { return chi2 <= weaker * largest_prior_chi2; });
+    const double others = static_cast<double>(agree) - static_cast<double>(found_.size());
+    expected = std::max(expected, others * std::pow(weaker, -0.5 * dof));
+  }
+  return expected;
+}
+
 // Accidents with four pairs are counted: poses that gather a fourth and do not belong to the best
 // explanation (once for each of its triples, so this is an upper bound), but no fewer than the
 // poses tried make likely. Four pairs make a pose firm: each further one then comes with the share
@@ -165,8 +182,9 @@ void Search::try_triple(const BlobTriple& triple) {
 double Search::chance() const {
   if (turnout_) return found_.empty() ? 0 : chance_of(found_.front());
   constexpr double gate_of_three = 5;  // typically, over that of a firm pose
-  if (found_.empty() || found_.front().pairs.size() == 3) return 0;  // of three pairs all are found
+  if (found_.empty()) return 0;
   const std::vector<Pair>& best = found_.front().pairs;
+  if (best.size() == 3) return prior_ ? chance_of_prior(best) : 0;
   const int named = named_pairs(best), size = static_cast<int>(best.size());
   double poses = 0, accidents = 0;
   for (const Seed& seed : seeds_) {
@@ -237,7 +255,11 @@ std::vector<PoseEstimate> Search::seeds_of(const Naming& naming) const {
 
 void Search::consider(const PoseEstimate& seed, const Naming& naming) {
   const double gate2 = problem_.options->gate_sigma * problem_.options->gate_sigma;
-  if (prior_ && prior_chi2(problem_, seed) > 4 * gate2) return;
+  if (prior_) {
+    const double chi2 = prior_chi2(problem_, seed);
+    if (!turnout_) prior_chi2_of_seeds_.push_back(chi2);
+    if (chi2 > 4 * gate2) return;
+  }
   const std::vector<ScoredPair> further = further_pairs(problem_, seed, naming);
   std::vector<Pair> pairs = one_to_one(further);
   const int more = static_cast<int>(pairs.size());

@@ -11,8 +11,9 @@
 
 namespace occ::naming {
 
-/// Expected number of wrong poses that explain as much as one that is taken for the only one.
-inline constexpr double unlikely = 0.1;
+/// Expected number of wrong poses that explain as much as one that is taken for the only one, when
+/// it sees all lamps that it should see, and when it misses some.
+inline constexpr double unlikely = 0.1, unlikely_if_missing = 0.01;
 
 /// Pairs that hardly agree by chance.
 inline constexpr int strong = 6;
@@ -64,6 +65,7 @@ class Search {
   void consider(const Vote& vote);
   bool known(const Vote& vote) const;
   double chance_of(const Explanation& e) const;
+  double chance_of_prior(const std::vector<Pair>& best) const;
   bool misses_too_much(const Explanation& e) const;
   bool fits(const Explanation& e) const;
   std::vector<PoseEstimate> seeds_of(const Naming& naming) const;
@@ -85,8 +87,9 @@ class Search {
   int tried_ = 0;
   std::vector<Seed>
       seeds_;  // poses from three pairs that face their lamps and agree with the prior
-  std::optional<Turnout> turnout_;  // of the vote so far
-  int looks_ = 0;                   // at votes
+  std::vector<double> prior_chi2_of_seeds_;  // of all poses from three pairs
+  std::optional<Turnout> turnout_;           // of the vote so far
+  int looks_ = 0;                            // at votes
   bool by_shape_ = false;
   bool cut_short_ = false;
 };
