@@ -140,8 +140,19 @@ TEST(BadScene, SensorAndCamera) {
             "scene.yaml:2: key `camera.fx_px`: must be positive and finite, got 0");
   EXPECT_EQ(camera_complaint("width_px: 640, height_px: 480, fx_px: 500, distortion: [1, 2]"),
             "scene.yaml:2: key `camera.distortion`: must be 0, 4, 5, 8, 12 or 14, got 2");
-  EXPECT_EQ(camera_complaint("width_px: 640, height_px: 480, fx_px: 500, model: fisheye"),
-            "scene.yaml:2: key `camera.model`: must be one of pinhole, got fisheye");
+  EXPECT_EQ(camera_complaint("width_px: 640, height_px: 480, fx_px: 500, model: fish"),
+            "scene.yaml:2: key `camera.model`: must be one of pinhole, fisheye, double_sphere, "
+            "rotating_line, rotating_line_first_order, got fish");
+  EXPECT_EQ(
+      camera_complaint("model: double_sphere, width_px: 640, height_px: 480, fx_px: 500, xi: 0"),
+      "scene.yaml:2: key `camera.alpha`: is missing");
+  EXPECT_EQ(camera_complaint("model: rotating_line, width_px: 640, height_px: 480, fx_px: 500"),
+            "scene.yaml:2: key `camera.c_px`: is missing");
+  EXPECT_EQ(camera_complaint("model: rotating_line, width_px: 640, height_px: 480, c_px: 0"),
+            "scene.yaml:2: key `camera.c_px`: must be positive and finite, got 0");
+  EXPECT_EQ(camera_complaint("model: fisheye, width_px: 640, height_px: 480, fx_px: 500, xi: 0.5"),
+            "scene.yaml:2: key `camera.xi`: is not known, got 0.5; known here: model, width_px, "
+            "height_px, fx_px, fy_px, cx_px, cy_px, skew_px, distortion");
   EXPECT_EQ(camera_complaint("width_px: 640, height_px: 480, focal_length_m: 0.003"),
             "scene.yaml:2: key `camera.focal_length_m`: needs a positive `sensor.pixel_pitch_m`");
   EXPECT_EQ(

@@ -106,13 +106,64 @@ std::optional<Eigen::Vector2d> undistort(const DistortionCoefficients& k, double
   return point;
 }
 
+Eigen::Matrix<double, 2, 12> distort_by_coefficients(const DistortionCoefficients& k,
+                                                     const Eigen::Vector2d& undistorted) {
+  const double x = undistorted.x(), y = undistorted.y();
+  const double s = x * x + y * y;
+  const double below = 1 + s * (k[5] + s * (k[6] + s * k[7]));
+  const double factor = radial_at(k, s).factor;
+  Eigen::Matrix<double, 2, 12> d;
+  d.setZero();
+  const Eigen::Vector2d up = undistorted / below, down = -factor * up;
+  d.col(0) = s * up;
+  d.col(1) = s * s * up;
+  d.col(4) = s * s * s * up;
+  d.col(5) = s * down;
+  d.col(6) = s * s * down;
+  d.col(7) = s * s * s * down;
+  d.col(2) << 2 * x * y, s + 2 * y * y;
+  d.col(3) << s + 2 * x * x, 2 * x * y;
+  d(0, 8) = d(1, 10) = s;
+  d(0, 9) = d(1, 11) = s * s;
+  return d;
+}
+
+namespace {
+
+/// onto_sensor of tilt_homography as a linear function of the turn.
+Eigen::Matrix3d onto_sensor(const Eigen::Matrix3d& turn, double last) {
+  Eigen::Matrix3d onto;
+  onto << turn(2, 2), 0, -turn(0, 2), 0, turn(2, 2), -turn(1, 2), 0, 0, last;
+  return onto;
+}
+
+}  // namespace
+
 Eigen::Matrix3d tilt_homography(double tau_x_rad, double tau_y_rad) {
   const Eigen::Matrix3d turn = (Eigen::AngleAxisd(-tau_y_rad, Eigen::Vector3d::UnitY()) *
                                 Eigen::AngleAxisd(-tau_x_rad, Eigen::Vector3d::UnitX()))
                                    .toRotationMatrix();
-  Eigen::Matrix3d onto_sensor;
-  onto_sensor << turn(2, 2), 0, -turn(0, 2), 0, turn(2, 2), -turn(1, 2), 0, 0, 1;
-  return onto_sensor * turn;
+  return onto_sensor(turn, 1) * turn;
+}
+
+Eigen::Matrix2d tilt_by_angles(double tau_x_rad, double tau_y_rad, const Eigen::Vector2d& point) {
+  const Eigen::Matrix3d about_x =
+      Eigen::AngleAxisd(-tau_x_rad, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  const Eigen::Matrix3d about_y =
+      Eigen::AngleAxisd(-tau_y_rad, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  const Eigen::Matrix3d turn = about_y * about_x;
+  Eigen::Matrix3d cross_x, cross_y;
+  cross_x << 0, 0, 0, 0, 0, -1, 0, 1, 0;
+  cross_y << 0, 0, 1, 0, 0, 0, -1, 0, 0;
+  const Eigen::Matrix3d d_turn[] = {-about_y * cross_x * about_x, -cross_y * turn};
+  const Eigen::Vector3d v = onto_sensor(turn, 1) * turn * point.homogeneous();
+  Eigen::Matrix2d d;
+  for (int i = 0; i < 2; ++i) {
+    const Eigen::Vector3d dv =
+        (onto_sensor(d_turn[i], 0) * turn + onto_sensor(turn, 1) * d_turn[i]) * point.homogeneous();
+    d.col(i) = (dv.head<2>() - v.head<2>() / v.z() * dv.z()) / v.z();
+  }
+  return d;
 }
 
 }  // namespace occ

@@ -17,7 +17,8 @@ double aperture_m2(const Camera& camera, const Sensor& sensor) {
 double irradiance_of_radiance(double radiance, const Camera& camera, const Sensor& sensor,
                               const Eigen::Vector3d& bearing, double solid_angle_sr) {
   const double pixel_m2 = sensor.pixel_pitch_m * sensor.pixel_pitch_m;
-  return radiance * aperture_m2(camera, sensor) * bearing.z() * solid_angle_sr / pixel_m2;
+  return radiance * aperture_m2(camera, sensor) * camera.depth_m(bearing) * solid_angle_sr /
+         pixel_m2;
 }
 
 LampIrradiance::LampIrradiance(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
@@ -27,7 +28,7 @@ LampIrradiance::LampIrradiance(const Lamp& lamp, const Rigid3& cam_from_world, c
       normal_(cam_from_world.rotation * lamp.normal),
       order_(lamp.order()),
       area_m2_(lamp.area_m2()),
-      per_radiance_(irradiance_of_radiance(1, camera, sensor, Eigen::Vector3d::UnitZ(), 1)),
+      per_radiance_(aperture_m2(camera, sensor) / (sensor.pixel_pitch_m * sensor.pixel_pitch_m)),
       shines_((cam_from_world * lamp.centre_m).dot(normal_) < 0) {}
 
 double LampIrradiance::at(const Eigen::Vector2d& px) const {
@@ -36,7 +37,8 @@ double LampIrradiance::at(const Eigen::Vector2d& px) const {
   const auto bearing = camera_.unproject(px, &jacobian);
   if (!bearing) return 0;
   const double l = radiance(lamp_.power_w, order_, area_m2_, -bearing->dot(normal_));
-  return l * per_radiance_ * bearing->z() * jacobian.col(0).cross(jacobian.col(1)).norm();
+  return l * per_radiance_ * camera_.depth_m(*bearing) *
+         jacobian.col(0).cross(jacobian.col(1)).norm();
 }
 
 double irradiance_at(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
@@ -65,18 +67,19 @@ double lamp_electrons(const Lamp& lamp, const Rigid3& cam_from_world, const Came
   const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
   const Eigen::Vector3d normal = cam_from_world.rotation * lamp.normal;
   const double height = -centre.dot(normal);  // of the camera above the lamp's plane
-  if (!(height > 0 && centre.z() > 0)) return 0;
+  Eigen::Vector3d by_centre;
+  const double depth = camera.depth_m(centre, &by_centre);
+  if (!(height > 0 && depth > 0)) return 0;
 
   const double distance = centre.norm(), order = lamp.order();
-  const double power_w =
-      aperture_power(lamp.power_w, order, height / distance, centre.z() / distance, distance,
-                     aperture_m2(camera, sensor));
+  const double power_w = aperture_power(lamp.power_w, order, height / distance, depth / distance,
+                                        distance, aperture_m2(camera, sensor));
   if (log_jacobian) {
-    // ln P = m ln(height) + ln(z) - (m + 3) ln(distance) + constant; a rotation changes only z.
-    const Eigen::Vector3d z_axis = Eigen::Vector3d::UnitZ();
-    const Eigen::Vector3d by_rotation = centre.cross(z_axis) / centre.z();
-    const Eigen::Vector3d by_translation = -order / height * normal + z_axis / centre.z() -
-                                           (order + 3) / (distance * distance) * centre;
+    // ln P = m ln(height) + ln(depth) - (m + 3) ln(distance) + constant; a rotation changes only
+    // the depth.
+    const Eigen::Vector3d by_rotation = centre.cross(by_centre) / depth;
+    const Eigen::Vector3d by_translation =
+        -order / height * normal + by_centre / depth - (order + 3) / (distance * distance) * centre;
     *log_jacobian << by_rotation.transpose(), by_translation.transpose();
   }
   const double pixel_m2 = sensor.pixel_pitch_m * sensor.pixel_pitch_m;

@@ -124,7 +124,7 @@ std::optional<Eigen::Vector2d> area_centroid(const RimNodes<node_count>& nodes,
     const Eigen::Vector3d point_in_cam = cam_from_world * nodes[i].point;
     const std::optional<Eigen::Vector2d> pixel = camera.project(point_in_cam, &d_point);
     if (!pixel) return std::nullopt;
-    px[i] = *pixel;
+    px[i] = i == 0 ? *pixel : px[0] + camera.difference_px(*pixel, px[0]);
     step[i] = d_point * (cam_from_world.rotation * nodes[i].step);
     if (jacobian) moves[i] = d_point * point_jacobian(point_in_cam);
   }
@@ -190,6 +190,7 @@ std::optional<Eigen::Vector2d> project_point(const Eigen::Vector3d& point_in_wor
 }
 
 bool straight_lines_stay_straight(const Camera& camera) {
+  if (!camera.is_pinhole()) return false;
   const std::vector<double>& k = camera.distortion();
   return std::all_of(k.begin(), k.end(), [](double c) { return c == 0; });
 }

@@ -45,6 +45,8 @@ LIBOCC_API std::optional<Eigen::Vector2d> project_lamp_centre(
 struct RimRay {
   Eigen::Vector3d bearing;  ///< of the rim point, camera frame
   Eigen::Vector3d across;   ///< d bearing / d (pixel along the rim's normal)
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< where the ray starts, camera frame [m]
+  bool central = true;                               ///< it starts at the frame's origin
 };
 
 /// Nothing when the point is outside the camera's domain.

@@ -109,7 +109,12 @@ std::optional<RimRay> rim_ray(const RimPoint& point, const Camera& camera) {
   Eigen::Matrix<double, 3, 2> d_px;
   const std::optional<Eigen::Vector3d> bearing = camera.unproject(point.px, &d_px);
   if (!bearing) return std::nullopt;
-  return RimRay{*bearing, d_px * point.normal};
+  RimRay ray{*bearing, d_px * point.normal, Eigen::Vector3d::Zero(), true};
+  if (!camera.is_central()) {
+    ray.origin = camera.ray(point.px)->origin;
+    ray.central = false;
+  }
+  return ray;
 }
 
 LampInCam lamp_in_cam(const Lamp& lamp, const Rigid3& cam_from_world) {
@@ -124,6 +129,13 @@ LampInCam lamp_in_cam(const Lamp& lamp, const Rigid3& cam_from_world) {
 std::optional<double> rim_distance_px(const LampInCam& lamp, const RimRay& ray,
                                       Jacobian16* jacobian) {
   if (!has_rim_distance(lamp.shape)) return std::nullopt;
+  if (!ray.central) {
+    LampInCam from_origin = lamp;
+    from_origin.centre_m -= ray.origin;
+    RimRay own = ray;
+    own.central = true;
+    return rim_distance_px(from_origin, own, jacobian);
+  }
   const std::optional<Crossing> crossing = cross_plane(lamp, ray);
   if (!crossing) return std::nullopt;
   const std::optional<Distance> distance = lamp.shape == LampShape::disc

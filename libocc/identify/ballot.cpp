@@ -25,7 +25,8 @@ double largest_variance(const Eigen::Matrix2d& m) {
 }
 
 double variance(const Problem& problem, int sighting) {
-  return largest_variance(problem.sighting(sighting).covariance);
+  const Sighting& s = problem.sighting(sighting);
+  return largest_variance(s.covariance) + s.parallax_rad * s.parallax_rad;
 }
 
 std::size_t padded(std::size_t count) { return (count + most_lanes - 1) / most_lanes * most_lanes; }
@@ -134,7 +135,7 @@ Ballot::Ballot(const Problem& problem, SeenTogether& together)
   frustum_ = {static_cast<float>((-0.5 - c.cx_px()) / c.fx_px()),
               static_cast<float>((c.width() - 0.5 - c.cx_px()) / c.fx_px()),
               static_cast<float>((-0.5 - c.cy_px()) / c.fy_px()),
-              static_cast<float>((c.height() - 0.5 - c.cy_px()) / c.fy_px())};
+              static_cast<float>((c.height() - 0.5 - c.cy_px()) / c.fy_px()), !c.is_pinhole()};
   const std::vector<Target>& targets = problem.targets;
   const std::size_t others = targets.size() - 1;
   named_ = std::min(others, most_neighbours(problem.sightings.size()));

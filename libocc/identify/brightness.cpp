@@ -35,8 +35,8 @@ std::optional<Residual> flux_residual(const Problem& problem, const Pair& pair,
   const Eigen::Vector3d point = pose * t.centre;
   const double distance = point.norm();
   const double cos_emission = -(pose.rotation * t.normal).dot(point) / distance;
-  const double light =
-      aperture_power(t.power_w, t.order, cos_emission, point.z() / distance, distance, 1);
+  const double light = aperture_power(t.power_w, t.order, cos_emission,
+                                      problem.camera->depth_m(point) / distance, distance, 1);
   if (!(light > 0)) return std::nullopt;
   const double model = problem.options->light_sigma;
   return Residual{

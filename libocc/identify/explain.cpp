@@ -43,12 +43,13 @@ struct SpreadBound {
 };
 
 // Upper bound of the gate, and cheap: most pairs are far outside it.
-bool far_outside(const Sighting& sighting, const Target& target, const Eigen::Vector3d& point,
-                 double spread_trace, double gate2) {
+bool far_outside(const Sighting& sighting, const Target& target,
+                 const Eigen::Vector3d& point_in_cam, double spread_trace, double gate2) {
+  const Eigen::Vector3d point = point_in_cam - sighting.origin;
   const double depth = sighting.bearing.dot(point), distance2 = point.squaredNorm();
   const double depth2 = depth * depth;
   if (!(depth > 0) || depth2 < 0.25 * distance2) return true;  // 60 degrees off
-  const double shift = target.radius_m * target.radius_m / point.z();
+  const double shift = target.radius_m * target.radius_m / sighting.axis.dot(point);
   return distance2 - depth2 > gate2 * (distance2 / depth2 * spread_trace +
                                        sighting.covariance.trace() * depth2 + shift * shift);
 }
@@ -74,7 +75,7 @@ std::vector<ScoredPair> pairs_within_gate(const Problem& problem, const PoseEsti
   for (int t = 0; t < static_cast<int>(problem.targets.size()); ++t) {
     const Target& target = problem.target(t);
     const Eigen::Vector3d point = estimate.pose * target.centre;
-    if (!(point.z() > 0) || !faces(target, camera)) continue;
+    if (!(problem.camera->depth_m(point) > 0) || !faces(target, camera)) continue;
     const double spread_trace = bound.trace(point);
     for (int s = 0; s < static_cast<int>(problem.sightings.size()); ++s) {
       const Sighting& sighting = problem.sighting(s);

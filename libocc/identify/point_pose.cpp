@@ -117,18 +117,18 @@ PoseEstimate fit(const Problem& problem, const Rigid3& start, const EquationsAt&
 }  // namespace
 
 bool compare(const Sighting& sighting, const Target& target, const Eigen::Matrix3d& rotation,
-             const Eigen::Vector3d& point, Mismatch& mismatch) {
-  const double depth = sighting.bearing.dot(point);
-  if (!(point.z() > 0) || !(depth > 0)) return false;
+             const Eigen::Vector3d& point_in_cam, Mismatch& mismatch) {
+  const Eigen::Vector3d point = point_in_cam - sighting.origin;
+  const double depth = sighting.bearing.dot(point), along = sighting.axis.dot(point);
+  if (!(along > 0) || !(depth > 0)) return false;
   mismatch.error = sighting.tangent * point / depth;
   mismatch.by_point = (sighting.tangent - mismatch.error * sighting.bearing.transpose()) / depth;
   mismatch.covariance = sighting.covariance;
   if (target.radius_m > 0) {
     // The ellipse's centre is along C + (r^2 / C_z) (n_z n - e_z), not along C.
     const Eigen::Vector3d normal = rotation * target.normal;
-    Eigen::Vector3d shift = normal.z() * normal;
-    shift.z() -= 1;
-    shift *= target.radius_m * target.radius_m / point.z();
+    const Eigen::Vector3d shift = (sighting.axis.dot(normal) * normal - sighting.axis) *
+                                  (target.radius_m * target.radius_m / along);
     mismatch.covariance.diagonal().array() +=
         (sighting.tangent * shift).squaredNorm() / (depth * depth);
   }

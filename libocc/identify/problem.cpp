@@ -135,13 +135,18 @@ std::optional<Sighting> make_sighting(const Problem& problem, int blob_index) {
   s.blob = blob_index;
   s.bearing = *bearing;
   s.tangent = tangent_plane(s.bearing);
+  s.axis = problem.camera->is_pinhole() ? Eigen::Vector3d(Eigen::Vector3d::UnitZ()) : s.bearing;
+  if (!problem.camera->is_central()) {
+    s.origin = problem.camera->ray(blob.centroid_px)->origin;
+    s.parallax_rad = s.origin.norm() / problem.size_m;
+  }
   const double model = problem.options->model_sigma_px, cut = blob.cut_by_border ? cut_sigma_px : 0;
   const Eigen::Matrix2d pixel_covariance =
       blob.covariance_px2 +
       (model * model + cut * cut + least_variance_px2) * Eigen::Matrix2d::Identity();
   const Eigen::Matrix2d across = s.tangent * jacobian;
   s.covariance = across * pixel_covariance * across.transpose();
-  s.sigma_rad = std::sqrt(s.covariance.trace());
+  s.sigma_rad = std::sqrt(s.covariance.trace() + s.parallax_rad * s.parallax_rad);
   measure_size(blob, across, s);
   if (problem.scene) measure_flux(blob, *problem.scene, s);
   return s;

@@ -14,11 +14,15 @@
 namespace occ::naming {
 
 /// A blob that is a whole lamp. The direction of a point Y is compared with it in its tangent
-/// plane: e = tangent Y / (bearing . Y), in radians to first order.
+/// plane: e = tangent Y / (bearing . Y), in radians to first order, Y counted from where the ray
+/// starts.
 struct Sighting {
   int blob = 0;
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< of the ray, camera frame [m]
+  double parallax_rad = 0;              ///< what leaving the origin out may turn a direction by
   Eigen::Vector3d bearing;              ///< unit, camera frame
   Eigen::Matrix<double, 2, 3> tangent;  ///< orthonormal rows across the bearing
+  Eigen::Vector3d axis;                 ///< along which depth counts: a pinhole's, else the bearing
   Eigen::Matrix2d covariance;           ///< [rad^2] in that plane, the model's error included
   double sigma_rad = 0;                 ///< largest standard deviation
   double least_radius_rad = 0;          ///< apparent radius of a disc, with room for its error

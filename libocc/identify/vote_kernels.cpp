@@ -98,6 +98,7 @@ struct NoErrors {
 
 template <class Lanes>
 LIBOCC_INLINE LaneInts<Lanes> in_view(const Frustum& f, const LaneVector<Lanes>& x) {
+  if (f.everywhere) return LaneInts<Lanes>{} == 0;
   return (x.z > 0) & (x.x > f.left * x.z) & (x.x < f.right * x.z) & (x.y > f.top * x.z) &
          (x.y < f.bottom * x.z);
 }

@@ -25,6 +25,7 @@ struct Other {
 /// Where lamps must be to be in the image: bounds of x / z and y / z.
 struct Frustum {
   float left, right, top, bottom;
+  bool everywhere;  ///< a camera that may see behind itself: all directions count as in view
 };
 
 /// What all namings that share their first lamp have in common.

@@ -23,6 +23,10 @@ Result<Rigid3> solved(const LadderProblem& p, const ImagePoints& points, int met
   Result<Rigid3> result;
   result.status = Status::no_pose;
   const Camera& c = p.scene.camera;
+  if (!c.is_pinhole()) {
+    result.message = "OpenCV's solvers take a pinhole";
+    return result;
+  }
   const cv::Matx33d matrix(c.fx_px(), c.skew_px(), c.cx_px(), 0, c.fy_px(), c.cy_px(), 0, 0, 1);
   cv::Vec3d turn, shift;
   try {

@@ -17,7 +17,7 @@ void see_point(const Camera& camera, const Eigen::Vector2d& pixel, double sigma_
                PointProblem& p) {
   Eigen::Matrix<double, 2, 3> across;
   const Eigen::Vector3d point = p.points.col(i);
-  if (camera.distortion().empty()) {
+  if (camera.is_pinhole() && camera.distortion().empty()) {
     across << camera.fx_px(), camera.skew_px(), camera.cx_px() - pixel.x(),  //
         0, camera.fy_px(), camera.cy_px() - pixel.y();
     const double y = -across(1, 2) / across(1, 1);
@@ -33,7 +33,12 @@ void see_point(const Camera& camera, const Eigen::Vector2d& pixel, double sigma_
             "inside the camera's domain");
   across = (by_pixel.transpose() * by_pixel).inverse() * by_pixel.transpose();
   p.bearings.col(i) = *bearing;
-  p.seen.add(point, *bearing, across / sigma_px);
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  if (!camera.is_central()) {  // in the unit of the points' frame
+    origin = camera.ray(pixel)->origin / p.frame.size_m;
+    p.origins.col(i) = origin;
+  }
+  p.seen.add(point, *bearing, across / sigma_px, origin);
 }
 
 }  // namespace
@@ -46,6 +51,7 @@ PointProblem make_point_problem(const Eigen::Matrix3Xd& points_in_world,
   p.points = points_in_world;
   p.frame = normalise(p.points);
   p.bearings.resize(3, n);
+  if (!camera.is_central()) p.origins.resize(3, n);
   p.seen.reserve(n);
   for (int i = 0; i < n; ++i)
     see_point(camera, points_px.col(i), sigmas_px[sigmas_px.size() == 1 ? 0 : i], i, p);

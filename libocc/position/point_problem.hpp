@@ -17,6 +17,7 @@ namespace occ {
 /// The points in their unit frame, and what was seen of them.
 struct PointProblem {
   Eigen::Matrix3Xd points, bearings;
+  Eigen::Matrix3Xd origins;  ///< of the bearings; empty when the camera has one centre
   UnitFrame frame;
   SeenPoints seen;
 };

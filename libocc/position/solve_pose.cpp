@@ -33,12 +33,14 @@ Problem part_of(const Problem& p, const Triple& spread, int count) {
   Problem part;
   part.points.resize(3, count);
   part.bearings.resize(3, count);
+  if (p.origins.cols() > 0) part.origins.resize(3, count);
   part.seen.reserve(count);
   for (int i = 0; i < count; ++i) {
     const int from = i < triple ? spread[static_cast<std::size_t>(i)]
                                 : (i - triple) * p.seen.count() / (count - triple);
     part.points.col(i) = p.points.col(from);
     part.bearings.col(i) = p.bearings.col(from);
+    if (p.origins.cols() > 0) part.origins.col(i) = p.origins.col(from);
     part.seen.add(p.seen, from);
   }
   return part;
@@ -66,6 +68,7 @@ Result<std::vector<Rigid3>> poses_by(const Problem& p, const std::string& solver
   PoseProblem problem;
   problem.points = p.points;
   problem.bearings = p.bearings;
+  if (solver_named(solver).takes_origins) problem.origins = p.origins;
   CandidateOptions options;
   options.polish = false;
   options.tolerance_rad = 4;  // the fit judges
@@ -78,10 +81,16 @@ Result<std::vector<Rigid3>> poses_by(const Problem& p, const std::string& solver
 Result<std::vector<Start>> starts_of(const Problem& p, const std::string& solver) {
   constexpr double enough = 50;  // chi2 for each point: noise on three alone costs about this
   Result<std::vector<Rigid3>> poses;
-  if (solver == "auto")
+  if (solver == "auto") {
     solve_p3p_triples(p.points, p.bearings, p.seen, enough * p.seen.count(), poses.value);
-  else
+    // Rays that miss each other by much leave the central solver's poses far off.
+    if (p.origins.cols() > 0) {
+      const Result<std::vector<Rigid3>> general = poses_by(p, "gp3p");
+      poses.value.insert(poses.value.end(), general.value.begin(), general.value.end());
+    }
+  } else {
     poses = poses_by(p, solver);
+  }
   Result<std::vector<Start>> starts{{}, poses.status, poses.message};
   for (const Rigid3& pose : *poses) {
     const Start start = step_from(p.seen, pose);

@@ -103,7 +103,8 @@ std::optional<Problem::Place> Problem::place(const LampObservation& lamp, const 
   const std::optional<Eigen::Vector2d> centre =
       predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene_, rung_, &d_pose);
   if (!centre) return std::nullopt;
-  Place place{lamp.blob->centroid_px - *centre, Eigen::Matrix<double, 2, 8>::Zero()};
+  Place place{scene_.camera.difference_px(lamp.blob->centroid_px, *centre),
+              Eigen::Matrix<double, 2, 8>::Zero()};
   for (int i = 0; i < 2; ++i) {
     Vector8 row = Vector8::Zero();
     row.head<6>() = -d_pose.row(i).transpose();
@@ -162,7 +163,7 @@ double Problem::chi2(const State& state) const {
       const std::optional<Eigen::Vector2d> centre =
           predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene_, rung_);
       if (!centre) return std::numeric_limits<double>::infinity();
-      const Eigen::Vector2d residual = lamp.blob->centroid_px - *centre;
+      const Eigen::Vector2d residual = scene_.camera.difference_px(lamp.blob->centroid_px, *centre);
       sum += residual.dot(lamp.place_information * residual);
     }
     if (lamp.has_flux) {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/scene/internal/camera_reader.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <stdexcept>
 
-#include "libocc/scene/scene_file.hpp"
+#include "libocc/camera/rotating_line.hpp"
+#include "libocc/scene/camera_file.hpp"
 
 namespace occ {
 namespace {
@@ -23,14 +25,48 @@ double focal_length_px(YamlSection& camera, YamlSection& root) {
   return focal_length_m / pixel_pitch_m;
 }
 
-Camera read_inline(YamlSection& camera, YamlSection& root) {
-  enum class Model { pinhole } model = Model::pinhole;
-  int width = 0, height = 0;
-  double fx_px = 0, fy_px = 0, skew_px = 0;
+const YamlSection::Words<CameraKind>& kind_words() {
+  static const YamlSection::Words<CameraKind> words = [] {
+    YamlSection::Words<CameraKind> all;
+    for (const CameraKind kind :
+         {CameraKind::pinhole, CameraKind::fisheye, CameraKind::double_sphere,
+          CameraKind::rotating_line, CameraKind::rotating_line_first_order})
+      all.emplace_back(name_of(kind), kind);
+    return all;
+  }();
+  return words;
+}
+
+Camera read_line(YamlSection& camera, CameraKind kind, int width, int height) {
+  RotatingLine line;
+  line.width = width;
+  line.height = height;
+  line.cy_px = (height - 1) / 2.0;
+  camera.read("angle_per_px_rad", line.angle_per_px_rad);
+  camera.need("c_px", line.c_px);
+  camera.read("cy_px", line.cy_px);
+  camera.read("tilt_x_rad", line.tilt_x_rad);
+  camera.read("tilt_y_rad", line.tilt_y_rad);
+  camera.read("eccentricity_m", line.eccentricity_m);
+  camera.read("k1", line.k1);
+  camera.read("k2", line.k2);
+  std::vector<double> tumbling(line.tumbling_rad.size(), 0.0);
+  camera.read("tumbling_rad", tumbling);
+  if (tumbling.size() != line.tumbling_rad.size())
+    camera.fail_value("tumbling_rad", "must be a list of 6 numbers");
+  std::copy(tumbling.begin(), tumbling.end(), line.tumbling_rad.begin());
+  camera.refuse_unknown();
+  Camera made;
+  camera.check([&] {
+    made = kind == CameraKind::rotating_line ? Camera::rotating_line(line)
+                                             : Camera::rotating_line_first_order(line);
+  });
+  return made;
+}
+
+Camera read_plane(YamlSection& camera, YamlSection& root, CameraKind kind, int width, int height) {
+  double fx_px = 0, fy_px = 0, skew_px = 0, xi = 0, alpha = 0;
   std::vector<double> distortion;
-  camera.read("model", model, YamlSection::Words<Model>{{"pinhole", Model::pinhole}});
-  camera.need("width_px", width);
-  camera.need("height_px", height);
   if (camera.has("focal_length_m")) {
     fx_px = fy_px = focal_length_px(camera, root);
   } else {
@@ -41,14 +77,36 @@ Camera read_inline(YamlSection& camera, YamlSection& root) {
   double cx_px = (width - 1) / 2.0, cy_px = (height - 1) / 2.0;
   camera.read("cx_px", cx_px);
   camera.read("cy_px", cy_px);
-  camera.read("skew_px", skew_px);
-  camera.read("distortion", distortion);
+  if (kind == CameraKind::double_sphere) {
+    camera.need("xi", xi);
+    camera.need("alpha", alpha);
+  } else {
+    camera.read("skew_px", skew_px);
+    camera.read("distortion", distortion);
+  }
   camera.refuse_unknown();
   Camera made;
   camera.check([&] {
-    made = Camera::pinhole(width, height, fx_px, fy_px, cx_px, cy_px, distortion, skew_px);
+    if (kind == CameraKind::double_sphere)
+      made = Camera::double_sphere(width, height, fx_px, fy_px, cx_px, cy_px, xi, alpha);
+    else if (kind == CameraKind::fisheye)
+      made = Camera::fisheye(width, height, fx_px, fy_px, cx_px, cy_px, distortion, skew_px);
+    else
+      made = Camera::pinhole(width, height, fx_px, fy_px, cx_px, cy_px, distortion, skew_px);
   });
   return made;
+}
+
+Camera read_inline(YamlSection& camera, YamlSection& root) {
+  CameraKind kind = CameraKind::pinhole;
+  int width = 0, height = 0;
+  camera.read("model", kind, kind_words());
+  camera.need("width_px", width);
+  camera.need("height_px", height);
+  const bool turns =
+      kind == CameraKind::rotating_line || kind == CameraKind::rotating_line_first_order;
+  return turns ? read_line(camera, kind, width, height)
+               : read_plane(camera, root, kind, width, height);
 }
 
 // `rows`, `cols` and `data` of an OpenCV or ROS matrix, row by row.
@@ -66,17 +124,23 @@ std::vector<double> read_matrix(YamlSection& file, const std::string& key) {
 }
 
 // Which of OpenCV's coefficient sets each ROS model stands for: sensor_msgs/distortion_models.h.
-void refuse_other_lens(YamlSection& file, std::size_t coefficients) {
+bool reads_as_fisheye(YamlSection& file, std::size_t coefficients) {
   std::string model;
+  int fisheye = 0;
   file.read("distortion_model", model);
+  file.read("fisheye_model", fisheye);
   if (model == "plumb_bob" && coefficients != 0 && coefficients != 4 && coefficients != 5)
     file.fail("distortion_model",
               "plumb_bob has 5 coefficients, got " + std::to_string(coefficients));
-  if (!model.empty() && model != "plumb_bob" && model != "rational_polynomial")
-    file.fail_value("distortion_model", "must be plumb_bob or rational_polynomial");
-  int fisheye = 0;
-  file.read("fisheye_model", fisheye);
-  if (fisheye != 0) file.fail_value("fisheye_model", "must be 0: fisheye lenses are not supported");
+  if (!model.empty() && model != "plumb_bob" && model != "rational_polynomial" &&
+      model != "equidistant")
+    file.fail_value("distortion_model", "must be plumb_bob, rational_polynomial or equidistant");
+  if (fisheye != 0 && fisheye != 1) file.fail_value("fisheye_model", "must be 0 or 1");
+  const bool is_fisheye = fisheye == 1 || model == "equidistant";
+  if (is_fisheye && coefficients > 4)
+    file.fail("distortion_coefficients",
+              "a fisheye has 4 coefficients, got " + std::to_string(coefficients));
+  return is_fisheye;
 }
 
 Camera read_calibration(YamlSection& file) {
@@ -90,10 +154,11 @@ Camera read_calibration(YamlSection& file) {
   std::vector<double> distortion;
   if (file.has("distortion_coefficients"))
     distortion = read_matrix(file, "distortion_coefficients");
-  refuse_other_lens(file, distortion.size());
+  const auto factory =
+      reads_as_fisheye(file, distortion.size()) ? &Camera::fisheye : &Camera::pinhole;
   Camera made;
   const auto make = [&] {
-    made = Camera::pinhole(width, height, k[0], k[4], k[2], k[5], distortion, k[1]);
+    made = factory(width, height, k[0], k[4], k[2], k[5], distortion, k[1]);
   };
   file.check(make, "camera_matrix");
   return made;

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes and cameras as YAML files. Keys carry their unit (`radius_m`, `half_power_deg`); an
+// Scenes as YAML files. Keys carry their unit (`radius_m`, `half_power_deg`); an
 // unknown key, a missing one, a wrong type or a value out of range is an error that names file,
 // line, key and value. The schema is in data/scenes/README.md.
 #pragma once
 
 #include <string>
 
+#include "libocc/scene/camera_file.hpp"
 #include "libocc/scene/scene.hpp"
 
 namespace occ {
@@ -26,10 +27,5 @@ LIBOCC_API std::string format_scene(const Scene& scene);
 
 /// Writes whole or not at all. Throws std::runtime_error naming the file.
 LIBOCC_API void write_scene(const std::string& path, const Scene& scene);
-
-/// Reads a camera from an OpenCV FileStorage YAML (`camera_matrix`, `distortion_coefficients`,
-/// `image_width`, `image_height`), a ROS camera_info YAML (the same keys with `distortion_model`
-/// plumb_bob or rational_polynomial), or the `camera:` section of a scene file.
-LIBOCC_API Camera read_camera(const std::string& path);
 
 }  // namespace occ

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "libocc/core/internal/file.hpp"
+#include "libocc/scene/internal/camera_reader.hpp"
 #include "libocc/scene/internal/words.hpp"
 #include "libocc/scene/internal/yaml_lines.hpp"
 #include "libocc/scene/scene_file.hpp"
@@ -15,20 +16,6 @@ std::string word(const YamlSection::Words<T>& words, T value) {
   for (const auto& [name, meaning] : words)
     if (meaning == value) return name;
   throw std::invalid_argument("scene: an enumerator without a name");
-}
-
-void write_camera(const Camera& camera, std::string& out) {
-  out += "camera:\n";
-  Lines lines(out, "  ");
-  lines.add("model", std::string("pinhole"));
-  lines.add("width_px", camera.width());
-  lines.add("height_px", camera.height());
-  lines.add("fx_px", camera.fx_px());
-  lines.add("fy_px", camera.fy_px());
-  lines.add("cx_px", camera.cx_px());
-  lines.add("cy_px", camera.cy_px());
-  lines.add("skew_px", camera.skew_px());
-  lines.add("distortion", list_text(camera.distortion()));
 }
 
 void write_channels(const std::vector<Channel>& channels, std::string& out) {
@@ -178,7 +165,7 @@ std::string format_scene(const Scene& scene) {
   checked.validate();
   std::string out =
       "schema: " + std::string(schema_prefix) + std::to_string(scene_schema_version) + "\n";
-  write_camera(checked.camera, out);
+  write_camera_section(checked.camera, out);
   write_sensor(checked.sensor, out);
   out += checked.lamps.empty() ? "lamps: []\n" : "lamps:\n";
   for (const Lamp& lamp : checked.lamps) write_lamp(lamp, out);

@@ -18,7 +18,8 @@ double blur_sigma_px(const View& view) {
 
 double blur_radius_px(const LampView& seen, const View& view) {
   if (view.scene.effects.of(Effect::psf) == Use::off) return 0;
-  return defocus_radius_px(view.scene, (view.cam_from_world * seen.lamp->centre_m).z());
+  return defocus_radius_px(view.scene,
+                           view.scene.camera.depth_m(view.cam_from_world * seen.lamp->centre_m));
 }
 
 double blur_width_px(const LampView& seen, const View& view) {

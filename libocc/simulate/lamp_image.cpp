@@ -55,8 +55,8 @@ class PatchSum {
 
 }  // namespace
 
-LampRenderer::LampRenderer(const Frame& frame)
-    : frame_(frame), camera_(rendered_camera(frame)), motion_(frame) {
+LampRenderer::LampRenderer(const Frame& frame, const Camera& camera)
+    : frame_(frame), camera_(camera), motion_(frame) {
   if (frame.plan.applies(Effect::vignetting)) vignetting_.emplace(frame.scene);
   if (!frame.plan.applies(Effect::psf)) return;
   blur_ = &frame.storage.blur(gaussian_blur_px(frame.scene));
@@ -108,7 +108,7 @@ Eigen::Vector2d LampRenderer::log_light_gradient(const Lamp& lamp, const Rigid3&
 }
 
 std::vector<BlurShift> LampRenderer::shifts(const Lamp& lamp, const Rigid3& pose) const {
-  const double depth_m = (pose * lamp.centre_m).z();
+  const double depth_m = camera_.depth_m(pose * lamp.centre_m);
   const double radius = psf_ ? defocus_radius_px(frame_.scene, depth_m) : 0;
   std::vector<BlurShift> shifts = disc_shifts(radius, psf_ ? psf_->sigma_px() : 1);
   if (radius == 0 || is_point(lamp)) return shifts;

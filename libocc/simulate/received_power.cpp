@@ -152,7 +152,7 @@ class SeenLamp {
     if (!px) return 0;
     const Eigen::Vector3d way = eye_ - point;
     const double distance = way.norm();
-    const double cos_incidence = (pose_ * point).z() / distance;
+    const double cos_incidence = receiver_.scene.camera.depth_m(pose_ * point) / distance;
     return receiver_.vignetting.transmission(*px) *
            aperture_power(lamp_.power_w, order_, way.dot(lamp_.normal) / distance, cos_incidence,
                           distance, receiver_.lens_m2);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/simulate/renderer.hpp"
 
+#include <cmath>
 #include <numeric>
 #include <optional>
 
@@ -177,14 +178,33 @@ class Renderer::Workshop {
     for (std::size_t i = 0; i < scene_.lamps.size(); ++i) {
       const Lamp& lamp = scene_.lamps[i];
       truths[i] = lamp_truth(lamp, frame, renderer.motion(), renderer.camera());
-      if (!renderer.render(lamp, image_)) continue;
-      truths[i].electrons = add_lamp(image_, lamp, frame, signal_);
+      if (std::isfinite(scene_.camera.period_px())) {
+        truths[i].electrons = add_around_seam(frame, lamp, truths[i]);
+      } else {
+        if (!renderer.render(lamp, image_)) continue;
+        truths[i].electrons = add_lamp(image_, lamp, frame, signal_);
+      }
       const ByPlace colours = colours_of(lamp.colour, frame);
       const double mean = 0.25 * std::accumulate(colours.begin(), colours.end(), 0.0);
       for (std::size_t place = 0; place < sum.size() && mean > 0; ++place)
         sum[place] += truths[i].electrons * colours[place] / mean;
     }
     return sum;
+  }
+
+  // Where the image repeats itself a lamp's may go on at the other end: it is drawn there as well,
+  // by cameras whose seam is opposite to it.
+  double add_around_seam(const Frame& frame, const Lamp& lamp, LampTruth& truth) {
+    const double period = scene_.camera.period_px();
+    const double column = truth.centre_px.x();
+    const double other = column + (column < 0.5 * period ? period : -period);
+    double electrons = 0;
+    for (const double at : {column, other}) {
+      const LampRenderer renderer(frame, rendered_camera(frame).with_seam_at(at - 0.5 * period));
+      if (at == column) truth = lamp_truth(lamp, frame, renderer.motion(), renderer.camera());
+      if (renderer.render(lamp, image_)) electrons += add_lamp(image_, lamp, frame, signal_);
+    }
+    return electrons;
   }
 
   const Scene scene_;

@@ -5,19 +5,47 @@
 #include <pybind11/typing.h>
 
 #include "fields.hpp"
+#include "libocc/camera/rotating_line.hpp"
 #include "libocc/geometry/rigid.hpp"
-#include "libocc/scene/scene_file.hpp"
+#include "libocc/scene/camera_file.hpp"
 #include "module.hpp"
 
 namespace occ::python {
 namespace {
 
+bool turns(const Camera& camera) {
+  return camera.kind() == CameraKind::rotating_line ||
+         camera.kind() == CameraKind::rotating_line_first_order;
+}
+
+// The factory's keywords beside width and height that differ from their defaults.
+std::string line_text(const RotatingLine& line) {
+  std::string text = ", c_px=" + value_repr(line.c_px) + ", cy_px=" + value_repr(line.cy_px) +
+                     ", angle_per_px_rad=" + value_repr(line.angle_per_px_rad);
+  const auto add = [&](const char* name, double value) {
+    if (value != 0) text += std::string(", ") + name + "=" + value_repr(value);
+  };
+  add("tilt_x_rad", line.tilt_x_rad);
+  add("tilt_y_rad", line.tilt_y_rad);
+  if (!line.eccentricity_m.isZero(0)) text += ", eccentricity_m=" + value_repr(line.eccentricity_m);
+  add("k1", line.k1);
+  add("k2", line.k2);
+  for (const double t : line.tumbling_rad)
+    if (t != 0) return text + ", tumbling_rad=" + value_repr(line.tumbling_rad);
+  return text;
+}
+
 std::string camera_repr(const Camera& camera) {
-  std::string text =
-      "Camera.pinhole(width=" + value_repr(camera.width()) +
-      ", height=" + value_repr(camera.height()) + ", fx_px=" + value_repr(camera.fx_px()) +
-      ", fy_px=" + value_repr(camera.fy_px()) + ", cx_px=" + value_repr(camera.cx_px()) +
-      ", cy_px=" + value_repr(camera.cy_px());
+  std::string text = std::string("Camera.") + name_of(camera.kind()) +
+                     "(width=" + value_repr(camera.width()) +
+                     ", height=" + value_repr(camera.height());
+  if (turns(camera)) return text + line_text(camera.line()) + ")";
+  text += ", fx_px=" + value_repr(camera.fx_px()) + ", fy_px=" + value_repr(camera.fy_px()) +
+          ", cx_px=" + value_repr(camera.cx_px()) + ", cy_px=" + value_repr(camera.cy_px());
+  if (camera.kind() == CameraKind::double_sphere) {
+    const std::vector<CameraParameter> all = camera.parameters();
+    return text + ", xi=" + value_repr(all[4].value) + ", alpha=" + value_repr(all[5].value) + ")";
+  }
   if (!camera.distortion().empty()) text += ", distortion=" + value_repr(camera.distortion());
   if (camera.skew_px() != 0) text += ", skew_px=" + value_repr(camera.skew_px());
   return text + ")";
@@ -25,15 +53,158 @@ std::string camera_repr(const Camera& camera) {
 
 using State = py::typing::Tuple<py::object, py::ellipsis>;
 
+std::vector<double> values_of(const Camera& camera) {
+  std::vector<double> values;
+  for (const CameraParameter& parameter : camera.parameters()) values.push_back(parameter.value);
+  return values;
+}
+
 State camera_state(const Camera& c) {
-  return py::make_tuple(c.width(), c.height(), c.fx_px(), c.fy_px(), c.cx_px(), c.cy_px(),
-                        c.distortion(), c.skew_px());
+  return py::make_tuple(c.kind(), c.width(), c.height(), c.distortion().size(), values_of(c));
+}
+
+// A camera of the kind, whose parameters are then replaced.
+Camera blank_camera(CameraKind kind, int width, int height, std::size_t coefficients) {
+  const std::vector<double> zeros(coefficients, 0.0);
+  RotatingLine line;
+  line.width = width;
+  line.height = height;
+  line.c_px = 1;
+  switch (kind) {
+    case CameraKind::fisheye:
+      return Camera::fisheye(width, height, 1, 1, 0, 0, zeros);
+    case CameraKind::double_sphere:
+      return Camera::double_sphere(width, height, 1, 1, 0, 0, 0, 0);
+    case CameraKind::rotating_line:
+      return Camera::rotating_line(line);
+    case CameraKind::rotating_line_first_order:
+      return Camera::rotating_line_first_order(line);
+    case CameraKind::pinhole:
+      break;
+  }
+  return Camera::pinhole(width, height, 1, 1, 0, 0, zeros);
 }
 
 Camera camera_from_state(const State& s) {
-  return Camera::pinhole(s[0].cast<int>(), s[1].cast<int>(), s[2].cast<double>(),
-                         s[3].cast<double>(), s[4].cast<double>(), s[5].cast<double>(),
-                         s[6].cast<std::vector<double>>(), s[7].cast<double>());
+  const Camera blank = blank_camera(s[0].cast<CameraKind>(), s[1].cast<int>(), s[2].cast<int>(),
+                                    s[3].cast<std::size_t>());
+  return blank.with_parameters(s[4].cast<Eigen::VectorXd>());
+}
+
+template <Camera (*factory)(const RotatingLine&)>
+Camera make_line(int width, int height, double c_px, std::optional<double> cy_px,
+                 std::optional<double> angle_per_px_rad, double tilt_x_rad, double tilt_y_rad,
+                 const Eigen::Vector3d& eccentricity_m, double k1, double k2,
+                 const std::array<double, 6>& tumbling_rad) {
+  RotatingLine line;
+  line.width = width;
+  line.height = height;
+  line.c_px = c_px;
+  line.cy_px = cy_px.value_or((height - 1) / 2.0);
+  line.angle_per_px_rad = angle_per_px_rad.value_or(0);
+  line.tilt_x_rad = tilt_x_rad;
+  line.tilt_y_rad = tilt_y_rad;
+  line.eccentricity_m = eccentricity_m;
+  line.k1 = k1;
+  line.k2 = k2;
+  line.tumbling_rad = tumbling_rad;
+  return factory(line);
+}
+
+template <Camera (*factory)(const RotatingLine&)>
+void define_line(py::class_<Camera>& camera, const char* name, const char* doc) {
+  camera.def_static(name, &make_line<factory>, py::kw_only(), py::arg("width"), py::arg("height"),
+                    py::arg("c_px"), py::arg("cy_px") = py::none(),
+                    py::arg("angle_per_px_rad") = py::none(), py::arg("tilt_x_rad") = 0.0,
+                    py::arg("tilt_y_rad") = 0.0,
+                    py::arg_v("eccentricity_m", Eigen::Vector3d(0, 0, 0), "(0, 0, 0)"),
+                    py::arg("k1") = 0.0, py::arg("k2") = 0.0,
+                    py::arg_v("tumbling_rad", std::array<double, 6>{}, "(0, 0, 0, 0, 0, 0)"), doc);
+}
+
+void define_kinds(py::module_& m) {
+  py::native_enum<CameraKind>(m, "CameraKind", "enum.Enum", "Which model a camera is.")
+      .value("pinhole", CameraKind::pinhole)
+      .value("fisheye", CameraKind::fisheye)
+      .value("double_sphere", CameraKind::double_sphere)
+      .value("rotating_line", CameraKind::rotating_line)
+      .value("rotating_line_first_order", CameraKind::rotating_line_first_order)
+      .finalize();
+  py::native_enum<CameraFormat>(m, "CameraFormat", "enum.Enum", "Of a camera file.")
+      .value("libocc", CameraFormat::libocc)
+      .value("opencv", CameraFormat::opencv)
+      .value("ros", CameraFormat::ros)
+      .finalize();
+  const auto fields = std::make_tuple(
+      field("name", &CameraParameter::name, "as in the factories and camera files"),
+      field("unit", &CameraParameter::unit, "px, rad, m or 1"),
+      field("value", &CameraParameter::value, "in that unit"),
+      field("is_length", &CameraParameter::is_length, "changes with the scene's scale"));
+  py::class_<CameraParameter> parameter(m, "CameraParameter", "One number of a camera's model.");
+  define_properties(parameter, fields);
+  define_repr(parameter, "CameraParameter", fields);
+  py::class_<Ray> ray(m, "Ray", "Where a pixel's ray starts and goes, camera frame.");
+  ray.def_readonly("origin", &Ray::origin, "[m]; zero for a camera with one centre")
+      .def_readonly("direction", &Ray::direction, "unit");
+}
+
+// Of all models but the pinhole.
+void define_factories(py::class_<Camera>& camera) {
+  camera
+      .def_static("fisheye", &Camera::fisheye, py::kw_only(), py::arg("width"), py::arg("height"),
+                  py::arg("fx_px"), py::arg("fy_px"), py::arg("cx_px"), py::arg("cy_px"),
+                  py::arg_v("distortion", std::vector<double>{}, "[]"), py::arg("skew_px") = 0.0,
+                  R"(Kannala and Brandt's fisheye as OpenCV has it, at most 4 coefficients.
+
+Raises: ValueError naming the argument and its value.
+
+>>> import libocc as occ
+>>> camera = occ.Camera.fisheye(width=800, height=800, fx_px=250, fy_px=250, cx_px=399.5, cy_px=399.5)
+>>> camera.project([1, 0, -0.2]) is None  # behind the image plane, and still seen
+False)")
+      .def_static("double_sphere", &Camera::double_sphere, py::kw_only(), py::arg("width"),
+                  py::arg("height"), py::arg("fx_px"), py::arg("fy_px"), py::arg("cx_px"),
+                  py::arg("cy_px"), py::arg("xi"), py::arg("alpha"),
+                  R"(The double sphere camera of Usenko, Demmel and Cremers (3DV 2018).
+
+Raises: ValueError naming the argument and its value.)");
+  define_line<&Camera::rotating_line>(
+      camera, "rotating_line",
+      R"(A linear array on a turntable: columns are angles, rows positions on the array.
+
+The frame's Z is the turntable's axis towards growing rows; columns grow from X to Y.
+width, height: [px]; c_px: camera constant over the array's pixel pitch; cy_px: row of the
+horizon (default: the middle); angle_per_px_rad: between columns (default: 2 pi / width);
+tilt_x_rad, tilt_y_rad: of the array; eccentricity_m (3,): of the projection centre;
+k1, k2: distortion along the array; tumbling_rad (6,): Fourier terms of the axis's wobble.
+Equations: libocc/camera/rotating_line.hpp. Raises: ValueError naming the argument.
+
+>>> import libocc as occ
+>>> camera = occ.Camera.rotating_line(width=3600, height=1000, c_px=573)
+>>> camera.project([0, 2, 0]).round(9).tolist()  # a quarter of the way round, on the horizon
+[900.0, 499.5])");
+  define_line<&Camera::rotating_line_first_order>(
+      camera, "rotating_line_first_order",
+      "The additive first-order form of rotating_line, for comparison; takes no tumbling_rad.");
+}
+
+// What a camera that is no pinhole has beside project and unproject.
+void define_generality(py::class_<Camera>& camera) {
+  camera.def_property_readonly("kind", &Camera::kind, "CameraKind.")
+      .def_property_readonly("is_central", &Camera::is_central, "Whether all rays meet in a point.")
+      .def_property_readonly("parameters", &Camera::parameters,
+                             "All CameraParameters, in the order of with_parameters.")
+      .def(
+          "with_parameters",
+          [](const Camera& c, const Eigen::VectorXd& values) { return c.with_parameters(values); },
+          py::arg("values"), "This camera with other values of `parameters`.")
+      .def(
+          "ray", [](const Camera& c, const Eigen::Vector2d& p) { return c.ray(p); },
+          py::arg("pixel"), "Ray of a pixel (2,); None outside the model.")
+      .def_property_readonly("period_px", &Camera::period_px,
+                             "Columns after which the image repeats itself, or infinity.")
+      .def("difference_px", &Camera::difference_px, py::arg("to"), py::arg("from_"),
+           "to - from_ (2,), the short way around the seam.");
 }
 
 void define_poses(py::module_& m) {
@@ -64,9 +235,13 @@ Raises: ValueError when target and position coincide or the view is along `up`.
 }  // namespace
 
 void define_camera(py::module_& m) {
-  py::class_<Camera> camera(m, "Camera", R"(A pinhole camera with OpenCV's lens distortion.
+  define_kinds(m);
+  py::class_<Camera> camera(m, "Camera", R"(Where a point appears, along which ray a pixel looks.
 
-Pixel (0, 0) is the centre of the first pixel; camera axes: x right, y down, z forward.
+Made by pinhole (with OpenCV's lens distortion), fisheye, double_sphere or rotating_line.
+
+Pixel (0, 0) is the centre of the first pixel; camera axes: x right, y down, z forward
+(of a rotating line: z down along its axis).
 
 >>> import libocc as occ
 >>> camera = occ.Camera.pinhole(width=640, height=480, fx_px=400, fy_px=400, cx_px=319.5, cy_px=239.5)
@@ -108,10 +283,23 @@ Raises: ValueError naming the argument and its value.)")
       .def("__hash__", [](const Camera& c) { return py::hash(py::str(camera_repr(c))); })
       .def(py::pickle(&camera_state, &camera_from_state));
 
+  define_factories(camera);
+  define_generality(camera);
+
+  m.def(
+      "write_camera",
+      [](const std::filesystem::path& path, const Camera& c, CameraFormat format) {
+        writing(path, [&](const std::string& name) { write_camera(name, c, format); });
+      },
+      py::arg("path"), py::arg("camera"),
+      py::arg_v("format", CameraFormat::libocc, "CameraFormat.libocc"),
+      R"(Writes a camera file, whole or not at all; read_camera reads it back to the last bit.
+
+Raises: OSError when it cannot be written; ValueError when the format has no such model.)");
   m.def(
       "read_camera", [](const std::filesystem::path& path) { return reading(path, &read_camera); },
       py::arg("path"),
-      R"(Camera from an OpenCV or ROS camera YAML file, or from a scene file.
+      R"(Camera from a camera file of libocc, OpenCV or ROS (YAML), or from a scene file.
 
 Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming file, line, key.)");
   define_poses(m);

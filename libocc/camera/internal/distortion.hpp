@@ -16,6 +16,10 @@ using DistortionCoefficients = std::array<double, 14>;
 Eigen::Vector2d distort(const DistortionCoefficients& k, const Eigen::Vector2d& undistorted,
                         Eigen::Matrix2d* jacobian = nullptr);
 
+/// d distorted / d each of the first twelve coefficients.
+Eigen::Matrix<double, 2, 12> distort_by_coefficients(const DistortionCoefficients& k,
+                                                     const Eigen::Vector2d& undistorted);
+
 /// First r^2 at which the distorted radius stops growing, infinity when there is none.
 double domain_radius_squared(const DistortionCoefficients& k);
 
@@ -25,5 +29,8 @@ std::optional<Eigen::Vector2d> undistort(const DistortionCoefficients& k, double
 
 /// Homography of the tilted sensor: OpenCV 4.6 documentation, calib3d, "tilted image sensor".
 Eigen::Matrix3d tilt_homography(double tau_x_rad, double tau_y_rad);
+
+/// d (point after the tilt) / d (tau_x, tau_y).
+Eigen::Matrix2d tilt_by_angles(double tau_x_rad, double tau_y_rad, const Eigen::Vector2d& point);
 
 }  // namespace occ

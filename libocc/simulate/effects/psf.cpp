@@ -26,7 +26,7 @@ Bound bound_of(const LampView& seen, const View& view) {
   const double sampling = sampling_shift_px(seen, 0, point) + sampling_shift_px(seen, sigma, point);
   if (point) return {seen.electrons, sampling};
   constexpr double pi = 3.14159265358979323846;
-  const double depth_m = (view.cam_from_world * seen.lamp->centre_m).z();
+  const double depth_m = view.scene.camera.depth_m(view.cam_from_world * seen.lamp->centre_m);
   const double moved =
       std::sqrt(2 / pi) * sigma + 4 / (3 * pi) * defocus_radius_px(view.scene, depth_m);
   return {std::min(1.0, 2 * moved) * seen.full_e, sampling};

@@ -30,7 +30,8 @@ namespace occ {
 
 class LampRenderer {
  public:
-  explicit LampRenderer(const Frame& frame);
+  explicit LampRenderer(const Frame& frame) : LampRenderer(frame, rendered_camera(frame)) {}
+  LampRenderer(const Frame& frame, const Camera& camera);
 
   /// Empty (width 0) when no light of the lamp reaches the sensor; false when it cannot be rendered
   /// because part of its rim is outside the camera's domain or it shows its dark side. The image's

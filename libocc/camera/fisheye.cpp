@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/camera/internal/fisheye.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/camera/internal/polynomial.hpp"
+
+namespace occ {
+
+namespace {
+constexpr double pi = 3.14159265358979323846;
+}
+
+FisheyeModel::FisheyeModel(int width, int height, const PlaneMap& map, const std::vector<double>& k)
+    : width_(width), height_(height), map_(map), coefficients_(k.size()), max_angle_(pi) {
+  std::copy(k.begin(), k.end(), k_.begin());
+  const Polynomial growth{1, 3 * k_[0], 5 * k_[1], 7 * k_[2], 9 * k_[3]};  // of a^2
+  const std::vector<double> ends = sign_changes(growth, pi * pi);
+  if (!ends.empty()) max_angle_ = std::sqrt(ends.front());
+}
+
+double FisheyeModel::bent(double a) const {
+  const double s = a * a;
+  return a * (1 + s * (k_[0] + s * (k_[1] + s * (k_[2] + s * k_[3]))));
+}
+
+double FisheyeModel::slope(double a) const {
+  const double s = a * a;
+  return 1 + s * (3 * k_[0] + s * (5 * k_[1] + s * (7 * k_[2] + s * 9 * k_[3])));
+}
+
+// Newton's method inside a bracket: d grows throughout the domain.
+double FisheyeModel::straight(double wanted) const {
+  double low = 0, high = max_angle_, a = std::min(wanted, high);
+  for (int i = 0; i < 100; ++i) {
+    const double error = bent(a) - wanted;
+    if (std::abs(error) <= 1e-16 * wanted) break;
+    (error < 0 ? low : high) = a;
+    const double next = a - error / slope(a);
+    const double before = a;
+    a = next > low && next < high ? next : 0.5 * (low + high);
+    if (a == before) break;
+  }
+  return a;
+}
+
+std::vector<CameraParameter> FisheyeModel::parameters() const {
+  std::vector<CameraParameter> all{{"fx_px", "px", map_.fx},
+                                   {"fy_px", "px", map_.fy},
+                                   {"cx_px", "px", map_.cx},
+                                   {"cy_px", "px", map_.cy},
+                                   {"skew_px", "px", map_.skew}};
+  for (std::size_t i = 0; i < coefficients_; ++i)
+    all.push_back({"k" + std::to_string(i + 1), "1", k_[i]});
+  return all;
+}
+
+Camera FisheyeModel::with_parameters(const Eigen::VectorXd& v) const {
+  return Camera::fisheye(width_, height_, v[0], v[1], v[2], v[3], {v.begin() + 5, v.end()}, v[4]);
+}
+
+std::optional<Eigen::Vector2d> FisheyeModel::project(
+    const Eigen::Vector3d& point, Jacobian23* d_point,
+    Camera::ParameterJacobian* d_parameters) const {
+  const double r2 = point.head<2>().squaredNorm(), r = std::sqrt(r2), z = point.z();
+  const double length2 = r2 + z * z;
+  if (!(length2 > 0) || !std::isfinite(length2)) return std::nullopt;
+  const double a = std::atan2(r, z);
+  if (!(a < max_angle_)) return std::nullopt;
+  if (r == 0 && z < 0) return std::nullopt;  // straight behind: every direction of the rim
+  const double d = bent(a);
+  // Near the axis d/r goes to 1/z.
+  const bool on_axis = r <= 1e-12 * std::abs(z);
+  const double scale = on_axis ? 1 / z : d / r;
+  const Eigen::Vector2d plane = scale * point.head<2>();
+  if (d_point) {
+    Eigen::Matrix<double, 2, 3> d_plane;
+    d_plane.leftCols<2>() = scale * Eigen::Matrix2d::Identity();
+    if (on_axis) {
+      d_plane.col(2) = -plane / z;
+    } else {
+      const Eigen::Vector2d along = point.head<2>() / r;
+      const double turn = slope(a) / length2;  // d d = turn (z dr - r dz)
+      d_plane.leftCols<2>() += along * along.transpose() * (turn * z - scale);
+      d_plane.col(2) = -along * turn * r;
+    }
+    *d_point = map_.d_px() * d_plane;
+  }
+  if (d_parameters) {
+    d_parameters->resize(2, 5 + static_cast<Eigen::Index>(coefficients_));
+    d_parameters->leftCols<5>() << plane.x(), 0, 1, 0, plane.y(), 0, plane.y(), 0, 1, 0;
+    Eigen::Vector2d column =
+        map_.d_px() * (on_axis ? plane : Eigen::Vector2d(point.head<2>() * a / r));
+    for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(coefficients_); ++i) {
+      column *= a * a;
+      d_parameters->col(5 + i) = column;
+    }
+  }
+  const Eigen::Vector2d pixel = map_.to_px(plane);
+  if (!pixel.allFinite()) return std::nullopt;
+  return pixel;
+}
+
+std::optional<Eigen::Vector3d> FisheyeModel::unproject(const Eigen::Vector2d& pixel,
+                                                       Jacobian32* jacobian) const {
+  const Eigen::Vector2d plane = map_.from_px(pixel);
+  const double d = plane.norm();
+  if (!(d < bent(max_angle_))) return std::nullopt;
+  const double a = straight(d), sine = std::sin(a), cosine = std::cos(a);
+  const bool on_axis = d < 1e-12;
+  const double scale = on_axis ? 1 : sine / d;
+  const Eigen::Vector3d bearing(scale * plane.x(), scale * plane.y(), cosine);
+  if (jacobian) {
+    Eigen::Matrix<double, 3, 2> d_plane;
+    d_plane << scale, 0, 0, scale, -plane.x(), -plane.y();
+    if (!on_axis) {
+      const Eigen::Vector2d along = plane / d;
+      const double d_angle = 1 / slope(a);
+      d_plane.topRows<2>() += along * along.transpose() * (cosine * d_angle - scale);
+      d_plane.row(2) = -sine * d_angle * along.transpose();
+    }
+    *jacobian = d_plane * map_.d_plane();
+  }
+  return bearing.normalized();
+}
+
+}  // namespace occ
