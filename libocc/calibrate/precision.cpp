@@ -243,6 +243,23 @@ double Precision::distance_sigma_m(const Target& a, const Target& b) const {
   return std::sqrt(std::max(0.0, along.dot(positions(a, b) * along)));
 }
 
+double Precision::scale_sigma() const {
+  const FreePrecision& free = *state_->free;
+  DatumDefect all = free.defect;
+  all.directions = Eigen::Matrix<double, 7, 7>::Identity();
+  const auto every = conditions_of(free.network, free.layout, {}, all);
+  if (!every) return std::numeric_limits<double>::infinity();
+  const MatrixXd b = over_unknowns(*every, free.network, free.layout, free.state);
+  MatrixXd hold = MatrixXd::Zero(7, 7);
+  for (const auto& rows : every->rows) hold += rows * rows.transpose();
+  MatrixXd q = b.transpose() * free.times(b);
+  const MatrixXd h = b.transpose() * state_->along, k = b.transpose() * state_->applied;
+  q += h * state_->middle * h.transpose() - h * k.transpose() - k * h.transpose();
+  const MatrixXd inverse = hold.inverse();
+  const double variance = (inverse * q * inverse)(6, 6);
+  return std::sqrt(std::max(0.0, state_->factor * variance));
+}
+
 Matrix6 Precision::station(int station) const {
   const FreePrecision& free = *state_->free;
   require_known(station, free.layout.stations.size(), "station");
