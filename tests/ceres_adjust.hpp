@@ -170,8 +170,8 @@ inline CeresResult ceres_adjust(const Network& network, int threads = 1, int max
   using namespace ceres_peer;
   Bases bases(network);
   std::vector<std::vector<double>>& cameras = bases.values;
-  std::vector<std::vector<double>> cameras,
-      stations(network.stations.size(), std::vector<double>(6, 0.0)), targets;
+  std::vector<std::vector<double>> stations(network.stations.size(), std::vector<double>(6, 0.0)),
+      targets;
   for (const NetworkPoint& point : network.points)
     targets.push_back({point.position_m.x(), point.position_m.y(), point.position_m.z()});
   const std::size_t bodies = targets.size();
