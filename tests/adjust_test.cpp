@@ -189,6 +189,42 @@ TEST(Adjust, SurvivesGrossErrors) {
   }
 }
 
+/// A panorama field of five stations: a point has five rays, and a tenth of all are wrong, so that
+/// eight in a hundred points have two wrong ones.
+TEST(Adjust, SurvivesGrossErrorsWhereRaysAreFew) {
+  TestFieldDesign design;
+  design.camera = paper_panorama_camera();
+  design.free_parameters = paper_additional_parameters();
+  design.sigma_px = {0.5, 0.19};
+  design.start_error_m = 0.3;
+  const TestField field = simulate_test_field(design);
+  const auto clean = adjust(noisy_network(field.truth, design.seed, 0), plain());
+  Network network = field.network;
+  const std::set<int> spoiled = spoil(network, 0.1, 5);
+  const auto found = adjust(network);
+  ASSERT_TRUE(found.ok()) << found.message;
+  std::size_t caught = 0;
+  for (const RejectedObservation& one : found->rejected) caught += spoiled.count(one.observation);
+  EXPECT_GT(static_cast<double>(caught), 0.96 * static_cast<double>(spoiled.size()));
+  EXPECT_LT(static_cast<double>(found->rejected.size() - caught),
+            0.1 * static_cast<double>(spoiled.size()));
+  EXPECT_LT(found->sigma0, 1.1);
+  const auto rms = [&](const Network& from) {
+    const auto aligned = in_datum(from, field.truth);
+    std::vector<int> rays(from.points.size());
+    for (const ImageObservation& seen : from.observations)
+      rays[static_cast<std::size_t>(seen.target.point)] += seen.used;
+    double squares = 0, count = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      if (rays[i] < 2) continue;
+      squares += (aligned->points[i].position_m - field.truth.points[i].position_m).squaredNorm();
+      ++count;
+    }
+    return std::sqrt(squares / count);
+  };
+  EXPECT_LT(rms(found->network), 1.5 * rms(clean->network));
+}
+
 TEST(Adjust, FarStartsConverge) {
   for (const bool panorama : {false, true}) {
     SCOPED_TRACE(panorama);
