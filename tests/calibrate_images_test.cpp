@@ -41,9 +41,6 @@ std::vector<TagImage> photographed(const TargetField& field, const Camera& camer
 
 // Every free parameter within four of its sigmas of the truth, sigmas that are right.
 void expect_camera(const Adjustment& adjusted, const Camera& truth) {
-  if (getenv("SHOW"))
-    std::printf("sigma0 %.3f rejected %zu of %d redundancy %d\n", adjusted.sigma0,
-                adjusted.rejected.size(), adjusted.observations, adjusted.redundancy);
   EXPECT_GT(adjusted.sigma0, 0.4);
   EXPECT_LT(adjusted.sigma0, 1.5);
   const Result<Precision> precise = precision(adjusted.network);
@@ -58,9 +55,6 @@ void expect_camera(const Adjustment& adjusted, const Camera& truth) {
         off[static_cast<Eigen::Index>(i)] = found[k].value - right[k].value;
   for (Eigen::Index i = 0; i < off.size(); ++i) {
     const std::string& name = camera.free_parameters[static_cast<std::size_t>(i)];
-    if (getenv("SHOW"))
-      std::printf("  %s off %.3g sigma %.3g (%.1f)\n", name.c_str(), off[i],
-                  std::sqrt(covariance(i, i)), off[i] / std::sqrt(covariance(i, i)));
     EXPECT_LT(std::abs(off[i]), 4 * std::sqrt(covariance(i, i))) << name << " off by " << off[i];
   }
   const double n = static_cast<double>(off.size());
