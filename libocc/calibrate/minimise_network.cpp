@@ -86,6 +86,7 @@ Minimised minimise(const Network& network, const Layout& layout, NetworkState& s
           result.cost = normal.cost;
           damping = next_damping;
           ++result.iterations;
+          if (!ever_undetermined.empty() && fall < 1e-10 * before) return failed(Ending::stuck);
           if (options.least_fall > 0 && fall < options.least_fall * before) return result;
         }
       }

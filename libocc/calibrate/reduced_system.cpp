@@ -36,7 +36,8 @@ ReducedSystem::ReducedSystem(const NormalEquations& normal, const MatrixXd& gaug
   solvable_ = factor.info() == Eigen::Success;
   if (solvable_) factor_ = factor.matrixL();
   const VectorXd noise = 1e-13 * normal.diagonal.cwiseQuotient(diagonal).cwiseMax(10);
-  bool sound = solvable_;
+  constexpr double singular = 1e-12;  // rounding makes it 1e-13 where it should be zero
+  bool sound = solvable_ && factor.rcond() > singular;
   for (Index k = 0; sound && k < n; ++k) sound = factor_(k, k) * factor_(k, k) > noise[k];
   if (!sound) undetermined_ = weakest();
 }
