@@ -91,6 +91,33 @@ TEST(CalibrateImages, APinholeFromTwelvePicturesOfFifteenTags) {
   expect_camera(*adjusted, truth);
 }
 
+TEST(CalibrateImages, AFisheyeFromTwelvePictures) {
+  const Camera truth =
+      Camera::fisheye(1000, 1000, 380, 381.5, 503, 494, {0.03, -0.006, 0.001, -2e-4});
+  std::vector<Rigid3> poses;
+  for (int i = 0; i < 12; ++i) {
+    const double angle = 2 * pi * i / 12;
+    poses.push_back(towards_wall(
+        {0.9 * std::cos(angle), -0.85 - 0.1 * (i % 3), 0.6 * std::sin(angle)}, 0.5 * pi * (i % 4)));
+  }
+  const std::vector<TagImage> images = photographed(tags_on_a_wall(5, 3), truth, poses);
+  std::vector<PlaneView> views;
+  for (const TagImage& image : images)
+    for (const AprilTag& tag : image.tags) views.push_back(plane_view(tag));
+  const Result<Camera> about = start_focal_length(
+      views, Camera::fisheye(1000, 1000, 318, 318, 499.5, 499.5, {0, 0, 0, 0}));  // 180 degrees
+  ASSERT_TRUE(about.ok()) << about.message;
+  StartOptions options;
+  options.tag_size_m = 0.16;
+  const Result<NetworkStart> start = start_network(
+      {{"camera", *about, {"fx_px", "fy_px", "cx_px", "cy_px", "k1", "k2", "k3", "k4"}}}, images,
+      options);
+  ASSERT_TRUE(start.ok()) << start.message;
+  const Result<Adjustment> adjusted = adjust(start->network);
+  ASSERT_TRUE(adjusted.ok()) << adjusted.message;
+  expect_camera(*adjusted, truth);
+}
+
 // Five panoramas of a room: the start knows of the camera that its pixels are square.
 void calibrate_line(const RotatingLine& line, double tag_size_m) {
   const Camera truth = Camera::rotating_line(line);
