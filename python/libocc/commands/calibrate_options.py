@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the kinds of calibration share: options, and how they end."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+import click
+
+import libocc as occ
+
+from ..cli import blamed_on, emit_json
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+out_option = click.option("--out", required=True, metavar="FOLDER", help="Gets the report and all files.")
+select_option = click.option("--select", is_flag=True, help="Keep only parameters that the pictures call for.")
+robust_option = click.option("--robust/--no-robust", default=True, show_default=True,
+                             help="Expect gross errors: robust estimation, then data snooping.")
+
+
+def finish(
+    ctx: click.Context, network: occ.Network, datum: occ.Datum, *, out: str, title: str, select: bool, robust: bool,
+    as_json: bool, settings: dict[str, Any], notes: Sequence[str] = (), extra: Sequence[str] = (),
+) -> None:
+    """Adjusts, writes the folder, says how it went; exit code 1 when it did not end well."""
+    from ..calibration.report import table
+    from ..calibration.run import calibrate, write
+    from ..result_folder import ResultFolder
+
+    with blamed_on(out):
+        folder = ResultFolder(out, {**settings, "select": select, "robust": robust})
+    found, chosen = calibrate(network, datum, robust=robust, select=select, notes=notes)
+    sections = list(extra)
+    if chosen is not None:
+        sections.append("<h2>Parameters chosen</h2>" + table(("step", "parameter", "why"), [
+            (i + 1, step.parameter, step.reason) for i, step in enumerate(chosen.steps)
+        ]))
+    with blamed_on(out):
+        data = write(folder, found, title, sections)
+    if as_json:
+        emit_json(data)
+    else:
+        for line in lines(data):
+            click.echo(line)
+        click.echo(f"{out}/report.html")
+    if not found.ok:
+        click.echo(f"{data['status']}: {data['message']}", err=True)
+        ctx.exit(1)
+
+
+def lines(data: dict[str, Any]) -> list[str]:
+    """For people: sigma0, then a line for each parameter."""
+    told = [
+        f"sigma0 {data['sigma0']:.4g}, {data['observations']} observations, {data['unknowns']} unknowns, "
+        f"redundancy {data['redundancy']}, datum defect {data['datum_defect']}, {len(data['rejected'])} rejected"
+    ]
+    for p in data["parameters"]:
+        sigma = "unknown" if p["sigma"] is None else f"{p['sigma']:.2g}"
+        told.append(f"{p['camera']} {p['name']} {p['value']:.9g} +- {sigma} {p['unit']}")
+    for camera in data["cameras"]:
+        for a, b, rho in camera["strong_correlations"]:
+            told.append(f"{camera['name']}: {a} and {b} are correlated by {rho:+.3f}")
+    return told + [f"warning: {text}" for text in data["warnings"]]
