@@ -31,27 +31,31 @@ Eigen::Matrix3d generator(int i) {
   return g;
 }
 
+using ByTumbling = Eigen::Matrix<double, 2, 6>;
+
+/// d (w_x, w_y) / d tumbling: T1 e^(-i theta) + T2 e^(2 i theta) + T3 e^(-2 i theta).
+ByTumbling by_tumbling(double c, double s) {
+  const double c2 = c * c - s * s, s2 = 2 * s * c;
+  ByTumbling by;
+  by << c, s, c2, -s2, c2, s2,  //
+      -s, c, s2, c2, -s2, c2;
+  return by;
+}
+
+/// Its derivative by theta.
+ByTumbling by_tumbling_slope(double c, double s) {
+  const double c2 = c * c - s * s, s2 = 2 * s * c;
+  ByTumbling by;
+  by << -s, c, -2 * s2, -2 * c2, -2 * s2, 2 * c2,  //
+      -c, -s, 2 * c2, -2 * s2, -2 * c2, -2 * s2;
+  return by;
+}
+
 }  // namespace
 
 /// The turntable at an angle: point in its frame = R_Z(-theta) W(theta)^T point.
 struct LineModel::Turn {
-  Turn(const RotatingLine& line, bool tumbles, double theta)
-      : c(std::cos(theta)), s(std::sin(theta)) {
-    if (!tumbles) return;
-    const std::array<double, 6>& t = line.tumbling_rad;
-    const double c2 = c * c - s * s, s2 = 2 * s * c;
-    // T1 e^(-i theta) + T2 e^(2 i theta) + T3 e^(-2 i theta): by each real and imaginary part
-    by << c, s, c2, -s2, c2, s2,  //
-        -s, c, s2, c2, -s2, c2;
-    const Eigen::Map<const Eigen::Matrix<double, 6, 1>> all(t.data());
-    w = by * all;
-    Eigen::Matrix<double, 2, 6> slope;
-    slope << -s, c, -2 * s2, -2 * c2, -2 * s2, 2 * c2,  //
-        -c, -s, 2 * c2, -2 * s2, -2 * c2, -2 * s2;
-    w_slope = slope * all;
-    x = about_x(w.x());
-    y = about_y(w.y());
-  }
+  double c, s;  // of theta
 
   Eigen::Vector3d back(const Eigen::Vector3d& p) const {  // R_Z(-theta) p
     return {c * p.x() + s * p.y(), -s * p.x() + c * p.y(), p.z()};
@@ -59,23 +63,29 @@ struct LineModel::Turn {
   Eigen::Vector3d forth(const Eigen::Vector3d& p) const {  // R_Z(theta) p
     return {c * p.x() - s * p.y(), s * p.x() + c * p.y(), p.z()};
   }
-  Eigen::Matrix3d back_matrix() const {
-    Eigen::Matrix3d r;
-    r << c, s, 0, -s, c, 0, 0, 0, 1;
-    return r;
-  }
   /// d back(p) / d theta.
   Eigen::Vector3d back_slope(const Eigen::Vector3d& p) const {
     return {-s * p.x() + c * p.y(), -c * p.x() - s * p.y(), 0};
   }
-  Eigen::Matrix3d wobble() const { return x * y; }                      // W
-  Eigen::Matrix3d wobble_by_x() const { return generator(0) * x * y; }  // dW / dw_x
-  Eigen::Matrix3d wobble_by_y() const { return x * generator(1) * y; }
+};
 
-  double c, s;
-  Eigen::Matrix<double, 2, 6> by = Eigen::Matrix<double, 2, 6>::Zero();
-  Eigen::Vector2d w = Eigen::Vector2d::Zero(), w_slope = Eigen::Vector2d::Zero();
-  Eigen::Matrix3d x = Eigen::Matrix3d::Identity(), y = x;
+/// W and its derivatives.
+struct LineModel::Wobble {
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d by_x = generator(0), by_y = generator(1);
+  Eigen::Matrix3d slope = Eigen::Matrix3d::Zero();  // by theta
+
+  Wobble() = default;
+  Wobble(const RotatingLine& line, const Turn& at) {
+    const Eigen::Map<const Eigen::Matrix<double, 6, 1>> all(line.tumbling_rad.data());
+    const Eigen::Vector2d w = by_tumbling(at.c, at.s) * all;
+    const Eigen::Vector2d w_slope = by_tumbling_slope(at.c, at.s) * all;
+    const Eigen::Matrix3d x = about_x(w.x()), y = about_y(w.y());
+    turn = x * y;
+    by_x = generator(0) * turn;
+    by_y = turn * generator(1);
+    slope = w_slope.x() * by_x + w_slope.y() * by_y;
+  }
 };
 
 LineModel::LineModel(const RotatingLine& line, double seam) : LineBase(line, seam) {
@@ -91,29 +101,39 @@ Camera LineModel::with_parameters(const Eigen::VectorXd& values) const {
   return Camera::rotating_line(with_values(values)).with_seam_at(seam_);
 }
 
-std::optional<double> LineModel::angle_of(const Eigen::Vector3d& point) const {
+// Without tumbling: theta = azimuth + atan2(nx, ny) - asin(sine), by its sine and cosine.
+std::optional<LineModel::Turn> LineModel::plain_turn(const Eigen::Vector3d& point) const {
   const Eigen::Vector3d n = array_.col(1);
-  const double across = std::hypot(n.x(), n.y());
-  const auto closed_form = [&](const Eigen::Vector3d& p) -> std::optional<double> {
-    const double sine =
-        (n.dot(line_.eccentricity_m) - n.z() * p.z()) / (across * std::hypot(p.x(), p.y()));
-    if (!(std::abs(sine) < 1)) return std::nullopt;
-    return std::atan2(p.y(), p.x()) + std::atan2(n.x(), n.y()) - std::asin(sine);
-  };
-  std::optional<double> theta = closed_form(point);
-  if (!theta || !tumbles_) return theta;
-  for (int i = 0; i < 30; ++i) {  // Newton's method: tumbling is a small turn
-    const Turn turn(line_, true, *theta);
-    const Eigen::Vector3d still = turn.wobble().transpose() * point;
-    const Eigen::Matrix3d d_wobble =
-        turn.w_slope.x() * turn.wobble_by_x() + turn.w_slope.y() * turn.wobble_by_y();
-    const double error = n.dot(turn.back(still) - line_.eccentricity_m);
-    const double slope = n.dot(turn.back_slope(still) + turn.back(d_wobble.transpose() * point));
+  const double across2 = n.x() * n.x() + n.y() * n.y();
+  const double rho2 = point.x() * point.x() + point.y() * point.y();
+  const double height = n.dot(line_.eccentricity_m) - n.z() * point.z();
+  const double cosine2 = across2 * rho2 - height * height;  // times N^2 rho^2
+  if (!(cosine2 > 0)) return std::nullopt;
+  const double cosine = std::sqrt(cosine2);
+  // Of atan2(nx, ny) - asin(sine), times N^2 rho, then of theta.
+  const double c = n.y() * cosine + n.x() * height, s = n.x() * cosine - n.y() * height;
+  const double inverse = 1 / (across2 * rho2);
+  return Turn{(point.x() * c - point.y() * s) * inverse, (point.y() * c + point.x() * s) * inverse};
+}
+
+// Newton's method from there: tumbling is a small turn.
+std::optional<LineModel::Turn> LineModel::turn_of(const Eigen::Vector3d& point) const {
+  std::optional<Turn> turn = plain_turn(point);
+  if (!turn || !tumbles_) return turn;
+  const Eigen::Vector3d n = array_.col(1);
+  double theta = std::atan2(turn->s, turn->c);
+  for (int i = 0; i < 30; ++i) {
+    const Wobble wobble(line_, *turn);
+    const Eigen::Vector3d still = wobble.turn.transpose() * point;
+    const double error = n.dot(turn->back(still) - line_.eccentricity_m);
+    const double slope =
+        n.dot(turn->back_slope(still) + turn->back(wobble.slope.transpose() * point));
     const double step = error / slope;
     if (!std::isfinite(step)) return std::nullopt;
-    *theta -= step;
-    if (std::abs(step) < 1e-15) return theta;
-    if (std::abs(step) < 1e-13 && i > 5) return theta;  // as good as rounding allows
+    theta -= step;
+    turn = Turn{std::cos(theta), std::sin(theta)};
+    if (std::abs(step) < 1e-15) return turn;
+    if (std::abs(step) < 1e-13 && i > 5) return turn;  // as good as rounding allows
   }
   return std::nullopt;
 }
@@ -121,57 +141,52 @@ std::optional<double> LineModel::angle_of(const Eigen::Vector3d& point) const {
 std::optional<Eigen::Vector2d> LineModel::project(const Eigen::Vector3d& point, Jacobian23* d_point,
                                                   Camera::ParameterJacobian* d_parameters) const {
   if (!point.allFinite()) return std::nullopt;
-  const std::optional<double> theta = angle_of(point);
-  if (!theta) return std::nullopt;
-  const Turn turn(line_, tumbles_, *theta);
-  const Eigen::Matrix3d wobble = turn.wobble();
-  const Eigen::Vector3d still = tumbles_ ? Eigen::Vector3d(wobble.transpose() * point) : point;
-  const Eigen::Vector3d q = turn.back(still) - line_.eccentricity_m;
+  const std::optional<Turn> turn = turn_of(point);
+  if (!turn) return std::nullopt;
+  Wobble wobble;
+  if (tumbles_) wobble = Wobble(line_, *turn);
+  const Eigen::Vector3d still = tumbles_ ? Eigen::Vector3d(wobble.turn.transpose() * point) : point;
+  const Eigen::Vector3d q = turn->back(still) - line_.eccentricity_m;
   const Eigen::Vector3d a = array_.transpose() * q;
   if (!(a.x() > 0)) return std::nullopt;
   const double h = a.z() / a.x();
   const std::optional<double> eta = bent(h);
   if (!eta) return std::nullopt;
-  const double at = column(*theta);
+  const double at = column(std::atan2(turn->s, turn->c));
   const Eigen::Vector2d pixel(at, line_.cy_px + line_.c_px * *eta);
   if (!pixel.allFinite()) return std::nullopt;
   if (!d_point && !d_parameters) return pixel;
 
   // a_y = 0 defines theta; what moves a otherwise moves theta and h by these:
-  Eigen::Vector3d q_slope = turn.back_slope(still);
-  if (tumbles_) {
-    const Eigen::Matrix3d d_wobble =
-        turn.w_slope.x() * turn.wobble_by_x() + turn.w_slope.y() * turn.wobble_by_y();
-    q_slope += turn.back(d_wobble.transpose() * point);
-  }
+  Eigen::Vector3d q_slope = turn->back_slope(still);
+  if (tumbles_) q_slope += turn->back(wobble.slope.transpose() * point);
   const Eigen::Vector3d a_slope = array_.transpose() * q_slope;
-  const Eigen::RowVector3d theta_by_a(0, -1 / a_slope.y(), 0);
-  Eigen::RowVector3d h_by_a(-h / a.x(), 0, 1 / a.x());
-  h_by_a += h_by_a.dot(a_slope) * theta_by_a;
-  Eigen::Matrix<double, 2, 3> by_a;  // pixel by a
-  const double bend = 1 / straight_slope(*eta);
-  by_a << theta_by_a / line_.angle_per_px_rad, line_.c_px * bend * h_by_a;
-  const Eigen::Matrix<double, 2, 3> by_q = by_a * array_.transpose();
-  const Eigen::Matrix<double, 2, 3> by_still = by_q * turn.back_matrix();
-  if (d_point) *d_point = tumbles_ ? Jacobian23(by_still * wobble.transpose()) : by_still;
+  const double inverse_depth = 1 / a.x(), theta_by_y = -1 / a_slope.y();
+  const double h_by_y = (a_slope.z() - h * a_slope.x()) * inverse_depth * theta_by_y;
+  const double bend = 1 / straight_slope(*eta), px_per_h = line_.c_px * bend;
+  Jacobian23 by_a;                                    // pixel by a
+  by_a << 0, theta_by_y / line_.angle_per_px_rad, 0,  //
+      -px_per_h * h * inverse_depth, px_per_h * h_by_y, px_per_h * inverse_depth;
+  const Jacobian23 by_q = by_a * array_.transpose();
+  Jacobian23 by_still;  // by_q R_Z(-theta)
+  by_still << turn->c * by_q.col(0) - turn->s * by_q.col(1),
+      turn->s * by_q.col(0) + turn->c * by_q.col(1), by_q.col(2);
+  if (d_point) *d_point = tumbles_ ? Jacobian23(by_still * wobble.turn.transpose()) : by_still;
   if (!d_parameters) return pixel;
 
   Camera::ParameterJacobian& d = *d_parameters;
-  d.setZero(2, parameter_count());
-  d(0, 0) = -at / line_.angle_per_px_rad;
-  d(1, 1) = *eta;
-  d(1, 2) = 1;
+  d.resize(2, parameter_count());
+  const double cube = *eta * *eta * *eta;
+  d.leftCols<3>() << -at / line_.angle_per_px_rad, 0, 0, 0, *eta, 1;
   d.col(3) = by_a * (d_tilt_x_.transpose() * q);
   d.col(4) = by_a * (d_tilt_y_.transpose() * q);
   d.middleCols<3>(5) = -by_q;
-  const double cube = *eta * *eta * *eta;
-  d(1, 8) = line_.c_px * bend * cube;
-  d(1, 9) = d(1, 8) * *eta * *eta;
-  Eigen::Matrix<double, 2, 2> by_w;
-  by_w << by_still * (turn.wobble_by_x().transpose() * point),
-      by_still * (turn.wobble_by_y().transpose() * point);
-  const Turn unit = tumbles_ ? turn : Turn(line_, true, *theta);
-  d.rightCols<6>() = by_w * unit.by;
+  d.col(8) << 0, px_per_h * cube;
+  d.col(9) << 0, px_per_h * cube * *eta * *eta;
+  Eigen::Matrix2d by_w;
+  by_w << by_still * (wobble.by_x.transpose() * point),
+      by_still * (wobble.by_y.transpose() * point);
+  d.rightCols<6>() = by_w * by_tumbling(turn->c, turn->s);
   return pixel;
 }
 
@@ -179,30 +194,31 @@ std::optional<Eigen::Vector3d> LineModel::unproject(const Eigen::Vector2d& pixel
                                                     Jacobian32* jacobian) const {
   const double eta = (pixel.y() - line_.cy_px) / line_.c_px;
   if (!(std::abs(eta) < max_eta_)) return std::nullopt;
-  const Turn turn(line_, tumbles_, pixel.x() * line_.angle_per_px_rad);
-  const Eigen::Matrix3d wobble = turn.wobble();
+  const double theta = pixel.x() * line_.angle_per_px_rad;
+  const Turn turn{std::cos(theta), std::sin(theta)};
+  Wobble wobble;
+  if (tumbles_) wobble = Wobble(line_, turn);
   const Eigen::Vector3d in_array(1, 0, straight(eta));
   const double length = in_array.norm();
   const Eigen::Vector3d in_turn = array_ * in_array / length;
-  const Eigen::Vector3d bearing = wobble * turn.forth(in_turn);
+  const Eigen::Vector3d bearing = wobble.turn * turn.forth(in_turn);
   if (!bearing.allFinite()) return std::nullopt;
   if (jacobian) {
-    const Eigen::Vector3d sideways = turn.forth({-in_turn.y(), in_turn.x(), 0});
-    Eigen::Vector3d by_theta = wobble * sideways;
-    if (tumbles_)
-      by_theta += (turn.w_slope.x() * turn.wobble_by_x() + turn.w_slope.y() * turn.wobble_by_y()) *
-                  turn.forth(in_turn);
+    const Eigen::Vector3d by_theta = wobble.turn * turn.forth({-in_turn.y(), in_turn.x(), 0}) +
+                                     wobble.slope * turn.forth(in_turn);
     const Eigen::Vector3d up = array_.col(2) * (straight_slope(eta) / (line_.c_px * length));
+    const Eigen::Vector3d by_row = wobble.turn * turn.forth(up);
     jacobian->col(0) = by_theta * line_.angle_per_px_rad;
-    const Eigen::Vector3d by_row = wobble * turn.forth(up);
     jacobian->col(1) = by_row - bearing * bearing.dot(by_row);
   }
   return bearing.normalized();
 }
 
 Eigen::Vector3d LineModel::origin(const Eigen::Vector2d& pixel) const {
-  const Turn turn(line_, tumbles_, pixel.x() * line_.angle_per_px_rad);
-  return turn.wobble() * turn.forth(line_.eccentricity_m);
+  const double theta = pixel.x() * line_.angle_per_px_rad;
+  const Turn turn{std::cos(theta), std::sin(theta)};
+  const Eigen::Vector3d in_frame = turn.forth(line_.eccentricity_m);
+  return tumbles_ ? Eigen::Vector3d(Wobble(line_, turn).turn * in_frame) : in_frame;
 }
 
 }  // namespace occ

@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['AmbientImage', 'AmbientLight', 'AprilTag', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'Candidate', 'Channel', 'ChannelResponse', 'Checksum', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'CommonFactor', 'Decoded', 'DecodedCode', 'DecodedLamp', 'DetectablePoint', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'HeadlightDistance', 'Hypothesis', 'Identification', 'IdentifyMethod', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFlux', 'LampIndex', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'LocalisationValue', 'Match', 'Mosaic', 'NoiseArea', 'Object', 'ObjectMatch', 'ObjectPoint', 'PointValue', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PowerFit', 'Prior', 'Readout', 'ReceivedPower', 'RecognisedObject', 'Recognition', 'RecoveredResponse', 'Refined', 'Renderer', 'Response', 'ResponseMethod', 'RoadHeights', 'RobustPose', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Symmetry', 'SymmetryKind', 'Tag', 'Timing', 'Trajectory', 'Truth', 'Use', 'VehiclePose', 'VehiclePoses', 'Waveform', 'aperture_power', 'april_tag_families', 'calibrate_ambient', 'calibrate_light', 'code_budget', 'dbm', 'decode', 'decode_samples', 'detect', 'detect_april_tags', 'detectable_points', 'encode_id', 'encode_image', 'explain', 'heading_rad', 'headlight_distance', 'identify', 'identify_object', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'localisation_value', 'locate', 'locate_by_tags', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'planar_poses', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recognise', 'recover_response', 'refine', 'robust_pose', 'simulate', 'solve_pose', 'solvers', 'tag_poses', 'time_refine', 'vehicle_poses', 'views_around', 'write_image']
+__all__: list[str] = ['AmbientImage', 'AmbientLight', 'AprilTag', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'CameraFormat', 'CameraKind', 'CameraParameter', 'Candidate', 'Channel', 'ChannelResponse', 'Checksum', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'CommonFactor', 'Decoded', 'DecodedCode', 'DecodedLamp', 'DetectablePoint', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'HeadlightDistance', 'Hypothesis', 'Identification', 'IdentifyMethod', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFlux', 'LampIndex', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'LocalisationValue', 'Match', 'Mosaic', 'NoiseArea', 'Object', 'ObjectMatch', 'ObjectPoint', 'PointValue', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PowerFit', 'Prior', 'Ray', 'Readout', 'ReceivedPower', 'RecognisedObject', 'Recognition', 'RecoveredResponse', 'Refined', 'Renderer', 'Response', 'ResponseMethod', 'RoadHeights', 'RobustPose', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Symmetry', 'SymmetryKind', 'Tag', 'Timing', 'Trajectory', 'Truth', 'Use', 'VehiclePose', 'VehiclePoses', 'Waveform', 'aperture_power', 'april_tag_families', 'calibrate_ambient', 'calibrate_light', 'code_budget', 'dbm', 'decode', 'decode_samples', 'detect', 'detect_april_tags', 'detectable_points', 'encode_id', 'encode_image', 'explain', 'heading_rad', 'headlight_distance', 'identify', 'identify_object', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'localisation_value', 'locate', 'locate_by_tags', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'planar_poses', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recognise', 'recover_response', 'refine', 'robust_pose', 'simulate', 'solve_pose', 'solvers', 'tag_poses', 'time_refine', 'vehicle_poses', 'views_around', 'write_camera', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -276,11 +276,70 @@ class CodeBudget:
         """
         Chips from row to row.
         """
+class CameraKind(enum.Enum):
+    """
+    Which model a camera is.
+    """
+    double_sphere = 2
+    fisheye = 1
+    pinhole = 0
+    rotating_line = 3
+    rotating_line_first_order = 4
+class CameraFormat(enum.Enum):
+    """
+    Of a camera file.
+    """
+    libocc = 0
+    opencv = 1
+    ros = 2
+class CameraParameter:
+    """
+    One number of a camera's model.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def is_length(self) -> bool:
+        """
+        changes with the scene's scale
+        """
+    @property
+    def name(self) -> str:
+        """
+        as in the factories and camera files
+        """
+    @property
+    def unit(self) -> str:
+        """
+        px, rad, m or 1
+        """
+    @property
+    def value(self) -> float:
+        """
+        in that unit
+        """
+class Ray:
+    """
+    Where a pixel's ray starts and goes, camera frame.
+    """
+    @property
+    def direction(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        unit
+        """
+    @property
+    def origin(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        [m]; zero for a camera with one centre
+        """
 class Camera:
     """
-    A pinhole camera with OpenCV's lens distortion.
+    Where a point appears, along which ray a pixel looks.
 
-    Pixel (0, 0) is the centre of the first pixel; camera axes: x right, y down, z forward.
+    Made by pinhole (with OpenCV's lens distortion), fisheye, double_sphere or rotating_line.
+
+    Pixel (0, 0) is the centre of the first pixel; camera axes: x right, y down, z forward
+    (of a rotating line: z down along its axis).
 
     >>> import libocc as occ
     >>> camera = occ.Camera.pinhole(width=640, height=480, fx_px=400, fy_px=400, cx_px=319.5, cy_px=239.5)
@@ -288,12 +347,53 @@ class Camera:
     [339.5, 239.5]
     """
     @staticmethod
+    def double_sphere(*, width: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex, fx_px: typing.SupportsFloat | typing.SupportsIndex, fy_px: typing.SupportsFloat | typing.SupportsIndex, cx_px: typing.SupportsFloat | typing.SupportsIndex, cy_px: typing.SupportsFloat | typing.SupportsIndex, xi: typing.SupportsFloat | typing.SupportsIndex, alpha: typing.SupportsFloat | typing.SupportsIndex) -> Camera:
+        """
+        The double sphere camera of Usenko, Demmel and Cremers (3DV 2018).
+
+        Raises: ValueError naming the argument and its value.
+        """
+    @staticmethod
+    def fisheye(*, width: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex, fx_px: typing.SupportsFloat | typing.SupportsIndex, fy_px: typing.SupportsFloat | typing.SupportsIndex, cx_px: typing.SupportsFloat | typing.SupportsIndex, cy_px: typing.SupportsFloat | typing.SupportsIndex, distortion: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], skew_px: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> Camera:
+        """
+        Kannala and Brandt's fisheye as OpenCV has it, at most 4 coefficients.
+
+        Raises: ValueError naming the argument and its value.
+
+        >>> import libocc as occ
+        >>> camera = occ.Camera.fisheye(width=800, height=800, fx_px=250, fy_px=250, cx_px=399.5, cy_px=399.5)
+        >>> camera.project([1, 0, -0.2]) is None  # behind the image plane, and still seen
+        False
+        """
+    @staticmethod
     def pinhole(*, width: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex, fx_px: typing.SupportsFloat | typing.SupportsIndex, fy_px: typing.SupportsFloat | typing.SupportsIndex, cx_px: typing.SupportsFloat | typing.SupportsIndex, cy_px: typing.SupportsFloat | typing.SupportsIndex, distortion: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [], skew_px: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> Camera:
         """
         Camera of a size, focal lengths and principal point in pixels.
 
         distortion: 0, 4, 5, 8, 12 or 14 coefficients in OpenCV's order k1 k2 p1 p2 k3 k4 k5 k6 s1 ...
         Raises: ValueError naming the argument and its value.
+        """
+    @staticmethod
+    def rotating_line(*, width: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex, c_px: typing.SupportsFloat | typing.SupportsIndex, cy_px: typing.SupportsFloat | typing.SupportsIndex | None = None, angle_per_px_rad: typing.SupportsFloat | typing.SupportsIndex | None = None, tilt_x_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, tilt_y_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, eccentricity_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = (0, 0, 0), k1: typing.SupportsFloat | typing.SupportsIndex = 0.0, k2: typing.SupportsFloat | typing.SupportsIndex = 0.0, tumbling_rad: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"] = (0, 0, 0, 0, 0, 0)) -> Camera:
+        """
+        A linear array on a turntable: columns are angles, rows positions on the array.
+
+        The frame's Z is the turntable's axis towards growing rows; columns grow from X to Y.
+        width, height: [px]; c_px: camera constant over the array's pixel pitch; cy_px: row of the
+        horizon (default: the middle); angle_per_px_rad: between columns (default: 2 pi / width);
+        tilt_x_rad, tilt_y_rad: of the array; eccentricity_m (3,): of the projection centre;
+        k1, k2: distortion along the array; tumbling_rad (6,): Fourier terms of the axis's wobble.
+        Equations: libocc/camera/rotating_line.hpp. Raises: ValueError naming the argument.
+
+        >>> import libocc as occ
+        >>> camera = occ.Camera.rotating_line(width=3600, height=1000, c_px=573)
+        >>> camera.project([0, 2, 0]).round(9).tolist()  # a quarter of the way round, on the horizon
+        [900.0, 499.5]
+        """
+    @staticmethod
+    def rotating_line_first_order(*, width: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex, c_px: typing.SupportsFloat | typing.SupportsIndex, cy_px: typing.SupportsFloat | typing.SupportsIndex | None = None, angle_per_px_rad: typing.SupportsFloat | typing.SupportsIndex | None = None, tilt_x_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, tilt_y_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, eccentricity_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = (0, 0, 0), k1: typing.SupportsFloat | typing.SupportsIndex = 0.0, k2: typing.SupportsFloat | typing.SupportsIndex = 0.0, tumbling_rad: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"] = (0, 0, 0, 0, 0, 0)) -> Camera:
+        """
+        The additive first-order form of rotating_line, for comparison; takes no tumbling_rad.
         """
     def __eq__(self, arg0: typing.Any) -> bool:
         ...
@@ -309,13 +409,25 @@ class Camera:
         """
         Whether a pixel is on the sensor.
         """
+    def difference_px(self, to: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"], from_: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+        """
+        to - from_ (2,), the short way around the seam.
+        """
     def project(self, point_in_cam_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"] | None:
         """
         Pixel (2,) of a point (3,) in the camera's frame [m]; None outside the lens model.
         """
+    def ray(self, pixel: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"]) -> Ray | None:
+        """
+        Ray of a pixel (2,); None outside the model.
+        """
     def unproject(self, pixel: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"] | None:
         """
         Unit bearing (3,) of a pixel (2,); None outside the lens model.
+        """
+    def with_parameters(self, values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> Camera:
+        """
+        This camera with other values of `parameters`.
         """
     @property
     def cx_px(self) -> float:
@@ -348,6 +460,16 @@ class Camera:
         Rows [px].
         """
     @property
+    def is_central(self) -> bool:
+        """
+        Whether all rays meet in a point.
+        """
+    @property
+    def kind(self) -> CameraKind:
+        """
+        CameraKind.
+        """
+    @property
     def matrix(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
         """
         K, 3x3.
@@ -356,6 +478,16 @@ class Camera:
     def max_angle_rad(self) -> float:
         """
         Largest angle from the optical axis the lens model covers [rad].
+        """
+    @property
+    def parameters(self) -> list[CameraParameter]:
+        """
+        All CameraParameters, in the order of with_parameters.
+        """
+    @property
+    def period_px(self) -> float:
+        """
+        Columns after which the image repeats itself, or infinity.
         """
     @property
     def skew_px(self) -> float:
@@ -3846,7 +3978,7 @@ def radiant_intensity(power_w: typing.SupportsFloat | typing.SupportsIndex, orde
     """
 def read_camera(path: os.PathLike[str] | str) -> Camera:
     """
-    Camera from an OpenCV or ROS camera YAML file, or from a scene file.
+    Camera from a camera file of libocc, OpenCV or ROS (YAML), or from a scene file.
 
     Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming file, line, key.
     """
@@ -4014,6 +4146,12 @@ def vehicle_poses(lamps_m: typing.Annotated[numpy.typing.NDArray[numpy.float64],
 def views_around(object: Object, distances_m: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], directions: typing.SupportsInt | typing.SupportsIndex = 100) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]]:
     """
     cam_from_object (4x4 each) of cameras that look at an object's middle from all sides.
+    """
+def write_camera(path: os.PathLike[str] | str, camera: Camera, format: CameraFormat = ...) -> None:
+    """
+    Writes a camera file, whole or not at all; read_camera reads it back to the last bit.
+
+    Raises: OSError when it cannot be written; ValueError when the format has no such model.
     """
 def write_image(path: os.PathLike[str] | str, image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16]) -> None:
     """

@@ -49,8 +49,10 @@ class LineModel final : public LineBase {
 
  private:
   struct Turn;
+  struct Wobble;
   /// The turntable's angle at which the array sees the point, or nothing.
-  std::optional<double> angle_of(const Eigen::Vector3d& point) const;
+  std::optional<Turn> turn_of(const Eigen::Vector3d& point) const;
+  std::optional<Turn> plain_turn(const Eigen::Vector3d& point) const;
 
   Eigen::Matrix3d array_;  // R_Y(ly) R_X(lx)
   Eigen::Matrix3d d_tilt_x_, d_tilt_y_;

@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/calibrate/adjust.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <sstream>
+
+#include "libocc/calibrate/internal/intersect_rays.hpp"
+#include "libocc/calibrate/internal/minimise_network.hpp"
+#include "libocc/calibrate/internal/network_checks.hpp"
+#include "libocc/calibrate/internal/normal_quantile.hpp"
+#include "libocc/calibrate/internal/residual_cofactors.hpp"
+#include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
+
+namespace occ {
+
+namespace {
+
+using namespace networking;
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+/// The median of the length of two residuals of sigma 1.
+constexpr double rayleigh_median = 1.17741;
+
+/// One adjustment: the network as it stands, with what was taken out of it.
+class Adjuster {
+ public:
+  Adjuster(const Network& network, const AdjustOptions& options, const AdjustCallback& progress)
+      : options_(options), progress_(progress) {
+    result_.value.network = network;
+  }
+
+  Result<Adjustment> run() {
+    renew();
+    if (!may_go_on()) return finish();
+    start_points();
+    reference_ = network();
+    if (options_.robust && !reject_robustly()) return finish();
+    if (!least_squares("least squares")) return finish();
+    if (options_.snooping && !snoop()) return finish();
+    return finish();
+  }
+
+ private:
+  Network& network() { return result_.value.network; }
+
+  void renew() { layout_ = layout_of(network()); }
+
+  bool fail(Status status, const std::string& message) {
+    result_.status = status;
+    result_.message = message;
+    return false;
+  }
+
+  bool may_go_on() {
+    const Objection objection = objection_to(network(), layout_);
+    if (objection.status != Status::ok) return fail(objection.status, objection.message);
+    const int open = count_observations(network(), layout_) - static_cast<int>(layout_.total) +
+                     datum_defect(network()).total();
+    if (open < 0)
+      return fail(Status::degenerate,
+                  "there are " + std::to_string(-open) + " observations fewer than unknowns");
+    return true;
+  }
+
+  /// Points that some image cannot show from where it starts are put where their rays meet.
+  void start_points() {
+    const NetworkState state(network());
+    std::vector<std::vector<int>> seen_by(network().points.size());
+    std::vector<char> lost(network().points.size());
+    for (std::size_t i = 0; i < network().observations.size(); ++i) {
+      const ImageObservation& seen = network().observations[i];
+      if (!seen.used || seen.target.body >= 0) continue;
+      if (layout_.points[at(seen.target.point)] == none) continue;
+      seen_by[at(seen.target.point)].push_back(static_cast<int>(i));
+      double r[2];
+      if (!residual_of(network(), state, seen, r)) lost[at(seen.target.point)] = 1;
+    }
+    for (std::size_t p = 0; p < lost.size(); ++p) {
+      if (!lost[p]) continue;
+      std::vector<Ray> rays;
+      for (const int i : seen_by[p]) {
+        const ImageObservation& seen = network().observations[at(i)];
+        const NetworkImage& image = network().images[at(seen.image)];
+        const auto ray = network().cameras[at(image.camera)].camera.ray(seen.pixel);
+        const Rigid3 world_from_cam = network().cam_from_world(seen.image).inverse();
+        if (ray)
+          rays.push_back({world_from_cam * ray->origin, world_from_cam.rotation * ray->direction});
+      }
+      if (const auto meeting = intersect_rays(rays)) network().points[p].position_m = *meeting;
+    }
+  }
+
+  /// Runs a stage from the present state; false when it was stopped by the caller.
+  Minimised stage(const char* name, const Loss& loss, int iterations, double least_fall) {
+    NetworkState state(network());
+    MinimiseOptions options;
+    options.loss = loss;
+    options.max_iterations = iterations;
+    options.tolerance_sigma = options_.tolerance_sigma;
+    options.least_fall = least_fall;
+    options.threads = options_.threads;
+    const auto report = [&](int iteration, double cost) {
+      return !progress_ ||
+             progress_({name, iteration, cost, static_cast<int>(result_.value.rejected.size())});
+    };
+    const Minimised minimised = minimise(network(), layout_, state, options, report);
+    state.put_into(network());
+    result_.value.iterations += minimised.iterations;
+    return minimised;
+  }
+
+  bool stopped(const Minimised& minimised) {
+    if (minimised.ending != Ending::stopped) return false;
+    fail(Status::not_converged, "stopped by the caller");
+    return true;
+  }
+
+  /// Length of every used observation's residual, infinite when it is not in view.
+  std::vector<double> lengths() {
+    const NetworkState state(network());
+    std::vector<double> all(network().observations.size(), -1);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const ImageObservation& seen = network().observations[i];
+      if (!seen.used || !layout_.knows(seen.target)) continue;
+      double r[2];
+      all[i] = residual_of(network(), state, seen, r) ? std::hypot(r[0], r[1])
+                                                      : std::numeric_limits<double>::infinity();
+    }
+    return all;
+  }
+
+  static double scale_of(const std::vector<double>& lengths) {
+    std::vector<double> shown;
+    for (const double length : lengths)
+      if (length >= 0 && std::isfinite(length)) shown.push_back(length);
+    return std::max(1.0, median(std::move(shown)) / rayleigh_median);
+  }
+
+  void reject(int observation, double normalised, const char* reason) {
+    network().observations[at(observation)].used = false;
+    result_.value.rejected.push_back({observation, normalised, reason});
+  }
+
+  /// Robust estimation, then what lies beyond Tukey's limit goes.
+  bool reject_robustly() {
+    constexpr int rounds = 8, steps = 20;
+    double scale = scale_of(lengths());
+    for (int round = 0; round < rounds; ++round) {
+      if (stopped(stage("robust", {Loss::Kind::huber, scale}, steps, 1e-3))) return false;
+      const double now = scale_of(lengths());
+      const bool settled = now > 0.9 * scale;
+      scale = now;
+      if (settled && round > 0) break;
+    }
+    for (int round = 0; round < 2; ++round) {
+      if (stopped(stage("robust", {Loss::Kind::tukey, scale}, steps, 1e-4))) return false;
+      scale = scale_of(lengths());
+    }
+    const std::vector<double> all = lengths();
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (all[i] > Loss::tukey * scale)
+        reject(static_cast<int>(i), all[i], std::isfinite(all[i]) ? "robust" : "not in view");
+    renew();
+    return may_go_on();
+  }
+
+  /// False when there is no way on; non-convergence is noted.
+  bool least_squares(const char* name) {
+    constexpr int rounds = 3;
+    for (int round = 0; round < rounds; ++round) {
+      const Minimised minimised = stage(name, {}, options_.max_iterations, 0);
+      if (stopped(minimised)) return false;
+      if (!minimised.undetermined.empty())
+        return fail(Status::degenerate,
+                    "no observation determines " +
+                        names_of_unknowns(network(), layout_, minimised.undetermined));
+      bool lost = false;
+      const std::vector<double> all = lengths();
+      for (std::size_t i = 0; i < all.size(); ++i)
+        if (std::isinf(all[i])) {
+          reject(static_cast<int>(i), all[i], "not in view");
+          lost = true;
+        }
+      if (!lost) return minimised.ending == Ending::converged || note(minimised);
+      renew();
+      if (!may_go_on()) return false;
+    }
+    return true;
+  }
+
+  bool note(const Minimised& minimised) {
+    std::ostringstream text;
+    text.precision(3);
+    text << (minimised.ending == Ending::iterations ? "the iterations were used up"
+                                                    : "no step makes the residuals smaller")
+         << "; the next step would be " << minimised.step_sigma << " sigma";
+    return fail(Status::not_converged, text.str());
+  }
+
+  struct Candidate {
+    int observation;
+    double normalised;
+  };
+
+  /// Observations whose normalised residual is beyond the critical value, the worst first.
+  std::vector<Candidate> suspects() {
+    const NetworkState state(network());
+    NormalEquations normal;
+    build(network(), layout_, state, {}, 0, options_.threads, normal);
+    const ReducedSystem system(normal, reduced_gauge(network(), layout_, state));
+    if (!system.determined()) return {};
+    const auto all = residual_cofactors(network(), layout_, state, normal, system.covariance(),
+                                        options_.threads);
+    const int rows = count_observations(network(), layout_);
+    const int redundancy = rows - static_cast<int>(layout_.total) + datum_defect(network()).total();
+    // Sigmas stated too small must not make everything suspect, nor may gross errors hide in
+    // sigma0.
+    const double factor = std::sqrt(variance_factor(2 * normal.cost, redundancy));
+    const double scale = std::min(factor, scale_of(lengths()));
+    const double critical = scale * normal_quantile(1 - options_.false_alarm / (2.0 * rows));
+    constexpr double blind = 1e-4;  // of redundancy: an error would not show at all
+    std::vector<Candidate> found;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (!all[i].used) continue;
+      double worst = 0;
+      const Eigen::Matrix2d left = all[i].left();
+      for (int k = 0; k < 2; ++k)
+        if (left(k, k) > blind)
+          worst = std::max(worst, std::abs(all[i].residual[k]) / std::sqrt(left(k, k)));
+      if (worst > critical) found.push_back({static_cast<int>(i), worst});
+    }
+    std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {
+      return a.normalised > b.normalised;
+    });
+    return found;
+  }
+
+  bool snoop() {
+    constexpr int rounds = 100;
+    for (int round = 0; round < rounds; ++round) {
+      const std::vector<Candidate> found = suspects();
+      if (found.empty()) return true;
+      std::set<int> images, points, bodies;
+      for (const Candidate& one : found) {
+        const ImageObservation& seen = network().observations[at(one.observation)];
+        std::set<int>& targets = seen.target.body < 0 ? points : bodies;
+        const int target = seen.target.body < 0 ? seen.target.point : seen.target.body;
+        if (images.count(seen.image) || targets.count(target)) continue;
+        images.insert(seen.image);
+        targets.insert(target);
+        reject(one.observation, one.normalised, "snooping");
+      }
+      renew();
+      if (!may_go_on() || !least_squares("snooping")) return false;
+    }
+    return true;
+  }
+
+  double final_cost() {
+    const NetworkState state(network());
+    NormalEquations normal;
+    build(network(), layout_, state, {}, 0, options_.threads, normal);
+    return normal.cost;
+  }
+
+  Result<Adjustment> finish() {
+    Adjustment& out = result_.value;
+    out.warnings = layout_.left_out;
+    out.cost = final_cost();
+    out.observations = count_observations(network(), layout_);
+    out.unknowns = static_cast<int>(layout_.total);
+    out.defect = datum_defect(network()).total();
+    out.redundancy = out.observations - out.unknowns + out.defect;
+    if (out.redundancy > 0) out.sigma0 = std::sqrt(2 * out.cost / out.redundancy);
+    if (reference_.points.size() == network().points.size() &&
+        reference_.bodies.size() == network().bodies.size()) {
+      Result<Network> aligned = in_datum(network(), reference_, options_.datum);
+      if (aligned.ok())
+        network() = std::move(aligned.value);
+      else if (result_.ok())
+        fail(aligned.status, aligned.message);
+    }
+    return std::move(result_);
+  }
+
+  const AdjustOptions& options_;
+  const AdjustCallback& progress_;
+  Result<Adjustment> result_;
+  Network reference_;
+  Layout layout_;
+};
+
+}  // namespace
+
+void AdjustOptions::validate() const {
+  require(false_alarm > 0 && false_alarm < 1, "false_alarm", false_alarm, "between 0 and 1");
+  require(max_iterations >= 1, "max_iterations", max_iterations, "at least 1");
+  require(tolerance_sigma > 0, "tolerance_sigma", tolerance_sigma, "positive");
+  require(threads == 1 || threads == 2, "threads", threads, "1 or 2");
+}
+
+Result<Adjustment> adjust(const Network& network, const AdjustOptions& options,
+                          const AdjustCallback& progress) {
+  options.validate();
+  check_network(network);
+  check_datum(network, options.datum);
+  return Adjuster(network, options, progress).run();
+}
+
+std::vector<Eigen::Vector2d> image_residuals_px(const Network& network) {
+  check_network(network);
+  const NetworkState state(network);
+  std::vector<Eigen::Vector2d> all;
+  all.reserve(network.observations.size());
+  for (const ImageObservation& seen : network.observations) {
+    double r[2];
+    if (residual_of(network, state, seen, r))
+      all.emplace_back(-r[0] * seen.sigma_px[0], -r[1] * seen.sigma_px[1]);
+    else
+      all.push_back(Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity()));
+  }
+  return all;
+}
+
+}  // namespace occ

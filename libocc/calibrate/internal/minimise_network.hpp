@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Levenberg and Marquardt's steps of a network, and what is asked of its normal equations.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "libocc/calibrate/internal/normal_equations.hpp"
+
+namespace occ::networking {
+
+struct MinimiseOptions {
+  Loss loss;
+  int max_iterations = 100;
+  double tolerance_sigma = 1e-6;
+  double least_fall = 0;  ///< relative fall of the cost below which it is enough
+  int threads = 2;
+};
+
+enum class Ending { converged, iterations, stuck, stopped };
+
+struct Minimised {
+  Ending ending = Ending::converged;
+  int iterations = 0;
+  double cost = 0;
+  double step_sigma = 0;            ///< the last step, all unknowns together
+  std::vector<Index> undetermined;  ///< reduced unknowns, when something is not determined
+};
+
+/// `report` returns false to stop.
+Minimised minimise(const Network& network, const Layout& layout, NetworkState& state,
+                   const MinimiseOptions& options,
+                   const std::function<bool(int iteration, double cost)>& report);
+
+/// The open directions of the reduced unknowns.
+Eigen::MatrixXd reduced_gauge(const Network& network, const Layout& layout,
+                              const NetworkState& state);
+
+}  // namespace occ::networking
