@@ -87,7 +87,7 @@ void define_adjustment(py::module_& m) {
       });
 }
 
-void define_adjust(py::module_& m) {
+void define_adjusting(py::module_& m) {
   DefaultTexts texts;
   const auto fields = adjust_fields();
   std::apply(
@@ -188,10 +188,10 @@ degenerate: something is not determined, the message names it.)");
 
 }  // namespace
 
-void define_adjust_all(py::module_& m) {
+void define_adjust(py::module_& m) {
   define_datum(m);
   define_adjustment(m);
-  define_adjust(m);
+  define_adjusting(m);
   define_precision(m);
 }
 

@@ -7,14 +7,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Datum, DatumKind, Network, Target, read_camera
+from .._core import Datum, DatumKind, Network, Target, format_camera, read_camera
 from ..yaml_files import read_yaml
 from .tables import Row, read_table, table_bytes
 
 SCHEMA = "libocc-network/1"
-KEYS = ("schema", "cameras", "images", "points", "bodies", "observations", "distances", "control", "priors", "datum")
+KEYS = (
+    "schema", "cameras", "stations", "mounts", "images", "points", "shapes", "bodies", "observations", "distances",
+    "control", "priors", "datum",
+)
 POSE = ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
 SIGMA_PX = 0.5  # where a table says none
+
+
+def square(side_m: float) -> NDArray[np.float64]:
+    """Corners (4, 3) of an AprilTag as detect_april_tags() counts them."""
+    return side_m / 2 * np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
 
 
 class Section:
@@ -134,6 +142,8 @@ class Reader:
         self.network = Network()
         self.cameras, self.images = Names("camera"), Names("image")
         self.points, self.bodies = Names("point"), Names("body")
+        self.stations, self.mounts = Names("station"), Names("mount")
+        self.shapes: dict[str, list[NDArray[np.float64]]] = {}
 
     def table(self, key: str) -> Path:
         return self.path.parent / self.file.text(key)
@@ -165,11 +175,27 @@ class Reader:
         if not self.cameras.indices:
             raise self.file.fail("cameras", "a list of at least one camera")
 
+    def read_rigs(self) -> None:
+        for key, names, add in (
+            ("stations", self.stations, self.network.add_station), ("mounts", self.mounts, self.network.add_mount),
+        ):
+            if not self.file.has(key):
+                continue
+            for row in read_table(self.table(key), ("name", *POSE), ("fixed",)):
+                index = add(row.text("name"), pose_of(row), row.flag("fixed"))
+                names.add(row.text("name"), index, f"{row.path}:{row.line}")
+
     def read_images(self) -> None:
-        for row in read_table(self.table("images"), ("name", "camera", *POSE)):
-            where = f"{row.path}:{row.line}"
+        for row in read_table(self.table("images"), ("name", "camera"), (*POSE, "station", "mount")):
+            where, name = f"{row.path}:{row.line}", row.text("name")
             camera = self.cameras.find(row.text("camera"), where)
-            self.images.add(row.text("name"), self.network.add_image(row.text("name"), camera, pose_of(row)), where)
+            if row.has("station"):
+                station = self.stations.find(row.text("station"), where)
+                mount = self.mounts.find(row.text("mount"), where) if row.has("mount") else -1
+                index = self.network.add_image(name, camera, station=station, mount=mount)
+            else:
+                index = self.network.add_image(name, camera, pose_of(row))
+            self.images.add(name, index, where)
 
     def read_points(self) -> None:
         if not self.file.has("points"):
@@ -179,15 +205,25 @@ class Reader:
             index = self.network.add_point(row.text("name"), position, row.flag("fixed"))
             self.points.add(row.text("name"), index, f"{row.path}:{row.line}")
 
+    def read_shapes(self) -> None:
+        if not self.file.has("shapes"):
+            return
+        for row in read_table(self.table("shapes"), ("shape", "x_m", "y_m", "z_m")):
+            corners = self.shapes.setdefault(row.text("shape"), [])
+            corners.append(np.array([row.number(name) for name in POSE[:3]]))
+
     def read_bodies(self) -> None:
         if not self.file.has("bodies"):
             return
-        columns = ("name", "side_m", *POSE)
-        for row in read_table(self.table("bodies"), columns, ("scale_free",)):
-            half = row.number("side_m") / 2
-            if not half > 0:
-                raise row.fail("side_m", "positive")
-            corners = half * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+        for row in read_table(self.table("bodies"), ("name", *POSE), ("side_m", "shape", "scale_free")):
+            if row.has("shape"):
+                if row.text("shape") not in self.shapes:
+                    raise row.fail("shape", f"one of {', '.join(self.shapes) or 'none: `shapes` names no table'}")
+                corners = np.array(self.shapes[row.text("shape")])
+            else:
+                corners = square(row.number("side_m"))
+                if not row.number("side_m") > 0:
+                    raise row.fail("side_m", "positive")
             pose = np.linalg.inv(pose_of(row))  # the table says where the body is
             index = self.network.add_body(row.text("name"), corners, pose, scale_free=row.flag("scale_free"))
             self.bodies.add(row.text("name"), index, f"{row.path}:{row.line}")
@@ -242,7 +278,9 @@ def read_network(path: str | Path) -> tuple[Network, Datum]:
         raise reader.file.fail("schema", SCHEMA)
     reader.read_cameras()
     reader.read_points()
+    reader.read_shapes()
     reader.read_bodies()
+    reader.read_rigs()
     reader.read_images()
     reader.read_observations()
     reader.read_knowledge()
@@ -261,3 +299,46 @@ def image_table(network: Network) -> bytes:
         ((name, cameras[camera], *pose_columns(network.cam_from_world(i)))
          for i, (name, camera) in enumerate(zip(names, network.image_cameras))),
     )
+
+
+def target_text(network: Network, row: NDArray[np.float64]) -> str:
+    if row[1] >= 0:
+        return network.point_names[int(row[1])]
+    return f"{network.body_names[int(row[2])]}.{int(row[3])}"
+
+
+def network_files(network: Network) -> dict[str, bytes]:
+    """A network file and its tables, which read_network() reads back; of what was measured the
+    observations in use, without distances, control points, priors and rigs."""
+    points, names = np.asarray(network.points_m), network.point_names
+    files = {
+        "images.csv": image_table(network),
+        "observations.csv": table_bytes(
+            ("image", "target", "x_px", "y_px", "sigma_x_px", "sigma_y_px"),
+            ((network.image_names[int(row[0])], target_text(network, row), *map(float, row[4:8]))
+             for row in np.asarray(network.observations) if row[8] > 0),
+        ),
+    }
+    lines = [f"schema: {SCHEMA}", "cameras:"]
+    for name, camera, free in zip(network.camera_names, network.cameras, network.free_parameters):
+        files[f"{name}.yaml"] = format_camera(camera).encode()
+        lines.append(f"  - {{name: {name}, file: {name}.yaml, free: [{', '.join(free)}]}}")
+    if names:
+        rows = ((name, *map(float, at)) for name, at in zip(names, points))
+        files["points.csv"] = table_bytes(("name", *POSE[:3]), rows)
+        lines.append("points: points.csv")
+    if network.body_names:
+        corners = zip(network.body_names, network.body_corners_m, network.body_scales)
+        files["shapes.csv"] = table_bytes(
+            ("shape", *POSE[:3]),
+            ((name, *map(float, scale * corner)) for name, body, scale in corners for corner in np.asarray(body)),
+        )
+        files["bodies.csv"] = table_bytes(
+            ("name", "shape", *POSE),
+            ((name, name, *pose_columns(np.linalg.inv(pose)))
+             for name, pose in zip(network.body_names, network.body_poses)),
+        )
+        lines += ["shapes: shapes.csv", "bodies: bodies.csv"]
+    lines += ["images: images.csv", "observations: observations.csv", ""]
+    files["network.yaml"] = "\n".join(lines).encode()
+    return files
