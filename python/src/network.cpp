@@ -142,6 +142,14 @@ void define_building(py::class_<Network>& network) {
            py::arg("sigma_px") = 0.5,
            "Where Targets were seen in an image: (n, 2); sigma_px of both axes, or (2,).")
       .def(
+          "shift_observation",
+          [](Network& n, int observation, const Eigen::Vector2d& shift_px) {
+            require(observation >= 0 && observation < static_cast<int>(n.observations.size()),
+                    "observation", observation, "the index of an observation");
+            n.observations[static_cast<std::size_t>(observation)].pixel += shift_px;
+          },
+          py::arg("observation"), py::arg("shift_px"), "Moves it, to make a gross error.")
+      .def(
           "add_distance",
           [](Network& n, const Target& from, const Target& to, double length_m, double sigma_m) {
             n.distances.push_back({from, to, length_m, sigma_m});
