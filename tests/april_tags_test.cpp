@@ -3,9 +3,6 @@
 // and as landmarks give the pose they were rendered from.
 #include "libocc/detect/april_tags.hpp"
 
-#include <apriltag/apriltag.h>
-#include <apriltag/tag36h11.h>
-#include <apriltag/tagStandard41h12.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -15,38 +12,11 @@
 #include "libocc/position/tags.hpp"
 #include "libocc/scene/scene_file.hpp"
 #include "libocc/scene/tag.hpp"
+#include "libocc/simulate/targets.hpp"
 #include "support.hpp"
 
 namespace occ::test {
 namespace {
-
-// What a tag looks like: cells of light, with its light border, from libapriltag's own printing.
-class Print {
- public:
-  Print(int id, bool standard) {
-    apriltag_family_t* family = standard ? tagStandard41h12_create() : tag36h11_create();
-    image_u8_t* image = apriltag_to_image(family, id);
-    cells_.resize(image->height, image->width);
-    for (int y = 0; y < image->height; ++y)
-      for (int x = 0; x < image->width; ++x)
-        cells_(y, x) = image->buf[y * image->stride + x] > 127 ? 1 : 0;
-    sides_per_width_ = static_cast<double>(image->width) / family->width_at_border;
-    image_u8_destroy(image);
-    standard ? tagStandard41h12_destroy(family) : tag36h11_destroy(family);
-  }
-
-  /// Light at (x, y) in half sides of the square from the centre, y up; paper around the print.
-  double at(double x, double y) const {
-    const double u = (x / sides_per_width_ + 1) / 2, v = (1 - y / sides_per_width_) / 2;
-    if (!(u >= 0 && u < 1 && v >= 0 && v < 1)) return 1;
-    return cells_(static_cast<Eigen::Index>(v * static_cast<double>(cells_.rows())),
-                  static_cast<Eigen::Index>(u * static_cast<double>(cells_.cols())));
-  }
-
- private:
-  Eigen::ArrayXXd cells_;
-  double sides_per_width_ = 1;
-};
 
 struct Hung {
   Tag tag;
@@ -56,51 +26,14 @@ struct Hung {
 // Small, so that rendering is quick.
 Camera small_camera() { return Camera::pinhole(220, 180, 220, 220, 109.5, 89.5); }
 
-// From the image plane to a tag's own plane, in half sides.
-Eigen::Matrix3d tag_from_image(const Hung& hung, const Rigid3& cam_from_world,
-                               const Camera& camera) {
-  const Rigid3 cam_from_tag = cam_from_world * hung.tag.world_from_tag();
-  Eigen::Matrix3d image_from_tag;
-  image_from_tag << 0.5 * hung.tag.size_m * cam_from_tag.rotation.leftCols<2>(),
-      cam_from_tag.translation;
-  return (camera.matrix() * image_from_tag).inverse();
-}
-
-// The tags on their paper before a grey wall, averaged over squares wider than a pixel: a blur.
 Image rendered(const std::vector<Hung>& tags, const Rigid3& cam_from_world, const Camera& camera,
                double noise_dn, Random& random) {
-  constexpr int samples = 40;
-  constexpr double square_px = 1.6, dark_dn = 30, light_dn = 200;
-  std::vector<Print> prints;
-  std::vector<Eigen::Matrix3d> to_tag;
-  for (const Hung& hung : tags) {
-    prints.emplace_back(hung.tag.id, hung.standard);
-    to_tag.push_back(tag_from_image(hung, cam_from_world, camera));
-  }
-  const auto light_at = [&](double x, double y) {
-    for (std::size_t t = 0; t < tags.size(); ++t) {
-      const Eigen::Vector2d hit = (to_tag[t] * Eigen::Vector3d(x, y, 1)).hnormalized();
-      const double paper = tags[t].standard ? 2.2 : 1.6;
-      if (hit.cwiseAbs().maxCoeff() < paper) return prints[t].at(hit.x(), hit.y());
-    }
-    return 0.5;
-  };
-  Image image;
-  image.width = camera.width();
-  image.height = camera.height();
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) {
-      double light = 0;
-      for (int k = 0; k < samples; ++k) {  // in pairs about the centre, no two on a line
-        const double side = k % 2 == 0 ? square_px : -square_px;
-        light += light_at(x + side * (std::fmod(0.7548776662466927 * (k / 2 + 0.5), 1) - 0.5),
-                          y + side * (std::fmod(0.5698402909980532 * (k / 2 + 0.5), 1) - 0.5));
-      }
-      const double dn =
-          dark_dn + (light_dn - dark_dn) * light / samples + noise_dn * random.normal();
-      image.u8.push_back(static_cast<std::uint8_t>(std::lround(std::clamp(dn, 0.0, 255.0))));
-    }
-  return image;
+  TargetField field;
+  for (const Hung& hung : tags) field.tags.push_back(hung.tag);
+  TargetImageOptions options;
+  options.noise_dn = noise_dn;
+  options.seed = random.bits();
+  return render_targets(field, camera, cam_from_world, options);
 }
 
 Hung wall_tag(int id, const Eigen::Vector3d& centre_m, double size_m, bool standard = false) {

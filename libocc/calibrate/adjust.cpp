@@ -199,6 +199,11 @@ class Adjuster {
     text << (minimised.ending == Ending::iterations ? "the iterations were used up"
                                                     : "no step makes the residuals smaller")
          << "; the next step would be " << minimised.step_sigma << " sigma";
+    const NetworkState state(network());
+    NormalEquations normal;
+    build(network(), layout_, state, {}, 0, options_.threads, normal);
+    const ReducedSystem system(normal, reduced_gauge(network(), layout_, state));
+    text << "; least determined: " << names_of_unknowns(network(), layout_, system.weakest());
     return fail(Status::not_converged, text.str());
   }
 

@@ -33,6 +33,12 @@ Minimised minimise(const Network& network, const Layout& layout, NetworkState& s
   Minimised result;
   NormalEquations normal, next_normal;
   double damping = 0;
+  std::vector<Index> ever_undetermined;
+  const auto failed = [&](Ending ending) {
+    result.ending = ending;
+    if (result.undetermined.empty()) result.undetermined = ever_undetermined;
+    return result;
+  };
   build(network, layout, state, options.loss, damping, options.threads, normal);
   result.cost = normal.cost;
   for (;;) {
@@ -41,7 +47,10 @@ Minimised minimise(const Network& network, const Layout& layout, NetworkState& s
       return result;
     }
     const ReducedSystem system(normal, reduced_gauge(network, layout, state));
-    if (damping == 0) result.undetermined = system.undetermined();
+    if (damping == 0) {
+      result.undetermined = system.undetermined();
+      if (!system.determined()) ever_undetermined = system.undetermined();
+    }
     bool accepted = false;
     if (system.solvable()) {
       const Eigen::VectorXd reduced_step = system.solve(normal.rhs);
@@ -56,8 +65,7 @@ Minimised minimise(const Network& network, const Layout& layout, NetworkState& s
         return result;
       }
       if (result.iterations >= options.max_iterations) {
-        result.ending = Ending::iterations;
-        return result;
+        return failed(Ending::iterations);
       }
       if (next) {
         const double next_damping = damped_less(damping);
@@ -86,8 +94,7 @@ Minimised minimise(const Network& network, const Layout& layout, NetworkState& s
     }
     damping = damped_more(damping);
     if (damping > most_damping) {
-      result.ending = Ending::stuck;
-      return result;
+      return failed(Ending::stuck);
     }
     build(network, layout, state, options.loss, damping, options.threads, normal);
   }

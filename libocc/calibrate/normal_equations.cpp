@@ -401,45 +401,46 @@ ReducedSystem::ReducedSystem(const NormalEquations& normal, const MatrixXd& gaug
   const VectorXd diagonal =
       normal.reduced.diagonal().cwiseMax(1e-13 * normal.diagonal).cwiseMax(1e-300);
   scale_ = diagonal.cwiseSqrt().cwiseInverse();
-  MatrixXd scaled = scale_.asDiagonal() *
-                    normal.reduced.selfadjointView<Eigen::Lower>().toDenseMatrix() *
-                    scale_.asDiagonal();
+  scaled_ = scale_.asDiagonal() * normal.reduced.selfadjointView<Eigen::Lower>().toDenseMatrix() *
+            scale_.asDiagonal();
   if (gauge.cols() > 0) {
     const MatrixXd unscaled = scale_.cwiseInverse().asDiagonal() * gauge;
     null_ = Eigen::HouseholderQR<MatrixXd>(unscaled).householderQ() *
             MatrixXd::Identity(n, gauge.cols());
-    scaled.noalias() += null_ * null_.transpose();
+    scaled_.noalias() += null_ * null_.transpose();
   }
-  const Eigen::LLT<MatrixXd> factor(scaled);
+  const Eigen::LLT<MatrixXd> factor(scaled_);
   solvable_ = factor.info() == Eigen::Success;
   if (solvable_) factor_ = factor.matrixL();
-  const VectorXd noise = 1e-14 * normal.diagonal.cwiseQuotient(diagonal).cwiseMax(10);
+  const VectorXd noise = 1e-13 * normal.diagonal.cwiseQuotient(diagonal).cwiseMax(10);
   bool sound = solvable_;
   for (Index k = 0; sound && k < n; ++k) sound = factor_(k, k) * factor_(k, k) > noise[k];
-  if (!sound) find_undetermined(scaled);
+  if (!sound) undetermined_ = weakest();
 }
 
-void ReducedSystem::find_undetermined(const MatrixXd& scaled) {
+std::vector<Index> ReducedSystem::weakest() const {
   constexpr Index largest = 600;  // beyond, its eigenvectors take too long
-  const Index n = scaled.rows();
+  const Index n = scaled_.rows();
+  if (n == 0) return {};
   VectorXd direction = VectorXd::Zero(n);
   if (n <= largest) {
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled_);
     direction = eigen.eigenvectors().col(0).cwiseAbs();
   } else {
-    const Eigen::LDLT<MatrixXd> factor(scaled);
+    const Eigen::LDLT<MatrixXd> factor(scaled_);
     Index worst = 0;
     factor.vectorD().minCoeff(&worst);
     const VectorXd order = VectorXd::LinSpaced(n, 0, static_cast<double>(n - 1));
     const VectorXd permuted = factor.transpositionsP() * order;
     direction[static_cast<Index>(permuted[worst])] = 1;
   }
-  std::vector<Index> all(at(n));
+  std::vector<Index> all(at(n)), foremost;
   for (Index k = 0; k < n; ++k) all[at(k)] = k;
   std::stable_sort(all.begin(), all.end(),
                    [&](Index a, Index b) { return direction[a] > direction[b]; });
   for (const Index k : all)
-    if (direction[k] > 0.2 * direction[all[0]]) undetermined_.push_back(k);
+    if (direction[k] > 0.2 * direction[all[0]]) foremost.push_back(k);
+  return foremost;
 }
 
 VectorXd ReducedSystem::solve(const VectorXd& rhs) const {

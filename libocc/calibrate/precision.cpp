@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <limits>
 #include <thread>
 
 #include "libocc/calibrate/internal/minimise_network.hpp"
@@ -76,6 +77,13 @@ Matrix6 of_pose(const Precision::State& state, Index offset) {
 }
 
 }  // namespace
+
+ErrorEllipsoid error_ellipsoid(const Matrix3d& covariance_m2) {
+  require_finite(covariance_m2, "covariance_m2");
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(covariance_m2);
+  return {eigen.eigenvalues().cwiseMax(0).cwiseSqrt().reverse(),
+          eigen.eigenvectors().rowwise().reverse()};
+}
 
 MatrixXd FreePrecision::times(const MatrixXd& columns) const {
   MatrixXd u = columns.topRows(layout.reduced);

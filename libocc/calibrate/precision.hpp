@@ -53,8 +53,8 @@ class LIBOCC_API Precision {
   /// Of their distance; 0 when both are fixed.
   double distance_sigma_m(const Target& a, const Target& b) const;
 
-  /// Of the size of the whole, relative: of the scale that fits all points and corners best. 0 where
-  /// the datum holds it.
+  /// Of the size of the whole, relative: of the scale that fits all points and corners best. 0
+  /// where the datum holds it.
   double scale_sigma() const;
 
   /// Of a pose's left perturbation (geometry/rigid.hpp).

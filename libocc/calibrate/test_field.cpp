@@ -48,20 +48,20 @@ Place place_on_surface(const TestFieldDesign& design, bool ceiling, Random& rand
 
 Rigid3 station_pose(const TestFieldDesign& design, int index, Random& random) {
   Vector3d position = 0.5 * design.room_m;
-  position.z() = design.station_height_m +
-                 (index % 2 == 0 ? -0.5 : 0.5) * design.station_height_step_m;
+  position.z() =
+      design.station_height_m + (index % 2 == 0 ? -0.5 : 0.5) * design.station_height_step_m;
   const double around = index == 0 ? 0 : 2 * pi * (index - 0.5) / std::max(1, design.stations - 1);
   if (index > 0)
-    position.head<2>() += 0.5 * design.station_ring * std::sqrt(2.0) *
-                          Eigen::Vector2d(design.room_m.x() * std::cos(around),
-                                          design.room_m.y() * std::sin(around)) *
-                          0.5 * std::sqrt(2.0);
+    position.head<2>() += 0.5 * Eigen::Vector2d(std::cos(around), std::sin(around))
+                                    .cwiseProduct(design.station_ring)
+                                    .cwiseProduct(design.room_m.head<2>());
   const Vector3d turned(random.uniform(-1, 1), random.uniform(-1, 1), 0);
   const double heading = random.uniform(0, 2 * pi);
   Matrix3d upright = so3_exp(Vector3d(0, 0, -heading));
   if (design.camera.kind() == CameraKind::rotating_line ||
       design.camera.kind() == CameraKind::rotating_line_first_order)
-    upright = Vector3d(1, -1, -1).asDiagonal() * upright;  // rows grow downwards, columns to the right
+    upright =
+        Vector3d(1, -1, -1).asDiagonal() * upright;  // rows grow downwards, columns to the right
   else  // a camera that looks ahead: its Z is horizontal, its Y down
     upright = (Matrix3d() << 1, 0, 0, 0, 0, -1, 0, 1, 0).finished() * upright;
   const Matrix3d rotation = so3_exp(design.station_tilt_rad * turned) * upright;
@@ -118,7 +118,8 @@ Network true_network(const TestFieldDesign& design) {
 }
 
 /// Two new targets on a bar in the middle of the field, seen by all that can.
-void add_bar(const TestFieldDesign& design, const ScaleSource& source, int index, Network& network) {
+void add_bar(const TestFieldDesign& design, const ScaleSource& source, int index,
+             Network& network) {
   const double heading = pi * (index + 0.3) / std::max(1, source.bars);
   Vector3d middle = 0.5 * design.room_m;
   middle.head<2>() += Eigen::Vector2d(0.11, 0.13).cwiseProduct(design.room_m.head<2>());
@@ -171,7 +172,8 @@ void TestFieldDesign::validate() const {
           "below the ceiling");
   require(station_height_m > 0 && station_height_m < room_m.z(), "station_height_m",
           station_height_m, "in the room");
-  require(station_ring >= 0 && station_ring < 1, "station_ring", station_ring, "in [0, 1)");
+  require(station_ring.minCoeff() >= 0 && station_ring.maxCoeff() < 1, "station_ring",
+          station_ring.transpose(), "in [0, 1)");
   require(sigma_px.minCoeff() > 0 && sigma_px.allFinite(), "sigma_px", sigma_px.transpose(),
           "positive");
   require(start_error_m >= 0 && std::isfinite(start_error_m), "start_error_m", start_error_m,
@@ -180,7 +182,7 @@ void TestFieldDesign::validate() const {
 
 Camera paper_panorama_camera() {
   RotatingLine line;
-  line.width = 40000;
+  line.width = 31416;
   line.height = 10200;
   line.c_px = 35e-3 / 8e-6;
   line.cy_px = 0.5 * (line.height - 1);
@@ -188,8 +190,8 @@ Camera paper_panorama_camera() {
 }
 
 std::vector<std::string> paper_additional_parameters() {
-  return {"angle_per_px_rad", "c_px", "cy_px", "tilt_x_rad", "tilt_y_rad",
-          "ex_m",             "ey_m", "k1",    "k2"};
+  return {
+      "angle_per_px_rad", "c_px", "cy_px", "tilt_x_rad", "tilt_y_rad", "ex_m", "ey_m", "k1", "k2"};
 }
 
 TestField simulate_test_field(const TestFieldDesign& design) {
@@ -249,9 +251,9 @@ Result<std::vector<ScalePrediction>> compare_scale(const TestFieldDesign& design
       const auto [a, b] = pair_apart(network, source.distance_m, design.targets, taken);
       taken[static_cast<std::size_t>(a)] = taken[static_cast<std::size_t>(b)] = 1;
       const Target from = Target::of_point(a), to = Target::of_point(b);
-      network.distances.push_back(
-          {from, to, (network.position_m(to) - network.position_m(from)).norm(),
-           source.distance_sigma_m});
+      network.distances.push_back({from, to,
+                                   (network.position_m(to) - network.position_m(from)).norm(),
+                                   source.distance_sigma_m});
     }
     for (int k = 0; k < source.bars; ++k) add_bar(design, source, k, network);
     const Result<Precision> predicted = precision(network);

@@ -28,25 +28,26 @@ struct TestFieldDesign {
   Eigen::Vector3d room_m{16, 12, 4};
   int stations = 5;
   double station_height_m = 1.7;
-  double station_height_step_m = 0.3;
-  double station_ring = 0.5;
-  double station_tilt_rad = 0.03;
-  bool upright = true;          ///< false: looks around, as a camera with a small field must
-  int targets = 500;            ///< points
+  double station_height_step_m = 1;
+  Eigen::Vector2d station_ring{0.7, 0.7};
+  double station_tilt_rad = 0.075;  ///< without it the camera constant and heights are one
+  int targets = 500;                ///< points
   double lowest_target_m = 0.2;
   bool ceiling = true;
-  int tags = 0;                 ///< AprilTags besides, on the walls
+  int tags = 0;  ///< AprilTags besides, on the walls
   double tag_side_m = 0.15;
   Camera camera;
   std::vector<std::string> free_parameters;
   Eigen::Vector2d sigma_px{0.5, 0.5};
-  double start_error_m = 0.05;  ///< of the network's starts: points, stations; 0.01 rad for each 0.05
+  double start_error_m =
+      0.05;  ///< of the network's starts: points, stations; 0.01 rad for each 0.05
   std::uint64_t seed = 1;
 
   LIBOCC_API void validate() const;
 };
 
-/// A panorama camera as in the paper's table: 35 mm lens, 10 200 pixels of 8 um, 40 000 columns.
+/// The panorama camera of the table that the default design reproduces: 35 mm lens, 10 200 pixels
+/// of 8 um, columns of 0.2 mrad.
 LIBOCC_API Camera paper_panorama_camera();
 /// Its nine additional parameters: all but ez and the tumbling.
 LIBOCC_API std::vector<std::string> paper_additional_parameters();
@@ -75,9 +76,10 @@ struct ScaleSource {
 
 struct ScalePrediction {
   std::string name;
-  double scale_sigma = 0;      ///< relative
-  double point_sigma_m = 0;    ///< root mean square of the points' 3D sigma
-  double at_10_m_sigma_m = 0;  ///< of the distance of the two targets whose distance is nearest 10 m
+  double scale_sigma = 0;    ///< relative
+  double point_sigma_m = 0;  ///< root mean square of the points' 3D sigma
+  double at_10_m_sigma_m =
+      0;  ///< of the distance of the two targets whose distance is nearest 10 m
 };
 
 /// "Which scale bar is enough?": the same field with each source.

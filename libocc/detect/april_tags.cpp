@@ -14,6 +14,7 @@
 #include <memory>
 
 #include "libocc/core/require.hpp"
+#include "libocc/detect/image_tiles.hpp"
 #include "libocc/detect/tag_corners.hpp"
 
 namespace occ {
@@ -50,11 +51,14 @@ Detector make_detector(const AprilTagOptions& options, apriltag_family_t* family
   return detector;
 }
 
+unsigned brightest_of(const Image& grey) {
+  if (grey.type == PixelType::u8) return 255;
+  return std::max<unsigned>(1, *std::max_element(grey.u16.begin(), grey.u16.end()));
+}
+
 // Eight bits a pixel, the brightest at full scale when there were more.
-std::vector<std::uint8_t> eight_bits(const Image& grey) {
+std::vector<std::uint8_t> eight_bits(const Image& grey, unsigned brightest) {
   if (grey.type == PixelType::u8) return grey.u8;
-  const unsigned brightest =
-      std::max<unsigned>(1, *std::max_element(grey.u16.begin(), grey.u16.end()));
   std::vector<std::uint8_t> pixels;
   pixels.reserve(grey.u16.size());
   for (const unsigned value : grey.u16)
@@ -111,6 +115,9 @@ void AprilTagOptions::validate() const {
   require(decimate >= 1 && decimate <= 8, "decimate", decimate, "between 1 and 8");
   require(threads >= 1, "threads", threads, "at least 1");
   require(max_hamming >= 0 && max_hamming <= 2, "max_hamming", max_hamming, "0, 1 or 2");
+  require(overlap_px >= 0, "overlap_px", overlap_px, "zero or positive");
+  require(tile_px == 0 || (tile_px >= 64 && tile_px / 2 >= overlap_px), "tile_px", tile_px,
+          "0, or at least 64 and twice overlap_px");
   require(min_decision_margin >= 0, "min_decision_margin", min_decision_margin, "zero or positive");
 }
 
@@ -120,29 +127,134 @@ std::vector<std::string> april_tag_families() {
   return names;
 }
 
+namespace {
+
+// One detector, for one tile after another.
+class TagFinder {
+ public:
+  explicit TagFinder(const AprilTagOptions& options)
+      : options_(options),
+        family_(family_named(options.family)->create(), family_named(options.family)->destroy),
+        detector_(make_detector(options, family_.get())) {}
+
+  std::vector<AprilTag> find(const Image& grey, unsigned brightest) const {
+    constexpr double least_size_px = 16;  // libapriltag divides the image into tiles
+    std::vector<AprilTag> tags;
+    if (std::min(grey.width, grey.height) < least_size_px * options_.decimate) return tags;
+    std::vector<std::uint8_t> pixels = eight_bits(grey, brightest);
+    image_u8_t view{grey.width, grey.height, grey.width, pixels.data()};
+    const Detections found(apriltag_detector_detect(detector_.get(), &view),
+                           apriltag_detections_destroy);
+    for (int i = 0; i < zarray_size(found.get()); ++i) {
+      apriltag_detection_t* detection = nullptr;
+      zarray_get(found.get(), i, static_cast<void*>(&detection));
+      if (static_cast<double>(detection->decision_margin) >= options_.min_decision_margin)
+        tags.push_back(tag_of(*detection, grey, options_));
+    }
+    return tags;
+  }
+
+ private:
+  const AprilTagOptions& options_;
+  FamilyPointer family_;
+  Detector detector_;
+};
+
+void sort_by_id(std::vector<AprilTag>& tags) {
+  std::stable_sort(tags.begin(), tags.end(),
+                   [](const AprilTag& a, const AprilTag& b) { return a.id < b.id; });
+}
+
+void shift(const Eigen::Vector2d& by, AprilTag& tag) {
+  for (Eigen::Vector2d& corner : tag.corners_px) corner += by;
+  tag.centre_px += by;
+  tag.homography.row(0) += by.x() * tag.homography.row(2);
+  tag.homography.row(1) += by.y() * tag.homography.row(2);
+}
+
+// libapriltag's threshold goes by squares of 4 pixels of the decimated image: tiles begin where
+// those of the whole image do.
+int tile_unit(double decimate) {
+  constexpr double three_become_two = 1.5;
+  return decimate == three_become_two ? 12 : 4 * static_cast<int>(decimate);
+}
+
+std::vector<AprilTag> find_by_tiles(const ImageReader& image, const AprilTagOptions& options) {
+  const std::vector<ImageTile> tiles = image_tiles(image.width, image.height, options.tile_px,
+                                                   options.overlap_px, tile_unit(options.decimate));
+  const auto read = [&](const ImageTile& tile) {
+    Image part = image.read(tile.x0, tile.y0, tile.width, tile.height);
+    require(part.width == tile.width && part.height == tile.height && part.channels == 1,
+            "image: window", std::to_string(part.width) + " x " + std::to_string(part.height),
+            "grey and of the size asked for");
+    part.view().validate();
+    return part;
+  };
+  unsigned brightest = 0;
+  const TagFinder finder(options);
+  std::vector<AprilTag> tags;
+  int done = 0;
+  for (const ImageTile& tile : tiles) {
+    const Image part = read(tile);
+    if (brightest == 0 && part.type == PixelType::u8) brightest = 255;
+    if (brightest == 0)
+      for (const ImageTile& other : tiles)
+        brightest = std::max(brightest, brightest_of(read(other)));
+    for (AprilTag& tag : finder.find(part, brightest)) {
+      shift(Eigen::Vector2d(tile.x0, tile.y0), tag);
+      if (!tile.counts(tag.centre_px)) continue;
+      const auto same = [&](const AprilTag& other) {
+        return other.id == tag.id &&
+               (other.centre_px - tag.centre_px).norm() < 2 * ImageTile::tolerance_px;
+      };
+      if (std::none_of(tags.begin(), tags.end(), same)) tags.push_back(std::move(tag));
+    }
+    if (options.progress && !options.progress(++done, static_cast<int>(tiles.size()))) break;
+  }
+  // From left to right, whatever the tiles.
+  std::stable_sort(tags.begin(), tags.end(), [](const AprilTag& a, const AprilTag& b) {
+    return a.centre_px.x() < b.centre_px.x();
+  });
+  sort_by_id(tags);
+  return tags;
+}
+
+ImageReader reader_of(const ImageView& image) {
+  const std::size_t bytes = image.type == PixelType::u8 ? 1 : 2;
+  return {image.width, image.height, [=](int x0, int y0, int width, int height) {
+            ImageView part = image;
+            part.data =
+                static_cast<const char*>(image.data) +
+                static_cast<std::size_t>(y0) * image.row_bytes +
+                static_cast<std::size_t>(x0) * static_cast<std::size_t>(image.channels) * bytes;
+            part.width = width;
+            part.height = height;
+            return to_grey(part);
+          }};
+}
+
+}  // namespace
+
 std::vector<AprilTag> detect_april_tags(const ImageView& image, const AprilTagOptions& options) {
   options.validate();
   image.validate();
-  constexpr double least_size_px = 16;  // libapriltag divides the image into tiles
-  std::vector<AprilTag> tags;
-  if (std::min(image.width, image.height) < least_size_px * options.decimate) return tags;
+  if (options.tile_px > 0) return find_by_tiles(reader_of(image), options);
   const Image grey = to_grey(image);
-  std::vector<std::uint8_t> pixels = eight_bits(grey);
-  image_u8_t view{grey.width, grey.height, grey.width, pixels.data()};
-  const Family& known = *family_named(options.family);
-  const FamilyPointer family(known.create(), known.destroy);
-  const Detector detector = make_detector(options, family.get());
-  const Detections found(apriltag_detector_detect(detector.get(), &view),
-                         apriltag_detections_destroy);
-  for (int i = 0; i < zarray_size(found.get()); ++i) {
-    apriltag_detection_t* detection = nullptr;
-    zarray_get(found.get(), i, static_cast<void*>(&detection));
-    if (static_cast<double>(detection->decision_margin) >= options.min_decision_margin)
-      tags.push_back(tag_of(*detection, grey, options));
-  }
-  std::stable_sort(tags.begin(), tags.end(),
-                   [](const AprilTag& a, const AprilTag& b) { return a.id < b.id; });
+  std::vector<AprilTag> tags = TagFinder(options).find(grey, brightest_of(grey));
+  sort_by_id(tags);
+  if (options.progress) options.progress(1, 1);
   return tags;
+}
+
+std::vector<AprilTag> detect_april_tags(const ImageReader& image, const AprilTagOptions& options) {
+  constexpr int usual_tile_px = 2048;
+  AprilTagOptions tiled = options;
+  if (tiled.tile_px == 0) tiled.tile_px = usual_tile_px;
+  tiled.validate();
+  require(image.width > 0, "image: width", image.width, "positive");
+  require(image.height > 0, "image: height", image.height, "positive");
+  require(static_cast<bool>(image.read), "image: read", "nothing", "a function");
+  return find_by_tiles(image, tiled);
 }
 
 }  // namespace occ

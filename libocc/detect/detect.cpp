@@ -34,6 +34,13 @@ bool comes_before(const Blob& a, const Blob& b) {
   return key(a) < key(b);
 }
 
+Image negative(const ImageView& image) {
+  Image grey = to_grey(image);
+  for (std::uint8_t& value : grey.u8) value = static_cast<std::uint8_t>(255 - value);
+  for (std::uint16_t& value : grey.u16) value = static_cast<std::uint16_t>(65535 - value);
+  return grey;
+}
+
 }  // namespace
 
 void DetectOptions::validate() const {
@@ -47,6 +54,7 @@ void DetectOptions::validate() const {
   require(max_frequency_hz > 0 && std::isfinite(max_frequency_hz), "max_frequency_hz",
           max_frequency_hz, "positive");
   if (sensor) sensor->validate();
+  if (dark) require(!sensor, "sensor", "one", "none when dark blobs are looked for");
   if (stripes.value_or(false)) {
     require(sensor.has_value(), "sensor", "none", "given when stripes are to be read");
     require(sensor->row_time_s > 0, "sensor.row_time_s", sensor->row_time_s,
@@ -57,6 +65,11 @@ void DetectOptions::validate() const {
 std::vector<Blob> detect(const ImageView& image, const DetectOptions& options) {
   image.validate();
   options.validate();
+  if (options.dark) {
+    DetectOptions bright = options;
+    bright.dark = false;
+    return detect(negative(image).view(), bright);
+  }
   const Sensor* sensor = options.sensor ? &*options.sensor : nullptr;
   const detecting::LinearImage linear(image, sensor);
   const detecting::Background background(image, sensor);

@@ -21,7 +21,9 @@ struct LIBOCC_API DetectOptions {
   std::optional<double> threshold_dn;  ///< absolute threshold instead of the noise-based one
   int min_area_px = 4;                 ///< smaller blobs are noise or hot pixels
   int max_blobs = 4096;                ///< the brightest are kept: bounded time on a starry image
-  bool rims = true;  ///< measure sub-pixel rims of discs (most of the time it takes)
+  bool dark = false;  ///< look for what is darker than its surroundings instead, e.g. printed
+                      ///< discs: grey levels are then counted from white; without a sensor only
+  bool rims = true;   ///< measure sub-pixel rims of discs (most of the time it takes)
   /// Sensor, when known: noise model (gain, read noise, black level), full scale, response, PSF,
   /// row time and readout direction. Without it noise is estimated from the image and stripes are
   /// not joined.

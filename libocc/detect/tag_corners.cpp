@@ -10,14 +10,15 @@ namespace occ {
 namespace {
 
 using Eigen::Matrix2d;
+using Eigen::Matrix3d;
 using Eigen::Vector2d;
+using Eigen::Vector3d;
 
 constexpr double least_reach_px = 1.2;  // across a side; less does not hold the blur of an edge
 constexpr double most_reach_px = 5;
 constexpr double ring_part = 0.85, blur_px = 0.8;
-constexpr double step_px = 0.25;         // of a profile
-constexpr double corner_part = 0.06;     // of a side, at each end, beside the reach: the other side
-constexpr double model_sigma_px = 0.03;  // what straight sides and interpolation leave
+constexpr double step_px = 0.25;   // of a profile
+constexpr double corner_px = 2.5;  // of a side, at each end: the other side's blur
 
 class Grey {
  public:
@@ -45,12 +46,18 @@ class Grey {
   const Image& image_;
 };
 
-// n . p = d, with the covariance of (angle of n, d at `middle`).
-struct Line {
-  Vector2d normal, middle;
-  double angle_information = 0, offset_information = 0;  // for edges of unit variance
-  double squared = 0;                                    // of the edges' distances from it
-  int edges = 0;
+// A side that a lens may have bent: points origin + u half along + (a + b u + c u^2) normal, from
+// corner to corner for u from -1 to 1, with the cofactors of (a, b, c) for edges of unit variance.
+struct Side {
+  Vector2d origin, along, normal;
+  double half_px = 0;
+  Vector3d curve = Vector3d::Zero();
+  Matrix3d cofactors = Matrix3d::Zero();
+  std::vector<Vector2d> edges;  // (u, across)
+  double squared = 0;           // of the edges' distances from it
+
+  static Vector3d powers(double u) { return {1, u, u * u}; }
+  double off(const Vector2d& edge) const { return edge.y() - curve.dot(powers(edge.x())); }
 };
 
 // Where along the profile a sharp step would have to be to let as much light through: the levels on
@@ -73,77 +80,148 @@ bool edge_at(const std::vector<double>& profile, double& offset) {
   return true;
 }
 
-// The line that fits edges best, which are (along, across) a side from `origin`.
-bool through(const std::vector<Vector2d>& edges, const Vector2d& origin, const Vector2d& along,
-             Line& line) {
-  constexpr std::size_t least_edges = 5;
-  if (edges.size() < least_edges) return false;
-  const Vector2d normal(-along.y(), along.x());
-  const auto n = static_cast<double>(edges.size());
-  Vector2d mean = Vector2d::Zero();
-  for (const Vector2d& e : edges) mean += e / n;
-  double ss = 0, st = 0;
-  for (const Vector2d& e : edges) {
-    ss += (e.x() - mean.x()) * (e.x() - mean.x());
-    st += (e.x() - mean.x()) * (e.y() - mean.y());
-  }
-  const double slope = st / ss;
-  line.squared = 0;
-  for (const Vector2d& e : edges)
-    line.squared += std::pow(e.y() - mean.y() - slope * (e.x() - mean.x()), 2);
-  line.normal = (normal - slope * along).normalized();
-  line.middle = origin + mean.x() * along + mean.y() * normal;
-  line.angle_information = ss;
-  line.offset_information = n;
-  line.edges = static_cast<int>(edges.size());
-  return true;
+// How far a profile across the side from `corner` to `along` has to be from the corner, so that it
+// does not reach the other side there: by so much of its reach.
+double lean(const Vector2d& corner, const Vector2d& along, const Vector2d& other) {
+  const Vector2d one = (along - corner).normalized(), two = (other - corner).normalized();
+  return std::abs(one.dot(two) / (one.x() * two.y() - one.y() * two.x()));
 }
 
-// Edges across the side from a to b, at most reach_px off it, then the line through them.
-bool fit_side(const Grey& grey, const Vector2d& a, const Vector2d& b, double reach_px, Line& line) {
-  const Vector2d along = (b - a).normalized(), normal(-along.y(), along.x());
-  const double length = (b - a).norm(), skip = reach_px + corner_part * length;
+// Edges across side k, at most reach_px off it.
+bool find_edges(const Grey& grey, const TagCorners& corners, std::size_t k, double reach_px,
+                Side& side) {
+  const Vector2d a = corners.px[k], b = corners.px[(k + 1) % 4];
+  const double length = (b - a).norm();
+  const double begin = corner_px + lean(a, b, corners.px[(k + 3) % 4]) * reach_px;
+  const double end = length - corner_px - lean(b, a, corners.px[(k + 2) % 4]) * reach_px;
+  side.origin = 0.5 * (a + b);
+  side.along = (b - a).normalized();
+  side.normal = {-side.along.y(), side.along.x()};
+  side.half_px = 0.5 * length;
+  side.edges.clear();
   const int half = static_cast<int>(reach_px / step_px);
   std::vector<double> profile(static_cast<std::size_t>(2 * half + 1));
-  std::vector<Vector2d> edges;  // (along the side, across it)
-  for (double s = skip; s <= length - skip; s += 1) {
-    const Vector2d at = a + s * along;
+  for (double s = begin; s <= end; s += 1) {
+    const Vector2d at = a + s * side.along;
     bool inside = true;
     for (int i = -half; i <= half && inside; ++i) {
-      const Vector2d px = at + i * step_px * normal;
+      const Vector2d px = at + i * step_px * side.normal;
       inside = grey.holds(px);
       if (inside) profile[static_cast<std::size_t>(i + half)] = grey.at(px);
     }
     double offset = 0;
     if (!inside) return false;
-    if (edge_at(profile, offset) && std::abs(offset) < reach_px) edges.push_back({s, offset});
+    if (edge_at(profile, offset) && std::abs(offset) < reach_px)
+      side.edges.push_back({s / side.half_px - 1, offset});
   }
-  if (!through(edges, a, along, line)) return false;
-  const double most = 2.5 * std::sqrt(line.squared / line.edges);
-  edges.erase(std::remove_if(edges.begin(), edges.end(),
-                             [&](const Vector2d& e) {
-                               const Vector2d px = a + e.x() * along + e.y() * normal;
-                               return std::abs(line.normal.dot(px - line.middle)) > most;
-                             }),
-              edges.end());
-  return through(edges, a, along, line);
+  return true;
 }
 
-// Where two lines meet, and what errors of the edges of unit variance do to it.
-bool meet(const Line& one, const Line& two, Vector2d& px, Matrix2d& covariance) {
-  Matrix2d normals;
-  normals << one.normal.transpose(), two.normal.transpose();
+// Two opposite sides: the lens bends them to the same curvature but for what it changes across the
+// tag, an effect of the next order. In (a, b) of each, the common bend and half its difference.
+class Pair {
+ public:
+  Pair(Side& one, Side& two) : sides_{&one, &two} {
+    mean_px_ = one.half_px + two.half_px;
+    constexpr double usual_px = 50, bend_px = 0.25, difference_px = 0.06;
+    const double size = mean_px_ / usual_px;
+    bend_sigma_px_ = bend_px * size * size;
+    difference_sigma_px_ = difference_px * size * size * size;
+  }
+
+  // Twice, as how much the bends may differ counts against the edges' own errors.
+  bool fit() {
+    constexpr double usual_error_px = 0.03, least_error_px = 0.003;
+    if (!fit(usual_error_px * usual_error_px)) return false;
+    const double freedom = static_cast<double>(sides_[0]->edges.size() + sides_[1]->edges.size());
+    const double variance = (sides_[0]->squared + sides_[1]->squared) / freedom;
+    return fit(std::max(variance, least_error_px * least_error_px));
+  }
+
+ private:
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+  // d (a, b, c) of a side / d unknowns; the other side is walked the other way.
+  Eigen::Matrix<double, 3, 6> selection(int which) const {
+    const double part = 2 * sides_[which]->half_px / mean_px_, scale = part * part;
+    Eigen::Matrix<double, 3, 6> select = Eigen::Matrix<double, 3, 6>::Zero();
+    select(0, 2 * which) = select(1, 2 * which + 1) = 1;
+    select(2, 4) = which == 0 ? scale : -scale;
+    select(2, 5) = scale;
+    return select;
+  }
+
+  bool fit(double edge_variance) {
+    constexpr std::size_t least_edges = 5;
+    Matrix6 information = Matrix6::Zero();
+    Vector6 gradient = Vector6::Zero();
+    information(4, 4) = edge_variance / (bend_sigma_px_ * bend_sigma_px_);
+    information(5, 5) = edge_variance / (difference_sigma_px_ * difference_sigma_px_);
+    for (const int k : {0, 1}) {
+      if (sides_[k]->edges.size() < least_edges) return false;
+      const Eigen::Matrix<double, 3, 6> select = selection(k);
+      Matrix3d sums = Matrix3d::Zero();
+      Vector3d across = Vector3d::Zero();
+      for (const Vector2d& edge : sides_[k]->edges) {
+        const Vector3d powers = Side::powers(edge.x());
+        sums += powers * powers.transpose();
+        across += edge.y() * powers;
+      }
+      information += select.transpose() * sums * select;
+      gradient += select.transpose() * across;
+    }
+    const Matrix6 cofactors = information.inverse();
+    const Vector6 found = cofactors * gradient;
+    for (const int k : {0, 1}) {
+      Side& side = *sides_[k];
+      const Eigen::Matrix<double, 3, 6> select = selection(k);
+      side.curve = select * found;
+      side.cofactors = select * cofactors * select.transpose();
+      side.squared = 0;
+      for (const Vector2d& edge : side.edges) side.squared += side.off(edge) * side.off(edge);
+    }
+    return true;
+  }
+
+  Side* sides_[2];
+  double mean_px_ = 0, bend_sigma_px_ = 0, difference_sigma_px_ = 0;
+};
+
+bool fit_pair(Side& one, Side& two) {
+  if (!Pair(one, two).fit()) return false;
+  for (Side* side : {&one, &two}) {
+    const double most = 2.5 * std::sqrt(side->squared / static_cast<double>(side->edges.size()));
+    side->edges.erase(
+        std::remove_if(side->edges.begin(), side->edges.end(),
+                       [&](const Vector2d& edge) { return std::abs(side->off(edge)) > most; }),
+        side->edges.end());
+  }
+  return Pair(one, two).fit();
+}
+
+// Where two sides meet, by Newton's method, and what errors of the edges of unit variance do to it.
+bool meet(const Side& one, const Side& two, Vector2d& px, Matrix2d& covariance) {
   constexpr double least_sine = 0.05;
-  if (!(std::abs(normals.determinant()) > least_sine)) return false;
-  const Matrix2d inverse = normals.inverse();
-  px = inverse * Vector2d(one.normal.dot(one.middle), two.normal.dot(two.middle));
-  Matrix2d offsets = Matrix2d::Zero();
-  const Line* lines[2] = {&one, &two};
-  for (int k = 0; k < 2; ++k)
-    offsets(k, k) = 1 / lines[k]->offset_information +
-                    (px - lines[k]->middle).squaredNorm() / lines[k]->angle_information;
+  constexpr int steps = 4;
+  const Side* sides[2] = {&one, &two};
+  Matrix2d slopes, offsets = Matrix2d::Zero();
+  for (int i = 0; i < steps; ++i) {
+    Vector2d off;
+    for (int k = 0; k < 2; ++k) {
+      const Side& side = *sides[k];
+      const double u = side.along.dot(px - side.origin) / side.half_px;
+      const double slope = (side.curve[1] + 2 * side.curve[2] * u) / side.half_px;
+      off[k] = side.off({u, side.normal.dot(px - side.origin)});
+      slopes.row(k) = side.normal - slope * side.along;
+      offsets(k, k) = Side::powers(u).dot(side.cofactors * Side::powers(u));
+    }
+    if (!(std::abs(slopes.determinant()) > least_sine)) return false;
+    px -= slopes.inverse() * off;
+  }
+  const Matrix2d inverse = slopes.inverse();
   covariance = inverse * offsets * inverse.transpose();
-  return true;
+  return px.allFinite();
 }
 
 // How far from a side its rings are of one tone for sure: their width less the blur.
@@ -157,23 +235,33 @@ double reach_of_side(const TagCorners& corners, std::size_t k, double border) {
   return ring_part * border * height - blur_px;
 }
 
+// Of a corner: what interpolation leaves, and the blur of what is beyond the rings where these are
+// narrow; as rendered tags show.
+double model_sigma_px(double reach_px) {
+  return 0.01 + 0.1 * std::exp(-(reach_px - least_reach_px) / 1.2);
+}
+
 bool refine_once(const Grey& grey, double border, TagCorners& corners) {
-  std::array<Line, 4> sides;
-  double squared = 0;
-  int freedom = 0;
+  std::array<Side, 4> sides;
+  double squared = 0, freedom = 0, reaches[4];
   for (std::size_t k = 0; k < 4; ++k) {
     const double reach_px = reach_of_side(corners, k, border);
-    if (!(reach_px >= least_reach_px) ||
-        !fit_side(grey, corners.px[k], corners.px[(k + 1) % 4], reach_px, sides[k]))
+    reaches[k] = reach_px;
+    if (!(reach_px >= least_reach_px) || !find_edges(grey, corners, k, reach_px, sides[k]))
       return false;
-    squared += sides[k].squared;
-    freedom += sides[k].edges - 2;
+  }
+  if (!fit_pair(sides[0], sides[2]) || !fit_pair(sides[1], sides[3])) return false;
+  constexpr double unknowns = 2.5;  // of a side
+  for (const Side& side : sides) {
+    squared += side.squared;
+    freedom += static_cast<double>(side.edges.size()) - unknowns;
   }
   const double variance = squared / freedom;
   for (std::size_t k = 0; k < 4; ++k) {
     if (!meet(sides[(k + 3) % 4], sides[k], corners.px[k], corners.covariance_px2[k])) return false;
-    corners.covariance_px2[k] = variance * corners.covariance_px2[k] +
-                                model_sigma_px * model_sigma_px * Matrix2d::Identity();
+    const double model = model_sigma_px(std::min(reaches[k], reaches[(k + 3) % 4]));
+    corners.covariance_px2[k] =
+        variance * corners.covariance_px2[k] + model * model * Matrix2d::Identity();
   }
   return true;
 }

@@ -23,8 +23,10 @@ struct Minimised {
   Ending ending = Ending::converged;
   int iterations = 0;
   double cost = 0;
-  double step_sigma = 0;            ///< the last step, all unknowns together
-  std::vector<Index> undetermined;  ///< reduced unknowns, when something is not determined
+  double step_sigma = 0;  ///< the last step, all unknowns together
+  /// Reduced unknowns that no observation determined when there was no damping last; without
+  /// convergence, whenever there was none.
+  std::vector<Index> undetermined;
 };
 
 /// `report` returns false to stop.

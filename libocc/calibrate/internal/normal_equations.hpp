@@ -51,16 +51,17 @@ class ReducedSystem {
   bool determined() const { return undetermined_.empty(); }
   /// Reduced unknowns of a direction that no observation determines, the foremost first.
   const std::vector<Index>& undetermined() const { return undetermined_; }
+  /// The same of the direction that is determined least.
+  std::vector<Index> weakest() const;
   Eigen::VectorXd solve(const Eigen::VectorXd& rhs) const;
   /// Of the reduced unknowns, in the datum where they have the least trace when scaled.
   Eigen::MatrixXd covariance() const;
 
  private:
-  void find_undetermined(const Eigen::MatrixXd& scaled);
-
   bool solvable_ = true;
   Eigen::VectorXd scale_;  // 1 / sqrt of the diagonal
-  Eigen::MatrixXd null_;   // orthonormal, of the scaled matrix
+  Eigen::MatrixXd scaled_;
+  Eigen::MatrixXd null_;  // orthonormal, of the scaled matrix
   Eigen::MatrixXd factor_;
   std::vector<Index> undetermined_;
 };

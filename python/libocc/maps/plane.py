@@ -86,7 +86,8 @@ def looking_up(position_m: Any, rotation_deg: Sequence[float] = (0.0, 0.0, 0.0))
     cam_from_world = (_turn(2, yaw) @ _turn(1, pitch) @ _turn(0, roll)).T
     poses = np.zeros((*position.shape[:-1], 4, 4))
     poses[..., :3, :3] = cam_from_world
-    poses[..., :3, 3] = -position @ cam_from_world.T
+    # not by @, whose bits depend on how many positions there are
+    poses[..., :3, 3] = -(position[..., None, :] * cam_from_world).sum(axis=-1)
     poses[..., 3, 3] = 1
     return poses
 
