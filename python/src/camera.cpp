@@ -287,7 +287,8 @@ Raises: ValueError naming the argument and its value.)")
   define_generality(camera);
 
   m.def("format_camera", &format_camera, py::arg("camera"),
-        py::arg_v("format", CameraFormat::libocc, "CameraFormat.libocc"), py::arg("name") = "camera",
+        py::arg_v("format", CameraFormat::libocc, "CameraFormat.libocc"),
+        py::arg("name") = "camera",
         R"(Text of a camera file; `name` is ROS's camera_name.
 
 Raises: ValueError when the format has no such model.)");

@@ -42,6 +42,8 @@ void define_network(py::module_& m);
 void define_adjust(py::module_& m);
 void define_network_statistics(py::module_& m);
 void define_test_field(py::module_& m);
+void define_targets(py::module_& m);
+void define_start_network(py::module_& m);
 
 /// Runs `read(path)` without the GIL; its std::runtime_error becomes FileNotFoundError or OSError
 /// when the file cannot be opened, ValueError when its content is wrong; the message stays.

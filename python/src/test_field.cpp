@@ -20,7 +20,6 @@ auto design_fields() {
       field("station_height_step_m", &D::station_height_step_m, "they alternate by it [m]"),
       field("station_ring", &D::station_ring, "of the room's half sides"),
       field("station_tilt_rad", &D::station_tilt_rad, "how much they are tilted"),
-      field("upright", &D::upright, "False: looks around, as a camera with a small field must"),
       field("targets", &D::targets, "points on walls and ceiling"),
       field("lowest_target_m", &D::lowest_target_m, "[m]"),
       field("ceiling", &D::ceiling, "has targets, too"),
