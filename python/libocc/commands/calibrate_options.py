@@ -8,7 +8,7 @@ import click
 
 import libocc as occ
 
-from ..cli import blamed_on, emit_json
+from ..cli import Failure, blamed_on, emit_json
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -16,6 +16,29 @@ out_option = click.option("--out", required=True, metavar="FOLDER", help="Gets t
 select_option = click.option("--select", is_flag=True, help="Keep only parameters that the pictures call for.")
 robust_option = click.option("--robust/--no-robust", default=True, show_default=True,
                              help="Expect gross errors: robust estimation, then data snooping.")
+distance_option = click.option(
+    "--distance", type=(str, str, float, float), multiple=True, metavar="FROM TO M SIGMA",
+    help="A scale bar: between two targets, as \"tag 7.0\" (corner 0) or a point's name.",
+)
+
+
+def add_distances(network: occ.Network, distances: Sequence[tuple[str, str, float, float]]) -> None:
+    for start, end, length_m, sigma_m in distances:
+        if not (length_m > 0 and sigma_m > 0):
+            raise Failure(f"--distance: length and sigma must be positive, got {length_m:g} and {sigma_m:g}")
+        network.add_distance(target_of(network, start), target_of(network, end), length_m, sigma_m)
+
+
+def target_of(network: occ.Network, name: str) -> occ.Target:
+    if name in network.point_names:
+        return occ.Target.point(network.point_names.index(name))
+    body, _, corner = name.rpartition(".")
+    if body in network.body_names and corner.isdigit():
+        index = network.body_names.index(body)
+        if int(corner) < len(network.body_corners_m[index]):
+            return occ.Target.corner(index, int(corner))
+    known = ", ".join([*network.point_names, *(f"{body}.0" for body in network.body_names)][:8])
+    raise Failure(f"--distance: no target is named {name!r}; there are: {known}")
 
 
 def finish(
