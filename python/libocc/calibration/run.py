@@ -9,12 +9,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from .._core import (
-    AdjustmentSelection,
     Camera,
     CameraFormat,
     CameraKind,
     Datum,
     Network,
+    Selection,
     adjust,
     format_camera,
     projection_uncertainty,
@@ -57,13 +57,13 @@ class Spinner:
 
 def calibrate(
     network: Network, datum: Datum, *, robust: bool = True, select: bool = False, notes: Sequence[str] = (),
-) -> tuple[Calibration, AdjustmentSelection | None]:
+) -> tuple[Calibration, Selection | None]:
     """Adjusts; with select only the parameters that the observations call for stay unknown."""
     begun = time.monotonic()
     chosen = None
     with Spinner() as spinner:
         if select:
-            chosen = select_parameters(network, datum=datum, robust=robust, progress=spinner)
+            chosen = select_parameters(network, datum=datum, robust=robust)
             adjusted = chosen.adjustment
         else:
             adjusted = adjust(network, robust=robust, snooping=robust, datum=datum, progress=spinner)
@@ -80,7 +80,7 @@ def uncertainty(c: Calibration, camera: int) -> Figure | None:
         return None
     columns = GRID if model.width >= model.height else max(4, GRID * model.width // model.height)
     rows = GRID if model.height >= model.width else max(4, GRID * model.height // model.width)
-    sigma = projection_uncertainty(model, free, c.known.parameters(camera), columns=columns, rows=rows)
+    sigma, _, _ = projection_uncertainty(model, free, c.known.parameters(camera), columns=columns, rows=rows)
     return figures.uncertainty_map(np.asarray(sigma), model.width, model.height)
 
 
@@ -99,9 +99,8 @@ def write(folder: ResultFolder, c: Calibration, title: str, extra: Sequence[str]
     data = summary(c)
     folder.write("result.json", json_bytes(data))
     for name, camera in zip(c.network.camera_names, c.network.cameras):
-        if c.network.free_parameters[c.network.camera_names.index(name)]:
-            for file, content in camera_files(name, camera).items():
-                folder.write(file, content)
+        for file, content in camera_files(name, camera).items():
+            folder.write(file, content)
     folder.write("images.csv", image_table(c.network))
     if c.network.point_names:
         covariances = c.known.points() if c.known.ok else np.full((len(c.network.point_names), 3, 3), np.inf)

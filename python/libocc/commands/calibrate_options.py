@@ -55,8 +55,8 @@ def finish(
     found, chosen = calibrate(network, datum, robust=robust, select=select, notes=notes)
     sections = list(extra)
     if chosen is not None:
-        sections.append("<h2>Parameters chosen</h2>" + table(("step", "parameter", "why"), [
-            (i + 1, step.parameter, step.reason) for i, step in enumerate(chosen.steps)
+        sections.append("<h2>Parameters chosen</h2>" + table(("dropped", "why", "sigma0", "BIC"), [
+            (step.dropped or "none", step.reason, f"{step.sigma0:.4g}", f"{step.bic:.6g}") for step in chosen.steps
         ]))
     with blamed_on(out):
         data = write(folder, found, title, sections)
