@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <set>
 #include <sstream>
 
@@ -37,8 +38,7 @@ class Adjuster {
   Result<Adjustment> run() {
     renew();
     if (!may_go_on()) return finish();
-    start_points();
-    reference_ = network();
+    reference_ = without_observations(network());
     if (options_.robust && !reject_robustly()) return finish();
     if (!least_squares("least squares")) return finish();
     if (options_.snooping && !snoop()) return finish();
@@ -68,8 +68,7 @@ class Adjuster {
   }
 
   /// Points that some image cannot show from where it starts are put where their rays meet.
-  void start_points() {
-    const NetworkState state(network());
+  void repair_points(NetworkState& state) {
     std::vector<std::vector<int>> seen_by(network().points.size());
     std::vector<char> lost(network().points.size());
     for (std::size_t i = 0; i < network().observations.size(); ++i) {
@@ -87,11 +86,12 @@ class Adjuster {
         const ImageObservation& seen = network().observations[at(i)];
         const NetworkImage& image = network().images[at(seen.image)];
         const auto ray = network().cameras[at(image.camera)].camera.ray(seen.pixel);
-        const Rigid3 world_from_cam = network().cam_from_world(seen.image).inverse();
+        const Rigid3 world_from_cam = reference_.cam_from_world(seen.image).inverse();
         if (ray)
           rays.push_back({world_from_cam * ray->origin, world_from_cam.rotation * ray->direction});
       }
-      if (const auto meeting = intersect_rays(rays)) network().points[p].position_m = *meeting;
+      if (const auto meeting = intersect_rays(rays))
+        state.points[p] = reference_.points[p].position_m = *meeting;
     }
   }
 
@@ -108,7 +108,10 @@ class Adjuster {
       return !progress_ ||
              progress_({name, iteration, cost, static_cast<int>(result_.value.rejected.size())});
     };
-    const Minimised minimised = minimise(network(), layout_, state, options, report);
+    const bool first = result_.value.iterations == 0;
+    const Minimised minimised = first ? minimise(network(), layout_, state, options, report,
+                                                 [&](NetworkState& start) { repair_points(start); })
+                                      : minimise(network(), layout_, state, options, report);
     state.put_into(network());
     result_.value.iterations += minimised.iterations;
     return minimised;
@@ -143,6 +146,7 @@ class Adjuster {
 
   void reject(int observation, double normalised, const char* reason) {
     network().observations[at(observation)].used = false;
+    cost_.reset();
     result_.value.rejected.push_back({observation, normalised, reason});
   }
 
@@ -179,14 +183,12 @@ class Adjuster {
         return fail(Status::degenerate,
                     "no observation determines " +
                         names_of_unknowns(network(), layout_, minimised.undetermined));
-      bool lost = false;
+      cost_ = minimised.cost;
+      if (minimised.lost == 0) return minimised.ending == Ending::converged || note(minimised);
+      cost_.reset();
       const std::vector<double> all = lengths();
       for (std::size_t i = 0; i < all.size(); ++i)
-        if (std::isinf(all[i])) {
-          reject(static_cast<int>(i), all[i], "not in view");
-          lost = true;
-        }
-      if (!lost) return minimised.ending == Ending::converged || note(minimised);
+        if (std::isinf(all[i])) reject(static_cast<int>(i), all[i], "not in view");
       renew();
       if (!may_go_on()) return false;
     }
@@ -276,7 +278,7 @@ class Adjuster {
   Result<Adjustment> finish() {
     Adjustment& out = result_.value;
     out.warnings = layout_.left_out;
-    out.cost = final_cost();
+    out.cost = cost_ ? *cost_ : final_cost();
     out.observations = count_observations(network(), layout_);
     out.unknowns = static_cast<int>(layout_.total);
     out.defect = datum_defect(network()).total();
@@ -298,6 +300,7 @@ class Adjuster {
   Result<Adjustment> result_;
   Network reference_;
   Layout layout_;
+  std::optional<double> cost_;  ///< of the last least squares, while it holds
 };
 
 }  // namespace

@@ -231,9 +231,12 @@ Result<Network> in_datum(const Network& network, const Network& reference, const
   const auto refuse = [&](const char* message) {
     result.status = Status::degenerate;
     result.message = message;
+    result.value = network;
     return result;
   };
-  if (datum_defect(network).total() == 0) return result;
+  // Along its own group the defect stays what it is.
+  const DatumDefect defect = datum_defect(network);
+  if (defect.total() == 0) return result;
   if (datum.kind == DatumKind::control)
     return refuse("control points and other observations do not hold the datum");
 
@@ -241,9 +244,10 @@ Result<Network> in_datum(const Network& network, const Network& reference, const
   const Datum inner{DatumKind::inner,
                     datum.kind == DatumKind::inner ? datum.targets : std::vector<Target>{}};
   constexpr int most_steps = 50;
+  std::vector<ImageObservation> observations;
+  observations.swap(result.value.observations);  // they are not moved, only carried
   for (const Datum& stage : {inner, datum}) {
     for (int step = 0; step < most_steps; ++step) {
-      const DatumDefect defect = datum_defect(result.value);
       const auto conditions = networking::conditions_of(reference, layout, stage, defect);
       if (!conditions) return refuse("the datum's targets do not hold it");
       MatrixXd slope = MatrixXd::Zero(defect.total(), defect.total());
@@ -269,10 +273,11 @@ Result<Network> in_datum(const Network& network, const Network& reference, const
       }
       const Eigen::VectorXd amount = -slope.fullPivLu().solve(off);
       if (!amount.allFinite()) return refuse("the datum's targets do not hold it");
-      result.value = transformed(result.value, similarity_of(defect, amount));
+      result.value = transformed(std::move(result.value), similarity_of(defect, amount));
       if (amount.norm() < 1e-14) break;
     }
   }
+  observations.swap(result.value.observations);
   return result;
 }
 

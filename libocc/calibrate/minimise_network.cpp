@@ -29,7 +29,8 @@ Eigen::MatrixXd reduced_gauge(const Network& network, const Layout& layout,
 
 Minimised minimise(const Network& network, const Layout& layout, NetworkState& state,
                    const MinimiseOptions& options,
-                   const std::function<bool(int iteration, double cost)>& report) {
+                   const std::function<bool(int iteration, double cost)>& report,
+                   const std::function<void(NetworkState&)>& repair) {
   Minimised result;
   NormalEquations normal, next_normal;
   double damping = 0;
@@ -40,8 +41,13 @@ Minimised minimise(const Network& network, const Layout& layout, NetworkState& s
     return result;
   };
   build(network, layout, state, options.loss, damping, options.threads, normal);
+  if (normal.lost > 0 && repair) {
+    repair(state);
+    build(network, layout, state, options.loss, damping, options.threads, normal);
+  }
   result.cost = normal.cost;
   for (;;) {
+    result.lost = normal.lost;
     if (!report(result.iterations, result.cost)) {
       result.ending = Ending::stopped;
       return result;
@@ -80,6 +86,7 @@ Minimised minimise(const Network& network, const Layout& layout, NetworkState& s
           result.cost = normal.cost;
           damping = next_damping;
           ++result.iterations;
+          if (!ever_undetermined.empty() && fall < 1e-10 * before) return failed(Ending::stuck);
           if (options.least_fall > 0 && fall < options.least_fall * before) return result;
         }
       }

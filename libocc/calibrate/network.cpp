@@ -15,8 +15,8 @@ std::string item(const char* list, std::size_t index, const char* field = "") {
 }
 
 void require_index(int index, std::size_t size, const std::string& name, const char* of) {
-  require(index >= 0 && static_cast<std::size_t>(index) < size, name, index,
-          "one of the " + std::to_string(size) + " " + of);
+  if (index >= 0 && static_cast<std::size_t>(index) < size) return;
+  require(false, name, index, "one of the " + std::to_string(size) + " " + of);
 }
 
 void require_pose(const Rigid3& pose, const std::string& name) {

@@ -280,6 +280,17 @@ void NetworkState::put_into(Network& network) const {
   }
 }
 
+Network without_observations(const Network& network) {
+  Network copy;
+  copy.cameras = network.cameras;
+  copy.stations = network.stations;
+  copy.mounts = network.mounts;
+  copy.images = network.images;
+  copy.points = network.points;
+  copy.bodies = network.bodies;
+  return copy;
+}
+
 bool Layout::knows(const Target& target) const {
   return target.body < 0 ? determined_point[at(target.point)] : determined_body[at(target.body)];
 }

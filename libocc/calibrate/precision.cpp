@@ -25,17 +25,6 @@ namespace {
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
-Network without_observations(const Network& network) {
-  Network copy;
-  copy.cameras = network.cameras;
-  copy.stations = network.stations;
-  copy.mounts = network.mounts;
-  copy.images = network.images;
-  copy.points = network.points;
-  copy.bodies = network.bodies;
-  return copy;
-}
-
 /// The 3x3 diagonal blocks of one batch's points, before any change of datum.
 void add_points(const FreePrecision& free, std::size_t number, std::vector<Matrix3d>& all) {
   const Batch& batch = free.layout.batches[number];

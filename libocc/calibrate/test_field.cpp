@@ -112,7 +112,7 @@ Network true_network(const TestFieldDesign& design) {
                                   "tag " + std::to_string(i), tags));
   Random stations(design.seed, 3);
   for (int i = 0; i < design.stations; ++i)
-    truth.add_image("station " + std::to_string(i), 0, station_pose(design, i, stations));
+    truth.add_image("S" + std::to_string(i), 0, station_pose(design, i, stations));
   see_all(design, truth);
   return truth;
 }

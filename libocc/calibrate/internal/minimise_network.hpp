@@ -23,16 +23,19 @@ struct Minimised {
   Ending ending = Ending::converged;
   int iterations = 0;
   double cost = 0;
+  int lost = 0;                  ///< observations not in view
   double step_sigma = 0;  ///< the last step, all unknowns together
   /// Reduced unknowns that no observation determined when there was no damping last; without
   /// convergence, whenever there was none.
   std::vector<Index> undetermined;
 };
 
-/// `report` returns false to stop.
+/// `report` returns false to stop. `repair`, when given, is asked once to better a start from which
+/// some camera does not show its targets.
 Minimised minimise(const Network& network, const Layout& layout, NetworkState& state,
                    const MinimiseOptions& options,
-                   const std::function<bool(int iteration, double cost)>& report);
+                   const std::function<bool(int iteration, double cost)>& report,
+                   const std::function<void(NetworkState&)>& repair = {});
 
 /// The open directions of the reduced unknowns.
 Eigen::MatrixXd reduced_gauge(const Network& network, const Layout& layout,

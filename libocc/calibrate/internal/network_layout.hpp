@@ -29,6 +29,9 @@ struct NetworkState {
   void put_into(Network& network) const;
 };
 
+/// Cameras, stations, mounts, images, points and bodies alone.
+Network without_observations(const Network& network);
+
 constexpr Index none = -1;
 constexpr int max_columns = Camera::max_parameters + 12;  ///< of an image's unknowns
 constexpr int max_group = 7;                              ///< unknowns of a body
