@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/calibrate/board_network.hpp"
+//
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "libocc/calibrate/resection.hpp"
+#include "libocc/core/require.hpp"
+
+namespace occ {
+namespace {
+
+bool in_a_plane(const Eigen::Matrix3Xd& points) {
+  constexpr double least_depth = 1e-3;
+  const Eigen::Matrix3Xd off = points.colwise() - points.rowwise().mean();
+  const Eigen::Matrix3d spread = off * off.transpose();
+  const Eigen::Vector3d values = spread.selfadjointView<Eigen::Lower>().eigenvalues();
+  return !(values[0] > least_depth * least_depth * values[2]);
+}
+
+void check_image(const BoardImage& image, const Eigen::Matrix3Xd& board_m) {
+  const std::string name = "image " + image.name + ": ";
+  require(image.px.cols() == board_m.cols(), name + "px", image.px.cols(),
+          "one for each of the board's " + std::to_string(board_m.cols()) + " points");
+  require_finite(image.px, name + "px");
+  require(image.covariance_px2.empty() ||
+              static_cast<Eigen::Index>(image.covariance_px2.size()) == image.px.cols(),
+          name + "covariance_px2", image.covariance_px2.size(), "none, or one for each point");
+  for (const Eigen::Matrix2d& covariance : image.covariance_px2)
+    require(covariance.allFinite() && covariance.diagonal().minCoeff() > 0,
+            name + "covariance_px2", covariance.diagonal().transpose(), "positive definite");
+}
+
+}  // namespace
+
+Eigen::Matrix3Xd chessboard_points(int columns, int rows, double square_m) {
+  require(columns >= 2, "columns", columns, "at least 2");
+  require(rows >= 2, "rows", rows, "at least 2");
+  require(square_m > 0 && std::isfinite(square_m), "square_m", square_m, "positive");
+  Eigen::Matrix3Xd points(3, columns * rows);
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < columns; ++column)
+      points.col(row * columns + column) = square_m * Eigen::Vector3d(column, row, 0);
+  return points;
+}
+
+Result<Camera> start_pinhole(const Eigen::Matrix3Xd& board_m, const std::vector<BoardImage>& images,
+                             int width, int height) {
+  std::vector<PlaneView> views;
+  for (const BoardImage& image : images)
+    if (image.camera == 0) views.push_back({board_m.topRows<2>(), image.px});
+  return start_pinhole(views, width, height);
+}
+
+Result<NetworkStart> board_network(const std::vector<NetworkCamera>& cameras,
+                                   const Eigen::Matrix3Xd& board_m,
+                                   const std::vector<BoardImage>& images, double sigma_px) {
+  require(sigma_px > 0 && std::isfinite(sigma_px), "sigma_px", sigma_px, "positive");
+  require(board_m.cols() >= 4, "board_m", board_m.cols(), "four points or more");
+  require_finite(board_m, "board_m");
+  Result<NetworkStart> result;
+  Network& network = result.value.network;
+  network.cameras = cameras;
+  NetworkBody board;
+  board.name = "board";
+  board.corners_m = board_m;
+  board.fixed = true;
+  network.bodies = {board};
+  std::vector<std::string> names;
+  for (const BoardImage& image : images) {
+    require(image.camera >= 0 && image.camera < static_cast<int>(cameras.size()),
+            "image " + image.name + ": camera", image.camera, "an index of a camera");
+    check_image(image, board_m);
+    const Camera& camera = cameras[static_cast<std::size_t>(image.camera)].camera;
+    const Result<Resection> found = resect(board_m, image.px, camera);
+    if (!found.ok()) {
+      result.value.warnings.push_back(image.name + " left out: " + found.message);
+      continue;
+    }
+    const int index = network.add_image(image.name, image.camera, found->cam_from_world);
+    names.push_back(image.name);
+    for (Eigen::Index k = 0; k < image.px.cols(); ++k) {
+      ImageObservation seen;
+      seen.image = index;
+      seen.target = Target::of_corner(0, static_cast<int>(k));
+      seen.pixel = image.px.col(k);
+      seen.sigma_px.setConstant(sigma_px);
+      if (!image.covariance_px2.empty())
+        seen.sigma_px =
+            image.covariance_px2[static_cast<std::size_t>(k)].diagonal().cwiseSqrt();
+      network.observations.push_back(seen);
+    }
+  }
+  result.value.blocks = {names};
+  const std::size_t least = in_a_plane(board_m) ? 2 : 1;
+  if (names.size() < least) {
+    result.status = Status::too_few_lamps;
+    result.message = std::to_string(names.size()) + " images of the board have a pose, it takes " +
+                     std::to_string(least);
+  }
+  return result;
+}
+
+}  // namespace occ

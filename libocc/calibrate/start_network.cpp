@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/calibrate/start_network.hpp"
+//
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+#include <sstream>
+
+#include "libocc/calibrate/internal/tag_chain.hpp"
+#include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
+#include "libocc/scene/tag.hpp"
+
+namespace occ {
+namespace {
+
+std::string list(const std::vector<std::string>& names) {
+  constexpr std::size_t most = 8;
+  std::string text;
+  for (std::size_t i = 0; i < names.size() && i < most; ++i)
+    text += (i == 0 ? "" : ", ") + names[i];
+  if (names.size() > most) text += " and " + std::to_string(names.size() - most) + " more";
+  return text;
+}
+
+double size_of(int id, const StartOptions& options) {
+  const auto other = options.other_sizes_m.find(id);
+  return other == options.other_sizes_m.end() ? options.tag_size_m : other->second;
+}
+
+// The views of all images, tags numbered by rising id.
+struct Views {
+  std::vector<int> ids;
+  std::vector<TagView> all;
+};
+
+// Whether an image that repeats itself shows one tag several times.
+bool same_place(const std::vector<const AprilTag*>& tags, const Camera& camera) {
+  constexpr double most_px = 5;
+  return std::isfinite(camera.period_px()) &&
+         std::all_of(tags.begin(), tags.end(), [&](const AprilTag* tag) {
+           return camera.difference_px(tag->centre_px, tags.front()->centre_px).norm() < most_px;
+         });
+}
+
+Views collect(const std::vector<NetworkCamera>& cameras, const std::vector<TagImage>& images,
+              const StartOptions& options, std::vector<std::string>& warnings) {
+  Views views;
+  std::map<int, int> numbers;
+  for (const TagImage& image : images)
+    for (const AprilTag& tag : image.tags) numbers[tag.id] = 0;
+  for (auto& [id, number] : numbers) {
+    number = static_cast<int>(views.ids.size());
+    views.ids.push_back(id);
+  }
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const Camera& camera = cameras[static_cast<std::size_t>(images[i].camera)].camera;
+    std::map<int, std::vector<const AprilTag*>> by_id;
+    for (const AprilTag& tag : images[i].tags) by_id[tag.id].push_back(&tag);
+    for (const auto& [id, tags] : by_id) {
+      const std::string name = "tag " + std::to_string(id) + " in " + images[i].name;
+      if (tags.size() > 1 && !same_place(tags, camera)) {
+        warnings.push_back(name + " left out: it is seen " + std::to_string(tags.size()) +
+                           " times");
+        continue;
+      }
+      for (const AprilTag* tag : tags) {
+        TagView view;
+        view.image = static_cast<int>(i);
+        view.tag = numbers[id];
+        view.px.resize(2, 4);
+        double variance = 0;
+        for (int k = 0; k < 4; ++k) {
+          view.px.col(k) = tag->corners_px[static_cast<std::size_t>(k)];
+          variance += tag->covariance_px2[static_cast<std::size_t>(k)].trace() / 8;
+        }
+        view.sigma_px = std::sqrt(variance);
+        view.sightings = tag_sightings(*tag, size_of(id, options), camera);
+        if (view.sightings.empty())
+          warnings.push_back(name + " left out: outside the camera's domain");
+        else
+          views.all.push_back(std::move(view));
+      }
+    }
+  }
+  return views;
+}
+
+// Images bound together by tags that they share, largest block first.
+std::vector<std::vector<int>> blocks_of(const Views& views, std::size_t images) {
+  std::vector<int> root(images + views.ids.size());
+  std::iota(root.begin(), root.end(), 0);
+  const auto find = [&](int i) {
+    while (root[static_cast<std::size_t>(i)] != i) i = root[static_cast<std::size_t>(i)];
+    return i;
+  };
+  for (const TagView& view : views.all)
+    root[static_cast<std::size_t>(find(static_cast<int>(images) + view.tag))] = find(view.image);
+  std::map<int, std::vector<int>> by_root;
+  for (std::size_t i = 0; i < images; ++i)
+    by_root[find(static_cast<int>(i))].push_back(static_cast<int>(i));
+  std::vector<std::vector<int>> blocks;
+  for (auto& [key, members] : by_root) blocks.push_back(std::move(members));
+  std::stable_sort(blocks.begin(), blocks.end(), [](const auto& a, const auto& b) {
+    return a.size() > b.size();
+  });
+  return blocks;
+}
+
+// Tags whose size, as the images of known pose see it, is not what the others' sizes make it.
+std::vector<WrongSize> wrong_sizes(const TagChain& chain, const Views& views,
+                                   const StartOptions& options) {
+  std::vector<double> scales;
+  std::map<int, BodyFit> fits;
+  for (std::size_t t = 0; t < views.ids.size(); ++t) {
+    const BodyFit fit = chain.scale_of(static_cast<int>(t));
+    constexpr double most_sigma = 0.1;  // for residuals of a pixel
+    if (!(fit.scale_sigma < most_sigma)) continue;
+    fits[static_cast<int>(t)] = fit;
+    scales.push_back(fit.scale);
+  }
+  std::vector<WrongSize> wrong;
+  constexpr std::size_t least = 4;  // fewer do not tell which is wrong
+  if (scales.size() < least) return wrong;
+  const double usual = median(scales);
+  for (const auto& [tag, fit] : fits) {
+    const double part = fit.scale / usual;
+    if (std::abs(std::log(part)) > std::log1p(options.size_tolerance))
+      wrong.push_back({views.ids[static_cast<std::size_t>(tag)],
+                       part * size_of(views.ids[static_cast<std::size_t>(tag)], options)});
+  }
+  return wrong;
+}
+
+void add_observations(const AprilTag& tag, int image, int body, Network& network) {
+  for (int k = 0; k < 4; ++k) {
+    ImageObservation seen;
+    seen.image = image;
+    seen.target = Target::of_corner(body, k);
+    seen.pixel = tag.corners_px[static_cast<std::size_t>(k)];
+    seen.sigma_px = tag.covariance_px2[static_cast<std::size_t>(k)].diagonal().cwiseSqrt();
+    network.observations.push_back(seen);
+  }
+}
+
+Network network_of(const TagChain& chain, const Views& views,
+                   const std::vector<NetworkCamera>& cameras, const std::vector<TagImage>& images,
+                   const StartOptions& options, NetworkStart& start) {
+  Network network;
+  network.cameras = cameras;
+  std::map<int, int> image_at, body_at;  // by image, by id
+  for (std::size_t i = 0; i < images.size(); ++i)
+    if (const auto& pose = chain.cams_from_world()[i])
+      image_at[static_cast<int>(i)] = network.add_image(images[i].name, images[i].camera, *pose);
+  std::set<int> free(options.free_sizes.begin(), options.free_sizes.end());
+  for (const WrongSize& wrong : start.wrong_sizes) free.insert(wrong.tag);
+  std::vector<std::string> once;
+  for (std::size_t t = 0; t < views.ids.size(); ++t) {
+    const TagPlace& place = chain.places()[t];
+    const int id = views.ids[t];
+    if (!place.world_from_tag) continue;
+    if (place.views < 2) {
+      once.push_back(std::to_string(id));
+      continue;
+    }
+    NetworkBody body;
+    body.name = "tag " + std::to_string(id);
+    body.corners_m = tag_corners(size_of(id, options));
+    body.world_from_body = *place.world_from_tag;
+    body.scale_free = free.count(id) > 0;
+    for (const WrongSize& wrong : start.wrong_sizes)
+      if (wrong.tag == id) body.scale = wrong.size_m / size_of(id, options);
+    body_at[id] = static_cast<int>(network.bodies.size());
+    network.bodies.push_back(std::move(body));
+  }
+  if (!once.empty())
+    start.warnings.push_back("tags that one image sees are left out: " + list(once));
+  for (const TagView& view : views.all) {
+    const auto image = image_at.find(view.image);
+    const auto body = body_at.find(views.ids[static_cast<std::size_t>(view.tag)]);
+    if (image == image_at.end() || body == body_at.end()) continue;
+    for (const AprilTag& tag : images[static_cast<std::size_t>(view.image)].tags)
+      if (tag.id == body->first && tag.corners_px[0] == Eigen::Vector2d(view.px.col(0)))
+        add_observations(tag, image->second, body->second, network);
+  }
+  return network;
+}
+
+std::vector<std::string> names_of(const std::vector<int>& block,
+                                  const std::vector<TagImage>& images) {
+  std::vector<std::string> names;
+  for (const int i : block) names.push_back(images[static_cast<std::size_t>(i)].name);
+  return names;
+}
+
+}  // namespace
+
+void StartOptions::validate() const {
+  require(tag_size_m > 0 && std::isfinite(tag_size_m), "tag_size_m", tag_size_m, "positive");
+  for (const auto& [id, size] : other_sizes_m)
+    require(size > 0 && std::isfinite(size), "other_sizes_m[" + std::to_string(id) + "]", size,
+            "positive");
+  require(size_tolerance > 0 && std::isfinite(size_tolerance), "size_tolerance", size_tolerance,
+          "positive");
+}
+
+Result<NetworkStart> start_network(const std::vector<NetworkCamera>& cameras,
+                                   const std::vector<TagImage>& images,
+                                   const StartOptions& options) {
+  options.validate();
+  for (const TagImage& image : images)
+    require(image.camera >= 0 && image.camera < static_cast<int>(cameras.size()),
+            "image " + image.name + ": camera", image.camera, "an index of a camera");
+  Result<NetworkStart> result;
+  NetworkStart& start = result.value;
+  const Views views = collect(cameras, images, options, start.warnings);
+  const std::vector<std::vector<int>> blocks = blocks_of(views, images.size());
+  for (const std::vector<int>& block : blocks) start.blocks.push_back(names_of(block, images));
+  std::vector<Eigen::Matrix3Xd> corners;
+  for (const int id : views.ids) corners.push_back(tag_corners(size_of(id, options)));
+  std::vector<const Camera*> of_images;
+  for (const TagImage& image : images)
+    of_images.push_back(&cameras[static_cast<std::size_t>(image.camera)].camera);
+  TagChain chain(corners, of_images, views.all);
+  if (images.size() < 2 || blocks.front().size() < 2 || !chain.link(blocks.front())) {
+    result.status = Status::too_few_lamps;
+    result.message = images.size() < 2 ? "it takes two images, there are " +
+                                             std::to_string(images.size())
+                                       : "no two images share a tag";
+    return result;
+  }
+  constexpr int sweeps = 2;
+  for (int i = 0; i < sweeps; ++i) chain.sweep();
+  start.wrong_sizes = wrong_sizes(chain, views, options);
+  for (const WrongSize& wrong : start.wrong_sizes) {
+    std::ostringstream text;
+    text << "tag " << wrong.tag << ": a side of " << size_of(wrong.tag, options)
+         << " m was given, the other tags make it " << wrong.size_m << " m; its size is left free";
+    start.warnings.push_back(text.str());
+  }
+  start.network = network_of(chain, views, cameras, images, options, start);
+  std::vector<std::string> unposed;
+  for (const int i : blocks.front())
+    if (!chain.cams_from_world()[static_cast<std::size_t>(i)])
+      unposed.push_back(images[static_cast<std::size_t>(i)].name);
+  if (!unposed.empty()) {
+    result.status = Status::degenerate;
+    result.message = "no pose was found for " + list(unposed);
+  }
+  if (blocks.size() > 1) {
+    result.status = Status::degenerate;
+    result.message = "the images fall into " + std::to_string(blocks.size()) +
+                     " blocks that share no tag:";
+    for (std::size_t b = 0; b < blocks.size(); ++b)
+      result.message += (b == 0 ? " " : "; ") + list(start.blocks[b]);
+  }
+  return result;
+}
+
+}  // namespace occ
