@@ -269,6 +269,48 @@ TEST(Adjust, SaysWhatIsWrongWithTheData) {
   }
 }
 
+TEST(Adjust, ATagOfAnotherSizeIsRejected) {
+  Network network = test::pinhole_network(8, 60);
+  for (int k = 0; k < 6; ++k)
+    test::add_tag(network, {so3_exp({0.2 * k, 0.2, 0.1}), {0.4 + 0.25 * k, 2, 3}}, 0.3);
+  const Network truth = network;
+  network = noisy_network(network, 4, 0.01);
+  network.bodies[2].corners_m *= 1.15;
+  const auto found = adjust(network);
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_GT(found->rejected.size(), 5U);
+  for (const RejectedObservation& one : found->rejected)
+    EXPECT_EQ(network.observations[static_cast<std::size_t>(one.observation)].target.body, 2);
+  const auto aligned = in_datum(found->network, truth);
+  EXPECT_LT(test::worst_distance(*aligned, truth), 6e-3);
+}
+
+TEST(Adjust, TargetsInAPlaneSeenStraightOnDetermineNoFocalLength) {
+  Network network;
+  network.cameras.push_back(
+      {"camera", Camera::pinhole(1280, 960, 1000, 1000, 640, 480), {"fx_px", "fy_px"}});
+  Random random(3, 0);
+  for (int k = 0; k < 40; ++k)
+    network.points.push_back({"", {random.uniform(-1, 1), random.uniform(-1, 1), 0}, false});
+  for (int i = 0; i < 5; ++i)
+    network.add_image("i" + std::to_string(i), 0,
+                      {Eigen::Vector3d(1, -1, -1).asDiagonal().toDenseMatrix(),
+                       {0.3 * (i % 3 - 1), 0.2 * (i % 2), 3 + 0.3 * (i % 3)}});
+  for (int image = 0; image < 5; ++image)
+    for (int k = 0; k < 40; ++k) {
+      const auto pixel = network.cameras[0].camera.project(
+          network.cam_from_world(image) * network.points[static_cast<std::size_t>(k)].position_m);
+      if (pixel && network.cameras[0].camera.contains(*pixel))
+        network.observations.push_back({image, Target::of_point(k), *pixel, {0.3, 0.3}, true});
+    }
+  const auto exact = precision(network);
+  EXPECT_EQ(exact.status, Status::degenerate);
+  EXPECT_NE(exact.message.find("fx_px"), std::string::npos) << exact.message;
+  const auto found = adjust(noisy_network(network, 1, 0), plain());
+  EXPECT_FALSE(found.ok());
+  EXPECT_NE(found.message.find("fx_px"), std::string::npos) << found.message;
+}
+
 TEST(Adjust, NonConvergenceKeepsTheState) {
   const Network start = noisy_network(test::pinhole_network(), 1, 0.3);
   AdjustOptions options = plain();

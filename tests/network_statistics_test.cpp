@@ -39,6 +39,13 @@ TEST(NetworkStatistics, RedundancyNumbersSumToTheRedundancy) {
   const auto s = network_statistics(adjusted(network, 3));
   EXPECT_LT(s->image_redundancy, s->redundancy);
   EXPECT_GT(s->image_redundancy, s->redundancy - 2);
+  double sum = s->image_redundancy;
+  for (const DistanceStatistics& one : s->distances) {
+    EXPECT_TRUE(one.used);
+    EXPECT_NEAR(one.detectable_m, 4.13e-3 / std::sqrt(one.redundancy), 1e-12);
+    sum += one.redundancy;
+  }
+  EXPECT_NEAR(sum, s->redundancy, 1e-6 * s->redundancy);
 }
 
 TEST(NetworkStatistics, RedundancyIsHowMuchOfAnErrorStaysInItsResidual) {
@@ -55,6 +62,18 @@ TEST(NetworkStatistics, RedundancyIsHowMuchOfAnErrorStaysInItsResidual) {
       EXPECT_NEAR(stays / error_px, s->image_observations[i].redundancy[axis], 1e-4);
     }
   }
+}
+
+TEST(NetworkStatistics, AWrongTagSizeShowsInTheDistance) {
+  Network network = test::line_network(6, 40);
+  for (int k = 0; k < 4; ++k)
+    test::add_tag(network, {so3_exp({0.3 * k, 0.2, 0.1}), {0.5 + 0.4 * k, 2, 3}}, 0.4);
+  test::add_distance(network, 1, 7, 1e-3);
+  Network wrong = noisy_network(network, 3, 0.01);
+  EXPECT_LT(std::abs(network_statistics(adjust(wrong, test::plain())->network)->distances[0].w), 4);
+  for (NetworkBody& tag : wrong.bodies) tag.corners_m *= 1.1;
+  const auto s = network_statistics(adjust(wrong, test::plain())->network);
+  EXPECT_GT(std::abs(s->distances[0].w), 6);
 }
 
 TEST(NetworkStatistics, ReliabilityFollowsFromRedundancy) {

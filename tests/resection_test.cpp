@@ -139,8 +139,8 @@ TEST(StartPinhole, FocalLengthFromTags) {
   for (int i = 0; i < 8; ++i) {
     const TargetRenderer renderer(
         tags_on_a_wall(4, 3), truth,
-        towards_wall({random.uniform(-1.2, 1.2), random.uniform(-1.6, -1.1),
-                      random.uniform(-0.8, 0.8)}));
+        towards_wall(
+            {random.uniform(-1.2, 1.2), random.uniform(-1.6, -1.1), random.uniform(-0.8, 0.8)}));
     for (const TagTruth& tag : renderer.truth().tags) {
       if (!tag.whole) continue;
       AprilTag seen;

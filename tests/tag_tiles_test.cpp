@@ -43,7 +43,8 @@ void expect_same(const std::vector<AprilTag>& tags, const std::vector<AprilTag>&
   for (std::size_t i = 0; i < tags.size(); ++i) {
     EXPECT_EQ(tags[i].id, others[i].id);
     for (std::size_t k = 0; k < 4; ++k) {
-      const double allowed = tags[i].refined ? 1e-3 : 0.3;  // libapriltag's own corners depend on it
+      const double allowed =
+          tags[i].refined ? 1e-3 : 0.3;  // libapriltag's own corners depend on it
       EXPECT_LT((tags[i].corners_px[k] - others[i].corners_px[k]).norm(), allowed) << tags[i].id;
       const Eigen::Vector2d corner =
           (tags[i].homography * Eigen::Vector3d(k == 1 || k == 2 ? 1 : -1, k >= 2 ? 1 : -1, 1))

@@ -27,8 +27,8 @@ void check_image(const BoardImage& image, const Eigen::Matrix3Xd& board_m) {
               static_cast<Eigen::Index>(image.covariance_px2.size()) == image.px.cols(),
           name + "covariance_px2", image.covariance_px2.size(), "none, or one for each point");
   for (const Eigen::Matrix2d& covariance : image.covariance_px2)
-    require(covariance.allFinite() && covariance.diagonal().minCoeff() > 0,
-            name + "covariance_px2", covariance.diagonal().transpose(), "positive definite");
+    require(covariance.allFinite() && covariance.diagonal().minCoeff() > 0, name + "covariance_px2",
+            covariance.diagonal().transpose(), "positive definite");
 }
 
 }  // namespace
@@ -86,8 +86,7 @@ Result<NetworkStart> board_network(const std::vector<NetworkCamera>& cameras,
       seen.pixel = image.px.col(k);
       seen.sigma_px.setConstant(sigma_px);
       if (!image.covariance_px2.empty())
-        seen.sigma_px =
-            image.covariance_px2[static_cast<std::size_t>(k)].diagonal().cwiseSqrt();
+        seen.sigma_px = image.covariance_px2[static_cast<std::size_t>(k)].diagonal().cwiseSqrt();
       network.observations.push_back(seen);
     }
   }

@@ -17,7 +17,7 @@ namespace occ {
 struct BoardImage {
   std::string name;
   int camera = 0;
-  Eigen::Matrix2Xd px;  ///< of all of the board's points, in their order
+  Eigen::Matrix2Xd px;                          ///< of all of the board's points, in their order
   std::vector<Eigen::Matrix2d> covariance_px2;  ///< empty: of sigma_px
 };
 

@@ -172,7 +172,8 @@ Result<NetworkStart> lamp_network(const std::vector<NetworkCamera>& cameras, con
   std::map<std::string, const Lamp*> by_name;
   for (const Lamp& lamp : scene.lamps) by_name["lamp " + std::to_string(lamp.id)] = &lamp;
   for (ImageObservation& seen : network.observations) {
-    const auto lamp = by_name.find(network.points[static_cast<std::size_t>(seen.target.point)].name);
+    const auto lamp =
+        by_name.find(network.points[static_cast<std::size_t>(seen.target.point)].name);
     if (lamp == by_name.end()) continue;
     const NetworkImage& image = network.images[static_cast<std::size_t>(seen.image)];
     const Camera& camera = cameras[static_cast<std::size_t>(image.camera)].camera;

@@ -29,16 +29,16 @@ struct LampImage {
   std::vector<LampSighting> lamps;
 };
 
-/// lamps_m: about where they are, by id; those not named are found. Status: ok; too_few_lamps: fewer
-/// than two images have a pose. Images that see fewer than four lamps of known place, and lamps seen
-/// once, are left out with a warning; an id seen twice in an image is left out of it. Throws
-/// std::invalid_argument for a bad camera index and values that are not finite.
+/// lamps_m: about where they are, by id; those not named are found. Status: ok; too_few_lamps:
+/// fewer than two images have a pose. Images that see fewer than four lamps of known place, and
+/// lamps seen once, are left out with a warning; an id seen twice in an image is left out of it.
+/// Throws std::invalid_argument for a bad camera index and values that are not finite.
 LIBOCC_API Result<NetworkStart> lamp_network(const std::vector<NetworkCamera>& cameras,
                                              const std::map<int, Eigen::Vector3d>& lamps_m,
                                              const std::vector<LampImage>& images);
 
-/// With the places of a scene's lamps, and their sizes: a sighting, the centre of a lamp's image, is
-/// moved to where the lamp's centre is seen (the centre of an ellipse is not that of the disc).
+/// With the places of a scene's lamps, and their sizes: a sighting, the centre of a lamp's image,
+/// is moved to where the lamp's centre is seen (the centre of an ellipse is not that of the disc).
 LIBOCC_API Result<NetworkStart> lamp_network(const std::vector<NetworkCamera>& cameras,
                                              const Scene& scene,
                                              const std::vector<LampImage>& images);

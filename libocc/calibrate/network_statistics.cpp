@@ -43,6 +43,34 @@ ObservationStatistics statistics_of(const ImageObservation& seen, const Residual
   return one;
 }
 
+DistanceStatistics statistics_of(const Network& network, const Layout& layout,
+                                 const NetworkState& state, const DistanceObservation& known,
+                                 const Eigen::MatrixXd& covariance) {
+  DistanceStatistics one;
+  if (!known.used || !layout.knows(known.from) || !layout.knows(known.to)) return one;
+  one.used = true;
+  const Eigen::Vector3d apart =
+      target_position(network, state, known.to) - target_position(network, state, known.from);
+  one.residual_m = known.length_m - apart.norm();
+  Eigen::VectorXd row = Eigen::VectorXd::Zero(layout.reduced);
+  const auto add = [&](const Target& target, double sign) {
+    if (layout.offset_of(target) == none) return;
+    row.segment(layout.offset_of(target), layout.size_of(target)) +=
+        sign / known.sigma_m *
+        (apart.normalized().transpose() * target_jacobian(network, layout, state, target))
+            .transpose();
+  };
+  add(known.from, -1);
+  add(known.to, 1);
+  const double r = std::clamp(1 - row.dot(covariance * row), 0.0, 1.0);
+  constexpr double nothing = 1e-9;
+  one.redundancy = r;
+  one.w = r > nothing ? one.residual_m / (known.sigma_m * std::sqrt(r)) : 0;
+  one.detectable_m = r > nothing ? detectable_shift * known.sigma_m / std::sqrt(r)
+                                 : std::numeric_limits<double>::infinity();
+  return one;
+}
+
 /// Quantile of chi-square / dof (Wilson, Hilferty 1931).
 double chi2_ratio(double dof, double z) {
   if (dof <= 0) return 1;
@@ -89,8 +117,10 @@ Result<NetworkStatistics> network_statistics(const Network& adjusted, int thread
   out.sigma0_low = std::sqrt(chi2_ratio(out.redundancy, -z));
   out.sigma0_high = std::sqrt(chi2_ratio(out.redundancy, z));
 
-  const auto cofactors =
-      residual_cofactors(adjusted, layout, state, normal, system.covariance(), threads);
+  const Eigen::MatrixXd covariance = system.covariance();
+  const auto cofactors = residual_cofactors(adjusted, layout, state, normal, covariance, threads);
+  for (const DistanceObservation& known : adjusted.distances)
+    out.distances.push_back(statistics_of(adjusted, layout, state, known, covariance));
   constexpr double false_alarm = 0.01;
   int tests = 0;
   std::vector<int> in_image(adjusted.images.size());

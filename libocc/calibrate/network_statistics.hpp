@@ -38,6 +38,12 @@ struct ObservationStatistics {
   Eigen::Vector2d external = Eigen::Vector2d::Zero();       ///< infinite likewise
 };
 
+struct DistanceStatistics {
+  bool used = false;
+  double residual_m = 0;  ///< stated minus adjusted
+  double redundancy = 0, w = 0, detectable_m = 0;
+};
+
 struct NetworkStatistics {
   int observations = 0, unknowns = 0, defect = 0;
   double redundancy = 0;        ///< observations - unknowns + defect
@@ -47,6 +53,7 @@ struct NetworkStatistics {
   double w_critical = 0, tau_critical = 0;  ///< 1 % false alarms among all observations
   Eigen::Vector2d rms_px = Eigen::Vector2d::Zero();
   std::vector<ObservationStatistics> image_observations;  ///< in the network's order
+  std::vector<DistanceStatistics> distances;
   std::vector<Eigen::Vector2d> rms_px_of_image;
 };
 

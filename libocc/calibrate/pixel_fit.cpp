@@ -113,10 +113,9 @@ PixelFit fit_pose(const Matrix3Xd& points, const Matrix2Xd& px, const Camera& ca
   };
   PixelFit fit;
   fit.pose = start;
-  fit.converged = minimise<6>(fit.pose, fit.cost, max_iterations, evaluate,
-                              [](const Rigid3& pose, const Vector6& step) {
-                                return perturb(pose, step);
-                              });
+  fit.converged =
+      minimise<6>(fit.pose, fit.cost, max_iterations, evaluate,
+                  [](const Rigid3& pose, const Vector6& step) { return perturb(pose, step); });
   return fit;
 }
 

@@ -59,7 +59,8 @@ class Problem {
   bool on_a_line() const {
     constexpr double least_width = 1e-4;
     const Matrix3Xd off = points_.colwise() - points_.rowwise().mean();
-    const Vector3d spread = Matrix3d(off * off.transpose()).selfadjointView<Eigen::Lower>().eigenvalues();
+    const Vector3d spread =
+        Matrix3d(off * off.transpose()).selfadjointView<Eigen::Lower>().eigenvalues();
     return !(spread[1] > least_width * least_width * spread[2]);
   }
 
@@ -177,8 +178,7 @@ void ResectionOptions::validate() const {
 Result<Resection> resect(const Matrix3Xd& points_m, const Matrix2Xd& points_px,
                          const Camera& camera, const ResectionOptions& options) {
   options.validate();
-  require(points_px.cols() == points_m.cols(), "points_px", points_px.cols(),
-          "one for each point");
+  require(points_px.cols() == points_m.cols(), "points_px", points_px.cols(), "one for each point");
   require_finite(points_m, "points_m");
   require_finite(points_px, "points_px");
   const Problem problem(points_m, points_px, camera);

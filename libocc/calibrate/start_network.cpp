@@ -103,9 +103,8 @@ std::vector<std::vector<int>> blocks_of(const Views& views, std::size_t images) 
     by_root[find(static_cast<int>(i))].push_back(static_cast<int>(i));
   std::vector<std::vector<int>> blocks;
   for (auto& [key, members] : by_root) blocks.push_back(std::move(members));
-  std::stable_sort(blocks.begin(), blocks.end(), [](const auto& a, const auto& b) {
-    return a.size() > b.size();
-  });
+  std::stable_sort(blocks.begin(), blocks.end(),
+                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
   return blocks;
 }
 
@@ -226,9 +225,9 @@ Result<NetworkStart> start_network(const std::vector<NetworkCamera>& cameras,
   TagChain chain(corners, of_images, views.all);
   if (images.size() < 2 || blocks.front().size() < 2 || !chain.link(blocks.front())) {
     result.status = Status::too_few_lamps;
-    result.message = images.size() < 2 ? "it takes two images, there are " +
-                                             std::to_string(images.size())
-                                       : "no two images share a tag";
+    result.message = images.size() < 2
+                         ? "it takes two images, there are " + std::to_string(images.size())
+                         : "no two images share a tag";
     return result;
   }
   constexpr int sweeps = 2;
@@ -251,8 +250,8 @@ Result<NetworkStart> start_network(const std::vector<NetworkCamera>& cameras,
   }
   if (blocks.size() > 1) {
     result.status = Status::degenerate;
-    result.message = "the images fall into " + std::to_string(blocks.size()) +
-                     " blocks that share no tag:";
+    result.message =
+        "the images fall into " + std::to_string(blocks.size()) + " blocks that share no tag:";
     for (std::size_t b = 0; b < blocks.size(); ++b)
       result.message += (b == 0 ? " " : "; ") + list(start.blocks[b]);
   }

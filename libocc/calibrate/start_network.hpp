@@ -32,10 +32,10 @@ struct TagImage {
 };
 
 struct LIBOCC_API StartOptions {
-  double tag_size_m = 0;                  ///< side of the black square
-  std::map<int, double> other_sizes_m;    ///< of those tags (by id) that have another
-  double size_tolerance = 0.1;            ///< a tag more than this part off the others is wrong
-  std::vector<int> free_sizes;            ///< ids of tags whose size is only about known
+  double tag_size_m = 0;                ///< side of the black square
+  std::map<int, double> other_sizes_m;  ///< of those tags (by id) that have another
+  double size_tolerance = 0.1;          ///< a tag more than this part off the others is wrong
+  std::vector<int> free_sizes;          ///< ids of tags whose size is only about known
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };

@@ -50,9 +50,9 @@ std::vector<int> TagChain::shared_tags(int a, int b) const {
 }
 
 double TagChain::rms_px(const TagView& view, const Rigid3& cam_from_tag) const {
-  const Matrix2Xd off = pose_residuals(corners_[static_cast<std::size_t>(view.tag)], view.px,
-                                       *cameras_[static_cast<std::size_t>(view.image)],
-                                       cam_from_tag);
+  const Matrix2Xd off =
+      pose_residuals(corners_[static_cast<std::size_t>(view.tag)], view.px,
+                     *cameras_[static_cast<std::size_t>(view.image)], cam_from_tag);
   return off.allFinite() ? std::sqrt(off.colwise().squaredNorm().mean()) : infinity;
 }
 
@@ -138,7 +138,8 @@ int TagChain::next_image(const std::vector<int>& images, const std::vector<bool>
     if (poses_[k] || failed[k]) continue;
     double worth = 0;
     for (const int i : of_image_[k]) {
-      const TagPlace& place = places_[static_cast<std::size_t>(views_[static_cast<std::size_t>(i)].tag)];
+      const TagPlace& place =
+          places_[static_cast<std::size_t>(views_[static_cast<std::size_t>(i)].tag)];
       if (place.world_from_tag) worth += place.views > 1 ? 1 : seen_once;
     }
     if (worth > most) {

@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace occ {
@@ -224,42 +225,56 @@ bool meet(const Side& one, const Side& two, Vector2d& px, Matrix2d& covariance) 
   return px.allFinite();
 }
 
-// How far from a side its rings are of one tone for sure: their width less the blur.
-double reach_of_side(const TagCorners& corners, std::size_t k, double border) {
+// Width of the rings of one tone at a side.
+double ring_px(const TagCorners& corners, std::size_t k, double border) {
   const Vector2d a = corners.px[k], along = (corners.px[(k + 1) % 4] - a).normalized();
-  double height = most_reach_px / border;
+  double height = std::numeric_limits<double>::infinity();
   for (const std::size_t other : {(k + 2) % 4, (k + 3) % 4}) {
     const Vector2d to = corners.px[other] - a;
     height = std::min(height, std::abs(along.x() * to.y() - along.y() * to.x()));
   }
-  return ring_part * border * height - blur_px;
+  return border * height;
 }
 
-// Of a corner: what interpolation leaves, and the blur of what is beyond the rings where these are
+// Of a corner: what interpolation leaves, and the light of what is beyond the rings where these are
 // narrow; as rendered tags show.
-double model_sigma_px(double reach_px) {
-  return 0.01 + 0.1 * std::exp(-(reach_px - least_reach_px) / 1.2);
+double model_sigma_px(double ring_px) { return 0.005 + 0.09 * std::exp(-ring_px * ring_px / 18); }
+
+// Of an edge, such that means over many of them have that over their number: neighbours share
+// noise, and interpolation makes them wave about the side; so it is taken from the means of a few.
+double edge_variance(const std::array<Side, 4>& sides) {
+  constexpr std::size_t few = 4;
+  constexpr double unknowns = 2.5 * 4;  // of all sides
+  constexpr double least_freedom = 8;
+  double by_edges = 0, edges = -unknowns, by_means = 0, means = -unknowns;
+  for (const Side& side : sides) {
+    by_edges += side.squared;
+    edges += static_cast<double>(side.edges.size());
+    for (std::size_t i = 0; i + few <= side.edges.size(); i += few) {
+      double sum = 0;
+      for (std::size_t k = i; k < i + few; ++k) sum += side.off(side.edges[k]);
+      by_means += sum * sum / few;
+      means += 1;
+    }
+  }
+  return means >= least_freedom ? by_means / means : by_edges / edges;
 }
 
 bool refine_once(const Grey& grey, double border, TagCorners& corners) {
   std::array<Side, 4> sides;
-  double squared = 0, freedom = 0, reaches[4];
+  double rings[4];
   for (std::size_t k = 0; k < 4; ++k) {
-    const double reach_px = reach_of_side(corners, k, border);
-    reaches[k] = reach_px;
+    rings[k] = ring_px(corners, k, border);
+    // Where they are of one tone for sure: their width less the blur.
+    const double reach_px = ring_part * std::min(rings[k], most_reach_px) - blur_px;
     if (!(reach_px >= least_reach_px) || !find_edges(grey, corners, k, reach_px, sides[k]))
       return false;
   }
   if (!fit_pair(sides[0], sides[2]) || !fit_pair(sides[1], sides[3])) return false;
-  constexpr double unknowns = 2.5;  // of a side
-  for (const Side& side : sides) {
-    squared += side.squared;
-    freedom += static_cast<double>(side.edges.size()) - unknowns;
-  }
-  const double variance = squared / freedom;
+  const double variance = edge_variance(sides);
   for (std::size_t k = 0; k < 4; ++k) {
     if (!meet(sides[(k + 3) % 4], sides[k], corners.px[k], corners.covariance_px2[k])) return false;
-    const double model = model_sigma_px(std::min(reaches[k], reaches[(k + 3) % 4]));
+    const double model = model_sigma_px(std::min(rings[k], rings[(k + 3) % 4]));
     corners.covariance_px2[k] =
         variance * corners.covariance_px2[k] + model * model * Matrix2d::Identity();
   }

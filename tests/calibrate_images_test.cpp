@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+// From pictures to a calibrated camera, nothing else known than the size of the tags or of the
+// board's squares: rendered tags by a pinhole and by a rotating line, and OpenCV's own example
+// chessboards, where cv::calibrateCamera is the oracle.
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <fstream>
+#include <opencv2/calib3d.hpp>
+
+#include "libocc/calibrate/adjust.hpp"
+#include "libocc/calibrate/board_network.hpp"
+#include "libocc/calibrate/precision.hpp"
+#include "libocc/calibrate/resection.hpp"
+#include "libocc/calibrate/start_network.hpp"
+#include "libocc/camera/rotating_line.hpp"
+#include "libocc/core/image_file.hpp"
+#include "libocc/detect/chessboard.hpp"
+#include "support.hpp"
+#include "target_fields.hpp"
+
+namespace occ::test {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+std::vector<TagImage> photographed(const TargetField& field, const Camera& camera,
+                                   const std::vector<Rigid3>& poses) {
+  std::vector<TagImage> images;
+  for (const Rigid3& pose : poses) {
+    TargetImageOptions options;
+    options.noise_dn = 2;
+    options.frame = static_cast<std::uint32_t>(images.size());
+    const Image image = render_targets(field, camera, pose, options);
+    images.push_back(
+        {"picture " + std::to_string(images.size()), 0, detect_april_tags(image.view())});
+  }
+  return images;
+}
+
+// Every free parameter within four of its sigmas of the truth, sigmas that are right.
+void expect_camera(const Adjustment& adjusted, const Camera& truth) {
+  if (getenv("SHOW"))
+    std::printf("sigma0 %.3f rejected %zu of %d redundancy %d\n", adjusted.sigma0,
+                adjusted.rejected.size(), adjusted.observations, adjusted.redundancy);
+  EXPECT_GT(adjusted.sigma0, 0.4);
+  EXPECT_LT(adjusted.sigma0, 1.5);
+  const Result<Precision> precise = precision(adjusted.network);
+  ASSERT_TRUE(precise.ok()) << precise.message;
+  const Eigen::MatrixXd covariance = precise->parameters(0);
+  const NetworkCamera& camera = adjusted.network.cameras[0];
+  const std::vector<CameraParameter> found = camera.camera.parameters(), right = truth.parameters();
+  Eigen::VectorXd off(covariance.rows());
+  for (std::size_t i = 0; i < camera.free_parameters.size(); ++i)
+    for (std::size_t k = 0; k < right.size(); ++k)
+      if (right[k].name == camera.free_parameters[i])
+        off[static_cast<Eigen::Index>(i)] = found[k].value - right[k].value;
+  for (Eigen::Index i = 0; i < off.size(); ++i) {
+    const std::string& name = camera.free_parameters[static_cast<std::size_t>(i)];
+    if (getenv("SHOW"))
+      std::printf("  %s off %.3g sigma %.3g (%.1f)\n", name.c_str(), off[i],
+                  std::sqrt(covariance(i, i)), off[i] / std::sqrt(covariance(i, i)));
+    EXPECT_LT(std::abs(off[i]), 4 * std::sqrt(covariance(i, i))) << name << " off by " << off[i];
+  }
+  const double n = static_cast<double>(off.size());
+  EXPECT_LT(off.dot(covariance.ldlt().solve(off)), n + 4 * std::sqrt(2 * n));
+}
+
+TEST(CalibrateImages, APinholeFromTwelvePicturesOfFifteenTags) {
+  const Camera truth = Camera::pinhole(1000, 800, 905, 902, 503, 394, {-0.12, 0.05, 4e-4, -3e-4});
+  const TargetField field = tags_on_a_wall(5, 3);
+  std::vector<Rigid3> poses;
+  for (int i = 0; i < 12; ++i) {
+    const double angle = 2 * pi * i / 12;
+    poses.push_back(towards_wall(
+        {1.3 * std::cos(angle), -1.5 - 0.2 * (i % 3), 0.9 * std::sin(angle)}, 0.5 * pi * (i % 4)));
+  }
+  const std::vector<TagImage> images = photographed(field, truth, poses);
+  std::vector<PlaneView> views;
+  for (const TagImage& image : images)
+    for (const AprilTag& tag : image.tags) views.push_back(plane_view(tag));
+  const Result<Camera> about = start_pinhole(views, truth.width(), truth.height());
+  ASSERT_TRUE(about.ok()) << about.message;
+  const Camera camera =
+      Camera::pinhole(truth.width(), truth.height(), about->fx_px(), about->fx_px(), about->cx_px(),
+                      about->cy_px(), {0, 0, 0, 0});
+  StartOptions options;
+  options.tag_size_m = 0.16;
+  const Result<NetworkStart> start = start_network(
+      {{"camera", camera, {"fx_px", "fy_px", "cx_px", "cy_px", "k1", "k2", "p1", "p2"}}}, images,
+      options);
+  ASSERT_TRUE(start.ok()) << start.message;
+  EXPECT_EQ(start->network.bodies.size(), 15u);
+  const Result<Adjustment> adjusted = adjust(start->network);
+  ASSERT_TRUE(adjusted.ok()) << adjusted.message;
+  expect_camera(*adjusted, truth);
+}
+
+// Five panoramas of a room: the start knows of the camera that its pixels are square.
+void calibrate_line(const RotatingLine& line, double tag_size_m) {
+  const Camera truth = Camera::rotating_line(line);
+  const TargetField field = tags_in_a_room(tag_size_m, 8);
+  std::vector<Rigid3> poses;
+  for (const Eigen::Vector3d& at : {Eigen::Vector3d(2, 2, 1.4),
+                                    {4.2, 1.8, 1.2},
+                                    {3.8, 3.4, 1.6},
+                                    {1.9, 3.3, 1.5},
+                                    {3, 2.5, 1.3}})
+    poses.push_back(upright_line(at, 1.3 * at.x(), 0.03 * std::sin(5 * at.y())));
+  const std::vector<TagImage> images = photographed(field, truth, poses);
+  RotatingLine ideal;
+  ideal.width = line.width;
+  ideal.height = line.height;
+  ideal.c_px = line.width / (2 * pi);  // square pixels at the horizon
+  ideal.cy_px = 0.5 * (line.height - 1);
+  std::vector<std::string> free;
+  const Camera start_camera = Camera::rotating_line(ideal);
+  for (const CameraParameter& parameter : start_camera.parameters())
+    if (parameter.name != "ez_m" && parameter.name.find("tumbling") == std::string::npos &&
+        parameter.name[0] != 'T')
+      free.push_back(parameter.name);
+  StartOptions options;
+  options.tag_size_m = tag_size_m;
+  const Result<NetworkStart> start =
+      start_network({{"camera", start_camera, free}}, images, options);
+  ASSERT_TRUE(start.ok()) << start.message;
+  EXPECT_GE(start->network.bodies.size(), 25u);
+  const Result<Adjustment> adjusted = adjust(start->network);
+  ASSERT_TRUE(adjusted.ok()) << adjusted.message;
+  expect_camera(*adjusted, truth);
+}
+
+TEST(CalibrateImages, ARotatingLineFromFivePanoramas) {
+  calibrate_line(small_line(3000, 800), 0.3);
+}
+
+TEST(SlowCalibrateImages, ARotatingLineFromFiveLargePanoramas) {
+  calibrate_line(small_line(6000, 1500), 0.25);
+}
+
+// The pictures of Debian's package opencv-doc: a 9 x 6 chessboard, left01 to left14 without 10.
+std::vector<std::string> example_pictures() {
+  std::vector<std::string> names;
+  for (int i = 1; i <= 14; ++i) {
+    const std::string name = std::string("/usr/share/doc/opencv-doc/examples/data/left") +
+                             (i < 10 ? "0" : "") + std::to_string(i) + ".jpg";
+    if (std::ifstream(name).good()) names.push_back(name);
+  }
+  return names;
+}
+
+TEST(CalibrateImages, OpencvsExampleChessboardsAsOpencvDoes) {
+  const std::vector<std::string> names = example_pictures();
+  if (names.size() != 13) GTEST_SKIP() << "package opencv-doc is not installed";
+  constexpr double square_m = 0.025;
+  const Eigen::Matrix3Xd board = chessboard_points(9, 6, square_m);
+  std::vector<BoardImage> images;
+  std::vector<std::vector<cv::Point3f>> object_points;
+  std::vector<std::vector<cv::Point2f>> image_points;
+  int width = 0, height = 0;
+  for (const std::string& name : names) {
+    const Image image = read_image(name);
+    width = image.width;
+    height = image.height;
+    const auto corners = find_chessboard(image.view());
+    ASSERT_TRUE(corners) << name;
+    BoardImage board_image;
+    board_image.name = name.substr(name.rfind('/') + 1);
+    object_points.emplace_back();
+    image_points.emplace_back();
+    // The oracle computes in single precision: both get the same bits.
+    board_image.px = corners->px.cast<float>().cast<double>();
+    for (Eigen::Index k = 0; k < board.cols(); ++k) {
+      object_points.back().emplace_back(static_cast<float>(board(0, k)),
+                                        static_cast<float>(board(1, k)), 0.F);
+      image_points.back().emplace_back(static_cast<float>(board_image.px(0, k)),
+                                       static_cast<float>(board_image.px(1, k)));
+    }
+    images.push_back(board_image);
+  }
+  cv::Mat matrix, distortion;
+  std::vector<cv::Mat> turns, shifts;
+  const double rms = cv::calibrateCamera(
+      object_points, image_points, {width, height}, matrix, distortion, turns, shifts, 0,
+      cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 500, 1e-14));
+  const Result<Camera> about = start_pinhole(board, images, width, height);
+  ASSERT_TRUE(about.ok()) << about.message;
+  const Camera camera = Camera::pinhole(width, height, about->fx_px(), about->fx_px(),
+                                        about->cx_px(), about->cy_px(), {0, 0, 0, 0, 0});
+  const std::vector<std::string> free{"fx_px", "fy_px", "cx_px", "cy_px", "k1",
+                                      "k2",    "p1",    "p2",    "k3"};
+  const Result<NetworkStart> start = board_network({{"left", camera, free}}, board, images, 0.2);
+  ASSERT_TRUE(start.ok()) << start.message;
+  AdjustOptions plain;  // as the oracle does
+  plain.robust = plain.snooping = false;
+  const Result<Adjustment> adjusted = adjust(start->network, plain);
+  ASSERT_TRUE(adjusted.ok()) << adjusted.message;
+  const Result<Precision> precise = precision(adjusted->network);
+  ASSERT_TRUE(precise.ok()) << precise.message;
+  const Eigen::MatrixXd covariance =
+      precise->scaled(adjusted->sigma0 * adjusted->sigma0).parameters(0);
+  const double oracle[9] = {
+      matrix.at<double>(0, 0),  matrix.at<double>(1, 1),  matrix.at<double>(0, 2),
+      matrix.at<double>(1, 2),  distortion.at<double>(0), distortion.at<double>(1),
+      distortion.at<double>(2), distortion.at<double>(3), distortion.at<double>(4)};
+  const std::vector<CameraParameter> found = adjusted->network.cameras[0].camera.parameters();
+  for (int i = 0; i < 9; ++i)
+    for (const CameraParameter& parameter : found) {
+      if (parameter.name != free[static_cast<std::size_t>(i)]) continue;
+      EXPECT_NEAR(parameter.value, oracle[i], 0.1 * std::sqrt(covariance(i, i))) << parameter.name;
+    }
+  const double residual_px =
+      adjusted->sigma0 * 0.2 *
+      std::sqrt(2.0 * adjusted->redundancy / static_cast<double>(adjusted->observations));
+  EXPECT_NEAR(residual_px, rms, 1e-4);
+}
+
+}  // namespace
+}  // namespace occ::test
