@@ -142,6 +142,28 @@ void define_building(py::class_<Network>& network) {
            py::arg("sigma_px") = 0.5,
            "Where Targets were seen in an image: (n, 2); sigma_px of both axes, or (2,).")
       .def(
+          "set_camera",
+          [](Network& n, int camera, const Camera& model,
+             const std::vector<std::string>& free_parameters) {
+            require(camera >= 0 && camera < static_cast<int>(n.cameras.size()), "camera", camera,
+                    "the index of a camera");
+            NetworkCamera& changed = n.cameras[static_cast<std::size_t>(camera)];
+            changed.camera = model;
+            changed.free_parameters = free_parameters;
+          },
+          py::arg("camera"), py::arg("model"), py::arg("free_parameters"),
+          "Replaces a camera's start and the names of its unknown parameters.")
+      .def(
+          "drop",
+          [](Network& n, const std::vector<int>& observations) {
+            for (const int i : observations) {
+              require(i >= 0 && i < static_cast<int>(n.observations.size()), "observation", i,
+                      "the index of an observation");
+              n.observations[static_cast<std::size_t>(i)].used = false;
+            }
+          },
+          py::arg("observations"), "Does not use these any more; they stay in the list.")
+      .def(
           "shift_observation",
           [](Network& n, int observation, const Eigen::Vector2d& shift_px) {
             require(observation >= 0 && observation < static_cast<int>(n.observations.size()),

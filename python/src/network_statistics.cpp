@@ -205,7 +205,9 @@ void define_measuring(py::module_& m) {
       .def_readonly("covariance_m2", &P::covariance_m2, "(3, 3); infinite when not ok.")
       .def_readonly("sigma0", &P::sigma0, "Of its 2n - 3 redundant observations.")
       .def_readonly("worst_residual_px", &P::worst_residual_px, "[px].")
-      .def_readonly("angle_rad", &P::angle_rad, "Largest between two rays.");
+      .def_readonly("angle_rad", &P::angle_rad, "Largest between two rays.")
+      .def_property_readonly(
+          "images", [](const P& p) { return p.sightings.size(); }, "That show it.");
   py::class_<MeasuredPoints> measurement(m, "Measurement", "Points by measure_points().");
   measurement.def_readonly("points", &Measurement::points, "MeasuredPoints.")
       .def_readonly("covariance_m2", &Measurement::covariance_m2, "(3n, 3n) of all together.")

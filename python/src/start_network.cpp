@@ -2,6 +2,8 @@
 #include "libocc/calibrate/start_network.hpp"
 
 #include "fields.hpp"
+#include "libocc/calibrate/board_network.hpp"
+#include "libocc/calibrate/lamp_network.hpp"
 #include "libocc/calibrate/resection.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/detect/chessboard.hpp"
@@ -68,11 +70,60 @@ points_m: (n, 3), points_px: (n, 2). Returns: Resection. Raises: ValueError for 
       "(n, 2) [px]).");
 }
 
+using Cameras = std::vector<std::tuple<std::string, Camera, std::vector<std::string>>>;
+
+std::vector<NetworkCamera> network_cameras(const Cameras& cameras) {
+  std::vector<NetworkCamera> all;
+  for (const auto& [name, camera, free] : cameras) all.push_back({name, camera, free});
+  return all;
+}
+
+void define_boards_and_lamps(py::module_& m) {
+  m.def(
+      "board_network",
+      [](const Cameras& cameras, const Rows3& board_m,
+         const std::vector<std::tuple<std::string, int, Rows, std::vector<Eigen::Matrix2d>>>&
+             images) {
+        std::vector<BoardImage> seen;
+        for (const auto& [name, camera, px, covariances] : images)
+          seen.push_back({name, camera, px.transpose(), covariances});
+        const Eigen::Matrix3Xd board = board_m.transpose();
+        py::gil_scoped_release unlocked;
+        return board_network(network_cameras(cameras), board, seen);
+      },
+      py::arg("cameras"), py::arg("board_m"), py::arg("images"),
+      R"(A network from images of one board of known points, which are the world.
+
+cameras: (name, Camera, free parameters); board_m: (n, 3); images: (name, camera's index, (n, 2)
+[px], covariances (2, 2)). Returns: NetworkStart; images without a pose are left out and named.)");
+  m.def(
+      "lamp_network",
+      [](const Cameras& cameras, const Scene& scene,
+         const std::vector<std::tuple<
+             std::string, int, std::vector<std::tuple<int, Eigen::Vector2d, Eigen::Matrix2d>>>>&
+             images) {
+        std::vector<SurveyImage> seen;
+        for (const auto& [name, camera, lamps] : images) {
+          seen.push_back({name, camera, {}});
+          for (const auto& [id, px, covariance] : lamps)
+            seen.back().lamps.push_back({id, px, covariance});
+        }
+        py::gil_scoped_release unlocked;
+        return lamp_network(network_cameras(cameras), scene, seen);
+      },
+      py::arg("cameras"), py::arg("scene"), py::arg("images"),
+      R"(A network from images of lamps whose names are known, to survey where they hang.
+
+scene: says about where; images: (name, camera's index, [(lamp id, centroid (2,) [px], covariance
+(2, 2))]). Returns: NetworkStart; points are named "lamp 7".)");
+}
+
 }  // namespace
 
 void define_start_network(py::module_& m) {
   define_chessboard(m);
   define_resection(m);
+  define_boards_and_lamps(m);
   py::class_<Started> started(m, "NetworkStart", "Start values from pictures of tags.");
   define_result(started);
   started
@@ -91,12 +142,10 @@ void define_start_network(py::module_& m) {
       .def_property_readonly("warnings", value_of(&NetworkStart::warnings), "What was left out.");
   m.def(
       "start_network",
-      [](const std::vector<std::tuple<std::string, Camera, std::vector<std::string>>>& cameras,
+      [](const Cameras& cameras,
          const std::vector<std::tuple<std::string, int, std::vector<AprilTag>>>& images,
          double tag_size_m, const std::map<int, double>& other_sizes_m,
          const std::vector<int>& free_sizes) {
-        std::vector<NetworkCamera> all;
-        for (const auto& [name, camera, free] : cameras) all.push_back({name, camera, free});
         std::vector<TagImage> seen;
         for (const auto& [name, camera, tags] : images) seen.push_back({name, camera, tags});
         StartOptions options;
@@ -104,7 +153,7 @@ void define_start_network(py::module_& m) {
         options.other_sizes_m = other_sizes_m;
         options.free_sizes = free_sizes;
         py::gil_scoped_release unlocked;
-        return start_network(all, seen, options);
+        return start_network(network_cameras(cameras), seen, options);
       },
       py::arg("cameras"), py::arg("images"), py::kw_only(), py::arg("tag_size_m"),
       py::arg_v("other_sizes_m", std::map<int, double>{}, "{}"),

@@ -85,7 +85,11 @@ def ellipses(covariances: NDArray[np.float64], scale: float) -> tuple[NDArray[np
 
 def field_map(c: Calibration) -> Figure:
     """Points with enlarged error ellipses and stations, from above and from the side."""
-    positions, covariances = target_places(c)
+    return places_map(c, *target_places(c))
+
+
+def places_map(c: Calibration, positions: NDArray[np.float64], covariances: NDArray[np.float64]) -> Figure:
+    """(n, 3) places with their (n, 3, 3) covariances among the stations, from above and from the side."""
     stations = np.array([station_place(c, i) for i in range(len(c.network.image_names))])
     everything = np.vstack([positions, stations]) if len(positions) else stations
     extent = float(np.max(np.ptp(everything, axis=0))) or 1.0

@@ -8,7 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import AprilTag, Camera, Network, NetworkStart, Target, detect_april_tags, find_chessboard, read_image, resect, start_network
+from .._core import (
+    AprilTag,
+    Camera,
+    NetworkStart,
+    board_network,
+    detect_april_tags,
+    find_chessboard,
+    read_image,
+    start_network,
+)
 from ..progress import Advance, progress
 
 TILED_PX = 6000  # images with a longer side are searched by tiles
@@ -124,17 +133,7 @@ def find_boards(
 
 def network_of_boards(
     camera: Camera, free: Sequence[str], images: Sequence[str], boards: Sequence[Any], points_m: NDArray[np.float64],
-) -> tuple[Network, list[str]]:
-    """The board's corners are fixed; images in which none was found are left out, and named."""
-    network, left_out = Network(), []
-    network.add_camera("camera", camera, list(free))
-    targets = [Target.point(network.add_point(f"corner {i}", at, fixed=True)) for i, at in enumerate(points_m)]
-    for name, board in zip(short_names(images), boards):
-        pose = None if board is None else resect(points_m, board[0], camera)
-        if pose is None or not pose.ok:
-            left_out.append(f"{name}: {'no chessboard was found' if pose is None else pose.message}; left out")
-            continue
-        image = network.add_image(name, 0, pose.cam_from_world)
-        for target, pixel, covariance in zip(targets, board[0], board[1]):
-            network.observe(image, [target], [pixel], np.sqrt(np.diag(covariance)))
-    return network, left_out
+) -> NetworkStart:
+    """Of those images in which the board was found."""
+    seen = [(name, 0, *board) for name, board in zip(short_names(images), boards) if board is not None]
+    return board_network([("camera", camera, list(free))], points_m, seen)

@@ -72,11 +72,45 @@ def calibrate(
     return found, chosen
 
 
+# In which order parameters are freed, after those of a camera that is one focal length.
+GROUPS = (
+    ("c_px", "cy_px"), ("fx_px", "fy_px"), ("cx_px", "cy_px"), ("ex_m", "ey_m", "ez_m"), ("tilt_x_rad", "tilt_y_rad"),
+    ("angle_per_px_rad",), ("k1", "k2"), ("p1", "p2"), ("k3", "k4", "k5", "k6"), ("s1", "s2", "s3", "s4"),
+    ("tau_x", "tau_y"), ("xi", "alpha"), ("skew_px",), tuple(f"tumbling{i}_rad" for i in range(1, 7)),
+)
+
+
+def ladder(network: Network, datum: Datum, robust: bool) -> tuple[list[str], list[float]]:
+    """sigma0 with no camera parameter, then with one group after the other, each kept."""
+    free = network.free_parameters
+    wanted = [group for group in GROUPS if any(name in names for names in free for name in group)]
+    # Gross errors are told by the whole model alone: what it rejects is left out of every rung.
+    rest = network.copy()
+    if robust:
+        rest.drop([r.observation for r in adjust(network, datum=datum).rejected])
+    names, sigmas = [], []
+    for k in range(len(wanted) + 1):
+        kept = {name for group in wanted[:k] for name in group}
+        for camera, all_names in enumerate(free):
+            rest.set_camera(camera, network.cameras[camera], [name for name in all_names if name in kept])
+        adjusted = adjust(rest, datum=datum, robust=False, snooping=False)
+        group = [] if k == 0 else [name for name in wanted[k - 1] if any(name in n for n in free)]
+        names.append(" ".join(name.removesuffix("_px").removesuffix("_rad").removesuffix("_m") for name in group) or "none")
+        sigmas.append(adjusted.sigma0)
+    return names, sigmas
+
+
+def ladder_section(network: Network, datum: Datum, robust: bool) -> str:
+    names, sigmas = ladder(network, datum, robust)
+    shown = [names[0], *(f"+ {name}" for name in names[1:])]
+    return "<h2>What each group of parameters is worth</h2>" + report.picture(figures.ladder(shown, sigmas), "ladder")
+
+
 def uncertainty(c: Calibration, camera: int) -> Figure | None:
-    """Map of a central camera's; none when nothing of it is unknown or the camera has no centre."""
+    """Map of it; none when nothing of it is unknown."""
     free = c.network.free_parameters[camera]
     model = c.network.cameras[camera]
-    if not free or not c.known.ok or not model.is_central:
+    if not free or not c.known.ok:
         return None
     columns = GRID if model.width >= model.height else max(4, GRID * model.width // model.height)
     rows = GRID if model.height >= model.width else max(4, GRID * model.height // model.width)

@@ -9,7 +9,7 @@ import libocc as occ
 
 from ..cli import Failure, blamed_on, json_option
 from ..progress import progress
-from .calibrate_options import add_distances, distance_option, finish, out_option, robust_option, select_option
+from .calibrate_options import add_distances, distance_option, finish, ladder_option, out_option, robust_option, select_option
 
 MODELS = ("pinhole", "fisheye", "double_sphere")
 
@@ -72,13 +72,14 @@ def plane_of_tag(tag: occ.AprilTag) -> tuple[Any, Any]:
 @distance_option
 @out_option
 @select_option
+@ladder_option
 @robust_option
 @json_option
 @click.pass_context
 def command(
     ctx: click.Context, images: tuple[str, ...], tag_size_m: float | None, family: str,
     chessboard: tuple[int, int] | None, square_m: float | None, model: str, coefficients: str, focal_px: float | None,
-    camera_path: str | None, distance: tuple[Any, ...], out: str, select: bool, robust: bool, as_json: bool,
+    camera_path: str | None, distance: tuple[Any, ...], out: str, select: bool, ladder: bool, robust: bool, as_json: bool,
 ) -> None:
     """Calibrates the camera that took IMAGEs of AprilTags of one size (anywhere, at least two seen in
     every picture), or of one chessboard. Writes a folder: report.html, result.json, and the camera for
@@ -123,17 +124,15 @@ def command(
         start, notes = start_camera(model, size, views, focal_px, int(coefficients))
     free = free_parameters(start)
     if chessboard is not None:
-        network, left_out = pictures.network_of_boards(start, free, images, boards, points)
-        notes += left_out
-        if len(network.image_names) < 2:
-            raise Failure(f"{len(network.image_names)} image shows the whole board; it takes two: {'; '.join(left_out)}")
+        begun = pictures.network_of_boards(start, free, images, boards, points)
+        notes += [f"{image}: no chessboard was found; left out" for image, board in zip(images, boards) if board is None]
     else:
         assert tag_size_m is not None
         begun = pictures.network_of_tags(start, free, images, tags, tag_size_m)
-        notes += begun.warnings
-        if not begun.ok:
-            raise Failure(f"{begun.status.name}: {begun.message}")
-        network = begun.network
+    if not begun.ok:
+        raise Failure(f"{begun.status.name}: {begun.message}")
+    notes += begun.warnings
+    network = begun.network
     add_distances(network, distance)
-    finish(ctx, network, occ.Datum(), out=out, title=f"Camera from {len(images)} pictures", select=select,
+    finish(ctx, network, occ.Datum(), out=out, title=f"Camera from {len(images)} pictures", select=select, ladder=ladder,
            robust=robust, as_json=as_json, settings=settings, notes=notes)

@@ -3,17 +3,18 @@ import click
 
 from ..calibration.network_file import read_network
 from ..cli import blamed_on, json_option
-from .calibrate_options import finish, out_option, robust_option, select_option
+from .calibrate_options import finish, ladder_option, out_option, robust_option, select_option
 
 
 @click.command(short_help="Adjust a network that a file describes.")
 @click.argument("file", metavar="NETWORK.yaml")
 @out_option
 @select_option
+@ladder_option
 @robust_option
 @json_option
 @click.pass_context
-def command(ctx: click.Context, file: str, out: str, select: bool, robust: bool, as_json: bool) -> None:
+def command(ctx: click.Context, file: str, out: str, select: bool, ladder: bool, robust: bool, as_json: bool) -> None:
     """\b
     $ libocc calibrate network data/calibration/panorama/network.yaml --out calibrated
     ...
@@ -25,5 +26,5 @@ def command(ctx: click.Context, file: str, out: str, select: bool, robust: bool,
     """
     with blamed_on(file):
         network, datum = read_network(file)
-    finish(ctx, network, datum, out=out, title=f"Network {file}", select=select, robust=robust, as_json=as_json,
+    finish(ctx, network, datum, out=out, title=f"Network {file}", select=select, ladder=ladder, robust=robust, as_json=as_json,
            settings={"kind": "network", "file": file})

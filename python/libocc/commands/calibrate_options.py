@@ -13,6 +13,8 @@ from ..cli import Failure, blamed_on, emit_json
 F = TypeVar("F", bound=Callable[..., Any])
 
 out_option = click.option("--out", required=True, metavar="FOLDER", help="Gets the report and all files.")
+ladder_option = click.option("--ladder", is_flag=True,
+                             help="Show what each group of parameters is worth: adjust without it, then with.")
 select_option = click.option("--select", is_flag=True, help="Keep only parameters that the pictures call for.")
 robust_option = click.option("--robust/--no-robust", default=True, show_default=True,
                              help="Expect gross errors: robust estimation, then data snooping.")
@@ -43,23 +45,28 @@ def target_of(network: occ.Network, name: str) -> occ.Target:
 
 def finish(
     ctx: click.Context, network: occ.Network, datum: occ.Datum, *, out: str, title: str, select: bool, robust: bool,
-    as_json: bool, settings: dict[str, Any], notes: Sequence[str] = (), extra: Sequence[str] = (),
+    as_json: bool, settings: dict[str, Any], notes: Sequence[str] = (),
+    more: Callable[[occ.Network], dict[str, bytes]] | None = None, ladder: bool = False,
 ) -> None:
     """Adjusts, writes the folder, says how it went; exit code 1 when it did not end well."""
     from ..calibration.report import table
-    from ..calibration.run import calibrate, write
+    from ..calibration.run import calibrate, ladder_section, write
     from ..result_folder import ResultFolder
 
     with blamed_on(out):
         folder = ResultFolder(out, {**settings, "select": select, "robust": robust})
     found, chosen = calibrate(network, datum, robust=robust, select=select, notes=notes)
-    sections = list(extra)
+    sections = []
     if chosen is not None:
         sections.append("<h2>Parameters chosen</h2>" + table(("dropped", "why", "sigma0", "BIC"), [
             (step.dropped or "none", step.reason, f"{step.sigma0:.4g}", f"{step.bic:.6g}") for step in chosen.steps
         ]))
     with blamed_on(out):
+        if ladder:
+            sections.append(ladder_section(network, datum, robust))
         data = write(folder, found, title, sections)
+        for name, content in (more(found.network) if more else {}).items():
+            folder.write(name, content)
     if as_json:
         emit_json(data)
     else:
