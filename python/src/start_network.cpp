@@ -123,7 +123,6 @@ scene: says about where; images: (name, camera's index, [(lamp id, centroid (2,)
 void define_start_network(py::module_& m) {
   define_chessboard(m);
   define_resection(m);
-  define_boards_and_lamps(m);
   py::class_<Started> started(m, "NetworkStart", "Start values from pictures of tags.");
   define_result(started);
   started
@@ -140,6 +139,7 @@ void define_start_network(py::module_& m) {
           },
           "Tag id -> size [m] as the others' sizes have it.")
       .def_property_readonly("warnings", value_of(&NetworkStart::warnings), "What was left out.");
+  define_boards_and_lamps(m);
   m.def(
       "start_network",
       [](const Cameras& cameras,

@@ -168,8 +168,10 @@ def uncertainty_map(sigma_px: NDArray[np.float64], width: int, height: int) -> F
     """sigma_px: (rows, columns) over the image, the larger axis of each pixel's ellipse."""
     figure = new_figure(8, 1.2 + 6.4 * min(1.0, height / width))
     axes = figure.add_subplot()
-    drawn = axes.imshow(sigma_px, extent=(-0.5, width - 0.5, height - 0.5, -0.5), cmap="viridis",
-                        vmax=float(np.nanpercentile(sigma_px, 98)))
+    inside = sigma_px[np.isfinite(sigma_px)]
+    shown = np.where(np.isfinite(sigma_px), sigma_px, np.nan)  # outside the domain: white
+    drawn = axes.imshow(shown, extent=(-0.5, width - 0.5, height - 0.5, -0.5), cmap="viridis",
+                        vmax=float(np.percentile(inside, 98)) if len(inside) else None)
     finite = np.isfinite(sigma_px).all() and np.ptp(sigma_px) > 0
     if finite:
         lines = axes.contour(np.linspace(0, width, sigma_px.shape[1]), np.linspace(0, height, sigma_px.shape[0]),

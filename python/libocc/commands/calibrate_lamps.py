@@ -18,7 +18,8 @@ def named_lamps(pixels: Any, scene: occ.Scene, map_sigma_px: float) -> tuple[lis
     found = occ.identify(blobs, scene, gate_model_sigma_px=map_sigma_px)
     if not found.ok:
         return [], f"{found.status.name}: {found.message}"
-    return [(id, blob.centroid_px, blob.covariance_px2) for id, blob in found.hypotheses[0].lamps.items()], ""
+    named = [(scene.lamps[match.lamp].id, blobs[match.blob]) for match in found.hypotheses[0].matches]
+    return [(id, blob.centroid_px, blob.covariance_px2) for id, blob in named if not blob.cut_by_border], ""
 
 
 @click.command(short_help="Survey where the lamps of a room hang, from pictures of them.")
