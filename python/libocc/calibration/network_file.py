@@ -238,14 +238,14 @@ class Reader:
                 raise row.fail("sigma_x_px" if not sigma[0] > 0 else "sigma_y_px", "positive")
             self.network.observe(
                 self.images.find(row.text("image"), where), [self.target(row.text("target"), where)],
-                [[row.number("x_px"), row.number("y_px")]], sigma,
+                np.array([[row.number("x_px"), row.number("y_px")]]), sigma,
             )
 
     def read_knowledge(self) -> None:
         where = str(self.path)
         for section in self.file.sections("distances", ("from", "to", "length_m", "sigma_m")):
-            ends = [self.target(section.text(key), where) for key in ("from", "to")]
-            self.network.add_distance(*ends, section.positive("length_m"), section.positive("sigma_m"))
+            start, end = (self.target(section.text(key), where) for key in ("from", "to"))
+            self.network.add_distance(start, end, section.positive("length_m"), section.positive("sigma_m"))
         for section in self.file.sections("control", ("target", "position_m", "sigma_m")):
             self.network.add_control(
                 self.target(section.text("target"), where), section.vector("position_m", 3),
@@ -335,7 +335,7 @@ def network_files(network: Network) -> dict[str, bytes]:
         )
         files["bodies.csv"] = table_bytes(
             ("name", "shape", *POSE),
-            ((name, name, *pose_columns(np.linalg.inv(pose)))
+            ((name, name, *pose_columns(np.asarray(np.linalg.inv(pose), dtype=float)))
              for name, pose in zip(network.body_names, network.body_poses)),
         )
         lines += ["shapes: shapes.csv", "bodies: bodies.csv"]

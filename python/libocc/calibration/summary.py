@@ -64,7 +64,7 @@ class Calibration:
     def of_camera(self, camera: int) -> NDArray[np.bool_]:
         """Which observations are used and of this camera."""
         cameras = np.asarray(self.network.image_cameras, dtype=int)
-        return self.used & (cameras[self.observations[:, IMAGE].astype(int)] == camera)
+        return np.asarray(self.used & (cameras[self.observations[:, IMAGE].astype(int)] == camera))
 
     def rms_px(self, camera: int) -> NDArray[np.float64]:
         """(2,) per axis."""
@@ -102,7 +102,7 @@ class Calibration:
         """(n, 3) along the axes; infinite for points that were left out."""
         if not self.known.ok or not self.network.point_names:
             return np.empty((0, 3))
-        return np.sqrt(np.einsum("nii->ni", self.known.points()))
+        return np.asarray(np.sqrt(np.einsum("nii->ni", self.known.points())))
 
 
 def calibration_of(start: Network, adjustment: Adjustment, datum: Datum, seconds: float = 0.0) -> Calibration:

@@ -14,16 +14,14 @@ from .calibrate_options import add_distances, distance_option, finish, ladder_op
 MODELS = ("pinhole", "fisheye", "double_sphere")
 
 
-class Board(click.ParamType):
+def board_of(ctx: click.Context, param: click.Parameter, value: str | None) -> tuple[int, int] | None:
     """COLUMNSxROWS of inner corners."""
-
-    name = "board"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
-        found = re.fullmatch(r"(\d+)x(\d+)", str(value))
-        if not found or min(map(int, found.groups())) < 3:
-            self.fail(f"{value!r} must be COLUMNSxROWS of inner corners, three at least, as 9x6")
-        return int(found[1]), int(found[2])
+    if value is None:
+        return None
+    found = re.fullmatch(r"(\d+)x(\d+)", value)
+    if not found or min(map(int, found.groups())) < 3:
+        raise click.BadParameter(f"{value!r} must be COLUMNSxROWS of inner corners, three at least, as 9x6", ctx, param)
+    return int(found[1]), int(found[2])
 
 
 def free_parameters(camera: occ.Camera) -> list[str]:
@@ -61,7 +59,7 @@ def plane_of_tag(tag: occ.AprilTag) -> tuple[Any, Any]:
 @click.option("--tag-size", "tag_size_m", type=click.FloatRange(min=0, min_open=True), metavar="M",
               help="Side of the tags' black squares [m]; where the tags hang need not be known.")
 @click.option("--family", default="tag36h11", show_default=True, help="Of the tags.")
-@click.option("--chessboard", type=Board(), metavar="COLSxROWS", help="Inner corners of a board in every picture.")
+@click.option("--chessboard", callback=board_of, metavar="COLSxROWS", help="Inner corners of a board in every picture.")
 @click.option("--square", "square_m", type=click.FloatRange(min=0, min_open=True), metavar="M",
               help="Side of the board's squares [m].")
 @click.option("--model", type=click.Choice(MODELS), default="pinhole", show_default=True)
