@@ -25,9 +25,9 @@ def command(
     corner 0 ...
 
     Measures points from where two or more pictures show them: adjusts NETWORK, whose cameras and
-    stations then count with their covariance, and intersects the rays of POINTS.csv (there or beside the network), a table of
-    `point`, `image`, `x_px`, `y_px` and, if not 0.5 px, `sigma_x_px`, `sigma_y_px`. Exit code 0: all
-    points are measured; 1: some are not; 2: bad input.
+    stations then count with their covariance, and intersects the rays of POINTS.csv (there or beside
+    the network), a table of `point`, `image`, `x_px`, `y_px` and, if not 0.5 px, `sigma_x_px`,
+    `sigma_y_px`. Exit code 0: all points are measured; 1: some are not; 2: bad input.
     """
     from ..calibration.export import points_csv, points_ply
     from ..calibration.measure import ends_of, read_sightings, report_html, summary
