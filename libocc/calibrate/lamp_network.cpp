@@ -29,7 +29,8 @@ std::vector<LampSighting> single(const SurveyImage& image, std::vector<std::stri
   return once;
 }
 
-void check_images(const std::vector<NetworkCamera>& cameras, const std::vector<SurveyImage>& images) {
+void check_images(const std::vector<NetworkCamera>& cameras,
+                  const std::vector<SurveyImage>& images) {
   for (const SurveyImage& image : images) {
     const std::string name = "image " + image.name + ": ";
     require(image.camera >= 0 && image.camera < static_cast<int>(cameras.size()), name + "camera",
