@@ -157,6 +157,49 @@ TEST(StartPinhole, FocalLengthFromTags) {
   EXPECT_EQ(start->cx_px(), 319.5);
 }
 
+// Tags as a camera sees them from several sides, some of them read wrongly.
+std::vector<PlaneView> tag_views(const Camera& camera, double distance_m, double sigma_px) {
+  std::vector<PlaneView> views;
+  Random random(8);
+  for (int i = 0; i < 8; ++i) {
+    const TargetRenderer renderer(
+        tags_on_a_wall(4, 3), camera,
+        towards_wall({random.uniform(-0.9, 0.9), -distance_m, random.uniform(-0.8, 0.8)}));
+    for (const TagTruth& tag : renderer.truth().tags) {
+      if (!tag.whole) continue;
+      AprilTag seen;
+      seen.corners_px = tag.corners_px;
+      for (Eigen::Vector2d& corner : seen.corners_px)
+        corner += sigma_px * Eigen::Vector2d(random.normal(), random.normal());
+      if (views.size() % 10 == 9) seen.corners_px[2].x() += 20;
+      views.push_back(plane_view(seen));
+    }
+  }
+  return views;
+}
+
+TEST(StartFocalLength, OfAFisheyeAndAPinhole) {
+  const Camera fisheye = Camera::fisheye(1000, 1000, 380, 381, 506, 495, {0.03, -0.005});
+  const auto views = tag_views(fisheye, 0.9, 0.05);
+  EXPECT_GT(views.size(), 50u);
+  for (const double guess : {200.0, 300.0, 600.0}) {
+    const Result<Camera> start =
+        start_focal_length(views, Camera::fisheye(1000, 1000, guess, guess, 499.5, 499.5));
+    ASSERT_TRUE(start.ok()) << start.message;
+    EXPECT_NEAR(start->fx_px(), 380, 40) << guess;
+  }
+  const Camera pinhole = Camera::pinhole(640, 480, 560, 560, 325, 236, {-0.15, 0.05, 0, 0});
+  const Result<Camera> start = start_focal_length(
+      tag_views(pinhole, 1.3, 0.05), Camera::pinhole(640, 480, 1000, 1000, 319.5, 239.5));
+  ASSERT_TRUE(start.ok()) << start.message;
+  EXPECT_NEAR(start->fx_px(), 560, 80);
+  EXPECT_EQ(start_focal_length({}, pinhole).status, Status::too_few_lamps);
+  EXPECT_NE(complaint([] {
+              start_focal_length({}, Camera::rotating_line(small_line()));
+            }).find("focal lengths"),
+            std::string::npos);
+}
+
 TEST(StartPinhole, PlanesFaceOnSayNothing) {
   PlaneView view;
   view.plane = tag_corners(1).topRows<2>();
@@ -166,6 +209,7 @@ TEST(StartPinhole, PlanesFaceOnSayNothing) {
   EXPECT_EQ(start.status, Status::degenerate);
   EXPECT_GT(start->fx_px(), 300);
   EXPECT_EQ(start_pinhole({}, 640, 480).status, Status::too_few_lamps);
+  EXPECT_EQ(start_focal_length({view, view}, *start).status, Status::degenerate);
 }
 
 }  // namespace

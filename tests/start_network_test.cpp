@@ -143,6 +143,23 @@ TEST(StartNetwork, AnUnknownCameraIsGoodEnoughToStartWith) {
   EXPECT_TRUE(adjusted->rejected.empty());
 }
 
+TEST(StartNetwork, TagsMayAllHangInAPlane) {
+  TargetField field;
+  for (int i = 0; i < 12; ++i)
+    field.tags.push_back(
+        field_tag(i, {0.36 * (i % 4 - 1.5), 0, 0.36 * (i / 4 - 1)}, {0, -1, 0}, 0.16));
+  const std::vector<TagImage> images = seen_from(field, pinhole(), around_wall(8), 0.05);
+  const Camera about = Camera::pinhole(1000, 800, 850, 850, 499.5, 399.5, {0, 0, 0, 0});
+  const Result<NetworkStart> start = start_network(
+      {{"camera", about, {"fx_px", "fy_px", "cx_px", "cy_px", "k1", "k2", "p1", "p2"}}}, images,
+      tag_size(0.16));
+  ASSERT_TRUE(start.ok()) << start.message;
+  const Result<Adjustment> adjusted = adjust(start->network);
+  ASSERT_TRUE(adjusted.ok()) << adjusted.message;
+  EXPECT_NEAR(adjusted->network.cameras[0].camera.fx_px(), 900, 1);
+  EXPECT_LT(worst_distance_m(adjusted->network, field), 1e-3);
+}
+
 TEST(StartNetwork, GrossErrorsAndOneNumberOnTwoTags) {
   const TargetField field = tags_on_a_wall(4, 3);
   std::vector<TagImage> images = seen_from(field, pinhole(), around_wall(8), 0.05);

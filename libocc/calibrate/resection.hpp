@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Start values for an adjustment: where a camera stood that saw points of known position, by any
-// camera; both poses from which a small square is seen; and the focal length of a pinhole that saw
+// camera; both poses from which a small square is seen; and the focal length of a camera that saw
 // planes. The camera need not be calibrated yet: nothing here takes the pixels to be good, gross
 // errors may be a good third of them.
 //
@@ -69,5 +69,13 @@ LIBOCC_API Result<Camera> start_pinhole(const std::vector<PlaneView>& views, int
 
 /// A tag as such a view.
 LIBOCC_API PlaneView plane_view(const AprilTag& tag);
+
+/// The camera of any kind with focal lengths between a third and three times those given, both by
+/// the same factor: the factor with which planes are planes, by trial; a fifth of the views may be
+/// gross errors. Status: ok; too_few_lamps (as above); degenerate (no factor is much better than
+/// others: the value is the camera given). Throws std::invalid_argument for a camera without focal
+/// lengths (a rotating line's follows from its angle per column).
+LIBOCC_API Result<Camera> start_focal_length(const std::vector<PlaneView>& views,
+                                             const Camera& about);
 
 }  // namespace occ

@@ -81,7 +81,10 @@ TagChain::PairStart TagChain::relative_pose(int a, int b) const {
     }
     return sum;
   };
-  for (const int tag : shared)
+  constexpr std::size_t most_tried = 30;
+  const std::size_t stride = 1 + shared.size() / most_tried;
+  for (std::size_t i = 0; i < shared.size(); i += stride) {
+    const int tag = shared[i];
     for (const TagSighting& in_a : view(a, tag)->sightings)
       for (const TagSighting& in_b : view(b, tag)->sightings) {
         const Rigid3 b_from_a = in_b.cam_from_tag * in_a.cam_from_tag.inverse();
@@ -91,6 +94,7 @@ TagChain::PairStart TagChain::relative_pose(int a, int b) const {
           best.b_from_a = b_from_a;
         }
       }
+  }
   return best;
 }
 

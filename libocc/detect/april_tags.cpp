@@ -85,13 +85,16 @@ Eigen::Matrix3d homography_to(const std::array<Eigen::Vector2d, 4>& corners) {
 
 AprilTag tag_of(const apriltag_detection_t& found, const Image& grey,
                 const AprilTagOptions& options) {
-  constexpr double corner_is_origin_px = 0.5, unrefined_px = 0.1;
+  constexpr double corner_is_origin_px = 0.5;
   AprilTag tag;
   tag.id = found.id;
   tag.family = options.family;
   tag.hamming = found.hamming;
   tag.decision_margin = static_cast<double>(found.decision_margin);
   TagCorners corners;
+  // Cut by the border, or of sides that are bent: libapriltag takes them for straight.
+  const double unrefined_px =
+      0.1 + 0.01 * std::hypot(found.p[1][0] - found.p[0][0], found.p[1][1] - found.p[0][1]);
   for (std::size_t k = 0; k < 4; ++k) {
     corners.px[k] = Eigen::Vector2d(found.p[k][0], found.p[k][1]).array() - corner_is_origin_px;
     corners.covariance_px2[k] = unrefined_px * unrefined_px * Eigen::Matrix2d::Identity();

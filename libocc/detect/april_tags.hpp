@@ -46,11 +46,13 @@ struct AprilTag {
   /// Lower left, lower right, upper right, upper left, seen upright; pixel (0, 0) is the *centre*
   /// of the first pixel (libapriltag's is its corner).
   std::array<Eigen::Vector2d, 4> corners_px;
+  /// Corners have sides in common: these are such that the corners' mean has the covariance it has.
   std::array<Eigen::Matrix2d, 4> covariance_px2;
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();       ///< where the diagonals meet
   Eigen::Matrix3d homography = Eigen::Matrix3d::Identity();  ///< from the tag, corners at (-1, -1)
                                                              ///< to (1, 1), y up, to the image
-  bool refined = false;  ///< false: too small or cut; corners are libapriltag's, +-0.1 px
+  bool refined = false;  ///< false: too small or cut; corners are libapriltag's, good to 0.1 px
+                         ///< and a hundredth of the side
 };
 
 /// Names of the families that can be read.

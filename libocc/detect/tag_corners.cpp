@@ -88,9 +88,10 @@ double lean(const Vector2d& corner, const Vector2d& along, const Vector2d& other
   return std::abs(one.dot(two) / (one.x() * two.y() - one.y() * two.x()));
 }
 
-// Edges across side k, at most reach_px off it.
+// Edges across side k, at most reach_px off it, as it is bent so far.
 bool find_edges(const Grey& grey, const TagCorners& corners, std::size_t k, double reach_px,
                 Side& side) {
+  const double bend_px = side.curve[2];
   const Vector2d a = corners.px[k], b = corners.px[(k + 1) % 4];
   const double length = (b - a).norm();
   const double begin = corner_px + lean(a, b, corners.px[(k + 3) % 4]) * reach_px;
@@ -103,7 +104,8 @@ bool find_edges(const Grey& grey, const TagCorners& corners, std::size_t k, doub
   const int half = static_cast<int>(reach_px / step_px);
   std::vector<double> profile(static_cast<std::size_t>(2 * half + 1));
   for (double s = begin; s <= end; s += 1) {
-    const Vector2d at = a + s * side.along;
+    const double u = s / side.half_px - 1, bent = bend_px * (u * u - 1);
+    const Vector2d at = a + s * side.along + bent * side.normal;
     bool inside = true;
     for (int i = -half; i <= half && inside; ++i) {
       const Vector2d px = at + i * step_px * side.normal;
@@ -113,7 +115,7 @@ bool find_edges(const Grey& grey, const TagCorners& corners, std::size_t k, doub
     double offset = 0;
     if (!inside) return false;
     if (edge_at(profile, offset) && std::abs(offset) < reach_px)
-      side.edges.push_back({s / side.half_px - 1, offset});
+      side.edges.push_back({u, bent + offset});
   }
   return true;
 }
@@ -129,6 +131,9 @@ class Pair {
     bend_sigma_px_ = bend_px * size * size;
     difference_sigma_px_ = difference_px * size * size * size;
   }
+
+  /// Of the curves of both sides with one another.
+  Matrix3d cross_cofactors() const { return selection(0) * cofactors_ * selection(1).transpose(); }
 
   // Twice, as how much the bends may differ counts against the edges' own errors.
   bool fit() {
@@ -172,13 +177,13 @@ class Pair {
       information += select.transpose() * sums * select;
       gradient += select.transpose() * across;
     }
-    const Matrix6 cofactors = information.inverse();
-    const Vector6 found = cofactors * gradient;
+    cofactors_ = information.inverse();
+    const Vector6 found = cofactors_ * gradient;
     for (const int k : {0, 1}) {
       Side& side = *sides_[k];
       const Eigen::Matrix<double, 3, 6> select = selection(k);
       side.curve = select * found;
-      side.cofactors = select * cofactors * select.transpose();
+      side.cofactors = select * cofactors_ * select.transpose();
       side.squared = 0;
       for (const Vector2d& edge : side.edges) side.squared += side.off(edge) * side.off(edge);
     }
@@ -186,10 +191,11 @@ class Pair {
   }
 
   Side* sides_[2];
+  Matrix6 cofactors_ = Matrix6::Zero();
   double mean_px_ = 0, bend_sigma_px_ = 0, difference_sigma_px_ = 0;
 };
 
-bool fit_pair(Side& one, Side& two) {
+bool fit_pair(Side& one, Side& two, Matrix3d& cross_cofactors) {
   if (!Pair(one, two).fit()) return false;
   for (Side* side : {&one, &two}) {
     const double most = 2.5 * std::sqrt(side->squared / static_cast<double>(side->edges.size()));
@@ -198,31 +204,71 @@ bool fit_pair(Side& one, Side& two) {
                        [&](const Vector2d& edge) { return std::abs(side->off(edge)) > most; }),
         side->edges.end());
   }
-  return Pair(one, two).fit();
+  Pair pair(one, two);
+  const bool fits = pair.fit();
+  cross_cofactors = pair.cross_cofactors();
+  return fits;
 }
 
-// Where two sides meet, by Newton's method, and what errors of the edges of unit variance do to it.
-bool meet(const Side& one, const Side& two, Vector2d& px, Matrix2d& covariance) {
+// Where two sides meet, by Newton's method, and how it moves with their curves (a, b, c).
+struct Meeting {
+  Vector2d px;
+  Eigen::Matrix<double, 2, 3> by_one, by_two;
+};
+
+bool meet(const Side& one, const Side& two, Meeting& meeting) {
   constexpr double least_sine = 0.05;
   constexpr int steps = 4;
   const Side* sides[2] = {&one, &two};
-  Matrix2d slopes, offsets = Matrix2d::Zero();
+  Matrix2d slopes;
+  Vector3d powers[2];
   for (int i = 0; i < steps; ++i) {
     Vector2d off;
     for (int k = 0; k < 2; ++k) {
       const Side& side = *sides[k];
-      const double u = side.along.dot(px - side.origin) / side.half_px;
+      const double u = side.along.dot(meeting.px - side.origin) / side.half_px;
       const double slope = (side.curve[1] + 2 * side.curve[2] * u) / side.half_px;
-      off[k] = side.off({u, side.normal.dot(px - side.origin)});
+      off[k] = side.off({u, side.normal.dot(meeting.px - side.origin)});
       slopes.row(k) = side.normal - slope * side.along;
-      offsets(k, k) = Side::powers(u).dot(side.cofactors * Side::powers(u));
+      powers[k] = Side::powers(u);
     }
     if (!(std::abs(slopes.determinant()) > least_sine)) return false;
-    px -= slopes.inverse() * off;
+    meeting.px -= slopes.inverse() * off;
   }
   const Matrix2d inverse = slopes.inverse();
-  covariance = inverse * offsets * inverse.transpose();
-  return px.allFinite();
+  meeting.by_one = inverse.col(0) * powers[0].transpose();
+  meeting.by_two = inverse.col(1) * powers[1].transpose();
+  return meeting.px.allFinite();
+}
+
+// All corners of a tag, whose errors are not independent, as they have sides in common: covariances
+// are such that the corners' mean has the one it has. `crosses`: of sides 0 and 2, and of 1 and 3.
+bool meet_all(const std::array<Side, 4>& sides, const Matrix3d (&crosses)[2], TagCorners& corners) {
+  Eigen::Matrix<double, 12, 12> cofactors = Eigen::Matrix<double, 12, 12>::Zero();
+  for (int k = 0; k < 4; ++k)
+    cofactors.block<3, 3>(3 * k, 3 * k) = sides[static_cast<std::size_t>(k)].cofactors;
+  for (int k = 0; k < 2; ++k) {
+    cofactors.block<3, 3>(3 * k, 3 * k + 6) = crosses[k];
+    cofactors.block<3, 3>(3 * k + 6, 3 * k) = crosses[k].transpose();
+  }
+  Eigen::Matrix<double, 2, 12> of_mean = Eigen::Matrix<double, 2, 12>::Zero();
+  double as_independent = 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const std::size_t before = (k + 3) % 4;
+    Meeting meeting{corners.px[k], {}, {}};
+    if (!meet(sides[before], sides[k], meeting)) return false;
+    Eigen::Matrix<double, 2, 12> of_corner = Eigen::Matrix<double, 2, 12>::Zero();
+    of_corner.middleCols<3>(static_cast<Eigen::Index>(3 * before)) = meeting.by_one;
+    of_corner.middleCols<3>(static_cast<Eigen::Index>(3 * k)) = meeting.by_two;
+    corners.px[k] = meeting.px;
+    corners.covariance_px2[k] = of_corner * cofactors * of_corner.transpose();
+    as_independent += corners.covariance_px2[k].trace() / 16;
+    of_mean += of_corner / 4;
+  }
+  const double of_all = (of_mean * cofactors * of_mean.transpose()).trace();
+  for (Matrix2d& covariance : corners.covariance_px2)
+    covariance *= std::max(1.0, of_all / as_independent);
+  return true;
 }
 
 // Width of the rings of one tone at a side.
@@ -260,8 +306,7 @@ double edge_variance(const std::array<Side, 4>& sides) {
   return means >= least_freedom ? by_means / means : by_edges / edges;
 }
 
-bool refine_once(const Grey& grey, double border, TagCorners& corners) {
-  std::array<Side, 4> sides;
+bool refine_once(const Grey& grey, double border, std::array<Side, 4>& sides, TagCorners& corners) {
   double rings[4];
   for (std::size_t k = 0; k < 4; ++k) {
     rings[k] = ring_px(corners, k, border);
@@ -270,10 +315,12 @@ bool refine_once(const Grey& grey, double border, TagCorners& corners) {
     if (!(reach_px >= least_reach_px) || !find_edges(grey, corners, k, reach_px, sides[k]))
       return false;
   }
-  if (!fit_pair(sides[0], sides[2]) || !fit_pair(sides[1], sides[3])) return false;
+  Matrix3d crosses[2];
+  if (!fit_pair(sides[0], sides[2], crosses[0]) || !fit_pair(sides[1], sides[3], crosses[1]) ||
+      !meet_all(sides, crosses, corners))
+    return false;
   const double variance = edge_variance(sides);
   for (std::size_t k = 0; k < 4; ++k) {
-    if (!meet(sides[(k + 3) % 4], sides[k], corners.px[k], corners.covariance_px2[k])) return false;
     const double model = model_sigma_px(std::min(rings[k], rings[(k + 3) % 4]));
     corners.covariance_px2[k] =
         variance * corners.covariance_px2[k] + model * model * Matrix2d::Identity();
@@ -285,13 +332,16 @@ bool refine_once(const Grey& grey, double border, TagCorners& corners) {
 
 bool refine_corners(const Image& image, double border, TagCorners& corners) {
   constexpr int rounds = 3;  // an edge off the profile's middle is cut by its end
-  constexpr double farthest_px = 1;
   const Grey grey(image);
   const TagCorners start = corners;
+  std::array<Side, 4> sides;
   for (int i = 0; i < rounds; ++i)
-    if (!refine_once(grey, border, corners)) return false;
-  for (std::size_t k = 0; k < 4; ++k)
+    if (!refine_once(grey, border, sides, corners)) return false;
+  for (std::size_t k = 0; k < 4; ++k) {
+    // libapriltag takes bent sides for straight ones.
+    const double farthest_px = 1 + 0.02 * (start.px[(k + 1) % 4] - start.px[k]).norm();
     if (!((corners.px[k] - start.px[k]).norm() < farthest_px)) return false;
+  }
   return true;
 }
 
