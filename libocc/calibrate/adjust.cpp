@@ -8,6 +8,7 @@
 #include <set>
 #include <sstream>
 
+#include "libocc/calibrate/internal/body_agreement.hpp"
 #include "libocc/calibrate/internal/minimise_network.hpp"
 #include "libocc/calibrate/internal/network_checks.hpp"
 #include "libocc/calibrate/internal/normal_quantile.hpp"
@@ -164,6 +165,29 @@ class Adjuster {
     reject(observation, length, std::isfinite(length) ? reason : "not in view");
   }
 
+  void settle_bodies(double limit, bool last, const std::vector<double>& all) {
+    NetworkState state(network());
+    const std::vector<std::vector<int>> seen_by = sightings_of_bodies(network(), layout_);
+    for (std::size_t b = 0; b < seen_by.size(); ++b) {
+      if (seen_by[b].empty()) continue;
+      const int body = static_cast<int>(b);
+      const BodyAgreement about =
+          agreement_about_body(network(), layout_, state, body, seen_by[b], limit);
+      if (!last || about.sound) {
+        network().bodies[b].world_from_body = about.world_from_body;
+        network().bodies[b].scale = about.scale;
+      }
+      if (!last) continue;
+      for (const int i : about.sound ? about.disagree : seen_by[b])
+        reject_for(i, all[at(i)], about.sound ? "robust" : "no agreement");
+      if (!about.sound)
+        disputed_.push_back(
+            "body " +
+            (network().bodies[b].name.empty() ? std::to_string(b) : network().bodies[b].name) +
+            ": its images do not agree; it is left out");
+    }
+  }
+
   /// Puts each point where most of its images agree; at last takes away what does not.
   void settle_points(double limit, bool last) {
     const NetworkState state(network());
@@ -180,6 +204,7 @@ class Adjuster {
         disputed_.push_back(network().name_of(Target::of_point(point)) +
                             ": no three of its images agree; it is left out");
     }
+    settle_bodies(limit, last, all);
   }
 
   /// False when there is no way on; non-convergence is noted.
@@ -193,8 +218,10 @@ class Adjuster {
                     "no observation determines " +
                         names_of_unknowns(network(), layout_, minimised.undetermined));
       cost_ = minimised.cost;
-      if (minimised.lost == 0) return minimised.ending == Ending::converged || note(minimised);
+      if (minimised.lost == 0 && minimised.loose_groups.empty())
+        return minimised.ending == Ending::converged || note(minimised);
       cost_.reset();
+      leave_out(minimised.loose_groups);
       const std::vector<double> all = lengths();
       for (std::size_t i = 0; i < all.size(); ++i)
         if (std::isinf(all[i])) reject(static_cast<int>(i), all[i], "not in view");
@@ -202,6 +229,16 @@ class Adjuster {
       if (!may_go_on()) return false;
     }
     return true;
+  }
+
+  /// Points whose rays are parallel.
+  void leave_out(const std::vector<std::size_t>& groups) {
+    for (const std::size_t g : groups) {
+      const Group& group = layout_.groups[g];
+      for (const int i : group.observations) network().observations[at(i)].used = false;
+      disputed_.push_back(network().name_of(group.block) +
+                          " is not determined by its rays and is left out");
+    }
   }
 
   bool note(const Minimised& minimised) {

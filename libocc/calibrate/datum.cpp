@@ -10,6 +10,7 @@
 #include "libocc/calibrate/internal/datum_directions.hpp"
 #include "libocc/calibrate/internal/scale_centres.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
 #include "libocc/geometry/so3.hpp"
 
 namespace occ {
@@ -99,12 +100,15 @@ void place_frame(const networking::NetworkState& state, DatumDefect& defect) {
   if (places.size() < 2)
     for (const Rigid3& station : state.stations) places.push_back(station.origin_in_source());
   if (places.empty()) return;
-  Vector3d sum = Vector3d::Zero();
-  for (const Vector3d& place : places) sum += place;
-  defect.pivot_m = sum / static_cast<double>(places.size());
-  double squared = 0;
-  for (const Vector3d& place : places) squared += (place - defect.pivot_m).squaredNorm();
-  const double extent = std::sqrt(squared / static_cast<double>(places.size()));
+  // Medians: a point that is left out may be anywhere.
+  for (int k = 0; k < 3; ++k) {
+    std::vector<double> values;
+    for (const Vector3d& place : places) values.push_back(place[k]);
+    defect.pivot_m[k] = median(std::move(values));
+  }
+  std::vector<double> distances;
+  for (const Vector3d& place : places) distances.push_back((place - defect.pivot_m).norm());
+  const double extent = median(std::move(distances));
   defect.extent_m = extent > 0 ? extent : 1;
 }
 

@@ -55,6 +55,7 @@ Minimised minimise(const Network& network, const Layout& layout, NetworkState& s
     const ReducedSystem system(normal, reduced_gauge(network, layout, state));
     if (damping == 0) {
       result.undetermined = system.undetermined();
+      result.loose_groups = normal.loose_groups;
       if (!system.determined()) ever_undetermined = system.undetermined();
     }
     bool accepted = false;
