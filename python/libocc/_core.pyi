@@ -4967,11 +4967,13 @@ def detect(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *, sensor: S
       stripes: join stripes, read frequencies; None: when rows have a time
       max_frequency_hz: stripes are read up to this [Hz]
     """
-def detect_april_tags(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *, progress: typing.Any = None, family: str = 'tag36h11', decimate: typing.SupportsFloat | typing.SupportsIndex = 1.0, threads: typing.SupportsInt | typing.SupportsIndex = 1, max_hamming: typing.SupportsInt | typing.SupportsIndex = 1, min_decision_margin: typing.SupportsFloat | typing.SupportsIndex = 20.0, refine: bool = True, tile_px: typing.SupportsInt | typing.SupportsIndex = 0, overlap_px: typing.SupportsInt | typing.SupportsIndex = 400) -> list[AprilTag]:
+def detect_april_tags(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *, camera: Camera | None = None, progress: typing.Any = None, family: str = 'tag36h11', decimate: typing.SupportsFloat | typing.SupportsIndex = 1.0, threads: typing.SupportsInt | typing.SupportsIndex = 1, max_hamming: typing.SupportsInt | typing.SupportsIndex = 1, min_decision_margin: typing.SupportsFloat | typing.SupportsIndex = 20.0, refine: bool = True, tile_px: typing.SupportsInt | typing.SupportsIndex = 0, overlap_px: typing.SupportsInt | typing.SupportsIndex = 400) -> list[AprilTag]:
     """
     The AprilTags in an image, by rising id, corners to hundredths of a pixel.
 
     image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16.
+    camera: that took the image, when it is known: its lens bends the tags' sides, which need
+    not be guessed then.
     progress(tiles_done, tiles): called after each tile; False stops the search.
     Returns: list of AprilTag. Raises: ValueError for a bad image or option.
 

@@ -2,6 +2,7 @@
 #include "libocc/position/tags.hpp"
 
 #include "fields.hpp"
+#include "libocc/calibrate/side_bends.hpp"
 #include "module.hpp"
 #include "results.hpp"
 
@@ -99,9 +100,11 @@ of the scene is seen. Raises: ValueError for a lamp that the scene does not have
       [&](const auto&... f) {
         m.def(
             "detect_april_tags",
-            [fields](const NumpyImage& image, const py::object& progress,
+            [fields](const NumpyImage& image, const std::optional<Camera>& camera,
+                     const py::object& progress,
                      const typename std::decay_t<decltype(f)>::value_type&... values) {
               auto options = from_values<AprilTagOptions>(fields, values...);
+              if (camera) options.bends_px = side_bends(*camera);
               if (!progress.is_none())
                 options.progress = [&](int done, int tiles) {
                   py::gil_scoped_acquire locked;
@@ -112,10 +115,13 @@ of the scene is seen. Raises: ValueError for a lamp that the scene does not have
               py::gil_scoped_release unlocked;
               return detect_april_tags(image.view, options);
             },
-            py::arg("image"), py::kw_only(), py::arg("progress") = py::none(),
-            argument(f, texts)...,
+            py::arg("image"), py::kw_only(), py::arg("camera") = py::none(),
+            py::arg("progress") = py::none(), argument(f, texts)...,
             ("The AprilTags in an image, by rising id, corners to hundredths of a pixel.\n\n"
              "image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16.\n"
+             "camera: that took the image, when it is known: its lens bends the tags' sides, which "
+             "need\n"
+             "not be guessed then.\n"
              "progress(tiles_done, tiles): called after each tile; False stops the search.\n"
              "Returns: list of AprilTag. Raises: ValueError for a bad image or option." +
              fields_doc(fields, "Options"))

@@ -12,6 +12,7 @@ from .._core import (
     AprilTag,
     Camera,
     NetworkStart,
+    adjust,
     board_network,
     detect_april_tags,
     find_chessboard,
@@ -58,16 +59,19 @@ def map_pgm(path: str) -> NDArray[np.uint8] | None:
     return np.memmap(path, np.uint8, "r", at, (int(fields[2]), int(fields[1])))
 
 
-def find_tags(images: Sequence[str], family: str) -> tuple[list[list[AprilTag]], list[tuple[int, int]]]:
-    """Tags and size (width, height) of each image. Raises: OSError; ValueError naming the file."""
+def find_tags(
+    images: Sequence[str], family: str, camera: Camera | None = None
+) -> tuple[list[list[AprilTag]], list[tuple[int, int]]]:
+    """Tags and size (width, height) of each image; camera: whose lens bends the tags' sides, when it
+    is known. Raises: OSError; ValueError naming the file."""
     found, sizes = [], []
-    with progress("looking for tags", len(images)) as advance:
+    with progress("looking for tags" if camera is None else "measuring tags again", len(images)) as advance:
         for path in images:
             try:
                 pixels = read_pixels(path)
                 large = max(pixels.shape[:2]) > TILED_PX
                 found.append(detect_april_tags(
-                    pixels, family=family, tile_px=TILE_PX if large else 0, overlap_px=OVERLAP_PX,
+                    pixels, family=family, camera=camera, tile_px=TILE_PX if large else 0, overlap_px=OVERLAP_PX,
                     progress=lambda *_: advance(0),
                 ))
             except (OSError, ValueError) as error:
@@ -96,10 +100,27 @@ def short_names(images: Sequence[str]) -> list[str]:
 
 
 def network_of_tags(
-    camera: Camera, free: Sequence[str], images: Sequence[str], tags: Sequence[Sequence[AprilTag]], tag_size_m: float,
-    free_sizes: bool = False,
+    camera: Camera, free: Sequence[str], images: Sequence[str], tags: Sequence[Sequence[AprilTag]], family: str,
+    tag_size_m: float, free_sizes: bool = False,
 ) -> NetworkStart:
-    """free_sizes: the tags' size is about this, and the same for none of them."""
+    """Corners are measured twice, the second time with the lens that the first time gave, which
+    halves their errors. free_sizes: the tags' size is about this, and the same for none of them."""
+    first = start_of_tags(camera, free, images, tags, tag_size_m, free_sizes)
+    if not first.ok:
+        return first
+    about = adjust(first.network)
+    if not about.ok:
+        return first
+    known = about.network.cameras[0]
+    again, _ = find_tags(images, family, known)
+    second = start_of_tags(known, free, images, again, tag_size_m, free_sizes)
+    return second if second.ok else first
+
+
+def start_of_tags(
+    camera: Camera, free: Sequence[str], images: Sequence[str], tags: Sequence[Sequence[AprilTag]], tag_size_m: float,
+    free_sizes: bool,
+) -> NetworkStart:
     ids = sorted({tag.id for seen in tags for tag in seen}) if free_sizes else []
     return start_network(
         [("camera", camera, list(free))],

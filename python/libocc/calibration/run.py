@@ -57,9 +57,10 @@ class Spinner:
 
 def calibrate(
     network: Network, datum: Datum, *, robust: bool = True, select: bool = False, notes: Sequence[str] = (),
-    checks: dict[str, Any] | None = None,
+    checks: dict[str, Any] | None = None, before: Camera | None = None,
 ) -> tuple[Calibration, Selection | None]:
-    """Adjusts; with select only the parameters that the observations call for stay unknown."""
+    """Adjusts; with select only the parameters that the observations call for stay unknown. before:
+    what the report compares the first camera with, if not with the network's."""
     begun = time.monotonic()
     chosen = None
     with Spinner() as spinner:
@@ -68,6 +69,9 @@ def calibrate(
             adjusted = chosen.adjustment
         else:
             adjusted = adjust(network, robust=robust, snooping=robust, datum=datum, progress=spinner)
+    if before is not None:
+        network = network.copy()
+        network.set_camera(0, before, network.free_parameters[0])
     found = calibration_of(network, adjusted, datum, time.monotonic() - begun, checks)
     found.notes.extend(notes)
     return found, chosen

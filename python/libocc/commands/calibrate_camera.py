@@ -139,7 +139,7 @@ def command(
         notes += [f"{image}: no chessboard was found; left out" for image, board in zip(images, boards) if board is None]
     else:
         assert tag_size_m is not None
-        begun = pictures.network_of_tags(start, free, images, tags, tag_size_m)
+        begun = pictures.network_of_tags(start, free, images, tags, family, tag_size_m)
     if not begun.ok:
         raise Failure(f"{begun.status.name}: {begun.message}")
     notes += begun.warnings
@@ -147,4 +147,4 @@ def command(
     add_distances(network, distance)
     finish(ctx, network, occ.Datum(kind=occ.DatumKind[datum_kind or "inner"]), out=out,
            title=f"Camera from {len(images)} pictures", select=select, ladder=ladder, robust=robust, as_json=as_json,
-           settings=settings, notes=notes)
+           settings=settings, notes=notes, before=start)

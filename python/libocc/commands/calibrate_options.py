@@ -51,7 +51,7 @@ def finish(
     ctx: click.Context, network: occ.Network, datum: occ.Datum, *, out: str, title: str, select: bool, robust: bool,
     as_json: bool, settings: dict[str, Any], notes: Sequence[str] = (),
     more: Callable[[occ.Network], dict[str, bytes]] | None = None, ladder: bool = False,
-    checks: dict[str, Any] | None = None,
+    checks: dict[str, Any] | None = None, before: occ.Camera | None = None,
 ) -> None:
     """Adjusts, writes the folder, says how it went; exit code 1 when it did not end well."""
     from ..calibration.report import table
@@ -60,7 +60,7 @@ def finish(
 
     with blamed_on(out):
         folder = ResultFolder(out, {**settings, "select": select, "robust": robust})
-    found, chosen = calibrate(network, datum, robust=robust, select=select, notes=notes, checks=checks)
+    found, chosen = calibrate(network, datum, robust=robust, select=select, notes=notes, checks=checks, before=before)
     sections = []
     if chosen is not None:
         sections.append("<h2>Parameters chosen</h2>" + table(("dropped", "why", "sigma0", "BIC"), [

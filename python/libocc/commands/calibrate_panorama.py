@@ -73,11 +73,12 @@ def command(
     else:
         assert c_px is not None
         start = occ.Camera.rotating_line(width=width, height=height, c_px=c_px)
-    begun = pictures.network_of_tags(start, FREE + (TUMBLING if tumbling else []), images, tags, tag_size_m, free_sizes)
+    free = FREE + (TUMBLING if tumbling else [])
+    begun = pictures.network_of_tags(start, free, images, tags, family, tag_size_m, free_sizes)
     if not begun.ok:
         raise Failure(f"{begun.status.name}: {begun.message}")
     add_distances(begun.network, distance)
     finish(ctx, begun.network, occ.Datum(kind=occ.DatumKind[datum_kind or "inner"]), out=out,
            title=f"Panorama camera from {len(images)} pictures",
-           select=select, ladder=ladder, robust=robust, as_json=as_json, notes=begun.warnings,
+           select=select, ladder=ladder, robust=robust, as_json=as_json, notes=begun.warnings, before=start,
            settings={"kind": "panorama", "images": list(images), "tag_size_m": tag_size_m})

@@ -48,7 +48,7 @@ def command(
     """\b
     $ libocc tags wall_of_tags_1 --map wall_of_tags
        id      x px      y px  side px  sigma px  margin  map
-        3   151.453   169.728     64.8     0.035   160.0  yes
+        3   151.454   169.711     64.8     0.029   160.0  yes
     ...
 
     Lists the AprilTags of IMAGE and, with a map, the camera's pose. Exit code 0: tags, and with a
@@ -60,7 +60,8 @@ def command(
             scene = samples.load_scene(scene_name)
     with blamed_on(image):
         pixels = occ.read_image(samples.find_image(image))
-        tags = occ.detect_april_tags(pixels, family=family, decimate=decimate)
+        camera = scene.camera if scene else None
+        tags = occ.detect_april_tags(pixels, family=family, decimate=decimate, camera=camera)
     known = {tag.id for tag in scene.tags if tag.family == family} if scene else set()
     fix = occ.locate_by_tags(tags, scene) if scene else None
     if overlay is not None:
