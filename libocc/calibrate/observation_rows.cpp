@@ -2,6 +2,7 @@
 #include "libocc/calibrate/internal/observation_rows.hpp"
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 namespace occ::networking {
 
@@ -33,6 +34,15 @@ void put_pose(const Eigen::RowVector3d& gradient, const Vector3d& x, double* col
   }
 }
 
+/// Seen across the seam, or on a second turn, a place lies whole periods from where the camera's
+/// columns begin, and a period is 2 pi over the angle per column: the first parameter of a camera
+/// that has one.
+void add_turns(const Camera& camera, double turns, Camera::ParameterJacobian& d_parameters) {
+  constexpr double two_pi = 6.283185307179586;
+  const double period = camera.period_px();
+  if (turns != 0) d_parameters(0, 0) += turns * period * period / two_pi;
+}
+
 }  // namespace
 
 bool residual_of(const Network& network, const NetworkState& state, const ImageObservation& seen,
@@ -62,6 +72,10 @@ bool rows_of(const Network& network, const Layout& layout, const NetworkState& s
       places.camera.project(x_in_cam, &d_point, camera.offset == none ? nullptr : &d_parameters);
   if (!pixel || !pixel->allFinite()) return false;
   const Eigen::Vector2d off = places.camera.difference_px(*pixel, seen.pixel);
+
+  const double turns =
+      std::round((pixel->x() - seen.pixel.x() - off.x()) / places.camera.period_px());
+  if (camera.offset != none) add_turns(places.camera, turns, d_parameters);
 
   rows.width = block.width;
   rows.size = layout.offset_of(seen.target) == none ? 0 : layout.size_of(seen.target);
