@@ -8,6 +8,7 @@
 #include <cmath>
 #include <set>
 
+#include "libocc/calibrate/side_bends.hpp"
 #include "libocc/camera/rotating_line.hpp"
 #include "libocc/detect/april_tags.hpp"
 #include "support.hpp"
@@ -64,6 +65,16 @@ TEST(TagTiles, TheSameTagsHoweverTheImageIsDivided) {
     options.overlap_px = 140;
     expect_same(whole, detect_april_tags(panorama.image.view(), options));
   }
+}
+
+TEST(TagTiles, BendsAreThoseOfTheTagsPlaceInTheImage) {
+  const Panorama panorama(2);
+  AprilTagOptions options;
+  options.bends_px = side_bends(panorama.camera);
+  const std::vector<AprilTag> whole = detect_april_tags(panorama.image.view(), options);
+  options.tile_px = 437;
+  options.overlap_px = 140;
+  expect_same(whole, detect_april_tags(panorama.image.view(), options));
 }
 
 TEST(TagTiles, AnImageThatIsReadByTilesIsNeverWhole) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "libocc/calibrate/side_bends.hpp"
 #include "libocc/camera/rotating_line.hpp"
 #include "libocc/detect/april_tags.hpp"
 #include "libocc/detect/detect.hpp"
@@ -31,10 +32,11 @@ struct Errors {
 
 // Tags that are whole against those that are found.
 Errors corner_errors(const TargetField& field, const Camera& camera, const Rigid3& pose,
-                     const TargetImageOptions& options = {}) {
+                     const TargetImageOptions& options = {},
+                     const AprilTagOptions& detecting = {}) {
   const TargetRenderer renderer(field, camera, pose, options);
   const Image image = renderer.window({0, 0, camera.width(), camera.height()});
-  const std::vector<AprilTag> tags = detect_april_tags(image.view());
+  const std::vector<AprilTag> tags = detect_april_tags(image.view(), detecting);
   Errors e;
   for (const TagTruth& truth : renderer.truth().tags) {
     if (!truth.whole) continue;
@@ -77,6 +79,25 @@ TEST(Targets, TagsAreFoundWhereARotatingLineSeesThem) {
   expect_found(corner_errors(tags_in_a_room(), Camera::rotating_line(small_line()),
                              upright_line({2.6, 1.9, 1.5}, 0.4)),
                15);
+}
+
+// Where the lens need not be measured with the corners, these are better.
+TEST(Targets, AKnownLensMakesCornersBetter) {
+  const Camera camera = Camera::fisheye(1000, 1000, 480, 481, 500.4, 497.9, {0.03, -0.005});
+  TargetImageOptions noisy;
+  noisy.noise_dn = 5;
+  AprilTagOptions known;
+  known.bends_px = side_bends(camera);
+  double squared = 0, squared_known = 0;
+  for (const double x : {-0.3, 0.0, 0.3}) {
+    const Rigid3 pose = towards_wall({x, -0.8, 0.1});
+    TargetField field = tags_on_a_wall(3, 3);
+    for (Tag& tag : field.tags) tag.centre_m.y() = 0;  // none hides another
+    squared += std::pow(corner_errors(field, camera, pose, noisy).rms_px, 2);
+    squared_known += std::pow(corner_errors(field, camera, pose, noisy, known).rms_px, 2);
+    EXPECT_LT(corner_errors(field, camera, pose, {}, known).rms_px, 0.02);
+  }
+  EXPECT_LT(squared_known, 0.6 * squared);
 }
 
 TEST(Targets, WindowsAreTheWholeImageBitForBit) {

@@ -83,8 +83,9 @@ Eigen::Matrix3d homography_to(const std::array<Eigen::Vector2d, 4>& corners) {
   return homography;
 }
 
+// `origin`: of the tile in the image.
 AprilTag tag_of(const apriltag_detection_t& found, const Image& grey,
-                const AprilTagOptions& options) {
+                const AprilTagOptions& options, const Eigen::Vector2d& origin) {
   constexpr double corner_is_origin_px = 0.5;
   AprilTag tag;
   tag.id = found.id;
@@ -98,6 +99,11 @@ AprilTag tag_of(const apriltag_detection_t& found, const Image& grey,
   for (std::size_t k = 0; k < 4; ++k) {
     corners.px[k] = Eigen::Vector2d(found.p[k][0], found.p[k][1]).array() - corner_is_origin_px;
     corners.covariance_px2[k] = unrefined_px * unrefined_px * Eigen::Matrix2d::Identity();
+  }
+  if (options.refine && options.bends_px) {
+    std::array<Eigen::Vector2d, 4> in_image = corners.px;
+    for (Eigen::Vector2d& corner : in_image) corner += origin;
+    corners.bends_px = options.bends_px(in_image);
   }
   TagCorners better = corners;
   tag.refined = options.refine && refine_corners(grey, 1.0 / found.family->width_at_border, better);
@@ -140,7 +146,8 @@ class TagFinder {
         family_(family_named(options.family)->create(), family_named(options.family)->destroy),
         detector_(make_detector(options, family_.get())) {}
 
-  std::vector<AprilTag> find(const Image& grey, unsigned brightest) const {
+  std::vector<AprilTag> find(const Image& grey, unsigned brightest,
+                             const Eigen::Vector2d& origin = Eigen::Vector2d::Zero()) const {
     constexpr double least_size_px = 16;  // libapriltag divides the image into tiles
     std::vector<AprilTag> tags;
     if (std::min(grey.width, grey.height) < least_size_px * options_.decimate) return tags;
@@ -152,7 +159,7 @@ class TagFinder {
       apriltag_detection_t* detection = nullptr;
       zarray_get(found.get(), i, static_cast<void*>(&detection));
       if (static_cast<double>(detection->decision_margin) >= options_.min_decision_margin)
-        tags.push_back(tag_of(*detection, grey, options_));
+        tags.push_back(tag_of(*detection, grey, options_, origin));
     }
     return tags;
   }
@@ -203,8 +210,9 @@ std::vector<AprilTag> find_by_tiles(const ImageReader& image, const AprilTagOpti
     if (brightest == 0)
       for (const ImageTile& other : tiles)
         brightest = std::max(brightest, brightest_of(read(other)));
-    for (AprilTag& tag : finder.find(part, brightest)) {
-      shift(Eigen::Vector2d(tile.x0, tile.y0), tag);
+    const Eigen::Vector2d origin(tile.x0, tile.y0);
+    for (AprilTag& tag : finder.find(part, brightest, origin)) {
+      shift(origin, tag);
       if (!tile.counts(tag.centre_px)) continue;
       const auto same = [&](const AprilTag& other) {
         return other.id == tag.id &&

@@ -30,7 +30,11 @@ struct LIBOCC_API AprilTagOptions {
   int max_hamming = 1;  ///< wrong bits that are corrected, 0 to 2; more find more false tags
   double min_decision_margin = 20;  ///< grey levels (of 255) between a bit and its threshold
   bool refine = true;               ///< measure the corners again
-  int tile_px = 0;                  ///< sides of the tiles, overlap included; 0: the image is one
+  /// How far the middles of a tag's sides (corner k to the next) are off the straight lines between
+  /// its corners, towards (-y, x) of that direction [px]; nothing: measured with the corners, which
+  /// costs half of their accuracy. For a calibrated camera: calibrate/side_bends.hpp.
+  std::function<std::array<double, 4>(const std::array<Eigen::Vector2d, 4>& corners_px)> bends_px;
+  int tile_px = 0;       ///< sides of the tiles, overlap included; 0: the image is one
   int overlap_px = 400;  ///< of neighbouring tiles; with its white border, a tag must be smaller
   /// Called after each tile; false stops the search, which returns what it has found.
   std::function<bool(int tiles_done, int tiles)> progress;

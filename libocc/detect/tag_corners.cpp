@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 namespace occ {
@@ -54,8 +55,9 @@ struct Side {
   double half_px = 0;
   Vector3d curve = Vector3d::Zero();
   Matrix3d cofactors = Matrix3d::Zero();
-  std::vector<Vector2d> edges;  // (u, across)
-  double squared = 0;           // of the edges' distances from it
+  std::optional<double> known_bend_px;  // of its middle off the straight line between its corners
+  std::vector<Vector2d> edges;          // (u, across)
+  double squared = 0;                   // of the edges' distances from it
 
   static Vector3d powers(double u) { return {1, u, u * u}; }
   double off(const Vector2d& edge) const { return edge.y() - curve.dot(powers(edge.x())); }
@@ -91,7 +93,7 @@ double lean(const Vector2d& corner, const Vector2d& along, const Vector2d& other
 // Edges across side k, at most reach_px off it, as it is bent so far.
 bool find_edges(const Grey& grey, const TagCorners& corners, std::size_t k, double reach_px,
                 Side& side) {
-  const double bend_px = side.curve[2];
+  const double bend_px = side.known_bend_px ? -*side.known_bend_px : side.curve[2];
   const Vector2d a = corners.px[k], b = corners.px[(k + 1) % 4];
   const double length = (b - a).norm();
   const double begin = corner_px + lean(a, b, corners.px[(k + 3) % 4]) * reach_px;
@@ -130,6 +132,11 @@ class Pair {
     const double size = mean_px_ / usual_px;
     bend_sigma_px_ = bend_px * size * size;
     difference_sigma_px_ = difference_px * size * size * size;
+    if (!one.known_bend_px || !two.known_bend_px) return;
+    constexpr double known_part = 0.05, known_px = 0.003;  // how well a lens is known
+    bend_sigma_px_ = difference_sigma_px_ =
+        known_px +
+        known_part * std::max(std::abs(*one.known_bend_px), std::abs(*two.known_bend_px));
   }
 
   /// Of the curves of both sides with one another.
@@ -169,10 +176,11 @@ class Pair {
       const Eigen::Matrix<double, 3, 6> select = selection(k);
       Matrix3d sums = Matrix3d::Zero();
       Vector3d across = Vector3d::Zero();
+      const double bend = sides_[k]->known_bend_px.value_or(0);
       for (const Vector2d& edge : sides_[k]->edges) {
         const Vector3d powers = Side::powers(edge.x());
         sums += powers * powers.transpose();
-        across += edge.y() * powers;
+        across += (edge.y() - bend * (1 - powers[2])) * powers;
       }
       information += select.transpose() * sums * select;
       gradient += select.transpose() * across;
@@ -182,7 +190,7 @@ class Pair {
     for (const int k : {0, 1}) {
       Side& side = *sides_[k];
       const Eigen::Matrix<double, 3, 6> select = selection(k);
-      side.curve = select * found;
+      side.curve = select * found + side.known_bend_px.value_or(0) * Vector3d(1, 0, -1);
       side.cofactors = select * cofactors_ * select.transpose();
       side.squared = 0;
       for (const Vector2d& edge : side.edges) side.squared += side.off(edge) * side.off(edge);
@@ -335,6 +343,8 @@ bool refine_corners(const Image& image, double border, TagCorners& corners) {
   const Grey grey(image);
   const TagCorners start = corners;
   std::array<Side, 4> sides;
+  for (std::size_t k = 0; k < 4 && corners.bends_px; ++k)
+    sides[k].known_bend_px = (*corners.bends_px)[k];
   for (int i = 0; i < rounds; ++i)
     if (!refine_once(grey, border, sides, corners)) return false;
   for (std::size_t k = 0; k < 4; ++k) {

@@ -7,6 +7,7 @@
 //
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 
 #include "libocc/core/image.hpp"
 
@@ -15,6 +16,9 @@ namespace occ {
 struct TagCorners {
   std::array<Eigen::Vector2d, 4> px;
   std::array<Eigen::Matrix2d, 4> covariance_px2;
+  /// How far the middle of side k is off the straight line from corner k to the next, towards
+  /// (-y, x) of that direction, where the lens is known.
+  std::optional<std::array<double, 4>> bends_px;
 };
 
 /// `grey`: one channel. `border`: width of the rings inside and outside the square's sides that are

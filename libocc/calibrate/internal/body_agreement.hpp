@@ -20,7 +20,8 @@ struct BodyAgreement {
   bool sound = false;         ///< more than half of the corners seen agree
 };
 
-/// `state` is left as it is given, but used as scratch. Not moved when most agree where the body is.
+/// `state` is left as it is given, but used as scratch. Not moved when most agree where the body
+/// is.
 BodyAgreement agreement_about_body(const Network& network, const Layout& layout,
                                    NetworkState& state, int body,
                                    const std::vector<int>& observations, double limit);

@@ -14,7 +14,7 @@ from .tables import Row, read_table, table_bytes
 SCHEMA = "libocc-network/1"
 KEYS = (
     "schema", "cameras", "stations", "mounts", "images", "points", "shapes", "bodies", "observations", "distances",
-    "control", "priors", "datum",
+    "control", "priors", "datum", "check_points",
 )
 POSE = ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
 SIGMA_PX = 0.5  # where a table says none
@@ -238,14 +238,14 @@ class Reader:
                 raise row.fail("sigma_x_px" if not sigma[0] > 0 else "sigma_y_px", "positive")
             self.network.observe(
                 self.images.find(row.text("image"), where), [self.target(row.text("target"), where)],
-                [[row.number("x_px"), row.number("y_px")]], sigma,
+                np.array([[row.number("x_px"), row.number("y_px")]]), sigma,
             )
 
     def read_knowledge(self) -> None:
         where = str(self.path)
         for section in self.file.sections("distances", ("from", "to", "length_m", "sigma_m")):
-            ends = [self.target(section.text(key), where) for key in ("from", "to")]
-            self.network.add_distance(*ends, section.positive("length_m"), section.positive("sigma_m"))
+            start, end = (self.target(section.text(key), where) for key in ("from", "to"))
+            self.network.add_distance(start, end, section.positive("length_m"), section.positive("sigma_m"))
         for section in self.file.sections("control", ("target", "position_m", "sigma_m")):
             self.network.add_control(
                 self.target(section.text("target"), where), section.vector("position_m", 3),
@@ -257,6 +257,15 @@ class Reader:
                 section.number("value"), section.positive("sigma"),
             )
 
+    def check_points(self) -> dict[str, list[float]]:
+        """Where points are known to be, by name: to compare with, not to adjust."""
+        checks: dict[str, list[float]] = {}
+        if self.file.has("check_points"):
+            for row in read_table(self.table("check_points"), ("name", "x_m", "y_m", "z_m")):
+                self.points.find(row.text("name"), f"{row.path}:{row.line}")
+                checks[row.text("name")] = [row.number(name) for name in POSE[:3]]
+        return checks
+
     def datum(self) -> Datum:
         if not self.file.has("datum"):
             return Datum()
@@ -266,6 +275,13 @@ class Reader:
             raise section.fail("kind", f"one of {', '.join(DatumKind.__members__)}")
         targets = [self.target(name, str(self.path)) for name in section.texts("targets")]
         return Datum(kind=DatumKind[kind], targets=targets)
+
+
+def read_checks(path: str | Path) -> dict[str, list[float]]:
+    """The check points of a network file, by name. Raises: as read_network()."""
+    reader = Reader(Path(path))
+    reader.read_points()
+    return reader.check_points()
 
 
 def read_network(path: str | Path) -> tuple[Network, Datum]:
@@ -335,7 +351,7 @@ def network_files(network: Network) -> dict[str, bytes]:
         )
         files["bodies.csv"] = table_bytes(
             ("name", "shape", *POSE),
-            ((name, name, *pose_columns(np.linalg.inv(pose)))
+            ((name, name, *pose_columns(np.asarray(np.linalg.inv(pose), dtype=float)))
              for name, pose in zip(network.body_names, network.body_poses)),
         )
         lines += ["shapes: shapes.csv", "bodies: bodies.csv"]

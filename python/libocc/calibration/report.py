@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from . import figures
-from .summary import Calibration, target_name
+from .summary import Calibration, components_of, reliability_of, target_name
 
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 62em; margin: 2em auto; padding: 0 1em }
@@ -105,6 +105,37 @@ def point_rows(c: Calibration) -> list[list[str]]:
     return rows
 
 
+def statistics_sections(c: Calibration) -> list[str]:
+    """Reliability, variance components and check points, as far as there are any."""
+    parts = []
+    reliability, components = reliability_of(c), components_of(c)
+    if reliability is not None:
+        low, high = reliability["sigma0_interval"]
+        parts.append("<h2>Reliability</h2>" + table(("of image observations", ""), (
+            ("redundancy numbers, mean and least", f"{reliability['mean_redundancy']:.3f}, {reliability['least_redundancy']:.3f}"),
+            ("least blunder found with 80 % power, median and worst [px]",
+             f"{text_of(reliability['median_detectable_px'])}, {text_of(reliability['worst_detectable_px'])}"),
+            ("what that does to the unknowns, median [sigma]", text_of(reliability["median_external"])),
+            ("largest |tau|, and beyond which chance is below 1 %",
+             f"{reliability['worst_tau']:.2f}, {reliability['tau_critical']:.2f}"),
+            ("sigma0 that chance allows, 95 %", f"{low:.3f} to {high:.3f}"),
+        )))
+    if components:
+        parts.append("<h2>Were the sigmas right?</h2>" + table(("camera", "axis", "factor of the sigmas", "redundancy"), (
+            (k["camera"], k["axis"], f"{k['factor']:.3f}", f"{k['redundancy']:.0f}") for k in components
+        )))
+    if c.checked is not None and c.checked.ok:
+        rows = [(axis, number(1e3 * c.checked.rmse_m[i], 3), number(1e3 * c.checked.predicted_m[i], 3))
+                for i, axis in enumerate("xyz")]
+        rows.append(("3D", number(1e3 * c.checked.rmse_3d_m, 3), number(1e3 * c.checked.predicted_3d_m, 3)))
+        parts.append("<h2>Check points</h2>" + table(("axis", "r.m.s. error [mm]", "predicted [mm]"), rows))
+    return parts
+
+
+def text_of(value: float | None) -> str:
+    return "unlimited" if value is None else number(value, 3)
+
+
 def html(c: Calibration, title: str, extra: Sequence[str] = (), uncertainties: Sequence[Figure | None] = ()) -> bytes:
     """extra: more sections, as HTML; uncertainties: a figure for each camera, or none."""
     a = c.adjustment
@@ -118,15 +149,15 @@ def html(c: Calibration, title: str, extra: Sequence[str] = (), uncertainties: S
         a.unknowns, a.defect, a.iterations, f"{c.seconds:.2f}",
     ]]))
     parts += [camera_section(c, k, maps[k]) for k in range(len(c.network.cameras))]
-    parts += extra
-    parts.append("<h2>Points and stations</h2>" + picture(figures.field_map(c), "map"))
-    if c.network.point_names and c.known.ok:
-        parts.append(table(("point", "x [m]", "y [m]", "z [m]", "sigma x [mm]", "sigma y [mm]", "sigma z [mm]"), point_rows(c)))
+    parts += [*statistics_sections(c), *extra]
     if a.rejected:
         parts.append(f"<h2>Rejected: {len(a.rejected)}</h2>" + table(("image", "target", "residual / sigma", "why"), (
             [c.network.image_names[int(c.observations[r.observation, 0])], target_name(c, r.observation),
              number(r.normalised, 3), r.reason] for r in a.rejected
         )))
+    parts.append("<h2>Points and stations</h2>" + picture(figures.field_map(c), "map"))
+    if c.network.point_names and c.known.ok:
+        parts.append(table(("point", "x [m]", "y [m]", "z [m]", "sigma x [mm]", "sigma y [mm]", "sigma z [mm]"), point_rows(c)))
     text = (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title><style>{STYLE}</style>'
         f"<body>{''.join(parts)}</body></html>"

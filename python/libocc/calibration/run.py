@@ -57,6 +57,7 @@ class Spinner:
 
 def calibrate(
     network: Network, datum: Datum, *, robust: bool = True, select: bool = False, notes: Sequence[str] = (),
+    checks: dict[str, Any] | None = None,
 ) -> tuple[Calibration, Selection | None]:
     """Adjusts; with select only the parameters that the observations call for stay unknown."""
     begun = time.monotonic()
@@ -67,7 +68,7 @@ def calibrate(
             adjusted = chosen.adjustment
         else:
             adjusted = adjust(network, robust=robust, snooping=robust, datum=datum, progress=spinner)
-    found = calibration_of(network, adjusted, datum, time.monotonic() - begun)
+    found = calibration_of(network, adjusted, datum, time.monotonic() - begun, checks)
     found.notes.extend(notes)
     return found, chosen
 
@@ -112,8 +113,8 @@ def uncertainty(c: Calibration, camera: int) -> Figure | None:
     model = c.network.cameras[camera]
     if not free or not c.known.ok:
         return None
-    columns = GRID if model.width >= model.height else max(4, GRID * model.width // model.height)
-    rows = GRID if model.height >= model.width else max(4, GRID * model.height // model.width)
+    columns = GRID if model.width >= model.height else max(GRID // 2, GRID * model.width // model.height)
+    rows = GRID if model.height >= model.width else max(GRID // 2, GRID * model.height // model.width)
     sigma, _, _ = projection_uncertainty(model, free, c.known.parameters(camera), columns=columns, rows=rows)
     return figures.uncertainty_map(np.asarray(sigma), model.width, model.height)
 

@@ -8,7 +8,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Adjustment, Datum, Network, Precision, image_residuals_px, precision
+from .._core import (
+    Adjustment,
+    CheckResult,
+    Datum,
+    Network,
+    NetworkStatistics,
+    Precision,
+    Target,
+    VarianceComponents,
+    check_points,
+    image_residuals_px,
+    network_statistics,
+    precision,
+    variance_components,
+)
 
 STRONG = 0.9  # correlation that is flagged
 IMAGE, POINT, BODY, CORNER, X, Y, SIGMA_X, SIGMA_Y, USED = range(9)  # columns of Network.observations
@@ -40,6 +54,9 @@ class Calibration:
     known: Precision
     seconds: float = 0.0
     notes: list[str] = field(default_factory=list)
+    statistics: NetworkStatistics | None = None
+    components: VarianceComponents | None = None
+    checked: CheckResult | None = None
 
     @property
     def network(self) -> Network:
@@ -64,7 +81,7 @@ class Calibration:
     def of_camera(self, camera: int) -> NDArray[np.bool_]:
         """Which observations are used and of this camera."""
         cameras = np.asarray(self.network.image_cameras, dtype=int)
-        return self.used & (cameras[self.observations[:, IMAGE].astype(int)] == camera)
+        return np.asarray(self.used & (cameras[self.observations[:, IMAGE].astype(int)] == camera))
 
     def rms_px(self, camera: int) -> NDArray[np.float64]:
         """(2,) per axis."""
@@ -102,15 +119,28 @@ class Calibration:
         """(n, 3) along the axes; infinite for points that were left out."""
         if not self.known.ok or not self.network.point_names:
             return np.empty((0, 3))
-        return np.sqrt(np.einsum("nii->ni", self.known.points()))
+        return np.asarray(np.sqrt(np.einsum("nii->ni", self.known.points())))
 
 
-def calibration_of(start: Network, adjustment: Adjustment, datum: Datum, seconds: float = 0.0) -> Calibration:
-    """With the precision in the datum, scaled by sigma0 squared where there is redundancy."""
+def calibration_of(
+    start: Network, adjustment: Adjustment, datum: Datum, seconds: float = 0.0, checks: dict[str, Any] | None = None,
+) -> Calibration:
+    """With the precision in the datum, scaled by sigma0 squared where there is redundancy, and the
+    statistics; checks: points' names and where they are known to be."""
     known = precision(adjustment.network, datum)
     if adjustment.redundancy > 0:
         known = known.scaled(adjustment.sigma0**2)
-    return Calibration(start, adjustment, known, seconds)
+    if not (adjustment.ok and known.ok):
+        return Calibration(start, adjustment, known, seconds)
+    checked = None
+    if checks:
+        names = adjustment.network.point_names
+        targets = [Target.point(names.index(name)) for name in checks]
+        checked = check_points(adjustment.network, known, targets, np.array(list(checks.values())))
+    return Calibration(
+        start, adjustment, known, seconds, statistics=network_statistics(adjustment.network),
+        components=variance_components(adjustment.network, datum), checked=checked,
+    )
 
 
 def finite(value: float) -> float | None:
@@ -146,6 +176,12 @@ def summary(c: Calibration) -> dict[str, Any]:
              "target": target_name(c, r.observation), "normalised": finite(r.normalised), "reason": r.reason}
             for r in a.rejected
         ],
+        "variance_components": components_of(c),
+        "reliability": reliability_of(c),
+        "check_points": None if c.checked is None or not c.checked.ok else {
+            "rmse_m": c.checked.rmse_m.tolist(), "predicted_m": c.checked.predicted_m.tolist(),
+            "rmse_3d_m": c.checked.rmse_3d_m, "predicted_3d_m": c.checked.predicted_3d_m,
+        },
         "points": [
             {"name": name, "position_m": position.tolist(), "sigma_m": [finite(s) for s in sigma]}
             for name, position, sigma in zip(names, np.asarray(network.points_m), sigmas)
@@ -153,9 +189,34 @@ def summary(c: Calibration) -> dict[str, Any]:
     }
 
 
-def target_name(c: Calibration, observation: int) -> str:
-    from .._core import Target
+def components_of(c: Calibration) -> list[dict[str, Any]]:
+    """By how much the sigmas of each camera's columns and rows were too small."""
+    if c.components is None or not c.components.ok:
+        return []
+    return [
+        {"camera": c.network.camera_names[k.camera], "axis": "columns" if k.axis == 0 else "rows",
+         "factor": k.factor, "redundancy": k.redundancy}
+        for k in c.components.components
+    ]
 
+
+def reliability_of(c: Calibration) -> dict[str, Any] | None:
+    """Of the image observations that are used."""
+    s = c.statistics
+    if s is None or not s.ok or not c.used.any():
+        return None
+    redundancy, tau = s.redundancy[c.used], np.abs(s.tau[c.used])
+    return {
+        "mean_redundancy": float(redundancy.mean()), "least_redundancy": float(redundancy.min()),
+        "median_detectable_px": finite(np.median(s.detectable_px[c.used])),
+        "worst_detectable_px": finite(s.detectable_px[c.used].max()),
+        "median_external": finite(np.median(s.external[c.used])),
+        "worst_tau": float(tau.max()), "tau_critical": s.tau_critical,
+        "sigma0_interval": [s.sigma0_low, s.sigma0_high],
+    }
+
+
+def target_name(c: Calibration, observation: int) -> str:
     row = c.observations[observation]
     if row[POINT] >= 0:
         return c.network.name_of(Target.point(int(row[POINT])))

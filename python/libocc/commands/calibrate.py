@@ -21,7 +21,11 @@ class Kinds(click.Group):
 
 @click.group(cls=Kinds, short_help="Calibrate cameras, survey lamps, adjust networks.")
 def command() -> None:
-    """Calibrates cameras, surveys lamps and adjusts any photogrammetric network.
+    """\b
+    $ libocc calibrate network panorama --out calibrated
+    sigma0 ...
+
+    Calibrates cameras, surveys lamps and adjusts any photogrammetric network.
 
     Each kind writes a folder: report.html to look at, result.json, camera files of libocc, OpenCV
     and ROS, points as CSV and PLY with their covariance.

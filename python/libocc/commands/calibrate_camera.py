@@ -9,21 +9,28 @@ import libocc as occ
 
 from ..cli import Failure, blamed_on, json_option
 from ..progress import progress
-from .calibrate_options import add_distances, distance_option, finish, ladder_option, out_option, robust_option, select_option
+from .calibrate_options import (
+    add_distances,
+    datum_option,
+    distance_option,
+    finish,
+    ladder_option,
+    out_option,
+    robust_option,
+    select_option,
+)
 
 MODELS = ("pinhole", "fisheye", "double_sphere")
 
 
-class Board(click.ParamType):
+def board_of(ctx: click.Context, param: click.Parameter, value: str | None) -> tuple[int, int] | None:
     """COLUMNSxROWS of inner corners."""
-
-    name = "board"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
-        found = re.fullmatch(r"(\d+)x(\d+)", str(value))
-        if not found or min(map(int, found.groups())) < 3:
-            self.fail(f"{value!r} must be COLUMNSxROWS of inner corners, three at least, as 9x6")
-        return int(found[1]), int(found[2])
+    if value is None:
+        return None
+    found = re.fullmatch(r"(\d+)x(\d+)", value)
+    if not found or min(map(int, found.groups())) < 3:
+        raise click.BadParameter(f"{value!r} must be COLUMNSxROWS of inner corners, three at least, as 9x6", ctx, param)
+    return int(found[1]), int(found[2])
 
 
 def free_parameters(camera: occ.Camera) -> list[str]:
@@ -31,7 +38,9 @@ def free_parameters(camera: occ.Camera) -> list[str]:
     return [parameter.name for parameter in camera.parameters if parameter.name != "skew_px"]
 
 
-def start_camera(model: str, size: tuple[int, int], views: list[Any], focal_px: float | None, coefficients: int) -> tuple[occ.Camera, list[str]]:
+def start_camera(
+    model: str, size: tuple[int, int], views: list[Any], focal_px: float | None, coefficients: int
+) -> tuple[occ.Camera, list[str]]:
     """With what is known of its focal length, and what to warn of."""
     width, height = size
     middle = {"cx_px": (width - 1) / 2, "cy_px": (height - 1) / 2}
@@ -61,7 +70,7 @@ def plane_of_tag(tag: occ.AprilTag) -> tuple[Any, Any]:
 @click.option("--tag-size", "tag_size_m", type=click.FloatRange(min=0, min_open=True), metavar="M",
               help="Side of the tags' black squares [m]; where the tags hang need not be known.")
 @click.option("--family", default="tag36h11", show_default=True, help="Of the tags.")
-@click.option("--chessboard", type=Board(), metavar="COLSxROWS", help="Inner corners of a board in every picture.")
+@click.option("--chessboard", callback=board_of, metavar="COLSxROWS", help="Inner corners of a board in every picture.")
 @click.option("--square", "square_m", type=click.FloatRange(min=0, min_open=True), metavar="M",
               help="Side of the board's squares [m].")
 @click.option("--model", type=click.Choice(MODELS), default="pinhole", show_default=True)
@@ -71,6 +80,7 @@ def plane_of_tag(tag: occ.AprilTag) -> tuple[Any, Any]:
 @click.option("--camera", "camera_path", metavar="CAMERA.yaml", help="Start of all parameters, instead of --model.")
 @distance_option
 @out_option
+@datum_option
 @select_option
 @ladder_option
 @robust_option
@@ -79,7 +89,8 @@ def plane_of_tag(tag: occ.AprilTag) -> tuple[Any, Any]:
 def command(
     ctx: click.Context, images: tuple[str, ...], tag_size_m: float | None, family: str,
     chessboard: tuple[int, int] | None, square_m: float | None, model: str, coefficients: str, focal_px: float | None,
-    camera_path: str | None, distance: tuple[Any, ...], out: str, select: bool, ladder: bool, robust: bool, as_json: bool,
+    camera_path: str | None, distance: tuple[Any, ...], out: str, datum_kind: str | None, select: bool, ladder: bool,
+    robust: bool, as_json: bool,
 ) -> None:
     """Calibrates the camera that took IMAGEs of AprilTags of one size (anywhere, at least two seen in
     every picture), or of one chessboard. Writes a folder: report.html, result.json, and the camera for
@@ -134,5 +145,6 @@ def command(
     notes += begun.warnings
     network = begun.network
     add_distances(network, distance)
-    finish(ctx, network, occ.Datum(), out=out, title=f"Camera from {len(images)} pictures", select=select, ladder=ladder,
-           robust=robust, as_json=as_json, settings=settings, notes=notes)
+    finish(ctx, network, occ.Datum(kind=occ.DatumKind[datum_kind or "inner"]), out=out,
+           title=f"Camera from {len(images)} pictures", select=select, ladder=ladder, robust=robust, as_json=as_json,
+           settings=settings, notes=notes)

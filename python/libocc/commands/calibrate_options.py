@@ -13,6 +13,10 @@ from ..cli import Failure, blamed_on, emit_json
 F = TypeVar("F", bound=Callable[..., Any])
 
 out_option = click.option("--out", required=True, metavar="FOLDER", help="Gets the report and all files.")
+datum_option = click.option(
+    "--datum", "datum_kind", type=click.Choice(["inner", "minimal", "control", "scale_only"]),
+    help="What holds shift, turn and scale where the observations do not; default inner, over all points.",
+)
 ladder_option = click.option("--ladder", is_flag=True,
                              help="Show what each group of parameters is worth: adjust without it, then with.")
 select_option = click.option("--select", is_flag=True, help="Keep only parameters that the pictures call for.")
@@ -47,6 +51,7 @@ def finish(
     ctx: click.Context, network: occ.Network, datum: occ.Datum, *, out: str, title: str, select: bool, robust: bool,
     as_json: bool, settings: dict[str, Any], notes: Sequence[str] = (),
     more: Callable[[occ.Network], dict[str, bytes]] | None = None, ladder: bool = False,
+    checks: dict[str, Any] | None = None,
 ) -> None:
     """Adjusts, writes the folder, says how it went; exit code 1 when it did not end well."""
     from ..calibration.report import table
@@ -55,7 +60,7 @@ def finish(
 
     with blamed_on(out):
         folder = ResultFolder(out, {**settings, "select": select, "robust": robust})
-    found, chosen = calibrate(network, datum, robust=robust, select=select, notes=notes)
+    found, chosen = calibrate(network, datum, robust=robust, select=select, notes=notes, checks=checks)
     sections = []
     if chosen is not None:
         sections.append("<h2>Parameters chosen</h2>" + table(("dropped", "why", "sigma0", "BIC"), [
@@ -87,6 +92,11 @@ def lines(data: dict[str, Any]) -> list[str]:
     for p in data["parameters"]:
         sigma = "unknown" if p["sigma"] is None else f"{p['sigma']:.2g}"
         told.append(f"{p['camera']} {p['name']} {p['value']:.9g} +- {sigma} {p['unit']}")
+    for k in data["variance_components"]:
+        told.append(f"{k['camera']} sigmas of {k['axis']} x {k['factor']:.2f}")
+    if data["check_points"]:
+        check = data["check_points"]
+        told.append(f"check points {1e3 * check['rmse_3d_m']:.2f} mm r.m.s., {1e3 * check['predicted_3d_m']:.2f} predicted")
     for camera in data["cameras"]:
         for a, b, rho in camera["strong_correlations"]:
             told.append(f"{camera['name']}: {a} and {b} are correlated by {rho:+.3f}")

@@ -6,7 +6,16 @@ import click
 import libocc as occ
 
 from ..cli import Failure, blamed_on, json_option
-from .calibrate_options import add_distances, distance_option, finish, ladder_option, out_option, robust_option, select_option
+from .calibrate_options import (
+    add_distances,
+    datum_option,
+    distance_option,
+    finish,
+    ladder_option,
+    out_option,
+    robust_option,
+    select_option,
+)
 
 # The additional parameters of Amiri Parian and Gruen; ez is a shift of the station, tumbling is rare.
 FREE = ["angle_per_px_rad", "c_px", "cy_px", "tilt_x_rad", "tilt_y_rad", "ex_m", "ey_m", "k1", "k2"]
@@ -24,6 +33,7 @@ TUMBLING = [f"tumbling{i}_rad" for i in range(1, 7)]
 @click.option("--tumbling", is_flag=True, help="Estimate the wobble of the turntable's axis, too.")
 @distance_option
 @out_option
+@datum_option
 @select_option
 @ladder_option
 @robust_option
@@ -31,8 +41,8 @@ TUMBLING = [f"tumbling{i}_rad" for i in range(1, 7)]
 @click.pass_context
 def command(
     ctx: click.Context, images: tuple[str, ...], tag_size_m: float, free_sizes: bool, family: str, c_px: float | None,
-    camera_path: str | None, tumbling: bool, distance: tuple[Any, ...], out: str, select: bool, ladder: bool, robust: bool,
-    as_json: bool,
+    camera_path: str | None, tumbling: bool, distance: tuple[Any, ...], out: str, datum_kind: str | None, select: bool,
+    ladder: bool, robust: bool, as_json: bool,
 ) -> None:
     """Calibrates the rotating line camera that took the panoramas IMAGE... of a test field of AprilTags,
     whose places need not be known. Panoramas of any size are searched by tiles (.pgm and .npy are not
@@ -67,6 +77,7 @@ def command(
     if not begun.ok:
         raise Failure(f"{begun.status.name}: {begun.message}")
     add_distances(begun.network, distance)
-    finish(ctx, begun.network, occ.Datum(), out=out, title=f"Panorama camera from {len(images)} pictures",
+    finish(ctx, begun.network, occ.Datum(kind=occ.DatumKind[datum_kind or "inner"]), out=out,
+           title=f"Panorama camera from {len(images)} pictures",
            select=select, ladder=ladder, robust=robust, as_json=as_json, notes=begun.warnings,
            settings={"kind": "panorama", "images": list(images), "tag_size_m": tag_size_m})

@@ -21,24 +21,27 @@ def command(
     ctx: click.Context, network: str, sightings: str, distance: tuple[tuple[str, str], ...], out: str, as_json: bool,
 ) -> None:
     """\b
-    $ libocc measure data/calibration/panorama/network.yaml data/calibration/panorama/corners.csv --out measured
-    ...
+    $ libocc measure panorama corners.csv --out measured
+    corner 0 ...
 
     Measures points from where two or more pictures show them: adjusts NETWORK, whose cameras and
-    stations then count with their covariance, and intersects the rays of POINTS.csv, a table of
-    `point`, `image`, `x_px`, `y_px` and, if not 0.5 px, `sigma_x_px`, `sigma_y_px`. Exit code 0: all
-    points are measured; 1: some are not; 2: bad input.
+    stations then count with their covariance, and intersects the rays of POINTS.csv (there or beside
+    the network), a table of `point`, `image`, `x_px`, `y_px` and, if not 0.5 px, `sigma_x_px`,
+    `sigma_y_px`. Exit code 0: all points are measured; 1: some are not; 2: bad input.
     """
     from ..calibration.export import points_csv, points_ply
     from ..calibration.measure import ends_of, read_sightings, report_html, summary
     from ..calibration.network_file import read_network
     from ..calibration.run import calibrate
     from ..result_folder import ResultFolder, json_bytes
+    from ..samples import find_network
 
     with blamed_on(network):
-        start, datum = read_network(network)
+        path = find_network(network)
+        start, datum = read_network(path)
     with blamed_on(sightings):
-        names, points = read_sightings(Path(sightings), start)
+        beside = path.parent / sightings  # of a network that comes with libocc
+        names, points = read_sightings(Path(sightings) if Path(sightings).exists() else beside, start)
         pairs = ends_of(distance, names)
     with blamed_on(out):
         folder = ResultFolder(out, {"kind": "measure", "network": network, "sightings": sightings})
