@@ -225,6 +225,28 @@ TEST(Adjust, SurvivesGrossErrorsWhereRaysAreFew) {
   EXPECT_LT(rms(found->network), 1.5 * rms(clean->network));
 }
 
+TEST(Adjust, AWrongDistanceIsFoundAmongThree) {
+  Network truth = test::line_network(6, 40);
+  test::add_distance(truth, 0, 9, 2e-4);
+  test::add_distance(truth, 3, 14, 2e-4);
+  Network two = noisy_network(truth, 2, 0.01);
+  two.distances[1].length_m += 0.05;
+  const auto contradicting = adjust(two);
+  ASSERT_TRUE(contradicting.ok()) << contradicting.message;
+  EXPECT_TRUE(contradicting->rejected_distances.empty());
+  ASSERT_EQ(contradicting->warnings.size(), 1U);
+  EXPECT_NE(contradicting->warnings[0].find("contradict"), std::string::npos);
+  test::add_distance(truth, 21, 33, 2e-4);
+  Network three = noisy_network(truth, 2, 0.01);
+  three.distances[1].length_m += 0.05;
+  const auto found = adjust(three);
+  ASSERT_TRUE(found.ok()) << found.message;
+  ASSERT_EQ(found->rejected_distances.size(), 1U);
+  EXPECT_EQ(found->rejected_distances[0].distance, 1);
+  EXPECT_TRUE(found->rejected.empty());
+  EXPECT_TRUE(found->warnings.empty());
+}
+
 TEST(Adjust, SurvivesTagsWithWrongNames) {
   TestFieldDesign design;
   design.camera = paper_panorama_camera();

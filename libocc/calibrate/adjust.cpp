@@ -260,24 +260,31 @@ class Adjuster {
     double normalised;
   };
 
-  /// Observations whose normalised residual is beyond the critical value, the worst first.
-  std::vector<Candidate> suspects() {
+  struct Suspects {
+    std::vector<Candidate> images;  ///< of image observations, the worst first
+    std::vector<Candidate> distances;
+  };
+
+  /// Whose normalised residual is beyond the critical value.
+  Suspects suspects() {
     const NetworkState state(network());
     NormalEquations normal;
     build(network(), layout_, state, {}, 0, options_.threads, normal);
     const ReducedSystem system(normal, reduced_gauge(network(), layout_, state));
     if (!system.determined()) return {};
-    const auto all = residual_cofactors(network(), layout_, state, normal, system.covariance(),
-                                        options_.threads);
+    const Eigen::MatrixXd covariance = system.covariance();
+    const auto all =
+        residual_cofactors(network(), layout_, state, normal, covariance, options_.threads);
     const int rows = count_observations(network(), layout_);
     const int redundancy = rows - static_cast<int>(layout_.total) + datum_defect(network()).total();
     // Sigmas stated too small must not make everything suspect, nor may gross errors hide in
     // sigma0.
     const double factor = std::sqrt(variance_factor(2 * normal.cost, redundancy));
     const double scale = std::min(factor, scale_of(lengths()));
-    const double critical = scale * normal_quantile(1 - options_.false_alarm / (2.0 * rows));
+    const double quantile = normal_quantile(1 - options_.false_alarm / (2.0 * rows));
+    const double critical = scale * quantile;
     constexpr double blind = 1e-4;  // of redundancy: an error would not show at all
-    std::vector<Candidate> found;
+    Suspects found;
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (!all[i].used) continue;
       double worst = 0;
@@ -285,21 +292,50 @@ class Adjuster {
       for (int k = 0; k < 2; ++k)
         if (left(k, k) > blind)
           worst = std::max(worst, std::abs(all[i].residual[k]) / std::sqrt(left(k, k)));
-      if (worst > critical) found.push_back({static_cast<int>(i), worst});
+      if (worst > critical) found.images.push_back({static_cast<int>(i), worst});
     }
-    std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {
-      return a.normalised > b.normalised;
-    });
+    for (std::size_t i = 0; i < network().distances.size(); ++i) {
+      const DistanceCofactor one =
+          distance_cofactor(network(), layout_, state, network().distances[i], covariance);
+      if (!one.used || one.left < blind) continue;
+      const double w = std::abs(one.residual) / std::sqrt(one.left);
+      if (w > quantile) found.distances.push_back({static_cast<int>(i), w});
+    }
+    for (auto* list : {&found.images, &found.distances})
+      std::stable_sort(list->begin(), list->end(), [](const Candidate& a, const Candidate& b) {
+        return a.normalised > b.normalised;
+      });
     return found;
+  }
+
+  /// The worst distance goes, unless another is as bad: of two that contradict each other, nobody
+  /// knows which.
+  bool reject_distance(const std::vector<Candidate>& found) {
+    constexpr double alike = 0.98;
+    contradiction_.clear();
+    if (found.size() > 1 && found[1].normalised > alike * found[0].normalised) {
+      contradiction_ = "distances " + std::to_string(found[0].observation) + " and " +
+                       std::to_string(found[1].observation) + " contradict each other";
+      return false;
+    }
+    network().distances[at(found[0].observation)].used = false;
+    cost_.reset();
+    result_.value.rejected_distances.push_back({found[0].observation, found[0].normalised});
+    return true;
   }
 
   bool snoop() {
     constexpr int rounds = 100;
     for (int round = 0; round < rounds; ++round) {
-      const std::vector<Candidate> found = suspects();
-      if (found.empty()) return true;
+      const Suspects found = suspects();
+      // A wrong distance pulls its points away from where images see them: it goes first.
+      const bool first =
+          !found.distances.empty() &&
+          (found.images.empty() || found.distances[0].normalised > found.images[0].normalised);
+      if (first && !reject_distance(found.distances)) return true;
+      if (!first && found.images.empty()) return true;
       std::set<int> images, points, bodies;
-      for (const Candidate& one : found) {
+      for (const Candidate& one : first ? std::vector<Candidate>() : found.images) {
         const ImageObservation& seen = network().observations[at(one.observation)];
         std::set<int>& targets = seen.target.body < 0 ? points : bodies;
         const int target = seen.target.body < 0 ? seen.target.point : seen.target.body;
@@ -325,6 +361,7 @@ class Adjuster {
     Adjustment& out = result_.value;
     out.warnings = layout_.left_out;
     out.warnings.insert(out.warnings.end(), disputed_.begin(), disputed_.end());
+    if (!contradiction_.empty()) out.warnings.push_back(contradiction_);
     out.cost = cost_ ? *cost_ : final_cost();
     out.observations = count_observations(network(), layout_);
     out.unknowns = static_cast<int>(layout_.total);
@@ -348,6 +385,7 @@ class Adjuster {
   Network reference_;
   Layout layout_;
   std::vector<std::string> disputed_;
+  std::string contradiction_;
   std::optional<double> cost_;  ///< of the last least squares, while it holds
 };
 

@@ -53,6 +53,11 @@ struct RejectedObservation {
   std::string reason;     ///< "robust", "snooping", "not in view", "no agreement"
 };
 
+struct RejectedDistance {
+  int distance = 0;  ///< index into Network::distances
+  double normalised = 0;
+};
+
 struct Adjustment {
   Network network;  ///< adjusted; rejected observations have used == false
   int iterations = 0;
@@ -63,6 +68,7 @@ struct Adjustment {
   int redundancy = 0;  ///< observations - unknowns + defect
   double sigma0 = 1;   ///< sqrt(2 cost / redundancy); 1 without redundancy
   std::vector<RejectedObservation> rejected;
+  std::vector<RejectedDistance> rejected_distances;
   std::vector<std::string> warnings;  ///< of points left out, for example
 };
 

@@ -43,29 +43,16 @@ ObservationStatistics statistics_of(const ImageObservation& seen, const Residual
   return one;
 }
 
-DistanceStatistics statistics_of(const Network& network, const Layout& layout,
-                                 const NetworkState& state, const DistanceObservation& known,
-                                 const Eigen::MatrixXd& covariance) {
-  DistanceStatistics one;
-  if (!known.used || !layout.knows(known.from) || !layout.knows(known.to)) return one;
-  one.used = true;
-  const Eigen::Vector3d apart =
-      target_position(network, state, known.to) - target_position(network, state, known.from);
-  one.residual_m = known.length_m - apart.norm();
-  Eigen::VectorXd row = Eigen::VectorXd::Zero(layout.reduced);
-  const auto add = [&](const Target& target, double sign) {
-    if (layout.offset_of(target) == none) return;
-    row.segment(layout.offset_of(target), layout.size_of(target)) +=
-        sign / known.sigma_m *
-        (apart.normalized().transpose() * target_jacobian(network, layout, state, target))
-            .transpose();
-  };
-  add(known.from, -1);
-  add(known.to, 1);
-  const double r = std::clamp(1 - row.dot(covariance * row), 0.0, 1.0);
+DistanceStatistics statistics_of(const DistanceObservation& known,
+                                 const DistanceCofactor& cofactor) {
   constexpr double nothing = 1e-9;
+  DistanceStatistics one;
+  one.used = cofactor.used;
+  if (!one.used) return one;
+  const double r = cofactor.left;
+  one.residual_m = -cofactor.residual * known.sigma_m;
   one.redundancy = r;
-  one.w = r > nothing ? one.residual_m / (known.sigma_m * std::sqrt(r)) : 0;
+  one.w = r > nothing ? -cofactor.residual / std::sqrt(r) : 0;
   one.detectable_m = r > nothing ? detectable_shift * known.sigma_m / std::sqrt(r)
                                  : std::numeric_limits<double>::infinity();
   return one;
@@ -120,7 +107,8 @@ Result<NetworkStatistics> network_statistics(const Network& adjusted, int thread
   const Eigen::MatrixXd covariance = system.covariance();
   const auto cofactors = residual_cofactors(adjusted, layout, state, normal, covariance, threads);
   for (const DistanceObservation& known : adjusted.distances)
-    out.distances.push_back(statistics_of(adjusted, layout, state, known, covariance));
+    out.distances.push_back(
+        statistics_of(known, distance_cofactor(adjusted, layout, state, known, covariance)));
   constexpr double false_alarm = 0.01;
   int tests = 0;
   std::vector<int> in_image(adjusted.images.size());

@@ -307,8 +307,10 @@ class Builder {
     };
     add(known.from, -1);
     add(known.to, 1);
-    const VectorXd r = VectorXd::Constant(1, (length - known.length_m) / known.sigma_m);
-    add_rows(unknowns, jacobian.leftCols(columns), r, lane);
+    const double off = (length - known.length_m) / known.sigma_m;
+    const double weight = loss_.weight(off * off), root = std::sqrt(weight);
+    lane.cost += loss_.rho(off * off) - 0.5 * weight * off * off;  // add_rows adds the rest
+    add_rows(unknowns, root * jacobian.leftCols(columns), VectorXd::Constant(1, root * off), lane);
   }
 
   void add_pose_prior(const PosePrior& prior, Lane& lane) const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/calibrate/internal/residual_cofactors.hpp"
 
+#include <algorithm>
 #include <thread>
 
 namespace occ::networking {
@@ -120,6 +121,29 @@ std::vector<ResidualCofactor> residual_cofactors(const Network& network, const L
     put(i, rows, ReducedRows(layout, seen, rows, true).quadratic(covariance));
   }
   return all;
+}
+
+DistanceCofactor distance_cofactor(const Network& network, const Layout& layout,
+                                   const NetworkState& state, const DistanceObservation& known,
+                                   const MatrixXd& covariance) {
+  DistanceCofactor one;
+  const Eigen::Vector3d apart =
+      target_position(network, state, known.to) - target_position(network, state, known.from);
+  one.used = known.used && layout.knows(known.from) && layout.knows(known.to) && apart.norm() > 0;
+  if (!one.used) return one;
+  one.residual = (apart.norm() - known.length_m) / known.sigma_m;
+  Eigen::VectorXd row = Eigen::VectorXd::Zero(layout.reduced);
+  const auto add = [&](const Target& target, double sign) {
+    if (layout.offset_of(target) == none) return;
+    row.segment(layout.offset_of(target), layout.size_of(target)) +=
+        sign / known.sigma_m *
+        (apart.normalized().transpose() * target_jacobian(network, layout, state, target))
+            .transpose();
+  };
+  add(known.from, -1);
+  add(known.to, 1);
+  one.left = std::clamp(1 - row.dot(covariance * row), 0.0, 1.0);
+  return one;
 }
 
 }  // namespace occ::networking

@@ -25,4 +25,14 @@ std::vector<ResidualCofactor> residual_cofactors(const Network& network, const L
                                                  const NormalEquations& normal,
                                                  const Eigen::MatrixXd& covariance, int threads);
 
+struct DistanceCofactor {
+  double residual = 0;  ///< adjusted - stated, over sigma
+  double left = 0;      ///< redundancy number
+  bool used = false;
+};
+
+DistanceCofactor distance_cofactor(const Network& network, const Layout& layout,
+                                   const NetworkState& state, const DistanceObservation& known,
+                                   const Eigen::MatrixXd& covariance);
+
 }  // namespace occ::networking
