@@ -80,6 +80,21 @@ TEST_P(Resecting, AThirdOfGrossErrorsDoesNotBendIt) {
   }
 }
 
+// Rays that miss each other by half a metre.
+TEST(Resection, EccentricityMayBeLarge) {
+  RotatingLine line = small_line();
+  line.eccentricity_m = {0.4, -0.3, 0.1};
+  const Camera camera = Camera::rotating_line(line);
+  Random random(9);
+  for (int t = 0; t < 10; ++t) {
+    const Rigid3 pose = random_pose(random);
+    const Seen seen = random_points(camera, pose, 8, random);
+    const Result<Resection> found = resect(seen.points, seen.px, camera);
+    ASSERT_TRUE(found.ok()) << found.message;
+    EXPECT_LT(difference(found->cam_from_world, pose).norm(), 1e-7);
+  }
+}
+
 // A camera that is calibrated badly: a tenth of its focal length off, no distortion.
 TEST(Resection, TheCameraNeedsNoCalibration) {
   Random random(5);
