@@ -39,21 +39,17 @@ class Problem {
  public:
   Problem(const Matrix3Xd& points, const Matrix2Xd& px, const Camera& camera) : camera_(camera) {
     std::vector<Eigen::Index> those;
-    std::vector<Vector3d> bearings, origins;
+    std::vector<Vector3d> bearings;
     for (Eigen::Index i = 0; i < px.cols(); ++i)
       if (const auto ray = camera.ray(px.col(i))) {
         those.push_back(i);
         bearings.push_back(ray->direction);
-        origins.push_back(ray->origin);
       }
     points_ = points(Eigen::all, those);
     px_ = px(Eigen::all, those);
     bearings_.resize(3, static_cast<Eigen::Index>(bearings.size()));
-    origins_ = bearings_;
-    for (std::size_t i = 0; i < bearings.size(); ++i) {
+    for (std::size_t i = 0; i < bearings.size(); ++i)
       bearings_.col(static_cast<Eigen::Index>(i)) = bearings[i];
-      origins_.col(static_cast<Eigen::Index>(i)) = origins[i];
-    }
   }
 
   Eigen::Index count() const { return points_.cols(); }
@@ -79,18 +75,17 @@ class Problem {
   }
 
   void add_triple(const std::array<Eigen::Index, 3>& triple, std::vector<Hypothesis>& all) const {
-    Triple seen;
+    // Bearings of a camera that is not calibrated contradict one another.
+    constexpr double tolerance_rad = 0.1;
+    Matrix3d bearings, points;
     for (int k = 0; k < 3; ++k) {
-      const Eigen::Index i = triple[static_cast<std::size_t>(k)];
-      seen.bearings.col(k) = bearings_.col(i);
-      seen.origins.col(k) = origins_.col(i);
-      seen.points.col(k) = points_.col(i);
+      bearings.col(k) = bearings_.col(triple[static_cast<std::size_t>(k)]);
+      points.col(k) = points_.col(triple[static_cast<std::size_t>(k)]);
     }
     std::array<Rigid3, 4> poses;
-    const int found = p3p_within(seen.bearings, seen.points, tolerance_rad, poses);
+    const int found = p3p_within(bearings, points, tolerance_rad, poses);
     for (int k = 0; k < found; ++k) {
-      Rigid3 pose = poses[static_cast<std::size_t>(k)];
-      if (!camera_.is_central()) pose = from_one_centre(seen, pose);
+      const Rigid3& pose = poses[static_cast<std::size_t>(k)];
       const double distance = distance_px(pose);
       if (std::isfinite(distance)) all.push_back({pose, distance});
     }
@@ -117,37 +112,8 @@ class Problem {
   }
 
  private:
-  // Bearings of a camera that is not calibrated contradict one another.
-  static constexpr double tolerance_rad = 0.1;
-
-  struct Triple {
-    Matrix3d bearings, origins, points;
-  };
-
-  // The pose again from bearings turned to the frame's origin, as far off as the pose has them.
-  static Rigid3 from_one_centre(const Triple& seen, Rigid3 pose) {
-    constexpr int rounds = 3;
-    for (int i = 0; i < rounds; ++i) {
-      Matrix3d bearings;
-      for (int k = 0; k < 3; ++k) {
-        const Vector3d origin = seen.origins.col(k);
-        const double depth = (pose * Vector3d(seen.points.col(k)) - origin).norm();
-        bearings.col(k) = (origin + depth * seen.bearings.col(k)).normalized();
-      }
-      std::array<Rigid3, 4> poses;
-      const int found = p3p_within(bearings, seen.points, tolerance_rad, poses);
-      const auto off = [&](const Rigid3& other) { return difference(other, pose).norm(); };
-      const auto nearest =
-          std::min_element(poses.begin(), poses.begin() + found,
-                           [&](const Rigid3& a, const Rigid3& b) { return off(a) < off(b); });
-      if (found == 0) break;
-      pose = *nearest;
-    }
-    return pose;
-  }
-
   const Camera& camera_;
-  Matrix3Xd points_, bearings_, origins_;
+  Matrix3Xd points_, bearings_;
   Matrix2Xd px_;
 };
 
