@@ -189,6 +189,95 @@ TEST(Adjust, SurvivesGrossErrors) {
   }
 }
 
+/// A panorama field of five stations: a point has five rays, and a tenth of all are wrong, so that
+/// eight in a hundred points have two wrong ones.
+TEST(Adjust, SurvivesGrossErrorsWhereRaysAreFew) {
+  TestFieldDesign design;
+  design.camera = paper_panorama_camera();
+  design.free_parameters = paper_additional_parameters();
+  design.sigma_px = {0.5, 0.19};
+  design.start_error_m = 0.3;
+  const TestField field = simulate_test_field(design);
+  const auto clean = adjust(noisy_network(field.truth, design.seed, 0), plain());
+  Network network = field.network;
+  const std::set<int> spoiled = spoil(network, 0.1, 5);
+  const auto found = adjust(network);
+  ASSERT_TRUE(found.ok()) << found.message;
+  std::size_t caught = 0;
+  for (const RejectedObservation& one : found->rejected) caught += spoiled.count(one.observation);
+  EXPECT_GT(static_cast<double>(caught), 0.96 * static_cast<double>(spoiled.size()));
+  EXPECT_LT(static_cast<double>(found->rejected.size() - caught),
+            0.1 * static_cast<double>(spoiled.size()));
+  EXPECT_LT(found->sigma0, 1.1);
+  const auto rms = [&](const Network& from) {
+    const auto aligned = in_datum(from, field.truth);
+    std::vector<int> rays(from.points.size());
+    for (const ImageObservation& seen : from.observations)
+      rays[static_cast<std::size_t>(seen.target.point)] += seen.used;
+    double squares = 0, count = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      if (rays[i] < 2) continue;
+      squares += (aligned->points[i].position_m - field.truth.points[i].position_m).squaredNorm();
+      ++count;
+    }
+    return std::sqrt(squares / count);
+  };
+  EXPECT_LT(rms(found->network), 1.5 * rms(clean->network));
+}
+
+TEST(Adjust, SurvivesTagsWithWrongNames) {
+  TestFieldDesign design;
+  design.camera = paper_panorama_camera();
+  design.free_parameters = paper_additional_parameters();
+  design.sigma_px = {0.25, 0.19};
+  design.targets = 0;
+  design.tags = 80;
+  design.tag_side_m = 0.3;
+  const TestField field = simulate_test_field(design);
+  Network network = field.network;
+  Random random(3, 0);
+  std::set<std::pair<int, int>> moved;  // one tag in one image, as a whole
+  for (int image = 0; image < 5; ++image)
+    for (int tag = 0; tag < 80; ++tag)
+      if (random.uniform() < 0.1) moved.insert({image, tag});
+  std::size_t spoiled = 0;
+  for (ImageObservation& seen : network.observations)
+    if (moved.count({seen.image, seen.target.body})) {
+      seen.pixel += Eigen::Vector2d(300 - 5 * seen.target.body, 40 + 3 * seen.target.body);
+      ++spoiled;
+    }
+  const auto found = adjust(network);
+  ASSERT_TRUE(found.ok()) << found.message;
+  std::size_t caught = 0;
+  for (const RejectedObservation& one : found->rejected) {
+    const ImageObservation& seen = network.observations[static_cast<std::size_t>(one.observation)];
+    caught += moved.count({seen.image, seen.target.body});
+  }
+  EXPECT_EQ(caught, spoiled);
+  EXPECT_LT(found->rejected.size() - caught, spoiled / 4);
+  EXPECT_LT(found->sigma0, 1.1);
+}
+
+TEST(Adjust, PointsWithParallelRaysAreLeftOut) {
+  Network truth = test::pinhole_network();
+  // Far away along one direction, all rays are parallel to rounding.
+  truth.points.push_back({"star", {1e12, 2e12, 3e11}, false});
+  const int star = static_cast<int>(truth.points.size()) - 1;
+  for (int image = 0; image < 6; ++image) {
+    const auto pixel = truth.cameras[0].camera.project(truth.cam_from_world(image) *
+                                                       truth.points.back().position_m);
+    if (pixel)
+      truth.observations.push_back({image, Target::of_point(star), *pixel, {0.3, 0.3}, true});
+  }
+  const auto found = adjust(noisy_network(truth, 3, 0.01), plain());
+  ASSERT_TRUE(found.ok()) << found.message;
+  ASSERT_EQ(found->warnings.size(), 1U);
+  EXPECT_NE(found->warnings[0].find("star"), std::string::npos) << found->warnings[0];
+  const auto p = precision(found->network);
+  ASSERT_TRUE(p.ok()) << p.message;
+  EXPECT_TRUE(std::isinf(p->point(star)(0, 0)));
+}
+
 TEST(Adjust, FarStartsConverge) {
   for (const bool panorama : {false, true}) {
     SCOPED_TRACE(panorama);

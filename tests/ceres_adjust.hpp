@@ -29,9 +29,22 @@ namespace ceres_peer {
 inline std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 /// What blocks of six are a step from: turn and shift of a pose.
-struct Bases {
+struct Bases : ceres::EvaluationCallback {
   const Network& network;
   std::vector<std::vector<int>> free_columns;  // of each camera
+  std::vector<std::vector<double>> values;     // of them
+  std::vector<Camera> cameras;                 // with these values, once for each evaluation
+  bool sound = true;
+
+  void PrepareForEvaluation(bool, bool) override {
+    sound = true;
+    try {
+      for (std::size_t i = 0; i < cameras.size(); ++i)
+        cameras[i] = camera(static_cast<int>(i), values[i].data());
+    } catch (const std::invalid_argument&) {
+      sound = false;
+    }
+  }
 
   explicit Bases(const Network& from) : network(from) {
     for (const NetworkCamera& camera : from.cameras) {
@@ -40,15 +53,18 @@ struct Bases {
       for (const std::string& name : camera.free_parameters)
         for (std::size_t k = 0; k < all.size(); ++k)
           if (all[k].name == name) free_columns.back().push_back(static_cast<int>(k));
+      values.emplace_back();
+      for (const int k : free_columns.back()) values.back().push_back(all[at(k)].value);
+      cameras.push_back(camera.camera);
     }
   }
-  Camera camera(int index, const double* values) const {
+  Camera camera(int index, const double* now) const {
     const Camera& base = network.cameras[at(index)].camera;
     const auto all = base.parameters();
     Eigen::VectorXd v(static_cast<Eigen::Index>(all.size()));
     for (std::size_t k = 0; k < all.size(); ++k) v[static_cast<Eigen::Index>(k)] = all[k].value;
     const auto& columns = free_columns[at(index)];
-    for (std::size_t k = 0; k < columns.size(); ++k) v[columns[k]] = values[k];
+    for (std::size_t k = 0; k < columns.size(); ++k) v[columns[k]] = now[k];
     return base.with_parameters(v);
   }
 };
@@ -70,14 +86,8 @@ class ImageCost : public ceres::CostFunction {
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
     using RowMajor6 = Eigen::Matrix<double, 2, 6, Eigen::RowMajor>;
     const int first = free_ > 0 ? 1 : 0;
-    Camera camera = bases_.network.cameras[at(camera_)].camera;
-    if (free_ > 0) {
-      try {
-        camera = bases_.camera(camera_, blocks[0]);
-      } catch (const std::invalid_argument&) {
-        return false;
-      }
-    }
+    if (!bases_.sound) return false;
+    const Camera& camera = bases_.cameras[at(camera_)];
     const Eigen::Map<const Vector6> step(blocks[first]);
     const double* target = blocks[first + 1];
     Eigen::Vector3d x(target[0], target[1], target[2]), arm = Eigen::Vector3d::Zero();
@@ -158,14 +168,10 @@ class DistanceCost : public ceres::SizedCostFunction<1, 3, 3> {
 inline CeresResult ceres_adjust(const Network& network, int threads = 1, int max_iterations = 200,
                                 double tolerance = 0) {
   using namespace ceres_peer;
-  const Bases bases(network);
-  std::vector<std::vector<double>> cameras,
-      stations(network.stations.size(), std::vector<double>(6, 0.0)), targets;
-  for (std::size_t i = 0; i < network.cameras.size(); ++i) {
-    cameras.emplace_back();
-    const auto all = network.cameras[i].camera.parameters();
-    for (const int k : bases.free_columns[i]) cameras.back().push_back(all[at(k)].value);
-  }
+  Bases bases(network);
+  std::vector<std::vector<double>>& cameras = bases.values;
+  std::vector<std::vector<double>> stations(network.stations.size(), std::vector<double>(6, 0.0)),
+      targets;
   for (const NetworkPoint& point : network.points)
     targets.push_back({point.position_m.x(), point.position_m.y(), point.position_m.z()});
   const std::size_t bodies = targets.size();
@@ -174,7 +180,9 @@ inline CeresResult ceres_adjust(const Network& network, int threads = 1, int max
     return (target.body < 0 ? targets[at(target.point)] : targets[bodies + at(target.body)]).data();
   };
 
-  ceres::Problem problem;
+  ceres::Problem::Options owned;
+  owned.evaluation_callback = &bases;
+  ceres::Problem problem(owned);
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   for (const ImageObservation& seen : network.observations) {
     if (!seen.used) continue;

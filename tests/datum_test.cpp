@@ -59,6 +59,52 @@ TEST(Datum, DefectIsFoundFromTheObservations) {
   EXPECT_EQ(defect([](N n) { n.parameter_priors.push_back({0, "ex_m", 0.02, 1e-4}); }), 6);
 }
 
+TEST(Datum, AKnownLengthThatAStationMakesGoodFixesNoScale) {
+  // The height of the centre over the turntable; a camera at the end of a known arm.
+  for (const bool arm : {false, true}) {
+    SCOPED_TRACE(arm);
+    RotatingLine line = test::small_line();
+    if (!arm) line.eccentricity_m.z() = 0.25;
+    Network truth =
+        test::cloud_network(Camera::rotating_line(line), paper_additional_parameters(), 6, 40);
+    if (arm) {
+      const Rigid3 mount{so3_exp({0.1, -0.2, 0.3}), {0.3, 0.1, -0.2}};
+      truth.mounts.push_back({"arm", mount, true});
+      for (NetworkImage& image : truth.images) image.mount = 0;
+      for (NetworkStation& station : truth.stations)
+        station.station_from_world = mount.inverse() * station.station_from_world;
+    }
+    EXPECT_EQ(datum_defect(truth).total(), 7);
+    const auto p = precision(truth);
+    ASSERT_TRUE(p.ok()) << p.message;
+    const Network start = noisy_network(truth, 3, 0.02);
+    AdjustOptions options = test::plain();
+    const auto found = adjust(start, options);
+    ASSERT_TRUE(found.ok()) << found.message;
+    options.datum.kind = DatumKind::minimal;
+    const auto other = adjust(start, options);
+    ASSERT_TRUE(other.ok()) << other.message;
+    const auto back = in_datum(other->network, start);
+    EXPECT_LT(test::worst_distance(*back, found->network), 1e-9);
+    EXPECT_EQ(test::parameter(*back, "ez_m"), line.eccentricity_m.z());
+    const auto one = image_residuals_px(found->network), two = image_residuals_px(other->network);
+    for (std::size_t i = 0; i < one.size(); ++i) EXPECT_LT((one[i] - two[i]).norm(), 1e-7) << i;
+    Datum minimal;
+    minimal.kind = DatumKind::minimal;
+    EXPECT_LT((precision(truth, minimal)->in_datum({})->point(4) - p->point(4)).norm(),
+              1e-9 * p->point(4).norm());
+  }
+}
+
+TEST(Datum, TwoCamerasOnAKnownBarFixTheScale) {
+  Network network = test::pinhole_network();
+  network.mounts.push_back({"right", {Eigen::Matrix3d::Identity(), {-0.3, 0, 0}}, true});
+  network.images.push_back({"right 0", 0, 0, 0});
+  EXPECT_EQ(datum_defect(network).total(), 6);
+  network.mounts[0].fixed = false;
+  EXPECT_EQ(datum_defect(network).total(), 7);
+}
+
 TEST(Datum, WhatIsOpenIsNamed) {
   const DatumDefect all = datum_defect(test::line_network());
   EXPECT_EQ(all.shift, 3);

@@ -279,10 +279,10 @@ TEST(LampNetwork, LampsAreWhereTheirRaysMeet) {
   scene.camera = Camera::pinhole(640, 480, 240, 240, 319.5, 239.5);
   const Camera& camera = scene.camera;
   Random random(7);
-  std::vector<LampImage> images;
+  std::vector<SurveyImage> images;
   for (int i = 0; i < 6; ++i) {
     const Rigid3 pose = random_room_pose(random);
-    LampImage image;
+    SurveyImage image;
     image.name = "frame " + std::to_string(i);
     for (const Lamp& lamp : scene.lamps)
       if (const auto px = project_lamp_centre(lamp, pose, camera); px && camera.contains(*px))

@@ -8,10 +8,11 @@
 #include <set>
 #include <sstream>
 
-#include "libocc/calibrate/internal/intersect_rays.hpp"
+#include "libocc/calibrate/internal/body_agreement.hpp"
 #include "libocc/calibrate/internal/minimise_network.hpp"
 #include "libocc/calibrate/internal/network_checks.hpp"
 #include "libocc/calibrate/internal/normal_quantile.hpp"
+#include "libocc/calibrate/internal/point_agreement.hpp"
 #include "libocc/calibrate/internal/residual_cofactors.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
@@ -69,28 +70,14 @@ class Adjuster {
 
   /// Points that some image cannot show from where it starts are put where their rays meet.
   void repair_points(NetworkState& state) {
-    std::vector<std::vector<int>> seen_by(network().points.size());
-    std::vector<char> lost(network().points.size());
-    for (std::size_t i = 0; i < network().observations.size(); ++i) {
-      const ImageObservation& seen = network().observations[i];
-      if (!seen.used || seen.target.body >= 0) continue;
-      if (layout_.points[at(seen.target.point)] == none) continue;
-      seen_by[at(seen.target.point)].push_back(static_cast<int>(i));
-      double r[2];
-      if (!residual_of(network(), state, seen, r)) lost[at(seen.target.point)] = 1;
-    }
-    for (std::size_t p = 0; p < lost.size(); ++p) {
-      if (!lost[p]) continue;
-      std::vector<Ray> rays;
-      for (const int i : seen_by[p]) {
-        const ImageObservation& seen = network().observations[at(i)];
-        const NetworkImage& image = network().images[at(seen.image)];
-        const auto ray = network().cameras[at(image.camera)].camera.ray(seen.pixel);
-        const Rigid3 world_from_cam = reference_.cam_from_world(seen.image).inverse();
-        if (ray)
-          rays.push_back({world_from_cam * ray->origin, world_from_cam.rotation * ray->direction});
-      }
-      if (const auto meeting = intersect_rays(rays))
+    const std::vector<std::vector<int>> seen_by = sightings_of_points(network(), layout_);
+    for (std::size_t p = 0; p < seen_by.size(); ++p) {
+      const bool lost = std::any_of(seen_by[p].begin(), seen_by[p].end(), [&](int i) {
+        double r[2];
+        return !residual_of(network(), state, network().observations[at(i)], r);
+      });
+      if (!lost) continue;
+      if (const auto meeting = meeting_of(network(), state, seen_by[p]))
         state.points[p] = reference_.points[p].position_m = *meeting;
     }
   }
@@ -162,15 +149,62 @@ class Adjuster {
       if (settled && round > 0) break;
     }
     for (int round = 0; round < 2; ++round) {
+      settle_points(Loss::tukey * scale, false);
       if (stopped(stage("robust", {Loss::Kind::tukey, scale}, steps, 1e-4))) return false;
       scale = scale_of(lengths());
     }
+    settle_points(Loss::tukey * scale, true);
     const std::vector<double> all = lengths();
     for (std::size_t i = 0; i < all.size(); ++i)
-      if (all[i] > Loss::tukey * scale)
-        reject(static_cast<int>(i), all[i], std::isfinite(all[i]) ? "robust" : "not in view");
+      if (all[i] > Loss::tukey * scale) reject_for(static_cast<int>(i), all[i], "robust");
     renew();
     return may_go_on();
+  }
+
+  void reject_for(int observation, double length, const char* reason) {
+    reject(observation, length, std::isfinite(length) ? reason : "not in view");
+  }
+
+  void settle_bodies(double limit, bool last, const std::vector<double>& all) {
+    NetworkState state(network());
+    const std::vector<std::vector<int>> seen_by = sightings_of_bodies(network(), layout_);
+    for (std::size_t b = 0; b < seen_by.size(); ++b) {
+      if (seen_by[b].empty()) continue;
+      const int body = static_cast<int>(b);
+      const BodyAgreement about =
+          agreement_about_body(network(), layout_, state, body, seen_by[b], limit);
+      if (!last || about.sound) {
+        network().bodies[b].world_from_body = about.world_from_body;
+        network().bodies[b].scale = about.scale;
+      }
+      if (!last) continue;
+      for (const int i : about.sound ? about.disagree : seen_by[b])
+        reject_for(i, all[at(i)], about.sound ? "robust" : "no agreement");
+      if (!about.sound)
+        disputed_.push_back(
+            "body " +
+            (network().bodies[b].name.empty() ? std::to_string(b) : network().bodies[b].name) +
+            ": its images do not agree; it is left out");
+    }
+  }
+
+  /// Puts each point where most of its images agree; at last takes away what does not.
+  void settle_points(double limit, bool last) {
+    const NetworkState state(network());
+    const std::vector<double> all = last ? lengths() : std::vector<double>();
+    const std::vector<std::vector<int>> seen_by = sightings_of_points(network(), layout_);
+    for (std::size_t p = 0; p < seen_by.size(); ++p) {
+      const int point = static_cast<int>(p);
+      const PointAgreement about = agreement_about(network(), state, point, seen_by[p], limit);
+      if (!last || about.sound) network().points[p].position_m = about.position_m;
+      if (!last) continue;
+      for (const int i : about.sound ? about.disagree : seen_by[p])
+        reject_for(i, all[at(i)], about.sound ? "robust" : "no agreement");
+      if (!about.sound)
+        disputed_.push_back(network().name_of(Target::of_point(point)) +
+                            ": no three of its images agree; it is left out");
+    }
+    settle_bodies(limit, last, all);
   }
 
   /// False when there is no way on; non-convergence is noted.
@@ -184,8 +218,10 @@ class Adjuster {
                     "no observation determines " +
                         names_of_unknowns(network(), layout_, minimised.undetermined));
       cost_ = minimised.cost;
-      if (minimised.lost == 0) return minimised.ending == Ending::converged || note(minimised);
+      if (minimised.lost == 0 && minimised.loose_groups.empty())
+        return minimised.ending == Ending::converged || note(minimised);
       cost_.reset();
+      leave_out(minimised.loose_groups);
       const std::vector<double> all = lengths();
       for (std::size_t i = 0; i < all.size(); ++i)
         if (std::isinf(all[i])) reject(static_cast<int>(i), all[i], "not in view");
@@ -193,6 +229,16 @@ class Adjuster {
       if (!may_go_on()) return false;
     }
     return true;
+  }
+
+  /// Points whose rays are parallel.
+  void leave_out(const std::vector<std::size_t>& groups) {
+    for (const std::size_t g : groups) {
+      const Group& group = layout_.groups[g];
+      for (const int i : group.observations) network().observations[at(i)].used = false;
+      disputed_.push_back(network().name_of(group.block) +
+                          " is not determined by its rays and is left out");
+    }
   }
 
   bool note(const Minimised& minimised) {
@@ -278,6 +324,7 @@ class Adjuster {
   Result<Adjustment> finish() {
     Adjustment& out = result_.value;
     out.warnings = layout_.left_out;
+    out.warnings.insert(out.warnings.end(), disputed_.begin(), disputed_.end());
     out.cost = cost_ ? *cost_ : final_cost();
     out.observations = count_observations(network(), layout_);
     out.unknowns = static_cast<int>(layout_.total);
@@ -300,6 +347,7 @@ class Adjuster {
   Result<Adjustment> result_;
   Network reference_;
   Layout layout_;
+  std::vector<std::string> disputed_;
   std::optional<double> cost_;  ///< of the last least squares, while it holds
 };
 

@@ -50,7 +50,7 @@ using AdjustCallback = std::function<bool(const AdjustProgress&)>;
 struct RejectedObservation {
   int observation = 0;    ///< index into Network::observations
   double normalised = 0;  ///< residual over its sigma when it was rejected; infinite: not in view
-  std::string reason;     ///< "robust", "snooping", "not in view", "alone"
+  std::string reason;     ///< "robust", "snooping", "not in view", "no agreement"
 };
 
 struct Adjustment {

@@ -8,7 +8,9 @@
 #include <cmath>
 
 #include "libocc/calibrate/internal/datum_directions.hpp"
+#include "libocc/calibrate/internal/scale_centres.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
 #include "libocc/geometry/so3.hpp"
 
 namespace occ {
@@ -56,14 +58,15 @@ class Fixing {
     const Eigen::Matrix3Xd moves = networking::moves_of(frame_, position_m) / frame_.extent_m;
     for (Index k = 0; k < 3; ++k) add(moves.row(k));
   }
-  void add_pose(const Rigid3& from_world) {
+  /// `centre`: the point of the frame about which it scales.
+  void add_pose(const Rigid3& from_world, const Vector3d& centre = Vector3d::Zero()) {
     Row row = Row::Zero();
     for (int k = 0; k < 3; ++k) {
       row.setZero();
       row[k] = 1;
       add(row);
     }
-    add_position(from_world.origin_in_source());
+    add_position(from_world.inverse() * centre);
   }
   void add_length(double length) {
     if (std::abs(length) <= 1e-9 * frame_.extent_m) return;  // scaled or not, it is nothing
@@ -97,18 +100,21 @@ void place_frame(const networking::NetworkState& state, DatumDefect& defect) {
   if (places.size() < 2)
     for (const Rigid3& station : state.stations) places.push_back(station.origin_in_source());
   if (places.empty()) return;
-  Vector3d sum = Vector3d::Zero();
-  for (const Vector3d& place : places) sum += place;
-  defect.pivot_m = sum / static_cast<double>(places.size());
-  double squared = 0;
-  for (const Vector3d& place : places) squared += (place - defect.pivot_m).squaredNorm();
-  const double extent = std::sqrt(squared / static_cast<double>(places.size()));
+  // Medians: a point that is left out may be anywhere.
+  for (int k = 0; k < 3; ++k) {
+    std::vector<double> values;
+    for (const Vector3d& place : places) values.push_back(place[k]);
+    defect.pivot_m[k] = median(std::move(values));
+  }
+  std::vector<double> distances;
+  for (const Vector3d& place : places) distances.push_back((place - defect.pivot_m).norm());
+  const double extent = median(std::move(distances));
   defect.extent_m = extent > 0 ? extent : 1;
 }
 
 /// Lengths among the parameters that are not free, where the camera took a picture.
 void add_camera_lengths(const Network& network, const networking::NetworkState& state,
-                        Fixing& fixing) {
+                        const std::vector<char>& height_held, Fixing& fixing) {
   std::vector<char> used(network.cameras.size());
   for (const NetworkImage& image : network.images) used[at(image.camera)] = 1;
   for (std::size_t i = 0; i < network.cameras.size(); ++i) {
@@ -118,9 +124,44 @@ void add_camera_lengths(const Network& network, const networking::NetworkState& 
       bool known = std::find(free.begin(), free.end(), parameter.name) == free.end();
       for (const ParameterPrior& prior : network.parameter_priors)
         if (at(prior.camera) == i && prior.parameter == parameter.name) known = true;
+      if (height_held[i] && parameter.name == networking::height_name) continue;
       if (known && parameter.is_length) fixing.add_length(parameter.value);
     }
   }
+}
+
+}  // namespace
+
+namespace {
+
+/// transformed() where known lengths stay as they are and stations make them good.
+Network moved_along(Network network, const Similarity& similarity) {
+  if (similarity.scale == 1) return transformed(std::move(network), similarity);
+  const networking::ScaleCentres centres =
+      networking::scale_centres(network, networking::NetworkState(network));
+  const std::vector<NetworkMount> mounts = network.mounts;
+  const std::vector<NetworkCamera> cameras = network.cameras;
+  Network moved = transformed(std::move(network), similarity);
+  const double rest = 1 - similarity.scale;
+  for (std::size_t i = 0; i < moved.stations.size(); ++i)
+    moved.stations[i].station_from_world.translation += rest * centres.station[i];
+  for (std::size_t i = 0; i < moved.mounts.size(); ++i) {
+    if (mounts[i].fixed)
+      moved.mounts[i] = mounts[i];
+    else
+      moved.mounts[i].cam_from_station.translation += rest * centres.mount[i];
+  }
+  for (std::size_t i = 0; i < moved.cameras.size(); ++i) {
+    if (!centres.height_held[i]) continue;
+    const std::vector<CameraParameter> now = moved.cameras[i].camera.parameters();
+    const std::vector<CameraParameter> before = cameras[i].camera.parameters();
+    Eigen::VectorXd values(static_cast<Index>(now.size()));
+    for (std::size_t k = 0; k < now.size(); ++k)
+      values[static_cast<Index>(k)] =
+          (now[k].name == networking::height_name ? before : now)[k].value;
+    moved.cameras[i].camera = moved.cameras[i].camera.with_parameters(values);
+  }
+  return moved;
 }
 
 }  // namespace
@@ -172,17 +213,16 @@ DatumDefect networking::defect_at(const Network& network, const NetworkState& st
   place_frame(state, defect);
   defect.directions = Eigen::Matrix<double, 7, 7>::Identity();
   Fixing fixing(defect);
+  const ScaleCentres centres = scale_centres(network, state);
+  fixing.add_length(centres.conflict_m);
 
   for (std::size_t i = 0; i < network.points.size(); ++i)
     if (network.points[i].fixed) fixing.add_position(state.points[i]);
-  std::vector<char> body_used(network.bodies.size()), mount_used(network.mounts.size()),
-      station_used(network.stations.size());
+  std::vector<char> body_used(network.bodies.size()), station_used(network.stations.size());
   for (const ImageObservation& seen : network.observations) {
     if (!seen.used) continue;
     if (seen.target.body >= 0) body_used[at(seen.target.body)] = 1;
-    const NetworkImage& image = network.images[at(seen.image)];
-    station_used[at(image.station)] = 1;
-    if (image.mount >= 0) mount_used[at(image.mount)] = 1;
+    station_used[at(network.images[at(seen.image)].station)] = 1;
   }
   for (std::size_t i = 0; i < network.bodies.size(); ++i) {
     const NetworkBody& body = network.bodies[i];
@@ -191,17 +231,15 @@ DatumDefect networking::defect_at(const Network& network, const NetworkState& st
     if (body_used[i] && (body.fixed || !body.scale_free)) fixing.add_length(size);
   }
   for (std::size_t i = 0; i < network.stations.size(); ++i)
-    if (network.stations[i].fixed && station_used[i]) fixing.add_pose(state.stations[i]);
-  for (std::size_t i = 0; i < network.mounts.size(); ++i)
-    if (network.mounts[i].fixed && mount_used[i])
-      fixing.add_length(state.mounts[i].translation.norm());
+    if (network.stations[i].fixed && station_used[i])
+      fixing.add_pose(state.stations[i], centres.station[i]);
   for (const DistanceObservation& known : network.distances)
     if (known.used) fixing.add_length(known.length_m);
   for (const ControlPoint& known : network.control)
     fixing.add_position(target_position(network, state, known.target));
   for (const PosePrior& prior : network.pose_priors)
-    fixing.add_pose(state.stations[at(prior.station)]);
-  add_camera_lengths(network, state, fixing);
+    fixing.add_pose(state.stations[at(prior.station)], centres.station[at(prior.station)]);
+  add_camera_lengths(network, state, centres.height_held, fixing);
 
   defect.directions = fixing.open();
   const auto rank = [&](Index first, Index count) {
@@ -273,7 +311,7 @@ Result<Network> in_datum(const Network& network, const Network& reference, const
       }
       const Eigen::VectorXd amount = -slope.fullPivLu().solve(off);
       if (!amount.allFinite()) return refuse("the datum's targets do not hold it");
-      result.value = transformed(std::move(result.value), similarity_of(defect, amount));
+      result.value = moved_along(std::move(result.value), similarity_of(defect, amount));
       if (amount.norm() < 1e-14) break;
     }
   }

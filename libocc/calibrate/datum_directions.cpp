@@ -5,6 +5,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 
+#include "libocc/calibrate/internal/scale_centres.hpp"
 #include "libocc/geometry/so3.hpp"
 
 namespace occ::networking {
@@ -101,25 +102,28 @@ Matrix3Xd moves_of(const DatumDefect& defect, const Vector3d& position_m) {
   return all * defect.directions;
 }
 
-MatrixXd open_directions(const Layout& layout, const NetworkState& state,
+MatrixXd open_directions(const Network& network, const Layout& layout, const NetworkState& state,
                          const DatumDefect& defect) {
   MatrixXd moves = MatrixXd::Zero(layout.total, defect.total());
   if (defect.total() == 0) return moves;
   const auto turn = defect.directions.topRows<3>();
   const auto shift = defect.extent_m * defect.directions.middleRows<3>(3);
   const auto scale = defect.directions.row(6);
+  const ScaleCentres centres = scale_centres(network, state);
   for (std::size_t i = 0; i < layout.cameras.size(); ++i) {
     if (layout.cameras[i].offset == none) continue;
     const std::vector<CameraParameter> parameters = state.cameras[i].parameters();
     Index row = layout.cameras[i].offset;
     for (const int k : layout.cameras[i].columns) {
-      if (parameters[at(k)].is_length) moves.row(row) = parameters[at(k)].value * scale;
+      const bool held = centres.height_held[i] && parameters[at(k)].name == height_name;
+      if (parameters[at(k)].is_length && !held) moves.row(row) = parameters[at(k)].value * scale;
       ++row;
     }
   }
   for (std::size_t i = 0; i < layout.mounts.size(); ++i)
     if (layout.mounts[i] != none)
-      moves.middleRows<3>(layout.mounts[i] + 3) = state.mounts[i].translation * scale;
+      moves.middleRows<3>(layout.mounts[i] + 3) =
+          (state.mounts[i].translation - centres.mount[i]) * scale;
   for (std::size_t i = 0; i < layout.stations.size(); ++i) {
     if (layout.stations[i] == none) continue;
     const Rigid3& pose = state.stations[i];
@@ -127,7 +131,7 @@ MatrixXd open_directions(const Layout& layout, const NetworkState& state,
     const Matrix3Xd turned = pose.rotation * turn;
     moves.middleRows<3>(layout.stations[i]) = -turned;
     moves.middleRows<3>(layout.stations[i] + 3) =
-        middle * scale - skew(middle) * turned - pose.rotation * shift;
+        (middle - centres.station[i]) * scale - skew(middle) * turned - pose.rotation * shift;
   }
   for (std::size_t i = 0; i < layout.points.size(); ++i)
     if (layout.points[i] != none)

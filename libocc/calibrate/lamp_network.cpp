@@ -16,7 +16,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 // Sightings of lamps that an image shows once.
-std::vector<LampSighting> single(const LampImage& image, std::vector<std::string>& warnings) {
+std::vector<LampSighting> single(const SurveyImage& image, std::vector<std::string>& warnings) {
   std::map<int, int> times;
   for (const LampSighting& lamp : image.lamps) ++times[lamp.id];
   std::vector<LampSighting> once;
@@ -29,8 +29,9 @@ std::vector<LampSighting> single(const LampImage& image, std::vector<std::string
   return once;
 }
 
-void check_images(const std::vector<NetworkCamera>& cameras, const std::vector<LampImage>& images) {
-  for (const LampImage& image : images) {
+void check_images(const std::vector<NetworkCamera>& cameras,
+                  const std::vector<SurveyImage>& images) {
+  for (const SurveyImage& image : images) {
     const std::string name = "image " + image.name + ": ";
     require(image.camera >= 0 && image.camera < static_cast<int>(cameras.size()), name + "camera",
             image.camera, "an index of a camera");
@@ -80,9 +81,9 @@ struct Posed {
 
 std::vector<Posed> pose_images(const std::vector<NetworkCamera>& cameras,
                                const std::map<int, Vector3d>& lamps_m,
-                               const std::vector<LampImage>& images, NetworkStart& start) {
+                               const std::vector<SurveyImage>& images, NetworkStart& start) {
   std::vector<Posed> all;
-  for (const LampImage& image : images) {
+  for (const SurveyImage& image : images) {
     Posed posed;
     posed.camera = &cameras[static_cast<std::size_t>(image.camera)].camera;
     posed.lamps = single(image, start.warnings);
@@ -147,7 +148,7 @@ void add_points(const std::vector<Posed>& images, const std::map<int, Vector3d>&
 
 Result<NetworkStart> lamp_network(const std::vector<NetworkCamera>& cameras,
                                   const std::map<int, Vector3d>& lamps_m,
-                                  const std::vector<LampImage>& images) {
+                                  const std::vector<SurveyImage>& images) {
   check_images(cameras, images);
   for (const auto& [id, place] : lamps_m)
     require(place.allFinite(), "lamps_m[" + std::to_string(id) + "]", place.transpose(), "finite");
@@ -164,7 +165,7 @@ Result<NetworkStart> lamp_network(const std::vector<NetworkCamera>& cameras,
 }
 
 Result<NetworkStart> lamp_network(const std::vector<NetworkCamera>& cameras, const Scene& scene,
-                                  const std::vector<LampImage>& images) {
+                                  const std::vector<SurveyImage>& images) {
   std::map<int, Vector3d> lamps_m;
   for (const Lamp& lamp : scene.lamps) lamps_m[lamp.id] = lamp.centre_m;
   Result<NetworkStart> result = lamp_network(cameras, lamps_m, images);

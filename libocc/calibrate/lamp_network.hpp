@@ -23,7 +23,7 @@ struct LampSighting {
   Eigen::Matrix2d covariance_px2 = 0.01 * Eigen::Matrix2d::Identity();
 };
 
-struct LampImage {
+struct SurveyImage {
   std::string name;
   int camera = 0;
   std::vector<LampSighting> lamps;
@@ -35,12 +35,12 @@ struct LampImage {
 /// Throws std::invalid_argument for a bad camera index and values that are not finite.
 LIBOCC_API Result<NetworkStart> lamp_network(const std::vector<NetworkCamera>& cameras,
                                              const std::map<int, Eigen::Vector3d>& lamps_m,
-                                             const std::vector<LampImage>& images);
+                                             const std::vector<SurveyImage>& images);
 
 /// With the places of a scene's lamps, and their sizes: a sighting, the centre of a lamp's image,
 /// is moved to where the lamp's centre is seen (the centre of an ellipse is not that of the disc).
 LIBOCC_API Result<NetworkStart> lamp_network(const std::vector<NetworkCamera>& cameras,
                                              const Scene& scene,
-                                             const std::vector<LampImage>& images);
+                                             const std::vector<SurveyImage>& images);
 
 }  // namespace occ

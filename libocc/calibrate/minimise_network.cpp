@@ -24,7 +24,7 @@ double damped_less(double damping) {
 
 Eigen::MatrixXd reduced_gauge(const Network& network, const Layout& layout,
                               const NetworkState& state) {
-  return open_directions(layout, state, defect_at(network, state)).topRows(layout.reduced);
+  return open_directions(network, layout, state, defect_at(network, state)).topRows(layout.reduced);
 }
 
 Minimised minimise(const Network& network, const Layout& layout, NetworkState& state,
@@ -55,6 +55,7 @@ Minimised minimise(const Network& network, const Layout& layout, NetworkState& s
     const ReducedSystem system(normal, reduced_gauge(network, layout, state));
     if (damping == 0) {
       result.undetermined = system.undetermined();
+      result.loose_groups = normal.loose_groups;
       if (!system.determined()) ever_undetermined = system.undetermined();
     }
     bool accepted = false;

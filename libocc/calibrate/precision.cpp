@@ -386,7 +386,7 @@ Result<Precision> precision(const Network& network, const Datum& datum, int thre
   NormalEquations normal;
   build(network, free->layout, free->state, {}, 0, threads, normal);
   free->defect = defect_at(network, free->state);
-  free->open = open_directions(free->layout, free->state, free->defect);
+  free->open = open_directions(network, free->layout, free->state, free->defect);
   const ReducedSystem system(normal, free->open.topRows(free->layout.reduced));
   if (!system.determined() || !normal.loose_groups.empty()) {
     result.status = Status::degenerate;

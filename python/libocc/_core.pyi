@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['AmbientImage', 'AmbientLight', 'AprilTag', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'CameraFormat', 'CameraKind', 'CameraParameter', 'Candidate', 'Channel', 'ChannelResponse', 'Checksum', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'CommonFactor', 'Decoded', 'DecodedCode', 'DecodedLamp', 'DetectablePoint', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'HeadlightDistance', 'Hypothesis', 'Identification', 'IdentifyMethod', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFlux', 'LampIndex', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'LocalisationValue', 'Match', 'Mosaic', 'NoiseArea', 'Object', 'ObjectMatch', 'ObjectPoint', 'PointValue', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PowerFit', 'Prior', 'Ray', 'Readout', 'ReceivedPower', 'RecognisedObject', 'Recognition', 'RecoveredResponse', 'Refined', 'Renderer', 'Response', 'ResponseMethod', 'RoadHeights', 'RobustPose', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'Scene', 'Sensor', 'Solver', 'Status', 'Symmetry', 'SymmetryKind', 'Tag', 'Timing', 'Trajectory', 'Truth', 'Use', 'VehiclePose', 'VehiclePoses', 'Waveform', 'aperture_power', 'april_tag_families', 'calibrate_ambient', 'calibrate_light', 'code_budget', 'dbm', 'decode', 'decode_samples', 'detect', 'detect_april_tags', 'detectable_points', 'encode_id', 'encode_image', 'explain', 'heading_rad', 'headlight_distance', 'identify', 'identify_object', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'localisation_value', 'locate', 'locate_by_tags', 'look_at', 'moved_pose', 'p3p', 'plan_render', 'planar_poses', 'pose_bound', 'pose_candidates', 'position_covariance', 'project_lamp_centre', 'project_rim', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recognise', 'recover_response', 'refine', 'robust_pose', 'simulate', 'solve_pose', 'solvers', 'tag_poses', 'time_refine', 'vehicle_poses', 'views_around', 'write_camera', 'write_image']
+__all__: list[str] = ['Adjustment', 'AmbientImage', 'AmbientLight', 'AprilTag', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'CameraFormat', 'CameraKind', 'CameraParameter', 'Candidate', 'Channel', 'ChannelResponse', 'CheckResult', 'Checksum', 'ChessboardTarget', 'ChessboardTruth', 'CircleTruth', 'CircularTarget', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'CommonFactor', 'Datum', 'DatumKind', 'Decoded', 'DecodedCode', 'DecodedLamp', 'DetectablePoint', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'HeadlightDistance', 'Hypothesis', 'Identification', 'IdentifyMethod', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFlux', 'LampIndex', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'LocalisationValue', 'Match', 'MeasuredPoint', 'Measurement', 'Mosaic', 'Network', 'NetworkStart', 'NetworkStatistics', 'NoiseArea', 'Object', 'ObjectMatch', 'ObjectPoint', 'ParameterStatistics', 'PointValue', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PowerFit', 'Precision', 'Prior', 'Ray', 'Readout', 'ReceivedPower', 'RecognisedObject', 'Recognition', 'RecoveredResponse', 'Refined', 'RejectedObservation', 'Renderer', 'Resection', 'Response', 'ResponseMethod', 'RoadHeights', 'RobustPose', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'ScalePrediction', 'ScaleSource', 'Scene', 'Selection', 'SelectionStep', 'Sensor', 'Solver', 'Status', 'Symmetry', 'SymmetryKind', 'Tag', 'TagTruth', 'Target', 'TargetRenderer', 'TestField', 'TestFieldDesign', 'Timing', 'Trajectory', 'Truth', 'Use', 'VarianceComponent', 'VarianceComponents', 'VehiclePose', 'VehiclePoses', 'Waveform', 'adjust', 'aperture_power', 'april_tag_families', 'board_network', 'calibrate_ambient', 'calibrate_light', 'check_points', 'code_budget', 'compare_scale', 'dbm', 'decode', 'decode_samples', 'detect', 'detect_april_tags', 'detectable_points', 'encode_id', 'encode_image', 'explain', 'find_chessboard', 'format_camera', 'heading_rad', 'headlight_distance', 'identify', 'identify_object', 'image_residuals_px', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'lamp_network', 'localisation_value', 'locate', 'locate_by_tags', 'look_at', 'measure_points', 'moved_pose', 'network_statistics', 'p3p', 'paper_additional_parameters', 'paper_panorama_camera', 'parameter_statistics', 'plan_render', 'planar_poses', 'pose_bound', 'pose_candidates', 'position_covariance', 'precision', 'project_lamp_centre', 'project_rim', 'projection_uncertainty', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recognise', 'recover_response', 'refine', 'resect', 'robust_pose', 'select_parameters', 'simulate', 'simulate_test_field', 'solve_pose', 'solvers', 'start_network', 'start_pinhole', 'tag_poses', 'time_refine', 'variance_components', 'vehicle_poses', 'views_around', 'write_camera', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -3581,6 +3581,1274 @@ class AmbientLight:
         """
         Of it; inf when it is not determined.
         """
+class Target:
+    """
+    A point of a network, or a corner of a body.
+
+    >>> import libocc as occ
+    >>> occ.Target.point(3) == occ.Target.point(3)
+    True
+    """
+    @staticmethod
+    def corner(body: typing.SupportsInt | typing.SupportsIndex, corner: typing.SupportsInt | typing.SupportsIndex) -> Target:
+        """
+        Of a body, by their indices.
+        """
+    @staticmethod
+    def point(point: typing.SupportsInt | typing.SupportsIndex) -> Target:
+        """
+        By its index.
+        """
+    def __eq__(self, arg0: typing.Any) -> bool:
+        ...
+    def __hash__(self) -> int:
+        ...
+    def __repr__(self) -> str:
+        ...
+    @property
+    def body_index(self) -> int:
+        """
+        -1: a point.
+        """
+    @property
+    def corner_index(self) -> int:
+        """
+        Of the body.
+        """
+    @property
+    def point_index(self) -> int:
+        """
+        -1: a corner.
+        """
+class Network:
+    """
+    Cameras, where they stood and what they saw.
+
+    Built piece by piece; every add_ method returns an index. Lengths in metres, starts need not be good.
+
+    >>> import libocc as occ, numpy as np
+    >>> camera = occ.Camera.pinhole(width=640, height=480, fx_px=500, fy_px=500, cx_px=320, cy_px=240)
+    >>> network = occ.Network()
+    >>> main = network.add_camera("main", camera, ["fx_px", "fy_px"])
+    >>> image = network.add_image("a.png", main, np.eye(4))
+    >>> lamp = network.add_point("lamp", [0.1, 0, 2])
+    >>> network.observe(image, [occ.Target.point(lamp)], [[345, 240]], 0.1)
+    >>> network
+    <Network: 1 images, 1 points, 0 bodies, 1 observations>
+    """
+    def __init__(self) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def add_body(self, name: str, corners_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], world_from_body: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, scale_free: bool = False, fixed: bool = False) -> int:
+        """
+        Points (n, 3) of known shape; scale_free: of unknown size. Returns its index.
+        """
+    def add_camera(self, name: str, camera: Camera, free_parameters: collections.abc.Sequence[str] = []) -> int:
+        """
+        Returns its index. free_parameters: names in camera.parameters that are unknown.
+        """
+    def add_control(self, target: Target, position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], covariance_m2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"]) -> None:
+        """
+        A target whose position is known.
+        """
+    def add_distance(self, from_: Target, to: Target, length_m: typing.SupportsFloat | typing.SupportsIndex, sigma_m: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        """
+        A measured distance, a scale bar.
+        """
+    def add_image(self, name: str, camera: typing.SupportsInt | typing.SupportsIndex, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] | None = None, *, station: typing.SupportsInt | typing.SupportsIndex | None = None, mount: typing.SupportsInt | typing.SupportsIndex = -1) -> int:
+        """
+        By a start of its pose (4x4), or from a station through a mount; returns its index.
+        """
+    def add_mount(self, name: str, cam_from_station: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], fixed: bool = False) -> int:
+        """
+        Of a camera on a rig; returns its index.
+        """
+    def add_parameter_prior(self, camera: typing.SupportsInt | typing.SupportsIndex, parameter: str, value: typing.SupportsFloat | typing.SupportsIndex, sigma: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        """
+        What is known of a camera's parameter.
+        """
+    def add_point(self, name: str, position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], fixed: bool = False) -> int:
+        """
+        With a start of its position; returns its index.
+        """
+    def add_pose_prior(self, station: typing.SupportsInt | typing.SupportsIndex, station_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 6]"]) -> None:
+        """
+        What is known of a station's pose (left perturbation).
+        """
+    def add_station(self, name: str, station_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], fixed: bool = False) -> int:
+        """
+        Where a rig stood; returns its index.
+        """
+    def cam_from_world(self, image: typing.SupportsInt | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        Pose of an image, 4x4.
+        """
+    def check(self) -> None:
+        """
+        Raises: ValueError naming what is wrong.
+        """
+    def copy(self) -> Network:
+        """
+        A network of its own.
+        """
+    def drop(self, observations: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> None:
+        """
+        Does not use these any more; they stay in the list.
+        """
+    def name_of(self, target: Target) -> str:
+        """
+        A point's name, or a corner's with its number.
+        """
+    def observe(self, image: typing.SupportsInt | typing.SupportsIndex, targets: collections.abc.Sequence[Target], pixels: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], sigma_px: typing.Any = 0.5) -> None:
+        """
+        Where Targets were seen in an image: (n, 2); sigma_px of both axes, or (2,).
+        """
+    def position_m(self, target: Target) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        Where a target is (3,) [m].
+        """
+    def set_camera(self, camera: typing.SupportsInt | typing.SupportsIndex, model: Camera, free_parameters: collections.abc.Sequence[str]) -> None:
+        """
+        Replaces a camera's start and the names of its unknown parameters.
+        """
+    def shift_observation(self, observation: typing.SupportsInt | typing.SupportsIndex, shift_px: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"]) -> None:
+        """
+        Moves it, to make a gross error.
+        """
+    @property
+    def body_corners_m(self) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]]:
+        """
+        Corners (n, 3) of each body, in its frame.
+        """
+    @property
+    def body_names(self) -> list[str]:
+        """
+        Of the bodies.
+        """
+    @property
+    def body_poses(self) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]]:
+        """
+        world_from_body of each, 4x4.
+        """
+    @property
+    def body_scales(self) -> list[float]:
+        """
+        Scale of each body.
+        """
+    @property
+    def camera_names(self) -> list[str]:
+        """
+        Their names.
+        """
+    @property
+    def cameras(self) -> list[Camera]:
+        """
+        Cameras, in their order.
+        """
+    @property
+    def free_parameters(self) -> list[list[str]]:
+        """
+        Of each camera.
+        """
+    @property
+    def image_cameras(self) -> list[int]:
+        """
+        Index of each image's camera.
+        """
+    @property
+    def image_names(self) -> list[str]:
+        """
+        Of the images.
+        """
+    @property
+    def observations(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        (n, 9) image, point, body, corner, x, y [px], their sigmas, used.
+        """
+    @property
+    def point_names(self) -> list[str]:
+        """
+        Of the points.
+        """
+    @property
+    def points_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        (n, 3) positions [m].
+        """
+    @property
+    def station_names(self) -> list[str]:
+        """
+        Of the stations.
+        """
+class DatumKind(enum.Enum):
+    """
+    What holds a network's datum.
+    """
+    control = 2
+    inner = 0
+    minimal = 1
+    scale_only = 3
+class Datum:
+    """
+    What holds what a network's observations leave open.
+
+    inner: inner constraints over targets; minimal: as few coordinates of three targets as are open;
+    control: the observations alone; scale_only: shift and turn inner, scale by two targets' distance.
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, kind: DatumKind = ..., targets: collections.abc.Sequence[Target] = []) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Datum:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def kind(self) -> DatumKind:
+        """
+        a DatumKind
+        """
+    @property
+    def targets(self) -> list[Target]:
+        """
+        over which; none: all
+        """
+class RejectedObservation:
+    """
+    Taken for a gross error.
+    """
+    @property
+    def normalised(self) -> float:
+        """
+        Residual over its sigma.
+        """
+    @property
+    def observation(self) -> int:
+        """
+        Its index.
+        """
+    @property
+    def reason(self) -> str:
+        """
+        robust, snooping, not in view, alone.
+        """
+class Adjustment:
+    """
+    An adjusted network; the state so far if not ok.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def cost(self) -> float:
+        """
+        Half the weighted sum of squares.
+        """
+    @property
+    def defect(self) -> int:
+        """
+        Of the datum, 0 to 7.
+        """
+    @property
+    def iterations(self) -> int:
+        """
+        Of all stages.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def network(self) -> Network:
+        """
+        With the estimates.
+        """
+    @property
+    def observations(self) -> int:
+        """
+        Numbers that were used.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def redundancy(self) -> int:
+        """
+        observations - unknowns + defect.
+        """
+    @property
+    def rejected(self) -> list[RejectedObservation]:
+        """
+        RejectedObservations.
+        """
+    @property
+    def sigma0(self) -> float:
+        """
+        Of unit weight, a posteriori.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def unknowns(self) -> int:
+        """
+        How many.
+        """
+    @property
+    def warnings(self) -> list[str]:
+        """
+        What was left out, for example.
+        """
+class Precision:
+    """
+    Covariance of a network's unknowns, in a datum.
+    """
+    def __repr__(self) -> str:
+        ...
+    def body(self, body: typing.SupportsInt | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        (6, 6) of a pose.
+        """
+    def body_scale_sigma(self, body: typing.SupportsInt | typing.SupportsIndex) -> float:
+        """
+        Relative.
+        """
+    def distance_sigma_m(self, a: Target, b: Target) -> float:
+        """
+        Of two targets' distance.
+        """
+    def in_datum(self, datum: Datum) -> Precision:
+        """
+        The same in another datum, without solving again.
+        """
+    def mount(self, mount: typing.SupportsInt | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        (6, 6) of a pose.
+        """
+    def parameter_correlation(self, camera: typing.SupportsInt | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        (k, k).
+        """
+    def parameters(self, camera: typing.SupportsInt | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        (k, k) of a camera's free parameters, in their order.
+        """
+    def points(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (n, 3, 3) of all points [m^2].
+        """
+    def position(self, target: Target) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3) of a target [m^2].
+        """
+    def scaled(self, variance_factor: typing.SupportsFloat | typing.SupportsIndex) -> Precision:
+        """
+        All of it times a factor, sigma0 squared for example.
+        """
+    def station(self, station: typing.SupportsInt | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        (6, 6) of a pose.
+        """
+    def station_position(self, station: typing.SupportsInt | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3) of where it is [m^2].
+        """
+    @property
+    def defect(self) -> int:
+        """
+        Of the datum, 0 to 7.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def unknowns(self) -> int:
+        """
+        How many.
+        """
+class NetworkStatistics:
+    """
+    Reliability of an adjusted network.
+
+    Arrays (n, 2) have a row for each image observation, columns along x and y; zero when not used.
+    """
+    @property
+    def detectable_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"]:
+        """
+        Least blunder found with 80 % power.
+        """
+    @property
+    def external(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"]:
+        """
+        What that does to the unknowns, in sigmas.
+        """
+    @property
+    def image_rms_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"]:
+        """
+        (images, 2).
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def redundancy(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"]:
+        """
+        Redundancy numbers, 0 to 1.
+        """
+    @property
+    def redundancy_sum(self) -> float:
+        """
+        observations - unknowns + defect
+        """
+    @property
+    def residual_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"]:
+        """
+        Seen minus projected.
+        """
+    @property
+    def sigma0(self) -> float:
+        """
+        A posteriori.
+        """
+    @property
+    def sigma0_high(self) -> float:
+        """
+        The same.
+        """
+    @property
+    def sigma0_low(self) -> float:
+        """
+        95 %, if sigmas are right.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def tau(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"]:
+        """
+        Pope's.
+        """
+    @property
+    def tau_critical(self) -> float:
+        """
+        The same.
+        """
+    @property
+    def w(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"]:
+        """
+        Baarda's test.
+        """
+    @property
+    def w_critical(self) -> float:
+        """
+        1 % false alarms among all.
+        """
+class ParameterStatistics:
+    """
+    What an estimated parameter is worth.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def camera(self) -> int:
+        """
+        its index
+        """
+    @property
+    def correlated_with(self) -> str:
+        """
+        which
+        """
+    @property
+    def correlation(self) -> float:
+        """
+        the largest with another of its camera
+        """
+    @property
+    def entangled(self) -> bool:
+        """
+        that correlation is beyond 0.9
+        """
+    @property
+    def name(self) -> str:
+        """
+        of the parameter
+        """
+    @property
+    def nominal(self) -> float:
+        """
+        without estimation
+        """
+    @property
+    def sigma(self) -> float:
+        """
+        of the value
+        """
+    @property
+    def significant(self) -> bool:
+        """
+        at 1 %
+        """
+    @property
+    def t(self) -> float:
+        """
+        |value - nominal| / sigma
+        """
+    @property
+    def unit(self) -> str:
+        """
+        of value and sigma
+        """
+    @property
+    def value(self) -> float:
+        """
+        estimated
+        """
+class SelectionStep:
+    """
+    One adjustment of select_parameters().
+    """
+    @property
+    def bic(self) -> float:
+        """
+        Bayes' information criterion after it.
+        """
+    @property
+    def dropped(self) -> str:
+        """
+        The parameter; empty: the first, with all.
+        """
+    @property
+    def reason(self) -> str:
+        """
+        Why.
+        """
+    @property
+    def sigma0(self) -> float:
+        """
+        After it.
+        """
+class Selection:
+    """
+    Parameters that the observations ask for.
+    """
+    @property
+    def adjustment(self) -> Adjustment:
+        """
+        With what was kept.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def steps(self) -> list[SelectionStep]:
+        """
+        SelectionSteps.
+        """
+class VarianceComponent:
+    """
+    How much larger sigmas are than stated.
+    """
+    @property
+    def axis(self) -> int:
+        """
+        0: columns, 1: rows.
+        """
+    @property
+    def camera(self) -> int:
+        """
+        Its index.
+        """
+    @property
+    def factor(self) -> float:
+        """
+        Of the stated sigmas.
+        """
+    @property
+    def observations(self) -> int:
+        """
+        In it.
+        """
+    @property
+    def redundancy(self) -> float:
+        """
+        Of the group.
+        """
+class VarianceComponents:
+    """
+    By variance_components().
+    """
+    @property
+    def adjustment(self) -> Adjustment:
+        """
+        With the new sigmas.
+        """
+    @property
+    def components(self) -> list[VarianceComponent]:
+        """
+        Of each.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def rounds(self) -> int:
+        """
+        Taken.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+class CheckResult:
+    """
+    Errors at points that are known better.
+    """
+    @property
+    def errors_m(self) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]]:
+        """
+        Of each point.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def predicted_3d_m(self) -> float:
+        """
+        Predicted.
+        """
+    @property
+    def predicted_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,).
+        """
+    @property
+    def rmse_3d_m(self) -> float:
+        """
+        Of the distance.
+        """
+    @property
+    def rmse_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,).
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+class MeasuredPoint:
+    """
+    By intersection of rays.
+    """
+    @property
+    def angle_rad(self) -> float:
+        """
+        Largest between two rays.
+        """
+    @property
+    def covariance_m2(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3); infinite when not ok.
+        """
+    @property
+    def images(self) -> int:
+        """
+        That show it.
+        """
+    @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) [m].
+        """
+    @property
+    def sigma0(self) -> float:
+        """
+        Of its 2n - 3 redundant observations.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        ok, too_few_lamps, degenerate or not_converged.
+        """
+    @property
+    def worst_residual_px(self) -> float:
+        """
+        [px].
+        """
+class Measurement:
+    """
+    Points by measure_points().
+    """
+    def distance(self, from_: typing.SupportsInt | typing.SupportsIndex, to: typing.SupportsInt | typing.SupportsIndex) -> tuple[float, float]:
+        """
+        Length and sigma [m] between two.
+        """
+    @property
+    def covariance_m2(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        (3n, 3n) of all together.
+        """
+    @property
+    def points(self) -> list[MeasuredPoint]:
+        """
+        MeasuredPoints.
+        """
+class TestFieldDesign:
+    """
+    A room with targets, stations and a camera, on paper.
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, camera: Camera = ..., free_parameters: collections.abc.Sequence[str] = [], room_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [16.0, 12.0, 4.0], stations: typing.SupportsInt | typing.SupportsIndex = 5, station_height_m: typing.SupportsFloat | typing.SupportsIndex = 1.7, station_height_step_m: typing.SupportsFloat | typing.SupportsIndex = 1.0, station_ring: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"] = [0.7, 0.7], station_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.075, targets: typing.SupportsInt | typing.SupportsIndex = 500, lowest_target_m: typing.SupportsFloat | typing.SupportsIndex = 0.2, ceiling: bool = True, tags: typing.SupportsInt | typing.SupportsIndex = 0, tag_side_m: typing.SupportsFloat | typing.SupportsIndex = 0.15, sigma_px: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"] = [0.5, 0.5], start_error_m: typing.SupportsFloat | typing.SupportsIndex = 0.05, seed: typing.SupportsInt | typing.SupportsIndex = 1) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> TestFieldDesign:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def camera(self) -> Camera:
+        """
+        that takes the pictures
+        """
+    @property
+    def ceiling(self) -> bool:
+        """
+        has targets, too
+        """
+    @property
+    def free_parameters(self) -> list[str]:
+        """
+        of it, that are unknown
+        """
+    @property
+    def lowest_target_m(self) -> float:
+        """
+        [m]
+        """
+    @property
+    def room_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        its size [m]
+        """
+    @property
+    def seed(self) -> int:
+        """
+        of everything random
+        """
+    @property
+    def sigma_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+        """
+        of a seen place, column and row [px]
+        """
+    @property
+    def start_error_m(self) -> float:
+        """
+        of the network's starts [m]
+        """
+    @property
+    def station_height_m(self) -> float:
+        """
+        [m]
+        """
+    @property
+    def station_height_step_m(self) -> float:
+        """
+        they alternate by it [m]
+        """
+    @property
+    def station_ring(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+        """
+        of the room's half sides
+        """
+    @property
+    def station_tilt_rad(self) -> float:
+        """
+        how much they are tilted
+        """
+    @property
+    def stations(self) -> int:
+        """
+        how many
+        """
+    @property
+    def tag_side_m(self) -> float:
+        """
+        of the black border's outside [m]
+        """
+    @property
+    def tags(self) -> int:
+        """
+        AprilTags besides, on the walls
+        """
+    @property
+    def targets(self) -> int:
+        """
+        points on walls and ceiling
+        """
+class TestField:
+    """
+    A simulated network and its truth.
+    """
+    @property
+    def network(self) -> Network:
+        """
+        Noisy pixels, starts that are off.
+        """
+    @property
+    def truth(self) -> Network:
+        """
+        The same without any error.
+        """
+class ScaleSource:
+    """
+    What could give a network its scale.
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, name: str, bars: typing.SupportsInt | typing.SupportsIndex = 0, bar_m: typing.SupportsFloat | typing.SupportsIndex = 2.0, bar_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 2e-05, distances: typing.SupportsInt | typing.SupportsIndex = 0, distance_m: typing.SupportsFloat | typing.SupportsIndex = 10.0, distance_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 0.0002, tags: typing.SupportsInt | typing.SupportsIndex = 0, tag_side_m: typing.SupportsFloat | typing.SupportsIndex = 0.15) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> ScaleSource:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def bar_m(self) -> float:
+        """
+        length of each [m]
+        """
+    @property
+    def bar_sigma_m(self) -> float:
+        """
+        [m]
+        """
+    @property
+    def bars(self) -> int:
+        """
+        how many
+        """
+    @property
+    def distance_m(self) -> float:
+        """
+        so far apart [m]
+        """
+    @property
+    def distance_sigma_m(self) -> float:
+        """
+        [m]
+        """
+    @property
+    def distances(self) -> int:
+        """
+        between targets, how many
+        """
+    @property
+    def name(self) -> str:
+        """
+        for the table
+        """
+    @property
+    def tag_side_m(self) -> float:
+        """
+        [m]
+        """
+    @property
+    def tags(self) -> int:
+        """
+        of known size, how many
+        """
+class ScalePrediction:
+    """
+    What a ScaleSource is worth.
+    """
+    @property
+    def at_10_m_sigma_m(self) -> float:
+        """
+        Of the distance nearest 10 m.
+        """
+    @property
+    def name(self) -> str:
+        """
+        Of the source.
+        """
+    @property
+    def point_sigma_m(self) -> float:
+        """
+        3D, r.m.s. of the points.
+        """
+    @property
+    def scale_sigma(self) -> float:
+        """
+        Relative.
+        """
+class CircularTarget:
+    """
+    A disc on a square sheet of the other tone.
+
+    Keywords (and properties):
+      id: its number
+      radius_m: [m]
+      centre_m: (3,) [m, world]
+      sheet_m: side of the sheet [m]; 0: four radii
+      dark: a black disc on white
+      normal: (3,) towards the printed side
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, id: typing.SupportsInt | typing.SupportsIndex, radius_m: typing.SupportsFloat | typing.SupportsIndex, centre_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], sheet_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, dark: bool = False, normal: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, -1.0]) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> CircularTarget:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def centre_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) [m, world]
+        """
+    @property
+    def dark(self) -> bool:
+        """
+        a black disc on white
+        """
+    @property
+    def id(self) -> int:
+        """
+        its number
+        """
+    @property
+    def normal(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) towards the printed side
+        """
+    @property
+    def radius_m(self) -> float:
+        """
+        [m]
+        """
+    @property
+    def sheet_m(self) -> float:
+        """
+        side of the sheet [m]; 0: four radii
+        """
+class ChessboardTarget:
+    """
+    A chessboard of (columns + 1) x (rows + 1) squares, the first corner's black.
+
+    Keywords (and properties):
+      square_m: side of a square [m]
+      columns: of inner corners
+      rows: of inner corners
+      world_from_board: 4x4; its z axis points away from the viewer, y down
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, square_m: typing.SupportsFloat | typing.SupportsIndex, columns: typing.SupportsInt | typing.SupportsIndex = 9, rows: typing.SupportsInt | typing.SupportsIndex = 6, world_from_board: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> ChessboardTarget:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def columns(self) -> int:
+        """
+        of inner corners
+        """
+    @property
+    def rows(self) -> int:
+        """
+        of inner corners
+        """
+    @property
+    def square_m(self) -> float:
+        """
+        side of a square [m]
+        """
+    @property
+    def world_from_board(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        4x4; its z axis points away from the viewer, y down
+        """
+class TagTruth:
+    """
+    Where a tag is in a rendered image.
+    """
+    @property
+    def corners_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 2]"]:
+        """
+        (4, 2) as detect_april_tags() has them.
+        """
+    @property
+    def id(self) -> int:
+        """
+        Of the tag.
+        """
+    @property
+    def in_view(self) -> bool:
+        """
+        Drawn, and some of it lies on the image.
+        """
+    @property
+    def whole(self) -> bool:
+        """
+        All of its sheet lies on the image.
+        """
+class CircleTruth:
+    """
+    Where a circular target is in a rendered image.
+    """
+    @property
+    def centre_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+        """
+        The centre's projection.
+        """
+    @property
+    def id(self) -> int:
+        """
+        Of the target.
+        """
+    @property
+    def image_centre_px(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+        """
+        The image's centroid.
+        """
+    @property
+    def in_view(self) -> bool:
+        """
+        Drawn, and some of it on the image.
+        """
+    @property
+    def whole(self) -> bool:
+        """
+        All of its sheet lies on the image.
+        """
+class ChessboardTruth:
+    """
+    Where a board is in a rendered image.
+    """
+    @property
+    def corners_px(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (n, 2) inner corners, row by row.
+        """
+    @property
+    def in_view(self) -> bool:
+        """
+        Drawn, and some of it on the image.
+        """
+    @property
+    def whole(self) -> bool:
+        """
+        All of it lies on the image.
+        """
+class TargetRenderer:
+    """
+    Pictures of calibration targets.
+
+    Windows of one renderer are parts of one image, to the bit: a panorama that memory does not hold can
+    be made piece by piece.
+    """
+    def __init__(self, camera: Camera, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, tags: collections.abc.Sequence[Tag] = [], circles: collections.abc.Sequence[CircularTarget] = [], boards: collections.abc.Sequence[ChessboardTarget] = [], psf_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.6, black_dn: typing.SupportsFloat | typing.SupportsIndex = 30.0, white_dn: typing.SupportsFloat | typing.SupportsIndex = 200.0, ground_dn: typing.SupportsFloat | typing.SupportsIndex = 110.0, margin_cells: typing.SupportsFloat | typing.SupportsIndex = 0.5, noise_dn: typing.SupportsFloat | typing.SupportsIndex = 0.0, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0) -> None:
+        """
+        Raises: ValueError naming what does not validate.
+
+        Options:
+          psf_sigma_px: of the Gaussian lens blur
+          black_dn: grey level of black print
+          white_dn: of paper
+          ground_dn: of the wall
+          margin_cells: of white paper around a print, in its cells
+          noise_dn: standard deviation of a pixel
+          seed: of the noise
+          frame: noise differs from frame to frame under one seed
+        """
+    def window(self, x0: typing.SupportsInt | typing.SupportsIndex, y0: typing.SupportsInt | typing.SupportsIndex, width: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex) -> numpy.typing.NDArray[numpy.uint8 | numpy.uint16]:
+        """
+        (height, width) uint8. Raises: ValueError for a window that leaves the image.
+        """
+    @property
+    def boards(self) -> list[ChessboardTruth]:
+        """
+        ChessboardTruths.
+        """
+    @property
+    def circles(self) -> list[CircleTruth]:
+        """
+        CircleTruths.
+        """
+    @property
+    def tags(self) -> list[TagTruth]:
+        """
+        TagTruths.
+        """
+class Resection:
+    """
+    The pose of an image from known points.
+    """
+    @property
+    def agree(self) -> list[bool]:
+        """
+        Whether each point does.
+        """
+    @property
+    def cam_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        4x4.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def others(self) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]]:
+        """
+        Poses that fit up to three times as badly.
+        """
+    @property
+    def sigma_px(self) -> float:
+        """
+        Robust, per axis.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+class NetworkStart:
+    """
+    Start values from pictures of tags.
+    """
+    @property
+    def blocks(self) -> list[list[str]]:
+        """
+        Names of images that are bound together, largest block first.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def network(self) -> Network:
+        """
+        Images and targets of the largest block.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def warnings(self) -> list[str]:
+        """
+        What was left out.
+        """
+    @property
+    def wrong_sizes(self) -> dict[int, float]:
+        """
+        Tag id -> size [m] as the others' sizes have it.
+        """
+def adjust(network: Network, *, progress: typing.Any = None, robust: bool = True, snooping: bool = True, false_alarm: typing.SupportsFloat | typing.SupportsIndex = 0.01, max_iterations: typing.SupportsInt | typing.SupportsIndex = 100, tolerance_sigma: typing.SupportsFloat | typing.SupportsIndex = 1e-06, threads: typing.SupportsInt | typing.SupportsIndex = 2, datum: Datum = ...) -> Adjustment:
+    """
+    Bundle adjustment of a Network, gauge-free, its datum set afterwards.
+
+    progress(stage, iteration, cost, rejected): called now and then; False stops it.
+    Returns: Adjustment; status too_few_lamps, degenerate (the message names what is not determined) or not_converged, with the state so far.
+    Raises: ValueError naming what is wrong with the network or the options.
+
+    Options:
+      robust: gross errors are expected
+      snooping: Baarda's, after it
+      false_alarm: chance that any good observation is taken away
+      max_iterations: of each stage
+      tolerance_sigma: of the last step
+      threads: 1 or 2; the bits are the same
+      datum: in which the result is given
+    """
 def aperture_power(power_w: typing.SupportsFloat | typing.SupportsIndex, order: typing.SupportsFloat | typing.SupportsIndex, cos_emission: typing.SupportsFloat | typing.SupportsIndex, cos_incidence: typing.SupportsFloat | typing.SupportsIndex, distance_m: typing.SupportsFloat | typing.SupportsIndex, area_m2: typing.SupportsFloat | typing.SupportsIndex) -> float:
     """
     Power through an aperture [W]; with an area_m2 of 1 the irradiance there [W/m^2].
@@ -3588,6 +4856,13 @@ def aperture_power(power_w: typing.SupportsFloat | typing.SupportsIndex, order: 
 def april_tag_families() -> list[str]:
     """
     Names of the families that can be read.
+    """
+def board_network(cameras: collections.abc.Sequence[tuple[str, Camera, collections.abc.Sequence[str]]], board_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], images: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex, typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 2]"], collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 2]"]]]]) -> NetworkStart:
+    """
+    A network from images of one board of known points, which are the world.
+
+    cameras: (name, Camera, free parameters); board_m: (n, 3); images: (name, camera's index, (n, 2)
+    [px], covariances (2, 2)). Returns: NetworkStart; images without a pose are left out and named.
     """
 def calibrate_ambient(scene: Scene, images: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint8 | numpy.uint16]], poses: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]]) -> AmbientLight:
     """
@@ -3622,11 +4897,21 @@ def calibrate_light(scene: Scene, images: collections.abc.Sequence[numpy.typing.
       huber_sigma: fluxes further off than this weigh less [sigma]
       max_order_sigma: an order less certain is not determined
     """
+def check_points(network: Network, precision: Precision, targets: collections.abc.Sequence[Target], positions_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"]) -> CheckResult:
+    """
+    Errors at Targets whose places (n, 3) are known better, against prediction.
+    """
 def code_budget(code: Code, *, rows: typing.SupportsFloat | typing.SupportsIndex, row_time_s: typing.SupportsFloat | typing.SupportsIndex, exposure_s: typing.SupportsFloat | typing.SupportsIndex, exact_times: bool = False) -> CodeBudget:
     """
     Whether a camera can read a code from a lamp's image `rows` high, before anyone tries.
 
     Chips in view = rows x row time x clock; an exposure longer than a chip mixes it with the next.
+    """
+def compare_scale(design: TestFieldDesign, sources: collections.abc.Sequence[ScaleSource]) -> list[ScalePrediction]:
+    """
+    Which scale bar is enough? The same field with each ScaleSource; before any picture is taken.
+
+    Returns: a ScalePrediction for each. Raises: ValueError; also when a field is not determined.
     """
 def dbm(power_w: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> typing.Any:
     """
@@ -3682,11 +4967,12 @@ def detect(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *, sensor: S
       stripes: join stripes, read frequencies; None: when rows have a time
       max_frequency_hz: stripes are read up to this [Hz]
     """
-def detect_april_tags(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *, family: str = 'tag36h11', decimate: typing.SupportsFloat | typing.SupportsIndex = 1.0, threads: typing.SupportsInt | typing.SupportsIndex = 1, max_hamming: typing.SupportsInt | typing.SupportsIndex = 1, min_decision_margin: typing.SupportsFloat | typing.SupportsIndex = 20.0, refine: bool = True) -> list[AprilTag]:
+def detect_april_tags(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *, progress: typing.Any = None, family: str = 'tag36h11', decimate: typing.SupportsFloat | typing.SupportsIndex = 1.0, threads: typing.SupportsInt | typing.SupportsIndex = 1, max_hamming: typing.SupportsInt | typing.SupportsIndex = 1, min_decision_margin: typing.SupportsFloat | typing.SupportsIndex = 20.0, refine: bool = True, tile_px: typing.SupportsInt | typing.SupportsIndex = 0, overlap_px: typing.SupportsInt | typing.SupportsIndex = 400) -> list[AprilTag]:
     """
     The AprilTags in an image, by rising id, corners to hundredths of a pixel.
 
     image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16.
+    progress(tiles_done, tiles): called after each tile; False stops the search.
     Returns: list of AprilTag. Raises: ValueError for a bad image or option.
 
     Options:
@@ -3696,6 +4982,8 @@ def detect_april_tags(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *
       max_hamming: wrong bits that are corrected, 0 to 2
       min_decision_margin: grey levels (of 255)
       refine: measure the corners again, to hundredths of a pixel
+      tile_px: sides of tiles in a very large image; 0: it is one
+      overlap_px: of neighbouring tiles, larger than any tag
     """
 def detectable_points(vertices: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], faces: typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 3]", "flags.c_contiguous"], *, sharp_rad: typing.SupportsFloat | typing.SupportsIndex = 0.35, straight_rad: typing.SupportsFloat | typing.SupportsIndex = 0.35, least_edge: typing.SupportsFloat | typing.SupportsIndex = 0.05, most_points: typing.SupportsInt | typing.SupportsIndex = 30, directions: typing.SupportsInt | typing.SupportsIndex = 400) -> list[DetectablePoint]:
     """
@@ -3739,6 +5027,18 @@ def explain(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLik
     >>> pose = occ.look_at(position_m=[0, 0, 1], target_m=[0, 0, 3], up=[0, 1, 0])
     >>> [e.effect for e in occ.explain(scene, pose, repetitions=0).effects if e.applied]
     ['extent', 'light_gradient', 'psf', 'noise', 'saturation']
+    """
+def find_chessboard(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], columns: typing.SupportsInt | typing.SupportsIndex, rows: typing.SupportsInt | typing.SupportsIndex) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"], list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 2]"]]] | None:
+    """
+    Inner corners of a chessboard (n, 2) [px], row by row, and their covariances (2, 2).
+
+    Returns: None when the whole board is not seen. Raises: ValueError for a bad image or option.
+    """
+def format_camera(camera: Camera, format: CameraFormat = ..., name: str = 'camera') -> str:
+    """
+    Text of a camera file; `name` is ROS's camera_name.
+
+    Raises: ValueError when the format has no such model.
     """
 def heading_rad(cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]) -> float:
     """
@@ -3802,6 +5102,10 @@ def identify_object(blobs: collections.abc.Sequence[Blob], object: Object, camer
       light_sigma: relative error of a predicted flux beyond the lamp's power_sigma
       max_hypotheses: poses tried at most
     """
+def image_residuals_px(network: Network) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]"]:
+    """
+    (n, 2) seen minus projected [px] of every image observation.
+    """
 def ladder_frame(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], steps: collections.abc.Sequence[str], least_time_s: typing.SupportsFloat | typing.SupportsIndex = 5e-05) -> LadderFrame:
     """
     Runs steps of the ladder on an image whose truth is known.
@@ -3817,6 +5121,13 @@ def ladder_steps() -> list[LadderStep]:
 def lambertian_order(half_power_rad: typing.SupportsFloat | typing.SupportsIndex) -> float:
     """
     Order m of a half-power semi-angle, -ln 2 / ln cos: 1 for 60 degrees.
+    """
+def lamp_network(cameras: collections.abc.Sequence[tuple[str, Camera, collections.abc.Sequence[str]]], scene: Scene, images: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex, collections.abc.Sequence[tuple[typing.SupportsInt | typing.SupportsIndex, typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"], typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 2]"]]]]]) -> NetworkStart:
+    """
+    A network from images of lamps whose names are known, to survey where they hang.
+
+    scene: says about where; images: (name, camera's index, [(lamp id, centroid (2,) [px], covariance
+    (2, 2))]). Returns: NetworkStart; points are named "lamp 7".
     """
 def localisation_value(object: Object, camera: Camera, cam_from_object: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]], sigma_px: typing.SupportsFloat | typing.SupportsIndex) -> LocalisationValue:
     """
@@ -3893,9 +5204,20 @@ def look_at(position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, 
     >>> (pose @ [0.5, 0.25, 3, 1]).round(9).tolist()
     [-0.5, -0.25, 2.0, 1.0]
     """
+def measure_points(network: Network, points: collections.abc.Sequence[collections.abc.Sequence[tuple[typing.SupportsInt | typing.SupportsIndex, typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"], typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"]]]], precision: Precision | None = None) -> Measurement:
+    """
+    Points from where they were seen in calibrated images, with covariance.
+
+    points: for each a list of (image, pixel (2,), sigma_px (2,)). precision: of the same network, whose
+    uncertainty then counts. Returns: Measurement.
+    """
 def moved_pose(cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"], time_s: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
     """
     Pose (4x4) after a time of constant velocity (6,), as simulate() takes it.
+    """
+def network_statistics(network: Network, threads: typing.SupportsInt | typing.SupportsIndex = 2) -> NetworkStatistics:
+    """
+    NetworkStatistics of an adjusted Network.
     """
 def p3p(bearings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_in_world: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"]) -> numpy.typing.NDArray[numpy.float64]:
     """
@@ -3905,6 +5227,18 @@ def p3p(bearings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"
     each row. Returns: (k, 4, 4) candidates for cam_from_world, k from 0 to 4, in no order: all fit.
     Raises: ValueError for another number of points, numbers that are not finite or bearings that are
     not unit.
+    """
+def paper_additional_parameters() -> list[str]:
+    """
+    Its nine: all but ez and the tumbling.
+    """
+def paper_panorama_camera() -> Camera:
+    """
+    A rotating line: 35 mm lens, 10 200 pixels of 8 um, 40 000 columns.
+    """
+def parameter_statistics(network: Network, nominal: Network, precision: Precision) -> list[ParameterStatistics]:
+    """
+    ParameterStatistics of all free parameters; nominal: the network with their other values.
     """
 def plan_render(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, noise_area: NoiseArea = ..., start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> list[EffectPlan]:
     """
@@ -3957,6 +5291,13 @@ def position_covariance(cam_from_world: typing.Annotated[numpy.typing.ArrayLike,
     """
     3x3 covariance [m^2, world] of the camera's position, from the 6x6 one of cam_from_world.
     """
+def precision(network: Network, datum: Datum = ..., threads: typing.SupportsInt | typing.SupportsIndex = 2) -> Precision:
+    """
+    How well a network determines its unknowns, at its present state.
+
+    It is the Cramer-Rao bound, also of a design that was never photographed. Returns: Precision; status
+    degenerate: something is not determined, the message names it.
+    """
 def project_lamp_centre(lamp: Lamp, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], camera: Camera) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"] | None:
     """
     (2,) pixel of the centre of a lamp's image: of the ellipse of a disc, which is not where the
@@ -3967,6 +5308,13 @@ def project_rim(lamp: Lamp, cam_from_world: typing.Annotated[numpy.typing.ArrayL
     (n, 2) pixels of a lamp's rim, counter-clockwise seen from its lit side; one for a point lamp.
 
     None when the lamp shows its dark side or part of the rim is outside the lens model.
+    """
+def projection_uncertainty(camera: Camera, free_parameters: collections.abc.Sequence[str], covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], *, columns: typing.SupportsInt | typing.SupportsIndex = 24, rows: typing.SupportsInt | typing.SupportsIndex = 18, range_m: typing.SupportsFloat | typing.SupportsIndex = ...) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"], float, float]:
+    """
+    How far a pixel of a calibrated camera may be off, over the image, as mrcal has it.
+
+    What a small turn of the camera (at a finite range: and shift) would do alike does not count.
+    Returns: sigma_px (rows, columns), its mean, its largest.
     """
 def radiance(power_w: typing.SupportsFloat | typing.SupportsIndex, order: typing.SupportsFloat | typing.SupportsIndex, area_m2: typing.SupportsFloat | typing.SupportsIndex, cos_emission: typing.SupportsFloat | typing.SupportsIndex) -> float:
     """
@@ -4061,6 +5409,12 @@ def refine(start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4
       max_iterations: steps of the refinement
       tolerance_px: converged when no lamp moves further [px]
     """
+def resect(points_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera) -> Resection:
+    """
+    Where a camera of any model stood that saw known points; a third of them may be wrong.
+
+    points_m: (n, 3), points_px: (n, 2). Returns: Resection. Raises: ValueError for counts that differ.
+    """
 def robust_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, gate_sigmas: typing.SupportsFloat | typing.SupportsIndex = 4.0, confidence: typing.SupportsFloat | typing.SupportsIndex = 0.9999, max_iterations: typing.SupportsInt | typing.SupportsIndex = 100000, most_false_alarms: typing.SupportsFloat | typing.SupportsIndex = 0.0001, seed: typing.SupportsInt | typing.SupportsIndex = 0, up_in_cam: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = None, up_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.01) -> RobustPose:
     """
     The pose that most points agree with, when many were matched wrongly.
@@ -4080,6 +5434,13 @@ def robust_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.f
       seed: the same answer for the same seed
       up_in_cam: (3,) the world's Z in the camera's frame, unit, when known: samples of two points
       up_sigma_rad: of up_in_cam, about each axis [rad]
+    """
+def select_parameters(network: Network, *, datum: Datum = ..., robust: bool = True, false_alarm: typing.SupportsFloat | typing.SupportsIndex = 0.01, most_correlation: typing.SupportsFloat | typing.SupportsIndex = 0.98, keep: collections.abc.Sequence[str] = []) -> Selection:
+    """
+    Drops free parameters backwards until all that are left are significant and told apart.
+
+    false_alarm: level of significance. most_correlation: of two more alike, the less significant goes.
+    keep: names that are never dropped. Returns: Selection.
     """
 def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, noise_area: NoiseArea = ..., start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> tuple[numpy.typing.NDArray[numpy.uint8 | numpy.uint16], Truth]:
     """
@@ -4106,6 +5467,10 @@ def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLi
       spacing_sigma: rim samples are this many PSF sigmas apart
       velocity: (6,) of the camera: d [rotation, translation] / dt of cam_from_world's left perturbation [rad/s, m/s]
     """
+def simulate_test_field(design: TestFieldDesign) -> TestField:
+    """
+    A network with noise and its truth. Raises: ValueError naming what makes no sense.
+    """
 def solve_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, solver: str = 'auto', sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] | None = None, largest_misfit: typing.SupportsFloat | typing.SupportsIndex = 10.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 1000, sigmas_px: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = []) -> Fix:
     """
     The most likely pose from points whose names are known, with its covariance.
@@ -4123,6 +5488,18 @@ def solvers() -> list[Solver]:
     """
     Every pose solver, those for the fewest points first.
     """
+def start_network(cameras: collections.abc.Sequence[tuple[str, Camera, collections.abc.Sequence[str]]], images: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex, collections.abc.Sequence[AprilTag]]], *, tag_size_m: typing.SupportsFloat | typing.SupportsIndex, other_sizes_m: collections.abc.Mapping[typing.SupportsInt | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex] = {}, free_sizes: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] = []) -> NetworkStart:
+    """
+    From AprilTags in images alone to a network that can be adjusted.
+
+    cameras: (name, Camera, free parameters); images: (name, camera's index, AprilTags).
+    other_sizes_m: of tags that have another. free_sizes: ids of tags whose size is only about known.
+    Returns: NetworkStart; status too_few_lamps or degenerate (blocks that share nothing, by name).
+    """
+def start_pinhole(views: collections.abc.Sequence[tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"]]], width: typing.SupportsInt | typing.SupportsIndex, height: typing.SupportsInt | typing.SupportsIndex) -> tuple[Camera, Status, str]:
+    """
+    (Camera, Status, message): a pinhole's focal length from planes, each ((n, 2) in the plane, (n, 2) [px]).
+    """
 def tag_poses(tag: AprilTag, size_m: typing.SupportsFloat | typing.SupportsIndex, camera: Camera) -> list[Candidate]:
     """
     Every pose from which a tag is seen as it is, best first: both minima of a plane.
@@ -4134,6 +5511,10 @@ def tag_poses(tag: AprilTag, size_m: typing.SupportsFloat | typing.SupportsIndex
 def time_refine(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], rung: Rung, least_time_s: typing.SupportsFloat | typing.SupportsIndex = 0.001) -> tuple[int, int, int, float]:
     """
     Lamps, rim points, pixels, and the time [s] of refining a pose by them; 0: none found.
+    """
+def variance_components(network: Network, datum: Datum = ...) -> VarianceComponents:
+    """
+    Sigmas of each camera's columns and rows from the residuals (Foerstner 1979).
     """
 def vehicle_poses(lamps_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], lamps_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, sigma_px: typing.SupportsFloat | typing.SupportsIndex, *, up_in_cam: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., most_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.3) -> VehiclePoses:
     """

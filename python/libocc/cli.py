@@ -33,6 +33,8 @@ COMMANDS = (
     "hard-cases",
     "response",
     "light",
+    "calibrate",
+    "measure",
 )
 
 

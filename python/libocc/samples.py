@@ -51,6 +51,12 @@ def find_sweep(file_or_name: str) -> Path:
     return _find("sweeps", file_or_name)
 
 
+def find_network(file_or_name: str) -> Path:
+    """The file itself, or the network of that name that comes with libocc."""
+    own = FOLDER / "calibration" / file_or_name / "network.yaml"
+    return own if own.is_file() and not Path(file_or_name).is_file() else Path(file_or_name)
+
+
 def find_image(file_or_name: str) -> Path:
     """The file itself, or the image of that name that comes with libocc."""
     own = FOLDER / "images" / f"{file_or_name}.png"

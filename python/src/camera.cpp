@@ -286,6 +286,12 @@ Raises: ValueError naming the argument and its value.)")
   define_factories(camera);
   define_generality(camera);
 
+  m.def("format_camera", &format_camera, py::arg("camera"),
+        py::arg_v("format", CameraFormat::libocc, "CameraFormat.libocc"),
+        py::arg("name") = "camera",
+        R"(Text of a camera file; `name` is ROS's camera_name.
+
+Raises: ValueError when the format has no such model.)");
   m.def(
       "write_camera",
       [](const std::filesystem::path& path, const Camera& c, CameraFormat format) {

@@ -80,4 +80,10 @@ PYBIND11_MODULE(_core, m) {
   occ::python::define_decode(m);
   occ::python::define_pose(m);
   occ::python::define_calibrate(m);
+  occ::python::define_network(m);
+  occ::python::define_adjust(m);
+  occ::python::define_network_statistics(m);
+  occ::python::define_test_field(m);
+  occ::python::define_targets(m);
+  occ::python::define_start_network(m);
 }

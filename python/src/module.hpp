@@ -38,6 +38,12 @@ void define_headlights(py::module_& m);   // by define_pose
 void define_pose(py::module_& m);
 void define_calibrate(py::module_& m);
 void define_calibrate_light(py::module_& m);  // by define_calibrate
+void define_network(py::module_& m);
+void define_adjust(py::module_& m);
+void define_network_statistics(py::module_& m);
+void define_test_field(py::module_& m);
+void define_targets(py::module_& m);
+void define_start_network(py::module_& m);
 
 /// Runs `read(path)` without the GIL; its std::runtime_error becomes FileNotFoundError or OSError
 /// when the file cannot be opened, ValueError when its content is wrong; the message stays.

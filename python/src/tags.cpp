@@ -54,7 +54,9 @@ auto april_tag_fields() {
       field("threads", &O::threads, "to use"),
       field("max_hamming", &O::max_hamming, "wrong bits that are corrected, 0 to 2"),
       field("min_decision_margin", &O::min_decision_margin, "grey levels (of 255)"),
-      field("refine", &O::refine, "measure the corners again, to hundredths of a pixel"));
+      field("refine", &O::refine, "measure the corners again, to hundredths of a pixel"),
+      field("tile_px", &O::tile_px, "sides of tiles in a very large image; 0: it is one"),
+      field("overlap_px", &O::overlap_px, "of neighbouring tiles, larger than any tag"));
 }
 
 }  // namespace
@@ -97,15 +99,24 @@ of the scene is seen. Raises: ValueError for a lamp that the scene does not have
       [&](const auto&... f) {
         m.def(
             "detect_april_tags",
-            [fields](const NumpyImage& image,
+            [fields](const NumpyImage& image, const py::object& progress,
                      const typename std::decay_t<decltype(f)>::value_type&... values) {
-              const auto options = from_values<AprilTagOptions>(fields, values...);
+              auto options = from_values<AprilTagOptions>(fields, values...);
+              if (!progress.is_none())
+                options.progress = [&](int done, int tiles) {
+                  py::gil_scoped_acquire locked;
+                  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+                  const py::object answer = progress(done, tiles);
+                  return answer.is_none() || answer.cast<bool>();
+                };
               py::gil_scoped_release unlocked;
               return detect_april_tags(image.view, options);
             },
-            py::arg("image"), py::kw_only(), argument(f, texts)...,
+            py::arg("image"), py::kw_only(), py::arg("progress") = py::none(),
+            argument(f, texts)...,
             ("The AprilTags in an image, by rising id, corners to hundredths of a pixel.\n\n"
              "image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16.\n"
+             "progress(tiles_done, tiles): called after each tile; False stops the search.\n"
              "Returns: list of AprilTag. Raises: ValueError for a bad image or option." +
              fields_doc(fields, "Options"))
                 .c_str());

@@ -16,8 +16,8 @@ namespace occ::networking {
 DatumDefect defect_at(const Network& network, const NetworkState& state);
 
 /// G: all unknowns x the defect.
-Eigen::MatrixXd open_directions(const Layout& layout, const NetworkState& state,
-                                const DatumDefect& defect);
+Eigen::MatrixXd open_directions(const Network& network, const Layout& layout,
+                                const NetworkState& state, const DatumDefect& defect);
 
 /// How a direction moves a place of the world: 3 x the defect.
 Eigen::Matrix3Xd moves_of(const DatumDefect& defect, const Eigen::Vector3d& position_m);

@@ -23,8 +23,9 @@ struct Minimised {
   Ending ending = Ending::converged;
   int iterations = 0;
   double cost = 0;
-  int lost = 0;                  ///< observations not in view
-  double step_sigma = 0;  ///< the last step, all unknowns together
+  int lost = 0;                           ///< observations not in view
+  double step_sigma = 0;                  ///< the last step, all unknowns together
+  std::vector<std::size_t> loose_groups;  ///< whose own block is singular at the end
   /// Reduced unknowns that no observation determined when there was no damping last; without
   /// convergence, whenever there was none.
   std::vector<Index> undetermined;

@@ -15,7 +15,13 @@ namespace occ {
 
 /// Second word of the Philox counter, after that which counts pixels. `Random`, which draws the
 /// rare pixels that need an exact sampler, has 0 there.
-enum NoiseUse : std::uint32_t { dark_use = 1, refine_use = 2, lit_use = 3, gain_use = 4, target_use = 5 };
+enum NoiseUse : std::uint32_t {
+  dark_use = 1,
+  refine_use = 2,
+  lit_use = 3,
+  gain_use = 4,
+  target_use = 5
+};
 
 struct NoiseKey {
   std::uint64_t seed = 0;

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/calibrate/start_network.hpp"
+
+#include "fields.hpp"
+#include "libocc/calibrate/board_network.hpp"
+#include "libocc/calibrate/lamp_network.hpp"
+#include "libocc/calibrate/resection.hpp"
+#include "libocc/core/require.hpp"
+#include "libocc/detect/chessboard.hpp"
+#include "module.hpp"
+#include "results.hpp"
+#include "rows.hpp"
+
+namespace occ::python {
+namespace {
+
+using Started = Result<NetworkStart>;
+using Resected = Result<Resection>;
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
+
+void define_chessboard(py::module_& m) {
+  m.def(
+      "find_chessboard",
+      [](const NumpyImage& image, int columns,
+         int rows) -> std::optional<std::pair<Rows, std::vector<Eigen::Matrix2d>>> {
+        ChessboardOptions options;
+        options.columns = columns;
+        options.rows = rows;
+        std::optional<ChessboardCorners> found;
+        {
+          py::gil_scoped_release unlocked;
+          found = find_chessboard(image.view, options);
+        }
+        if (!found) return std::nullopt;
+        return std::pair(Rows(found->px.transpose()), found->covariance_px2);
+      },
+      py::arg("image"), py::arg("columns"), py::arg("rows"),
+      R"(Inner corners of a chessboard (n, 2) [px], row by row, and their covariances (2, 2).
+
+Returns: None when the whole board is not seen. Raises: ValueError for a bad image or option.)");
+}
+
+void define_resection(py::module_& m) {
+  py::class_<Resected> resection(m, "Resection", "The pose of an image from known points.");
+  define_result(resection);
+  resection.def_property_readonly("cam_from_world", value_of(&Resection::cam_from_world), "4x4.")
+      .def_property_readonly("sigma_px", value_of(&Resection::sigma_px), "Robust, per axis.")
+      .def_property_readonly("agree", value_of(&Resection::agree), "Whether each point does.")
+      .def_property_readonly("others", value_of(&Resection::others),
+                             "Poses that fit up to three times as badly.");
+  m.def(
+      "resect",
+      [](const Rows3& points_m, const Rows2& points_px, const Camera& camera) {
+        return resect(points_m.transpose(), points_px.transpose(), camera);
+      },
+      py::arg("points_m"), py::arg("points_px"), py::arg("camera"),
+      R"(Where a camera of any model stood that saw known points; a third of them may be wrong.
+
+points_m: (n, 3), points_px: (n, 2). Returns: Resection. Raises: ValueError for counts that differ.)");
+  m.def(
+      "start_pinhole",
+      [](const std::vector<std::pair<Rows2, Rows2>>& views, int width, int height) {
+        std::vector<PlaneView> all;
+        for (const auto& [plane, px] : views) all.push_back({plane.transpose(), px.transpose()});
+        const Result<Camera> found = start_pinhole(all, width, height);
+        return std::make_tuple(found.value, found.status, found.message);
+      },
+      py::arg("views"), py::arg("width"), py::arg("height"),
+      "(Camera, Status, message): a pinhole's focal length from planes, each ((n, 2) in the plane, "
+      "(n, 2) [px]).");
+}
+
+using Cameras = std::vector<std::tuple<std::string, Camera, std::vector<std::string>>>;
+
+std::vector<NetworkCamera> network_cameras(const Cameras& cameras) {
+  std::vector<NetworkCamera> all;
+  for (const auto& [name, camera, free] : cameras) all.push_back({name, camera, free});
+  return all;
+}
+
+void define_boards_and_lamps(py::module_& m) {
+  m.def(
+      "board_network",
+      [](const Cameras& cameras, const Rows3& board_m,
+         const std::vector<std::tuple<std::string, int, Rows, std::vector<Eigen::Matrix2d>>>&
+             images) {
+        std::vector<BoardImage> seen;
+        for (const auto& [name, camera, px, covariances] : images)
+          seen.push_back({name, camera, px.transpose(), covariances});
+        const Eigen::Matrix3Xd board = board_m.transpose();
+        py::gil_scoped_release unlocked;
+        return board_network(network_cameras(cameras), board, seen);
+      },
+      py::arg("cameras"), py::arg("board_m"), py::arg("images"),
+      R"(A network from images of one board of known points, which are the world.
+
+cameras: (name, Camera, free parameters); board_m: (n, 3); images: (name, camera's index, (n, 2)
+[px], covariances (2, 2)). Returns: NetworkStart; images without a pose are left out and named.)");
+  m.def(
+      "lamp_network",
+      [](const Cameras& cameras, const Scene& scene,
+         const std::vector<std::tuple<
+             std::string, int, std::vector<std::tuple<int, Eigen::Vector2d, Eigen::Matrix2d>>>>&
+             images) {
+        std::vector<SurveyImage> seen;
+        for (const auto& [name, camera, lamps] : images) {
+          seen.push_back({name, camera, {}});
+          for (const auto& [id, px, covariance] : lamps)
+            seen.back().lamps.push_back({id, px, covariance});
+        }
+        py::gil_scoped_release unlocked;
+        return lamp_network(network_cameras(cameras), scene, seen);
+      },
+      py::arg("cameras"), py::arg("scene"), py::arg("images"),
+      R"(A network from images of lamps whose names are known, to survey where they hang.
+
+scene: says about where; images: (name, camera's index, [(lamp id, centroid (2,) [px], covariance
+(2, 2))]). Returns: NetworkStart; points are named "lamp 7".)");
+}
+
+}  // namespace
+
+void define_start_network(py::module_& m) {
+  define_chessboard(m);
+  define_resection(m);
+  py::class_<Started> started(m, "NetworkStart", "Start values from pictures of tags.");
+  define_result(started);
+  started
+      .def_property_readonly("network", value_of(&NetworkStart::network),
+                             "Images and targets of the largest block.")
+      .def_property_readonly("blocks", value_of(&NetworkStart::blocks),
+                             "Names of images that are bound together, largest block first.")
+      .def_property_readonly(
+          "wrong_sizes",
+          [](const Started& s) {
+            std::map<int, double> sizes;
+            for (const WrongSize& w : s->wrong_sizes) sizes[w.tag] = w.size_m;
+            return sizes;
+          },
+          "Tag id -> size [m] as the others' sizes have it.")
+      .def_property_readonly("warnings", value_of(&NetworkStart::warnings), "What was left out.");
+  define_boards_and_lamps(m);
+  m.def(
+      "start_network",
+      [](const Cameras& cameras,
+         const std::vector<std::tuple<std::string, int, std::vector<AprilTag>>>& images,
+         double tag_size_m, const std::map<int, double>& other_sizes_m,
+         const std::vector<int>& free_sizes) {
+        std::vector<TagImage> seen;
+        for (const auto& [name, camera, tags] : images) seen.push_back({name, camera, tags});
+        StartOptions options;
+        options.tag_size_m = tag_size_m;
+        options.other_sizes_m = other_sizes_m;
+        options.free_sizes = free_sizes;
+        py::gil_scoped_release unlocked;
+        return start_network(network_cameras(cameras), seen, options);
+      },
+      py::arg("cameras"), py::arg("images"), py::kw_only(), py::arg("tag_size_m"),
+      py::arg_v("other_sizes_m", std::map<int, double>{}, "{}"),
+      py::arg_v("free_sizes", std::vector<int>{}, "[]"),
+      R"(From AprilTags in images alone to a network that can be adjusted.
+
+cameras: (name, Camera, free parameters); images: (name, camera's index, AprilTags).
+other_sizes_m: of tags that have another. free_sizes: ids of tags whose size is only about known.
+Returns: NetworkStart; status too_few_lamps or degenerate (blocks that share nothing, by name).)");
+}
+
+}  // namespace occ::python

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From pictures of tags, boards and lamps to calibrated cameras and surveyed lamps, by the commands."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import libocc as occ
+from libocc.cli import main
+
+CAMERA = occ.Camera.pinhole(
+    width=800, height=600, fx_px=640, fy_px=642, cx_px=405, cy_px=296, distortion=[-0.2, 0.07, 1e-3, -5e-4, 0]
+)
+PANORAMA = occ.Camera.rotating_line(
+    width=4000, height=1100, c_px=620, cy_px=545, tilt_x_rad=0.003, tilt_y_rad=-0.004, eccentricity_m=[0.02, -0.01, 0],
+    k1=0.01,
+)
+
+
+def run(*arguments: object) -> tuple[int, str, str]:
+    result = CliRunner().invoke(main, [str(argument) for argument in arguments])
+    if result.exception and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result.exit_code, result.stdout, result.stderr
+
+
+def save(path: Path, pixels: Any) -> Path:
+    occ.write_image(path, pixels)
+    return path
+
+
+def wall_of_tags() -> list[occ.Tag]:
+    """On two walls of a corner."""
+    tags = []
+    for i in range(16):
+        column, row = i % 4, i // 4
+        if column < 2:
+            place, normal, x_axis = [0.25 + 0.4 * column, 0, 0.3 + 0.35 * row], [0, 1, 0], [-1, 0, 0]
+        else:
+            place, normal, x_axis = [0, 0.25 + 0.4 * (column - 2), 0.3 + 0.35 * row], [1, 0, 0], [0, 1, 0]
+        tags.append(occ.Tag(id=i, size_m=0.16, centre_m=place, normal=normal, x_axis=x_axis))
+    return tags
+
+
+def views() -> list[Any]:
+    """Around the corner, some turned about the view."""
+    poses = []
+    for i in range(9):
+        angle = math.radians(20 + 50 * (i % 3) / 2)
+        distance = 1.5 + 0.25 * (i // 3)
+        at = [distance * math.cos(angle), distance * math.sin(angle), 0.5 + 0.3 * (i // 3)]
+        up = [[0, 0, 1], [0.7, 0.7, 1], [0, 0, -1]][i % 3]
+        poses.append(occ.look_at(position_m=at, target_m=[0.2, 0.2, 0.8], up=up))
+    return poses
+
+
+@pytest.fixture(scope="module")
+def tag_pictures(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    folder = tmp_path_factory.mktemp("tags")
+    return [
+        save(folder / f"view{i}.png", occ.TargetRenderer(CAMERA, pose, tags=wall_of_tags(), noise_dn=1, seed=i).window(0, 0, 800, 600))
+        for i, pose in enumerate(views())
+    ]
+
+
+def errors_in_sigmas(out: Path, truth: occ.Camera) -> dict[str, float]:
+    data = json.loads((out / "result.json").read_text())
+    true = {parameter.name: parameter.value for parameter in truth.parameters}
+    return {p["name"]: (p["value"] - true[p["name"]]) / p["sigma"] for p in data["parameters"]}
+
+
+def test_pictures_of_tags_anywhere_calibrate_the_camera(tag_pictures: list[Path], tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    code, text, told = run("calibrate", "camera", *tag_pictures, "--tag-size", 0.16, "--out", out)
+    assert code == 0, told
+    off = errors_in_sigmas(out, CAMERA)
+    assert len(off) == 9 and max(map(abs, off.values())) < 4.5
+    for name in ("camera.yaml", "camera_opencv.yaml", "camera_ros.yaml"):
+        found = occ.read_camera(out / name)
+        assert found.fx_px == pytest.approx(CAMERA.fx_px, rel=0.01)
+    assert "uncertainty of camera" in (out / "report.html").read_text()
+
+
+def test_a_wrong_size_or_too_few_pictures_are_said(tag_pictures: list[Path], tmp_path: Path) -> None:
+    code, _, told = run("calibrate", "camera", tag_pictures[0], "--tag-size", 0.16, "--out", tmp_path / "out")
+    assert code == 2 and "too_few_lamps" in told
+    code, _, told = run("calibrate", "camera", *tag_pictures, "--out", tmp_path / "out")
+    assert code == 2 and "--tag-size" in told
+    other = save(tmp_path / "other.png", np.zeros((10, 20), np.uint8))
+    code, _, told = run("calibrate", "camera", *tag_pictures, other, "--tag-size", 0.16, "--out", tmp_path / "out")
+    assert code == 2 and "20 x 10 px" in told and str(other) in told
+    code, _, told = run("calibrate", "camera", other, "--tag-size", 0.16, "--out", tmp_path / "out")
+    assert code == 2 and "no tag of tag36h11 in any of 1 images" in told
+
+
+def test_pictures_of_a_chessboard_calibrate_the_camera(tmp_path: Path) -> None:
+    pictures = []
+    for i in range(8):
+        at = [0.12 * math.cos(i), 0.12 * math.sin(1.7 * i), -0.42 - 0.03 * (i % 3)]
+        pose = occ.look_at(position_m=[0.12 + at[0], 0.075 + at[1], at[2]], target_m=[0.12, 0.075, 0], up=[0.3 * (i % 3), -1, 0])
+        board = occ.ChessboardTarget(square_m=0.03)
+        pixels = occ.TargetRenderer(CAMERA, pose, boards=[board], noise_dn=1, seed=i).window(0, 0, 800, 600)
+        pictures.append(save(tmp_path / f"board{i}.png", pixels))
+    out = tmp_path / "out"
+    code, _, told = run("calibrate", "camera", *pictures, "--chessboard", "9x6", "--square", 0.03, "--out", out)
+    assert code == 0, told
+    off = errors_in_sigmas(out, CAMERA)
+    assert max(map(abs, off.values())) < 4.5
+
+
+def test_panoramas_of_tags_calibrate_a_rotating_line(tmp_path: Path) -> None:
+    tags = []
+    for i in range(40):
+        wall, along, high = i % 4, (i // 4) % 5, i // 20
+        at, up = 0.6 + 1.2 * along, 0.7 + 1.2 * high + 0.2 * (along % 2)
+        place = [[at, 0, up], [6.6, at, up], [at, 6.6, up], [0, at, up]][wall]
+        normal = [[0, 1, 0], [-1, 0, 0], [0, -1, 0], [1, 0, 0]][wall]
+        x_axis = [[-1, 0, 0], [0, -1, 0], [1, 0, 0], [0, 1, 0]][wall]
+        tags.append(occ.Tag(id=i, size_m=0.4, centre_m=place, normal=normal, x_axis=x_axis))
+    pictures = []
+    for i, at in enumerate([[3.3, 3.1, 1.3], [1.8, 2.0, 1.0], [4.9, 2.2, 1.7], [2.2, 4.8, 1.5]]):
+        tilt, turn = 0.06 * (i - 1.5), 1.3 * i
+        down = np.diag([1.0, -1.0, -1.0])
+        about_z = np.array([[math.cos(turn), -math.sin(turn), 0], [math.sin(turn), math.cos(turn), 0], [0, 0, 1]])
+        about_x = np.array([[1, 0, 0], [0, math.cos(tilt), -math.sin(tilt)], [0, math.sin(tilt), math.cos(tilt)]])
+        pose = np.eye(4)
+        pose[:3, :3] = about_x @ about_z @ down
+        pose[:3, 3] = -pose[:3, :3] @ at
+        pixels = occ.TargetRenderer(PANORAMA, pose, tags=tags, noise_dn=1, seed=i).window(0, 0, 4000, 1100)
+        pictures.append(save(tmp_path / f"station{i}.png", pixels))
+    out = tmp_path / "out"
+    code, _, told = run("calibrate", "panorama", *pictures, "--tag-size", 0.4, "--c-px", 600, "--out", out)
+    assert code == 0, told
+    off = errors_in_sigmas(out, PANORAMA)
+    assert len(off) == 9 and max(map(abs, off.values())) < 4.5
+
+
+def test_lamps_are_surveyed_better_than_the_map(tmp_path: Path) -> None:
+    scene = occ.Scene.load(Path(__file__).parents[2] / "data/scenes/irregular_six.yaml")
+    random = np.random.default_rng(1)
+    rough = scene.replace(lamps=[lamp.replace(centre_m=lamp.centre_m + 0.01 * random.standard_normal(3)) for lamp in scene.lamps])
+    (tmp_path / "rough.yaml").write_text(rough.format())
+    pictures = []
+    for i, at in enumerate([[1.7, 2.1, 0.5], [2.3, 1.8, 0.4], [1.9, 2.4, 0.9], [2.2, 2.2, 0.2], [1.8, 1.8, 0.8], [2.4, 2.3, 0.6]]):
+        pose = occ.look_at(position_m=at, target_m=[2, 2, 3], up=[math.cos(i), math.sin(i), 0])
+        image, _ = occ.simulate(scene, pose, seed=i)
+        pictures.append(save(tmp_path / f"{i}.png", image))
+    first, second = scene.lamps[0].centre_m, scene.lamps[3].centre_m
+    bar = float(np.linalg.norm(first - second))
+    out = tmp_path / "out"
+    code, text, told = run("calibrate", "lamps", *pictures, "--map", tmp_path / "rough.yaml",
+                           "--distance", "lamp 0", "lamp 3", bar, 1e-4, "--out", out)
+    assert code == 0, told
+    surveyed = occ.Scene.load(out / "scene.yaml")
+
+    def spread(lamps: list[occ.Lamp]) -> float:
+        """Of the distances between lamps, which no datum changes."""
+        at, true = (np.array([lamp.centre_m for lamp in each]) for each in (lamps, scene.lamps))
+        apart = [np.linalg.norm(p[:, None] - p[None], axis=2) for p in (at, true)]
+        return float(np.abs(apart[0] - apart[1]).max())
+
+    assert spread(surveyed.lamps) < 1e-3 < 5e-3 < spread(rough.lamps)
