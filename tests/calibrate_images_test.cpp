@@ -11,6 +11,7 @@
 
 #include "libocc/calibrate/adjust.hpp"
 #include "libocc/calibrate/board_network.hpp"
+#include "libocc/calibrate/lamp_network.hpp"
 #include "libocc/calibrate/precision.hpp"
 #include "libocc/calibrate/resection.hpp"
 #include "libocc/calibrate/side_bends.hpp"
@@ -18,6 +19,7 @@
 #include "libocc/camera/rotating_line.hpp"
 #include "libocc/core/image_file.hpp"
 #include "libocc/detect/chessboard.hpp"
+#include "libocc/detect/detect.hpp"
 #include "support.hpp"
 #include "target_fields.hpp"
 
@@ -186,6 +188,62 @@ TEST(CalibrateImages, AFisheyeFromTwelvePictures) {
       calibrated({"camera", *about, {"fx_px", "fy_px", "cx_px", "cy_px", "k1", "k2", "k3", "k4"}},
                  images, 0.16),
       truth);
+}
+
+// Printed discs: found as blobs, named by where they are about, centres freed of what perspective
+// does to ellipses. The map is a centimetre off and surveyed along.
+TEST(CalibrateImages, APinholeAndAMapFromCircularTargets) {
+  const Camera truth = Camera::pinhole(1000, 800, 905, 902, 503, 394, {-0.12, 0.05, 4e-4, -3e-4});
+  TargetField field;
+  Scene about;
+  Random random(4);
+  for (int i = 0; i < 20; ++i) {
+    CircularTarget disc;
+    disc.id = i;
+    disc.radius_m = 0.035;
+    disc.centre_m = {0.28 * (i % 5 - 2), i % 3 == 0 ? -0.12 : 0, 0.28 * (i / 5 - 1.5)};
+    disc.normal = -Eigen::Vector3d::UnitY();
+    field.circles.push_back(disc);
+    Lamp lamp = disc_lamp(i, disc.centre_m + 0.01 * random_vector(random), disc.radius_m);
+    lamp.normal = disc.normal;
+    lamp.x_axis = Eigen::Vector3d::UnitX();
+    about.lamps.push_back(lamp);
+  }
+  std::vector<SurveyImage> images;
+  for (int i = 0; i < 10; ++i) {
+    const double angle = 2 * pi * i / 10;
+    const Rigid3 pose = towards_wall(
+        {1.1 * std::cos(angle), -1.3 - 0.2 * (i % 3), 0.8 * std::sin(angle)}, 0.5 * pi * (i % 4));
+    TargetImageOptions options;
+    options.noise_dn = 2;
+    options.ground_dn = options.black_dn;
+    options.frame = static_cast<std::uint32_t>(i);
+    const TargetRenderer renderer(field, truth, pose, options);
+    const Image picture = renderer.window({0, 0, truth.width(), truth.height()});
+    SurveyImage image;
+    image.name = "picture " + std::to_string(i + 1);
+    for (const Blob& blob : detect(picture.view()))
+      for (const CircleTruth& disc : renderer.truth().circles)
+        if (disc.whole && (blob.centroid_px - disc.image_centre_px).norm() < 5)
+          image.lamps.push_back({disc.id, blob.centroid_px, blob.covariance_px2});
+    images.push_back(image);
+  }
+  NetworkCamera camera{"camera",
+                       Camera::pinhole(1000, 800, 880, 880, 499.5, 399.5, {0, 0, 0, 0}),
+                       {"fx_px", "fy_px", "cx_px", "cy_px", "k1", "k2", "p1", "p2"}};
+  Adjustment adjusted;
+  for (int pass = 0; pass < 2; ++pass) {  // ellipses as a better camera sees a better map
+    const Result<NetworkStart> start = lamp_network({camera}, about, images);
+    ASSERT_TRUE(start.ok()) << start.message;
+    EXPECT_EQ(start->network.points.size(), 20u);
+    const Result<Adjustment> found = adjust(start->network);
+    ASSERT_TRUE(found.ok()) << found.message;
+    adjusted = *found;
+    camera.camera = adjusted.network.cameras[0].camera;
+    for (const NetworkPoint& point : adjusted.network.points)
+      about.lamps[std::stoul(point.name.substr(5))].centre_m = point.position_m;
+  }
+  expect_camera(adjusted, truth);
 }
 
 // Five panoramas of a room: the start knows of the camera that its pixels are square.
