@@ -11,6 +11,7 @@
 
 #include "libocc/calibrate/adjust.hpp"
 #include "libocc/calibrate/board_network.hpp"
+#include "libocc/calibrate/lamp_network.hpp"
 #include "libocc/calibrate/precision.hpp"
 #include "libocc/calibrate/resection.hpp"
 #include "libocc/calibrate/side_bends.hpp"
@@ -18,6 +19,7 @@
 #include "libocc/camera/rotating_line.hpp"
 #include "libocc/core/image_file.hpp"
 #include "libocc/detect/chessboard.hpp"
+#include "libocc/detect/detect.hpp"
 #include "support.hpp"
 #include "target_fields.hpp"
 
@@ -27,11 +29,13 @@ namespace {
 constexpr double pi = 3.14159265358979323846;
 
 std::vector<Image> photographed(const TargetField& field, const Camera& camera,
-                                const std::vector<Rigid3>& poses) {
+                                const std::vector<Rigid3>& poses, double noise_dn = 2,
+                                std::uint64_t seed = 0) {
   std::vector<Image> images;
   for (const Rigid3& pose : poses) {
     TargetImageOptions options;
-    options.noise_dn = 2;
+    options.noise_dn = noise_dn;
+    options.seed = seed;
     options.frame = static_cast<std::uint32_t>(images.size());
     images.push_back(render_targets(field, camera, pose, options));
   }
@@ -82,26 +86,37 @@ double sigma_of(const Adjustment& adjusted, int parameter) {
   return std::sqrt(precise->parameters(0)(parameter, parameter));
 }
 
+struct Errors {
+  Eigen::VectorXd off;
+  Eigen::MatrixXd covariance;
+};
+
+Errors errors_of(const Adjustment& adjusted, const Camera& truth) {
+  const Result<Precision> precise = precision(adjusted.network);
+  EXPECT_TRUE(precise.ok()) << precise.message;
+  const NetworkCamera& camera = adjusted.network.cameras[0];
+  const std::vector<CameraParameter> found = camera.camera.parameters(), right = truth.parameters();
+  Errors errors;
+  errors.covariance = precise->parameters(0);
+  errors.off.resize(errors.covariance.rows());
+  for (std::size_t i = 0; i < camera.free_parameters.size(); ++i)
+    for (std::size_t k = 0; k < right.size(); ++k)
+      if (right[k].name == camera.free_parameters[i])
+        errors.off[static_cast<Eigen::Index>(i)] = found[k].value - right[k].value;
+  return errors;
+}
+
 // Every free parameter within four of its sigmas of the truth, sigmas that are right.
 void expect_camera(const Adjustment& adjusted, const Camera& truth) {
   EXPECT_GT(adjusted.sigma0, 0.4);
   EXPECT_LT(adjusted.sigma0, 1.5);
-  const Result<Precision> precise = precision(adjusted.network);
-  ASSERT_TRUE(precise.ok()) << precise.message;
-  const Eigen::MatrixXd covariance = precise->parameters(0);
-  const NetworkCamera& camera = adjusted.network.cameras[0];
-  const std::vector<CameraParameter> found = camera.camera.parameters(), right = truth.parameters();
-  Eigen::VectorXd off(covariance.rows());
-  for (std::size_t i = 0; i < camera.free_parameters.size(); ++i)
-    for (std::size_t k = 0; k < right.size(); ++k)
-      if (right[k].name == camera.free_parameters[i])
-        off[static_cast<Eigen::Index>(i)] = found[k].value - right[k].value;
-  for (Eigen::Index i = 0; i < off.size(); ++i) {
-    const std::string& name = camera.free_parameters[static_cast<std::size_t>(i)];
-    EXPECT_LT(std::abs(off[i]), 4 * std::sqrt(covariance(i, i))) << name << " off by " << off[i];
-  }
-  const double n = static_cast<double>(off.size());
-  EXPECT_LT(off.dot(covariance.ldlt().solve(off)), n + 4 * std::sqrt(2 * n));
+  const Errors e = errors_of(adjusted, truth);
+  for (Eigen::Index i = 0; i < e.off.size(); ++i)
+    EXPECT_LT(std::abs(e.off[i]), 4 * std::sqrt(e.covariance(i, i)))
+        << adjusted.network.cameras[0].free_parameters[static_cast<std::size_t>(i)] << " off by "
+        << e.off[i];
+  const auto n = static_cast<double>(e.off.size());
+  EXPECT_LT(e.off.dot(e.covariance.ldlt().solve(e.off)), n + 4 * std::sqrt(2 * n));
 }
 
 TEST(CalibrateImages, APinholeFromTwelvePicturesOfFifteenTags) {
@@ -130,6 +145,32 @@ TEST(CalibrateImages, APinholeFromTwelvePicturesOfFifteenTags) {
   for (const int k : {0, 1, 2, 3}) EXPECT_LT(sigma_of(second, k), 0.8 * sigma_of(first, k)) << k;
 }
 
+// Twelve cameras calibrated with a lens that is about known: their errors are what is said of them.
+TEST(SlowCalibrateImages, ErrorsOfCamerasAreWhatTheirSigmasSay) {
+  const Camera truth = Camera::pinhole(1000, 800, 905, 902, 503, 394, {-0.12, 0.05, 4e-4, -3e-4});
+  std::vector<Rigid3> poses;
+  for (int i = 0; i < 12; ++i) {
+    const double angle = 2 * pi * i / 12;
+    poses.push_back(towards_wall(
+        {1.3 * std::cos(angle), -1.5 - 0.2 * (i % 3), 0.9 * std::sin(angle)}, 0.5 * pi * (i % 4)));
+  }
+  AprilTagOptions known;
+  known.bends_px = side_bends(truth);
+  constexpr int trials = 12;
+  double normalised = 0;
+  for (std::uint64_t seed = 1; seed <= trials; ++seed) {
+    const auto pictures = photographed(tags_on_a_wall(5, 3), truth, poses, 6, seed);
+    const Errors e = errors_of(
+        calibrated({"camera", truth, {"fx_px", "fy_px", "cx_px", "cy_px", "k1", "k2", "p1", "p2"}},
+                   tags_in(pictures, known), 0.16),
+        truth);
+    normalised += e.off.dot(e.covariance.ldlt().solve(e.off));
+  }
+  normalised /= 8 * trials;
+  EXPECT_GT(normalised, 0.55);
+  EXPECT_LT(normalised, 1.45);
+}
+
 TEST(CalibrateImages, AFisheyeFromTwelvePictures) {
   const Camera truth =
       Camera::fisheye(1000, 1000, 380, 381.5, 503, 494, {0.03, -0.006, 0.001, -2e-4});
@@ -147,6 +188,62 @@ TEST(CalibrateImages, AFisheyeFromTwelvePictures) {
       calibrated({"camera", *about, {"fx_px", "fy_px", "cx_px", "cy_px", "k1", "k2", "k3", "k4"}},
                  images, 0.16),
       truth);
+}
+
+// Printed discs: found as blobs, named by where they are about, centres freed of what perspective
+// does to ellipses. The map is a centimetre off and surveyed along.
+TEST(CalibrateImages, APinholeAndAMapFromCircularTargets) {
+  const Camera truth = Camera::pinhole(1000, 800, 905, 902, 503, 394, {-0.12, 0.05, 4e-4, -3e-4});
+  TargetField field;
+  Scene about;
+  Random random(4);
+  for (int i = 0; i < 20; ++i) {
+    CircularTarget disc;
+    disc.id = i;
+    disc.radius_m = 0.035;
+    disc.centre_m = {0.28 * (i % 5 - 2), i % 3 == 0 ? -0.12 : 0, 0.28 * (i / 5 - 1.5)};
+    disc.normal = -Eigen::Vector3d::UnitY();
+    field.circles.push_back(disc);
+    Lamp lamp = disc_lamp(i, disc.centre_m + 0.01 * random_vector(random), disc.radius_m);
+    lamp.normal = disc.normal;
+    lamp.x_axis = Eigen::Vector3d::UnitX();
+    about.lamps.push_back(lamp);
+  }
+  std::vector<SurveyImage> images;
+  for (int i = 0; i < 10; ++i) {
+    const double angle = 2 * pi * i / 10;
+    const Rigid3 pose = towards_wall(
+        {1.1 * std::cos(angle), -1.3 - 0.2 * (i % 3), 0.8 * std::sin(angle)}, 0.5 * pi * (i % 4));
+    TargetImageOptions options;
+    options.noise_dn = 2;
+    options.ground_dn = options.black_dn;
+    options.frame = static_cast<std::uint32_t>(i);
+    const TargetRenderer renderer(field, truth, pose, options);
+    const Image picture = renderer.window({0, 0, truth.width(), truth.height()});
+    SurveyImage image;
+    image.name = "picture " + std::to_string(i + 1);
+    for (const Blob& blob : detect(picture.view()))
+      for (const CircleTruth& disc : renderer.truth().circles)
+        if (disc.whole && (blob.centroid_px - disc.image_centre_px).norm() < 5)
+          image.lamps.push_back({disc.id, blob.centroid_px, blob.covariance_px2});
+    images.push_back(image);
+  }
+  NetworkCamera camera{"camera",
+                       Camera::pinhole(1000, 800, 880, 880, 499.5, 399.5, {0, 0, 0, 0}),
+                       {"fx_px", "fy_px", "cx_px", "cy_px", "k1", "k2", "p1", "p2"}};
+  Adjustment adjusted;
+  for (int pass = 0; pass < 2; ++pass) {  // ellipses as a better camera sees a better map
+    const Result<NetworkStart> start = lamp_network({camera}, about, images);
+    ASSERT_TRUE(start.ok()) << start.message;
+    EXPECT_EQ(start->network.points.size(), 20u);
+    const Result<Adjustment> found = adjust(start->network);
+    ASSERT_TRUE(found.ok()) << found.message;
+    adjusted = *found;
+    camera.camera = adjusted.network.cameras[0].camera;
+    for (const NetworkPoint& point : adjusted.network.points)
+      about.lamps[std::stoul(point.name.substr(5))].centre_m = point.position_m;
+  }
+  expect_camera(adjusted, truth);
 }
 
 // Five panoramas of a room: the start knows of the camera that its pixels are square.

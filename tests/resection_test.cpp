@@ -36,7 +36,8 @@ struct Seen {
   Eigen::Matrix3Xd points;
   Eigen::Matrix2Xd px;
 };
-Seen random_points(const Camera& camera, const Rigid3& pose, int count, Random& random) {
+Seen random_points(const Camera& camera, const Rigid3& pose, int count, Random& random,
+                   double nearest_m = 2) {
   Seen seen{Eigen::Matrix3Xd(3, count), Eigen::Matrix2Xd(2, count)};
   for (int i = 0; i < count;) {
     const Eigen::Vector2d px(random.uniform(0, camera.width() - 1),
@@ -44,7 +45,8 @@ Seen random_points(const Camera& camera, const Rigid3& pose, int count, Random& 
     const auto ray = camera.ray(px);
     if (!ray) continue;
     seen.points.col(i) =
-        pose.inverse() * Eigen::Vector3d(ray->origin + random.uniform(2, 6) * ray->direction);
+        pose.inverse() *
+        Eigen::Vector3d(ray->origin + random.uniform(1, 3) * nearest_m * ray->direction);
     seen.px.col(i++) = px;
   }
   return seen;
@@ -77,6 +79,23 @@ TEST_P(Resecting, AThirdOfGrossErrorsDoesNotBendIt) {
     EXPECT_LT(found->sigma_px, 1);
     for (std::size_t i = 0; i < 10; ++i) EXPECT_FALSE(found->agree[i]) << i;
     EXPECT_GT(std::count(found->agree.begin(), found->agree.end(), true), 17);
+  }
+}
+
+// Rays that miss each other by half a metre, and four in ten points wrong.
+TEST(Resection, EccentricityMayBeLarge) {
+  RotatingLine line = small_line();
+  line.eccentricity_m = {0.4, -0.3, 0.1};
+  const Camera camera = Camera::rotating_line(line);
+  Random random(9);
+  for (int t = 0; t < 20; ++t) {
+    const Rigid3 pose = random_pose(random);
+    Seen seen = random_points(camera, pose, 30, random, 0.7);
+    for (int i = 0; i < 12; ++i)
+      seen.px.col(i) = Eigen::Vector2d(random.uniform(0, 2900), random.uniform(0, 900));
+    const Result<Resection> found = resect(seen.points, seen.px, camera);
+    ASSERT_TRUE(found.ok()) << found.message;
+    EXPECT_LT(difference(found->cam_from_world, pose).norm(), 1e-6);
   }
 }
 

@@ -164,7 +164,7 @@ TEST(SlowTagTiles, APanoramaOf40000By10000PixelsInBoundedMemory) {
     tiles.overlap_px = 800;
     return tiles;
   }());
-  EXPECT_LT(peak_memory_mb() - before, 400);
+  EXPECT_LT(peak_memory_mb() - before, 250);
   std::set<int> whole, found;
   double squares = 0;
   for (const TagTruth& truth : renderer.truth().tags)

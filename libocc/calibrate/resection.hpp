@@ -4,8 +4,8 @@
 // planes. The camera need not be calibrated yet: nothing here takes the pixels to be good, gross
 // errors may be a good third of them.
 //
-// Poses come from triples of points (pose/p3p.hpp; a camera without one centre is taken for one
-// that has it, as its eccentricity is small) and are judged by the median of the distances between
+// Poses come from triples of points (pose/p3p.hpp; a camera without one centre is at first taken
+// for one that has it) and are judged by the median of the distances between
 // projected and seen points (Rousseeuw, "Least median of squares regression", JASA 79, 1984), then
 // improved by Gauss and Newton's steps on pixels, Tukey's weights about that median.
 #pragma once
