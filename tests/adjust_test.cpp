@@ -93,7 +93,12 @@ TEST(Adjust, AgreesWithCeres) {
 TEST(Adjust, AgreesWithoutAnyUnknownReduced) {
   Network network = test::cloud_network(test::small_pinhole(), {});
   for (NetworkStation& station : network.stations) station.fixed = true;
-  expect_parity(noisy_network(network, 9, 0.02));
+  const Network start = noisy_network(network, 9, 0.02);
+  expect_parity(start);
+  const auto all = adjust(start);  // snooping has nothing to reduce either
+  ASSERT_TRUE(all.ok()) << all.message;
+  EXPECT_TRUE(all->rejected.empty());
+  EXPECT_TRUE(precision(all->network).ok());
 }
 
 TEST(Adjust, SameBitsForAnyNumberOfThreads) {

@@ -215,6 +215,7 @@ class Builder {
   }
 
   void subtract(const Batch& batch, const EliminatedBatch& out, Lane& lane) const {
+    if (out.w.rows() == 0) return;  // nothing but points is unknown
     const VectorXd down = out.w * out.y;
     if (batch.rows.empty()) {
       lane.reduced.selfadjointView<Eigen::Lower>().rankUpdate(out.w, -1);
