@@ -342,7 +342,7 @@ Result<Precision> Precision::in_datum(const Datum& datum) const {
       b = over_unknowns(*conditions, free.network, free.layout, free.state);
       hold = b.transpose() * free.open;
     }
-    const Eigen::FullPivLU<MatrixXd> lu(hold);
+    const Eigen::FullPivLU<MatrixXd> lu(conditions ? hold : MatrixXd::Zero(defect, defect));
     if (!conditions || !(lu.rcond() > 1e-12)) {
       result.status = Status::degenerate;
       result.message = datum.kind == DatumKind::control
