@@ -280,6 +280,40 @@ TEST(RotatingLine, TheSeamIsNoPlaceForAJump) {
   EXPECT_EQ(moved.period_px(), period);
 }
 
+/// d pixel / d point against central differences with steps small beside the distance from the
+/// axis.
+void expect_derivative(const Camera& camera, const Eigen::Vector3d& point, double step) {
+  Eigen::Matrix<double, 2, 3> d_point, numeric;
+  const Eigen::Vector2d px = camera.project(point, &d_point).value();
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector3d h = step * Eigen::Vector3d::Unit(k);
+    const Eigen::Vector2d above = camera.difference_px(camera.project(point + h).value(), px);
+    const Eigen::Vector2d below = camera.difference_px(camera.project(point - h).value(), px);
+    numeric.col(k) = (above - below) / (2 * step);
+  }
+  EXPECT_TRUE(test::jacobian_agrees(d_point, numeric)) << point.transpose();
+}
+
+TEST(RotatingLine, DerivativesHoldAtTheSeamAndNearThePoles) {
+  for (const Camera& camera :
+       {Camera::rotating_line(line()), Camera::rotating_line(tumbling_line())}) {
+    for (const double theta : {-1e-7, 0.0, 1e-7, pi, -pi + 1e-9})
+      for (const double elevation : {0.0, 0.8, -0.8, 1.3, -1.3, 1.5, -1.5}) {
+        const double rho = 0.5;
+        const Eigen::Vector3d point(rho * std::cos(theta), rho * std::sin(theta),
+                                    rho * std::tan(elevation));
+        expect_derivative(camera, point, 2e-5 * rho);
+      }
+  }
+}
+
+TEST(Fisheye, DerivativesHoldOnTheAxisAndAtTheRim) {
+  const Camera camera = Camera::fisheye(800, 800, 250, 252, 401, 397, {0.05, -0.01, 0.004, -0.001});
+  const double rim = std::min(camera.max_angle_rad(), pi) - 1e-3;
+  for (const double angle : {0.0, 1e-13, 1e-9, 1e-5, 1.0, pi / 2, rim})
+    expect_derivative(camera, {2 * std::sin(angle), 0, 2 * std::cos(angle)}, 1e-6);
+}
+
 TEST(RotatingLine, WrongValuesAreNamed) {
   RotatingLine l = line();
   l.c_px = -1;

@@ -34,6 +34,10 @@ def save(path: Path, pixels: Any) -> Path:
     return path
 
 
+def picture(pose: Any, seed: int, **targets: Any) -> Any:
+    return occ.TargetRenderer(CAMERA, pose, **targets, noise_dn=1, seed=seed).window(0, 0, 800, 600)
+
+
 def wall_of_tags() -> list[occ.Tag]:
     """On two walls of a corner."""
     tags = []
@@ -63,7 +67,7 @@ def views() -> list[Any]:
 def tag_pictures(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     folder = tmp_path_factory.mktemp("tags")
     return [
-        save(folder / f"view{i}.png", occ.TargetRenderer(CAMERA, pose, tags=wall_of_tags(), noise_dn=1, seed=i).window(0, 0, 800, 600))
+        save(folder / f"view{i}.png", picture(pose, i, tags=wall_of_tags()))
         for i, pose in enumerate(views())
     ]
 
@@ -98,13 +102,20 @@ def test_a_wrong_size_or_too_few_pictures_are_said(tag_pictures: list[Path], tmp
     assert code == 2 and "no tag of tag36h11 in any of 1 images" in told
 
 
+def test_a_model_that_does_not_fit_is_said(tag_pictures: list[Path], tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    _, text, told = run("calibrate", "panorama", *tag_pictures, "--tag-size", 0.16, "--c-px", 600, "--out", out)
+    assert "times as large as their sigmas say" in text + told
+    assert "times as large as their sigmas say" in (out / "report.html").read_text()
+
+
 def test_pictures_of_a_chessboard_calibrate_the_camera(tmp_path: Path) -> None:
     pictures = []
     for i in range(8):
         at = [0.12 * math.cos(i), 0.12 * math.sin(1.7 * i), -0.42 - 0.03 * (i % 3)]
-        pose = occ.look_at(position_m=[0.12 + at[0], 0.075 + at[1], at[2]], target_m=[0.12, 0.075, 0], up=[0.3 * (i % 3), -1, 0])
-        board = occ.ChessboardTarget(square_m=0.03)
-        pixels = occ.TargetRenderer(CAMERA, pose, boards=[board], noise_dn=1, seed=i).window(0, 0, 800, 600)
+        up = [0.3 * (i % 3), -1, 0]
+        pose = occ.look_at(position_m=[0.12 + at[0], 0.075 + at[1], at[2]], target_m=[0.12, 0.075, 0], up=up)
+        pixels = picture(pose, i, boards=[occ.ChessboardTarget(square_m=0.03)])
         pictures.append(save(tmp_path / f"board{i}.png", pixels))
     out = tmp_path / "out"
     code, _, told = run("calibrate", "camera", *pictures, "--chessboard", "9x6", "--square", 0.03, "--out", out)
@@ -143,10 +154,13 @@ def test_panoramas_of_tags_calibrate_a_rotating_line(tmp_path: Path) -> None:
 def test_lamps_are_surveyed_better_than_the_map(tmp_path: Path) -> None:
     scene = occ.Scene.load(Path(__file__).parents[2] / "data/scenes/irregular_six.yaml")
     random = np.random.default_rng(1)
-    rough = scene.replace(lamps=[lamp.replace(centre_m=lamp.centre_m + 0.01 * random.standard_normal(3)) for lamp in scene.lamps])
+    shifts = 0.01 * random.standard_normal((len(scene.lamps), 3))
+    lamps = [lamp.replace(centre_m=lamp.centre_m + shift) for lamp, shift in zip(scene.lamps, shifts)]
+    rough = scene.replace(lamps=lamps)
     (tmp_path / "rough.yaml").write_text(rough.format())
     pictures = []
-    for i, at in enumerate([[1.7, 2.1, 0.5], [2.3, 1.8, 0.4], [1.9, 2.4, 0.9], [2.2, 2.2, 0.2], [1.8, 1.8, 0.8], [2.4, 2.3, 0.6]]):
+    places = [[1.7, 2.1, 0.5], [2.3, 1.8, 0.4], [1.9, 2.4, 0.9], [2.2, 2.2, 0.2], [1.8, 1.8, 0.8], [2.4, 2.3, 0.6]]
+    for i, at in enumerate(places):
         pose = occ.look_at(position_m=at, target_m=[2, 2, 3], up=[math.cos(i), math.sin(i), 0])
         image, _ = occ.simulate(scene, pose, seed=i)
         pictures.append(save(tmp_path / f"{i}.png", image))

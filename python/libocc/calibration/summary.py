@@ -25,6 +25,7 @@ from .._core import (
 )
 
 STRONG = 0.9  # correlation that is flagged
+MISFIT = 3.0  # sigma0 beyond which something else than noise is in the residuals
 IMAGE, POINT, BODY, CORNER, X, Y, SIGMA_X, SIGMA_Y, USED = range(9)  # columns of Network.observations
 
 
@@ -137,8 +138,14 @@ def calibration_of(
         names = adjustment.network.point_names
         targets = [Target.point(names.index(name)) for name in checks]
         checked = check_points(adjustment.network, known, targets, np.array(list(checks.values())))
+    notes = []
+    if adjustment.sigma0 > MISFIT:
+        notes.append(
+            f"the residuals are {adjustment.sigma0:.3g} times as large as their sigmas say: the camera's model may be "
+            "the wrong one, or what was measured is much less accurate"
+        )
     return Calibration(
-        start, adjustment, known, seconds, statistics=network_statistics(adjustment.network),
+        start, adjustment, known, seconds, notes, statistics=network_statistics(adjustment.network),
         components=variance_components(adjustment.network, datum), checked=checked,
     )
 
