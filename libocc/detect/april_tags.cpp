@@ -2,17 +2,13 @@
 #include "libocc/detect/april_tags.hpp"
 //
 #include <apriltag/apriltag.h>
-#include <apriltag/tag16h5.h>
-#include <apriltag/tag25h9.h>
-#include <apriltag/tag36h11.h>
-#include <apriltag/tagStandard41h12.h>
-#include <apriltag/tagStandard52h13.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <memory>
 
+#include "libocc/core/internal/april_family.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/detect/image_tiles.hpp"
 #include "libocc/detect/tag_corners.hpp"
@@ -20,26 +16,6 @@
 namespace occ {
 namespace {
 
-struct Family {
-  const char* name;
-  apriltag_family_t* (*create)();
-  void (*destroy)(apriltag_family_t*);
-};
-
-constexpr Family families[] = {
-    {"tag36h11", tag36h11_create, tag36h11_destroy},
-    {"tag25h9", tag25h9_create, tag25h9_destroy},
-    {"tag16h5", tag16h5_create, tag16h5_destroy},
-    {"tagStandard41h12", tagStandard41h12_create, tagStandard41h12_destroy},
-    {"tagStandard52h13", tagStandard52h13_create, tagStandard52h13_destroy}};
-
-const Family* family_named(const std::string& name) {
-  const auto found = std::find_if(std::begin(families), std::end(families),
-                                  [&](const Family& family) { return name == family.name; });
-  return found == std::end(families) ? nullptr : found;
-}
-
-using FamilyPointer = std::unique_ptr<apriltag_family_t, void (*)(apriltag_family_t*)>;
 using Detector = std::unique_ptr<apriltag_detector_t, void (*)(apriltag_detector_t*)>;
 using Detections = std::unique_ptr<zarray_t, void (*)(zarray_t*)>;
 
@@ -118,9 +94,9 @@ AprilTag tag_of(const apriltag_detection_t& found, const Image& grey,
 
 void AprilTagOptions::validate() const {
   std::string names;
-  for (const Family& known : families)
-    names += (names.empty() ? "" : ", ") + std::string(known.name);
-  require(family_named(family), "family", family, "one of " + names);
+  for (const std::string& known : april_family_names())
+    names += (names.empty() ? "" : ", ") + known;
+  require(make_april_family(family) != nullptr, "family", family, "one of " + names);
   require(decimate >= 1 && decimate <= 8, "decimate", decimate, "between 1 and 8");
   require(threads >= 1, "threads", threads, "at least 1");
   require(max_hamming >= 0 && max_hamming <= 2, "max_hamming", max_hamming, "0, 1 or 2");
@@ -130,11 +106,7 @@ void AprilTagOptions::validate() const {
   require(min_decision_margin >= 0, "min_decision_margin", min_decision_margin, "zero or positive");
 }
 
-std::vector<std::string> april_tag_families() {
-  std::vector<std::string> names;
-  for (const Family& family : families) names.emplace_back(family.name);
-  return names;
-}
+std::vector<std::string> april_tag_families() { return april_family_names(); }
 
 namespace {
 
@@ -143,7 +115,7 @@ class TagFinder {
  public:
   explicit TagFinder(const AprilTagOptions& options)
       : options_(options),
-        family_(family_named(options.family)->create(), family_named(options.family)->destroy),
+        family_(make_april_family(options.family)),
         detector_(make_detector(options, family_.get())) {}
 
   std::vector<AprilTag> find(const Image& grey, unsigned brightest,
@@ -166,7 +138,7 @@ class TagFinder {
 
  private:
   const AprilTagOptions& options_;
-  FamilyPointer family_;
+  AprilFamily family_;
   Detector detector_;
 };
 

@@ -2,33 +2,12 @@
 #include "libocc/simulate/internal/tag_print.hpp"
 //
 #include <apriltag/apriltag.h>
-#include <apriltag/tag16h5.h>
-#include <apriltag/tag25h9.h>
-#include <apriltag/tag36h11.h>
-#include <apriltag/tagStandard41h12.h>
-#include <apriltag/tagStandard52h13.h>
 
-#include <algorithm>
-#include <iterator>
-#include <memory>
-
+#include "libocc/core/internal/april_family.hpp"
 #include "libocc/core/require.hpp"
 
 namespace occ {
 namespace {
-
-struct Family {
-  const char* name;
-  apriltag_family_t* (*create)();
-  void (*destroy)(apriltag_family_t*);
-};
-
-constexpr Family families[] = {
-    {"tag36h11", tag36h11_create, tag36h11_destroy},
-    {"tag25h9", tag25h9_create, tag25h9_destroy},
-    {"tag16h5", tag16h5_create, tag16h5_destroy},
-    {"tagStandard41h12", tagStandard41h12_create, tagStandard41h12_destroy},
-    {"tagStandard52h13", tagStandard52h13_create, tagStandard52h13_destroy}};
 
 // Borders between black and white along one line of the grid, joined where they go on.
 // `black(i, line)` is of the cell behind the line, `corner(i, line)` a corner of cells;
@@ -84,11 +63,8 @@ std::vector<PrintEdge> cell_outline(int columns, int rows,
 }
 
 TagPrint tag_print(const std::string& family, int id) {
-  const auto known = std::find_if(std::begin(families), std::end(families),
-                                  [&](const Family& f) { return family == f.name; });
-  require(known != std::end(families), "tag: family", family, "one that is known");
-  const std::unique_ptr<apriltag_family_t, void (*)(apriltag_family_t*)> codes(known->create(),
-                                                                               known->destroy);
+  const AprilFamily codes = make_april_family(family);
+  require(codes != nullptr, "tag: family", family, "one that is known");
   require(id >= 0 && id < static_cast<int>(codes->ncodes), "tag: id", id,
           "below " + std::to_string(codes->ncodes) + ", the number of tags of " + family);
   const int n = codes->total_width;

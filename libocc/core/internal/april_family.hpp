@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Families of AprilTags that libapriltag can read and print, by name.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+struct apriltag_family;  // of libapriltag
+
+namespace occ {
+
+using AprilFamily = std::unique_ptr<apriltag_family, void (*)(apriltag_family*)>;
+
+std::vector<std::string> april_family_names();
+
+/// Null when none has the name.
+AprilFamily make_april_family(const std::string& name);
+
+}  // namespace occ
