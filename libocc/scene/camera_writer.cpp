@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
 #include <stdexcept>
 
 #include "libocc/camera/rotating_line.hpp"
@@ -10,11 +11,6 @@
 
 namespace occ {
 namespace {
-
-bool turns(const Camera& camera) {
-  return camera.kind() == CameraKind::rotating_line ||
-         camera.kind() == CameraKind::rotating_line_first_order;
-}
 
 void write_line(const RotatingLine& line, Lines& lines) {
   lines.add("angle_per_px_rad", line.angle_per_px_rad);
@@ -110,7 +106,7 @@ void write_camera_section(const Camera& camera, std::string& out) {
   lines.add("model", std::string(name_of(camera.kind())));
   lines.add("width_px", camera.width());
   lines.add("height_px", camera.height());
-  if (turns(camera)) return write_line(camera.line(), lines);
+  if (std::isfinite(camera.period_px())) return write_line(camera.line(), lines);
   lines.add("fx_px", camera.fx_px());
   lines.add("fy_px", camera.fy_px());
   lines.add("cx_px", camera.cx_px());

@@ -13,11 +13,6 @@
 namespace occ::python {
 namespace {
 
-bool turns(const Camera& camera) {
-  return camera.kind() == CameraKind::rotating_line ||
-         camera.kind() == CameraKind::rotating_line_first_order;
-}
-
 // The factory's keywords beside width and height that differ from their defaults.
 std::string line_text(const RotatingLine& line) {
   std::string text = ", c_px=" + value_repr(line.c_px) + ", cy_px=" + value_repr(line.cy_px) +
@@ -39,7 +34,7 @@ std::string camera_repr(const Camera& camera) {
   std::string text = std::string("Camera.") + name_of(camera.kind()) +
                      "(width=" + value_repr(camera.width()) +
                      ", height=" + value_repr(camera.height());
-  if (turns(camera)) return text + line_text(camera.line()) + ")";
+  if (std::isfinite(camera.period_px())) return text + line_text(camera.line()) + ")";
   text += ", fx_px=" + value_repr(camera.fx_px()) + ", fy_px=" + value_repr(camera.fy_px()) +
           ", cx_px=" + value_repr(camera.cx_px()) + ", cy_px=" + value_repr(camera.cy_px());
   if (camera.kind() == CameraKind::double_sphere) {

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A network as a YAML file with tables beside it; the schema is in data/calibration/README.md."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -135,6 +136,16 @@ def pose_columns(pose: NDArray[np.float64]) -> list[float]:
     return [float(v) for v in (*(-r.T @ pose[:3, 3]), *quaternion)]
 
 
+def target_named(name: str, points: dict[str, int], bodies: dict[str, int], corners: Sequence[int]) -> Target | None:
+    """A point's name, or a body's name, a dot and the corner's number; corners: how many each body has."""
+    if name in points:
+        return Target.point(points[name])
+    body, _, corner = name.rpartition(".")
+    if body in bodies and corner.isdigit() and int(corner) < corners[bodies[body]]:
+        return Target.corner(bodies[body], int(corner))
+    return None
+
+
 class Reader:
     def __init__(self, path: Path):
         self.path = path
@@ -144,20 +155,15 @@ class Reader:
         self.points, self.bodies = Names("point"), Names("body")
         self.stations, self.mounts = Names("station"), Names("mount")
         self.shapes: dict[str, list[NDArray[np.float64]]] = {}
+        self.corners: list[int] = []  # how many each body has
 
     def table(self, key: str) -> Path:
         return self.path.parent / self.file.text(key)
 
     def target(self, name: str, where: str) -> Target:
-        """A point's name, or a body's name, a point and the corner's number."""
-        if name in self.points.indices:
-            return Target.point(self.points.indices[name])
-        body, _, corner = name.rpartition(".")
-        if body in self.bodies.indices and corner.isdigit():
-            index = self.bodies.indices[body]
-            if int(corner) < len(self.network.body_corners_m[index]):
-                return Target.corner(index, int(corner))
-        return Target.point(self.points.find(name, where))
+        """Raises: ValueError naming the place in the file when there is none."""
+        found = target_named(name, self.points.indices, self.bodies.indices, self.corners)
+        return found or Target.point(self.points.find(name, where))
 
     def read_cameras(self) -> None:
         for section in self.file.sections("cameras", ("name", "file", "free")):
@@ -227,6 +233,7 @@ class Reader:
             pose = np.linalg.inv(pose_of(row))  # the table says where the body is
             index = self.network.add_body(row.text("name"), corners, pose, scale_free=row.flag("scale_free"))
             self.bodies.add(row.text("name"), index, f"{row.path}:{row.line}")
+            self.corners.append(len(corners))
 
     def read_observations(self) -> None:
         columns = ("image", "target", "x_px", "y_px")
@@ -277,15 +284,14 @@ class Reader:
         return Datum(kind=DatumKind[kind], targets=targets)
 
 
-def read_checks(path: str | Path) -> dict[str, list[float]]:
-    """The check points of a network file, by name. Raises: as read_network()."""
-    reader = Reader(Path(path))
-    reader.read_points()
-    return reader.check_points()
-
-
 def read_network(path: str | Path) -> tuple[Network, Datum]:
-    """A network and the datum that its file asks for.
+    """A network and the datum that its file asks for. Raises: as read_network_and_checks()."""
+    network, datum, _ = read_network_and_checks(path)
+    return network, datum
+
+
+def read_network_and_checks(path: str | Path) -> tuple[Network, Datum, dict[str, list[float]]]:
+    """A network, the datum that its file asks for, and its check points by name.
 
     Raises: OSError; ValueError naming file, line, key or column, and value.
     """
@@ -304,7 +310,7 @@ def read_network(path: str | Path) -> tuple[Network, Datum]:
         reader.network.check()
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    return reader.network, reader.datum()
+    return reader.network, reader.datum(), reader.check_points()
 
 
 def image_table(network: Network) -> bytes:
@@ -317,21 +323,20 @@ def image_table(network: Network) -> bytes:
     )
 
 
-def target_text(network: Network, row: NDArray[np.float64]) -> str:
-    if row[1] >= 0:
-        return network.point_names[int(row[1])]
-    return f"{network.body_names[int(row[2])]}.{int(row[3])}"
-
-
 def network_files(network: Network) -> dict[str, bytes]:
     """A network file and its tables, which read_network() reads back; of what was measured the
     observations in use, without distances, control points, priors and rigs."""
     points, names = np.asarray(network.points_m), network.point_names
+    images, bodies = network.image_names, network.body_names
+
+    def target_text(row: NDArray[np.float64]) -> str:
+        return names[int(row[1])] if row[1] >= 0 else f"{bodies[int(row[2])]}.{int(row[3])}"
+
     files = {
         "images.csv": image_table(network),
         "observations.csv": table_bytes(
             ("image", "target", "x_px", "y_px", "sigma_x_px", "sigma_y_px"),
-            ((network.image_names[int(row[0])], target_text(network, row), *map(float, row[4:8]))
+            ((images[int(row[0])], target_text(row), *map(float, row[4:8]))
              for row in np.asarray(network.observations) if row[8] > 0),
         ),
     }
@@ -343,8 +348,8 @@ def network_files(network: Network) -> dict[str, bytes]:
         rows = ((name, *map(float, at)) for name, at in zip(names, points))
         files["points.csv"] = table_bytes(("name", *POSE[:3]), rows)
         lines.append("points: points.csv")
-    if network.body_names:
-        corners = zip(network.body_names, network.body_corners_m, network.body_scales)
+    if bodies:
+        corners = zip(bodies, network.body_corners_m, network.body_scales)
         files["shapes.csv"] = table_bytes(
             ("shape", *POSE[:3]),
             ((name, *map(float, scale * corner)) for name, body, scale in corners for corner in np.asarray(body)),
@@ -352,7 +357,7 @@ def network_files(network: Network) -> dict[str, bytes]:
         files["bodies.csv"] = table_bytes(
             ("name", "shape", *POSE),
             ((name, name, *pose_columns(np.asarray(np.linalg.inv(pose), dtype=float)))
-             for name, pose in zip(network.body_names, network.body_poses)),
+             for name, pose in zip(bodies, network.body_poses)),
         )
         lines += ["shapes: shapes.csv", "bodies: bodies.csv"]
     lines += ["images: images.csv", "observations: observations.csv", ""]

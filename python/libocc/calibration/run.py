@@ -14,13 +14,14 @@ from .._core import (
     CameraKind,
     Datum,
     Network,
+    RejectedObservation,
     Selection,
     adjust,
     format_camera,
     projection_uncertainty,
     select_parameters,
 )
-from ..progress import QUIET_S
+from ..progress import QUIET_S, progress
 from ..result_folder import ResultFolder, json_bytes
 from . import figures, report
 from .export import points_csv, points_ply
@@ -85,28 +86,31 @@ GROUPS = (
 )
 
 
-def ladder(network: Network, datum: Datum, robust: bool) -> tuple[list[str], list[float]]:
-    """sigma0 with no camera parameter, then with one group after the other, each kept."""
+def ladder(
+    network: Network, datum: Datum, rejected: Sequence[RejectedObservation]
+) -> tuple[list[str], list[float]]:
+    """sigma0 with no camera parameter, then with one group after the other, each kept. rejected: by
+    the whole model, which alone tells gross errors; they are left out of every rung."""
     free = network.free_parameters
     wanted = [group for group in GROUPS if any(name in names for names in free for name in group)]
-    # Gross errors are told by the whole model alone: what it rejects is left out of every rung.
     rest = network.copy()
-    if robust:
-        rest.drop([r.observation for r in adjust(network, datum=datum).rejected])
+    rest.drop([r.observation for r in rejected])
     names, sigmas = [], []
-    for k in range(len(wanted) + 1):
-        kept = {name for group in wanted[:k] for name in group}
-        for camera, all_names in enumerate(free):
-            rest.set_camera(camera, network.cameras[camera], [name for name in all_names if name in kept])
-        adjusted = adjust(rest, datum=datum, robust=False, snooping=False)
-        group = [] if k == 0 else [name for name in wanted[k - 1] if any(name in n for n in free)]
-        names.append(" ".join(name.removesuffix("_px").removesuffix("_rad").removesuffix("_m") for name in group) or "none")
-        sigmas.append(adjusted.sigma0)
+    with progress("ladder", len(wanted) + 1) as advance:
+        for k in range(len(wanted) + 1):
+            kept = {name for group in wanted[:k] for name in group}
+            for camera, all_names in enumerate(free):
+                rest.set_camera(camera, network.cameras[camera], [name for name in all_names if name in kept])
+            sigmas.append(adjust(rest, datum=datum, robust=False, snooping=False).sigma0)
+            group = [] if k == 0 else [name for name in wanted[k - 1] if any(name in n for n in free)]
+            short = (name.removesuffix("_px").removesuffix("_rad").removesuffix("_m") for name in group)
+            names.append(" ".join(short) or "none")
+            advance()
     return names, sigmas
 
 
-def ladder_section(network: Network, datum: Datum, robust: bool) -> str:
-    names, sigmas = ladder(network, datum, robust)
+def ladder_section(network: Network, datum: Datum, rejected: Sequence[RejectedObservation]) -> str:
+    names, sigmas = ladder(network, datum, rejected)
     shown = [names[0], *(f"+ {name}" for name in names[1:])]
     return "<h2>What each group of parameters is worth</h2>" + report.picture(figures.ladder(shown, sigmas), "ladder")
 

@@ -3,7 +3,7 @@ import click
 
 import libocc as occ
 
-from ..calibration.network_file import read_checks, read_network
+from ..calibration.network_file import read_network_and_checks
 from ..cli import blamed_on, json_option
 from ..samples import find_network
 from .calibrate_options import datum_option, finish, ladder_option, out_option, robust_option, select_option
@@ -33,9 +33,7 @@ def command(
     (the folder has the state so far); 2: bad input.
     """
     with blamed_on(file):
-        path = find_network(file)
-        network, given = read_network(path)
-        checks = read_checks(path)
+        network, given, checks = read_network_and_checks(find_network(file))
         datum = given if datum_kind is None else occ.Datum(kind=occ.DatumKind[datum_kind])
     finish(ctx, network, datum, out=out, title=f"Network {file}", checks=checks, select=select, ladder=ladder,
            robust=robust, as_json=as_json,

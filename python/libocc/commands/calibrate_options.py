@@ -36,13 +36,13 @@ def add_distances(network: occ.Network, distances: Sequence[tuple[str, str, floa
 
 
 def target_of(network: occ.Network, name: str) -> occ.Target:
-    if name in network.point_names:
-        return occ.Target.point(network.point_names.index(name))
-    body, _, corner = name.rpartition(".")
-    if body in network.body_names and corner.isdigit():
-        index = network.body_names.index(body)
-        if int(corner) < len(network.body_corners_m[index]):
-            return occ.Target.corner(index, int(corner))
+    from ..calibration.network_file import target_named
+
+    points = {point: i for i, point in enumerate(network.point_names)}
+    bodies = {body: i for i, body in enumerate(network.body_names)}
+    found = target_named(name, points, bodies, [len(corners) for corners in network.body_corners_m])
+    if found is not None:
+        return found
     known = ", ".join([*network.point_names, *(f"{body}.0" for body in network.body_names)][:8])
     raise Failure(f"--distance: no target is named {name!r}; there are: {known}")
 
@@ -68,7 +68,7 @@ def finish(
         ]))
     with blamed_on(out):
         if ladder:
-            sections.append(ladder_section(network, datum, robust))
+            sections.append(ladder_section(network, datum, found.adjustment.rejected))
         data = write(folder, found, title, sections)
         for name, content in (more(found.network) if more else {}).items():
             folder.write(name, content)
