@@ -11,6 +11,7 @@ from click.testing import CliRunner
 
 import libocc as occ
 from libocc.calibration.network_file import network_files, read_network
+from libocc.calibration.run import ladder
 from libocc.cli import main
 
 PANORAMA = Path(__file__).parents[2] / "data/calibration/panorama"
@@ -120,6 +121,13 @@ def test_the_command_writes_a_whole_folder(network: Path, tmp_path: Path) -> Non
     assert camera.kind is occ.CameraKind.rotating_line
     assert abs(camera.parameters[1].value - TRUTH["c_px"]) < 8
     assert (out / "points.ply").read_text().startswith("ply\nformat ascii 1.0\n")
+
+
+def test_the_ladder_frees_each_parameter_once() -> None:
+    network, datum = read_network(PANORAMA / "network.yaml")
+    names, sigma0 = ladder(network, datum, occ.adjust(network, datum=datum).rejected)
+    assert names == ["none", "c cy", "ex ey", "tilt_x tilt_y", "angle_per_px", "k1 k2"]
+    assert sorted(sigma0, reverse=True) == sigma0 and sigma0[0] > 5 and 0.9 < sigma0[-1] < 1.1
 
 
 def test_select_drops_what_the_pictures_do_not_call_for(tmp_path: Path) -> None:

@@ -159,7 +159,7 @@ def ladder(names: Sequence[str], sigma0: Sequence[float]) -> Figure:
     for k, value in enumerate(sigma0):
         axes.annotate(f"{value:.3g}", (k, value), xytext=(4, 6), textcoords="offset points", fontsize=8)
     axes.set_xticks(range(len(names)), names, fontsize=8)
-    axes.set(ylabel="sigma0", ylim=(min(sigma0) / 1.6, max(sigma0) * 1.8))
+    axes.set(xlim=(-0.4, len(names) - 0.4), ylabel="sigma0", ylim=(min(sigma0) / 1.6, max(sigma0) * 1.8))
     axes.grid(True, which="major", axis="y", alpha=0.3)
     return figure
 

@@ -92,7 +92,13 @@ def ladder(
     """sigma0 with no camera parameter, then with one group after the other, each kept. rejected: by
     the whole model, which alone tells gross errors; they are left out of every rung."""
     free = network.free_parameters
-    wanted = [group for group in GROUPS if any(name in names for names in free for name in group)]
+    left = {name for names in free for name in names}
+    wanted = []
+    for group in GROUPS:  # a name may stand in groups of several models: the first one has it
+        present = [name for name in group if name in left]
+        left.difference_update(present)
+        if present:
+            wanted.append(present)
     rest = network.copy()
     rest.drop([r.observation for r in rejected])
     names, sigmas = [], []
@@ -102,9 +108,8 @@ def ladder(
             for camera, all_names in enumerate(free):
                 rest.set_camera(camera, network.cameras[camera], [name for name in all_names if name in kept])
             sigmas.append(adjust(rest, datum=datum, robust=False, snooping=False).sigma0)
-            group = [] if k == 0 else [name for name in wanted[k - 1] if any(name in n for n in free)]
-            short = (name.removesuffix("_px").removesuffix("_rad").removesuffix("_m") for name in group)
-            names.append(" ".join(short) or "none")
+            short = (name.removesuffix("_px").removesuffix("_rad").removesuffix("_m") for name in wanted[k - 1])
+            names.append(" ".join(short) if k > 0 else "none")
             advance()
     return names, sigmas
 
