@@ -41,6 +41,13 @@ Vector6 difference(const Rigid3& to, const Rigid3& from) {
   return delta;
 }
 
+Matrix6 adjoint(const Rigid3& a) {
+  Matrix6 out = Matrix6::Zero();
+  out.topLeftCorner<3, 3>() = out.bottomRightCorner<3, 3>() = a.rotation;
+  out.bottomLeftCorner<3, 3>() = skew(a.translation) * a.rotation;
+  return out;
+}
+
 Eigen::Matrix3d position_covariance(const Rigid3& cam_from_world, const Matrix6& covariance) {
   const Eigen::Matrix3d& r = cam_from_world.rotation;
   return r.transpose() * covariance.bottomRightCorner<3, 3>() * r;

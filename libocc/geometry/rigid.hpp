@@ -45,6 +45,9 @@ LIBOCC_API Rigid3 perturb(const Rigid3& transform, const Vector6& delta);
 /// The delta with perturb(from, delta) == to.
 LIBOCC_API Vector6 difference(const Rigid3& to, const Rigid3& from);
 
+/// d (left perturbation of a * b) / d (left perturbation of b). That of a is the identity.
+LIBOCC_API Matrix6 adjoint(const Rigid3& a);
+
 /// 3x3 covariance of the camera's *position* in the world, from the 6x6 covariance of
 /// cam_from_world: C = -R^T t moves by -R^T delta_trans, hence R^T S_tt R.
 LIBOCC_API Eigen::Matrix3d position_covariance(const Rigid3& cam_from_world,
