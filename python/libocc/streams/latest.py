@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The newest frame of a source that does not wait: who is slow misses frames, not time."""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Iterator
+
+from .frames import Source, StreamFrame
+
+
+class Latest:
+    """Reads a source in a thread of its own and keeps its newest frame alone.
+
+    paced: a file is read at the pace of its times, as if it were live. `dropped` counts the frames
+    that a newer one has replaced; those without an image are not dropped, as somebody has to say so.
+    """
+
+    def __init__(self, source: Source, stop: threading.Event, paced: bool = False):
+        self._source, self._stop, self._paced = source, stop, paced
+        self._news = threading.Condition()
+        self._newest: StreamFrame | None = None
+        self._problems: deque[StreamFrame] = deque(maxlen=1000)
+        self._ended = False
+        self._error: Exception | None = None
+        self.dropped = 0
+        self._thread = threading.Thread(target=self._grab, name="grabber", daemon=True)
+        self._thread.start()
+
+    def __iter__(self) -> Iterator[StreamFrame]:
+        """Raises: what the source raised."""
+        while not self._stop.is_set():
+            with self._news:
+                self._news.wait_for(self._any, timeout=0.1)
+                if self._problems:
+                    frame: StreamFrame | None = self._problems.popleft()
+                else:
+                    frame, self._newest = self._newest, None
+                ended, error = self._ended, self._error
+            if frame is not None:
+                yield frame
+            elif ended:
+                if error is not None:
+                    raise error
+                return
+
+    def _any(self) -> bool:
+        return self._newest is not None or bool(self._problems) or self._ended
+
+    def _grab(self) -> None:
+        try:
+            begun: tuple[float, float] | None = None
+            for frame in self._source:
+                if self._paced and frame.time_s is not None:
+                    begun = begun or (time.monotonic(), frame.time_s)
+                    self._stop.wait(min(max(0.0, begun[0] + frame.time_s - begun[1] - time.monotonic()), 5.0))
+                if self._stop.is_set():
+                    break
+                self._put(frame)
+        except Exception as error:  # for whoever takes the frames
+            self._error = error
+        with self._news:
+            self._ended = True
+            self._news.notify()
+
+    def _put(self, frame: StreamFrame) -> None:
+        with self._news:
+            if frame.image is None:
+                self._problems.append(frame)
+            else:
+                self.dropped += self._newest is not None
+                self._newest = frame
+            self._news.notify()
+
+    def close(self) -> None:
+        """Waits until the source is not read any more, a camera that hangs excepted."""
+        self._stop.set()
+        self._thread.join(timeout=2)
