@@ -22,7 +22,9 @@ class Latest:
         self._newest: StreamFrame | None = None
         self._problems: deque[StreamFrame] = deque(maxlen=1000)
         self._ended = False
+        self._closed = threading.Event()
         self._error: Exception | None = None
+        self._begun_s: float | None = None  # when time 0 was
         self.dropped = 0
         self._thread = threading.Thread(target=self._grab, name="grabber", daemon=True)
         self._thread.start()
@@ -49,12 +51,10 @@ class Latest:
 
     def _grab(self) -> None:
         try:
-            begun: tuple[float, float] | None = None
             for frame in self._source:
                 if self._paced and frame.time_s is not None:
-                    begun = begun or (time.monotonic(), frame.time_s)
-                    self._stop.wait(min(max(0.0, begun[0] + frame.time_s - begun[1] - time.monotonic()), 5.0))
-                if self._stop.is_set():
+                    self._stop.wait(self._early_s(frame.time_s))
+                if self._stop.is_set() or self._closed.is_set():
                     break
                 self._put(frame)
         except Exception as error:  # for whoever takes the frames
@@ -62,6 +62,13 @@ class Latest:
         with self._news:
             self._ended = True
             self._news.notify()
+
+    def _early_s(self, time_s: float) -> float:
+        """How long to wait for a frame's time to come; where its clock jumps, the pace begins anew."""
+        now_s = time.monotonic()
+        if self._begun_s is None or not -1 <= now_s - time_s - self._begun_s <= 1:
+            self._begun_s = now_s - time_s
+        return max(0.0, self._begun_s + time_s - now_s)
 
     def _put(self, frame: StreamFrame) -> None:
         with self._news:
@@ -72,7 +79,8 @@ class Latest:
                 self._newest = frame
             self._news.notify()
 
-    def close(self) -> None:
-        """Waits until the source is not read any more, a camera that hangs excepted."""
-        self._stop.set()
+    def close(self) -> bool:
+        """Whether the source is not read any more; a camera may hang."""
+        self._closed.set()
         self._thread.join(timeout=2)
+        return not self._thread.is_alive()
