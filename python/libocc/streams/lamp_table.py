@@ -62,7 +62,8 @@ def _lamp(row: dict[str, str], scene: Scene, code: Code) -> Lamp:
         if len({lamp.radius_m for lamp in scene.lamps}) != 1:
             raise ValueError(f"id {id}: how large is the lamp? Give a column radius")
         like = scene.lamps[0]
-    return like.replace(id=id, centre_m=centre_m, code=LampCode(code=code, id=id))
+    said = LampCode(code=code, id=id)  # which sets how it blinks
+    return like.replace(id=id, centre_m=centre_m, code=said, frequency_hz=None, waveform=[])
 
 
 def _number(text: str, name: str) -> float:
