@@ -172,6 +172,7 @@ class CodedPositioner:
             return None
         for id, seen_px in read.named.items():
             in_cam = (kept.pose.cam_from_world @ np.append(self._lamps[id], 1.0))[:3]
-            if in_cam[2] <= 0 or np.linalg.norm(self._scene.camera.project(in_cam) - seen_px) > CONTRADICTED_PX:
+            expected_px = self._scene.camera.project(in_cam)
+            if expected_px is None or np.linalg.norm(expected_px - seen_px) > CONTRADICTED_PX:
                 return id
         return None

@@ -58,7 +58,8 @@ def _path(axes: Axes, records: list[Record], scene: Scene) -> None:
     if len(lamps):
         axes.plot(lamps[:, 0], lamps[:, 1], "o", color="#F0C000", markeredgecolor="#806000", markersize=9, label="lamps")
         for lamp in scene.lamps:
-            axes.annotate(str(lamp.id), lamp.centre_m[:2], xytext=(7, 5), textcoords="offset points", fontsize=9)
+            x, y, _ = lamp.centre_m
+            axes.annotate(str(lamp.id), (x, y), xytext=(7, 5), textcoords="offset points", fontsize=9)
     axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
     axes.set_title("path from above", fontsize=10)
     axes.grid(alpha=0.3)
@@ -82,10 +83,11 @@ def _errors(axes: Axes, records: list[Record], begun_s: float, axis: int, colour
 
 
 def _states(axes: Axes, records: list[Record], begun_s: float) -> None:
-    ends = [(r.time_s or 0.0) - begun_s for r in records]
-    widths = np.diff(ends, append=ends[-1] + (ends[-1] - ends[-2] if len(ends) > 1 else 1.0)) if ends else []
+    begins = [(r.time_s or 0.0) - begun_s for r in records]
+    last = begins[-1] - begins[-2] if len(begins) > 1 else 1.0
+    ends = [*begins[1:], *[begin + last for begin in begins[-1:]]]
     for state, colour in STATES.items():
-        spans = [(e, w) for e, w, r in zip(ends, widths, records, strict=True) if r.state == state]
+        spans = [(b, e - b) for b, e, r in zip(begins, ends, records, strict=True) if r.state == state]
         if spans:
             axes.broken_barh(spans, (0, 1), color=colour, label=state)
     axes.set(xlabel="time since the first frame [s]", yticks=[], ylim=(0, 1))
