@@ -258,3 +258,36 @@ def test_a_full_standard_output_is_said(tmp_path: Path, frames):
         ran = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
     assert ran.returncode == 2 and "standard output: cannot be written: No space left on device" in ran.stderr
     assert "Traceback" not in ran.stderr
+
+
+# --- lamps that say their ids
+
+
+def test_coded_lamps_need_no_prior(libocc, root: Path):
+    """A square of lamps, from nothing; the table says where they hang."""
+    assert libocc("sequence", "ufsook_four", "standing", "--out", "s")[0] == 0
+    table = root / "data" / "scenes" / "ufsook_four.csv"
+    code, out, err = libocc(
+        "position", "ufsook_four", "--source", "s", "--decode", "--lamps", table, "--out", "s.jsonl"
+    )
+    assert code == 0, err
+    records = told("s.jsonl")
+    first = next(i for i, record in enumerate(records) if record["state"] == "tracking")
+    assert 30 <= first < 40 and f"ids are known after {first + 1} frames" in records[first]["warning"]
+    assert all(r["state"] == "searching" and r["reason"].startswith("ids are being read") for r in records[:first])
+    assert all(record["state"] == "tracking" for record in records[first:])
+    assert np.linalg.norm(records[-1]["error_m"]) < 0.01
+    assert "first position 1." in err
+
+
+@pytest.mark.slow
+def test_a_phone_walks_among_coded_lamps(libocc):
+    """Twelve seconds at walking pace, two to four lamps in view of which each is dark half of the time."""
+    assert libocc("sequence", "ufsook_four", "phone_walk", "--out", "s", "--workers", 2)[0] == 0
+    code, _, err = libocc("position", "ufsook_four", "--source", "s", "--decode", "--quiet", "--out", "s.jsonl")
+    assert code == 0, err
+    records = told("s.jsonl")
+    errors_m = np.array([np.linalg.norm(r["error_m"]) for r in records if r["state"] == "tracking"])
+    first = next(i for i, record in enumerate(records) if record["state"] == "tracking")
+    assert first < 60 and len(errors_m) > 0.9 * (len(records) - first)
+    assert np.median(errors_m) < 0.02 and errors_m.max() < 0.15

@@ -15,13 +15,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Blob, Code, Decoded, Prior, Rung, Scene, Tracker, decode, locate
+from .._core import Blob, Code, CodeKind, Decoded, Prior, Rung, Scene, Tracker, decode, locate
 from .frames import Pixels
 from .positioner import Seen, seen_of
 from .record import Pose
 
 WINDOW = 45  # frames: UFSOOK says an id of 8 bits in 34; longer ones hold more motion
-FIRST_TRY = 10  # frames
+FIRST_TRY = 10  # frames; those that say a bit in two frames take longer
+LONG_CODES = {CodeKind.ufsook: 30, CodeKind.s2psk: 30}
 TRY_EVERY = 5  # frames while ids are not known
 CHECK_EVERY = 60  # frames while they are
 LEAST_SEEN = 4  # frames with a blob of a light
@@ -122,7 +123,7 @@ class CodedPositioner:
             done, self._reading = self._reading, None
             return done.result()
         due = CHECK_EVERY if self._tracker is not None else TRY_EVERY
-        if len(self._window) < FIRST_TRY or self._number % due:
+        if len(self._window) < LONG_CODES.get(self._code.kind, FIRST_TRY) or self._number % due:
             return None
         frames = list(self._window)
         if self._readers is None:
