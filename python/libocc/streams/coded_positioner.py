@@ -48,7 +48,8 @@ class _Read:
     with the lamp_id of those that said one."""
 
     middle: int  # number of that frame
-    frames: int
+    time_s: float  # of it
+    frames: int  # of the window
     blobs: list[Blob]
 
     @property
@@ -137,7 +138,10 @@ class CodedPositioner:
             self._code, map=self._scene,
         )
         middle, camera = len(frames) // 2, self._scene.camera
-        return _Read(frames[middle].number, len(frames), lights(found, middle, camera.width, camera.height))
+        return _Read(
+            frames[middle].number, frames[middle].time_s, len(frames),
+            lights(found, middle, camera.width, camera.height),
+        )
 
     def _begin(self, read: _Read) -> bool:
         """Whether a lamp has said its id and the lights leave one pose; the tracker then begins with it."""
@@ -150,7 +154,8 @@ class CodedPositioner:
             self._said += "; " + (fix.message or f"{len(fix.lamps)} of the {self._least} lamps that a pose needs")
             return False
         grown = fix.covariance + np.diag([TURN_SIGMA_RAD**2] * 3 + [PLACE_SIGMA_M**2] * 3)
-        self._tracker = Tracker(self._scene, prior=Prior(last_pose=(fix.cam_from_world, grown)))
+        self._tracker = Tracker(self._scene, self._prior)
+        self._tracker.start(read.time_s, fix.cam_from_world, grown)
         return True
 
     def _catch_up(self, read: _Read) -> Seen:
