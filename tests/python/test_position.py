@@ -263,10 +263,11 @@ def test_a_full_standard_output_is_said(tmp_path: Path, frames):
 # --- lamps that say their ids
 
 
-def test_coded_lamps_need_no_prior(libocc, root: Path):
+def test_coded_lamps_need_no_prior(libocc):
     """A square of lamps, from nothing; the table says where they hang."""
     assert libocc("sequence", "ufsook_four", "standing", "--out", "s")[0] == 0
-    table = root / "data" / "scenes" / "ufsook_four.csv"
+    table = Path("lamps.csv")
+    table.write_text("id,x,y,z\n1,11,1,3\n2,13,1,3\n3,11,3,3\n4,13,3,3\n")  # the scene's, ten metres on
     code, out, err = libocc(
         "position", "ufsook_four", "--source", "s", "--decode", "--lamps", table, "--out", "s.jsonl"
     )
@@ -276,18 +277,19 @@ def test_coded_lamps_need_no_prior(libocc, root: Path):
     assert 30 <= first < 40 and f"ids are known after {first + 1} frames" in records[first]["warning"]
     assert all(r["state"] == "searching" and r["reason"].startswith("ids are being read") for r in records[:first])
     assert all(record["state"] == "tracking" for record in records[first:])
-    assert np.linalg.norm(records[-1]["error_m"]) < 0.01
+    assert np.linalg.norm(records[-1]["error_m"] - np.array([10, 0, 0])) < 0.01
     assert "first position 1." in err
 
 
 @pytest.mark.slow
 def test_a_phone_walks_among_coded_lamps(libocc):
-    """Twelve seconds at walking pace, two to four lamps in view of which each is dark half of the time."""
-    assert libocc("sequence", "ufsook_four", "phone_walk", "--out", "s", "--workers", 2)[0] == 0
-    code, _, err = libocc("position", "ufsook_four", "--source", "s", "--decode", "--quiet", "--out", "s.jsonl")
+    """Fourteen seconds in a grid of twenty lamps, each dark half of the time, of which six are in view."""
+    assert libocc("sequence", "ufsook_hall", "phone_walk", "--out", "s", "--workers", 2)[0] == 0
+    code, _, err = libocc("position", "ufsook_hall", "--source", "s", "--decode", "--quiet", "--out", "s.jsonl")
     assert code == 0, err
     records = told("s.jsonl")
     errors_m = np.array([np.linalg.norm(r["error_m"]) for r in records if r["state"] == "tracking"])
     first = next(i for i, record in enumerate(records) if record["state"] == "tracking")
     assert first < 60 and len(errors_m) > 0.9 * (len(records) - first)
-    assert np.median(errors_m) < 0.02 and errors_m.max() < 0.15
+    assert not any(record["state"] == "lost" for record in records)
+    assert np.median(errors_m) < 0.015 and errors_m.max() < 0.15
