@@ -66,6 +66,7 @@ class LIBOCC_API Route {
   const std::vector<RoutePiece>& pieces() const { return pieces_; }
   const std::optional<PlanarPose>& dock() const { return dock_; }
   bool closed() const { return closed_; }
+  double lap_m() const { return length_m() / laps_; }  ///< of a route that is not closed: all
 
   /// Clipped to the route.
   RoutePlace at(double along_m) const;
@@ -86,6 +87,7 @@ class LIBOCC_API Route {
   std::vector<RoutePiece> pieces_;
   std::optional<PlanarPose> dock_;
   bool closed_ = false;
+  int laps_ = 1;
 };
 
 /// Where a vehicle would touch something.

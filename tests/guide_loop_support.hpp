@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Shared by the tests of the closed loop: a room of four equal lamps, a route of 20 m in it.
+#pragma once
+
+#include "libocc/guide/closed_loop.hpp"
+#include "libocc/scene/scene_file.hpp"
+
+namespace occ::test {
+
+inline Scene four_lamp_room() {
+  return read_scene(std::string(LIBOCC_DATA) + "/scenes/kookmin_four_lamps.yaml");
+}
+
+/// Laps of 4.9 m about the room's middle, and from the last one to a dock.
+inline Route four_lamp_route(int laps = 4) {
+  RouteOptions options;
+  options.closed = true;
+  options.laps = laps;
+  options.corner_radius_m = 0.4;
+  options.dock = PlanarPose{2.6, 1.4, 0};
+  return Route({{{1.6, 1.4}, {}, {}},
+                {{2.8, 1.4}, {}, {}},
+                {{2.8, 2.6}, {}, {}},
+                {{1.2, 2.6}, {}, {}},
+                {{1.2, 1.4}, {}, {}}},
+               options);
+}
+
+/// Wheels as of a good vehicle.
+inline Vehicle real_vehicle() {
+  Vehicle vehicle;
+  vehicle.noise.drive = 0.002;
+  vehicle.noise.slip = 0.002;
+  vehicle.noise.sideways_slip = 0.001;
+  vehicle.noise.odometry = 0.001;
+  return vehicle;
+}
+
+}  // namespace occ::test
