@@ -11,18 +11,19 @@ inline Scene four_lamp_room() {
   return read_scene(std::string(LIBOCC_DATA) + "/scenes/kookmin_four_lamps.yaml");
 }
 
-/// Laps of 4.9 m about the room's middle, and from the last one to a dock.
-inline Route four_lamp_route(int laps = 4) {
+/// Laps of 4.1 m, one of whose sides goes through the room's middle, and from the last one to a
+/// dock.
+inline Route four_lamp_route(int laps = 5) {
   RouteOptions options;
   options.closed = true;
   options.laps = laps;
   options.corner_radius_m = 0.4;
-  options.dock = PlanarPose{2.6, 1.4, 0};
-  return Route({{{1.6, 1.4}, {}, {}},
-                {{2.8, 1.4}, {}, {}},
-                {{2.8, 2.6}, {}, {}},
-                {{1.2, 2.6}, {}, {}},
-                {{1.2, 1.4}, {}, {}}},
+  options.dock = PlanarPose{2.4, 1.2, 0};
+  return Route({{{1.6, 1.2}, {}, {}},
+                {{2.8, 1.2}, {}, {}},
+                {{2.8, 2.0}, {}, {}},
+                {{1.2, 2.0}, {}, {}},
+                {{1.2, 1.2}, {}, {}}},
                options);
 }
 

@@ -49,3 +49,81 @@ TEST(ClosedLoop, DrivesALapAndDocks) {
   EXPECT_LT(result.metrics.final_position_error_m, 2e-3);
   EXPECT_LT(result.metrics.final_heading_error_rad, 0.1 * pi / 180);
 }
+
+TEST(ClosedLoop, ThirtyRepeats) {
+  const char* env = std::getenv("RUNS");
+  const int runs = env ? atoi(env) : 3;
+  for (int run = 0; run < runs; ++run)
+    print(occ::closed_loop(four_lamp_room(), four_lamp_route(),
+                           real_options(static_cast<std::uint64_t>(run))));
+}
+TEST(ClosedLoop, LampFails) {
+  for (int lamp = 0; lamp < 4; ++lamp) {
+    occ::LoopOptions o = real_options(5);
+    o.faults.lamp_failures = {{lamp, 20}};
+    print(occ::closed_loop(four_lamp_room(), four_lamp_route(), o));
+  }
+}
+TEST(ClosedLoop, Faults) {
+  {
+    occ::LoopOptions o = real_options(5);
+    o.faults.latency_s = 0.08;
+    puts("latency");
+    print(occ::closed_loop(four_lamp_room(), four_lamp_route(1), o));
+  }
+  {
+    occ::LoopOptions o = real_options(5);
+    o.faults.frame_loss = 0.5;
+    puts("loss");
+    print(occ::closed_loop(four_lamp_room(), four_lamp_route(1), o));
+  }
+  {
+    occ::LoopOptions o = real_options(5);
+    o.faults.frame_repeat = 0.5;
+    puts("repeat");
+    print(occ::closed_loop(four_lamp_room(), four_lamp_route(1), o));
+  }
+  {
+    occ::LoopOptions o = real_options(5);
+    o.faults.odometry_lies = {{5, 8, 1.3, 0.2}};
+    puts("lie");
+    print(occ::closed_loop(four_lamp_room(), four_lamp_route(1), o));
+  }
+  {
+    occ::LoopOptions o = real_options(5);
+    o.faults.kidnappings = {{5, {2.5, 2.3, 2}}};
+    puts("kidnap");
+    print(occ::closed_loop(four_lamp_room(), four_lamp_route(1), o));
+  }
+  {
+    occ::LoopOptions o = real_options(5);
+    o.faults.clock_jumps = {{5, -0.5}};
+    puts("clock");
+    print(occ::closed_loop(four_lamp_room(), four_lamp_route(1), o));
+  }
+  {
+    occ::LoopOptions o = real_options(5);
+    o.faults.clock_jumps = {{5, 0.5}};
+    puts("clock+");
+    print(occ::closed_loop(four_lamp_room(), four_lamp_route(1), o));
+  }
+  {
+    occ::LoopOptions o = real_options(5);
+    for (int l = 0; l < 4; ++l) o.faults.lamp_failures.push_back({l, 5, 5.5});
+    puts("dark");
+    print(occ::closed_loop(four_lamp_room(), four_lamp_route(1), o));
+  }
+  {
+    occ::LoopOptions o = real_options(5);
+    o.vehicle.drive = occ::Drive::ackermann;
+    o.vehicle.wheelbase_m = .25;
+    puts("car");
+    print(occ::closed_loop(four_lamp_room(), four_lamp_route(1), o));
+  }
+  {
+    occ::LoopOptions o = real_options(5);
+    o.follower = occ::Follower::stanley;
+    puts("stanley");
+    print(occ::closed_loop(four_lamp_room(), four_lamp_route(1), o));
+  }
+}

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "libocc/guide/loop_estimator.hpp"
+#include "libocc/guide/planar_perturbation.hpp"
 #include "libocc/position/locate.hpp"
 #include "libocc/position/pose_observation.hpp"
 
@@ -54,23 +55,13 @@ Belief moved(const Belief& from, const PlanarOdometry& step) {
               by_step * step.covariance * by_step.transpose()};
 }
 
-/// d [rotation, translation] of body_from_world's left perturbation / d [x, y, heading], and the
-/// same for what the floor holds: roll, pitch, height, in the body's axes.
-Matrix6 from_planar(const PlanarPose& pose) {
-  Matrix6 jacobian = Matrix6::Zero();
-  jacobian(2, 2) = -1;  // the world turns the other way
-  jacobian.block<2, 2>(3, 0) = -axes_of(pose).transpose();
-  jacobian(0, 3) = jacobian(1, 4) = jacobian(5, 5) = 1;
-  return jacobian;
-}
-
 PriorPose prior_of(const Belief& belief, const Rigid3& cam_from_body) {
   Matrix6 parts = Matrix6::Zero();
   parts.topLeftCorner<3, 3>() = belief.covariance;
   parts.diagonal().head<3>().array() += model_sigma_m * model_sigma_m;
   parts(3, 3) = parts(4, 4) = tilt_sigma_rad * tilt_sigma_rad;
   parts(5, 5) = height_sigma_m * height_sigma_m;
-  const Matrix6 jacobian = adjoint(cam_from_body) * from_planar(belief.pose);
+  const Matrix6 jacobian = adjoint(cam_from_body) * planar_perturbation(belief.pose);
   return {cam_from_body * body_from_world(belief.pose), jacobian * parts * jacobian.transpose()};
 }
 
@@ -79,7 +70,7 @@ Belief planar_part(const Fix& fix, const Rigid3& cam_from_body, double time_s) {
   const Rigid3 body = cam_from_body.inverse() * fix.cam_from_world;
   Belief belief{time_s, planar_pose(body), {}};
   const Matrix6 carry = adjoint(cam_from_body.inverse());
-  const Matrix6 back = from_planar(belief.pose).inverse();
+  const Matrix6 back = planar_perturbation(belief.pose).inverse();
   const Matrix6 parts = back * carry * fix.covariance * carry.transpose() * back.transpose();
   belief.covariance = 0.5 * (parts + parts.transpose()).topLeftCorner<3, 3>();
   return belief;

@@ -43,8 +43,9 @@ Corner corner_at(std::size_t i, const std::vector<RouteWaypoint>& waypoints,
   if (radius_m == 0 || std::abs(corner.turn_rad) < 1e-9) return corner;
   require(std::abs(corner.turn_rad) < pi - 1e-3, "waypoints[" + std::to_string(i) + "].position_m",
           waypoints[i].position_m.transpose(), "no point at which the route turns back on itself");
-  // Each corner may have half of the shorter line.
-  const double most_m = 0.5 * std::min(in.norm(), out.norm());
+  // Of a line between two corners each may have half.
+  const bool first = !options.closed && i == 1, last = !options.closed && i + 2 == n;
+  const double most_m = std::min(in.norm() * (first ? 1 : 0.5), out.norm() * (last ? 1 : 0.5));
   corner.radius_m = std::min(radius_m, most_m / std::tan(std::abs(corner.turn_rad) / 2));
   return corner;
 }
