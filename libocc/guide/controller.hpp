@@ -45,7 +45,7 @@ struct LIBOCC_API PaceOptions {
 };
 
 struct LIBOCC_API PurePursuitOptions {
-  double lookahead_s = 0.25;
+  double lookahead_s = 0.2;
   double least_lookahead_m = 0.1, most_lookahead_m = 0.6;
   double turn_on_spot_rad = 0.8;  ///< differential drive: turns first when the route leads further
                                   ///< aside than this; infinity: never

@@ -42,12 +42,19 @@ void require_steps(const PanTiltOptions& options, const Route& route) {
         "tilts");
 }
 
+/// What is planned with a little more margin holds between the places that were looked at, too.
+VisibilityOptions wary(VisibilityOptions view) {
+  view.margin_px += 2;
+  return view;
+}
+
 class PanTiltSearch {
  public:
   PanTiltSearch(const Scene& scene, const Route& route, const PanTiltOptions& options)
       : route_(route),
         options_(options),
         views_(scene, options.view),
+        wary_views_(scene, wary(options.view)),
         places_(even_places(route, options.step_m)),
         states_(static_cast<std::size_t>(options.pans) * static_cast<std::size_t>(options.tilts)) {}
 
@@ -85,7 +92,7 @@ class PanTiltSearch {
       const PlanarPose& pose = places_[i].pose;
       const Rigid3 body = body_from_world(pose);
       for (std::size_t s = 0; s < states_; ++s) {
-        const std::vector<int> lamps = views_.in_view(mounts[s] * body);
+        const std::vector<int> lamps = wary_views_.in_view(mounts[s] * body);
         Visibility seen;
         views_.bound(pose, mounts[s], lamps, seen);
         const int missing = options_.least_lamps - static_cast<int>(lamps.size());
@@ -136,7 +143,7 @@ class PanTiltSearch {
       const RoutePlace place = route_.at(between(places_[i - 1].along_m, places_[i].along_m));
       const Rigid3 camera =
           mount(between(pan_of(from), pan_of(to)), between(tilt_of(from), tilt_of(to)));
-      const int count = views_.count_in_view(camera * body_from_world(place.pose));
+      const int count = wary_views_.count_in_view(camera * body_from_world(place.pose));
       blind += count >= options_.least_lamps ? 0 : 1;
     }
     return static_cast<double>(blind) / parts;
@@ -178,7 +185,7 @@ class PanTiltSearch {
 
   const Route& route_;
   const PanTiltOptions& options_;
-  LampViews views_;
+  LampViews views_, wary_views_;
   std::vector<RoutePlace> places_;
   std::size_t states_;
   std::vector<std::vector<double>> here_;       // place, state

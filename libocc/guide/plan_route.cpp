@@ -184,7 +184,7 @@ class Lattice {
   std::optional<double> cost_of(const Node& from, const Motion& m) const {
     const Route route = way(from, m);
     const int count =
-        std::max(2, static_cast<int>(std::ceil(route.length_m() / (0.5 * options_.cell_m))));
+        std::max(2, static_cast<int>(std::ceil(route.length_m() / (0.25 * options_.cell_m))));
     int blind = 0;
     for (int i = 1; i <= count; ++i) {
       const PlanarPose pose = route.at(route.length_m() * i / count).pose;

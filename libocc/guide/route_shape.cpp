@@ -32,6 +32,7 @@ struct Corner {
   double cut_m() const { return radius_m * std::tan(std::abs(turn_rad) / 2); }
 };
 
+/// As asked, whatever the lines' lengths.
 Corner corner_at(std::size_t i, const std::vector<RouteWaypoint>& waypoints,
                  const RouteOptions& options) {
   const std::size_t n = waypoints.size();
@@ -43,11 +44,27 @@ Corner corner_at(std::size_t i, const std::vector<RouteWaypoint>& waypoints,
   if (radius_m == 0 || std::abs(corner.turn_rad) < 1e-9) return corner;
   require(std::abs(corner.turn_rad) < pi - 1e-3, "waypoints[" + std::to_string(i) + "].position_m",
           waypoints[i].position_m.transpose(), "no point at which the route turns back on itself");
-  // Of a line between two corners each may have half.
-  const bool first = !options.closed && i == 1, last = !options.closed && i + 2 == n;
-  const double most_m = std::min(in.norm() * (first ? 1 : 0.5), out.norm() * (last ? 1 : 0.5));
-  corner.radius_m = std::min(radius_m, most_m / std::tan(std::abs(corner.turn_rad) / 2));
+  corner.radius_m = radius_m;
   return corner;
+}
+
+/// Where two corners ask for more than the line between them, both get the same share of it.
+std::vector<Corner> fitting_corners(const std::vector<RouteWaypoint>& waypoints,
+                                    const RouteOptions& options) {
+  const std::size_t n = waypoints.size(), lines = options.closed ? n : n - 1;
+  std::vector<Corner> corners(n);
+  for (std::size_t i = options.closed ? 0 : 1; i < lines; ++i)
+    corners[i] = corner_at(i, waypoints, options);
+  std::vector<double> shares(n, 1);
+  for (std::size_t i = 0; i < lines; ++i) {
+    const std::size_t next = (i + 1) % n;
+    const double length = (waypoints[next].position_m - waypoints[i].position_m).norm();
+    const double asked = corners[i].cut_m() + corners[next].cut_m();
+    if (asked <= length) continue;
+    for (const std::size_t k : {i, next}) shares[k] = std::min(shares[k], length / asked);
+  }
+  for (std::size_t i = 0; i < n; ++i) corners[i].radius_m *= shares[i];
+  return corners;
 }
 
 void add_piece(std::vector<RoutePiece>& pieces, const PlanarPose& begin, double length_m,
@@ -122,9 +139,7 @@ std::vector<RoutePiece> rounded_lines(const std::vector<RouteWaypoint>& waypoint
                                       const RouteOptions& options) {
   const std::size_t n = waypoints.size();
   const std::vector<double> speeds = speeds_of(waypoints, options);
-  std::vector<Corner> corners(n);
-  for (std::size_t i = options.closed ? 0 : 1; i < (options.closed ? n : n - 1); ++i)
-    corners[i] = corner_at(i, waypoints, options);
+  const std::vector<Corner> corners = fitting_corners(waypoints, options);
   std::vector<RoutePiece> pieces;
   for (std::size_t i = 0; i < (options.closed ? n : n - 1); ++i) {
     const std::size_t next = (i + 1) % n;
