@@ -61,6 +61,15 @@ TEST(PlanarPose, AnArcIsManyShortSteps) {
   }
 }
 
+TEST(PlanarPose, LogarithmUndoesTheExponential) {
+  for (const double turn : {0.0, 1e-10, 0.4, -3.0, pi}) {
+    const Eigen::Vector3d motion(0.7, -0.4, turn);
+    EXPECT_NEAR((occ::planar_log(occ::planar_exp(motion)) - motion).norm(), 0, 1e-14) << turn;
+    const occ::PlanarPose half = occ::planar_exp(motion / 2);
+    EXPECT_NEAR(occ::difference(half * half, occ::planar_exp(motion)).norm(), 0, 1e-14) << turn;
+  }
+}
+
 TEST(Adjoint, CarriesAPerturbationThroughATransform) {
   const occ::Rigid3 a = some_pose(1), b = some_pose(2);
   for (int axis = 0; axis < 6; ++axis) {

@@ -8,6 +8,9 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
+/// sin(a) / a: the chord of an arc over its length, a being half of the turn.
+double sinc(double a) { return std::abs(a) < 1e-8 ? 1 : std::sin(a) / a; }
+
 }  // namespace
 
 Eigen::Vector2d PlanarPose::forward() const {
@@ -42,12 +45,20 @@ Eigen::Vector3d difference(const PlanarPose& to, const PlanarPose& from) {
   return {to.x_m - from.x_m, to.y_m - from.y_m, wrapped_rad(to.heading_rad - from.heading_rad)};
 }
 
-PlanarPose arc(double length_m, double turn_rad) {
-  // sin(a)/a and (1 - cos(a))/a, by half angles: exact to rounding for small turns, too.
-  const double half = turn_rad / 2;
-  const double sinc = std::abs(half) < 1e-8 ? 1 : std::sin(half) / half;
-  const double chord = length_m * sinc;
-  return {chord * std::cos(half), chord * std::sin(half), wrapped_rad(turn_rad)};
+PlanarPose arc(double length_m, double turn_rad) { return planar_exp({length_m, 0, turn_rad}); }
+
+PlanarPose planar_exp(const Eigen::Vector3d& motion) {
+  const double half = motion[2] / 2;
+  const Eigen::Vector2d chord = sinc(half) * motion.head<2>();
+  const double c = std::cos(half), s = std::sin(half);
+  return {c * chord.x() - s * chord.y(), s * chord.x() + c * chord.y(), wrapped_rad(motion[2])};
+}
+
+Eigen::Vector3d planar_log(const PlanarPose& pose) {
+  const double turn = wrapped_rad(pose.heading_rad), half = turn / 2;
+  const Eigen::Vector2d chord = pose.position() / sinc(half);
+  const double c = std::cos(half), s = std::sin(half);
+  return {c * chord.x() + s * chord.y(), -s * chord.x() + c * chord.y(), turn};
 }
 
 Rigid3 body_from_world(const PlanarPose& pose, double height_m) {

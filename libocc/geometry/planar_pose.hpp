@@ -40,6 +40,12 @@ LIBOCC_API Eigen::Vector3d difference(const PlanarPose& to, const PlanarPose& fr
 /// Where a body gets to that drives forward and turns at constant rates: an arc.
 LIBOCC_API PlanarPose arc(double length_m, double turn_rad);
 
+/// Where a body gets to at constant [forward, left, turn]: the exponential of SE(2).
+LIBOCC_API PlanarPose planar_exp(const Eigen::Vector3d& motion);
+
+/// The motion with planar_exp(motion) == pose that turns by no more than half a turn.
+LIBOCC_API Eigen::Vector3d planar_log(const PlanarPose& pose);
+
 /// body_from_world of a body that stands upright, its origin at this height.
 LIBOCC_API Rigid3 body_from_world(const PlanarPose& pose, double height_m = 0);
 

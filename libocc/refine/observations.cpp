@@ -139,9 +139,7 @@ void observe_pixels(const std::vector<Match>& matches, const std::vector<Blob>& 
 }
 
 int prior_equations(const RefineOptions& options) {
-  if (!options.prior) return 0;
-  return (options.prior->position_m ? 3 : 0) + (options.prior->heading_rad ? 1 : 0) +
-         (options.prior->gravity_in_cam ? 2 : 0);
+  return options.prior ? options.prior->dof() : 0;
 }
 
 }  // namespace

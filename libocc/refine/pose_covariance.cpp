@@ -10,14 +10,27 @@ namespace {
 
 constexpr double singular = 1e-12;
 
+/// Of the centred perturbation.
+Matrix6 marginal_information(const Normal& normal) {
+  const Eigen::Matrix<double, 6, 2> mixed = normal.information.topRightCorner<6, 2>();
+  const Eigen::Matrix2d nuisance = normal.information.bottomRightCorner<2, 2>();
+  return normal.information.topLeftCorner<6, 6>() -
+         mixed * nuisance.ldlt().solve(mixed.transpose());
+}
+
 }  // namespace
+
+Matrix6 pose_information(const Normal& normal, const Eigen::Vector3d& pivot) {
+  Matrix6 centred_from_left = Matrix6::Identity();
+  centred_from_left.bottomLeftCorner<3, 3>() = -skew(pivot);
+  const Matrix6 information =
+      centred_from_left.transpose() * marginal_information(normal) * centred_from_left;
+  return 0.5 * (information + information.transpose());
+}
 
 PoseCovariance pose_covariance(const Normal& normal, const Eigen::Vector3d& pivot) {
   PoseCovariance pose;
-  const Eigen::Matrix<double, 6, 2> mixed = normal.information.topRightCorner<6, 2>();
-  const Eigen::Matrix2d nuisance = normal.information.bottomRightCorner<2, 2>();
-  const Matrix6 information =
-      normal.information.topLeftCorner<6, 6>() - mixed * nuisance.ldlt().solve(mixed.transpose());
+  const Matrix6 information = marginal_information(normal);
   const Vector6 diagonal = information.diagonal();
   const double turn = std::sqrt(diagonal.head<3>().maxCoeff());
   const double shift = std::sqrt(diagonal.tail<3>().maxCoeff());

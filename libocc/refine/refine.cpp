@@ -11,6 +11,7 @@
 #include "libocc/refine/internal/outliers.hpp"
 #include "libocc/refine/internal/pose_covariance.hpp"
 #include "libocc/refine/internal/predicted_place.hpp"
+#include "libocc/refine/internal/prior_rows.hpp"
 
 namespace occ {
 namespace {
@@ -216,6 +217,21 @@ std::string too_few_message(std::size_t lamps, int equations) {
   return text.str();
 }
 
+/// At the minimum the lamps pull as strongly as the prior does, the other way.
+void report_lamps(const Minimum& minimum, const RefineOptions& options, Refined& refined) {
+  const double factor = refined.variance_factor;
+  if (!options.prior || options.prior->empty()) {
+    refined.lamp_information = pose_information(minimum.normal, minimum.pivot) / factor;
+    return;
+  }
+  Normal prior, lamps = minimum.normal;
+  add_prior(*options.prior, minimum.state.cam_from_world, minimum.pivot, prior);
+  lamps.information -= prior.information;
+  refined.lamp_information = pose_information(lamps, minimum.pivot) / factor;
+  const PriorRows rows = options.prior->rows(minimum.state.cam_from_world);
+  refined.lamp_gradient = -rows.jacobian.transpose() * rows.residuals / factor;
+}
+
 void conclude(const Minimum& minimum, const RefineOptions& options, Result<Refined>& result) {
   if (!minimum.defined) {
     result.status = Status::not_converged;
@@ -234,6 +250,7 @@ void conclude(const Minimum& minimum, const RefineOptions& options, Result<Refin
   covariance = result->variance_factor * pose.covariance;
   covariance.bottomRightCorner<3, 3>() +=
       arc_moment(covariance.topLeftCorner<3, 3>(), minimum.pivot);
+  report_lamps(minimum, options, result.value);
   if (minimum.converged) return;
   result.status = Status::not_converged;
   result.message = "still moving after " + std::to_string(options.max_iterations) + " iterations";

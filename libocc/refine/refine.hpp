@@ -83,8 +83,12 @@ struct Refined {
   Rigid3 cam_from_world;
   Matrix6 covariance =
       unknown_covariance<6>();  ///< see geometry/rigid.hpp for order and perturbation
-  double chi2 = 0;              ///< whitened, robust; prior and lamps that were left out included
-  int dof = 0;                  ///< observations minus parameters
+  /// What the lamps alone say, without the prior, about cam_from_world: their chi2 there moves by
+  /// 2 g . d + d . L d under a left perturbation d. L has no inverse when they are one or two.
+  Matrix6 lamp_information = Matrix6::Zero();
+  Vector6 lamp_gradient = Vector6::Zero();
+  double chi2 = 0;  ///< whitened, robust; prior and lamps that were left out included
+  int dof = 0;      ///< observations minus parameters
   double variance_factor =
       1;              ///< the covariance contains it; 1 unless chi2 is too large to be chance
   double rms_px = 0;  ///< of centre residuals over lamps

@@ -17,4 +17,7 @@ struct PoseCovariance {
 /// below 1e-12 of the largest, in units of the largest rotation's and the largest translation's.
 PoseCovariance pose_covariance(const Normal& normal, const Eigen::Vector3d& pivot);
 
+/// Information on the left perturbation; growth and log_factor marginalised.
+Matrix6 pose_information(const Normal& normal, const Eigen::Vector3d& pivot);
+
 }  // namespace occ
