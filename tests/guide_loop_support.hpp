@@ -37,4 +37,19 @@ inline Vehicle real_vehicle() {
   return vehicle;
 }
 
+inline LoopOptions real_options(std::uint64_t seed = 1) {
+  LoopOptions options;
+  options.vehicle = real_vehicle();
+  options.seed = seed;
+  return options;
+}
+
+/// The same room by a longer lens: 3 mm.
+inline Scene narrow_room() {
+  Scene scene = four_lamp_room();
+  const double f = 0.003 / scene.sensor.pixel_pitch_m;
+  scene.camera = Camera::pinhole(640, 480, f, f, 319.5, 239.5);
+  return scene;
+}
+
 }  // namespace occ::test

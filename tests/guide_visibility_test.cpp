@@ -19,16 +19,9 @@ namespace {
 using occ::test::complaint;
 using occ::test::four_lamp_room;
 using occ::test::four_lamp_route;
+using occ::test::narrow_room;
 
 constexpr double pi = 3.14159265358979323846;
-
-/// The same room by a longer lens: 3 mm.
-occ::Scene narrow_room() {
-  occ::Scene scene = four_lamp_room();
-  const double f = 0.003 / scene.sensor.pixel_pitch_m;
-  scene.camera = occ::Camera::pinhole(640, 480, f, f, 319.5, 239.5);
-  return scene;
-}
 
 occ::RoutePlanOptions plan_options() {
   occ::RoutePlanOptions options;

@@ -8,8 +8,10 @@
 #include <utility>
 
 #include "libocc/core/require.hpp"
+#include "libocc/guide/clock_guard.hpp"
 #include "libocc/guide/loop_metrics.hpp"
 #include "libocc/guide/loop_world.hpp"
+#include "libocc/guide/mount.hpp"
 
 namespace occ {
 namespace {
@@ -22,7 +24,8 @@ class Loop {
         route_(route),
         options_(options),
         world_(scene, options, options.start.value_or(route.at(0).pose)),
-        estimator_(std::move(estimator)) {
+        estimator_(std::move(estimator)),
+        clock_(options.clock_guard_s) {
     true_along_m_ = route.nearest(world_.state().pose.position(), 0.0, route.lap_m() / 2).along_m;
     start_estimate();
   }
@@ -117,15 +120,25 @@ class Loop {
   }
 
   void take_image(const Capture& capture) {
-    const double now_s = world_.state().time_s;
+    LoopFrame frame;
+    frame.captured_s = capture.captured_s;
+    frame.arrived_s = world_.state().time_s;
+    frame.lamps_in_view = capture.lamps_in_view;
+    const double captured_s = clock_.captured_s(capture.stamped_s, frame.arrived_s);
+    frame.clock_jumped_s = clock_.jumped_s();
     const auto begin = std::chrono::steady_clock::now();
     const EstimatedPose seen = estimator_->add_image(
-        {capture.rendered.image.view(), capture.stamped_s, now_s, capture.cam_from_body});
+        {capture.rendered.image.view(), captured_s, frame.arrived_s, capture.cam_from_body});
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+    frame.taken_s = taken.count();
+    frame.state = seen.state;
+    frame.lamps_used = seen.lamps;
+    frame.nis = seen.nis;
+    frame.nis_dof = seen.nis_dof;
+    frame.relocated = seen.relocated;
     if (seen.relocated && along_m_)
       along_m_ = route_.nearest(seen.pose.position(), along_m_, route_.lap_m() / 2).along_m;
-    result_.frames.push_back({capture.captured_s, now_s, false, seen.state, capture.lamps_in_view,
-                              seen.lamps, seen.nis, seen.nis_dof, seen.relocated, taken.count()});
+    result_.frames.push_back(frame);
   }
 
   void fill(LoopRecord& record) {
@@ -176,6 +189,7 @@ class Loop {
   const LoopOptions& options_;
   LoopWorld world_;
   std::unique_ptr<LoopEstimator> estimator_;
+  ClockGuard clock_;
   EstimatedPose estimate_;
   std::optional<double> along_m_ = 0;
   double true_along_m_ = 0, had_pose_s_ = 0;
@@ -191,6 +205,13 @@ void require_lamps(const Scene& scene, const LoopFaults& faults) {
                                    [&](const Lamp& lamp) { return lamp.id == id; });
     require(known, "lamp_failures[" + std::to_string(i) + "].lamp", id, "the id of a lamp");
   }
+}
+
+std::unique_ptr<LoopEstimator> estimator_of(const Scene& scene, const LoopOptions& options) {
+  if (options.estimation == LoopEstimation::locate) return make_locate_estimator(scene);
+  return make_tracker_estimator(
+      scene, options.tracker,
+      camera_on_vehicle(options.camera_place_m, options.camera_pan_rad, options.camera_tilt_rad));
 }
 
 }  // namespace
@@ -221,7 +242,8 @@ LoopResult closed_loop(const Scene& scene, const Route& route, const LoopOptions
                         options.vehicle_height_m) >= 0,
             "start", options.start->position().transpose(), "free of walls and boxes");
   std::unique_ptr<LoopEstimator> estimator =
-      make_estimator ? make_estimator(checked) : make_locate_estimator(checked);
+      make_estimator ? make_estimator(checked) : estimator_of(checked, options);
+  require(estimator != nullptr, "make_estimator", "none", "a function that returns an estimator");
   return Loop(checked, route, options, std::move(estimator)).run(observer);
 }
 

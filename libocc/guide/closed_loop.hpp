@@ -63,6 +63,11 @@ struct LIBOCC_API LoopFaults {
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+enum class LoopEstimation {
+  tracker,  ///< position/tracker.hpp, on a floor
+  locate,   ///< each image for itself, with a prior: three lamps are needed
+};
+
 enum class Follower { pure_pursuit, stanley };
 
 struct LIBOCC_API LoopOptions {
@@ -72,12 +77,17 @@ struct LIBOCC_API LoopOptions {
   PurePursuitOptions pure_pursuit;
   StanleyOptions stanley;
   DockOptions docking;
+  LoopEstimation estimation = LoopEstimation::tracker;
+  TrackerOptions tracker = floor_tracker();
   Eigen::Vector3d camera_place_m = Eigen::Vector3d(0, 0, 1.5);  ///< on the vehicle, above the floor
   double camera_pan_rad = 0, camera_tilt_rad = 0;               ///< see guide/mount.hpp
   std::optional<PanTiltPlan> pan_tilt;  ///< instead: by the way along the route
   double pan_tilt_rate_rad_s = 2;       ///< each axis goes no faster after the plan
   double frame_rate_hz = 30;
   double control_rate_hz = 100;
+  /// When images come so much later or earlier than they used to, their clock has jumped, and their
+  /// arrival tells their time; infinity: their clock is believed.
+  double clock_guard_s = 0.1;
   bool image_noise = true;
   std::optional<PlanarPose> start;                      ///< the true one; none: the route's begin
   double start_sigma_m = 0.02, start_sigma_rad = 0.02;  ///< the estimate's first error, and what
@@ -119,14 +129,15 @@ struct LoopFrame {
   double nis = 0;
   int nis_dof = 0;
   bool relocated = false;
-  double taken_s = 0;  ///< by the estimator, on this machine
+  double clock_jumped_s = 0;  ///< before this image, as far as was noticed
+  double taken_s = 0;         ///< by the estimator, on this machine
 };
 
 struct LoopMetrics {
   double duration_s = 0, driven_m = 0;
   double cross_track_mean_m = 0;  ///< of its magnitude, while the route is followed
   double cross_track_rmse_m = 0, cross_track_max_m = 0;
-  double position_rmse_m = 0, position_max_m = 0;  ///< of the estimate, while there is one
+  double position_rmse_m = 0, position_max_m = 0;  ///< of the estimate, from the first image on
   double heading_rmse_rad = 0, heading_max_rad = 0;
   PlanarPose final_error;  ///< the truth in the frame of the dock, or of the route's end
   double final_position_error_m = 0, final_heading_error_rad = 0;  ///< magnitudes
@@ -136,6 +147,7 @@ struct LoopMetrics {
   double longest_outage_s = 0;  ///< between images that were tracked, beyond the frames' period
   double lost_s = 0;            ///< without a pose, the start's search included
   int relocations = 0;
+  int clock_jumps = 0;     ///< that were noticed
   double nees = 0;         ///< mean over the steps with a pose; 3 is expected
   double nis_per_dof = 0;  ///< over all images; 1 is expected
   double frame_mean_s = 0, frame_median_s = 0, frame_p99_s = 0;  ///< on this machine
@@ -150,6 +162,7 @@ struct LoopResult {
   LoopMetrics metrics;
 };
 
+/// Instead of LoopOptions::estimation: anybody's.
 using MakeEstimator = std::function<std::unique_ptr<LoopEstimator>(const Scene&)>;
 
 /// Called after each control step; false ends the run (out_of_time).

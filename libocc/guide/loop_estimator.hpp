@@ -11,6 +11,7 @@
 #include "libocc/core/image.hpp"
 #include "libocc/geometry/planar_pose.hpp"
 #include "libocc/position/motion_input.hpp"
+#include "libocc/position/tracker.hpp"
 #include "libocc/scene/scene.hpp"
 
 namespace occ {
@@ -50,6 +51,14 @@ class LIBOCC_API LoopEstimator {
   /// Predicted to a time.
   virtual EstimatedPose at(double time_s) const = 0;
 };
+
+/// A tracker's options for a vehicle on an even floor.
+LIBOCC_API TrackerOptions floor_tracker();
+
+/// Throws std::invalid_argument when scene or options do not validate, or `floor` is not set.
+LIBOCC_API std::unique_ptr<LoopEstimator> make_tracker_estimator(const Scene& scene,
+                                                                 const TrackerOptions& options,
+                                                                 const Rigid3& cam_from_body);
 
 /// Each image for itself by locate(), its prior what odometry has made of the image before.
 LIBOCC_API std::unique_ptr<LoopEstimator> make_locate_estimator(const Scene& scene);

@@ -45,11 +45,14 @@ void add_estimates(const LoopResult& result, double dt_s, LoopMetrics& metrics) 
   Spread position, heading;
   double nees = 0;
   int judged = 0;
+  bool seen = false;  // before the first image the estimate is what the run was given
   for (const LoopRecord& record : result.records) {
+    seen = seen || record.frames > 0;
     if (!record.estimate.has_pose()) {
       metrics.lost_s += dt_s;
       continue;
     }
+    if (!seen) continue;
     const Eigen::Vector3d error = difference(record.estimate.pose, record.truth);
     position.add(error.head<2>().norm());
     heading.add(error.z());
@@ -94,6 +97,7 @@ void add_images(const LoopResult& result, LoopMetrics& metrics) {
     if (frame.lost) continue;
     taken.push_back(frame.taken_s);
     metrics.relocations += frame.relocated ? 1 : 0;
+    metrics.clock_jumps += frame.clock_jumped_s != 0 ? 1 : 0;
     nis += frame.nis;
     dof += frame.nis_dof;
   }

@@ -59,6 +59,7 @@ void LoopOptions::validate() const {
   pure_pursuit.validate();
   stanley.validate();
   docking.validate();
+  tracker.validate();
   faults.validate();
   require_positive(vehicle_height_m, "vehicle_height_m");
   require(camera_place_m.allFinite(), "camera_place_m", camera_place_m.transpose(), "finite");
@@ -68,6 +69,7 @@ void LoopOptions::validate() const {
   require_positive(pan_tilt_rate_rad_s, "pan_tilt_rate_rad_s");
   require_positive(frame_rate_hz, "frame_rate_hz");
   require_positive(control_rate_hz, "control_rate_hz");
+  require(clock_guard_s > 0, "clock_guard_s", clock_guard_s, "positive");
   if (start)
     require(start->finite(), "start",
             Eigen::RowVector3d(start->x_m, start->y_m, start->heading_rad), "finite");
