@@ -149,6 +149,29 @@ def test_lamps_switched_off_give_no_position(run, frames):
     assert len(occ.Trajectory.load("w.tum")) == 4
 
 
+def test_a_camera_that_is_carried_off_is_found_again_and_the_jump_is_said(run, scene, frames):
+    away = occ.look_at([2.6, 2.5, 0.5], [2.5, 2.4, 3], up=[1, 0, 0])
+    there = occ.Trajectory([walk().begin_s + FRAMES / 20, 99], [away, away])
+    moved = render(scene, 8, there)
+    write_folder(Path("far"), frames + moved)
+    for i in range(FRAMES, FRAMES + 8):  # it stands still there
+        file = Path(f"far/truth/{i:06d}.json")
+        file.write_text(json.dumps({**json.loads(file.read_text()), "velocity": [0.0] * 6}))
+    code, _, err = run("position", "irregular_six", "--source", "far", "--quiet", "--out", "w.jsonl")
+    assert code == 0, err
+    records = told("w.jsonl")
+    jumps = [record for record in records if record["warning"] == "the pose has jumped to where it was not expected"]
+    assert len(jumps) == 1 and "from where it was expected, confirmed by" in jumps[0]["reason"]
+    assert FRAMES < jumps[0]["frame"] < FRAMES + 6
+    for record in records:
+        assert record["state"] in ("tracking", "coasting")
+        if record["state"] == "tracking":
+            assert np.linalg.norm(record["error_m"]) < 0.01
+        else:
+            assert "from where it was expected" in record["reason"]
+    assert records[-1]["state"] == "tracking"
+
+
 def test_a_clock_set_back_begins_anew(run):
     for i in range(6, FRAMES):
         file = Path(f"walk/truth/{i:06d}.json")
