@@ -77,8 +77,12 @@ void median_filter(std::vector<float>& mesh, int columns, int rows) {
                        int line_step, int step) {
     for (int l = 0; l < lines; ++l) {
       for (int i = 0; i < length; ++i) {
+        // The middle one of three would be its own neighbour's neighbour: a lamp there has one
+        // vote.
+        const bool middle = length == 3 && i == 1;
         const auto value = [&](int k) {
-          return in[static_cast<std::size_t>(l * line_step + mirrored(i + k, length) * step)];
+          const int from = middle ? std::clamp(i + k, 0, 2) : mirrored(i + k, length);
+          return in[static_cast<std::size_t>(l * line_step + from * step)];
         };
         out[static_cast<std::size_t>(l * line_step + i * step)] =
             median_of_5(value(-2), value(-1), value(0), value(1), value(2));

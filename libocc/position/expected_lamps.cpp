@@ -31,6 +31,33 @@ bool hidden(const Scene& scene, const Lamp& lamp, const Eigen::Vector3d& camera)
                      [&](const Box& box) { return box.hides(lamp.centre_m, camera); });
 }
 
+/// For how long a lamp is dark at most; 0 for one that does not blink.
+double longest_dark_s(const Lamp& lamp) {
+  if (!lamp.frequency_hz) return 0;
+  if (lamp.waveform.empty()) return (1 - lamp.duty) / *lamp.frequency_hz;
+  const std::size_t n = lamp.waveform.size();
+  std::size_t run = 0, longest = 0;
+  for (std::size_t i = 0; i < 2 * n; ++i) {  // the wave goes on from its end
+    run = lamp.waveform[i % n] > 0 ? 0 : run + 1;
+    longest = std::max(longest, run);
+  }
+  return static_cast<double>(std::min(longest, n)) / (static_cast<double>(n) * *lamp.frequency_hz);
+}
+
+/// How far a disc about a point reaches along an image axis, of which d_axis is the derivative.
+double reach_px(const Eigen::Vector3d& d_axis, const Eigen::Vector3d& normal, double radius_m) {
+  const double across = d_axis.dot(normal);
+  return radius_m * std::sqrt(std::max(0.0, d_axis.squaredNorm() - across * across));
+}
+
+/// Lines that a blob lacks of those that the lamp has: it came on or went off while it was read.
+bool lacks_lines(const ExpectedLamp& lamp, const Blob& blob, Readout readout) {
+  constexpr double blur_px = 2.5, share = 0.1;
+  if (!lamp.cut) return false;
+  const int lines = readout == Readout::columns ? blob.x1 - blob.x0 + 1 : blob.y1 - blob.y0 + 1;
+  return lines < lamp.lines_px * (1 - share) - blur_px;
+}
+
 /// How far a pixel is inside the picture; negative outside.
 double inside_px(const Camera& camera, const Eigen::Vector2d& px) {
   return std::min({px.x(), px.y(), camera.width() - 1 - px.x(), camera.height() - 1 - px.y()});
@@ -79,7 +106,13 @@ std::optional<ExpectedLamp> expect(const Scene& scene, const Lamp& lamp,
   out.covariance_px2 = d_pose * predicted.covariance * d_pose.transpose();
   out.covariance_px2.diagonal().array() += model_sigma_px * model_sigma_px;
   out.radius_px = lamp.reach_m() * d_point.norm();
-  out.sure = lamp.normal.dot(to_camera) > sure_cos * to_camera.norm();
+  const bool by_columns = scene.sensor.readout == Readout::columns;
+  out.lines_px = 2 * reach_px(d_point.row(by_columns ? 0 : 1),
+                              predicted.cam_from_world.rotation * lamp.normal, lamp.reach_m());
+  const double dark_s = longest_dark_s(lamp);
+  const double read_s = scene.sensor.exposure_s + out.lines_px * scene.sensor.row_time_s;
+  out.cut = dark_s > scene.sensor.exposure_s && scene.sensor.row_time_s > 0;
+  out.sure = lamp.normal.dot(to_camera) > sure_cos * to_camera.norm() && dark_s < read_s;
   return out;
 }
 
@@ -172,6 +205,7 @@ std::vector<Match> match_expected(const std::vector<ExpectedLamp>& expected,
              !used[static_cast<std::size_t>(other.blob)] && other.chi2 < pair.chi2 + unlike;
     });
     if (either || blobs[b].merged) continue;
+    if (lacks_lines(expected[e], blobs[b], scene.sensor.readout)) continue;
     used[b] = 1;
     matches.push_back({expected[e].lamp, pair.blob});
   }

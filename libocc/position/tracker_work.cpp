@@ -76,7 +76,8 @@ TrackedFrame Tracker::Work::add_image(const ImageView& image, double time_s,
       begin(job);
     } else if (!predicted) {
       job.frame.reason = "the image is from before what the filter remembers: left out";
-    } else if (!(believable(*predicted) && follow(job, *predicted)) && !search(job, *predicted)) {
+    } else if (!(believable(*predicted) && follow(job, *predicted)) &&
+               (job.dark || !search(job, *predicted))) {
       unseen(job, *predicted);
     }
   }
@@ -180,7 +181,11 @@ bool Tracker::Work::follow(Job& job, const PosePrediction& predicted) {
     if (lamp.sure && !is_there)
       job.frame.missing.push_back(scene.lamps[static_cast<std::size_t>(lamp.lamp)].id);
   }
-  if (found.matches.empty()) return false;
+  if (found.matches.empty()) {
+    job.dark = sure == 0;
+    if (job.dark) job.frame.reason = "every lamp that should be in view may be dark";
+    return false;
+  }
   // Few of many may be where they are by chance.
   if (2 * found.matches.size() < sure && search(job, predicted)) return true;
   return correct(job, std::move(found));

@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['Adjustment', 'AmbientImage', 'AmbientLight', 'AprilTag', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'CameraFormat', 'CameraKind', 'CameraParameter', 'Candidate', 'Channel', 'ChannelResponse', 'CheckResult', 'Checksum', 'ChessboardTarget', 'ChessboardTruth', 'CircleTruth', 'CircularTarget', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'CommonFactor', 'Datum', 'DatumKind', 'Decoded', 'DecodedCode', 'DecodedLamp', 'DetectablePoint', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'HeadlightDistance', 'Hypothesis', 'Identification', 'IdentifyMethod', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFlux', 'LampIndex', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'LocalisationValue', 'Match', 'MeasuredPoint', 'Measurement', 'Mosaic', 'Network', 'NetworkStart', 'NetworkStatistics', 'NoiseArea', 'Object', 'ObjectMatch', 'ObjectPoint', 'ParameterStatistics', 'PointValue', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PowerFit', 'Precision', 'Prior', 'Ray', 'Readout', 'ReceivedPower', 'RecognisedObject', 'Recognition', 'RecoveredResponse', 'Refined', 'RejectedObservation', 'Renderer', 'Resection', 'Response', 'ResponseMethod', 'RoadHeights', 'RobustPose', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'ScalePrediction', 'ScaleSource', 'Scene', 'Selection', 'SelectionStep', 'Sensor', 'Solver', 'Status', 'Symmetry', 'SymmetryKind', 'Tag', 'TagTruth', 'Target', 'TargetRenderer', 'TestField', 'TestFieldDesign', 'Timing', 'Trajectory', 'Truth', 'Use', 'VarianceComponent', 'VarianceComponents', 'VehiclePose', 'VehiclePoses', 'Waveform', 'adjust', 'aperture_power', 'april_tag_families', 'board_network', 'calibrate_ambient', 'calibrate_light', 'check_points', 'code_budget', 'compare_scale', 'dbm', 'decode', 'decode_samples', 'detect', 'detect_april_tags', 'detectable_points', 'encode_id', 'encode_image', 'explain', 'find_chessboard', 'format_camera', 'heading_rad', 'headlight_distance', 'identify', 'identify_object', 'image_residuals_px', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'lamp_network', 'localisation_value', 'locate', 'locate_by_tags', 'look_at', 'measure_points', 'moved_pose', 'network_statistics', 'p3p', 'paper_additional_parameters', 'paper_panorama_camera', 'parameter_statistics', 'plan_render', 'planar_poses', 'pose_bound', 'pose_candidates', 'position_covariance', 'precision', 'project_lamp_centre', 'project_rim', 'projection_uncertainty', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recognise', 'recover_response', 'refine', 'resect', 'robust_pose', 'select_parameters', 'simulate', 'simulate_test_field', 'solve_pose', 'solvers', 'start_network', 'start_pinhole', 'tag_poses', 'time_refine', 'variance_components', 'vehicle_poses', 'views_around', 'write_camera', 'write_image']
+__all__: list[str] = ['Adjustment', 'AmbientImage', 'AmbientLight', 'AprilTag', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'CameraFormat', 'CameraKind', 'CameraParameter', 'Candidate', 'Channel', 'ChannelResponse', 'CheckResult', 'Checksum', 'ChessboardTarget', 'ChessboardTruth', 'CircleTruth', 'CircularTarget', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'CommonFactor', 'Datum', 'DatumKind', 'Decoded', 'DecodedCode', 'DecodedLamp', 'DetectablePoint', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'FilterOutcome', 'FilterUpdate', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'HeadlightDistance', 'Hypothesis', 'Identification', 'IdentifyMethod', 'ImuSample', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFlux', 'LampIndex', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'LocalisationValue', 'Match', 'MeasuredPoint', 'Measurement', 'Mosaic', 'Network', 'NetworkStart', 'NetworkStatistics', 'NoiseArea', 'Object', 'ObjectMatch', 'ObjectPoint', 'Odometry', 'ParameterStatistics', 'PlanarEstimate', 'PlanarFilter', 'PlanarFilterOptions', 'PlanarOdometry', 'PlanarPose', 'PointValue', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PoseEstimate', 'PoseFilter', 'PoseFilterOptions', 'PoseObservation', 'PosePrediction', 'PowerFit', 'Precision', 'Prior', 'Ray', 'Readout', 'ReceivedPower', 'RecognisedObject', 'Recognition', 'RecoveredResponse', 'Refined', 'RejectedObservation', 'Renderer', 'Resection', 'Response', 'ResponseMethod', 'RoadHeights', 'RobustPose', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'ScalePrediction', 'ScaleSource', 'Scene', 'Selection', 'SelectionStep', 'Sensor', 'Solver', 'Status', 'Symmetry', 'SymmetryKind', 'Tag', 'TagTruth', 'Target', 'TargetRenderer', 'TestField', 'TestFieldDesign', 'Timing', 'TrackedFrame', 'Tracker', 'TrackerState', 'Trajectory', 'Truth', 'Use', 'VarianceComponent', 'VarianceComponents', 'VehiclePose', 'VehiclePoses', 'Waveform', 'adjust', 'aperture_power', 'april_tag_families', 'board_network', 'calibrate_ambient', 'calibrate_light', 'check_points', 'code_budget', 'compare_scale', 'dbm', 'decode', 'decode_samples', 'detect', 'detect_april_tags', 'detectable_points', 'encode_id', 'encode_image', 'explain', 'find_chessboard', 'format_camera', 'heading_rad', 'headlight_distance', 'identify', 'identify_object', 'image_residuals_px', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'lamp_network', 'localisation_value', 'locate', 'locate_by_tags', 'look_at', 'measure_points', 'moved_pose', 'network_statistics', 'p3p', 'paper_additional_parameters', 'paper_panorama_camera', 'parameter_statistics', 'plan_render', 'planar_poses', 'pose_bound', 'pose_candidates', 'position_covariance', 'precision', 'project_lamp_centre', 'project_rim', 'projection_uncertainty', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recognise', 'recover_response', 'refine', 'resect', 'robust_pose', 'select_parameters', 'simulate', 'simulate_test_field', 'solve_pose', 'solvers', 'start_network', 'start_pinhole', 'tag_poses', 'time_refine', 'variance_components', 'vehicle_poses', 'views_around', 'write_camera', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -2799,6 +2799,790 @@ class Decoded:
     def status(self) -> Status:
         """
         How it ended, a Status.
+        """
+class PlanarPose:
+    """
+    Where a vehicle is on a floor: world_from_body; x forward, y left.
+
+    a * b is the pose that is b in a's frame. Covariances are (3, 3), of [x_m, y_m, heading_rad].
+
+    >>> import libocc as occ
+    >>> occ.PlanarPose(x_m=1, heading_rad=0.5) * occ.PlanarPose(heading_rad=0.25)
+    PlanarPose(x_m=1.0, heading_rad=0.75)
+
+    Keywords (and properties):
+      x_m: of the body's origin [m, world]
+      y_m: alike
+      heading_rad: azimuth of the body's x axis, forward
+    """
+    @staticmethod
+    def of_body(body_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]) -> PlanarPose:
+        """
+        The planar part of a body's pose (4x4).
+        """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, x_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, y_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, heading_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __mul__(self, arg0: PlanarPose) -> PlanarPose:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def body_from_world(self, height_m: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        4x4 of an upright body whose origin is at this height [m].
+        """
+    def inverse(self) -> PlanarPose:
+        """
+        The world in the body's frame.
+        """
+    def replace(self, **kwargs: typing.Any) -> PlanarPose:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def heading_rad(self) -> float:
+        """
+        azimuth of the body's x axis, forward
+        """
+    @property
+    def x_m(self) -> float:
+        """
+        of the body's origin [m, world]
+        """
+    @property
+    def y_m(self) -> float:
+        """
+        alike
+        """
+class Odometry:
+    """
+    How a body has moved between two times.
+
+    Keywords (and properties):
+      from_s: begin [s]
+      to_s: end [s]
+      to_from_from: 4x4, from the body's frame at from_s to that at to_s
+      covariance: (6, 6) [rotation, translation], left perturbation
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, from_s: typing.SupportsFloat | typing.SupportsIndex, to_s: typing.SupportsFloat | typing.SupportsIndex, to_from_from: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 6]"]) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Odometry:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        (6, 6) [rotation, translation], left perturbation
+        """
+    @property
+    def from_s(self) -> float:
+        """
+        begin [s]
+        """
+    @property
+    def to_from_from(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        4x4, from the body's frame at from_s to that at to_s
+        """
+    @property
+    def to_s(self) -> float:
+        """
+        end [s]
+        """
+class PlanarOdometry:
+    """
+    How a vehicle on a floor has moved between two times.
+
+    Keywords (and properties):
+      from_s: begin [s]
+      to_s: end [s]
+      increment: PlanarPose at to_s in the frame of from_s
+      covariance: (3, 3) in the frame of from_s
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, from_s: typing.SupportsFloat | typing.SupportsIndex, to_s: typing.SupportsFloat | typing.SupportsIndex, increment: PlanarPose, covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"]) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> PlanarOdometry:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3) in the frame of from_s
+        """
+    @property
+    def from_s(self) -> float:
+        """
+        begin [s]
+        """
+    @property
+    def increment(self) -> PlanarPose:
+        """
+        PlanarPose at to_s in the frame of from_s
+        """
+    @property
+    def to_s(self) -> float:
+        """
+        end [s]
+        """
+class ImuSample:
+    """
+    What a gyroscope and an accelerometer read, along the body's axes.
+
+    Keywords (and properties):
+      time_s: of the sample [s]
+      turn_rate_rad_s: (3,) [rad/s]
+      acceleration_m_s2: (3,) specific force: +9.81 upwards at rest [m/s^2]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, time_s: typing.SupportsFloat | typing.SupportsIndex, turn_rate_rad_s: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, 0.0], acceleration_m_s2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, 0.0]) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> ImuSample:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def acceleration_m_s2(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) specific force: +9.81 upwards at rest [m/s^2]
+        """
+    @property
+    def time_s(self) -> float:
+        """
+        of the sample [s]
+        """
+    @property
+    def turn_rate_rad_s(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) [rad/s]
+        """
+class PoseObservation:
+    """
+    What one image says of a camera's pose, to second order about it.
+    """
+    @staticmethod
+    def of_pose(time_s: typing.SupportsFloat | typing.SupportsIndex, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 6]"], cam_from_body: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] = ...) -> PoseObservation:
+        """
+        From a pose (4x4) with covariance (6, 6), as a Fix has them; cam_from_body: how the camera is mounted. Raises: ValueError unless that is positive definite.
+        """
+    @property
+    def cam_from_body(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        4x4.
+        """
+    @property
+    def cam_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        Pose, 4x4.
+        """
+    @property
+    def gradient(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        (6,) of half of chi2.
+        """
+    @property
+    def information(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        (6, 6), may be singular.
+        """
+    @property
+    def time_s(self) -> float:
+        """
+        When it was seen [s].
+        """
+class FilterOutcome(enum.Enum):
+    """
+    What a filter made of a measurement.
+    """
+    accepted = 0
+    gated = 1
+    not_started = 4
+    overlapping = 3
+    too_old = 2
+class FilterUpdate:
+    """
+    What a filter made of a measurement.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def accepted(self) -> bool:
+        """
+        Whether it was taken.
+        """
+    @property
+    def nis(self) -> float:
+        """
+        Normalised innovation squared.
+        """
+    @property
+    def nis_dof(self) -> int:
+        """
+        Its degrees of freedom.
+        """
+    @property
+    def outcome(self) -> FilterOutcome:
+        """
+        A FilterOutcome.
+        """
+class PosePrediction:
+    """
+    Where a body is expected to be.
+    """
+    @property
+    def body_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        Pose, 4x4.
+        """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        (6, 6) [rotation, translation], left perturbation.
+        """
+    @property
+    def time_s(self) -> float:
+        """
+        [s].
+        """
+    @property
+    def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 1]"]:
+        """
+        (6,) of body_from_world's left perturbation [rad/s, m/s].
+        """
+    @property
+    def velocity_covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        (6, 6) of it.
+        """
+class PoseEstimate(PosePrediction):
+    """
+    Where a body is, and the biases of its inertial sensors.
+    """
+    @property
+    def accelerometer_bias_m_s2(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) [m/s^2].
+        """
+    @property
+    def gyro_bias_rad_s(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) [rad/s].
+        """
+class PlanarEstimate:
+    """
+    Where a vehicle is on its floor.
+    """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3) of [x_m, y_m, heading_rad].
+        """
+    @property
+    def gyro_bias_rad_s(self) -> float:
+        """
+        [rad/s].
+        """
+    @property
+    def pose(self) -> PlanarPose:
+        """
+        PlanarPose.
+        """
+    @property
+    def time_s(self) -> float:
+        """
+        [s].
+        """
+    @property
+    def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) forward, left, turn [m/s, m/s, rad/s].
+        """
+    @property
+    def velocity_covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3) of it.
+        """
+class PlanarFilterOptions:
+    """
+    How a vehicle moves on a floor.
+
+    Keywords (and properties):
+      height_m: of the body's origin above the world's z = 0 [m]
+      height_sigma_m: of the floor, from image to image [m]
+      tilt_sigma_rad: of roll and of pitch, alike [rad]
+      acceleration_noise: forward, without odometry [m/s^2/sqrt(Hz)]
+      lateral_noise: to the left, alike
+      turn_acceleration_noise: alike [rad/s^2/sqrt(Hz)]
+      gyro_noise: [rad/s/sqrt(Hz)]
+      gyro_bias_sigma: at the start [rad/s]
+      gyro_bias_walk: [rad/s^2/sqrt(Hz)]
+      imu_hold_s: a sample is held so long [s]
+      start_speed_sigma_m_s: at the start [m/s]
+      start_turn_sigma_rad_s: at the start [rad/s]
+      gate_sigma: an image beyond this contradicts the prediction
+      history_s: measurements may be so late [s]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, height_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, height_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 0.001, tilt_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.001, acceleration_noise: typing.SupportsFloat | typing.SupportsIndex = 0.5, lateral_noise: typing.SupportsFloat | typing.SupportsIndex = 0.1, turn_acceleration_noise: typing.SupportsFloat | typing.SupportsIndex = 1.0, gyro_noise: typing.SupportsFloat | typing.SupportsIndex = 0.002, gyro_bias_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.02, gyro_bias_walk: typing.SupportsFloat | typing.SupportsIndex = 0.0001, imu_hold_s: typing.SupportsFloat | typing.SupportsIndex = 0.05, start_speed_sigma_m_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, start_turn_sigma_rad_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, history_s: typing.SupportsFloat | typing.SupportsIndex = 2.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> PlanarFilterOptions:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def acceleration_noise(self) -> float:
+        """
+        forward, without odometry [m/s^2/sqrt(Hz)]
+        """
+    @property
+    def gate_sigma(self) -> float:
+        """
+        an image beyond this contradicts the prediction
+        """
+    @property
+    def gyro_bias_sigma(self) -> float:
+        """
+        at the start [rad/s]
+        """
+    @property
+    def gyro_bias_walk(self) -> float:
+        """
+        [rad/s^2/sqrt(Hz)]
+        """
+    @property
+    def gyro_noise(self) -> float:
+        """
+        [rad/s/sqrt(Hz)]
+        """
+    @property
+    def height_m(self) -> float:
+        """
+        of the body's origin above the world's z = 0 [m]
+        """
+    @property
+    def height_sigma_m(self) -> float:
+        """
+        of the floor, from image to image [m]
+        """
+    @property
+    def history_s(self) -> float:
+        """
+        measurements may be so late [s]
+        """
+    @property
+    def imu_hold_s(self) -> float:
+        """
+        a sample is held so long [s]
+        """
+    @property
+    def lateral_noise(self) -> float:
+        """
+        to the left, alike
+        """
+    @property
+    def start_speed_sigma_m_s(self) -> float:
+        """
+        at the start [m/s]
+        """
+    @property
+    def start_turn_sigma_rad_s(self) -> float:
+        """
+        at the start [rad/s]
+        """
+    @property
+    def tilt_sigma_rad(self) -> float:
+        """
+        of roll and of pitch, alike [rad]
+        """
+    @property
+    def turn_acceleration_noise(self) -> float:
+        """
+        alike [rad/s^2/sqrt(Hz)]
+        """
+class PlanarFilter:
+    """
+    Where a vehicle on a floor is.
+
+    An extended Kalman filter over SE(2) of wheel odometry, a gyroscope and what images say; late
+    measurements count as if they had not been late.
+
+    >>> import numpy as np
+    >>> import libocc as occ
+    >>> filter = occ.PlanarFilter()
+    >>> filter.start(0, occ.PlanarPose(), 1e-6 * np.eye(3))
+    >>> wheels = occ.PlanarOdometry(from_s=0, to_s=1, increment=occ.PlanarPose(x_m=0.5), covariance=1e-6 * np.eye(3))
+    >>> filter.add(wheels).accepted, filter.at(0.5).pose
+    (True, PlanarPose(x_m=0.25))
+    """
+    def __init__(self, options: PlanarFilterOptions = ...) -> None:
+        ...
+    @typing.overload
+    def add(self, measurement: PlanarOdometry) -> FilterUpdate:
+        """
+        Takes odometry, an inertial sample or what an image says; may be late. Returns: FilterUpdate. Raises: ValueError for what is not finite, or times that do not rise.
+        """
+    @typing.overload
+    def add(self, measurement: ImuSample) -> FilterUpdate:
+        ...
+    @typing.overload
+    def add(self, measurement: PoseObservation) -> FilterUpdate:
+        ...
+    def at(self, time_s: typing.SupportsFloat | typing.SupportsIndex) -> PlanarEstimate | None:
+        """
+        Predicted to a time [s]; None before the start, or of a time that is forgotten.
+        """
+    def start(self, time_s: typing.SupportsFloat | typing.SupportsIndex, pose: PlanarPose, covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"]) -> None:
+        """
+        Begins, or begins anew, at a PlanarPose with its covariance (3, 3).
+        """
+    @property
+    def started(self) -> bool:
+        """
+        Whether it has a pose.
+        """
+class PoseFilterOptions:
+    """
+    How a body moves in space.
+
+    Keywords (and properties):
+      acceleration_noise: where no sensor tells [m/s^2/sqrt(Hz)]
+      turn_acceleration_noise: alike [rad/s^2/sqrt(Hz)]
+      gyro_noise: [rad/s/sqrt(Hz)]
+      gyro_bias_sigma: at the start [rad/s]
+      gyro_bias_walk: [rad/s^2/sqrt(Hz)]
+      accelerometer_noise: [m/s^2/sqrt(Hz)]
+      accelerometer_bias_sigma: at the start [m/s^2]
+      accelerometer_bias_walk: [m/s^3/sqrt(Hz)]
+      use_accelerometer: False: samples tell turns only
+      gravity_m_s2: (3,) in the world [m/s^2]
+      imu_hold_s: a sample is held so long [s]
+      start_speed_sigma_m_s: at the start [m/s]
+      start_turn_sigma_rad_s: at the start [rad/s]
+      gate_sigma: an image beyond this contradicts the prediction
+      history_s: measurements may be so late [s]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, acceleration_noise: typing.SupportsFloat | typing.SupportsIndex = 0.6, turn_acceleration_noise: typing.SupportsFloat | typing.SupportsIndex = 1.0, gyro_noise: typing.SupportsFloat | typing.SupportsIndex = 0.002, gyro_bias_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.02, gyro_bias_walk: typing.SupportsFloat | typing.SupportsIndex = 0.0001, accelerometer_noise: typing.SupportsFloat | typing.SupportsIndex = 0.02, accelerometer_bias_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.1, accelerometer_bias_walk: typing.SupportsFloat | typing.SupportsIndex = 0.001, use_accelerometer: bool = True, gravity_m_s2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, -9.80665], imu_hold_s: typing.SupportsFloat | typing.SupportsIndex = 0.05, start_speed_sigma_m_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, start_turn_sigma_rad_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, history_s: typing.SupportsFloat | typing.SupportsIndex = 2.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> PoseFilterOptions:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def acceleration_noise(self) -> float:
+        """
+        where no sensor tells [m/s^2/sqrt(Hz)]
+        """
+    @property
+    def accelerometer_bias_sigma(self) -> float:
+        """
+        at the start [m/s^2]
+        """
+    @property
+    def accelerometer_bias_walk(self) -> float:
+        """
+        [m/s^3/sqrt(Hz)]
+        """
+    @property
+    def accelerometer_noise(self) -> float:
+        """
+        [m/s^2/sqrt(Hz)]
+        """
+    @property
+    def gate_sigma(self) -> float:
+        """
+        an image beyond this contradicts the prediction
+        """
+    @property
+    def gravity_m_s2(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) in the world [m/s^2]
+        """
+    @property
+    def gyro_bias_sigma(self) -> float:
+        """
+        at the start [rad/s]
+        """
+    @property
+    def gyro_bias_walk(self) -> float:
+        """
+        [rad/s^2/sqrt(Hz)]
+        """
+    @property
+    def gyro_noise(self) -> float:
+        """
+        [rad/s/sqrt(Hz)]
+        """
+    @property
+    def history_s(self) -> float:
+        """
+        measurements may be so late [s]
+        """
+    @property
+    def imu_hold_s(self) -> float:
+        """
+        a sample is held so long [s]
+        """
+    @property
+    def start_speed_sigma_m_s(self) -> float:
+        """
+        at the start [m/s]
+        """
+    @property
+    def start_turn_sigma_rad_s(self) -> float:
+        """
+        at the start [rad/s]
+        """
+    @property
+    def turn_acceleration_noise(self) -> float:
+        """
+        alike [rad/s^2/sqrt(Hz)]
+        """
+    @property
+    def use_accelerometer(self) -> bool:
+        """
+        False: samples tell turns only
+        """
+class PoseFilter:
+    """
+    Where a body in space is.
+
+    An error-state extended Kalman filter over SE(3) of odometry, gyroscope, accelerometer and what
+    images of any number of cameras say; late measurements count as if they had not been late.
+    """
+    def __init__(self, options: PoseFilterOptions = ...) -> None:
+        ...
+    @typing.overload
+    def add(self, measurement: Odometry) -> FilterUpdate:
+        """
+        Takes odometry, an inertial sample or what an image says; may be late. Returns: FilterUpdate. Raises: ValueError for what is not finite, or times that do not rise.
+        """
+    @typing.overload
+    def add(self, measurement: ImuSample) -> FilterUpdate:
+        ...
+    @typing.overload
+    def add(self, measurement: PoseObservation) -> FilterUpdate:
+        ...
+    def at(self, time_s: typing.SupportsFloat | typing.SupportsIndex) -> PoseEstimate | None:
+        """
+        Predicted to a time [s]; None before the start, or of a time that is forgotten.
+        """
+    def start(self, time_s: typing.SupportsFloat | typing.SupportsIndex, body_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 6]"]) -> None:
+        """
+        Begins, or begins anew, at a 4x4 pose, covariance (6, 6).
+        """
+    @property
+    def started(self) -> bool:
+        """
+        Whether it has a pose.
+        """
+class TrackerState(enum.Enum):
+    """
+    Whether a tracker has a pose.
+    """
+    coasting = 2
+    lost = 3
+    searching = 0
+    tracking = 1
+class TrackedFrame:
+    """
+    Where the camera was when it took an image.
+
+    While searching or lost there is no pose: its covariance is infinite.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def cam_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        Pose, 4x4.
+        """
+    @property
+    def camera(self) -> int:
+        """
+        Number of the camera.
+        """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        (6, 6) [rotation, translation], left perturbation.
+        """
+    @property
+    def full_search(self) -> bool:
+        """
+        Whether the whole image was searched.
+        """
+    @property
+    def lamps(self) -> dict[int, Blob]:
+        """
+        Lamp id -> Blob, of those the pose was made of.
+        """
+    @property
+    def missing(self) -> list[int]:
+        """
+        Ids that should be in view and were not found.
+        """
+    @property
+    def nis(self) -> float:
+        """
+        Normalised innovation squared of the lamps.
+        """
+    @property
+    def nis_dof(self) -> int:
+        """
+        Its degrees of freedom.
+        """
+    @property
+    def position_covariance_m2(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3) of it.
+        """
+    @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) of the camera [m, world].
+        """
+    @property
+    def reason(self) -> str:
+        """
+        A sentence; empty while all is as expected.
+        """
+    @property
+    def relocated(self) -> bool:
+        """
+        The pose has jumped to where none expected it.
+        """
+    @property
+    def state(self) -> TrackerState:
+        """
+        A TrackerState.
+        """
+    @property
+    def time_s(self) -> float:
+        """
+        Of the image [s].
+        """
+    @property
+    def timing_s(self) -> Timing:
+        """
+        Where the time went [s].
+        """
+class Tracker:
+    """
+    A camera's way through the lamps, image by image.
+
+    scene: Scene. prior: what is known of the camera before the first image; its height and gravity
+    hold for ever. cam_from_body: 4x4, how the camera is mounted.
+
+    The filter predicts, lamps are looked for where that puts them, and what they say corrects it. A
+    camera that has been carried off is found again, and the jump is said (`relocated`).
+
+    >>> import libocc as occ
+    >>> scene = occ.Scene.load("data/scenes/irregular_six.yaml")
+    >>> pose = occ.look_at(position_m=[1.9, 2.1, 0.3], target_m=[1.9, 2.1, 3], up=[0, 1, 0])
+    >>> tracker = occ.Tracker(scene)
+    >>> frame = tracker.add_image(occ.simulate(scene, pose, seed=1).image, 0.0)
+    >>> frame.state.name, frame.position_m.round(2).tolist()
+    ('tracking', [1.9, 2.1, 0.3])
+    """
+    def __init__(self, scene: Scene, prior: Prior | None = None, *, cam_from_body: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] = ..., filter: PoseFilterOptions = ..., floor: PlanarFilterOptions | None = None, windows: bool = True, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, coast_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, coast_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 0.5, drift_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, drift_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.2, confirmations: typing.SupportsInt | typing.SupportsIndex = 3, sensor: Sensor | None = None, threshold_sigma: typing.SupportsFloat | typing.SupportsIndex = 5.0, threshold_dn: typing.SupportsFloat | typing.SupportsIndex | None = None, min_area_px: typing.SupportsInt | typing.SupportsIndex = 4, max_blobs: typing.SupportsInt | typing.SupportsIndex = 4096, rims: bool = True, stripes: bool | None = None, max_frequency_hz: typing.SupportsFloat | typing.SupportsIndex = 20000.0, rung: Rung = ..., flux: FluxModel = ..., model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.0, huber_sigma: typing.SupportsFloat | typing.SupportsIndex = 3.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 20, tolerance_px: typing.SupportsFloat | typing.SupportsIndex = 1e-05) -> None:
+        """
+        Options:
+          filter: PoseFilterOptions of a body that moves in space
+          floor: instead: PlanarFilterOptions of a vehicle on a floor
+          windows: look for lamps where they are expected, not everywhere
+          gate_sigma: a lamp and a blob agree within [sigma]
+          gate_model_sigma_px: camera and map error in that gate [px]
+          coast_s: without lamps the prediction is believed so long [s]
+          coast_sigma_m: and while its sigma is smaller [m]
+          drift_sigma_m: how far off it may be when odometry errs [m]
+          drift_sigma_rad: alike [rad]
+          confirmations: images that must agree on a pose that was not predicted
+          sensor: Sensor for noise, full scale, stripes; None: estimate
+          threshold_sigma: threshold above the background [its sigma]
+          threshold_dn: absolute threshold [grey levels] instead
+          min_area_px: smaller blobs are dropped [px]
+          max_blobs: the brightest are kept
+          rims: measure sub-pixel rims of discs
+          stripes: join stripes, read frequencies; None: when rows have a time
+          max_frequency_hz: stripes are read up to this [Hz]
+          rung: what of the image the pose has to explain
+          flux: whether lamps' brightness counts, and what is known of it
+          model_sigma_px: camera and map error per lamp [px]
+          huber_sigma: residuals beyond this weigh linearly [sigma]
+          max_iterations: steps of the refinement
+          tolerance_px: converged when no lamp moves further [px]
+        """
+    @typing.overload
+    def add(self, measurement: Odometry) -> FilterUpdate:
+        """
+        Takes Odometry of a body in space, PlanarOdometry of a vehicle on a floor, or an ImuSample. Returns: FilterUpdate. Raises: RuntimeError for odometry of the other kind.
+        """
+    @typing.overload
+    def add(self, measurement: PlanarOdometry) -> FilterUpdate:
+        ...
+    @typing.overload
+    def add(self, measurement: ImuSample) -> FilterUpdate:
+        ...
+    def add_camera(self, scene: Scene, cam_from_body: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]) -> int:
+        """
+        A second camera on the same body. Returns: its number.
+        """
+    def add_image(self, image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], time_s: typing.SupportsFloat | typing.SupportsIndex, camera: typing.SupportsInt | typing.SupportsIndex = 0, cam_from_body: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] | None = None) -> TrackedFrame:
+        """
+        Where the camera was at time_s, when the image's first line began its exposure.
+
+        image: as locate() takes it. cam_from_body: of a camera that pans or tilts, how it stood.
+        Returns: TrackedFrame. An image whose time is not after the last one's is left out, and said.
+        Raises: ValueError for another size, a time that is not finite, a camera that there is not.
+        """
+    def planar(self, time_s: typing.SupportsFloat | typing.SupportsIndex) -> PlanarEstimate | None:
+        """
+        PlanarEstimate at a time [s], or None; of a vehicle on a floor.
+        """
+    def predict(self, time_s: typing.SupportsFloat | typing.SupportsIndex) -> PosePrediction | None:
+        """
+        PosePrediction of the body at a time [s], or None while there is no pose.
+        """
+    def start(self, time_s: typing.SupportsFloat | typing.SupportsIndex, body_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 6]"]) -> None:
+        """
+        Begins at a known pose (4x4; (6, 6)) instead of by a search.
+        """
+    @property
+    def state(self) -> TrackerState:
+        """
+        A TrackerState.
         """
 class Layout(enum.Enum):
     """

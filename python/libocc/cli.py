@@ -27,6 +27,7 @@ COMMANDS = (
     "recognise",
     "points",
     "locate",
+    "position",
     "decode",
     "tags",
     "ladder",

@@ -41,7 +41,7 @@ def _folder(folder: Path, fps: float | None) -> Frames:
     files = sorted(file for file in inside.iterdir() if file.suffix.lower() in ENDINGS)
     if not files:
         raise ValueError(f"{inside}: holds no images ({', '.join(ENDINGS)})")
-    times_s = [_time_s(folder, file, i, fps) for i, file in enumerate(files)]
+    times_s = [frame_time_s(folder, file, i, fps) for i, file in enumerate(files)]
     images = []
     with progress("reading", len(files)) as advance:
         for file in files:
@@ -50,7 +50,7 @@ def _folder(folder: Path, fps: float | None) -> Frames:
     return Frames(images, times_s)
 
 
-def _time_s(folder: Path, image: Path, index: int, fps: float | None) -> float:
+def frame_time_s(folder: Path, image: Path, index: int, fps: float | None) -> float:
     """A frame's own time where `libocc sequence` wrote it down, unless fps says another."""
     truth = folder / "truth" / f"{image.stem}.json"
     if fps is not None:

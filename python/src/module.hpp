@@ -32,6 +32,8 @@ void define_ladder(py::module_& m);  // by define_locate
 void define_objects(py::module_& m);
 void define_locate(py::module_& m);
 void define_decode(py::module_& m);
+void define_motion(py::module_& m);
+void define_tracker(py::module_& m);
 void define_robust_pose(py::module_& m);  // by define_pose
 void define_april_tags(py::module_& m);   // by define_pose
 void define_headlights(py::module_& m);   // by define_pose

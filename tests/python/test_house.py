@@ -15,7 +15,7 @@ GENERATED = {"python/libocc/_core.pyi"}
 
 @pytest.fixture(scope="module")
 def sources(root: Path) -> list[Path]:
-    folders = ("libocc", "python", "tests", "tools")
+    folders = ("libocc", "python", "tests", "tools", "examples")
     kinds = {".cpp", ".hpp", ".py", ".pyi", ".txt", ".in", ".map", ""}
     found = [p for f in folders for p in (root / f).rglob("*") if p.is_file() and p.suffix in kinds]
     return [p for p in found if "__pycache__" not in p.parts]

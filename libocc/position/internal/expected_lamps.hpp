@@ -28,7 +28,9 @@ struct ExpectedLamp {
   Eigen::Vector2d px = Eigen::Vector2d::Zero();
   Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Zero();  ///< model's error included
   double radius_px = 0;
-  bool sure = false;  ///< whole, well inside the image, and not seen too obliquely
+  double lines_px = 0;  ///< extent of its image across the lines of a rolling shutter
+  bool sure = false;    ///< whole, well inside the image, not seen too obliquely, and not dark
+  bool cut = false;     ///< it may blink while its lines are exposed: some show it, some do not
 };
 
 /// Lamps whose image may reach into the picture.

@@ -45,6 +45,7 @@ class Tracker::Work {
     TrackedFrame frame;
     std::string note;       ///< said whatever else there is to say
     bool searched = false;  ///< the whole image, in vain or not
+    bool dark = false;      ///< no lamp was found, and none had to be
     double seen_s = 0;      ///< mean time of the lines that show its lamps
   };
 

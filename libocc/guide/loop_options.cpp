@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <string>
+
+#include "libocc/core/require.hpp"
+#include "libocc/guide/closed_loop.hpp"
+
+namespace occ {
+namespace {
+
+void require_positive(double value, const char* name) {
+  require(std::isfinite(value) && value > 0, name, value, "positive");
+}
+
+void require_not_negative(double value, const char* name) {
+  require(std::isfinite(value) && value >= 0, name, value, "finite and >= 0");
+}
+
+/// Names the element and its field.
+template <class Elements, class Check>
+void check_each(const Elements& elements, const std::string& name, const Check& check) {
+  for (std::size_t i = 0; i < elements.size(); ++i)
+    check(elements[i], name + "[" + std::to_string(i) + "]");
+}
+
+void require_period(double from_s, double to_s, const std::string& name) {
+  require(std::isfinite(from_s), name + ".from_s", from_s, "finite");
+  require(to_s > from_s, name + ".to_s", to_s, "after from_s");
+}
+
+}  // namespace
+
+void LoopFaults::validate() const {
+  require_not_negative(latency_s, "latency_s");
+  require(frame_loss >= 0 && frame_loss <= 1, "frame_loss", frame_loss, "in [0, 1]");
+  require(frame_repeat >= 0 && frame_repeat <= 1, "frame_repeat", frame_repeat, "in [0, 1]");
+  check_each(lamp_failures, "lamp_failures", [](const LampFailure& f, const std::string& name) {
+    require_period(f.from_s, f.to_s, name);
+  });
+  check_each(odometry_lies, "odometry_lies", [](const OdometryLie& lie, const std::string& name) {
+    require_period(lie.from_s, lie.to_s, name);
+    require(std::isfinite(lie.scale), name + ".scale", lie.scale, "finite");
+    require(std::isfinite(lie.turn_rate_rad_s), name + ".turn_rate_rad_s", lie.turn_rate_rad_s,
+            "finite");
+  });
+  check_each(kidnappings, "kidnappings", [](const Kidnapping& k, const std::string& name) {
+    require(std::isfinite(k.at_s), name + ".at_s", k.at_s, "finite");
+    require(k.to.finite(), name + ".to", Eigen::RowVector3d(k.to.x_m, k.to.y_m, k.to.heading_rad),
+            "finite");
+  });
+  check_each(clock_jumps, "clock_jumps", [](const ClockJump& jump, const std::string& name) {
+    require(std::isfinite(jump.at_s), name + ".at_s", jump.at_s, "finite");
+    require(std::isfinite(jump.by_s), name + ".by_s", jump.by_s, "finite");
+  });
+}
+
+void LoopOptions::validate() const {
+  vehicle.validate();
+  pure_pursuit.validate();
+  stanley.validate();
+  docking.validate();
+  tracker.validate();
+  faults.validate();
+  require_positive(vehicle_height_m, "vehicle_height_m");
+  require(camera_place_m.allFinite(), "camera_place_m", camera_place_m.transpose(), "finite");
+  require(std::isfinite(camera_pan_rad), "camera_pan_rad", camera_pan_rad, "finite");
+  require(std::isfinite(camera_tilt_rad), "camera_tilt_rad", camera_tilt_rad, "finite");
+  if (pan_tilt) pan_tilt->validate();
+  require_positive(pan_tilt_rate_rad_s, "pan_tilt_rate_rad_s");
+  require_positive(frame_rate_hz, "frame_rate_hz");
+  require_positive(control_rate_hz, "control_rate_hz");
+  require(clock_guard_s > 0, "clock_guard_s", clock_guard_s, "positive");
+  if (start)
+    require(start->finite(), "start",
+            Eigen::RowVector3d(start->x_m, start->y_m, start->heading_rad), "finite");
+  require_positive(start_sigma_m, "start_sigma_m");
+  require_positive(start_sigma_rad, "start_sigma_rad");
+  require_positive(most_s, "most_s");
+  require_positive(most_lost_s, "most_lost_s");
+}
+
+}  // namespace occ

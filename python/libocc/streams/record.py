@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is said of one frame: as plain data for JSON, and as a line for people."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+SKIPPED = "skipped"  # state of a frame that could not be used
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where the camera is, with its covariances as in a Fix."""
+
+    time_s: float
+    cam_from_world: Array
+    covariance: Array
+    position_m: Array
+    position_covariance_m2: Array
+
+    @property
+    def sigmas_m(self) -> Array:
+        return np.sqrt(np.maximum(np.diag(self.position_covariance_m2), 0))
+
+
+@dataclass(frozen=True)
+class Record:
+    """state: searching, tracking, coasting, lost (see Tracker), or skipped. A pose is there while the
+    state is tracking; while it is coasting, the predicted one with its grown covariance."""
+
+    frame: int
+    time_s: float | None
+    state: str
+    reason: str = ""
+    warning: str = ""
+    name: str = ""
+    pose: Pose | None = None
+    lamps: tuple[int, ...] = ()
+    blobs_px: tuple[tuple[float, float], ...] = ()
+    full_search: bool = False
+    nis: float | None = None
+    nis_dof: int = 0
+    took_s: float = 0.0
+    dropped: int = 0  # frames since the record before, to keep up
+    error_m: Array | None = None  # against the truth, where that is known
+    truth_m: Array | None = None
+
+    @property
+    def predicted(self) -> bool:
+        return self.pose is not None and self.state != "tracking"
+
+
+def pose_of(tracked: Any) -> Pose | None:
+    """Of a TrackedFrame that has one. A pose that is not finite is none."""
+    if tracked.state.name not in ("tracking", "coasting"):
+        return None
+    values = (tracked.cam_from_world, tracked.covariance, tracked.position_m, tracked.position_covariance_m2)
+    arrays = [np.array(value, float) for value in values]
+    if not all(np.isfinite(array).all() for array in arrays):
+        return None
+    return Pose(float(tracked.time_s), *arrays)
+
+
+def record_dict(record: Record) -> dict[str, Any]:
+    """Plain data, with the same keys for every frame."""
+    pose = record.pose
+    return {
+        "frame": record.frame,
+        "name": record.name or None,
+        "time_s": record.time_s,
+        "state": record.state,
+        "reason": record.reason,
+        "warning": record.warning,
+        "predicted": record.predicted,
+        "position_m": None if pose is None else pose.position_m.tolist(),
+        "position_covariance_m2": None if pose is None else pose.position_covariance_m2.tolist(),
+        "cam_from_world": None if pose is None else pose.cam_from_world.tolist(),
+        "covariance": None if pose is None else pose.covariance.tolist(),
+        "pose_time_s": None if pose is None else pose.time_s,
+        "lamps": list(record.lamps),
+        "full_search": record.full_search,
+        "nis": record.nis,
+        "nis_dof": record.nis_dof,
+        "took_s": record.took_s,
+        "dropped": record.dropped,
+        "error_m": None if record.error_m is None else record.error_m.tolist(),
+    }
+
+
+HEAD = "    time s  state           x m       y m       z m  sigma mm  lamps"
+
+
+def record_text(record: Record) -> str:
+    """One line, under HEAD."""
+    time = "         -" if record.time_s is None else f"{record.time_s:10.3f}"
+    if record.pose is None:
+        place = f"{'-':>9} {'-':>9} {'-':>9} {'-':>9}"
+    else:
+        x, y, z = (round(float(v), 4) + 0.0 for v in record.pose.position_m)
+        sigma_mm = 1e3 * float(np.linalg.norm(record.pose.sigmas_m))
+        place = f"{x:9.4f} {y:9.4f} {z:9.4f} {sigma_mm:9.2f}"
+    said = "; ".join(text for text in (record.reason, record.warning) if text)
+    return f"{time}  {record.state:<9} {place}  {' '.join(map(str, record.lamps)) or '-'}" + (f"  {said}" if said else "")
