@@ -27,7 +27,8 @@ Numbers stacked(const Poses& poses, const Of& of) {
   Numbers out({static_cast<py::ssize_t>(poses.size()), rows, columns});
   double* to = out.mutable_data();
   for (const auto& pose : poses) {
-    Eigen::Map<Eigen::Matrix<double, rows, columns, Eigen::RowMajor>>(to) = of(pose);
+    Eigen::Map<Eigen::Matrix<double, rows, columns, Eigen::RowMajor>> matrix(to);
+    matrix = of(pose);
     to += rows * columns;
   }
   return out;
