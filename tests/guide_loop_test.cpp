@@ -130,7 +130,7 @@ TEST(ClosedLoop, CoastsThroughTheDark) {
   expect_arrival(result);
   EXPECT_NEAR(result.metrics.longest_outage_s, 0.5, 0.04);
   const auto coasting = [](const occ::LoopRecord& record) {
-    return record.estimate.state == occ::LoopState::coasting && !record.estimate.reason.empty();
+    return record.estimate.state == occ::TrackerState::coasting && !record.estimate.reason.empty();
   };
   EXPECT_TRUE(std::any_of(result.records.begin(), result.records.end(), coasting));
 }
