@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What measured numbers say: their median, and whether residuals are as small as their sigmas.
+// What measured numbers say: their median, whether residuals are as small as their sigmas, and the
+// chi-square distribution.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -12,6 +13,15 @@ namespace occ {
 /// sigmas were stated too small. Quantile: Wilson, Hilferty, "The distribution of chi-square", PNAS
 /// 17, 1931.
 LIBOCC_API double variance_factor(double chi2, int dof);
+
+/// Probability that a chi-square variable of `dof` > 0 degrees of freedom (need not be whole) is
+/// below chi2; the regularised incomplete gamma function to 1e-14. Series and continued fraction:
+/// Press et al., "Numerical recipes", 3rd edition, eqs (6.2.5) and (6.2.7).
+LIBOCC_API double chi2_probability(double chi2, double dof);
+
+/// The value that is not exceeded with this probability, in [0, 1); relative error 1e-10. Both
+/// throw std::invalid_argument for arguments out of range.
+LIBOCC_API double chi2_quantile(double probability, double dof);
 
 /// The upper one of an even number; 0 of none.
 LIBOCC_API double median(std::vector<double> values);

@@ -82,6 +82,8 @@ PYBIND11_MODULE(_core, m) {
   occ::python::define_tracker(m);
   occ::python::define_guide(m);
   occ::python::define_pose(m);
+  occ::python::define_smoother(m);
+  occ::python::define_consistency(m);
   occ::python::define_calibrate(m);
   occ::python::define_network(m);
   occ::python::define_adjust(m);

@@ -41,6 +41,8 @@ void define_robust_pose(py::module_& m);  // by define_pose
 void define_april_tags(py::module_& m);   // by define_pose
 void define_headlights(py::module_& m);   // by define_pose
 void define_pose(py::module_& m);
+void define_smoother(py::module_& m);
+void define_consistency(py::module_& m);
 void define_calibrate(py::module_& m);
 void define_calibrate_light(py::module_& m);  // by define_calibrate
 void define_network(py::module_& m);

@@ -1,0 +1,440 @@
+// SPDX-License-Identifier: Apache-2.0
+// Smoothers: all poses at once, or the last few as frames arrive. Odometry, PlanarOdometry,
+// PlanarPose and PoseObservation are defined with the filters.
+#include "libocc/position/smoother.hpp"
+
+#include <algorithm>
+
+#include "fields.hpp"
+#include "libocc/core/require.hpp"
+#include "libocc/position/window_smoother.hpp"
+#include "module.hpp"
+#include "results.hpp"
+#include "rows.hpp"
+
+namespace occ::python {
+namespace {
+
+using Spatial = Result<Smoothing<SmoothedPose>>;
+using Planar = Result<Smoothing<SmoothedPlanarPose>>;
+using Numbers = py::array_t<double>;
+
+/// `of(pose)` is a matrix for each pose: (n, rows, columns).
+template <class Poses, class Of>
+Numbers stacked(const Poses& poses, const Of& of) {
+  using Matrix = std::decay_t<decltype(of(poses[0]))>;
+  constexpr py::ssize_t rows = Matrix::RowsAtCompileTime, columns = Matrix::ColsAtCompileTime;
+  Numbers out({static_cast<py::ssize_t>(poses.size()), rows, columns});
+  double* to = out.mutable_data();
+  for (const auto& pose : poses) {
+    Eigen::Map<Eigen::Matrix<double, rows, columns, Eigen::RowMajor>> matrix(to);
+    matrix = of(pose);
+    to += rows * columns;
+  }
+  return out;
+}
+
+template <class Poses, class Of>
+Eigen::MatrixXd rows_of_poses(const Poses& poses, const Of& of, Eigen::Index columns) {
+  Eigen::MatrixXd out(static_cast<Eigen::Index>(poses.size()), columns);
+  for (std::size_t k = 0; k < poses.size(); ++k)
+    out.row(static_cast<Eigen::Index>(k)) = of(poses[k]).transpose();
+  return out;
+}
+
+Eigen::Matrix3d position_covariance_of(const SmoothedPose& pose) {
+  return pose.determined ? position_covariance(pose.body_from_world, pose.covariance)
+                         : unknown_covariance<3>();
+}
+
+void define_frame(py::module_& m) {
+  py::class_<SmootherFrame>(m, "SmootherFrame", R"(What one camera saw at one time.
+
+Keywords: time_s; camera; points_in_world_m: (n, 3), points whose names are known; points_px: (n, 2),
+  where they were seen; sigma_px: of each pixel coordinate, a number; covariances_px2: (n, 2, 2)
+  instead; cam_from_body: 4x4, how the camera is mounted. Without points it asks for the pose at that
+  time. Several frames of one time are several cameras.
+Raises: ValueError for counts that differ, numbers that are not finite, no positive sigma.)")
+      .def(py::init([](double time_s, const Camera& camera,
+                       const std::optional<Rows3>& points_in_world_m,
+                       const std::optional<Rows2>& points_px, double sigma_px,
+                       const std::optional<Numbers>& covariances_px2, const Rigid3& cam_from_body) {
+             SmootherFrame frame;
+             frame.time_s = time_s;
+             frame.camera = camera;
+             frame.cam_from_body = cam_from_body;
+             const Eigen::Index count = points_in_world_m ? points_in_world_m->rows() : 0;
+             require((points_px ? points_px->rows() : 0) == count, "points_px",
+                     points_px ? points_px->rows() : 0,
+                     "as many as points_in_world_m, " + std::to_string(count));
+             if (covariances_px2)
+               require(covariances_px2->ndim() == 3 && covariances_px2->shape(0) == count &&
+                           covariances_px2->shape(1) == 2 && covariances_px2->shape(2) == 2,
+                       "covariances_px2", covariances_px2->size(),
+                       "of shape (" + std::to_string(count) + ", 2, 2)");
+             require(sigma_px > 0, "sigma_px", sigma_px, "positive");
+             for (Eigen::Index i = 0; i < count; ++i) {
+               PointSighting seen;
+               seen.point_in_world = points_in_world_m->row(i);
+               seen.px = points_px->row(i);
+               seen.covariance_px2 = sigma_px * sigma_px * Eigen::Matrix2d::Identity();
+               if (covariances_px2) {
+                 const auto all = covariances_px2->unchecked<3>();
+                 seen.covariance_px2 << all(i, 0, 0), all(i, 0, 1), all(i, 1, 0), all(i, 1, 1);
+               }
+               frame.sightings.push_back(seen);
+             }
+             frame.validate();
+             return frame;
+           }),
+           py::kw_only(), py::arg("time_s"), py::arg_v("camera", Camera(), "Camera()"),
+           py::arg("points_in_world_m") = py::none(), py::arg("points_px") = py::none(),
+           py::arg("sigma_px") = 0.3, py::arg("covariances_px2") = py::none(),
+           py::arg_v("cam_from_body", Rigid3{}, "numpy.eye(4)"))
+      .def_readonly("time_s", &SmootherFrame::time_s, "[s].")
+      .def_readonly("camera", &SmootherFrame::camera, "A Camera.")
+      .def_readonly("cam_from_body", &SmootherFrame::cam_from_body, "4x4.")
+      .def("__len__", [](const SmootherFrame& frame) { return frame.sightings.size(); })
+      .def("__repr__", [](const SmootherFrame& frame) {
+        return "<SmootherFrame: " + value_repr(frame.time_s) + " s, sightings " +
+               std::to_string(frame.sightings.size()) + ">";
+      });
+
+  py::class_<PlanarPrior>(m, "PlanarPrior", "What is known of a pose on a floor.")
+      .def(py::init([](double time_s, const PlanarPose& pose, const Eigen::Matrix3d& covariance) {
+             return validated(PlanarPrior{time_s, pose, covariance});
+           }),
+           py::kw_only(), py::arg("time_s"), py::arg("pose"), py::arg("covariance"))
+      .def_readonly("time_s", &PlanarPrior::time_s, "[s].")
+      .def_readonly("pose", &PlanarPrior::pose, "PlanarPose.")
+      .def_readonly("covariance", &PlanarPrior::covariance, "(3, 3) of [x_m, y_m, heading_rad].");
+}
+
+void define_link(py::module_& m) {
+  using L = OdometryLink;
+  py::class_<L>(m, "OdometryLink", "Between one smoothed pose and the next.")
+      .def_readonly("from_s", &L::from_s, "[s].")
+      .def_readonly("to_s", &L::to_s, "[s].")
+      .def_readonly("odometry", &L::odometry, "False: there was none.")
+      .def_readonly("chi2", &L::chi2, "Of the step against all the rest; 0: that cannot tell.")
+      .def_readonly("dof", &L::dof, "Components of the step that the rest can tell.")
+      .def_readonly("factor", &L::factor, "By which its covariance was multiplied.")
+      .def_readonly("contradicted", &L::contradicted, "Whether the rest contradicts it.")
+      .def("__repr__", [](const L& l) {
+        return "<OdometryLink: " + value_repr(l.from_s) + " to " + value_repr(l.to_s) +
+               " s, chi2 " + value_repr(l.chi2) + " of " + std::to_string(l.dof) +
+               (l.contradicted ? ", contradicted>" : ">");
+      });
+}
+
+template <class R>
+void define_smoothing(py::class_<R>& cls) {
+  define_result(cls);
+  using S = std::decay_t<decltype(std::declval<R>().value)>;
+  cls.def("__len__", [](const R& r) { return r.value.poses.size(); })
+      .def_property_readonly(
+          "times_s",
+          [](const R& r) {
+            Eigen::VectorXd out(static_cast<Eigen::Index>(r.value.poses.size()));
+            for (std::size_t k = 0; k < r.value.poses.size(); ++k)
+              out[static_cast<Eigen::Index>(k)] = r.value.poses[k].time_s;
+            return out;
+          },
+          "(n,) of the poses [s].")
+      .def_property_readonly(
+          "determined",
+          [](const R& r) {
+            py::array_t<bool> out(static_cast<py::ssize_t>(r.value.poses.size()));
+            std::transform(r.value.poses.begin(), r.value.poses.end(), out.mutable_data(),
+                           [](const auto& pose) { return pose.determined; });
+            return out;
+          },
+          "(n,) bool: whether a pose is determined; the others have no meaning.")
+      .def_property_readonly("links", value_of(&S::links), "OdometryLink between the poses.")
+      .def_property_readonly("chi2", value_of(&S::chi2), "The minimum.")
+      .def_property_readonly("dof", value_of(&S::dof), "Its degrees of freedom.")
+      .def_property_readonly(
+          "sightings", [](const R& r) { return r.value.sightings.count; }, "How many.")
+      .def_property_readonly(
+          "beyond", [](const R& r) { return r.value.sightings.beyond; },
+          "How many of them count less, or are outside the camera's domain.")
+      .def_property_readonly(
+          "outside", [](const R& r) { return r.value.sightings.outside; },
+          "How many are outside the camera's domain.")
+      .def_property_readonly(
+          "rms_px", [](const R& r) { return r.value.sightings.rms_px; },
+          "Of the coordinates of all others [px].")
+      .def_property_readonly("residual_sigmas", value_of(&S::residual_sigmas),
+                             "For each frame a list: each sighting's residual in its sigmas; "
+                             "infinite outside the domain.")
+      .def_property_readonly("iterations", value_of(&S::iterations), "Of the minimisation.");
+}
+
+void define_smoothings(py::module_& m) {
+  py::class_<Spatial> spatial(m, "Smoothing", R"(Poses over time: the answer of smooth().
+
+What was found is there even when it is not ok: look at status, message and determined.)");
+  define_smoothing(spatial);
+  spatial
+      .def_property_readonly(
+          "body_from_world",
+          [](const Spatial& r) {
+            return stacked(r.value.poses, [](const SmoothedPose& pose) -> Eigen::Matrix4d {
+              return pose.body_from_world.matrix();
+            });
+          },
+          "(n, 4, 4).")
+      .def_property_readonly(
+          "covariances",
+          [](const Spatial& r) {
+            return stacked(r.value.poses,
+                           [](const SmoothedPose& pose) -> Matrix6 { return pose.covariance; });
+          },
+          "(n, 6, 6) of body_from_world [rotation rad, translation m], left perturbation; infinite "
+          "on the diagonal of what is not determined.")
+      .def_property_readonly(
+          "positions_m",
+          [](const Spatial& r) {
+            return rows_of_poses(
+                r.value.poses,
+                [](const SmoothedPose& pose) { return pose.body_from_world.origin_in_source(); },
+                3);
+          },
+          "(n, 3) of the body [m, world].")
+      .def_property_readonly(
+          "position_covariances_m2",
+          [](const Spatial& r) { return stacked(r.value.poses, &position_covariance_of); },
+          "(n, 3, 3) [m^2, world].")
+      .def("__repr__", [](const Spatial& r) {
+        return "<Smoothing: " + std::string(to_string(r.status)) + ", poses " +
+               std::to_string(r.value.poses.size()) + ">";
+      });
+  py::class_<Planar> planar(m, "PlanarSmoothing",
+                            "Poses on a floor over time: the answer of smooth_planar().");
+  define_smoothing(planar);
+  planar
+      .def_property_readonly(
+          "poses",
+          [](const Planar& r) {
+            std::vector<PlanarPose> out;
+            for (const auto& pose : r.value.poses) out.push_back(pose.pose);
+            return out;
+          },
+          "PlanarPose each.")
+      .def_property_readonly(
+          "covariances",
+          [](const Planar& r) {
+            return stacked(r.value.poses, [](const SmoothedPlanarPose& pose) -> Eigen::Matrix3d {
+              return pose.covariance;
+            });
+          },
+          "(n, 3, 3) of [x_m, y_m, heading_rad]; infinite on the diagonal of what is not "
+          "determined.")
+      .def("__repr__", [](const Planar& r) {
+        return "<PlanarSmoothing: " + std::string(to_string(r.status)) + ", poses " +
+               std::to_string(r.value.poses.size()) + ">";
+      });
+}
+
+auto smoother_fields() {
+  using O = SmootherOptions;
+  return std::make_tuple(
+      field("huber_sigmas", &O::huber_sigmas,
+            "a sighting further off counts less; 0: least squares"),
+      field("link_gate", &O::link_gate,
+            "probability that a right odometry step is called a lie; 0: never"),
+      field("least_odometry_sigma_m", &O::least_odometry_sigma_m,
+            "added to each odometry step's sigmas [m]"),
+      field("least_odometry_sigma_rad", &O::least_odometry_sigma_rad, "alike [rad]"),
+      field("walk_m", &O::walk_m,
+            "how far the body may go in a second without odometry; grows as sqrt(time) [m]"),
+      field("walk_rad", &O::walk_rad, "alike, how far it may turn [rad]"),
+      field("max_iterations", &O::max_iterations, "in each round of gating"));
+}
+
+constexpr const char* smooth_doc = R"(The most likely poses of a body over time, all at once.
+
+frames: SmootherFrame, in the order of time. odometry: Odometry between them (chained, and cut where
+frames are), not overlapping. observations: PoseObservation, what images said of poses, or what is
+known of a pose beforehand. start: (4, 4) body_from_world for each time; None: found from the frames.
+Odometry that the rest contradicts is weighed down, and said in message and links. Time grows in
+proportion to the number of poses.
+Returns: Smoothing. Its status is degenerate when some poses are not determined (message and
+determined say which), too_few_lamps when none is; not_converged.
+Raises: ValueError for times that decrease, odometry that overlaps, numbers that are not finite.)";
+
+constexpr const char* smooth_planar_doc =
+    R"(The most likely poses of a vehicle on a floor over time, all at once: as smooth().
+
+odometry: PlanarOdometry. priors: PlanarPrior, what is known of poses beforehand. start: PlanarPose
+for each time. height_m: of the body's origin; it stands upright. Returns: PlanarSmoothing.)";
+
+void define_smooth(py::module_& m) {
+  const auto fields = smoother_fields();
+  DefaultTexts texts;
+  std::apply(
+      [&](const auto&... f) {
+        m.def(
+            "smooth",
+            [fields](const std::vector<SmootherFrame>& frames,
+                     const std::vector<Odometry>& odometry,
+                     const std::vector<PoseObservation>& observations,
+                     const std::optional<std::vector<Rigid3>>& start,
+                     const typename std::decay_t<decltype(f)>::value_type&... values) {
+              const auto options = from_values<SmootherOptions>(fields, values...);
+              py::gil_scoped_release unlocked;
+              return smooth({frames, observations, odometry, start.value_or(std::vector<Rigid3>())},
+                            options);
+            },
+            py::arg("frames"), py::arg("odometry") = std::vector<Odometry>(),
+            py::arg("observations") = std::vector<PoseObservation>(), py::arg("start") = py::none(),
+            py::kw_only(), argument(f, texts)...,
+            (smooth_doc + fields_doc(fields, "Options")).c_str());
+        m.def(
+            "smooth_planar",
+            [fields](const std::vector<SmootherFrame>& frames,
+                     const std::vector<PlanarOdometry>& odometry,
+                     const std::vector<PoseObservation>& observations,
+                     const std::vector<PlanarPrior>& priors,
+                     const std::optional<std::vector<PlanarPose>>& start, double height_m,
+                     const typename std::decay_t<decltype(f)>::value_type&... values) {
+              const auto options = from_values<SmootherOptions>(fields, values...);
+              py::gil_scoped_release unlocked;
+              return smooth_planar({frames, observations, priors, odometry,
+                                    start.value_or(std::vector<PlanarPose>()), height_m},
+                                   options);
+            },
+            py::arg("frames"), py::arg("odometry") = std::vector<PlanarOdometry>(),
+            py::arg("observations") = std::vector<PoseObservation>(),
+            py::arg("priors") = std::vector<PlanarPrior>(), py::arg("start") = py::none(),
+            py::arg("height_m") = 0.0, py::kw_only(), argument(f, texts)...,
+            (smooth_planar_doc + fields_doc(fields, "Options")).c_str());
+      },
+      fields);
+}
+
+template <class E, class Whole>
+void define_estimate(py::class_<E>& cls) {
+  using W = std::decay_t<decltype(std::declval<E>().value)>;
+  define_result(cls);
+  cls.def_property_readonly("used", value_of(&W::used), "False: what came was before the window.")
+      .def_property_readonly(
+          "time_s", [](const E& e) { return e.value.newest.time_s; }, "Of the newest pose [s].")
+      .def_property_readonly(
+          "determined", [](const E& e) { return e.value.newest.determined; },
+          "Whether the newest pose is determined.")
+      .def_property_readonly(
+          "window",
+          [](const E& e) {
+            return Whole{e.value.window, e.status, e.message};
+          },
+          "All poses of the window, oldest first.");
+}
+
+void define_estimates(py::module_& m) {
+  using S = WindowSmoother::Estimate;
+  py::class_<S> spatial(m, "WindowEstimate", "The newest pose, and the window behind it.");
+  define_estimate<S, Spatial>(spatial);
+  spatial
+      .def_property_readonly(
+          "body_from_world", [](const S& e) { return e.value.newest.body_from_world; },
+          "Of the newest pose, 4x4.")
+      .def_property_readonly(
+          "covariance", [](const S& e) -> Matrix6 { return e.value.newest.covariance; },
+          "(6, 6) of it [rotation rad, translation m], left perturbation.")
+      .def_property_readonly(
+          "position_m",
+          [](const S& e) { return e.value.newest.body_from_world.origin_in_source(); },
+          "(3,) [m, world].")
+      .def_property_readonly(
+          "position_covariance_m2",
+          [](const S& e) { return position_covariance_of(e.value.newest); },
+          "(3, 3) [m^2, world].");
+  using P = PlanarWindowSmoother::Estimate;
+  py::class_<P> planar(m, "PlanarWindowEstimate", "The newest pose, and the window behind it.");
+  define_estimate<P, Planar>(planar);
+  planar
+      .def_property_readonly(
+          "pose", [](const P& e) { return e.value.newest.pose; }, "The newest PlanarPose.")
+      .def_property_readonly(
+          "covariance", [](const P& e) -> Eigen::Matrix3d { return e.value.newest.covariance; },
+          "(3, 3) of [x_m, y_m, heading_rad].");
+}
+
+constexpr const char* window_doc = R"(The newest poses of a body as frames arrive (fixed lag).
+
+Keeps the last few poses and what all before them say of the oldest; memory and time per frame do not
+grow. Frames inside the window may come late; one at a time that is there already is a second camera.
+add_frame() and add_observation() return the newest pose and the window; add_odometry() whether it is
+used (odometry that starts before the end of the last is not).
+
+Keywords:
+  poses: in the window
+)";
+
+template <class Window, class Piece, class Make>
+void define_window(py::module_& m, const char* name, const char* doc, const Make& make) {
+  const auto fields = smoother_fields();
+  py::class_<Window> cls(m, name, doc);
+  make(cls, fields);
+  cls.def("add_odometry", &Window::add_odometry, py::arg("odometry"),
+          "Takes odometry, in the order of time. Returns: whether it is used.")
+      .def("add_frame", &Window::add_frame, py::arg("frame"),
+           "Takes a SmootherFrame. Returns: the newest pose and the window.")
+      .def("add_observation", &Window::add_observation, py::arg("observation"),
+           "Takes a PoseObservation, or what is known of a pose beforehand.")
+      .def("restart", &Window::restart, "Forgets everything, e.g. after the clock was set back.");
+  if constexpr (std::is_same_v<Window, PlanarWindowSmoother>)
+    cls.def("add_prior", &Window::add_prior, py::arg("prior"), "Takes a PlanarPrior.");
+}
+
+void define_windows(py::module_& m) {
+  DefaultTexts texts;
+  const std::string options_doc = fields_doc(smoother_fields(), "Options");
+  const std::string doc = window_doc + options_doc.substr(options_doc.find(":\n") + 2);
+  define_window<WindowSmoother, Odometry>(
+      m, "WindowSmoother", doc.c_str(), [&](auto& cls, const auto& fields) {
+        std::apply(
+            [&](const auto&... f) {
+              cls.def(
+                  py::init([fields](
+                               int poses,
+                               const typename std::decay_t<decltype(f)>::value_type&... values) {
+                    return WindowSmoother({poses, from_values<SmootherOptions>(fields, values...)});
+                  }),
+                  py::arg("poses") = WindowOptions{}.poses, py::kw_only(), argument(f, texts)...);
+            },
+            fields);
+      });
+  define_window<PlanarWindowSmoother, PlanarOdometry>(
+      m, "PlanarWindowSmoother",
+      (doc + "  height_m: of the body's origin; it stands upright\n").c_str(),
+      [&](auto& cls, const auto& fields) {
+        std::apply(
+            [&](const auto&... f) {
+              cls.def(
+                  py::init(
+                      [fields](int poses, double height_m,
+                               const typename std::decay_t<decltype(f)>::value_type&... values) {
+                        return PlanarWindowSmoother(
+                            {poses, from_values<SmootherOptions>(fields, values...)}, height_m);
+                      }),
+                  py::arg("poses") = WindowOptions{}.poses, py::arg("height_m") = 0.0,
+                  py::kw_only(), argument(f, texts)...);
+            },
+            fields);
+      });
+}
+
+}  // namespace
+
+void define_smoother(py::module_& m) {
+  define_frame(m);
+  define_link(m);
+  define_smoothings(m);
+  define_smooth(m);
+  define_estimates(m);
+  define_windows(m);
+}
+
+}  // namespace occ::python
