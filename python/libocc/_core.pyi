@@ -3977,7 +3977,7 @@ class Route:
       speed_m_s: at the first way-point [m/s]
       dock: PlanarPose where the vehicle shall stand at the end, or None
     """
-    def __getstate__(self) -> tuple[list, int, bool, int, float, float, PlanarPose | None]:
+    def __getstate__(self) -> dict[str, typing.Any]:
         ...
     @typing.overload
     def __init__(self, waypoints: collections.abc.Sequence[RouteWaypoint], *, shape: RouteShape = ..., closed: bool = False, laps: typing.SupportsInt | typing.SupportsIndex = 1, corner_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.5, dock: PlanarPose | None = None) -> None:
@@ -3987,7 +3987,7 @@ class Route:
         ...
     def __repr__(self) -> str:
         ...
-    def __setstate__(self, arg0: tuple) -> None:
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
         ...
     def at(self, along_m: typing.SupportsFloat | typing.SupportsIndex) -> RoutePlace:
         """
