@@ -76,16 +76,23 @@ def draw_errors(file: IO[bytes], run: Columns, frames: Columns, title: str) -> N
         error = run[name] - run[f"true_{name}"]
         if name == "heading_rad":
             error = (error + np.pi) % (2 * np.pi) - np.pi
-        draw_band(axes, time_s, scale * np.where(known, error, np.nan), scale * run[f"sigma_{name}"])
+        draw_band(axes, time_s, scale * np.where(known, error, np.nan), scale * run[f"sigma_{name}"], run["state"])
         axes.set_ylabel(unit, fontsize=8)
     on_route = run["docking"] == 0
     rows[3].plot(time_s, 1e3 * np.where(on_route, run["deviation_m"], np.nan), color=TRUTH, lw=0.9)
     rows[3].axhline(0, color=INK, lw=0.5)
     rows[3].set_ylabel("left of the route [mm]", fontsize=8)
-    rows[4].step(frames["captured_s"], frames["lamps_in_view"], where="post", color=ROUTE, lw=1, label="wholly in view")
-    rows[4].step(frames["arrived_s"], frames["lamps_used"], where="post", color=ESTIMATE, lw=1, label="used")
+    came = frames["lost"] == 0
+    rows[4].step(
+        frames["captured_s"][came], frames["lamps_in_view"][came], where="post", color=ROUTE, lw=1, label="wholly in view"
+    )
+    rows[4].step(frames["arrived_s"][came], frames["lamps_used"][came], where="post", color=ESTIMATE, lw=1, label="used")
+    if not came.all():
+        never = frames["captured_s"][~came]
+        rows[4].plot(never, np.zeros(len(never)), "|", color=BLIND, ms=6, label="image never came")
     rows[4].set_ylabel("lamps", fontsize=8)
-    rows[4].legend(fontsize=7, loc="lower right", ncols=2)
+    rows[4].set_ylim(bottom=-0.3)
+    rows[4].legend(fontsize=7, loc="lower right", ncols=3)
     rows[4].set_xlabel("time [s]", fontsize=8)
     for axes in rows:
         shade_states(axes, time_s, run["state"])
@@ -94,14 +101,16 @@ def draw_errors(file: IO[bytes], run: Columns, frames: Columns, title: str) -> N
     save(file, figure)
 
 
-def draw_band(axes: Axes, time_s: NDArray[Any], error: NDArray[Any], sigma: NDArray[Any]) -> None:
+def draw_band(
+    axes: Axes, time_s: NDArray[Any], error: NDArray[Any], sigma: NDArray[Any], state: NDArray[Any]
+) -> None:
     axes.fill_between(time_s, -3 * sigma, 3 * sigma, color=ESTIMATE, alpha=0.2, lw=0)
     axes.plot(time_s, error, color=TRUTH, lw=0.8)
     axes.axhline(0, color=INK, lw=0.5)
-    # A start that knows little must not hide the rest.
-    shown = np.concatenate([np.abs(error[np.isfinite(error)]), 3 * sigma[len(sigma) // 20 :]])
-    if len(shown):
-        limit = 1.2 * float(np.quantile(shown, 0.99))
+    # What is known without lamps, at the start above all, must not hide the rest.
+    tracked = state == TRACKING
+    if tracked.any():
+        limit = 1.2 * float(np.quantile(np.abs([error[tracked], 3 * sigma[tracked]]), 0.995))
         axes.set_ylim(-limit, limit)
 
 
