@@ -84,10 +84,13 @@ def row(name: str, unit: str, scale: float, values: dict[str, float]) -> str:
 
 def docking_lines(test: dict[str, Any]) -> list[str]:
     limits = f"{1e3 * test['position_limit_m']:g} mm and {test['heading_limit_rad'] / DEGREE:g} deg"
+    if test["repetitions"] < test["needed_in_sequence"]:
+        verdict = "too few to tell"
+    else:
+        verdict = f"there were {test['longest_sequence']}: {'passed' if test['passed'] else 'not passed'}"
     return [
         f"docking (ASTM F3499-21): {test['successes']} of {test['repetitions']} within {limits}; "
-        f"R = {test['probability']:g} at C = {test['confidence']:g} needs {test['needed_in_sequence']} in sequence, "
-        f"there were {test['longest_sequence']}: {'passed' if test['passed'] else 'not passed'}",
+        f"R = {test['probability']:g} at C = {test['confidence']:g} needs {test['needed_in_sequence']} in sequence, {verdict}",
         f"success probability at least {test['probability_shown']:.3f} at that confidence",
     ]
 
