@@ -58,6 +58,59 @@ TEST(SmootherFaults, OdometryThatLiesIsSaidAndNotFollowed) {
   }
 }
 
+TEST(SmootherFaults, OdometryThatLiesForLong) {
+  Drive drive = room_drive(30, 40);
+  std::set<std::size_t> lies;
+  for (std::size_t k = 8; k < 28; ++k) {
+    drive.input.odometry[k].to_from_from.translation *= -1;  // backwards
+    lies.insert(k);
+  }
+  const auto found = smooth(drive.input);
+  ASSERT_TRUE(found.ok()) << found.message;
+  EXPECT_EQ(contradicted(found->links), lies);
+  EXPECT_LT(worst_sigmas(drive, *found), 6);
+}
+
+// Whatever is missing or wrong: numbers, the same ones again, and covariances that only grow to
+// infinity where nothing is known.
+TEST(SmootherFaults, AnyMixtureGivesNumbers) {
+  int ok = 0, parts = 0, stuck = 0;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    Drive drive = room_drive(700 + seed, 12);
+    Random random(seed, 9);
+    for (SmootherFrame& frame : drive.input.frames) {
+      frame.sightings.resize(static_cast<std::size_t>(random.below(7)));
+      for (PointSighting& seen : frame.sightings) {
+        if (random.below(12) == 0) seen.px = {random.uniform(-1e4, 1e4), random.uniform(0, 480)};
+        if (random.below(40) == 0) seen.point_in_world *= -1;
+        if (random.below(40) == 0) seen.covariance_px2 *= 1e-8;
+      }
+    }
+    for (std::size_t k = drive.input.odometry.size(); k-- > 0;) {
+      Odometry& odometry = drive.input.odometry[k];
+      if (random.below(8) == 0) odometry.to_from_from = random_pose(random, 100);
+      if (random.below(8) == 0) odometry.covariance *= random.below(2) == 0 ? 1e10 : 1e-10;
+      if (random.below(8) == 0)
+        drive.input.odometry.erase(drive.input.odometry.begin() + static_cast<std::ptrdiff_t>(k));
+    }
+    const auto found = smooth(drive.input), again = smooth(drive.input);
+    expect_numbers(*found);
+    ok += found.ok();
+    parts += found.status == Status::degenerate;
+    stuck += found.status == Status::not_converged;
+    EXPECT_EQ(found->chi2, again->chi2);
+    WindowOptions options;
+    options.poses = 4;
+    WindowSmoother window(options);
+    for (const Odometry& odometry : drive.input.odometry) window.add_odometry(odometry);
+    for (const SmootherFrame& frame : drive.input.frames)
+      expect_numbers(window.add_frame(frame)->window);
+  }
+  EXPECT_GT(ok, 15);  // the rest is said
+  EXPECT_GT(parts, 60);
+  EXPECT_LT(stuck, 8);
+}
+
 TEST(SmootherFaults, HonestOdometryIsNotCalledALie) {
   int links = 0, called = 0;
   for (std::uint64_t seed = 0; seed < 40; ++seed) {

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Internal: normal equations of a chain, H delta = -g, where only consecutive poses share terms:
-// block tridiagonal. With S_0 = A_0,
-//     S_k+1 = A_k+1 - B_k^T S_k^-1 B_k     (A: diagonal blocks, B_k couples k and k + 1)
-// the solution and the blocks of the inverse follow backwards:
-//     P_k = S_k^-1 + U_k P_k+1 U_k^T,  P_k,k+1 = -U_k P_k+1,  U_k = S_k^-1 B_k.
+// block tridiagonal. With A_k a diagonal block, B_k the block that couples k and k + 1,
+//     S_0 = A_0,  S_k+1 = A_k+1 - B_k^T S_k^-1 B_k
+// gives the solution forwards and backwards. What all poses before k say of pose k is
+//     M_k = T_k-1 - B_k-1^T (O_k-1 + M_k-1 + F_k-1)^-1 B_k-1
+// (O: what a pose's own observations add to A, F and T: what a link adds to A of the pose where it
+// starts, and where it ends), alike from behind, so that each pose has an information matrix of its
+// own and is determined, or not, by itself: P_k = (O_k + M_k + M'_k)^-1.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -11,6 +14,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -20,13 +24,24 @@ template <int size>
 struct ChainNormals {
   using Block = Eigen::Matrix<double, size, size>;
   using Part = Eigen::Matrix<double, size, 1>;
-  std::vector<Block> diagonal, coupling;  // coupling[k]: rows of pose k, columns of pose k + 1
+  std::vector<Block> own;
+  std::vector<Block> from, to;  // of link k, at pose k and at pose k + 1
+  std::vector<Block> coupling;  // rows of pose k, columns of pose k + 1
   std::vector<Part> gradient;
 
   explicit ChainNormals(std::size_t poses)
-      : diagonal(poses, Block::Zero()),
-        coupling(poses > 0 ? poses - 1 : 0, Block::Zero()),
+      : own(poses, Block::Zero()),
+        from(poses > 0 ? poses - 1 : 0, Block::Zero()),
+        to(from),
+        coupling(from),
         gradient(poses, Part::Zero()) {}
+
+  Block diagonal(std::size_t k) const {
+    Block sum = own[k];
+    if (k < from.size()) sum += from[k];
+    if (k > 0) sum += to[k - 1];
+    return sum;
+  }
 };
 
 template <int size>
@@ -36,16 +51,16 @@ struct ChainCovariance {
   std::vector<bool> determined;
 };
 
-/// Whether a pivot still holds information in every direction, beside rounding of what it was
-/// before earlier poses were eliminated from it.
+/// Whether information is left in every direction, beside rounding of the terms of which it is the
+/// difference.
 template <class Block>
-bool well_determined(const Block& pivot, const Block& before) {
-  if (!pivot.allFinite() || !(before.diagonal().array() > 0).all()) return false;
-  const auto unit = before.diagonal().cwiseSqrt().cwiseInverse().eval();
-  const Block scaled = unit.asDiagonal() * pivot * unit.asDiagonal();
+bool well_determined(const Block& information, const Block& terms) {
+  constexpr double rounding = 1e-12;  // of many poses in a row
+  if (!information.allFinite() || !(terms.diagonal().array() > 0).all()) return false;
+  const auto unit = terms.diagonal().cwiseSqrt().cwiseInverse().eval();
+  const Block scaled = unit.asDiagonal() * information * unit.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Block> eigen(scaled, Eigen::EigenvaluesOnly);
-  return eigen.eigenvalues()[0] > 1e-13 * eigen.eigenvalues()[Block::RowsAtCompileTime - 1] &&
-         eigen.eigenvalues()[0] > 1e-14;
+  return eigen.eigenvalues()[0] > rounding;
 }
 
 /// delta of (H + damping) delta = -g, the damping a part of H's diagonal; nothing when that is not
@@ -54,15 +69,15 @@ template <int size>
 bool solve(const ChainNormals<size>& normals, double damping,
            std::vector<typename ChainNormals<size>::Part>& delta) {
   using Block = typename ChainNormals<size>::Block;
-  const std::size_t count = normals.diagonal.size();
+  const std::size_t count = normals.own.size();
   double largest = 0;
-  for (const Block& block : normals.diagonal)
-    largest = std::max(largest, block.diagonal().maxCoeff());
+  for (std::size_t k = 0; k < count; ++k)
+    largest = std::max(largest, normals.diagonal(k).diagonal().maxCoeff());
   std::vector<Block> back(count, Block::Zero());
   delta.resize(count);
   Block taken = Block::Zero();
   for (std::size_t k = 0; k < count; ++k) {
-    Block pivot = normals.diagonal[k];
+    Block pivot = normals.diagonal(k);
     for (int i = 0; i < size; ++i)  // what nothing tells stays where it is
       pivot(i, i) += damping * std::max(pivot(i, i), 1e-9 * largest);
     pivot -= taken;
@@ -83,46 +98,48 @@ bool solve(const ChainNormals<size>& normals, double damping,
   return true;
 }
 
-/// Blocks of H^-1; `linked[k]`: whether pose k + 1 hangs on pose k. A part whose H is singular is
-/// not determined, as a whole.
+/// What is left of a link's information at one end when the pose at its other end, of which
+/// `known` tells, is eliminated; zero when that leaves it open.
+template <class Block>
+Block message(const Block& known, const Block& there, const Block& here, const Block& coupling) {
+  const Block pivot = known + there;
+  if (!well_determined(pivot, pivot)) return Block::Zero();
+  const Eigen::LLT<Block> llt(pivot);
+  if (llt.info() != Eigen::Success) return Block::Zero();
+  const Block half = llt.matrixL().solve(coupling);
+  return here - half.transpose() * half;
+}
+
+/// Blocks of H^-1; `linked[k]`: whether pose k + 1 hangs on pose k.
 template <int size>
 ChainCovariance<size> covariance(const ChainNormals<size>& normals,
                                  const std::vector<bool>& linked) {
   using Block = typename ChainNormals<size>::Block;
-  const std::size_t count = normals.diagonal.size();
+  const std::size_t count = normals.own.size();
   ChainCovariance<size> out;
   out.diagonal.assign(count, Block::Zero());
-  out.coupling.assign(count > 0 ? count - 1 : 0, Block::Zero());
-  out.determined.assign(count, true);
-  std::vector<Block> inverse(count), back(count, Block::Zero());
-  bool holds = true;
-  Block taken = Block::Zero();
-  for (std::size_t k = 0; k < count; ++k) {
-    if (k == 0 || !linked[k - 1]) {
-      taken.setZero();
-      holds = true;
-    }
-    const Block pivot = normals.diagonal[k] - taken;
-    holds = holds && well_determined(pivot, normals.diagonal[k]);
-    out.determined[k] = holds;
-    if (!holds) continue;
-    const Eigen::LLT<Block> llt(pivot);
-    inverse[k] = llt.solve(Block::Identity());
-    if (k + 1 < count && linked[k]) {
-      const Block half = llt.matrixL().solve(normals.coupling[k]);
-      taken.noalias() = half.transpose() * half;
-      back[k] = llt.matrixU().solve(half);
-    }
-  }
+  out.coupling.assign(normals.from.size(), Block::Zero());
+  out.determined.assign(count, false);
+  std::vector<Block> before(count, Block::Zero()), behind(count, Block::Zero());
+  for (std::size_t k = 0; k + 1 < count; ++k)
+    if (linked[k])
+      before[k + 1] = message<Block>(normals.own[k] + before[k], normals.from[k], normals.to[k],
+                                     normals.coupling[k]);
   for (std::size_t k = count; k-- > 0;) {
-    const bool follows = k + 1 < count && linked[k];
-    if (follows && !out.determined[k + 1]) out.determined[k] = false;
-    if (!out.determined[k]) continue;
-    out.diagonal[k] = inverse[k];
-    if (!follows) continue;
-    out.coupling[k] = -back[k] * out.diagonal[k + 1];
-    out.diagonal[k] -= out.coupling[k] * back[k].transpose();
-    out.diagonal[k] = (0.5 * (out.diagonal[k] + out.diagonal[k].transpose())).eval();
+    const Block information = normals.own[k] + before[k] + behind[k];
+    out.determined[k] = well_determined<Block>(information, normals.diagonal(k));
+    if (out.determined[k]) {
+      out.diagonal[k] = information.llt().solve(Block::Identity());
+      out.diagonal[k] = (0.5 * (out.diagonal[k] + out.diagonal[k].transpose())).eval();
+    }
+    if (k > 0 && linked[k - 1])
+      behind[k - 1] = message<Block>(normals.own[k] + behind[k], normals.to[k - 1],
+                                     normals.from[k - 1], normals.coupling[k - 1].transpose());
+  }
+  for (std::size_t k = 0; k + 1 < count; ++k) {
+    if (!linked[k] || !out.determined[k] || !out.determined[k + 1]) continue;
+    const Block pivot = normals.own[k] + before[k] + normals.from[k];
+    out.coupling[k] = -pivot.llt().solve(normals.coupling[k]) * out.diagonal[k + 1];
   }
   return out;
 }

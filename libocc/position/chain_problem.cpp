@@ -159,8 +159,8 @@ template <class Body>
 void Chain<Body>::add_link(std::size_t k, const std::vector<Pose>& poses,
                            ChainNormals<Body::size>& into) const {
   const LinkTerms<Body> t = link_terms(k, poses);
-  into.diagonal[k].noalias() += t.weight * t.d_from.transpose() * t.d_from;
-  into.diagonal[k + 1].noalias() += t.weight * t.d_to.transpose() * t.d_to;
+  into.from[k].noalias() += t.weight * t.d_from.transpose() * t.d_from;
+  into.to[k].noalias() += t.weight * t.d_to.transpose() * t.d_to;
   into.coupling[k].noalias() += t.weight * t.d_from.transpose() * t.d_to;
   into.gradient[k].noalias() += t.weight * t.d_from.transpose() * t.residual;
   into.gradient[k + 1].noalias() += t.weight * t.d_to.transpose() * t.residual;
@@ -180,7 +180,7 @@ template <class Body>
 ChainNormals<Body::size> Chain<Body>::normals(const std::vector<Pose>& poses) const {
   ChainNormals<Body::size> out(nodes.size());
   for (std::size_t k = 0; k < nodes.size(); ++k) {
-    node_cost(k, poses[k], &out.diagonal[k], &out.gradient[k]);
+    node_cost(k, poses[k], &out.own[k], &out.gradient[k]);
     if (k + 1 < nodes.size() && links[k].exists) add_link(k, poses, out);
   }
   return out;

@@ -29,7 +29,7 @@ double predicted_fall(const ChainNormals<size>& normals,
   double fall = 0;
   for (std::size_t k = 0; k < delta.size(); ++k) {
     typename ChainNormals<size>::Part pull =
-        normals.gradient[k] + 0.5 * (normals.diagonal[k] * delta[k]);
+        normals.gradient[k] + 0.5 * (normals.diagonal(k) * delta[k]);
     if (k + 1 < delta.size()) pull += normals.coupling[k] * delta[k + 1];
     fall -= delta[k].dot(pull);
   }

@@ -119,11 +119,11 @@ template <class Body>
 void ChainWindow<Body>::forget_oldest() {
   if (chain_.links.front().exists) {
     ChainNormals<Body::size> normals(chain_.nodes.size());
-    chain_.node_cost(0, poses_[0], &normals.diagonal[0], &normals.gradient[0]);
+    chain_.node_cost(0, poses_[0], &normals.own[0], &normals.gradient[0]);
     chain_.add_link(0, poses_, normals);
     const typename Body::Block carried =
-        normals.coupling[0].transpose() * pseudo_inverse(normals.diagonal[0]);
-    const typename Body::Block information = normals.diagonal[1] - carried * normals.coupling[0];
+        normals.coupling[0].transpose() * pseudo_inverse<typename Body::Block>(normals.diagonal(0));
+    const typename Body::Block information = normals.to[0] - carried * normals.coupling[0];
     const typename Body::Part gradient = normals.gradient[1] - carried * normals.gradient[0];
     chain_.nodes[1].priors.push_back(quadratic<Pose, Body::size>(poses_[1], information, gradient));
   }

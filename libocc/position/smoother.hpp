@@ -7,11 +7,11 @@
 //        + sum rho(|difference(to_from_world from_from_world^-1, measured)|^2_C)         odometry
 //
 // rho is Huber's. Minimised by Levenberg and Marquardt's method; consecutive poses alone share a
-// term, so the normal equations are block tridiagonal: block Cholesky and its inverse take time
-// proportional to the number of poses (Meurant, "A review on the inverse of symmetric tridiagonal
-// and block tridiagonal matrices", SIAM J. Matrix Anal. Appl. 13(3), 1992; the recursion for
-// covariances is that of Rauch, Tung, Striebel, AIAA Journal 3(8), 1965). The covariances are those
-// of the sigmas that were given.
+// term, so the normal equations are block tridiagonal: block Cholesky takes time proportional to
+// the number of poses, and so do the covariances, from what all before and all behind say of each
+// pose (Fraser, Potter, "The optimum linear smoother as a combination of two optimum linear
+// filters", IEEE Trans. Automatic Control 14(4), 1969). They are those of the sigmas that were
+// given.
 //
 // An odometry step that the rest contradicts (chi2 of its deleted residual beyond `link_gate`;
 // Baarda, "A testing procedure for use in geodetic networks", 1968) is reported, and its covariance
@@ -66,7 +66,7 @@ struct LIBOCC_API SmootherOptions {
   /// root of time. Infinite: anywhere.
   double walk_m = std::numeric_limits<double>::infinity();
   double walk_rad = std::numeric_limits<double>::infinity();
-  int max_iterations = 60;  ///< in each of the few rounds of gating; five are usual
+  int max_iterations = 60;  ///< in each of the few rounds of gating; some ten are usual
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };

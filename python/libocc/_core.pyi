@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['Adjustment', 'AmbientImage', 'AmbientLight', 'AprilTag', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'CameraFormat', 'CameraKind', 'CameraParameter', 'Candidate', 'Channel', 'ChannelResponse', 'CheckResult', 'Checksum', 'ChessboardTarget', 'ChessboardTruth', 'CircleTruth', 'CircularTarget', 'ClockJump', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'CommonFactor', 'ControlOutput', 'Datum', 'DatumKind', 'Decoded', 'DecodedCode', 'DecodedLamp', 'DetectablePoint', 'DockOptions', 'DockOutput', 'DockPhase', 'Drive', 'DriveCommand', 'DriveLimited', 'DriveNoise', 'DriveState', 'DriveStep', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'FilterOutcome', 'FilterUpdate', 'Fix', 'FloorVisibility', 'FluxModel', 'FluxUse', 'Follower', 'Ghost', 'HeadlightDistance', 'Hypothesis', 'Identification', 'IdentifyMethod', 'ImuSample', 'Kidnapping', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFailure', 'LampFlux', 'LampIndex', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'LocalisationValue', 'LoopEstimation', 'LoopFaults', 'LoopMetrics', 'LoopOptions', 'LoopOutcome', 'LoopResult', 'Match', 'MeasuredPoint', 'Measurement', 'Mosaic', 'Network', 'NetworkStart', 'NetworkStatistics', 'NoiseArea', 'Object', 'ObjectMatch', 'ObjectPoint', 'Odometry', 'OdometryLie', 'PaceOptions', 'PanTiltPlan', 'PanTiltResult', 'ParameterStatistics', 'PlanStatus', 'PlanarEstimate', 'PlanarFilter', 'PlanarFilterOptions', 'PlanarOdometry', 'PlanarPose', 'PointValue', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PoseEstimate', 'PoseFilter', 'PoseFilterOptions', 'PoseObservation', 'PosePrediction', 'PowerFit', 'Precision', 'Prior', 'PurePursuitOptions', 'Ray', 'Readout', 'ReceivedPower', 'RecognisedObject', 'Recognition', 'RecoveredResponse', 'Refined', 'RejectedObservation', 'Renderer', 'Resection', 'Response', 'ResponseMethod', 'RoadHeights', 'RobustPose', 'Room', 'Route', 'RouteConflict', 'RoutePlace', 'RoutePlan', 'RouteShape', 'RouteWaypoint', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'ScalePrediction', 'ScaleSource', 'Scene', 'Selection', 'SelectionStep', 'Sensor', 'Solver', 'StanleyOptions', 'Status', 'Symmetry', 'SymmetryKind', 'Tag', 'TagTruth', 'Target', 'TargetRenderer', 'TestField', 'TestFieldDesign', 'Timing', 'TrackedFrame', 'Tracker', 'TrackerState', 'Trajectory', 'Truth', 'Use', 'VarianceComponent', 'VarianceComponents', 'Vehicle', 'VehiclePose', 'VehiclePoses', 'Waveform', 'adjust', 'aperture_power', 'april_tag_families', 'board_network', 'calibrate_ambient', 'calibrate_light', 'camera_on_vehicle', 'check_points', 'closed_loop', 'code_budget', 'compare_scale', 'dbm', 'decode', 'decode_samples', 'detect', 'detect_april_tags', 'detectable_points', 'dock', 'drive', 'encode_id', 'encode_image', 'explain', 'find_chessboard', 'format_camera', 'heading_rad', 'headlight_distance', 'identify', 'identify_object', 'image_residuals_px', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'lamp_network', 'localisation_value', 'locate', 'locate_by_tags', 'look_at', 'measure_points', 'moved_pose', 'network_statistics', 'p3p', 'paper_additional_parameters', 'paper_panorama_camera', 'parameter_statistics', 'plan_pan_tilt', 'plan_render', 'plan_route', 'planar_poses', 'pose_bound', 'pose_candidates', 'position_covariance', 'precision', 'project_lamp_centre', 'project_rim', 'projection_uncertainty', 'pure_pursuit', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recognise', 'recover_response', 'refine', 'resect', 'robust_pose', 'route_conflicts', 'select_parameters', 'simulate', 'simulate_test_field', 'solve_pose', 'solvers', 'stanley', 'start_network', 'start_pinhole', 'tag_poses', 'time_refine', 'variance_components', 'vehicle_poses', 'view_gaps', 'views_around', 'visibility', 'write_camera', 'write_image']
+__all__: list[str] = ['Adjustment', 'AmbientImage', 'AmbientLight', 'AprilTag', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'CameraFormat', 'CameraKind', 'CameraParameter', 'Candidate', 'Channel', 'ChannelResponse', 'CheckResult', 'Checksum', 'ChessboardTarget', 'ChessboardTruth', 'CircleTruth', 'CircularTarget', 'ClockJump', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'CommonFactor', 'Consistency', 'ConsistencyReport', 'ControlOutput', 'Datum', 'DatumKind', 'Decoded', 'DecodedCode', 'DecodedLamp', 'DetectablePoint', 'DockOptions', 'DockOutput', 'DockPhase', 'Drive', 'DriveCommand', 'DriveLimited', 'DriveNoise', 'DriveState', 'DriveStep', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'FilterOutcome', 'FilterUpdate', 'Fix', 'FloorVisibility', 'FluxModel', 'FluxUse', 'Follower', 'Ghost', 'HeadlightDistance', 'Hypothesis', 'Identification', 'IdentifyMethod', 'ImuSample', 'Kidnapping', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFailure', 'LampFlux', 'LampIndex', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'LocalisationValue', 'LoopEstimation', 'LoopFaults', 'LoopMetrics', 'LoopOptions', 'LoopOutcome', 'LoopResult', 'Match', 'MeasuredPoint', 'Measurement', 'Mosaic', 'Network', 'NetworkStart', 'NetworkStatistics', 'NoiseArea', 'Object', 'ObjectMatch', 'ObjectPoint', 'Odometry', 'OdometryLie', 'OdometryLink', 'PaceOptions', 'PanTiltPlan', 'PanTiltResult', 'ParameterStatistics', 'PlanStatus', 'PlanarEstimate', 'PlanarFilter', 'PlanarFilterOptions', 'PlanarOdometry', 'PlanarPose', 'PlanarPrior', 'PlanarSmoothing', 'PlanarWindowEstimate', 'PlanarWindowSmoother', 'PointValue', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PoseEstimate', 'PoseFilter', 'PoseFilterOptions', 'PoseObservation', 'PosePrediction', 'PowerFit', 'Precision', 'Prior', 'PurePursuitOptions', 'Ray', 'Readout', 'ReceivedPower', 'RecognisedObject', 'Recognition', 'RecoveredResponse', 'Refined', 'RejectedObservation', 'Renderer', 'Resection', 'Response', 'ResponseMethod', 'RoadHeights', 'RobustPose', 'Room', 'Route', 'RouteConflict', 'RoutePlace', 'RoutePlan', 'RouteShape', 'RouteWaypoint', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'ScalePrediction', 'ScaleSource', 'Scene', 'Selection', 'SelectionStep', 'Sensor', 'SmootherFrame', 'Smoothing', 'Solver', 'StanleyOptions', 'Status', 'Symmetry', 'SymmetryKind', 'Tag', 'TagTruth', 'Target', 'TargetRenderer', 'TestField', 'TestFieldDesign', 'Timing', 'TrackedFrame', 'Tracker', 'TrackerState', 'Trajectory', 'Truth', 'Use', 'VarianceComponent', 'VarianceComponents', 'Vehicle', 'VehiclePose', 'VehiclePoses', 'Waveform', 'WindowEstimate', 'WindowSmoother', 'adjust', 'aperture_power', 'april_tag_families', 'board_network', 'calibrate_ambient', 'calibrate_light', 'camera_on_vehicle', 'check_points', 'chi2_quantile', 'closed_loop', 'code_budget', 'compare_scale', 'dbm', 'decode', 'decode_samples', 'detect', 'detect_april_tags', 'detectable_points', 'dock', 'drive', 'encode_id', 'encode_image', 'explain', 'find_chessboard', 'format_camera', 'heading_rad', 'headlight_distance', 'identify', 'identify_object', 'image_residuals_px', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'lamp_network', 'localisation_value', 'locate', 'locate_by_tags', 'look_at', 'measure_points', 'moved_pose', 'nees', 'network_statistics', 'nis', 'normalised_squared_error', 'p3p', 'paper_additional_parameters', 'paper_panorama_camera', 'parameter_statistics', 'plan_pan_tilt', 'plan_render', 'plan_route', 'planar_poses', 'pose_bound', 'pose_candidates', 'position_covariance', 'precision', 'project_lamp_centre', 'project_rim', 'projection_uncertainty', 'pure_pursuit', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recognise', 'recover_response', 'refine', 'resect', 'robust_pose', 'route_conflicts', 'select_parameters', 'simulate', 'simulate_test_field', 'smooth', 'smooth_planar', 'solve_pose', 'solvers', 'stanley', 'start_network', 'start_pinhole', 'tag_poses', 'time_refine', 'variance_components', 'vehicle_poses', 'view_gaps', 'views_around', 'visibility', 'write_camera', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -3977,7 +3977,7 @@ class Route:
       speed_m_s: at the first way-point [m/s]
       dock: PlanarPose where the vehicle shall stand at the end, or None
     """
-    def __getstate__(self) -> tuple[list, int, bool, int, float, float, PlanarPose | None]:
+    def __getstate__(self) -> dict[str, typing.Any]:
         ...
     @typing.overload
     def __init__(self, waypoints: collections.abc.Sequence[RouteWaypoint], *, shape: RouteShape = ..., closed: bool = False, laps: typing.SupportsInt | typing.SupportsIndex = 1, corner_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.5, dock: PlanarPose | None = None) -> None:
@@ -3987,7 +3987,7 @@ class Route:
         ...
     def __repr__(self) -> str:
         ...
-    def __setstate__(self, arg0: tuple) -> None:
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
         ...
     def at(self, along_m: typing.SupportsFloat | typing.SupportsIndex) -> RoutePlace:
         """
@@ -5538,6 +5538,537 @@ class VehiclePoses:
     def value(self) -> list[VehiclePose]:
         """
         VehiclePoses, best first.
+        """
+class SmootherFrame:
+    """
+    What one camera saw at one time.
+
+    Keywords: time_s; camera; points_in_world_m: (n, 3), points whose names are known; points_px: (n, 2),
+      where they were seen; sigma_px: of each pixel coordinate, a number; covariances_px2: (n, 2, 2)
+      instead; cam_from_body: 4x4, how the camera is mounted. Without points it asks for the pose at that
+      time. Several frames of one time are several cameras.
+    Raises: ValueError for counts that differ, numbers that are not finite, no positive sigma.
+    """
+    def __init__(self, *, time_s: typing.SupportsFloat | typing.SupportsIndex, camera: Camera = ..., points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"] | None = None, points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"] | None = None, sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.3, covariances_px2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None = None, cam_from_body: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] = ...) -> None:
+        ...
+    def __len__(self) -> int:
+        ...
+    def __repr__(self) -> str:
+        ...
+    @property
+    def cam_from_body(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        4x4.
+        """
+    @property
+    def camera(self) -> Camera:
+        """
+        A Camera.
+        """
+    @property
+    def time_s(self) -> float:
+        """
+        [s].
+        """
+class PlanarPrior:
+    """
+    What is known of a pose on a floor.
+    """
+    def __init__(self, *, time_s: typing.SupportsFloat | typing.SupportsIndex, pose: PlanarPose, covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"]) -> None:
+        ...
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3) of [x_m, y_m, heading_rad].
+        """
+    @property
+    def pose(self) -> PlanarPose:
+        """
+        PlanarPose.
+        """
+    @property
+    def time_s(self) -> float:
+        """
+        [s].
+        """
+class OdometryLink:
+    """
+    Between one smoothed pose and the next.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def chi2(self) -> float:
+        """
+        Of the step against all the rest; 0: that cannot tell.
+        """
+    @property
+    def contradicted(self) -> bool:
+        """
+        Whether the rest contradicts it.
+        """
+    @property
+    def dof(self) -> int:
+        """
+        Components of the step that the rest can tell.
+        """
+    @property
+    def factor(self) -> float:
+        """
+        By which its covariance was multiplied.
+        """
+    @property
+    def from_s(self) -> float:
+        """
+        [s].
+        """
+    @property
+    def odometry(self) -> bool:
+        """
+        False: there was none.
+        """
+    @property
+    def to_s(self) -> float:
+        """
+        [s].
+        """
+class Smoothing:
+    """
+    Poses over time: the answer of smooth().
+
+    What was found is there even when it is not ok: look at status, message and determined.
+    """
+    def __len__(self) -> int:
+        ...
+    def __repr__(self) -> str:
+        ...
+    @property
+    def beyond(self) -> int:
+        """
+        How many of them count less, or are outside the camera's domain.
+        """
+    @property
+    def body_from_world(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (n, 4, 4).
+        """
+    @property
+    def chi2(self) -> float:
+        """
+        The minimum.
+        """
+    @property
+    def covariances(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (n, 6, 6) of body_from_world [rotation rad, translation m], left perturbation; infinite on the diagonal of what is not determined.
+        """
+    @property
+    def determined(self) -> numpy.typing.NDArray[numpy.bool]:
+        """
+        (n,) bool: whether a pose is determined; the others have no meaning.
+        """
+    @property
+    def dof(self) -> int:
+        """
+        Its degrees of freedom.
+        """
+    @property
+    def iterations(self) -> int:
+        """
+        Of the minimisation.
+        """
+    @property
+    def links(self) -> list[OdometryLink]:
+        """
+        OdometryLink between the poses.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def outside(self) -> int:
+        """
+        How many are outside the camera's domain.
+        """
+    @property
+    def position_covariances_m2(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (n, 3, 3) [m^2, world].
+        """
+    @property
+    def positions_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        (n, 3) of the body [m, world].
+        """
+    @property
+    def residual_sigmas(self) -> list[list[float]]:
+        """
+        For each frame a list: each sighting's residual in its sigmas; infinite outside the domain.
+        """
+    @property
+    def rms_px(self) -> float:
+        """
+        Of the coordinates of all others [px].
+        """
+    @property
+    def sightings(self) -> int:
+        """
+        How many.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def times_s(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (n,) of the poses [s].
+        """
+class PlanarSmoothing:
+    """
+    Poses on a floor over time: the answer of smooth_planar().
+    """
+    def __len__(self) -> int:
+        ...
+    def __repr__(self) -> str:
+        ...
+    @property
+    def beyond(self) -> int:
+        """
+        How many of them count less, or are outside the camera's domain.
+        """
+    @property
+    def chi2(self) -> float:
+        """
+        The minimum.
+        """
+    @property
+    def covariances(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (n, 3, 3) of [x_m, y_m, heading_rad]; infinite on the diagonal of what is not determined.
+        """
+    @property
+    def determined(self) -> numpy.typing.NDArray[numpy.bool]:
+        """
+        (n,) bool: whether a pose is determined; the others have no meaning.
+        """
+    @property
+    def dof(self) -> int:
+        """
+        Its degrees of freedom.
+        """
+    @property
+    def iterations(self) -> int:
+        """
+        Of the minimisation.
+        """
+    @property
+    def links(self) -> list[OdometryLink]:
+        """
+        OdometryLink between the poses.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def outside(self) -> int:
+        """
+        How many are outside the camera's domain.
+        """
+    @property
+    def poses(self) -> list[PlanarPose]:
+        """
+        PlanarPose each.
+        """
+    @property
+    def residual_sigmas(self) -> list[list[float]]:
+        """
+        For each frame a list: each sighting's residual in its sigmas; infinite outside the domain.
+        """
+    @property
+    def rms_px(self) -> float:
+        """
+        Of the coordinates of all others [px].
+        """
+    @property
+    def sightings(self) -> int:
+        """
+        How many.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def times_s(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (n,) of the poses [s].
+        """
+class WindowEstimate:
+    """
+    The newest pose, and the window behind it.
+    """
+    @property
+    def body_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        Of the newest pose, 4x4.
+        """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        (6, 6) of it [rotation rad, translation m], left perturbation.
+        """
+    @property
+    def determined(self) -> bool:
+        """
+        Whether the newest pose is determined.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def position_covariance_m2(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3) [m^2, world].
+        """
+    @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) [m, world].
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def time_s(self) -> float:
+        """
+        Of the newest pose [s].
+        """
+    @property
+    def used(self) -> bool:
+        """
+        False: what came was before the window.
+        """
+    @property
+    def window(self) -> Smoothing:
+        """
+        All poses of the window, oldest first.
+        """
+class PlanarWindowEstimate:
+    """
+    The newest pose, and the window behind it.
+    """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3) of [x_m, y_m, heading_rad].
+        """
+    @property
+    def determined(self) -> bool:
+        """
+        Whether the newest pose is determined.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def pose(self) -> PlanarPose:
+        """
+        The newest PlanarPose.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def time_s(self) -> float:
+        """
+        Of the newest pose [s].
+        """
+    @property
+    def used(self) -> bool:
+        """
+        False: what came was before the window.
+        """
+    @property
+    def window(self) -> PlanarSmoothing:
+        """
+        All poses of the window, oldest first.
+        """
+class WindowSmoother:
+    """
+    The newest poses of a body as frames arrive (fixed lag).
+
+    Keeps the last few poses and what all before them say of the oldest; memory and time per frame do not
+    grow. Frames inside the window may come late; one at a time that is there already is a second camera.
+    add_frame() and add_observation() return the newest pose and the window; add_odometry() whether it is
+    used (odometry that starts before the end of the last is not).
+
+    Keywords:
+      poses: in the window
+      huber_sigmas: a sighting further off counts less; 0: least squares
+      link_gate: probability that a right odometry step is called a lie; 0: never
+      least_odometry_sigma_m: added to each odometry step's sigmas [m]
+      least_odometry_sigma_rad: alike [rad]
+      walk_m: how far the body may go in a second without odometry; grows as sqrt(time) [m]
+      walk_rad: alike, how far it may turn [rad]
+      max_iterations: in each round of gating
+    """
+    def __init__(self, poses: typing.SupportsInt | typing.SupportsIndex = 10, *, huber_sigmas: typing.SupportsFloat | typing.SupportsIndex = 3.0, link_gate: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 1e-06, walk_m: typing.SupportsFloat | typing.SupportsIndex = ..., walk_rad: typing.SupportsFloat | typing.SupportsIndex = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 60) -> None:
+        ...
+    def add_frame(self, frame: SmootherFrame) -> WindowEstimate:
+        """
+        Takes a SmootherFrame. Returns: the newest pose and the window.
+        """
+    def add_observation(self, observation: PoseObservation) -> WindowEstimate:
+        """
+        Takes a PoseObservation, or what is known of a pose beforehand.
+        """
+    def add_odometry(self, odometry: Odometry) -> bool:
+        """
+        Takes odometry, in the order of time. Returns: whether it is used.
+        """
+    def restart(self) -> None:
+        """
+        Forgets everything, e.g. after the clock was set back.
+        """
+class PlanarWindowSmoother:
+    """
+    The newest poses of a body as frames arrive (fixed lag).
+
+    Keeps the last few poses and what all before them say of the oldest; memory and time per frame do not
+    grow. Frames inside the window may come late; one at a time that is there already is a second camera.
+    add_frame() and add_observation() return the newest pose and the window; add_odometry() whether it is
+    used (odometry that starts before the end of the last is not).
+
+    Keywords:
+      poses: in the window
+      huber_sigmas: a sighting further off counts less; 0: least squares
+      link_gate: probability that a right odometry step is called a lie; 0: never
+      least_odometry_sigma_m: added to each odometry step's sigmas [m]
+      least_odometry_sigma_rad: alike [rad]
+      walk_m: how far the body may go in a second without odometry; grows as sqrt(time) [m]
+      walk_rad: alike, how far it may turn [rad]
+      max_iterations: in each round of gating
+      height_m: of the body's origin; it stands upright
+    """
+    def __init__(self, poses: typing.SupportsInt | typing.SupportsIndex = 10, height_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, *, huber_sigmas: typing.SupportsFloat | typing.SupportsIndex = 3.0, link_gate: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 1e-06, walk_m: typing.SupportsFloat | typing.SupportsIndex = ..., walk_rad: typing.SupportsFloat | typing.SupportsIndex = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 60) -> None:
+        ...
+    def add_frame(self, frame: SmootherFrame) -> PlanarWindowEstimate:
+        """
+        Takes a SmootherFrame. Returns: the newest pose and the window.
+        """
+    def add_observation(self, observation: PoseObservation) -> PlanarWindowEstimate:
+        """
+        Takes a PoseObservation, or what is known of a pose beforehand.
+        """
+    def add_odometry(self, odometry: PlanarOdometry) -> bool:
+        """
+        Takes odometry, in the order of time. Returns: whether it is used.
+        """
+    def add_prior(self, prior: PlanarPrior) -> PlanarWindowEstimate:
+        """
+        Takes a PlanarPrior.
+        """
+    def restart(self) -> None:
+        """
+        Forgets everything, e.g. after the clock was set back.
+        """
+class Consistency(enum.Enum):
+    """
+    Whether covariances are those of the errors.
+    """
+    consistent = 0
+    optimistic = 1
+    pessimistic = 2
+class ConsistencyReport:
+    """
+    Means of NEES or NIS in units of their expectation, 1 of a consistent estimator.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def count(self) -> int:
+        """
+        Values.
+        """
+    @property
+    def effective_dof(self) -> float:
+        """
+        Of the mean's interval.
+        """
+    @property
+    def high(self) -> float:
+        """
+        Alike.
+        """
+    @property
+    def high_at(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (times,) alike.
+        """
+    @property
+    def low(self) -> float:
+        """
+        End of the mean's interval.
+        """
+    @property
+    def low_at(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (times,) interval of mean_at.
+        """
+    @property
+    def mean(self) -> float:
+        """
+        Over all values.
+        """
+    @property
+    def mean_at(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (times,) over the runs.
+        """
+    @property
+    def share_inside(self) -> float:
+        """
+        Of the times, inside their intervals.
+        """
+    @property
+    def verdict(self) -> Consistency:
+        """
+        A Consistency.
         """
 class ResponseMethod(enum.Enum):
     """
@@ -7226,6 +7757,10 @@ def check_points(network: Network, precision: Precision, targets: collections.ab
     """
     Errors at Targets whose places (n, 3) are known better, against prediction.
     """
+def chi2_quantile(probability: typing.SupportsFloat | typing.SupportsIndex, dof: typing.SupportsFloat | typing.SupportsIndex) -> float:
+    """
+    The value that a chi-square variable does not exceed with this probability.
+    """
 def closed_loop(scene: Scene, route: Route, options: LoopOptions = ..., observer: collections.abc.Callable[[float, float], bool] | None = None) -> LoopResult:
     """
     A vehicle drives a route by its lamps: world, rendered image, estimate, controller, world.
@@ -7572,9 +8107,26 @@ def moved_pose(cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.fl
     """
     Pose (4x4) after a time of constant velocity (6,), as simulate() takes it.
     """
+def nees(squared: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], dof: typing.SupportsInt | typing.SupportsIndex | typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, n]"], confidence: typing.SupportsFloat | typing.SupportsIndex = 0.95) -> ConsistencyReport:
+    """
+    Whether normalised estimation errors squared are as large as they should be.
+
+    squared: (runs, times). dof: a number, or of each value, 0 where there is none. The values of a run may
+    depend on each other: how much is told by the spread of ten runs or more.
+    Returns: ConsistencyReport, with intervals of this confidence.
+    Raises: ValueError for shapes that differ, values that are negative or not finite, no value.
+    """
 def network_statistics(network: Network, threads: typing.SupportsInt | typing.SupportsIndex = 2) -> NetworkStatistics:
     """
     NetworkStatistics of an adjusted Network.
+    """
+def nis(squared: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], dof: typing.SupportsInt | typing.SupportsIndex | typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, n]"], confidence: typing.SupportsFloat | typing.SupportsIndex = 0.95) -> ConsistencyReport:
+    """
+    The same of normalised innovations squared, which are independent in time: one run is enough.
+    """
+def normalised_squared_error(error: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> float:
+    """
+    error . covariance^-1 error, (n,) and (n, n): NEES, or NIS of an innovation. Raises: ValueError unless the covariance is positive definite.
     """
 def p3p(bearings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_in_world: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"]) -> numpy.typing.NDArray[numpy.float64]:
     """
@@ -7890,6 +8442,44 @@ def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLi
 def simulate_test_field(design: TestFieldDesign) -> TestField:
     """
     A network with noise and its truth. Raises: ValueError naming what makes no sense.
+    """
+def smooth(frames: collections.abc.Sequence[SmootherFrame], odometry: collections.abc.Sequence[Odometry] = [], observations: collections.abc.Sequence[PoseObservation] = [], start: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]] | None = None, *, huber_sigmas: typing.SupportsFloat | typing.SupportsIndex = 3.0, link_gate: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 1e-06, walk_m: typing.SupportsFloat | typing.SupportsIndex = ..., walk_rad: typing.SupportsFloat | typing.SupportsIndex = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 60) -> Smoothing:
+    """
+    The most likely poses of a body over time, all at once.
+
+    frames: SmootherFrame, in the order of time. odometry: Odometry between them (chained, and cut where
+    frames are), not overlapping. observations: PoseObservation, what images said of poses, or what is
+    known of a pose beforehand. start: (4, 4) body_from_world for each time; None: found from the frames.
+    Odometry that the rest contradicts is weighed down, and said in message and links. Time grows in
+    proportion to the number of poses.
+    Returns: Smoothing. Its status is degenerate when some poses are not determined (message and
+    determined say which), too_few_lamps when none is; not_converged.
+    Raises: ValueError for times that decrease, odometry that overlaps, numbers that are not finite.
+
+    Options:
+      huber_sigmas: a sighting further off counts less; 0: least squares
+      link_gate: probability that a right odometry step is called a lie; 0: never
+      least_odometry_sigma_m: added to each odometry step's sigmas [m]
+      least_odometry_sigma_rad: alike [rad]
+      walk_m: how far the body may go in a second without odometry; grows as sqrt(time) [m]
+      walk_rad: alike, how far it may turn [rad]
+      max_iterations: in each round of gating
+    """
+def smooth_planar(frames: collections.abc.Sequence[SmootherFrame], odometry: collections.abc.Sequence[PlanarOdometry] = [], observations: collections.abc.Sequence[PoseObservation] = [], priors: collections.abc.Sequence[PlanarPrior] = [], start: collections.abc.Sequence[PlanarPose] | None = None, height_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, *, huber_sigmas: typing.SupportsFloat | typing.SupportsIndex = 3.0, link_gate: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 1e-06, walk_m: typing.SupportsFloat | typing.SupportsIndex = ..., walk_rad: typing.SupportsFloat | typing.SupportsIndex = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 60) -> PlanarSmoothing:
+    """
+    The most likely poses of a vehicle on a floor over time, all at once: as smooth().
+
+    odometry: PlanarOdometry. priors: PlanarPrior, what is known of poses beforehand. start: PlanarPose
+    for each time. height_m: of the body's origin; it stands upright. Returns: PlanarSmoothing.
+
+    Options:
+      huber_sigmas: a sighting further off counts less; 0: least squares
+      link_gate: probability that a right odometry step is called a lie; 0: never
+      least_odometry_sigma_m: added to each odometry step's sigmas [m]
+      least_odometry_sigma_rad: alike [rad]
+      walk_m: how far the body may go in a second without odometry; grows as sqrt(time) [m]
+      walk_rad: alike, how far it may turn [rad]
+      max_iterations: in each round of gating
     """
 def solve_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, solver: str = 'auto', sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] | None = None, largest_misfit: typing.SupportsFloat | typing.SupportsIndex = 10.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 1000, sigmas_px: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = []) -> Fix:
     """

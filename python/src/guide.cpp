@@ -141,6 +141,31 @@ std::vector<RouteWaypoint> plain_waypoints(const Rows2& positions) {
   return waypoints;
 }
 
+State route_state(const Route& route) {
+  const RouteOptions& o = route.options();
+  State state;
+  state["waypoints"] = py::cast(route.waypoints());
+  state["shape"] = py::cast(o.shape);
+  state["closed"] = py::cast(o.closed);
+  state["laps"] = py::cast(o.laps);
+  state["corner_radius_m"] = py::cast(o.corner_radius_m);
+  state["speed_m_s"] = py::cast(o.speed_m_s);
+  state["dock"] = py::cast(o.dock);
+  return state;
+}
+
+Route route_of_state(const State& state) {
+  const auto waypoints = state["waypoints"].cast<std::vector<RouteWaypoint>>();
+  RouteOptions options;
+  options.shape = state["shape"].cast<RouteShape>();
+  options.closed = state["closed"].cast<bool>();
+  options.laps = state["laps"].cast<int>();
+  options.corner_radius_m = state["corner_radius_m"].cast<double>();
+  options.speed_m_s = state["speed_m_s"].cast<double>();
+  options.dock = state["dock"].cast<std::optional<PlanarPose>>();
+  return Route(waypoints, options);
+}
+
 template <class Waypoints, class Make>
 void define_route_from(py::class_<Route>& cls, const Make& make) {
   const auto fields = route_fields();
@@ -174,31 +199,7 @@ void define_route_queries(py::class_<Route>& cls) {
              return "<Route: " + std::to_string(r.waypoints().size()) + " way-points, " +
                     std::to_string(r.length_m()) + " m>";
            })
-      .def(py::pickle(
-          [](const Route& r) {
-            py::list waypoints;
-            for (const RouteWaypoint& w : r.waypoints())
-              waypoints.append(py::make_tuple(w.position_m, w.corner_radius_m, w.speed_m_s));
-            const RouteOptions& o = r.options();
-            return py::make_tuple(waypoints, static_cast<int>(o.shape), o.closed, o.laps,
-                                  o.corner_radius_m, o.speed_m_s, o.dock);
-          },
-          [](const py::tuple& state) {
-            std::vector<RouteWaypoint> waypoints;
-            for (const py::handle item : state[0].cast<py::list>()) {
-              const auto w = item.cast<py::tuple>();
-              waypoints.push_back({w[0].cast<Eigen::Vector2d>(), w[1].cast<std::optional<double>>(),
-                                   w[2].cast<std::optional<double>>()});
-            }
-            RouteOptions options;
-            options.shape = static_cast<RouteShape>(state[1].cast<int>());
-            options.closed = state[2].cast<bool>();
-            options.laps = state[3].cast<int>();
-            options.corner_radius_m = state[4].cast<double>();
-            options.speed_m_s = state[5].cast<double>();
-            options.dock = state[6].cast<std::optional<PlanarPose>>();
-            return Route(waypoints, options);
-          }));
+      .def(py::pickle(&route_state, &route_of_state));
 }
 
 void define_route(py::module_& m) {
