@@ -105,6 +105,24 @@ TEST(TrackerBlinking, ALampCutByGoingOffIsNotTaken) {
   }
 }
 
+TEST(TrackerBlinking, SteadyLampsAreSearchedForWhenThePredictionIsLoose) {
+  const Scene scene = read_scene(std::string(LIBOCC_DATA) + "/scenes/irregular_six.yaml");
+  const Rigid3 truth = look_at({1.7, 2.1, 0.5}, {1.8, 2.1, 3}, {0, 1, 0});
+  SimulateOptions options;
+  options.seed = 1;
+  Renderer renderer(scene);
+  Rendered rendered;
+  renderer.render(truth, options, rendered);
+  Matrix6 covariance = Matrix6::Identity() * 0.2 * 0.2;
+  covariance.diagonal().tail<3>().setConstant(0.3 * 0.3);
+  Tracker tracker(scene);
+  tracker.start(0, perturb(truth, 3 * off_by()), covariance);
+  const TrackedFrame seen = tracker.add_image(rendered.image.view(), 0);
+  EXPECT_EQ(seen.state, TrackerState::tracking) << seen.reason;
+  EXPECT_TRUE(seen.full_search);
+  EXPECT_LT((seen.position_m - truth.origin_in_source()).norm(), 1e-3);
+}
+
 TEST(TrackerBlinking, AllDarkIsCoastingNotLost) {
   const Scene scene = square();
   const Frame first = frames_of(scene).front();

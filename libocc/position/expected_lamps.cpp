@@ -111,8 +111,9 @@ std::optional<ExpectedLamp> expect(const Scene& scene, const Lamp& lamp,
                               predicted.cam_from_world.rotation * lamp.normal, lamp.reach_m());
   const double dark_s = longest_dark_s(lamp);
   const double read_s = scene.sensor.exposure_s + out.lines_px * scene.sensor.row_time_s;
+  out.dark = dark_s >= read_s;
   out.cut = dark_s > scene.sensor.exposure_s && scene.sensor.row_time_s > 0;
-  out.sure = lamp.normal.dot(to_camera) > sure_cos * to_camera.norm() && dark_s < read_s;
+  out.sure = lamp.normal.dot(to_camera) > sure_cos * to_camera.norm() && !out.dark;
   return out;
 }
 

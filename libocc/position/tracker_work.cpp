@@ -182,7 +182,8 @@ bool Tracker::Work::follow(Job& job, const PosePrediction& predicted) {
       job.frame.missing.push_back(scene.lamps[static_cast<std::size_t>(lamp.lamp)].id);
   }
   if (found.matches.empty()) {
-    job.dark = sure == 0;
+    job.dark = std::all_of(expected.begin(), expected.end(),
+                           [](const ExpectedLamp& lamp) { return lamp.dark; });
     if (job.dark) job.frame.reason = "every lamp that should be in view may be dark";
     return false;
   }

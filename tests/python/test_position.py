@@ -2,11 +2,10 @@
 """`libocc position`: what it prints and writes of every source, and how it comes to an end."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
-import time
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +14,11 @@ from stream_support import render, walk, write_bag, write_folder
 
 import libocc as occ
 from libocc import samples
+from libocc.streams.follow import Follower, records
+from libocc.streams.frames import StreamFrame
+from libocc.streams.outputs import JsonLines, Outputs, Tum
+from libocc.streams.positioner import TrackerPositioner
+from libocc.streams.summary import Summary
 
 FRAMES = 12
 
@@ -94,6 +98,22 @@ def test_a_rerun_recording_is_written(run):
     pytest.importorskip("rerun")
     assert run("position", "irregular_six", "--source", "walk", "--quiet", "--rerun", "w.rrd")[0] == 0
     assert Path("w.rrd").read_bytes()[:3] == b"RRF" and Path("w.rrd").stat().st_size > 5000
+
+
+def test_a_recording_that_does_not_fit_is_said(run, monkeypatch):
+    rerun = pytest.importorskip("rerun")
+    code, _, err = run("position", "irregular_six", "--source", "walk", "--rerun", "/dev/full")
+    assert code == 2 and "error: /dev/full: cannot be written: " in err and err.count("\n") == 1
+
+    def full(stream, **options):
+        raise RuntimeError("File-writer thread shut down prematurely")
+
+    monkeypatch.setattr(rerun.RecordingStream, "flush", full)
+    code, _, err = run(
+        "position", "irregular_six", "--source", "walk", "--quiet", "--rerun", "w.rrd", "--tum", "w.tum"
+    )
+    assert code == 2 and "error: w.rrd: cannot be written: File-writer thread" in err and "it is not whole" in err
+    assert len(occ.Trajectory.load("w.tum")) == FRAMES
 
 
 def test_a_picture_is_drawn(run):
@@ -182,6 +202,22 @@ def test_a_clock_set_back_begins_anew(run):
     assert records[6]["state"] == "skipped" and "clock was set back by 4.9" in records[7]["warning"]
     assert records[8]["state"] == "tracking"
     assert len(occ.Trajectory.load("w.tum")) == 6 and "poses left out whose times do not rise" in err
+
+
+def test_a_clock_set_back_does_not_forget_where_the_camera_was(libocc, scene):
+    """In a square of equal lamps only the prior of the beginning told which way is which."""
+    square = samples.load_scene("square_four")
+    write_folder(Path("s"), render(square, 10))
+    for i in range(5, 10):
+        file = Path(f"s/truth/{i:06d}.json")
+        file.write_text(json.dumps({"time_s": 0.05 * i}))
+    code, out, _ = libocc(
+        "position", "square_four", "--source", "s", "--prior-heading-deg", 5, "--prior-heading-sigma-deg", 10, "--json"
+    )
+    records = [json.loads(line) for line in out.splitlines()]
+    assert code == 0 and [r["state"] for r in records] == ["tracking"] * 5 + ["skipped"] + ["tracking"] * 4
+    steps_m = np.diff([r["position_m"] for r in records if r["position_m"]], axis=0)
+    assert np.linalg.norm(steps_m, axis=1).max() < 0.05
 
 
 # --- bad input
@@ -319,3 +355,31 @@ def test_a_phone_walks_among_coded_lamps(libocc):
     assert first < 60 and len(errors_m) > 0.9 * (len(records) - first)
     assert not any(record["state"] == "lost" for record in records)
     assert np.median(errors_m) < 0.015 and errors_m.max() < 0.15
+
+
+@pytest.mark.slow
+def test_a_long_stream_takes_no_more_memory(scene, tmp_path: Path):
+    """Ten minutes of frames; the first ones warm up."""
+    made = render(scene, 30)
+    there_and_back = [*made, *made[-2:0:-1]]
+
+    class Endless:
+        name, live, total = "endless", False, None
+
+        def __iter__(self):
+            for i in range(18000):
+                yield StreamFrame(i, i / 30, there_and_back[i % len(there_and_back)][1])
+
+        def close(self):
+            pass
+
+    outputs = Outputs([JsonLines(str(tmp_path / "w.jsonl")), Tum(str(tmp_path / "w.tum"))], print)
+    summary, follower, resident = Summary(), Follower(scene, TrackerPositioner(scene)), []
+    for record in records(Endless(), follower, threading.Event(), False, print):
+        summary.add(record)
+        outputs.add(record)
+        if record.frame in (2000, 17999):
+            resident.append(int(Path("/proc/self/statm").read_text().split()[1]) * 4096)
+    outputs.close()
+    assert summary.states["tracking"] == 18000
+    assert resident[1] - resident[0] < 1e6

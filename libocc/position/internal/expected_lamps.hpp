@@ -30,6 +30,7 @@ struct ExpectedLamp {
   double radius_px = 0;
   double lines_px = 0;  ///< extent of its image across the lines of a rolling shutter
   bool sure = false;    ///< whole, well inside the image, not seen too obliquely, and not dark
+  bool dark = false;    ///< it may be, on all of its lines
   bool cut = false;     ///< it may blink while its lines are exposed: some show it, some do not
 };
 

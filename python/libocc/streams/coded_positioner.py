@@ -80,9 +80,12 @@ class CodedPositioner:
         self._least = 3 if prior is not None and (prior.height_m is not None or prior.gravity_in_cam is not None) else 4
         self._lamps = {lamp.id: np.asarray(lamp.centre_m) for lamp in scene.lamps}
         self._readers = ThreadPoolExecutor(1) if live else None
-        self.begin_anew()
+        self._forget()
 
-    def begin_anew(self) -> None:
+    def begin_anew(self, time_s: float) -> None:
+        self._forget()
+
+    def _forget(self) -> None:
         self._window: deque[_Kept] = deque(maxlen=WINDOW)
         self._tracker: Tracker | None = None
         self._number = 0

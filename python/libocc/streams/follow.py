@@ -43,9 +43,9 @@ class Follower:
         if verdict is None or not verdict.usable:
             reason = verdict.reason if verdict else f"its size is not the camera's, {self._size[1]} x {self._size[0]}"
             return self._record(frame, Seen(SKIPPED, reason), "", begun_s, dropped)
-        if verdict.anew:
-            self._positioner.begin_anew()
         assert frame.image is not None and frame.time_s is not None
+        if verdict.anew:
+            self._positioner.begin_anew(frame.time_s)
         seen = self._positioner.add(frame.image, frame.time_s)
         return self._record(frame, seen, verdict.warning, begun_s, dropped)
 

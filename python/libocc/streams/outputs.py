@@ -135,7 +135,7 @@ class Outputs:
                 if said := output.close():
                     self._say(said)
             except OSError as error:
-                self._failed(str(error))
+                self._failed(f"{error}; it is not whole")
         self._open = []
 
     def _failed(self, message: str) -> None:

@@ -4,9 +4,13 @@
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from .._core import Prior, Scene, TrackedFrame, Tracker
 from .frames import Pixels
 from .record import Pose, pose_of
+
+DRIFT_M, DRIFT_RAD = 0.3, 0.2  # how far a camera may be from its last pose when a clock was set
 
 
 @dataclass(frozen=True)
@@ -28,8 +32,8 @@ class Positioner(Protocol):
     def add(self, image: Pixels, time_s: float) -> Seen:
         """Raises: ValueError for an image that is not of the camera's size."""
 
-    def begin_anew(self) -> None:
-        """Nothing from before counts, such as a clock that jumped."""
+    def begin_anew(self, time_s: float) -> None:
+        """With the next frame: the clock was set to that time."""
 
 
 def seen_of(tracked: TrackedFrame) -> Seen:
@@ -47,14 +51,30 @@ def seen_of(tracked: TrackedFrame) -> Seen:
 
 
 class TrackerPositioner:
-    """prior: holds for the beginning; not for what begins anew."""
+    """prior: holds for the beginning; its height and gravity for ever."""
 
     def __init__(self, scene: Scene, prior: Prior | None = None):
-        self._scene = scene
-        self._tracker = Tracker(scene, prior=prior)
+        self._scene, self._prior = scene, prior
+        self._tracker = Tracker(scene, prior)
+        self._last: Pose | None = None
 
     def add(self, image: Pixels, time_s: float) -> Seen:
-        return seen_of(self._tracker.add_image(image, time_s))
+        seen = seen_of(self._tracker.add_image(image, time_s))
+        self._last = seen.pose
+        return seen
 
-    def begin_anew(self) -> None:
-        self._tracker = Tracker(self._scene)
+    def begin_anew(self, time_s: float) -> None:
+        """At the last pose, from which the camera may have moved."""
+        self._tracker = Tracker(self._scene, _lasting(self._prior))
+        if self._last is not None:
+            moved = np.diag([DRIFT_RAD**2] * 3 + [DRIFT_M**2] * 3)
+            self._tracker.start(time_s, self._last.cam_from_world, self._last.covariance + moved)
+
+
+def _lasting(prior: Prior | None) -> Prior | None:
+    if prior is None:
+        return None
+    return Prior(
+        height_m=prior.height_m, height_sigma_m=prior.height_sigma_m,
+        gravity_in_cam=prior.gravity_in_cam, gravity_sigma_rad=prior.gravity_sigma_rad,
+    )

@@ -24,10 +24,13 @@ class RerunOutput:
         except ImportError as error:
             raise ValueError(f"{path}: needs Rerun: pip install 'libocc[rerun]'") from error
         require_writable(path)
-        with open(path, "wb"):  # the recorder's own thread would tell nobody
+        with open(path, "wb"):  # the recorder's own thread would tell only at the end
             pass
         self._out = self._rr.RecordingStream("libocc position")
-        self._out.save(path)
+        try:
+            self._out.save(path)
+        except RuntimeError as error:
+            raise self._named(error) from error
         self._piece: list[Any] = []
         self._pieces = 0
         self._state = ""
@@ -89,6 +92,13 @@ class RerunOutput:
 
     def close(self) -> str:
         self._draw_piece()
-        self._out.flush()
-        self._out.disconnect()
+        try:
+            self._out.flush()
+        except Exception as error:  # of the recorder's own thread
+            raise self._named(error) from error
+        finally:
+            self._out.disconnect()
         return ""
+
+    def _named(self, error: Exception) -> OSError:
+        return OSError(f"{self.name}: cannot be written: {error}")
