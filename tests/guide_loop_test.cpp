@@ -130,7 +130,7 @@ TEST(ClosedLoop, CoastsThroughTheDark) {
   expect_arrival(result);
   EXPECT_NEAR(result.metrics.longest_outage_s, 0.5, 0.04);
   const auto coasting = [](const occ::LoopRecord& record) {
-    return record.estimate.state == occ::LoopState::coasting && !record.estimate.reason.empty();
+    return record.estimate.state == occ::TrackerState::coasting && !record.estimate.reason.empty();
   };
   EXPECT_TRUE(std::any_of(result.records.begin(), result.records.end(), coasting));
 }
@@ -177,12 +177,6 @@ TEST(ClosedLoop, AKidnappedVehicleIsFoundAndSaysSo) {
 TEST(ClosedLoop, ACollisionEndsTheRun) {
   occ::LoopOptions options = real_options();
   options.vehicle.radius_m = 0.3;
-  options.faults.kidnappings = {{2, {0.35, 2, pi}}};  // in front of a wall, and driving on
-  options.most_lost_s = 5;
-  const occ::LoopResult result = lap(options);
-  EXPECT_TRUE(result.outcome == occ::LoopOutcome::collision ||
-              result.outcome == occ::LoopOutcome::arrived ||
-              result.outcome == occ::LoopOutcome::lost);
   options.faults.kidnappings = {{2, {0.2, 2, pi}}};
   const occ::LoopResult inside = lap(options);
   EXPECT_EQ(inside.outcome, occ::LoopOutcome::collision);

@@ -123,7 +123,7 @@ struct LoopFrame {
   double captured_s = 0;  ///< true time
   double arrived_s = 0;
   bool lost = false;  ///< it never did
-  LoopState state = LoopState::searching;
+  TrackerState state = TrackerState::searching;
   int lamps_in_view = 0;  ///< whole, by the truth
   int lamps_used = 0;
   double nis = 0;

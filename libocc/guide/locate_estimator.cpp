@@ -124,11 +124,11 @@ class LocateEstimator : public LoopEstimator {
     estimate.pose = belief.pose;
     estimate.covariance = belief.covariance;
     if (!started_) {
-      estimate.state = LoopState::searching;
+      estimate.state = TrackerState::searching;
     } else if (time_s - fixed_s_ <= frame_gap_s) {
-      estimate.state = LoopState::tracking;
+      estimate.state = TrackerState::tracking;
     } else {
-      estimate.state = time_s - fixed_s_ <= coast_s ? LoopState::coasting : LoopState::lost;
+      estimate.state = time_s - fixed_s_ <= coast_s ? TrackerState::coasting : TrackerState::lost;
     }
     return estimate;
   }
@@ -166,20 +166,6 @@ class LocateEstimator : public LoopEstimator {
 };
 
 }  // namespace
-
-const char* to_string(LoopState state) {
-  switch (state) {
-    case LoopState::searching:
-      return "searching";
-    case LoopState::tracking:
-      return "tracking";
-    case LoopState::coasting:
-      return "coasting";
-    case LoopState::lost:
-      return "lost";
-  }
-  return "unknown";
-}
 
 std::unique_ptr<LoopEstimator> make_locate_estimator(const Scene& scene) {
   return std::make_unique<LocateEstimator>(scene);

@@ -16,23 +16,20 @@
 
 namespace occ {
 
-/// As of a tracker: searching and lost are without a pose.
-enum class LoopState { searching, tracking, coasting, lost };
-
-LIBOCC_API const char* to_string(LoopState state);
-
 struct EstimatedPose {
   double time_s = 0;
   PlanarPose pose;  ///< while searching or lost: the last one there was
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< see geometry/planar_pose.hpp
-  LoopState state = LoopState::searching;
+  TrackerState state = TrackerState::searching;
   std::string reason;  ///< empty while all is as expected
   int lamps = 0;       ///< that the last image's pose was made of
   double nis = 0;      ///< of the last image
   int nis_dof = 0;
   bool relocated = false;  ///< the last image was where it was not expected
 
-  bool has_pose() const { return state == LoopState::tracking || state == LoopState::coasting; }
+  bool has_pose() const {
+    return state == TrackerState::tracking || state == TrackerState::coasting;
+  }
 };
 
 struct CapturedFrame {

@@ -76,7 +76,7 @@ void add_availability(const LoopResult& result, double period_s, LoopMetrics& me
     if (frame.captured_s == captured_s) continue;
     captured_s = frame.captured_s;
     ++metrics.frames;
-    if (frame.lost || frame.state != LoopState::tracking) continue;
+    if (frame.lost || frame.state != TrackerState::tracking) continue;
     ++tracked;
     three += frame.lamps_used >= 3 ? 1 : 0;
     outage_s = std::max(outage_s, captured_s - last_s - period_s);

@@ -73,7 +73,7 @@ void RouteOptions::validate() const {
 }
 
 Route::Route(const std::vector<RouteWaypoint>& waypoints, const RouteOptions& options)
-    : dock_(options.dock), closed_(options.closed), laps_(options.laps) {
+    : waypoints_(waypoints), options_(options) {
   options.validate();
   require_waypoints(waypoints, options);
   const std::vector<RoutePiece> lap = options.shape == RouteShape::lines

@@ -64,9 +64,12 @@ class LIBOCC_API Route {
 
   double length_m() const { return pieces_.back().begin_m + pieces_.back().length_m; }
   const std::vector<RoutePiece>& pieces() const { return pieces_; }
-  const std::optional<PlanarPose>& dock() const { return dock_; }
-  bool closed() const { return closed_; }
-  double lap_m() const { return length_m() / laps_; }  ///< of a route that is not closed: all
+  const std::vector<RouteWaypoint>& waypoints() const { return waypoints_; }
+  const RouteOptions& options() const { return options_; }
+  const std::optional<PlanarPose>& dock() const { return options_.dock; }
+  double lap_m() const {
+    return length_m() / options_.laps;
+  }  ///< of a route that is not closed: all
 
   /// Clipped to the route.
   RoutePlace at(double along_m) const;
@@ -85,9 +88,8 @@ class LIBOCC_API Route {
 
  private:
   std::vector<RoutePiece> pieces_;
-  std::optional<PlanarPose> dock_;
-  bool closed_ = false;
-  int laps_ = 1;
+  std::vector<RouteWaypoint> waypoints_;
+  RouteOptions options_;
 };
 
 /// Where a vehicle would touch something.

@@ -13,20 +13,6 @@ namespace {
 constexpr double image_gap_s =
     0.15;  // without images for longer, a tracked pose is a predicted one
 
-LoopState loop_state(TrackerState state) {
-  switch (state) {
-    case TrackerState::searching:
-      return LoopState::searching;
-    case TrackerState::tracking:
-      return LoopState::tracking;
-    case TrackerState::coasting:
-      return LoopState::coasting;
-    case TrackerState::lost:
-      return LoopState::lost;
-  }
-  return LoopState::lost;
-}
-
 class TrackerEstimator : public LoopEstimator {
  public:
   TrackerEstimator(const Scene& scene, const TrackerOptions& options, const Rigid3& cam_from_body)
@@ -67,18 +53,18 @@ class TrackerEstimator : public LoopEstimator {
   EstimatedPose at(double time_s) const override {
     EstimatedPose estimate = last_;
     estimate.time_s = time_s;
-    estimate.state = loop_state(tracker_.state());
+    estimate.state = tracker_.state();
     const std::optional<PlanarEstimate> planar = tracker_.planar(time_s);
     if (!planar) {
-      if (estimate.has_pose()) estimate.state = LoopState::lost;
+      if (estimate.has_pose()) estimate.state = TrackerState::lost;
       return estimate;
     }
     estimate.pose = planar->pose;
     estimate.covariance = planar->covariance;
     const double silent_s = time_s - tracked_s_;
-    if (estimate.state != LoopState::tracking || silent_s <= image_gap_s) return estimate;
+    if (estimate.state != TrackerState::tracking || silent_s <= image_gap_s) return estimate;
     estimate.state =
-        silent_s <= image_gap_s + options_.coast_s ? LoopState::coasting : LoopState::lost;
+        silent_s <= image_gap_s + options_.coast_s ? TrackerState::coasting : TrackerState::lost;
     estimate.reason = "no image has come";
     return estimate;
   }

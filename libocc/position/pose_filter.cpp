@@ -51,24 +51,44 @@ class PoseModel {
 
   FilterUpdate update(State& state, const PoseObservation& seen) const {
     const PoseObservation body = seen.of_body();
-    const Vector6 gradient =
-        body.gradient + body.information * difference(state.pose, body.cam_from_world);
-    const InformationUpdate<states, 6> corrected(state.covariance, body.information, gradient);
+    // Perturbations of what was seen, not of the prediction: where they are far apart and the
+    // image is precise, it is the image about which all must be linear.
+    const Vector6 off = difference(state.pose, body.cam_from_world);
+    const Covariance about_seen = carried(state.covariance, by_perturbed(off));
+    const Vector6 gradient = body.gradient + body.information * off;
+    const InformationUpdate<states, 6> corrected(about_seen, body.information, gradient);
     FilterUpdate update{FilterOutcome::accepted, corrected.nis(), corrected.dof()};
     if (update.nis_dof > 0 && update.nis > gate_chi2(options_.gate_sigma, update.nis_dof)) {
       update.outcome = FilterOutcome::gated;
       return update;
     }
     const Eigen::Matrix<double, states, 1> step = corrected.step();
-    state.pose = perturb(state.pose, step.head<6>());
+    const Vector6 left = off + step.head<6>();
+    state.pose = perturb(body.cam_from_world, left);
     state.velocity += step.segment<6>(velocity);
     state.gyro_bias += step.segment<3>(gyro);
     state.accelerometer_bias += step.segment<3>(accelerometer);
-    state.covariance = corrected.covariance();
+    state.covariance = carried(corrected.covariance(), by_perturbed(left).inverse());
     return update;
   }
 
  private:
+  /// d x / d s at s = 0 of perturb(pose, x) = perturb(perturb(pose, delta), s).
+  static Matrix6 by_perturbed(const Vector6& delta) {
+    Matrix6 out = Matrix6::Identity();
+    out.topLeftCorner<3, 3>() = so3_left_jacobian(delta.head<3>()).inverse();
+    out.bottomLeftCorner<3, 3>() = -skew(delta.tail<3>());
+    return out;
+  }
+
+  /// Its first six states by other perturbations.
+  static Covariance carried(const Covariance& covariance, const Matrix6& by) {
+    Covariance out = covariance;
+    out.topRows<6>() = by * covariance.topRows<6>();
+    out.leftCols<6>() = (out.leftCols<6>() * by.transpose()).eval();
+    return out;
+  }
+
   bool reads_acceleration(const Stretch& stretch) const {
     return stretch.imu && !stretch.odometry && options_.use_accelerometer;
   }

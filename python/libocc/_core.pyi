@@ -9,7 +9,7 @@ import numpy
 import numpy.typing
 import os
 import typing
-__all__: list[str] = ['Adjustment', 'AmbientImage', 'AmbientLight', 'AprilTag', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'CameraFormat', 'CameraKind', 'CameraParameter', 'Candidate', 'Channel', 'ChannelResponse', 'CheckResult', 'Checksum', 'ChessboardTarget', 'ChessboardTruth', 'CircleTruth', 'CircularTarget', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'CommonFactor', 'Datum', 'DatumKind', 'Decoded', 'DecodedCode', 'DecodedLamp', 'DetectablePoint', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'FilterOutcome', 'FilterUpdate', 'Fix', 'FluxModel', 'FluxUse', 'Ghost', 'HeadlightDistance', 'Hypothesis', 'Identification', 'IdentifyMethod', 'ImuSample', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFlux', 'LampIndex', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'LocalisationValue', 'Match', 'MeasuredPoint', 'Measurement', 'Mosaic', 'Network', 'NetworkStart', 'NetworkStatistics', 'NoiseArea', 'Object', 'ObjectMatch', 'ObjectPoint', 'Odometry', 'ParameterStatistics', 'PlanarEstimate', 'PlanarFilter', 'PlanarFilterOptions', 'PlanarOdometry', 'PlanarPose', 'PointValue', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PoseEstimate', 'PoseFilter', 'PoseFilterOptions', 'PoseObservation', 'PosePrediction', 'PowerFit', 'Precision', 'Prior', 'Ray', 'Readout', 'ReceivedPower', 'RecognisedObject', 'Recognition', 'RecoveredResponse', 'Refined', 'RejectedObservation', 'Renderer', 'Resection', 'Response', 'ResponseMethod', 'RoadHeights', 'RobustPose', 'Room', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'ScalePrediction', 'ScaleSource', 'Scene', 'Selection', 'SelectionStep', 'Sensor', 'Solver', 'Status', 'Symmetry', 'SymmetryKind', 'Tag', 'TagTruth', 'Target', 'TargetRenderer', 'TestField', 'TestFieldDesign', 'Timing', 'TrackedFrame', 'Tracker', 'TrackerState', 'Trajectory', 'Truth', 'Use', 'VarianceComponent', 'VarianceComponents', 'VehiclePose', 'VehiclePoses', 'Waveform', 'adjust', 'aperture_power', 'april_tag_families', 'board_network', 'calibrate_ambient', 'calibrate_light', 'check_points', 'code_budget', 'compare_scale', 'dbm', 'decode', 'decode_samples', 'detect', 'detect_april_tags', 'detectable_points', 'encode_id', 'encode_image', 'explain', 'find_chessboard', 'format_camera', 'heading_rad', 'headlight_distance', 'identify', 'identify_object', 'image_residuals_px', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'lamp_network', 'localisation_value', 'locate', 'locate_by_tags', 'look_at', 'measure_points', 'moved_pose', 'network_statistics', 'p3p', 'paper_additional_parameters', 'paper_panorama_camera', 'parameter_statistics', 'plan_render', 'planar_poses', 'pose_bound', 'pose_candidates', 'position_covariance', 'precision', 'project_lamp_centre', 'project_rim', 'projection_uncertainty', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recognise', 'recover_response', 'refine', 'resect', 'robust_pose', 'select_parameters', 'simulate', 'simulate_test_field', 'solve_pose', 'solvers', 'start_network', 'start_pinhole', 'tag_poses', 'time_refine', 'variance_components', 'vehicle_poses', 'views_around', 'write_camera', 'write_image']
+__all__: list[str] = ['Adjustment', 'AmbientImage', 'AmbientLight', 'AprilTag', 'Blob', 'Box', 'CalibratedLight', 'Camera', 'CameraFormat', 'CameraKind', 'CameraParameter', 'Candidate', 'Channel', 'ChannelResponse', 'CheckResult', 'Checksum', 'ChessboardTarget', 'ChessboardTruth', 'CircleTruth', 'CircularTarget', 'ClockJump', 'Code', 'CodeBudget', 'CodeKind', 'CodeStatus', 'CommonFactor', 'Consistency', 'ConsistencyReport', 'ControlOutput', 'Datum', 'DatumKind', 'Decoded', 'DecodedCode', 'DecodedLamp', 'DetectablePoint', 'DockOptions', 'DockOutput', 'DockPhase', 'Drive', 'DriveCommand', 'DriveLimited', 'DriveNoise', 'DriveState', 'DriveStep', 'EffectPlan', 'Effects', 'Ellipse', 'ExplainedEffect', 'Explanation', 'FilterOutcome', 'FilterUpdate', 'Fix', 'FloorVisibility', 'FluxModel', 'FluxUse', 'Follower', 'Ghost', 'HeadlightDistance', 'Hypothesis', 'Identification', 'IdentifyMethod', 'ImuSample', 'Kidnapping', 'LadderBound', 'LadderFrame', 'LadderOutcome', 'LadderStep', 'Lamp', 'LampCode', 'LampFailure', 'LampFlux', 'LampIndex', 'LampLight', 'LampResidual', 'LampShape', 'LampTruth', 'Layout', 'Lens', 'LineCode', 'LocalisationValue', 'LoopEstimation', 'LoopFaults', 'LoopMetrics', 'LoopOptions', 'LoopOutcome', 'LoopResult', 'Match', 'MeasuredPoint', 'Measurement', 'Mosaic', 'Network', 'NetworkStart', 'NetworkStatistics', 'NoiseArea', 'Object', 'ObjectMatch', 'ObjectPoint', 'Odometry', 'OdometryLie', 'OdometryLink', 'PaceOptions', 'PanTiltPlan', 'PanTiltResult', 'ParameterStatistics', 'PlanStatus', 'PlanarEstimate', 'PlanarFilter', 'PlanarFilterOptions', 'PlanarOdometry', 'PlanarPose', 'PlanarPrior', 'PlanarSmoothing', 'PlanarWindowEstimate', 'PlanarWindowSmoother', 'PointValue', 'PoseBound', 'PoseCandidate', 'PoseCandidates', 'PoseEstimate', 'PoseFilter', 'PoseFilterOptions', 'PoseObservation', 'PosePrediction', 'PowerFit', 'Precision', 'Prior', 'PurePursuitOptions', 'Ray', 'Readout', 'ReceivedPower', 'RecognisedObject', 'Recognition', 'RecoveredResponse', 'Refined', 'RejectedObservation', 'Renderer', 'Resection', 'Response', 'ResponseMethod', 'RoadHeights', 'RobustPose', 'Room', 'Route', 'RouteConflict', 'RoutePlace', 'RoutePlan', 'RouteShape', 'RouteWaypoint', 'Rung', 'RungChoice', 'RungCost', 'RungCosts', 'RungForecast', 'ScalePrediction', 'ScaleSource', 'Scene', 'Selection', 'SelectionStep', 'Sensor', 'SmootherFrame', 'Smoothing', 'Solver', 'StanleyOptions', 'Status', 'Symmetry', 'SymmetryKind', 'Tag', 'TagTruth', 'Target', 'TargetRenderer', 'TestField', 'TestFieldDesign', 'Timing', 'TrackedFrame', 'Tracker', 'TrackerState', 'Trajectory', 'Truth', 'Use', 'VarianceComponent', 'VarianceComponents', 'Vehicle', 'VehiclePose', 'VehiclePoses', 'Waveform', 'WindowEstimate', 'WindowSmoother', 'adjust', 'aperture_power', 'april_tag_families', 'board_network', 'calibrate_ambient', 'calibrate_light', 'camera_on_vehicle', 'check_points', 'chi2_quantile', 'closed_loop', 'code_budget', 'compare_scale', 'dbm', 'decode', 'decode_samples', 'detect', 'detect_april_tags', 'detectable_points', 'dock', 'drive', 'encode_id', 'encode_image', 'explain', 'find_chessboard', 'format_camera', 'heading_rad', 'headlight_distance', 'identify', 'identify_object', 'image_residuals_px', 'ladder_frame', 'ladder_steps', 'lambertian_order', 'lamp_network', 'localisation_value', 'locate', 'locate_by_tags', 'look_at', 'measure_points', 'moved_pose', 'nees', 'network_statistics', 'nis', 'normalised_squared_error', 'p3p', 'paper_additional_parameters', 'paper_panorama_camera', 'parameter_statistics', 'plan_pan_tilt', 'plan_render', 'plan_route', 'planar_poses', 'pose_bound', 'pose_candidates', 'position_covariance', 'precision', 'project_lamp_centre', 'project_rim', 'projection_uncertainty', 'pure_pursuit', 'radiance', 'radiant_intensity', 'read_camera', 'read_image', 'received_power', 'recognise', 'recover_response', 'refine', 'resect', 'robust_pose', 'route_conflicts', 'select_parameters', 'simulate', 'simulate_test_field', 'smooth', 'smooth_planar', 'solve_pose', 'solvers', 'stanley', 'start_network', 'start_pinhole', 'tag_poses', 'time_refine', 'variance_components', 'vehicle_poses', 'view_gaps', 'views_around', 'visibility', 'write_camera', 'write_image']
 class Status(enum.Enum):
     """
     How a search for a pose ended.
@@ -3512,7 +3512,8 @@ class Tracker:
     >>> scene = occ.Scene.load("data/scenes/irregular_six.yaml")
     >>> pose = occ.look_at(position_m=[1.9, 2.1, 0.3], target_m=[1.9, 2.1, 3], up=[0, 1, 0])
     >>> tracker = occ.Tracker(scene)
-    >>> frame = tracker.add_image(occ.simulate(scene, pose, seed=1).image, 0.0)
+    >>> image, truth = occ.simulate(scene, pose, seed=1)
+    >>> frame = tracker.add_image(image, 0.0)
     >>> frame.state.name, frame.position_m.round(2).tolist()
     ('tracking', [1.9, 2.1, 0.3])
     """
@@ -3583,6 +3584,1542 @@ class Tracker:
     def state(self) -> TrackerState:
         """
         A TrackerState.
+        """
+class Drive(enum.Enum):
+    """
+    How a vehicle drives and turns.
+    """
+    ackermann = 1
+    differential = 0
+class DriveNoise:
+    """
+    What disturbs wheels and their odometry; by default nothing. After a length d a wheel's error has the standard deviation k sqrt(d).
+
+    Keywords (and properties):
+      drive: wheels turn otherwise than asked, and report it [sqrt(m)]
+      slip: the vehicle does not follow its wheels [sqrt(m)]
+      slip_share: share of each wheel's travel that is lost, always
+      sideways_slip: across the heading [sqrt(m)]
+      odometry: of what a wheel reports [sqrt(m)]
+      left_scale: what the left wheel reports over what it has turned
+      right_scale: alike
+      scale_sigma: of both scales, as the covariance knows it
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, drive: typing.SupportsFloat | typing.SupportsIndex = 0.0, slip: typing.SupportsFloat | typing.SupportsIndex = 0.0, slip_share: typing.SupportsFloat | typing.SupportsIndex = 0.0, sideways_slip: typing.SupportsFloat | typing.SupportsIndex = 0.0, odometry: typing.SupportsFloat | typing.SupportsIndex = 0.0, left_scale: typing.SupportsFloat | typing.SupportsIndex = 1.0, right_scale: typing.SupportsFloat | typing.SupportsIndex = 1.0, scale_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> DriveNoise:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def drive(self) -> float:
+        """
+        wheels turn otherwise than asked, and report it [sqrt(m)]
+        """
+    @property
+    def left_scale(self) -> float:
+        """
+        what the left wheel reports over what it has turned
+        """
+    @property
+    def odometry(self) -> float:
+        """
+        of what a wheel reports [sqrt(m)]
+        """
+    @property
+    def right_scale(self) -> float:
+        """
+        alike
+        """
+    @property
+    def scale_sigma(self) -> float:
+        """
+        of both scales, as the covariance knows it
+        """
+    @property
+    def sideways_slip(self) -> float:
+        """
+        across the heading [sqrt(m)]
+        """
+    @property
+    def slip(self) -> float:
+        """
+        the vehicle does not follow its wheels [sqrt(m)]
+        """
+    @property
+    def slip_share(self) -> float:
+        """
+        share of each wheel's travel that is lost, always
+        """
+class Vehicle:
+    """
+    A vehicle's size, limits and noise.
+
+    Keywords (and properties):
+      drive: Drive
+      track_m: between the two wheels that roll without steering [m]
+      wheelbase_m: Ackermann: from the origin to the front axle [m]
+      radius_m: of a disc about the origin that holds all of it [m]
+      max_speed_m_s: backwards alike [m/s]
+      max_acceleration_m_s2: braking alike [m/s^2]
+      max_turn_rate_rad_s: differential drive [rad/s]
+      max_turn_acceleration_rad_s2: [rad/s^2]
+      max_steering_rad: Ackermann [rad]
+      max_steering_rate_rad_s: Ackermann [rad/s]
+      noise: DriveNoise
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, drive: Drive = ..., track_m: typing.SupportsFloat | typing.SupportsIndex = 0.4, wheelbase_m: typing.SupportsFloat | typing.SupportsIndex = 0.5, radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, max_speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, max_acceleration_m_s2: typing.SupportsFloat | typing.SupportsIndex = 0.5, max_turn_rate_rad_s: typing.SupportsFloat | typing.SupportsIndex = 1.5, max_turn_acceleration_rad_s2: typing.SupportsFloat | typing.SupportsIndex = 5.0, max_steering_rad: typing.SupportsFloat | typing.SupportsIndex = 0.6, max_steering_rate_rad_s: typing.SupportsFloat | typing.SupportsIndex = 1.5, noise: DriveNoise = ...) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Vehicle:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def drive(self) -> Drive:
+        """
+        Drive
+        """
+    @property
+    def max_acceleration_m_s2(self) -> float:
+        """
+        braking alike [m/s^2]
+        """
+    @property
+    def max_speed_m_s(self) -> float:
+        """
+        backwards alike [m/s]
+        """
+    @property
+    def max_steering_rad(self) -> float:
+        """
+        Ackermann [rad]
+        """
+    @property
+    def max_steering_rate_rad_s(self) -> float:
+        """
+        Ackermann [rad/s]
+        """
+    @property
+    def max_turn_acceleration_rad_s2(self) -> float:
+        """
+        [rad/s^2]
+        """
+    @property
+    def max_turn_rate_rad_s(self) -> float:
+        """
+        differential drive [rad/s]
+        """
+    @property
+    def noise(self) -> DriveNoise:
+        """
+        DriveNoise
+        """
+    @property
+    def radius_m(self) -> float:
+        """
+        of a disc about the origin that holds all of it [m]
+        """
+    @property
+    def track_m(self) -> float:
+        """
+        between the two wheels that roll without steering [m]
+        """
+    @property
+    def wheelbase_m(self) -> float:
+        """
+        Ackermann: from the origin to the front axle [m]
+        """
+class DriveCommand:
+    """
+    What is asked of a vehicle.
+
+    Keywords (and properties):
+      speed_m_s: of the origin; negative: backwards [m/s]
+      turn_rate_rad_s: differential drive [rad/s]
+      steering_rad: Ackermann, left positive [rad]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, turn_rate_rad_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, steering_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> DriveCommand:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def speed_m_s(self) -> float:
+        """
+        of the origin; negative: backwards [m/s]
+        """
+    @property
+    def steering_rad(self) -> float:
+        """
+        Ackermann, left positive [rad]
+        """
+    @property
+    def turn_rate_rad_s(self) -> float:
+        """
+        differential drive [rad/s]
+        """
+class DriveState:
+    """
+    Where a vehicle is and how it moves.
+
+    Keywords (and properties):
+      time_s: [s]
+      pose: PlanarPose
+      speed_m_s: [m/s]
+      turn_rate_rad_s: of the heading [rad/s]
+      steering_rad: Ackermann [rad]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, time_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, pose: PlanarPose = ..., speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, turn_rate_rad_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, steering_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> DriveState:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def pose(self) -> PlanarPose:
+        """
+        PlanarPose
+        """
+    @property
+    def speed_m_s(self) -> float:
+        """
+        [m/s]
+        """
+    @property
+    def steering_rad(self) -> float:
+        """
+        Ackermann [rad]
+        """
+    @property
+    def time_s(self) -> float:
+        """
+        [s]
+        """
+    @property
+    def turn_rate_rad_s(self) -> float:
+        """
+        of the heading [rad/s]
+        """
+class DriveLimited:
+    """
+    What was asked of a vehicle and is not to be had.
+
+    Keywords (and properties):
+      speed: beyond max_speed_m_s
+      turn: beyond the turn rate or the steering angle
+      acceleration: not at the step's end
+      turn_change: not at the step's end
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, speed: bool = False, turn: bool = False, acceleration: bool = False, turn_change: bool = False) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> DriveLimited:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def acceleration(self) -> bool:
+        """
+        not at the step's end
+        """
+    @property
+    def speed(self) -> bool:
+        """
+        beyond max_speed_m_s
+        """
+    @property
+    def turn(self) -> bool:
+        """
+        beyond the turn rate or the steering angle
+        """
+    @property
+    def turn_change(self) -> bool:
+        """
+        not at the step's end
+        """
+class DriveStep:
+    """
+    What came of a command.
+    """
+    @property
+    def limited(self) -> DriveLimited:
+        """
+        DriveLimited.
+        """
+    @property
+    def odometry(self) -> PlanarOdometry:
+        """
+        PlanarOdometry: what the wheels say.
+        """
+    @property
+    def state(self) -> DriveState:
+        """
+        DriveState: the truth.
+        """
+class RouteShape(enum.Enum):
+    """
+    How way-points are joined.
+    """
+    lines = 0
+    spline = 1
+class RouteWaypoint:
+    """
+    Where a route leads.
+
+    Keywords (and properties):
+      position_m: (2,) [m]
+      corner_radius_m: instead of the route's; 0: sharp [m]
+      speed_m_s: from here on, instead of the one before [m/s]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"], corner_radius_m: typing.SupportsFloat | typing.SupportsIndex | None = None, speed_m_s: typing.SupportsFloat | typing.SupportsIndex | None = None) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> RouteWaypoint:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def corner_radius_m(self) -> float | None:
+        """
+        instead of the route's; 0: sharp [m]
+        """
+    @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+        """
+        (2,) [m]
+        """
+    @property
+    def speed_m_s(self) -> float | None:
+        """
+        from here on, instead of the one before [m/s]
+        """
+class RoutePlace:
+    """
+    A place on a route.
+    """
+    @property
+    def along_m(self) -> float:
+        """
+        From the route's begin [m].
+        """
+    @property
+    def curvature_1_m(self) -> float:
+        """
+        Left positive [1/m].
+        """
+    @property
+    def deviation_m(self) -> float:
+        """
+        Of what was asked about, to the left of the route [m].
+        """
+    @property
+    def pose(self) -> PlanarPose:
+        """
+        PlanarPose, heading along the route.
+        """
+    @property
+    def speed_m_s(self) -> float:
+        """
+        [m/s].
+        """
+class Route:
+    """
+    Where a vehicle shall drive: lines and arcs, known by arc length.
+
+    waypoints: (n, 2), or RouteWaypoints with their own corners and speeds. Raises: ValueError naming the
+    way-point.
+
+    >>> import libocc as occ
+    >>> route = occ.Route([[1, 1], [3, 1], [3, 3]], corner_radius_m=0.5)
+    >>> round(route.length_m, 3), route.at(0.5).pose
+    (3.785, PlanarPose(x_m=1.5, y_m=1.0))
+
+    Options:
+      shape: RouteShape
+      closed: the last way-point is followed by the first
+      laps: of a closed route
+      corner_radius_m: smaller where a line is too short for it [m]
+      speed_m_s: at the first way-point [m/s]
+      dock: PlanarPose where the vehicle shall stand at the end, or None
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    @typing.overload
+    def __init__(self, waypoints: collections.abc.Sequence[RouteWaypoint], *, shape: RouteShape = ..., closed: bool = False, laps: typing.SupportsInt | typing.SupportsIndex = 1, corner_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.5, dock: PlanarPose | None = None) -> None:
+        ...
+    @typing.overload
+    def __init__(self, waypoints: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], *, shape: RouteShape = ..., closed: bool = False, laps: typing.SupportsInt | typing.SupportsIndex = 1, corner_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.5, dock: PlanarPose | None = None) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def at(self, along_m: typing.SupportsFloat | typing.SupportsIndex) -> RoutePlace:
+        """
+        RoutePlace; clipped to the route.
+        """
+    def nearest(self, position_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[2, 1]"], near_m: typing.SupportsFloat | typing.SupportsIndex | None = None, window_m: typing.SupportsFloat | typing.SupportsIndex = 0.5) -> RoutePlace:
+        """
+        The nearest RoutePlace to position_m (2,); near_m: within window_m of that along it.
+        """
+    def sampled(self, step_m: typing.SupportsFloat | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 5]"]:
+        """
+        (n, 5): along_m, x_m, y_m, heading_rad, curvature_1_m, at most step_m apart.
+        """
+    @property
+    def dock(self) -> PlanarPose | None:
+        """
+        PlanarPose, or None.
+        """
+    @property
+    def lap_m(self) -> float:
+        """
+        Of one lap [m].
+        """
+    @property
+    def length_m(self) -> float:
+        """
+        Of all laps [m].
+        """
+    @property
+    def waypoints(self) -> list[RouteWaypoint]:
+        """
+        RouteWaypoint each.
+        """
+class RouteConflict:
+    """
+    Where a vehicle would touch something.
+    """
+    @property
+    def clearance_m(self) -> float:
+        """
+        There; negative: inside [m].
+        """
+    @property
+    def from_m(self) -> float:
+        """
+        Along the route [m].
+        """
+    @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[2, 1]"]:
+        """
+        (2,) where it comes nearest.
+        """
+    @property
+    def to_m(self) -> float:
+        """
+        Along the route [m].
+        """
+    @property
+    def what(self) -> str:
+        """
+        A wall or which box.
+        """
+class PaceOptions:
+    """
+    How fast a route is driven.
+
+    Keywords (and properties):
+      braking: share of the vehicle's acceleration to brake with
+      slow_radius_m: curves sharper than this are driven slower [m]
+      least_speed_m_s: at the very end and in the sharpest curve
+      end_speed_m_s: at the route's end [m/s]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, braking: typing.SupportsFloat | typing.SupportsIndex = 0.7, slow_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, least_speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.02, end_speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> PaceOptions:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def braking(self) -> float:
+        """
+        share of the vehicle's acceleration to brake with
+        """
+    @property
+    def end_speed_m_s(self) -> float:
+        """
+        at the route's end [m/s]
+        """
+    @property
+    def least_speed_m_s(self) -> float:
+        """
+        at the very end and in the sharpest curve
+        """
+    @property
+    def slow_radius_m(self) -> float:
+        """
+        curves sharper than this are driven slower [m]
+        """
+class PurePursuitOptions:
+    """
+    Regulated pure pursuit.
+
+    Keywords (and properties):
+      lookahead_s: times the speed: how far ahead [s]
+      least_lookahead_m: [m]
+      most_lookahead_m: [m]
+      turn_on_spot_rad: differential drive: turns first when the route leads further aside
+      pace: PaceOptions
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, lookahead_s: typing.SupportsFloat | typing.SupportsIndex = 0.2, least_lookahead_m: typing.SupportsFloat | typing.SupportsIndex = 0.1, most_lookahead_m: typing.SupportsFloat | typing.SupportsIndex = 0.6, turn_on_spot_rad: typing.SupportsFloat | typing.SupportsIndex = 0.8, pace: PaceOptions = ...) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> PurePursuitOptions:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def least_lookahead_m(self) -> float:
+        """
+        [m]
+        """
+    @property
+    def lookahead_s(self) -> float:
+        """
+        times the speed: how far ahead [s]
+        """
+    @property
+    def most_lookahead_m(self) -> float:
+        """
+        [m]
+        """
+    @property
+    def pace(self) -> PaceOptions:
+        """
+        PaceOptions
+        """
+    @property
+    def turn_on_spot_rad(self) -> float:
+        """
+        differential drive: turns first when the route leads further aside
+        """
+class StanleyOptions:
+    """
+    Stanley's controller.
+
+    Keywords (and properties):
+      gain_1_s: of the deviation [1/s]
+      soft_m_s: added to the speed [m/s]
+      yaw_damping_s: of the turn rate's error [s]
+      preview_s: curvature is taken so far ahead; None: as it needs
+      guide_point_m: ahead of the origin; wheelbase: as published
+      virtual_wheelbase_m: of a differential drive [m]
+      turn_on_spot_rad: of the heading error [rad]
+      pace: PaceOptions
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, gain_1_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, soft_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.05, yaw_damping_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, preview_s: typing.SupportsFloat | typing.SupportsIndex | None = None, guide_point_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, virtual_wheelbase_m: typing.SupportsFloat | typing.SupportsIndex = 0.15, turn_on_spot_rad: typing.SupportsFloat | typing.SupportsIndex = 0.8, pace: PaceOptions = ...) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> StanleyOptions:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def gain_1_s(self) -> float:
+        """
+        of the deviation [1/s]
+        """
+    @property
+    def guide_point_m(self) -> float:
+        """
+        ahead of the origin; wheelbase: as published
+        """
+    @property
+    def pace(self) -> PaceOptions:
+        """
+        PaceOptions
+        """
+    @property
+    def preview_s(self) -> float | None:
+        """
+        curvature is taken so far ahead; None: as it needs
+        """
+    @property
+    def soft_m_s(self) -> float:
+        """
+        added to the speed [m/s]
+        """
+    @property
+    def turn_on_spot_rad(self) -> float:
+        """
+        of the heading error [rad]
+        """
+    @property
+    def virtual_wheelbase_m(self) -> float:
+        """
+        of a differential drive [m]
+        """
+    @property
+    def yaw_damping_s(self) -> float:
+        """
+        of the turn rate's error [s]
+        """
+class ControlOutput:
+    """
+    What a controller asks of a vehicle.
+    """
+    @property
+    def at_end(self) -> bool:
+        """
+        The route's end is beside it or behind.
+        """
+    @property
+    def command(self) -> DriveCommand:
+        """
+        DriveCommand.
+        """
+    @property
+    def curve_limited(self) -> bool:
+        """
+        A sharper curve was needed.
+        """
+    @property
+    def heading_error_rad(self) -> float:
+        """
+        Route less vehicle [rad].
+        """
+    @property
+    def place(self) -> RoutePlace:
+        """
+        The route's nearest RoutePlace.
+        """
+    @property
+    def speed_limited(self) -> bool:
+        """
+        The route asks for more.
+        """
+class DockPhase(enum.Enum):
+    """
+    How far docking has come.
+    """
+    align = 2
+    approach = 0
+    creep = 1
+    docked = 4
+    retreat = 3
+class DockOptions:
+    """
+    Docking: Park and Kuipers' law, then creeping along the dock's axis.
+
+    Keywords (and properties):
+      k1: of the dock's heading
+      k2: of the vehicle's
+      beta: slows curves
+      lambda_: slows curves
+      approach_speed_m_s: [m/s]
+      creep_distance_m: before the dock [m]
+      creep_speed_m_s: [m/s]
+      slowing_1_s: no faster than this times what is left [1/s]
+      least_speed_m_s: [m/s]
+      track_length_m: in which it comes to the axis [m]
+      most_aside_m: when creeping begins; else it backs out [m]
+      tolerance_m: along the axis [m]
+      tolerance_rad: [rad]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, k1: typing.SupportsFloat | typing.SupportsIndex = 1.0, k2: typing.SupportsFloat | typing.SupportsIndex = 3.0, beta: typing.SupportsFloat | typing.SupportsIndex = 0.4, lambda_: typing.SupportsFloat | typing.SupportsIndex = 2.0, approach_speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.3, creep_distance_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, creep_speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.08, slowing_1_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, least_speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.01, track_length_m: typing.SupportsFloat | typing.SupportsIndex = 0.06, most_aside_m: typing.SupportsFloat | typing.SupportsIndex = 0.05, tolerance_m: typing.SupportsFloat | typing.SupportsIndex = 0.0002, tolerance_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0002) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> DockOptions:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def approach_speed_m_s(self) -> float:
+        """
+        [m/s]
+        """
+    @property
+    def beta(self) -> float:
+        """
+        slows curves
+        """
+    @property
+    def creep_distance_m(self) -> float:
+        """
+        before the dock [m]
+        """
+    @property
+    def creep_speed_m_s(self) -> float:
+        """
+        [m/s]
+        """
+    @property
+    def k1(self) -> float:
+        """
+        of the dock's heading
+        """
+    @property
+    def k2(self) -> float:
+        """
+        of the vehicle's
+        """
+    @property
+    def lambda_(self) -> float:
+        """
+        slows curves
+        """
+    @property
+    def least_speed_m_s(self) -> float:
+        """
+        [m/s]
+        """
+    @property
+    def most_aside_m(self) -> float:
+        """
+        when creeping begins; else it backs out [m]
+        """
+    @property
+    def slowing_1_s(self) -> float:
+        """
+        no faster than this times what is left [1/s]
+        """
+    @property
+    def tolerance_m(self) -> float:
+        """
+        along the axis [m]
+        """
+    @property
+    def tolerance_rad(self) -> float:
+        """
+        [rad]
+        """
+    @property
+    def track_length_m(self) -> float:
+        """
+        in which it comes to the axis [m]
+        """
+class DockOutput:
+    """
+    What docking asks of a vehicle.
+    """
+    @property
+    def command(self) -> DriveCommand:
+        """
+        DriveCommand.
+        """
+    @property
+    def curve_limited(self) -> bool:
+        """
+        A sharper curve was needed.
+        """
+    @property
+    def in_dock(self) -> PlanarPose:
+        """
+        PlanarPose of the vehicle in the dock's frame.
+        """
+    @property
+    def phase(self) -> DockPhase:
+        """
+        DockPhase, for the next call.
+        """
+    @property
+    def speed_limited(self) -> bool:
+        """
+        More was asked than it can do.
+        """
+class FloorVisibility:
+    """
+    What is seen from n poses on a floor.
+    """
+    @property
+    def heading_sigma_rad(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (n,) [rad].
+        """
+    @property
+    def lamps(self) -> list[list[int]]:
+        """
+        Ids of the lamps wholly in view, a list for each pose.
+        """
+    @property
+    def lamps_in_view(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (n,) how many.
+        """
+    @property
+    def position_sigma_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (n,) root of the trace of the place's bound [m]; infinite where there is none.
+        """
+    @property
+    def power_w(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (n,) of all lamps through the lens [W].
+        """
+class PlanStatus(enum.Enum):
+    """
+    Whether there is a plan.
+    """
+    blind = 1
+    blocked = 2
+    goal_blocked = 4
+    ok = 0
+    start_blocked = 3
+class RoutePlan:
+    """
+    A route on which lamps stay in view, or where there is none.
+    """
+    @property
+    def gaps(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 6]"]:
+        """
+        (n, 6) places without view: from and to along the route, from (x, y), to (x, y) [m].
+        """
+    @property
+    def message(self) -> str:
+        """
+        Where and why there is none.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether there is one.
+        """
+    @property
+    def route(self) -> Route | None:
+        """
+        Route; the least blind one when status is blind.
+        """
+    @property
+    def seen_share(self) -> float:
+        """
+        Of the route's length.
+        """
+    @property
+    def status(self) -> PlanStatus:
+        """
+        PlanStatus.
+        """
+class PanTiltPlan:
+    """
+    How a camera pans and tilts on the way along a route.
+
+    knots: (n, 3), along_m, pan_rad, tilt_rad; straight between them.
+    """
+    def __getstate__(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        ...
+    def __init__(self, knots: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"]) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"]) -> None:
+        ...
+    def at(self, along_m: typing.SupportsFloat | typing.SupportsIndex) -> tuple[float, float]:
+        """
+        (pan_rad, tilt_rad).
+        """
+    @property
+    def knots(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        (n, 3).
+        """
+class PanTiltResult:
+    """
+    A plan of pan and tilt, and where there is none.
+    """
+    @property
+    def gaps(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 6]"]:
+        """
+        (n, 6) as RoutePlan.gaps.
+        """
+    @property
+    def message(self) -> str:
+        """
+        Where there is none.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether there is one.
+        """
+    @property
+    def plan(self) -> PanTiltPlan:
+        """
+        PanTiltPlan, the least blind one.
+        """
+    @property
+    def seen_share(self) -> float:
+        """
+        Of the route's length.
+        """
+    @property
+    def status(self) -> PlanStatus:
+        """
+        PlanStatus: ok or blind.
+        """
+class Follower(enum.Enum):
+    """
+    Which controller follows the route.
+    """
+    pure_pursuit = 0
+    stanley = 1
+class LoopEstimation(enum.Enum):
+    """
+    Who estimates the pose.
+    """
+    locate = 1
+    tracker = 0
+class LoopOutcome(enum.Enum):
+    """
+    How a run ended.
+    """
+    arrived = 0
+    collision = 1
+    lost = 2
+    out_of_time = 3
+class LampFailure:
+    """
+    A lamp that is dark for a while.
+
+    Keywords (and properties):
+      lamp: its id
+      from_s: [s]
+      to_s: [s]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, lamp: typing.SupportsInt | typing.SupportsIndex, from_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, to_s: typing.SupportsFloat | typing.SupportsIndex = ...) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> LampFailure:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def from_s(self) -> float:
+        """
+        [s]
+        """
+    @property
+    def lamp(self) -> int:
+        """
+        its id
+        """
+    @property
+    def to_s(self) -> float:
+        """
+        [s]
+        """
+class OdometryLie:
+    """
+    Odometry that says something else than the wheels did.
+
+    Keywords (and properties):
+      from_s: [s]
+      to_s: [s]
+      scale: of the length
+      turn_rate_rad_s: added [rad/s]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, from_s: typing.SupportsFloat | typing.SupportsIndex, to_s: typing.SupportsFloat | typing.SupportsIndex, scale: typing.SupportsFloat | typing.SupportsIndex = 1.0, turn_rate_rad_s: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> OdometryLie:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def from_s(self) -> float:
+        """
+        [s]
+        """
+    @property
+    def scale(self) -> float:
+        """
+        of the length
+        """
+    @property
+    def to_s(self) -> float:
+        """
+        [s]
+        """
+    @property
+    def turn_rate_rad_s(self) -> float:
+        """
+        added [rad/s]
+        """
+class Kidnapping:
+    """
+    The vehicle is lifted to another pose; nobody says so.
+
+    Keywords (and properties):
+      at_s: [s]
+      to: PlanarPose
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, at_s: typing.SupportsFloat | typing.SupportsIndex, to: PlanarPose) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> Kidnapping:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def at_s(self) -> float:
+        """
+        [s]
+        """
+    @property
+    def to(self) -> PlanarPose:
+        """
+        PlanarPose
+        """
+class ClockJump:
+    """
+    From then on the camera's clock is ahead.
+
+    Keywords (and properties):
+      at_s: [s]
+      by_s: [s]
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, at_s: typing.SupportsFloat | typing.SupportsIndex, by_s: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> ClockJump:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def at_s(self) -> float:
+        """
+        [s]
+        """
+    @property
+    def by_s(self) -> float:
+        """
+        [s]
+        """
+class LoopFaults:
+    """
+    What goes wrong in a closed loop; by default nothing.
+
+    Keywords (and properties):
+      latency_s: from an image's capture to its arrival [s]
+      frame_loss: probability of each image
+      frame_repeat: probability that an image comes twice
+      lamp_failures: LampFailure each
+      odometry_lies: OdometryLie each
+      kidnappings: Kidnapping each
+      clock_jumps: ClockJump each
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, latency_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, frame_loss: typing.SupportsFloat | typing.SupportsIndex = 0.0, frame_repeat: typing.SupportsFloat | typing.SupportsIndex = 0.0, lamp_failures: collections.abc.Sequence[LampFailure] = [], odometry_lies: collections.abc.Sequence[OdometryLie] = [], kidnappings: collections.abc.Sequence[Kidnapping] = [], clock_jumps: collections.abc.Sequence[ClockJump] = []) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> LoopFaults:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def clock_jumps(self) -> list[ClockJump]:
+        """
+        ClockJump each
+        """
+    @property
+    def frame_loss(self) -> float:
+        """
+        probability of each image
+        """
+    @property
+    def frame_repeat(self) -> float:
+        """
+        probability that an image comes twice
+        """
+    @property
+    def kidnappings(self) -> list[Kidnapping]:
+        """
+        Kidnapping each
+        """
+    @property
+    def lamp_failures(self) -> list[LampFailure]:
+        """
+        LampFailure each
+        """
+    @property
+    def latency_s(self) -> float:
+        """
+        from an image's capture to its arrival [s]
+        """
+    @property
+    def odometry_lies(self) -> list[OdometryLie]:
+        """
+        OdometryLie each
+        """
+class LoopOptions:
+    """
+    Of the closed loop.
+
+    Keywords (and properties):
+      vehicle: Vehicle
+      vehicle_height_m: boxes above are driven under [m]
+      follower: Follower
+      pure_pursuit: PurePursuitOptions
+      stanley: StanleyOptions
+      docking: DockOptions
+      estimation: LoopEstimation
+      camera_place_m: (3,) on the vehicle, above the floor [m]
+      camera_pan_rad: as camera_on_vehicle() has it
+      camera_tilt_rad: alike
+      pan_tilt: PanTiltPlan instead, by the way along the route
+      pan_tilt_rate_rad_s: of each axis [rad/s]
+      frame_rate_hz: [Hz]
+      control_rate_hz: [Hz]
+      clock_guard_s: images that come so much earlier or later tell that their clock jumped [s]
+      image_noise: shot and read noise
+      start: PlanarPose, the true one; None: the route's begin
+      start_sigma_m: of the estimate's first error [m]
+      start_sigma_rad: alike [rad]
+      most_s: the run ends [s]
+      most_lost_s: without a pose so long: the run ends [s]
+      faults: LoopFaults
+      seed: of everything random
+      floor: PlanarFilterOptions of the tracker's floor
+      gate_sigma: a lamp and a blob agree within [sigma]
+      gate_model_sigma_px: camera and map error in that gate [px]
+      coast_s: without lamps the prediction is believed so long [s]
+      coast_sigma_m: and while its sigma is smaller [m]
+      confirmations: images that must agree on an unforeseen pose
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, vehicle: Vehicle = ..., vehicle_height_m: typing.SupportsFloat | typing.SupportsIndex = 0.5, follower: Follower = ..., pure_pursuit: PurePursuitOptions = ..., stanley: StanleyOptions = ..., docking: DockOptions = ..., estimation: LoopEstimation = ..., camera_place_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, 1.5], camera_pan_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, camera_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, pan_tilt: PanTiltPlan | None = None, pan_tilt_rate_rad_s: typing.SupportsFloat | typing.SupportsIndex = 2.0, frame_rate_hz: typing.SupportsFloat | typing.SupportsIndex = 30.0, control_rate_hz: typing.SupportsFloat | typing.SupportsIndex = 100.0, clock_guard_s: typing.SupportsFloat | typing.SupportsIndex = 0.1, image_noise: bool = True, start: PlanarPose | None = None, start_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 0.02, start_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.02, most_s: typing.SupportsFloat | typing.SupportsIndex = 600.0, most_lost_s: typing.SupportsFloat | typing.SupportsIndex = 10.0, faults: LoopFaults = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, floor: PlanarFilterOptions | None = ..., gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, coast_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, coast_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 0.5, confirmations: typing.SupportsInt | typing.SupportsIndex = 3) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> LoopOptions:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def camera_pan_rad(self) -> float:
+        """
+        as camera_on_vehicle() has it
+        """
+    @property
+    def camera_place_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) on the vehicle, above the floor [m]
+        """
+    @property
+    def camera_tilt_rad(self) -> float:
+        """
+        alike
+        """
+    @property
+    def clock_guard_s(self) -> float:
+        """
+        images that come so much earlier or later tell that their clock jumped [s]
+        """
+    @property
+    def coast_s(self) -> float:
+        """
+        without lamps the prediction is believed so long [s]
+        """
+    @property
+    def coast_sigma_m(self) -> float:
+        """
+        and while its sigma is smaller [m]
+        """
+    @property
+    def confirmations(self) -> int:
+        """
+        images that must agree on an unforeseen pose
+        """
+    @property
+    def control_rate_hz(self) -> float:
+        """
+        [Hz]
+        """
+    @property
+    def docking(self) -> DockOptions:
+        """
+        DockOptions
+        """
+    @property
+    def estimation(self) -> LoopEstimation:
+        """
+        LoopEstimation
+        """
+    @property
+    def faults(self) -> LoopFaults:
+        """
+        LoopFaults
+        """
+    @property
+    def floor(self) -> PlanarFilterOptions | None:
+        """
+        PlanarFilterOptions of the tracker's floor
+        """
+    @property
+    def follower(self) -> Follower:
+        """
+        Follower
+        """
+    @property
+    def frame_rate_hz(self) -> float:
+        """
+        [Hz]
+        """
+    @property
+    def gate_model_sigma_px(self) -> float:
+        """
+        camera and map error in that gate [px]
+        """
+    @property
+    def gate_sigma(self) -> float:
+        """
+        a lamp and a blob agree within [sigma]
+        """
+    @property
+    def image_noise(self) -> bool:
+        """
+        shot and read noise
+        """
+    @property
+    def most_lost_s(self) -> float:
+        """
+        without a pose so long: the run ends [s]
+        """
+    @property
+    def most_s(self) -> float:
+        """
+        the run ends [s]
+        """
+    @property
+    def pan_tilt(self) -> PanTiltPlan | None:
+        """
+        PanTiltPlan instead, by the way along the route
+        """
+    @property
+    def pan_tilt_rate_rad_s(self) -> float:
+        """
+        of each axis [rad/s]
+        """
+    @property
+    def pure_pursuit(self) -> PurePursuitOptions:
+        """
+        PurePursuitOptions
+        """
+    @property
+    def seed(self) -> int:
+        """
+        of everything random
+        """
+    @property
+    def stanley(self) -> StanleyOptions:
+        """
+        StanleyOptions
+        """
+    @property
+    def start(self) -> PlanarPose | None:
+        """
+        PlanarPose, the true one; None: the route's begin
+        """
+    @property
+    def start_sigma_m(self) -> float:
+        """
+        of the estimate's first error [m]
+        """
+    @property
+    def start_sigma_rad(self) -> float:
+        """
+        alike [rad]
+        """
+    @property
+    def vehicle(self) -> Vehicle:
+        """
+        Vehicle
+        """
+    @property
+    def vehicle_height_m(self) -> float:
+        """
+        boxes above are driven under [m]
+        """
+class LoopMetrics:
+    """
+    What a run of the closed loop comes to.
+
+    Keywords (and properties):
+      duration_s: [s]
+      driven_m: [m]
+      cross_track_mean_m: of its magnitude, on the route [m]
+      cross_track_rmse_m: [m]
+      cross_track_max_m: [m]
+      position_rmse_m: of the estimate [m]
+      position_max_m: [m]
+      heading_rmse_rad: [rad]
+      heading_max_rad: [rad]
+      final_error: PlanarPose in the frame of the dock or the end
+      final_position_error_m: magnitude [m]
+      final_heading_error_rad: magnitude [rad]
+      frames: images captured
+      availability: share of them that were tracked
+      three_lamps: share whose pose was made of three lamps or more
+      longest_outage_s: between tracked images [s]
+      lost_s: without a pose [s]
+      relocations: jumps of the pose that were confirmed
+      clock_jumps: that were noticed
+      nees: mean over the steps; 3 is expected
+      nis_per_dof: over all images; 1 is expected
+      frame_mean_s: time per image on this machine [s]
+      frame_median_s: [s]
+      frame_p99_s: [s]
+      limited_steps: more was asked than the vehicle can do
+    """
+    def __getstate__(self) -> dict[str, typing.Any]:
+        ...
+    def __init__(self, *, duration_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, driven_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, cross_track_mean_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, cross_track_rmse_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, cross_track_max_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, position_rmse_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, position_max_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, heading_rmse_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, heading_max_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, final_error: PlanarPose = ..., final_position_error_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, final_heading_error_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, frames: typing.SupportsInt | typing.SupportsIndex = 0, availability: typing.SupportsFloat | typing.SupportsIndex = 0.0, three_lamps: typing.SupportsFloat | typing.SupportsIndex = 0.0, longest_outage_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, lost_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, relocations: typing.SupportsInt | typing.SupportsIndex = 0, clock_jumps: typing.SupportsInt | typing.SupportsIndex = 0, nees: typing.SupportsFloat | typing.SupportsIndex = 0.0, nis_per_dof: typing.SupportsFloat | typing.SupportsIndex = 0.0, frame_mean_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, frame_median_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, frame_p99_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, limited_steps: typing.SupportsInt | typing.SupportsIndex = 0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def __setstate__(self, arg0: dict[str, typing.Any]) -> None:
+        ...
+    def replace(self, **kwargs: typing.Any) -> LoopMetrics:
+        """
+        A copy with the given fields changed.
+        """
+    @property
+    def availability(self) -> float:
+        """
+        share of them that were tracked
+        """
+    @property
+    def clock_jumps(self) -> int:
+        """
+        that were noticed
+        """
+    @property
+    def cross_track_max_m(self) -> float:
+        """
+        [m]
+        """
+    @property
+    def cross_track_mean_m(self) -> float:
+        """
+        of its magnitude, on the route [m]
+        """
+    @property
+    def cross_track_rmse_m(self) -> float:
+        """
+        [m]
+        """
+    @property
+    def driven_m(self) -> float:
+        """
+        [m]
+        """
+    @property
+    def duration_s(self) -> float:
+        """
+        [s]
+        """
+    @property
+    def final_error(self) -> PlanarPose:
+        """
+        PlanarPose in the frame of the dock or the end
+        """
+    @property
+    def final_heading_error_rad(self) -> float:
+        """
+        magnitude [rad]
+        """
+    @property
+    def final_position_error_m(self) -> float:
+        """
+        magnitude [m]
+        """
+    @property
+    def frame_mean_s(self) -> float:
+        """
+        time per image on this machine [s]
+        """
+    @property
+    def frame_median_s(self) -> float:
+        """
+        [s]
+        """
+    @property
+    def frame_p99_s(self) -> float:
+        """
+        [s]
+        """
+    @property
+    def frames(self) -> int:
+        """
+        images captured
+        """
+    @property
+    def heading_max_rad(self) -> float:
+        """
+        [rad]
+        """
+    @property
+    def heading_rmse_rad(self) -> float:
+        """
+        [rad]
+        """
+    @property
+    def limited_steps(self) -> int:
+        """
+        more was asked than the vehicle can do
+        """
+    @property
+    def longest_outage_s(self) -> float:
+        """
+        between tracked images [s]
+        """
+    @property
+    def lost_s(self) -> float:
+        """
+        without a pose [s]
+        """
+    @property
+    def nees(self) -> float:
+        """
+        mean over the steps; 3 is expected
+        """
+    @property
+    def nis_per_dof(self) -> float:
+        """
+        over all images; 1 is expected
+        """
+    @property
+    def position_max_m(self) -> float:
+        """
+        [m]
+        """
+    @property
+    def position_rmse_m(self) -> float:
+        """
+        of the estimate [m]
+        """
+    @property
+    def relocations(self) -> int:
+        """
+        jumps of the pose that were confirmed
+        """
+    @property
+    def three_lamps(self) -> float:
+        """
+        share whose pose was made of three lamps or more
+        """
+class LoopResult:
+    """
+    A run of the closed loop.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def frames(self) -> dict[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]]:
+        """
+        Columns by name, an entry for each image: captured_s, arrived_s, lost, state,
+        lamps_in_view, lamps_used, nis, nis_dof, relocated, clock_jumped_s, taken_s.
+        """
+    @property
+    def message(self) -> str:
+        """
+        What ended it.
+        """
+    @property
+    def metrics(self) -> LoopMetrics:
+        """
+        LoopMetrics.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether it arrived.
+        """
+    @property
+    def outcome(self) -> LoopOutcome:
+        """
+        LoopOutcome.
+        """
+    @property
+    def records(self) -> dict[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]]:
+        """
+        Columns by name, an entry for each control step: time_s; true_x_m, true_y_m,
+        true_heading_rad; x_m, y_m, heading_rad of the estimate with covariance (n, 3, 3); state (0 searching,
+        1 tracking, 2 coasting, 3 lost), lamps; along_m and deviation_m of the truth; speed_m_s,
+        turn_rate_rad_s, steering_rad asked, limited; pan_rad, tilt_rad; docking; frames that arrived.
         """
 class Layout(enum.Enum):
     """
@@ -4001,6 +5538,537 @@ class VehiclePoses:
     def value(self) -> list[VehiclePose]:
         """
         VehiclePoses, best first.
+        """
+class SmootherFrame:
+    """
+    What one camera saw at one time.
+
+    Keywords: time_s; camera; points_in_world_m: (n, 3), points whose names are known; points_px: (n, 2),
+      where they were seen; sigma_px: of each pixel coordinate, a number; covariances_px2: (n, 2, 2)
+      instead; cam_from_body: 4x4, how the camera is mounted. Without points it asks for the pose at that
+      time. Several frames of one time are several cameras.
+    Raises: ValueError for counts that differ, numbers that are not finite, no positive sigma.
+    """
+    def __init__(self, *, time_s: typing.SupportsFloat | typing.SupportsIndex, camera: Camera = ..., points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"] | None = None, points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"] | None = None, sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.3, covariances_px2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None = None, cam_from_body: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] = ...) -> None:
+        ...
+    def __len__(self) -> int:
+        ...
+    def __repr__(self) -> str:
+        ...
+    @property
+    def cam_from_body(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        4x4.
+        """
+    @property
+    def camera(self) -> Camera:
+        """
+        A Camera.
+        """
+    @property
+    def time_s(self) -> float:
+        """
+        [s].
+        """
+class PlanarPrior:
+    """
+    What is known of a pose on a floor.
+    """
+    def __init__(self, *, time_s: typing.SupportsFloat | typing.SupportsIndex, pose: PlanarPose, covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"]) -> None:
+        ...
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3) of [x_m, y_m, heading_rad].
+        """
+    @property
+    def pose(self) -> PlanarPose:
+        """
+        PlanarPose.
+        """
+    @property
+    def time_s(self) -> float:
+        """
+        [s].
+        """
+class OdometryLink:
+    """
+    Between one smoothed pose and the next.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def chi2(self) -> float:
+        """
+        Of the step against all the rest; 0: that cannot tell.
+        """
+    @property
+    def contradicted(self) -> bool:
+        """
+        Whether the rest contradicts it.
+        """
+    @property
+    def dof(self) -> int:
+        """
+        Components of the step that the rest can tell.
+        """
+    @property
+    def factor(self) -> float:
+        """
+        By which its covariance was multiplied.
+        """
+    @property
+    def from_s(self) -> float:
+        """
+        [s].
+        """
+    @property
+    def odometry(self) -> bool:
+        """
+        False: there was none.
+        """
+    @property
+    def to_s(self) -> float:
+        """
+        [s].
+        """
+class Smoothing:
+    """
+    Poses over time: the answer of smooth().
+
+    What was found is there even when it is not ok: look at status, message and determined.
+    """
+    def __len__(self) -> int:
+        ...
+    def __repr__(self) -> str:
+        ...
+    @property
+    def beyond(self) -> int:
+        """
+        How many of them count less, or are outside the camera's domain.
+        """
+    @property
+    def body_from_world(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (n, 4, 4).
+        """
+    @property
+    def chi2(self) -> float:
+        """
+        The minimum.
+        """
+    @property
+    def covariances(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (n, 6, 6) of body_from_world [rotation rad, translation m], left perturbation; infinite on the diagonal of what is not determined.
+        """
+    @property
+    def determined(self) -> numpy.typing.NDArray[numpy.bool]:
+        """
+        (n,) bool: whether a pose is determined; the others have no meaning.
+        """
+    @property
+    def dof(self) -> int:
+        """
+        Its degrees of freedom.
+        """
+    @property
+    def iterations(self) -> int:
+        """
+        Of the minimisation.
+        """
+    @property
+    def links(self) -> list[OdometryLink]:
+        """
+        OdometryLink between the poses.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def outside(self) -> int:
+        """
+        How many are outside the camera's domain.
+        """
+    @property
+    def position_covariances_m2(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (n, 3, 3) [m^2, world].
+        """
+    @property
+    def positions_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        """
+        (n, 3) of the body [m, world].
+        """
+    @property
+    def residual_sigmas(self) -> list[list[float]]:
+        """
+        For each frame a list: each sighting's residual in its sigmas; infinite outside the domain.
+        """
+    @property
+    def rms_px(self) -> float:
+        """
+        Of the coordinates of all others [px].
+        """
+    @property
+    def sightings(self) -> int:
+        """
+        How many.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def times_s(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (n,) of the poses [s].
+        """
+class PlanarSmoothing:
+    """
+    Poses on a floor over time: the answer of smooth_planar().
+    """
+    def __len__(self) -> int:
+        ...
+    def __repr__(self) -> str:
+        ...
+    @property
+    def beyond(self) -> int:
+        """
+        How many of them count less, or are outside the camera's domain.
+        """
+    @property
+    def chi2(self) -> float:
+        """
+        The minimum.
+        """
+    @property
+    def covariances(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (n, 3, 3) of [x_m, y_m, heading_rad]; infinite on the diagonal of what is not determined.
+        """
+    @property
+    def determined(self) -> numpy.typing.NDArray[numpy.bool]:
+        """
+        (n,) bool: whether a pose is determined; the others have no meaning.
+        """
+    @property
+    def dof(self) -> int:
+        """
+        Its degrees of freedom.
+        """
+    @property
+    def iterations(self) -> int:
+        """
+        Of the minimisation.
+        """
+    @property
+    def links(self) -> list[OdometryLink]:
+        """
+        OdometryLink between the poses.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def outside(self) -> int:
+        """
+        How many are outside the camera's domain.
+        """
+    @property
+    def poses(self) -> list[PlanarPose]:
+        """
+        PlanarPose each.
+        """
+    @property
+    def residual_sigmas(self) -> list[list[float]]:
+        """
+        For each frame a list: each sighting's residual in its sigmas; infinite outside the domain.
+        """
+    @property
+    def rms_px(self) -> float:
+        """
+        Of the coordinates of all others [px].
+        """
+    @property
+    def sightings(self) -> int:
+        """
+        How many.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def times_s(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (n,) of the poses [s].
+        """
+class WindowEstimate:
+    """
+    The newest pose, and the window behind it.
+    """
+    @property
+    def body_from_world(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+        """
+        Of the newest pose, 4x4.
+        """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[6, 6]"]:
+        """
+        (6, 6) of it [rotation rad, translation m], left perturbation.
+        """
+    @property
+    def determined(self) -> bool:
+        """
+        Whether the newest pose is determined.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def position_covariance_m2(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3) [m^2, world].
+        """
+    @property
+    def position_m(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3,) [m, world].
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def time_s(self) -> float:
+        """
+        Of the newest pose [s].
+        """
+    @property
+    def used(self) -> bool:
+        """
+        False: what came was before the window.
+        """
+    @property
+    def window(self) -> Smoothing:
+        """
+        All poses of the window, oldest first.
+        """
+class PlanarWindowEstimate:
+    """
+    The newest pose, and the window behind it.
+    """
+    @property
+    def covariance(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 3]"]:
+        """
+        (3, 3) of [x_m, y_m, heading_rad].
+        """
+    @property
+    def determined(self) -> bool:
+        """
+        Whether the newest pose is determined.
+        """
+    @property
+    def message(self) -> str:
+        """
+        A sentence, may be empty.
+        """
+    @property
+    def ok(self) -> bool:
+        """
+        Whether status is Status.ok.
+        """
+    @property
+    def pose(self) -> PlanarPose:
+        """
+        The newest PlanarPose.
+        """
+    @property
+    def status(self) -> Status:
+        """
+        How it ended, a Status.
+        """
+    @property
+    def time_s(self) -> float:
+        """
+        Of the newest pose [s].
+        """
+    @property
+    def used(self) -> bool:
+        """
+        False: what came was before the window.
+        """
+    @property
+    def window(self) -> PlanarSmoothing:
+        """
+        All poses of the window, oldest first.
+        """
+class WindowSmoother:
+    """
+    The newest poses of a body as frames arrive (fixed lag).
+
+    Keeps the last few poses and what all before them say of the oldest; memory and time per frame do not
+    grow. Frames inside the window may come late; one at a time that is there already is a second camera.
+    add_frame() and add_observation() return the newest pose and the window; add_odometry() whether it is
+    used (odometry that starts before the end of the last is not).
+
+    Keywords:
+      poses: in the window
+      huber_sigmas: a sighting further off counts less; 0: least squares
+      link_gate: probability that a right odometry step is called a lie; 0: never
+      least_odometry_sigma_m: added to each odometry step's sigmas [m]
+      least_odometry_sigma_rad: alike [rad]
+      walk_m: how far the body may go in a second without odometry; grows as sqrt(time) [m]
+      walk_rad: alike, how far it may turn [rad]
+      max_iterations: in each round of gating
+    """
+    def __init__(self, poses: typing.SupportsInt | typing.SupportsIndex = 10, *, huber_sigmas: typing.SupportsFloat | typing.SupportsIndex = 3.0, link_gate: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 1e-06, walk_m: typing.SupportsFloat | typing.SupportsIndex = ..., walk_rad: typing.SupportsFloat | typing.SupportsIndex = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 60) -> None:
+        ...
+    def add_frame(self, frame: SmootherFrame) -> WindowEstimate:
+        """
+        Takes a SmootherFrame. Returns: the newest pose and the window.
+        """
+    def add_observation(self, observation: PoseObservation) -> WindowEstimate:
+        """
+        Takes a PoseObservation, or what is known of a pose beforehand.
+        """
+    def add_odometry(self, odometry: Odometry) -> bool:
+        """
+        Takes odometry, in the order of time. Returns: whether it is used.
+        """
+    def restart(self) -> None:
+        """
+        Forgets everything, e.g. after the clock was set back.
+        """
+class PlanarWindowSmoother:
+    """
+    The newest poses of a body as frames arrive (fixed lag).
+
+    Keeps the last few poses and what all before them say of the oldest; memory and time per frame do not
+    grow. Frames inside the window may come late; one at a time that is there already is a second camera.
+    add_frame() and add_observation() return the newest pose and the window; add_odometry() whether it is
+    used (odometry that starts before the end of the last is not).
+
+    Keywords:
+      poses: in the window
+      huber_sigmas: a sighting further off counts less; 0: least squares
+      link_gate: probability that a right odometry step is called a lie; 0: never
+      least_odometry_sigma_m: added to each odometry step's sigmas [m]
+      least_odometry_sigma_rad: alike [rad]
+      walk_m: how far the body may go in a second without odometry; grows as sqrt(time) [m]
+      walk_rad: alike, how far it may turn [rad]
+      max_iterations: in each round of gating
+      height_m: of the body's origin; it stands upright
+    """
+    def __init__(self, poses: typing.SupportsInt | typing.SupportsIndex = 10, height_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, *, huber_sigmas: typing.SupportsFloat | typing.SupportsIndex = 3.0, link_gate: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 1e-06, walk_m: typing.SupportsFloat | typing.SupportsIndex = ..., walk_rad: typing.SupportsFloat | typing.SupportsIndex = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 60) -> None:
+        ...
+    def add_frame(self, frame: SmootherFrame) -> PlanarWindowEstimate:
+        """
+        Takes a SmootherFrame. Returns: the newest pose and the window.
+        """
+    def add_observation(self, observation: PoseObservation) -> PlanarWindowEstimate:
+        """
+        Takes a PoseObservation, or what is known of a pose beforehand.
+        """
+    def add_odometry(self, odometry: PlanarOdometry) -> bool:
+        """
+        Takes odometry, in the order of time. Returns: whether it is used.
+        """
+    def add_prior(self, prior: PlanarPrior) -> PlanarWindowEstimate:
+        """
+        Takes a PlanarPrior.
+        """
+    def restart(self) -> None:
+        """
+        Forgets everything, e.g. after the clock was set back.
+        """
+class Consistency(enum.Enum):
+    """
+    Whether covariances are those of the errors.
+    """
+    consistent = 0
+    optimistic = 1
+    pessimistic = 2
+class ConsistencyReport:
+    """
+    Means of NEES or NIS in units of their expectation, 1 of a consistent estimator.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def count(self) -> int:
+        """
+        Values.
+        """
+    @property
+    def effective_dof(self) -> float:
+        """
+        Of the mean's interval.
+        """
+    @property
+    def high(self) -> float:
+        """
+        Alike.
+        """
+    @property
+    def high_at(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (times,) alike.
+        """
+    @property
+    def low(self) -> float:
+        """
+        End of the mean's interval.
+        """
+    @property
+    def low_at(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (times,) interval of mean_at.
+        """
+    @property
+    def mean(self) -> float:
+        """
+        Over all values.
+        """
+    @property
+    def mean_at(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (times,) over the runs.
+        """
+    @property
+    def share_inside(self) -> float:
+        """
+        Of the times, inside their intervals.
+        """
+    @property
+    def verdict(self) -> Consistency:
+        """
+        A Consistency.
         """
 class ResponseMethod(enum.Enum):
     """
@@ -5681,9 +7749,31 @@ def calibrate_light(scene: Scene, images: collections.abc.Sequence[numpy.typing.
       huber_sigma: fluxes further off than this weigh less [sigma]
       max_order_sigma: an order less certain is not determined
     """
+def camera_on_vehicle(place_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], pan_rad: typing.SupportsFloat | typing.SupportsIndex = 0, tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]:
+    """
+    cam_from_body (4x4) of a camera on a vehicle at place_m (3,), above the floor. At pan and tilt 0 it looks up, its image's x forward; pan turns it to the left, tilt bends its view towards where pan points.
+    """
 def check_points(network: Network, precision: Precision, targets: collections.abc.Sequence[Target], positions_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"]) -> CheckResult:
     """
     Errors at Targets whose places (n, 3) are known better, against prediction.
+    """
+def chi2_quantile(probability: typing.SupportsFloat | typing.SupportsIndex, dof: typing.SupportsFloat | typing.SupportsIndex) -> float:
+    """
+    The value that a chi-square variable does not exceed with this probability.
+    """
+def closed_loop(scene: Scene, route: Route, options: LoopOptions = ..., observer: collections.abc.Callable[[float, float], bool] | None = None) -> LoopResult:
+    """
+    A vehicle drives a route by its lamps: world, rendered image, estimate, controller, world.
+
+    scene.camera is the vehicle's. observer(time_s, along_m) is called ten times a second of the run;
+    False ends it. Returns: LoopResult; the same seed gives the same run.
+    Raises: ValueError naming what is wrong: a route that is not free of walls and boxes, an option.
+
+    >>> import libocc as occ
+    >>> scene = occ.Scene.load("data/scenes/kookmin_four_lamps.yaml")
+    >>> run = occ.closed_loop(scene, occ.Route([[1.5, 2], [2.5, 2]]))
+    >>> run.outcome.name, run.metrics.cross_track_rmse_m < 0.002
+    ('arrived', True)
     """
 def code_budget(code: Code, *, rows: typing.SupportsFloat | typing.SupportsIndex, row_time_s: typing.SupportsFloat | typing.SupportsIndex, exposure_s: typing.SupportsFloat | typing.SupportsIndex, exact_times: bool = False) -> CodeBudget:
     """
@@ -5785,6 +7875,22 @@ def detectable_points(vertices: typing.Annotated[numpy.typing.NDArray[numpy.floa
       least_edge: shorter edges do not count [its box's diagonal]
       most_points: those with the longest edges
       directions: from which each point is looked at
+    """
+def dock(pose: PlanarPose, speed_m_s: typing.SupportsFloat | typing.SupportsIndex, target: PlanarPose, vehicle: Vehicle, phase: DockPhase = ..., options: DockOptions = ...) -> DockOutput:
+    """
+    DockOutput: one step towards standing at target, a PlanarPose. phase: the last output's.
+    """
+def drive(vehicle: Vehicle, state: DriveState, command: DriveCommand, dt_s: typing.SupportsFloat | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex = 0) -> DriveStep:
+    """
+    Moves a vehicle on by dt_s seconds: the exact arc of its mean speed and turn.
+
+    Commands beyond its limits are clipped, and `limited` says so. seed: of this step's noise; give each
+    step its own. Raises: ValueError for what is not finite.
+
+    >>> import libocc as occ
+    >>> step = occ.drive(occ.Vehicle(), occ.DriveState(speed_m_s=0.5), occ.DriveCommand(speed_m_s=0.5), 0.1)
+    >>> round(step.state.pose.x_m, 3), step.limited
+    (0.05, DriveLimited())
     """
 def encode_id(id: typing.SupportsInt | typing.SupportsIndex, code: Code) -> Waveform:
     """
@@ -6001,9 +8107,26 @@ def moved_pose(cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.fl
     """
     Pose (4x4) after a time of constant velocity (6,), as simulate() takes it.
     """
+def nees(squared: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], dof: typing.SupportsInt | typing.SupportsIndex | typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, n]"], confidence: typing.SupportsFloat | typing.SupportsIndex = 0.95) -> ConsistencyReport:
+    """
+    Whether normalised estimation errors squared are as large as they should be.
+
+    squared: (runs, times). dof: a number, or of each value, 0 where there is none. The values of a run may
+    depend on each other: how much is told by the spread of ten runs or more.
+    Returns: ConsistencyReport, with intervals of this confidence.
+    Raises: ValueError for shapes that differ, values that are negative or not finite, no value.
+    """
 def network_statistics(network: Network, threads: typing.SupportsInt | typing.SupportsIndex = 2) -> NetworkStatistics:
     """
     NetworkStatistics of an adjusted Network.
+    """
+def nis(squared: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], dof: typing.SupportsInt | typing.SupportsIndex | typing.Annotated[numpy.typing.ArrayLike, numpy.int32, "[m, n]"], confidence: typing.SupportsFloat | typing.SupportsIndex = 0.95) -> ConsistencyReport:
+    """
+    The same of normalised innovations squared, which are independent in time: one run is enough.
+    """
+def normalised_squared_error(error: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], covariance: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> float:
+    """
+    error . covariance^-1 error, (n,) and (n, n): NEES, or NIS of an innovation. Raises: ValueError unless the covariance is positive definite.
     """
 def p3p(bearings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_in_world: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"]) -> numpy.typing.NDArray[numpy.float64]:
     """
@@ -6026,12 +8149,64 @@ def parameter_statistics(network: Network, nominal: Network, precision: Precisio
     """
     ParameterStatistics of all free parameters; nominal: the network with their other values.
     """
+def plan_pan_tilt(scene: Scene, route: Route, *, least_lamps: typing.SupportsInt | typing.SupportsIndex = 1, least_pan_rad: typing.SupportsFloat | typing.SupportsIndex = -3.141592653589793, most_pan_rad: typing.SupportsFloat | typing.SupportsIndex = 3.141592653589793, least_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, most_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.8, pans: typing.SupportsInt | typing.SupportsIndex = 25, tilts: typing.SupportsInt | typing.SupportsIndex = 9, pan_rate_rad_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, tilt_rate_rad_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, step_m: typing.SupportsFloat | typing.SupportsIndex = 0.2, sigma_cost_1_m: typing.SupportsFloat | typing.SupportsIndex = 100.0, camera_place_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, 1.5], camera_pan_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, camera_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, margin_px: typing.SupportsFloat | typing.SupportsIndex = 4.0, sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.1, heading_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.01) -> PanTiltResult:
+    """
+    How a camera that pans and tilts keeps lamps in view along a route, within its rates: PanTiltResult.
+
+    Options:
+      least_lamps: in view everywhere
+      least_pan_rad: [rad]
+      most_pan_rad: [rad]
+      least_tilt_rad: [rad]
+      most_tilt_rad: [rad]
+      pans: of the grid, both ends included
+      tilts: alike
+      pan_rate_rad_s: [rad/s]
+      tilt_rate_rad_s: [rad/s]
+      step_m: between the plan's knots, at most [m]
+      sigma_cost_1_m: what a bound costs beside a turn by 1 rad
+      camera_place_m: (3,) on the vehicle, above the floor [m]
+      camera_pan_rad: as camera_on_vehicle() has it
+      camera_tilt_rad: alike
+      margin_px: a lamp's rim is so far within the image [px]
+      sigma_px: of a lamp's centre in the image [px]
+      heading_sigma_rad: known beside the image; infinity: nothing [rad]
+    """
 def plan_render(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, noise_area: NoiseArea = ..., start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> list[EffectPlan]:
     """
     Which effects simulate() renders with the same arguments, and what the others would change.
 
     Returns: an EffectPlan for each effect, in the order in which light meets them.
     Raises: ValueError as simulate() does.
+    """
+def plan_route(scene: Scene, start: PlanarPose, goals: collections.abc.Sequence[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]], *, least_lamps: typing.SupportsInt | typing.SupportsIndex = 1, most_sigma_m: typing.SupportsFloat | typing.SupportsIndex = ..., cell_m: typing.SupportsFloat | typing.SupportsIndex = 0.1, corner_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, vehicle_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, vehicle_height_m: typing.SupportsFloat | typing.SupportsIndex = 0.5, speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.5, turn_cost_m: typing.SupportsFloat | typing.SupportsIndex = 0.02, camera_place_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, 1.5], camera_pan_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, camera_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, margin_px: typing.SupportsFloat | typing.SupportsIndex = 4.0, sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.1, heading_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.01) -> RoutePlan:
+    """
+    The shortest route over goals on which the lamps stay in view.
+
+    start: PlanarPose. goals: (x_m, y_m) or (x_m, y_m, heading_rad) each, met to 0.71 of a cell. Where
+    every way leads through places without view the status is blind, and `gaps` says which they are.
+
+    >>> import libocc as occ
+    >>> scene = occ.Scene.load("data/scenes/kookmin_four_lamps.yaml")
+    >>> plan = occ.plan_route(scene, occ.PlanarPose(x_m=1, y_m=2), [(3, 2)])
+    >>> plan.status.name, round(plan.route.length_m, 2)
+    ('ok', 2.0)
+
+    Options:
+      least_lamps: in view everywhere
+      most_sigma_m: of the place, everywhere [m]
+      cell_m: of the lattice [m]
+      corner_radius_m: [m]
+      vehicle_radius_m: [m]
+      vehicle_height_m: boxes above are driven under [m]
+      speed_m_s: of the route [m/s]
+      turn_cost_m: a corner counts as so much more way [m]
+      camera_place_m: (3,) on the vehicle, above the floor [m]
+      camera_pan_rad: as camera_on_vehicle() has it
+      camera_tilt_rad: alike
+      margin_px: a lamp's rim is so far within the image [px]
+      sigma_px: of a lamp's centre in the image [px]
+      heading_sigma_rad: known beside the image; infinity: nothing [rad]
     """
 def planar_poses(bearings: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], *, up_in_cam: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], height_m: typing.SupportsFloat | typing.SupportsIndex, heading_rad: typing.SupportsFloat | typing.SupportsIndex | None = None) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]]:
     """
@@ -6101,6 +8276,13 @@ def projection_uncertainty(camera: Camera, free_parameters: collections.abc.Sequ
 
     What a small turn of the camera (at a finite range: and shift) would do alike does not count.
     Returns: sigma_px (rows, columns), its mean, its largest.
+    """
+def pure_pursuit(route: Route, vehicle: Vehicle, pose: PlanarPose, speed_m_s: typing.SupportsFloat | typing.SupportsIndex, turn_rate_rad_s: typing.SupportsFloat | typing.SupportsIndex = 0, along_m: typing.SupportsFloat | typing.SupportsIndex | None = None, options: PurePursuitOptions = ...) -> ControlOutput:
+    """
+    Regulated pure pursuit: an arc to the place of the route a look-ahead away.
+
+    along_m: where the vehicle was on the route (the last output's place.along_m). Returns: ControlOutput.
+    Source: Macenski, Singh, Martin, Gines, Autonomous Robots 47, 2023.
     """
 def radiance(power_w: typing.SupportsFloat | typing.SupportsIndex, order: typing.SupportsFloat | typing.SupportsIndex, area_m2: typing.SupportsFloat | typing.SupportsIndex, cos_emission: typing.SupportsFloat | typing.SupportsIndex) -> float:
     """
@@ -6221,6 +8403,10 @@ def robust_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.f
       up_in_cam: (3,) the world's Z in the camera's frame, unit, when known: samples of two points
       up_sigma_rad: of up_in_cam, about each axis [rad]
     """
+def route_conflicts(route: Route, scene: Scene, radius_m: typing.SupportsFloat | typing.SupportsIndex, height_m: typing.SupportsFloat | typing.SupportsIndex) -> list[RouteConflict]:
+    """
+    RouteConflicts of a disc of radius_m and height_m along the route, and at its dock; in their order.
+    """
 def select_parameters(network: Network, *, datum: Datum = ..., robust: bool = True, false_alarm: typing.SupportsFloat | typing.SupportsIndex = 0.01, most_correlation: typing.SupportsFloat | typing.SupportsIndex = 0.98, keep: collections.abc.Sequence[str] = []) -> Selection:
     """
     Drops free parameters backwards until all that are left are significant and told apart.
@@ -6257,6 +8443,44 @@ def simulate_test_field(design: TestFieldDesign) -> TestField:
     """
     A network with noise and its truth. Raises: ValueError naming what makes no sense.
     """
+def smooth(frames: collections.abc.Sequence[SmootherFrame], odometry: collections.abc.Sequence[Odometry] = [], observations: collections.abc.Sequence[PoseObservation] = [], start: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]] | None = None, *, huber_sigmas: typing.SupportsFloat | typing.SupportsIndex = 3.0, link_gate: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 1e-06, walk_m: typing.SupportsFloat | typing.SupportsIndex = ..., walk_rad: typing.SupportsFloat | typing.SupportsIndex = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 60) -> Smoothing:
+    """
+    The most likely poses of a body over time, all at once.
+
+    frames: SmootherFrame, in the order of time. odometry: Odometry between them (chained, and cut where
+    frames are), not overlapping. observations: PoseObservation, what images said of poses, or what is
+    known of a pose beforehand. start: (4, 4) body_from_world for each time; None: found from the frames.
+    Odometry that the rest contradicts is weighed down, and said in message and links. Time grows in
+    proportion to the number of poses.
+    Returns: Smoothing. Its status is degenerate when some poses are not determined (message and
+    determined say which), too_few_lamps when none is; not_converged.
+    Raises: ValueError for times that decrease, odometry that overlaps, numbers that are not finite.
+
+    Options:
+      huber_sigmas: a sighting further off counts less; 0: least squares
+      link_gate: probability that a right odometry step is called a lie; 0: never
+      least_odometry_sigma_m: added to each odometry step's sigmas [m]
+      least_odometry_sigma_rad: alike [rad]
+      walk_m: how far the body may go in a second without odometry; grows as sqrt(time) [m]
+      walk_rad: alike, how far it may turn [rad]
+      max_iterations: in each round of gating
+    """
+def smooth_planar(frames: collections.abc.Sequence[SmootherFrame], odometry: collections.abc.Sequence[PlanarOdometry] = [], observations: collections.abc.Sequence[PoseObservation] = [], priors: collections.abc.Sequence[PlanarPrior] = [], start: collections.abc.Sequence[PlanarPose] | None = None, height_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, *, huber_sigmas: typing.SupportsFloat | typing.SupportsIndex = 3.0, link_gate: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 1e-06, walk_m: typing.SupportsFloat | typing.SupportsIndex = ..., walk_rad: typing.SupportsFloat | typing.SupportsIndex = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 60) -> PlanarSmoothing:
+    """
+    The most likely poses of a vehicle on a floor over time, all at once: as smooth().
+
+    odometry: PlanarOdometry. priors: PlanarPrior, what is known of poses beforehand. start: PlanarPose
+    for each time. height_m: of the body's origin; it stands upright. Returns: PlanarSmoothing.
+
+    Options:
+      huber_sigmas: a sighting further off counts less; 0: least squares
+      link_gate: probability that a right odometry step is called a lie; 0: never
+      least_odometry_sigma_m: added to each odometry step's sigmas [m]
+      least_odometry_sigma_rad: alike [rad]
+      walk_m: how far the body may go in a second without odometry; grows as sqrt(time) [m]
+      walk_rad: alike, how far it may turn [rad]
+      max_iterations: in each round of gating
+    """
 def solve_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, solver: str = 'auto', sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"] | None = None, largest_misfit: typing.SupportsFloat | typing.SupportsIndex = 10.0, max_iterations: typing.SupportsInt | typing.SupportsIndex = 1000, sigmas_px: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = []) -> Fix:
     """
     The most likely pose from points whose names are known, with its covariance.
@@ -6273,6 +8497,12 @@ def solve_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.fl
 def solvers() -> list[Solver]:
     """
     Every pose solver, those for the fewest points first.
+    """
+def stanley(route: Route, vehicle: Vehicle, pose: PlanarPose, speed_m_s: typing.SupportsFloat | typing.SupportsIndex, turn_rate_rad_s: typing.SupportsFloat | typing.SupportsIndex = 0, along_m: typing.SupportsFloat | typing.SupportsIndex | None = None, options: StanleyOptions = ...) -> ControlOutput:
+    """
+    Stanley's controller: steers along the route and towards it. As pure_pursuit() otherwise.
+
+    Source: Hoffmann, Tomlin, Montemerlo, Thrun, ACC 2007, eq. (5).
     """
 def start_network(cameras: collections.abc.Sequence[tuple[str, Camera, collections.abc.Sequence[str]]], images: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex, collections.abc.Sequence[AprilTag]]], *, tag_size_m: typing.SupportsFloat | typing.SupportsIndex, other_sizes_m: collections.abc.Mapping[typing.SupportsInt | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex] = {}, free_sizes: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] = []) -> NetworkStart:
     """
@@ -6310,9 +8540,32 @@ def vehicle_poses(lamps_m: typing.Annotated[numpy.typing.NDArray[numpy.float64],
     the vehicle's z and up_in_cam. Returns: VehiclePoses; status as of solve_pose, and no_pose when none
     is upright. Raises: ValueError for counts that differ and numbers that are not finite.
     """
+def view_gaps(scene: Scene, route: Route, *, least_lamps: typing.SupportsInt | typing.SupportsIndex = 1, most_sigma_m: typing.SupportsFloat | typing.SupportsIndex = ..., cell_m: typing.SupportsFloat | typing.SupportsIndex = 0.1, corner_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, vehicle_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, vehicle_height_m: typing.SupportsFloat | typing.SupportsIndex = 0.5, speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.5, turn_cost_m: typing.SupportsFloat | typing.SupportsIndex = 0.02, camera_place_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, 1.5], camera_pan_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, camera_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, margin_px: typing.SupportsFloat | typing.SupportsIndex = 4.0, sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.1, heading_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.01) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 6]"]:
+    """
+    Where along a route too little is seen: (n, 6) as RoutePlan.gaps; options as of plan_route().
+    """
 def views_around(object: Object, distances_m: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], directions: typing.SupportsInt | typing.SupportsIndex = 100) -> list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 4]"]]:
     """
     cam_from_object (4x4 each) of cameras that look at an object's middle from all sides.
+    """
+def visibility(scene: Scene, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], *, camera_place_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, 1.5], camera_pan_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, camera_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, margin_px: typing.SupportsFloat | typing.SupportsIndex = 4.0, sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.1, heading_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.01) -> FloorVisibility:
+    """
+    What a vehicle would see from places of a floor, before it has been there.
+
+    poses: (n, 3), x_m, y_m, heading_rad. Returns: FloorVisibility.
+
+    >>> import libocc as occ
+    >>> scene = occ.Scene.load("data/scenes/kookmin_four_lamps.yaml")
+    >>> occ.visibility(scene, [[2, 2, 0], [0.5, 0.5, 0]]).lamps
+    [[0, 1, 2, 3], [0]]
+
+    Options:
+      camera_place_m: (3,) on the vehicle, above the floor [m]
+      camera_pan_rad: as camera_on_vehicle() has it
+      camera_tilt_rad: alike
+      margin_px: a lamp's rim is so far within the image [px]
+      sigma_px: of a lamp's centre in the image [px]
+      heading_sigma_rad: known beside the image; infinity: nothing [rad]
     """
 def write_camera(path: os.PathLike[str] | str, camera: Camera, format: CameraFormat = ...) -> None:
     """

@@ -36,6 +36,7 @@ COMMANDS = (
     "light",
     "calibrate",
     "measure",
+    "guide",
 )
 
 

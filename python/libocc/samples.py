@@ -51,6 +51,11 @@ def find_sweep(file_or_name: str) -> Path:
     return _find("sweeps", file_or_name)
 
 
+def find_experiment(file_or_name: str) -> Path:
+    """The file itself, or the experiment of that name that comes with libocc."""
+    return _find("experiments", file_or_name)
+
+
 def find_network(file_or_name: str) -> Path:
     """The file itself, or the network of that name that comes with libocc."""
     own = FOLDER / "calibration" / file_or_name / "network.yaml"

@@ -80,6 +80,7 @@ PYBIND11_MODULE(_core, m) {
   occ::python::define_decode(m);
   occ::python::define_motion(m);
   occ::python::define_tracker(m);
+  occ::python::define_guide(m);
   occ::python::define_pose(m);
   occ::python::define_smoother(m);
   occ::python::define_consistency(m);

@@ -34,6 +34,9 @@ void define_locate(py::module_& m);
 void define_decode(py::module_& m);
 void define_motion(py::module_& m);
 void define_tracker(py::module_& m);
+void define_guide(py::module_& m);
+void define_guide_plans(py::module_& m);  // by define_guide
+void define_closed_loop(py::module_& m);  // by define_guide
 void define_robust_pose(py::module_& m);  // by define_pose
 void define_april_tags(py::module_& m);   // by define_pose
 void define_headlights(py::module_& m);   // by define_pose

@@ -23,22 +23,30 @@ def walk() -> occ.Trajectory:
     return occ.Trajectory([BEGIN_S, BEGIN_S + 1.5], poses)
 
 
-def render(scene: occ.Scene, count: int) -> list[tuple[float, np.ndarray, np.ndarray]]:
+def render(
+    scene: occ.Scene, count: int, path: occ.Trajectory | None = None, fps: float = FPS
+) -> list[tuple[float, np.ndarray, np.ndarray]]:
     """(time, image, cam_from_world) of each frame."""
-    renderer, path, made = occ.Renderer(scene), walk(), []
+    path = path or walk()
+    renderer, made = occ.Renderer(scene), []
     for i in range(count):
-        time_s = BEGIN_S + i / FPS
-        pose = path.cam_from_world(time_s)
-        image, _ = renderer.render(pose, seed=3, frame=i, start_s=time_s, velocity=path.velocity(time_s))
+        time_s = path.begin_s + i / fps
+        pose, velocity = path.cam_from_world(time_s), path.velocity(time_s)
+        image, _ = renderer.render(
+            pose, seed=3, frame=i, start_s=time_s, velocity=velocity, noise_area=occ.NoiseArea.around_lamps
+        )
         made.append((time_s, image.copy(), pose))
     return made
 
 
-def write_folder(folder: Path, frames: list[tuple[float, np.ndarray, np.ndarray]]) -> Path:
+def write_folder(
+    folder: Path, frames: list[tuple[float, np.ndarray, np.ndarray]], path: occ.Trajectory | None = None
+) -> Path:
     """As `libocc sequence` writes it, without what nobody reads here."""
     (folder / "images").mkdir(parents=True)
     (folder / "truth").mkdir()
-    velocity = walk().velocity(BEGIN_S).tolist()
+    path = path or walk()
+    velocity = path.velocity(path.begin_s).tolist()
     for i, (time_s, image, pose) in enumerate(frames):
         occ.write_image(folder / "images" / f"{i:06d}.png", image)
         truth = {"time_s": time_s, "cam_from_world": pose.tolist(), "velocity": velocity}

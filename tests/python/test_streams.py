@@ -26,6 +26,7 @@ from libocc.streams.open_source import open_source
 from libocc.streams.outputs import JsonLines, Outputs, Tum
 from libocc.streams.record import Pose, Record, record_dict, record_text
 from libocc.streams.ros_messages import ros_covariance
+from libocc.streams.summary import Summary
 
 PIXELS = np.arange(12, dtype=np.uint8).reshape(3, 4)
 
@@ -407,3 +408,23 @@ def test_a_bad_table_is_refused_by_line(root: Path, tmp_path: Path, text, said):
     table.write_text(text)
     with pytest.raises(ValueError, match=f"lamps.csv{said}"):
         lamps_of_table(str(table), room, occ.Code(kind=occ.CodeKind.ufsook))
+
+
+# --- the summary
+
+
+def test_a_summary_has_quantiles_of_times_and_errors():
+    summary = Summary()
+    for i in range(1000):
+        pose = pose_at(0.1 * i)
+        summary.add(Record(i, 0.1 * i, "tracking", pose=pose, took_s=1e-3 * (i + 1), error_m=np.array([3e-3, 0, 4e-3])))
+    summary.add(Record(1000, 100.0, "skipped", "torn", took_s=50.0))
+    assert summary.took.quantile_s(0.5) == pytest.approx(0.5, rel=0.02)
+    assert summary.took.quantile_s(0.99) == pytest.approx(0.99, rel=0.02)
+    lines = summary.text().splitlines()
+    assert lines[0] == "1001 frames: 1000 tracking, 1 skipped" and lines[1].startswith("first position 0.000 s")
+    nees = np.array([3e-3, 0, 4e-3]) @ np.linalg.solve(pose.position_covariance_m2, [3e-3, 0, 4e-3])
+    assert lines[3] == (
+        f"against the truth: mean 5.00 mm, RMSE 5.00 mm, largest 5.00 mm; mean NEES {nees:.2f} (3 expected)"
+    )
+    assert Summary().text() == "0 frames: none"

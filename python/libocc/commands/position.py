@@ -104,7 +104,7 @@ def command(
     walk: 3 of 3 frames, 3 of them new (png, plain)
     $ libocc position irregular_six --source walk --tum walk.tum
         time s  state           x m       y m       z m  sigma mm  lamps
-         0.000  tracking     1.6000    1.8000    0.4000      0.08  0 1 2 3 4 5
+         0.000  tracking     1.6000    1.8001    0.4000      0.09  0 1 2 3 4 5
     ...
 
     Says of every frame of a source where the camera was, as soon as it has come, by the lamps of SCENE.

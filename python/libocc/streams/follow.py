@@ -3,9 +3,7 @@
 
 import threading
 import time
-from collections import Counter
 from collections.abc import Callable, Generator
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -16,67 +14,6 @@ from .frames import Source, StreamFrame
 from .latest import Latest
 from .positioner import Positioner, Seen
 from .record import SKIPPED, Array, Pose, Record
-
-
-@dataclass
-class Summary:
-    """What a whole run came to."""
-
-    frames: int = 0
-    states: Counter[str] = field(default_factory=Counter)
-    warnings: int = 0
-    dropped: int = 0
-    first_pose_s: float | None = None
-    begun_s: float | None = None
-    took_s: list[float] = field(default_factory=list)
-    errors_m: list[float] = field(default_factory=list)
-    nees: list[float] = field(default_factory=list)
-
-    def add(self, record: Record) -> None:
-        self.frames += 1
-        self.states[record.state] += 1
-        self.warnings += bool(record.warning)
-        self.dropped += record.dropped
-        if record.time_s is not None and self.begun_s is None:
-            self.begun_s = record.time_s
-        if record.state != SKIPPED:
-            self.took_s.append(record.took_s)
-        if record.pose is None or record.predicted:
-            return
-        if self.first_pose_s is None:
-            self.first_pose_s = record.time_s
-        if record.error_m is not None:
-            self.errors_m.append(float(np.linalg.norm(record.error_m)))
-            self.nees.append(_nees(record.error_m, record.pose.position_covariance_m2))
-
-    def text(self) -> str:
-        """For people, some lines."""
-        states = ", ".join(f"{count} {state}" for state, count in self.states.most_common())
-        lines = [f"{self.frames} frames: {states or 'none'}"]
-        if self.dropped:
-            lines[0] += f"; {self.dropped} dropped to keep up"
-        if self.warnings:
-            lines[0] += f"; {self.warnings} with a warning"
-        if self.first_pose_s is not None and self.begun_s is not None:
-            lines.append(f"first position {self.first_pose_s - self.begun_s:.3f} s after the first frame")
-        if self.took_s:
-            median, late = np.percentile(self.took_s, [50, 99])
-            lines.append(f"time a frame {1e3 * median:.2f} ms (median), {1e3 * late:.2f} ms (99 %)")
-        if self.errors_m:
-            error = 1e3 * np.asarray(self.errors_m)
-            lines.append(
-                f"against the truth: mean {error.mean():.2f} mm, RMSE {np.sqrt((error**2).mean()):.2f} mm, "
-                f"largest {error.max():.2f} mm; mean NEES {np.mean(self.nees):.2f} (3 expected)"
-            )
-        return "\n".join(lines)
-
-
-def _nees(error_m: Array, covariance_m2: Array) -> float:
-    """Infinite where the covariance claims to know a direction without error."""
-    try:
-        return float(error_m @ np.linalg.solve(covariance_m2, error_m))
-    except np.linalg.LinAlgError:
-        return float("inf")
 
 
 def true_position_m(truth: Any, time_s: float) -> Array | None:

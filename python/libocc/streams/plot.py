@@ -53,7 +53,7 @@ def _path(axes: Axes, records: list[Record], scene: Scene) -> None:
     for state in ("tracking", "coasting"):
         at = np.array([r.pose.position_m for r in records if r.pose is not None and r.state == state])
         if len(at):
-            axes.plot(at[:, 0], at[:, 1], ".", color=STATES[state], markersize=4, label=state)
+            axes.plot(at[:, 0], at[:, 1], ".", color=STATES[state], markersize=2.5, label=state)
     lamps = np.array([lamp.centre_m for lamp in scene.lamps])
     if len(lamps):
         axes.plot(lamps[:, 0], lamps[:, 1], "o", color="#F0C000", markeredgecolor="#806000", markersize=9, label="lamps")

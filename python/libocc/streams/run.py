@@ -10,9 +10,9 @@ import click
 
 from ..cli import Failure
 from ..progress import progress
-from .follow import Summary
 from .outputs import Outputs, json_line
 from .record import HEAD, Record, record_text
+from .summary import Summary
 
 
 def tell(text: str) -> None:

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A docking test in the manner of ASTM F3499-21, "Standard Test Method for Confirming the Docking
+Performance of A-UGVs": its requestor names the probability R that a repetition succeeds and the
+confidence C in it (sec. 7.5); these say how many repetitions in sequence must succeed."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+DEGREE = math.pi / 180
+
+
+@dataclass(frozen=True)
+class DockingLimits:
+    """What a repetition must meet, and how sure the test shall be."""
+
+    position_m: float = 0.002
+    heading_rad: float = 0.1 * DEGREE
+    probability: float = 0.9  # R
+    confidence: float = 0.95  # C
+
+    def __post_init__(self) -> None:
+        for name in ("position_m", "heading_rad"):
+            if not (getattr(self, name) > 0 and math.isfinite(getattr(self, name))):
+                raise ValueError(f"{name} must be positive, got {getattr(self, name)!r}")
+        for name in ("probability", "confidence"):
+            if not 0 < getattr(self, name) < 1:
+                raise ValueError(f"{name} must be between 0 and 1, got {getattr(self, name)!r}")
+
+    @property
+    def repetitions(self) -> int:
+        """That must succeed in sequence: the least n with 1 - R^n >= C."""
+        # A whole number of repetitions must not become one more by rounding.
+        return math.ceil(math.log(1 - self.confidence) / math.log(self.probability) - 1e-9)
+
+
+@dataclass(frozen=True)
+class Repetition:
+    """One docking. Errors: of the vehicle in the dock's frame, along, across, heading."""
+
+    docked: bool
+    along_m: float
+    across_m: float
+    heading_rad: float
+    duration_s: float
+
+    @property
+    def position_m(self) -> float:
+        return math.hypot(self.along_m, self.across_m)
+
+    def succeeds(self, limits: DockingLimits) -> bool:
+        return (
+            self.docked and self.position_m <= limits.position_m
+            and abs(self.heading_rad) <= limits.heading_rad
+        )
+
+
+@dataclass(frozen=True)
+class DockingTest:
+    limits: DockingLimits
+    repetitions: Sequence[Repetition]
+
+    @property
+    def successes(self) -> int:
+        return sum(one.succeeds(self.limits) for one in self.repetitions)
+
+    @property
+    def longest_sequence(self) -> int:
+        """Of successes one after the other."""
+        longest = now = 0
+        for one in self.repetitions:
+            now = now + 1 if one.succeeds(self.limits) else 0
+            longest = max(longest, now)
+        return longest
+
+    @property
+    def passed(self) -> bool:
+        return self.longest_sequence >= self.limits.repetitions
+
+    @property
+    def probability_shown(self) -> float:
+        """Lower limit of the success probability at the confidence asked for, from all repetitions
+        (Clopper, Pearson, Biometrika 26, 1934)."""
+        return lower_limit(self.successes, len(self.repetitions), self.limits.confidence)
+
+    def repeatability(self) -> dict[str, float]:
+        """Means and standard deviations of the dockings [m, rad]."""
+        docked = [one for one in self.repetitions if one.docked]
+        out = {}
+        for name in ("along_m", "across_m", "heading_rad"):
+            values = [getattr(one, name) for one in docked]
+            mean = sum(values) / len(values) if values else math.nan
+            spread = math.sqrt(sum((v - mean) ** 2 for v in values) / (len(values) - 1)) if len(values) > 1 else math.nan
+            out[f"{name}_mean"], out[f"{name}_sigma"] = mean, spread
+        return out
+
+
+def lower_limit(successes: int, count: int, confidence: float) -> float:
+    """The probability with which so many successes or more happen by chance in 1 - confidence."""
+    if successes == 0:
+        return 0.0
+
+    def chance(p: float) -> float:
+        return sum(math.comb(count, k) * p**k * (1 - p) ** (count - k) for k in range(successes, count + 1))
+
+    low, high = 0.0, 1.0
+    while high - low > 1e-9:
+        middle = (low + high) / 2
+        low, high = (middle, high) if chance(middle) < 1 - confidence else (low, middle)
+    return low

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An experiment with a vehicle, from its file: `data/experiments/README.md` has the keys."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .. import samples
+from .._core import (
+    ClockJump,
+    DockOptions,
+    DriveNoise,
+    Drive,
+    Follower,
+    Kidnapping,
+    LampFailure,
+    LoopEstimation,
+    LoopFaults,
+    LoopOptions,
+    OdometryLie,
+    PaceOptions,
+    PanTiltPlan,
+    PlanarFilterOptions,
+    PlanarPose,
+    PurePursuitOptions,
+    Route,
+    Scene,
+    StanleyOptions,
+    Vehicle,
+)
+from ..maps.plane import with_focal_length
+from ..suggest import refuse_unknown
+from ..yaml_files import read_yaml
+from .docking_test import DockingLimits
+from .planning import Planned, planned_pan_tilt, planned_route
+from .route_file import load_route, route_of
+from .sections import chosen, fields_of, key_of, made, mapping, number, values_of
+
+SCHEMA = "libocc-experiment/1"
+FAULTS = {"lamp_failures": LampFailure, "odometry_lies": OdometryLie, "clock_jumps": ClockJump}
+SECTIONS = (
+    "schema", "scene", "focal_length_m", "route", "plan", "runs", "seed", "vehicle", "controller", "docking", "camera",
+    "tracker", "estimation", "faults", "docking_test", "start",
+)
+# Of LoopOptions: what other sections hold.
+ELSEWHERE = {
+    "vehicle", "follower", "pure_pursuit", "stanley", "docking", "estimation", "camera_place_m", "camera_pan_rad",
+    "camera_tilt_rad", "pan_tilt", "start", "faults", "seed", "floor", "gate_sigma", "gate_model_sigma_px", "coast_s",
+    "coast_sigma_m", "confirmations",
+}
+OF_TRACKER = ("floor", "gate_sigma", "gate_model_sigma_px", "coast_s", "coast_sigma_m", "confirmations")
+
+
+@dataclass(frozen=True)
+class Experiment:
+    scene: Scene
+    scene_name: str
+    route: Route
+    options: LoopOptions  # its seed is that of the first run
+    runs: int
+    limits: DockingLimits
+    planned: Planned | None  # what was planned beforehand
+
+    def of_run(self, index: int) -> LoopOptions:
+        return self.options.replace(seed=self.options.seed + index)
+
+
+def load_experiment(path: str) -> Experiment:
+    """Raises: OSError; ValueError naming the file and the key."""
+    data = read_yaml(path)
+    try:
+        return experiment_of(data, Path(path).parent)
+    except ValueError as error:
+        raise ValueError(str(error) if str(error).startswith(path) else f"{path}: {error}") from error
+
+
+def experiment_of(data: Any, folder: Path) -> Experiment:
+    """From what such a file holds; names of files are relative to `folder`, or to the current one."""
+    top = mapping(data, "experiment")
+    options = [key_of(name) for name in fields_of(LoopOptions) if name not in ELSEWHERE]
+    refuse_unknown(top, (*SECTIONS, *options), "experiment")
+    if top.get("schema") != SCHEMA:
+        raise ValueError(f"schema must be {SCHEMA}, got {top.get('schema')!r}")
+    for key in ("scene",):
+        if not isinstance(top.get(key), str):
+            raise ValueError(f"{key} must be a file or the name of a scene, got {top.get(key)!r}")
+    scene = samples.load_scene(found(top["scene"], folder))
+    if "focal_length_m" in top:
+        scene = with_focal_length(scene, 1000 * number(top["focal_length_m"], "focal_length_m"))
+    loop = loop_of(top, options)
+    route, planned = way_of(top, folder, scene, loop)
+    if planned is not None and planned.pan_tilt is not None:
+        loop["pan_tilt"] = PanTiltPlan(planned.pan_tilt)
+    runs = top.get("runs", 1)
+    if isinstance(runs, bool) or not isinstance(runs, int) or runs < 1:
+        raise ValueError(f"runs must be a whole number from 1 on, got {runs!r}")
+    limits = made(
+        DockingLimits, limits_of(mapping(top.get("docking_test"), "docking_test")), "docking_test"
+    )
+    return Experiment(scene, top["scene"], route, made(LoopOptions, loop, "experiment"), runs, limits, planned)
+
+
+def found(name: str, folder: Path) -> str:
+    beside = folder / name
+    return str(beside) if beside.is_file() else name
+
+
+def limits_of(section: dict[str, Any]) -> dict[str, Any]:
+    import math
+
+    known = ("position_m", "heading_deg", "probability", "confidence")
+    refuse_unknown(section, known, "docking_test")
+    values = {key: number(value, f"docking_test.{key}") for key, value in section.items()}
+    if "heading_deg" in values:
+        values["heading_rad"] = math.radians(values.pop("heading_deg"))
+    return values
+
+
+def way_of(
+    top: dict[str, Any], folder: Path, scene: Scene, loop: dict[str, Any]
+) -> tuple[Route, Planned | None]:
+    plan = mapping(top.get("plan"), "plan")
+    kind = plan.get("kind")
+    if plan and kind not in ("route", "pan_tilt"):
+        raise ValueError(f"plan.kind must be route or pan_tilt, got {kind!r}")
+    rest = {key: value for key, value in plan.items() if key != "kind"}
+    view = {
+        name: loop[name] for name in ("camera_place_m", "camera_pan_rad", "camera_tilt_rad") if name in loop
+    }
+    if kind == "route":
+        if "route" in top:
+            raise ValueError("plan: a route is given, so none is to be planned: kind must be pan_tilt")
+        return planned_route(scene, rest, view, loop["vehicle"])
+    given = top.get("route")
+    if isinstance(given, str):
+        route = load_route(found(given, folder))
+    elif given is not None:
+        route = route_of(given)
+    else:
+        raise ValueError("route is missing: a file, a route's keys, or plan: {kind: route, ...}")
+    return (route, planned_pan_tilt(scene, route, rest, view)) if kind else (route, None)
+
+
+def loop_of(top: dict[str, Any], options: list[str]) -> dict[str, Any]:
+    """Keywords of LoopOptions."""
+    loop = values_of({k: v for k, v in top.items() if k in options}, LoopOptions, "experiment")
+    loop["vehicle"] = vehicle_of(mapping(top.get("vehicle"), "vehicle"))
+    loop |= controller_of(mapping(top.get("controller"), "controller"))
+    loop["docking"] = made(DockOptions, values_of(top.get("docking"), DockOptions, "docking"), "docking")
+    loop |= camera_of(mapping(top.get("camera"), "camera"))
+    loop |= tracker_of(mapping(top.get("tracker"), "tracker"))
+    if "estimation" in top:
+        loop["estimation"] = chosen(top["estimation"], LoopEstimation, "estimation")
+    loop["faults"] = faults_of(mapping(top.get("faults"), "faults"))
+    if "start" in top:
+        loop["start"] = pose_of(top["start"], "start")
+    seed = top.get("seed", 0)
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise ValueError(f"seed must be a whole number from 0 on, got {seed!r}")
+    loop["seed"] = seed
+    return loop
+
+
+def pose_of(section: Any, where: str) -> PlanarPose:
+    return made(PlanarPose, values_of(section, PlanarPose, where), where)
+
+
+def vehicle_of(section: dict[str, Any]) -> Vehicle:
+    given: dict[str, Any] = {
+        "noise": made(DriveNoise, values_of(section.get("noise"), DriveNoise, "vehicle.noise"), "vehicle.noise"),
+        "drive": chosen(section.get("drive", "differential"), Drive, "vehicle.drive"),
+    }
+    rest = {k: v for k, v in section.items() if k not in given}
+    return made(Vehicle, values_of(rest, Vehicle, "vehicle", given), "vehicle")
+
+
+def controller_of(section: dict[str, Any]) -> dict[str, Any]:
+    follower = chosen(section.get("kind", "pure_pursuit"), Follower, "controller.kind")
+    kind = {Follower.pure_pursuit: PurePursuitOptions, Follower.stanley: StanleyOptions}[follower]
+    where = "controller.pace"
+    pace = made(PaceOptions, values_of(section.get("pace"), PaceOptions, where), where)
+    rest = {k: v for k, v in section.items() if k not in ("kind", "pace")}
+    values = values_of(rest, kind, "controller", {"pace": pace})
+    return {"follower": follower, follower.name: made(kind, values, "controller")}
+
+
+def camera_of(section: dict[str, Any]) -> dict[str, Any]:
+    refuse_unknown(section, ("place_m", "pan_deg", "tilt_deg"), "camera")
+    return {
+        f"camera_{name.replace('_deg', '_rad')}": value
+        for name, value in values_of(
+            {f"camera_{key}": value for key, value in section.items()}, LoopOptions, "camera"
+        ).items()
+        for name in [name.removeprefix("camera_")]
+    }
+
+
+def tracker_of(section: dict[str, Any]) -> dict[str, Any]:
+    refuse_unknown(section, [key_of(name) for name in OF_TRACKER], "tracker")
+    values = {k: v for k, v in section.items() if k != "floor"}
+    if "floor" in section:
+        where = "tracker.floor"
+        values["floor"] = made(
+            PlanarFilterOptions, values_of(section["floor"], PlanarFilterOptions, where), where
+        )
+    return values
+
+
+def faults_of(section: dict[str, Any]) -> LoopFaults:
+    given: dict[str, Any] = {}
+    for key in (*FAULTS, "kidnappings"):
+        items = section.get(key, [])
+        if not isinstance(items, list):
+            raise ValueError(f"faults.{key} must be a list, got {items!r}")
+        given[key] = [fault_of(key, item, f"faults.{key}[{i}]") for i, item in enumerate(items)]
+    rest = {k: v for k, v in section.items() if k not in given}
+    return made(LoopFaults, values_of(rest, LoopFaults, "faults", given), "faults")
+
+
+def fault_of(key: str, item: Any, where: str) -> Any:
+    item = mapping(item, where)
+    if key in FAULTS:
+        return made(FAULTS[key], values_of(item, FAULTS[key], where), where)
+    refuse_unknown(item, ("at_s", "to"), where)
+    to = pose_of(item.get("to"), f"{where}.to")
+    return made(Kidnapping, {"at_s": number(item.get("at_s"), f"{where}.at_s"), "to": to}, where)

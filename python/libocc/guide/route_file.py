@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Routes from files: `libocc-route/1`, keys in `data/experiments/README.md`."""
+
+from typing import Any
+
+from .._core import PlanarPose, Route, RouteShape, RouteWaypoint
+from ..suggest import refuse_unknown
+from ..yaml_files import read_yaml
+from .sections import chosen, made, mapping, number, values_of
+
+SCHEMA = "libocc-route/1"
+OPTIONS = ("shape", "closed", "laps", "corner_radius_m", "speed_m_s", "dock")
+
+
+def load_route(path: str) -> Route:
+    """Raises: OSError; ValueError naming the file, the key and its value."""
+    data = read_yaml(path)
+    try:
+        if mapping(data, "route").get("schema") != SCHEMA:
+            raise ValueError(f"schema must be {SCHEMA}, got {data.get('schema')!r}")
+        return route_of({key: value for key, value in data.items() if key != "schema"})
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def route_of(data: Any) -> Route:
+    """From what such a file holds, or a section `route` of another."""
+    section = mapping(data, "route")
+    refuse_unknown(section, ("waypoints", *OPTIONS), "route")
+    given = section.get("waypoints")
+    if not isinstance(given, list):
+        raise ValueError(f"route.waypoints must be a list, got {given!r}")
+    waypoints = [waypoint_of(one, f"route.waypoints[{i}]") for i, one in enumerate(given)]
+    options = {key: value for key, value in section.items() if key != "waypoints"}
+    if "shape" in options:
+        options["shape"] = chosen(options["shape"], RouteShape, "route.shape")
+    if "dock" in options:
+        options["dock"] = made(PlanarPose, values_of(options["dock"], PlanarPose, "route.dock"), "route.dock")
+    for key in ("corner_radius_m", "speed_m_s"):
+        if key in options:
+            options[key] = number(options[key], f"route.{key}")
+    for key, kind in (("closed", bool), ("laps", int)):
+        if key in options and type(options[key]) is not kind:
+            raise ValueError(f"route.{key} must be {'true or false' if kind is bool else 'a whole number'}, got {options[key]!r}")
+    try:
+        return Route(waypoints, **options)
+    except ValueError as error:
+        raise ValueError(f"route.{error}") from error
+
+
+def waypoint_of(data: Any, where: str) -> RouteWaypoint:
+    section = mapping(data, where)
+    refuse_unknown(section, ("x_m", "y_m", "corner_radius_m", "speed_m_s"), where)
+    values = {key: number(value, f"{where}.{key}") for key, value in section.items()}
+    for key in ("x_m", "y_m"):
+        if key not in values:
+            raise ValueError(f"{where}.{key} is missing")
+    return RouteWaypoint(position_m=[values.pop("x_m"), values.pop("y_m")], **values)

@@ -1,0 +1,367 @@
+// SPDX-License-Identifier: Apache-2.0
+// Vehicles, routes, controllers and docking.
+#include "fields.hpp"
+#include "libocc/core/require.hpp"
+#include "libocc/guide/controller.hpp"
+#include "libocc/guide/docking.hpp"
+#include "libocc/guide/mount.hpp"
+#include "libocc/guide/route.hpp"
+#include "libocc/guide/vehicle.hpp"
+#include "module.hpp"
+#include "rows.hpp"
+
+namespace occ::python {
+namespace {
+
+void define_vehicle_values(py::module_& m) {
+  py::native_enum<Drive>(m, "Drive", "enum.Enum", "How a vehicle drives and turns.")
+      .value("differential", Drive::differential)
+      .value("ackermann", Drive::ackermann)
+      .finalize();
+  using N = DriveNoise;
+  define_documented<N>(
+      m, "DriveNoise",
+      "What disturbs wheels and their odometry; by default nothing. After a length d a wheel's "
+      "error "
+      "has the standard deviation k sqrt(d).",
+      std::make_tuple(
+          field("drive", &N::drive, "wheels turn otherwise than asked, and report it [sqrt(m)]"),
+          field("slip", &N::slip, "the vehicle does not follow its wheels [sqrt(m)]"),
+          field("slip_share", &N::slip_share, "share of each wheel's travel that is lost, always"),
+          field("sideways_slip", &N::sideways_slip, "across the heading [sqrt(m)]"),
+          field("odometry", &N::odometry, "of what a wheel reports [sqrt(m)]"),
+          field("left_scale", &N::left_scale,
+                "what the left wheel reports over what it has turned"),
+          field("right_scale", &N::right_scale, "alike"),
+          field("scale_sigma", &N::scale_sigma, "of both scales, as the covariance knows it")));
+  using V = Vehicle;
+  define_documented<V>(
+      m, "Vehicle", "A vehicle's size, limits and noise.",
+      std::make_tuple(
+          field("drive", &V::drive, "Drive"),
+          field("track_m", &V::track_m, "between the two wheels that roll without steering [m]"),
+          field("wheelbase_m", &V::wheelbase_m, "Ackermann: from the origin to the front axle [m]"),
+          field("radius_m", &V::radius_m, "of a disc about the origin that holds all of it [m]"),
+          field("max_speed_m_s", &V::max_speed_m_s, "backwards alike [m/s]"),
+          field("max_acceleration_m_s2", &V::max_acceleration_m_s2, "braking alike [m/s^2]"),
+          field("max_turn_rate_rad_s", &V::max_turn_rate_rad_s, "differential drive [rad/s]"),
+          field("max_turn_acceleration_rad_s2", &V::max_turn_acceleration_rad_s2, "[rad/s^2]"),
+          field("max_steering_rad", &V::max_steering_rad, "Ackermann [rad]"),
+          field("max_steering_rate_rad_s", &V::max_steering_rate_rad_s, "Ackermann [rad/s]"),
+          field("noise", &V::noise, "DriveNoise")));
+  using C = DriveCommand;
+  define_documented<C>(
+      m, "DriveCommand", "What is asked of a vehicle.",
+      std::make_tuple(field("speed_m_s", &C::speed_m_s, "of the origin; negative: backwards [m/s]"),
+                      field("turn_rate_rad_s", &C::turn_rate_rad_s, "differential drive [rad/s]"),
+                      field("steering_rad", &C::steering_rad, "Ackermann, left positive [rad]")));
+  using S = DriveState;
+  define_documented<S>(
+      m, "DriveState", "Where a vehicle is and how it moves.",
+      std::make_tuple(field("time_s", &S::time_s, "[s]"), field("pose", &S::pose, "PlanarPose"),
+                      field("speed_m_s", &S::speed_m_s, "[m/s]"),
+                      field("turn_rate_rad_s", &S::turn_rate_rad_s, "of the heading [rad/s]"),
+                      field("steering_rad", &S::steering_rad, "Ackermann [rad]")));
+  using L = DriveLimited;
+  define_documented<L>(
+      m, "DriveLimited", "What was asked of a vehicle and is not to be had.",
+      std::make_tuple(field("speed", &L::speed, "beyond max_speed_m_s"),
+                      field("turn", &L::turn, "beyond the turn rate or the steering angle"),
+                      field("acceleration", &L::acceleration, "not at the step's end"),
+                      field("turn_change", &L::turn_change, "not at the step's end")));
+}
+
+void define_drive(py::module_& m) {
+  using D = DriveStep;
+  py::class_<D>(m, "DriveStep", "What came of a command.")
+      .def_readonly("state", &D::state, "DriveState: the truth.")
+      .def_readonly("odometry", &D::odometry, "PlanarOdometry: what the wheels say.")
+      .def_readonly("limited", &D::limited, "DriveLimited.");
+  m.def(
+      "drive",
+      [](const Vehicle& vehicle, const DriveState& state, const DriveCommand& command, double dt_s,
+         std::uint64_t seed) {
+        Random random(seed);
+        return drive(vehicle, state, command, dt_s, random);
+      },
+      py::arg("vehicle"), py::arg("state"), py::arg("command"), py::arg("dt_s"),
+      py::arg("seed") = 0,
+      R"(Moves a vehicle on by dt_s seconds: the exact arc of its mean speed and turn.
+
+Commands beyond its limits are clipped, and `limited` says so. seed: of this step's noise; give each
+step its own. Raises: ValueError for what is not finite.
+
+>>> import libocc as occ
+>>> step = occ.drive(occ.Vehicle(), occ.DriveState(speed_m_s=0.5), occ.DriveCommand(speed_m_s=0.5), 0.1)
+>>> round(step.state.pose.x_m, 3), step.limited
+(0.05, DriveLimited()))");
+  m.def("camera_on_vehicle", &camera_on_vehicle, py::arg("place_m"), py::arg("pan_rad") = 0,
+        py::arg("tilt_rad") = 0,
+        "cam_from_body (4x4) of a camera on a vehicle at place_m (3,), above the floor. At pan and "
+        "tilt 0 it looks up, its image's x forward; pan turns it to the left, tilt bends its view "
+        "towards where pan points.");
+}
+
+auto waypoint_fields() {
+  using W = RouteWaypoint;
+  return std::make_tuple(
+      required_field("position_m", &W::position_m, "(2,) [m]"),
+      field("corner_radius_m", &W::corner_radius_m, "instead of the route's; 0: sharp [m]"),
+      field("speed_m_s", &W::speed_m_s, "from here on, instead of the one before [m/s]"));
+}
+
+auto route_fields() {
+  using O = RouteOptions;
+  return std::make_tuple(
+      field("shape", &O::shape, "RouteShape"),
+      field("closed", &O::closed, "the last way-point is followed by the first"),
+      field("laps", &O::laps, "of a closed route"),
+      field("corner_radius_m", &O::corner_radius_m, "smaller where a line is too short for it [m]"),
+      field("speed_m_s", &O::speed_m_s, "at the first way-point [m/s]"),
+      field("dock", &O::dock, "PlanarPose where the vehicle shall stand at the end, or None"));
+}
+
+using RouteRows = Eigen::Matrix<double, Eigen::Dynamic, 5, Eigen::RowMajor>;
+
+RouteRows sampled_rows(const Route& route, double step_m) {
+  const std::vector<RoutePlace> places = route.sampled(step_m);
+  RouteRows rows(static_cast<Eigen::Index>(places.size()), 5);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const RoutePlace& place = places[i];
+    rows.row(static_cast<Eigen::Index>(i)) << place.along_m, place.pose.x_m, place.pose.y_m,
+        place.pose.heading_rad, place.curvature_1_m;
+  }
+  return rows;
+}
+
+std::vector<RouteWaypoint> plain_waypoints(const Rows2& positions) {
+  std::vector<RouteWaypoint> waypoints;
+  for (Eigen::Index i = 0; i < positions.rows(); ++i)
+    waypoints.push_back({positions.row(i).transpose(), {}, {}});
+  return waypoints;
+}
+
+State route_state(const Route& route) {
+  const RouteOptions& o = route.options();
+  State state;
+  state["waypoints"] = py::cast(route.waypoints());
+  state["shape"] = py::cast(o.shape);
+  state["closed"] = py::cast(o.closed);
+  state["laps"] = py::cast(o.laps);
+  state["corner_radius_m"] = py::cast(o.corner_radius_m);
+  state["speed_m_s"] = py::cast(o.speed_m_s);
+  state["dock"] = py::cast(o.dock);
+  return state;
+}
+
+Route route_of_state(const State& state) {
+  const auto waypoints = state["waypoints"].cast<std::vector<RouteWaypoint>>();
+  RouteOptions options;
+  options.shape = state["shape"].cast<RouteShape>();
+  options.closed = state["closed"].cast<bool>();
+  options.laps = state["laps"].cast<int>();
+  options.corner_radius_m = state["corner_radius_m"].cast<double>();
+  options.speed_m_s = state["speed_m_s"].cast<double>();
+  options.dock = state["dock"].cast<std::optional<PlanarPose>>();
+  return Route(waypoints, options);
+}
+
+template <class Waypoints, class Make>
+void define_route_from(py::class_<Route>& cls, const Make& make) {
+  const auto fields = route_fields();
+  DefaultTexts texts;
+  std::apply(
+      [&](const auto&... f) {
+        cls.def(py::init([fields, make](
+                             const Waypoints& waypoints,
+                             const typename std::decay_t<decltype(f)>::value_type&... values) {
+                  return Route(make(waypoints), from_values<RouteOptions>(fields, values...));
+                }),
+                py::arg("waypoints"), py::kw_only(), argument(f, texts)...);
+      },
+      fields);
+}
+
+void define_route_queries(py::class_<Route>& cls) {
+  cls.def_property_readonly("length_m", &Route::length_m, "Of all laps [m].")
+      .def_property_readonly("lap_m", &Route::lap_m, "Of one lap [m].")
+      .def_property_readonly("waypoints", &Route::waypoints, "RouteWaypoint each.")
+      .def_property_readonly(
+          "dock", [](const Route& r) { return r.dock(); }, "PlanarPose, or None.")
+      .def("at", &Route::at, py::arg("along_m"), "RoutePlace; clipped to the route.")
+      .def("nearest", &Route::nearest, py::arg("position_m"), py::arg("near_m") = py::none(),
+           py::arg("window_m") = 0.5,
+           "The nearest RoutePlace to position_m (2,); near_m: within window_m of that along it.")
+      .def("sampled", &sampled_rows, py::arg("step_m"),
+           "(n, 5): along_m, x_m, y_m, heading_rad, curvature_1_m, at most step_m apart.")
+      .def("__repr__",
+           [](const Route& r) {
+             return "<Route: " + std::to_string(r.waypoints().size()) + " way-points, " +
+                    std::to_string(r.length_m()) + " m>";
+           })
+      .def(py::pickle(&route_state, &route_of_state));
+}
+
+void define_route(py::module_& m) {
+  py::native_enum<RouteShape>(m, "RouteShape", "enum.Enum", "How way-points are joined.")
+      .value("lines", RouteShape::lines)
+      .value("spline", RouteShape::spline)
+      .finalize();
+  define_documented<RouteWaypoint>(m, "RouteWaypoint", "Where a route leads.", waypoint_fields());
+  using P = RoutePlace;
+  py::class_<P>(m, "RoutePlace", "A place on a route.")
+      .def_readonly("along_m", &P::along_m, "From the route's begin [m].")
+      .def_readonly("pose", &P::pose, "PlanarPose, heading along the route.")
+      .def_readonly("deviation_m", &P::deviation_m,
+                    "Of what was asked about, to the left of the route [m].")
+      .def_readonly("curvature_1_m", &P::curvature_1_m, "Left positive [1/m].")
+      .def_readonly("speed_m_s", &P::speed_m_s, "[m/s].");
+  py::class_<Route> cls(m, "Route",
+                        (R"(Where a vehicle shall drive: lines and arcs, known by arc length.
+
+waypoints: (n, 2), or RouteWaypoints with their own corners and speeds. Raises: ValueError naming the
+way-point.
+
+>>> import libocc as occ
+>>> route = occ.Route([[1, 1], [3, 1], [3, 3]], corner_radius_m=0.5)
+>>> round(route.length_m, 3), route.at(0.5).pose
+(3.785, PlanarPose(x_m=1.5, y_m=1.0)))" +
+                         fields_doc(route_fields(), "Options"))
+                            .c_str());
+  define_route_from<std::vector<RouteWaypoint>>(
+      cls, [](const std::vector<RouteWaypoint>& waypoints) { return waypoints; });
+  define_route_from<Rows2>(cls, &plain_waypoints);
+  define_route_queries(cls);
+  using C = RouteConflict;
+  py::class_<C>(m, "RouteConflict", "Where a vehicle would touch something.")
+      .def_readonly("from_m", &C::from_m, "Along the route [m].")
+      .def_readonly("to_m", &C::to_m, "Along the route [m].")
+      .def_readonly("position_m", &C::position_m, "(2,) where it comes nearest.")
+      .def_readonly("clearance_m", &C::clearance_m, "There; negative: inside [m].")
+      .def_readonly("what", &C::what, "A wall or which box.");
+  m.def("route_conflicts", &route_conflicts, py::arg("route"), py::arg("scene"),
+        py::arg("radius_m"), py::arg("height_m"),
+        "RouteConflicts of a disc of radius_m and height_m along the route, and at its dock; in "
+        "their order.");
+}
+
+auto pace_fields() {
+  using O = PaceOptions;
+  return std::make_tuple(
+      field("braking", &O::braking, "share of the vehicle's acceleration to brake with"),
+      field("slow_radius_m", &O::slow_radius_m, "curves sharper than this are driven slower [m]"),
+      field("least_speed_m_s", &O::least_speed_m_s, "at the very end and in the sharpest curve"),
+      field("end_speed_m_s", &O::end_speed_m_s, "at the route's end [m/s]"));
+}
+
+void define_controller_values(py::module_& m) {
+  define_documented<PaceOptions>(m, "PaceOptions", "How fast a route is driven.", pace_fields());
+  using P = PurePursuitOptions;
+  define_documented<P>(
+      m, "PurePursuitOptions", "Regulated pure pursuit.",
+      std::make_tuple(field("lookahead_s", &P::lookahead_s, "times the speed: how far ahead [s]"),
+                      field("least_lookahead_m", &P::least_lookahead_m, "[m]"),
+                      field("most_lookahead_m", &P::most_lookahead_m, "[m]"),
+                      field("turn_on_spot_rad", &P::turn_on_spot_rad,
+                            "differential drive: turns first when the route leads further aside"),
+                      field("pace", &P::pace, "PaceOptions")));
+  using S = StanleyOptions;
+  define_documented<S>(
+      m, "StanleyOptions", "Stanley's controller.",
+      std::make_tuple(
+          field("gain_1_s", &S::gain_1_s, "of the deviation [1/s]"),
+          field("soft_m_s", &S::soft_m_s, "added to the speed [m/s]"),
+          field("yaw_damping_s", &S::yaw_damping_s, "of the turn rate's error [s]"),
+          field("preview_s", &S::preview_s, "curvature is taken so far ahead; None: as it needs"),
+          field("guide_point_m", &S::guide_point_m, "ahead of the origin; wheelbase: as published"),
+          field("virtual_wheelbase_m", &S::virtual_wheelbase_m, "of a differential drive [m]"),
+          field("turn_on_spot_rad", &S::turn_on_spot_rad, "of the heading error [rad]"),
+          field("pace", &S::pace, "PaceOptions")));
+  using O = ControlOutput;
+  py::class_<O>(m, "ControlOutput", "What a controller asks of a vehicle.")
+      .def_readonly("command", &O::command, "DriveCommand.")
+      .def_readonly("place", &O::place, "The route's nearest RoutePlace.")
+      .def_readonly("heading_error_rad", &O::heading_error_rad, "Route less vehicle [rad].")
+      .def_readonly("speed_limited", &O::speed_limited, "The route asks for more.")
+      .def_readonly("curve_limited", &O::curve_limited, "A sharper curve was needed.")
+      .def_readonly("at_end", &O::at_end, "The route's end is beside it or behind.");
+}
+
+template <class Options, class Control>
+void define_controller(py::module_& m, const char* name, const Control& control, const char* doc,
+                       const char* options_text) {
+  m.def(
+      name,
+      [control](const Route& route, const Vehicle& vehicle, const PlanarPose& pose,
+                double speed_m_s, double turn_rate_rad_s, std::optional<double> along_m,
+                const Options& options) {
+        return control(route, vehicle, ControlInput{pose, speed_m_s, turn_rate_rad_s, along_m},
+                       options);
+      },
+      py::arg("route"), py::arg("vehicle"), py::arg("pose"), py::arg("speed_m_s"),
+      py::arg("turn_rate_rad_s") = 0, py::arg("along_m") = py::none(),
+      py::arg_v("options", Options{}, options_text), doc);
+}
+
+void define_docking(py::module_& m) {
+  py::native_enum<DockPhase>(m, "DockPhase", "enum.Enum", "How far docking has come.")
+      .value("approach", DockPhase::approach)
+      .value("creep", DockPhase::creep)
+      .value("align", DockPhase::align)
+      .value("retreat", DockPhase::retreat)
+      .value("docked", DockPhase::docked)
+      .finalize();
+  using O = DockOptions;
+  define_documented<O>(
+      m, "DockOptions", "Docking: Park and Kuipers' law, then creeping along the dock's axis.",
+      std::make_tuple(
+          field("k1", &O::k1, "of the dock's heading"), field("k2", &O::k2, "of the vehicle's"),
+          field("beta", &O::beta, "slows curves"), field("lambda_", &O::lambda, "slows curves"),
+          field("approach_speed_m_s", &O::approach_speed_m_s, "[m/s]"),
+          field("creep_distance_m", &O::creep_distance_m, "before the dock [m]"),
+          field("creep_speed_m_s", &O::creep_speed_m_s, "[m/s]"),
+          field("slowing_1_s", &O::slowing_1_s, "no faster than this times what is left [1/s]"),
+          field("least_speed_m_s", &O::least_speed_m_s, "[m/s]"),
+          field("track_length_m", &O::track_length_m, "in which it comes to the axis [m]"),
+          field("most_aside_m", &O::most_aside_m, "when creeping begins; else it backs out [m]"),
+          field("tolerance_m", &O::tolerance_m, "along the axis [m]"),
+          field("tolerance_rad", &O::tolerance_rad, "[rad]")));
+  using D = DockOutput;
+  py::class_<D>(m, "DockOutput", "What docking asks of a vehicle.")
+      .def_readonly("command", &D::command, "DriveCommand.")
+      .def_readonly("phase", &D::phase, "DockPhase, for the next call.")
+      .def_readonly("in_dock", &D::in_dock, "PlanarPose of the vehicle in the dock's frame.")
+      .def_readonly("speed_limited", &D::speed_limited, "More was asked than it can do.")
+      .def_readonly("curve_limited", &D::curve_limited, "A sharper curve was needed.");
+  m.def("dock", &dock, py::arg("pose"), py::arg("speed_m_s"), py::arg("target"), py::arg("vehicle"),
+        py::arg_v("phase", DockPhase::approach, "DockPhase.approach"),
+        py::arg_v("options", DockOptions{}, "DockOptions()"),
+        "DockOutput: one step towards standing at target, a PlanarPose. phase: the last output's.");
+}
+
+}  // namespace
+
+void define_guide(py::module_& m) {
+  define_vehicle_values(m);
+  define_drive(m);
+  define_route(m);
+  define_controller_values(m);
+  define_controller<PurePursuitOptions>(
+      m, "pure_pursuit", &pure_pursuit,
+      R"(Regulated pure pursuit: an arc to the place of the route a look-ahead away.
+
+along_m: where the vehicle was on the route (the last output's place.along_m). Returns: ControlOutput.
+Source: Macenski, Singh, Martin, Gines, Autonomous Robots 47, 2023.)",
+      "PurePursuitOptions()");
+  define_controller<StanleyOptions>(
+      m, "stanley", &stanley,
+      R"(Stanley's controller: steers along the route and towards it. As pure_pursuit() otherwise.
+
+Source: Hoffmann, Tomlin, Montemerlo, Thrun, ACC 2007, eq. (5).)",
+      "StanleyOptions()");
+  define_docking(m);
+  define_guide_plans(m);
+  define_closed_loop(m);
+}
+
+}  // namespace occ::python

@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: Apache-2.0
+// The closed loop: its options, and its records as columns.
+#include <pybind11/functional.h>
+
+#include "fields.hpp"
+#include "libocc/guide/closed_loop.hpp"
+#include "module.hpp"
+
+namespace occ::python {
+namespace {
+
+using Columns = py::typing::Dict<py::str, py::array>;
+
+void define_faults(py::module_& m) {
+  using L = LampFailure;
+  define_documented<L>(
+      m, "LampFailure", "A lamp that is dark for a while.",
+      std::make_tuple(required_field("lamp", &L::lamp, "its id"),
+                      field("from_s", &L::from_s, "[s]"), field("to_s", &L::to_s, "[s]")));
+  using O = OdometryLie;
+  define_documented<O>(
+      m, "OdometryLie", "Odometry that says something else than the wheels did.",
+      std::make_tuple(required_field("from_s", &O::from_s, "[s]"),
+                      required_field("to_s", &O::to_s, "[s]"),
+                      field("scale", &O::scale, "of the length"),
+                      field("turn_rate_rad_s", &O::turn_rate_rad_s, "added [rad/s]")));
+  using K = Kidnapping;
+  define_documented<K>(m, "Kidnapping", "The vehicle is lifted to another pose; nobody says so.",
+                       std::make_tuple(required_field("at_s", &K::at_s, "[s]"),
+                                       required_field("to", &K::to, "PlanarPose")));
+  using C = ClockJump;
+  define_documented<C>(m, "ClockJump", "From then on the camera's clock is ahead.",
+                       std::make_tuple(required_field("at_s", &C::at_s, "[s]"),
+                                       required_field("by_s", &C::by_s, "[s]")));
+  using F = LoopFaults;
+  define_documented<F>(
+      m, "LoopFaults", "What goes wrong in a closed loop; by default nothing.",
+      std::make_tuple(
+          field("latency_s", &F::latency_s, "from an image's capture to its arrival [s]"),
+          field("frame_loss", &F::frame_loss, "probability of each image"),
+          field("frame_repeat", &F::frame_repeat, "probability that an image comes twice"),
+          field("lamp_failures", &F::lamp_failures, "LampFailure each"),
+          field("odometry_lies", &F::odometry_lies, "OdometryLie each"),
+          field("kidnappings", &F::kidnappings, "Kidnapping each"),
+          field("clock_jumps", &F::clock_jumps, "ClockJump each")));
+}
+
+/// Of the tracker what a loop may want to change.
+auto tracker_fields() {
+  using T = TrackerOptions;
+  return std::make_tuple(
+      field("floor", &T::floor, "PlanarFilterOptions of the tracker's floor"),
+      field("gate_sigma", &T::gate_sigma, "a lamp and a blob agree within [sigma]"),
+      field("gate_model_sigma_px", &T::model_sigma_px, "camera and map error in that gate [px]"),
+      field("coast_s", &T::coast_s, "without lamps the prediction is believed so long [s]"),
+      field("coast_sigma_m", &T::coast_sigma_m, "and while its sigma is smaller [m]"),
+      field("confirmations", &T::confirmations, "images that must agree on an unforeseen pose"));
+}
+
+auto loop_fields() {
+  using O = LoopOptions;
+  return std::tuple_cat(
+      std::make_tuple(
+          field("vehicle", &O::vehicle, "Vehicle"),
+          field("vehicle_height_m", &O::vehicle_height_m, "boxes above are driven under [m]"),
+          field("follower", &O::follower, "Follower"),
+          field("pure_pursuit", &O::pure_pursuit, "PurePursuitOptions"),
+          field("stanley", &O::stanley, "StanleyOptions"),
+          field("docking", &O::docking, "DockOptions"),
+          field("estimation", &O::estimation, "LoopEstimation"),
+          field("camera_place_m", &O::camera_place_m, "(3,) on the vehicle, above the floor [m]"),
+          field("camera_pan_rad", &O::camera_pan_rad, "as camera_on_vehicle() has it"),
+          field("camera_tilt_rad", &O::camera_tilt_rad, "alike"),
+          field("pan_tilt", &O::pan_tilt, "PanTiltPlan instead, by the way along the route"),
+          field("pan_tilt_rate_rad_s", &O::pan_tilt_rate_rad_s, "of each axis [rad/s]"),
+          field("frame_rate_hz", &O::frame_rate_hz, "[Hz]"),
+          field("control_rate_hz", &O::control_rate_hz, "[Hz]"),
+          field("clock_guard_s", &O::clock_guard_s,
+                "images that come so much earlier or later tell that their clock jumped [s]"),
+          field("image_noise", &O::image_noise, "shot and read noise"),
+          field("start", &O::start, "PlanarPose, the true one; None: the route's begin"),
+          field("start_sigma_m", &O::start_sigma_m, "of the estimate's first error [m]"),
+          field("start_sigma_rad", &O::start_sigma_rad, "alike [rad]"),
+          field("most_s", &O::most_s, "the run ends [s]"),
+          field("most_lost_s", &O::most_lost_s, "without a pose so long: the run ends [s]"),
+          field("faults", &O::faults, "LoopFaults"),
+          field("seed", &O::seed, "of everything random")),
+      fields_within(&O::tracker, tracker_fields()));
+}
+
+void define_metrics(py::module_& m) {
+  using M = LoopMetrics;
+  define_documented<M>(
+      m, "LoopMetrics", "What a run of the closed loop comes to.",
+      std::make_tuple(
+          field("duration_s", &M::duration_s, "[s]"), field("driven_m", &M::driven_m, "[m]"),
+          field("cross_track_mean_m", &M::cross_track_mean_m, "of its magnitude, on the route [m]"),
+          field("cross_track_rmse_m", &M::cross_track_rmse_m, "[m]"),
+          field("cross_track_max_m", &M::cross_track_max_m, "[m]"),
+          field("position_rmse_m", &M::position_rmse_m, "of the estimate [m]"),
+          field("position_max_m", &M::position_max_m, "[m]"),
+          field("heading_rmse_rad", &M::heading_rmse_rad, "[rad]"),
+          field("heading_max_rad", &M::heading_max_rad, "[rad]"),
+          field("final_error", &M::final_error, "PlanarPose in the frame of the dock or the end"),
+          field("final_position_error_m", &M::final_position_error_m, "magnitude [m]"),
+          field("final_heading_error_rad", &M::final_heading_error_rad, "magnitude [rad]"),
+          field("frames", &M::frames, "images captured"),
+          field("availability", &M::availability, "share of them that were tracked"),
+          field("three_lamps", &M::three_lamps, "share whose pose was made of three lamps or more"),
+          field("longest_outage_s", &M::longest_outage_s, "between tracked images [s]"),
+          field("lost_s", &M::lost_s, "without a pose [s]"),
+          field("relocations", &M::relocations, "jumps of the pose that were confirmed"),
+          field("clock_jumps", &M::clock_jumps, "that were noticed"),
+          field("nees", &M::nees, "mean over the steps; 3 is expected"),
+          field("nis_per_dof", &M::nis_per_dof, "over all images; 1 is expected"),
+          field("frame_mean_s", &M::frame_mean_s, "time per image on this machine [s]"),
+          field("frame_median_s", &M::frame_median_s, "[s]"),
+          field("frame_p99_s", &M::frame_p99_s, "[s]"),
+          field("limited_steps", &M::limited_steps, "more was asked than the vehicle can do")));
+}
+
+template <class T, class Items, class Get>
+py::array column(const Items& items, const Get& get) {
+  py::array_t<T> values(static_cast<py::ssize_t>(items.size()));
+  auto view = values.template mutable_unchecked<1>();
+  for (std::size_t i = 0; i < items.size(); ++i)
+    view(static_cast<py::ssize_t>(i)) = static_cast<T>(get(items[i]));
+  return values;
+}
+
+void add_poses(Columns& columns, const std::vector<LoopRecord>& records) {
+  using R = LoopRecord;
+  columns["true_x_m"] = column<double>(records, [](const R& r) { return r.truth.x_m; });
+  columns["true_y_m"] = column<double>(records, [](const R& r) { return r.truth.y_m; });
+  columns["true_heading_rad"] =
+      column<double>(records, [](const R& r) { return r.truth.heading_rad; });
+  columns["x_m"] = column<double>(records, [](const R& r) { return r.estimate.pose.x_m; });
+  columns["y_m"] = column<double>(records, [](const R& r) { return r.estimate.pose.y_m; });
+  columns["heading_rad"] =
+      column<double>(records, [](const R& r) { return r.estimate.pose.heading_rad; });
+  py::array_t<double> covariance(
+      {static_cast<py::ssize_t>(records.size()), py::ssize_t{3}, py::ssize_t{3}});
+  auto view = covariance.mutable_unchecked<3>();
+  for (std::size_t i = 0; i < records.size(); ++i)
+    for (int row = 0; row < 3; ++row)
+      for (int col = 0; col < 3; ++col)
+        view(static_cast<py::ssize_t>(i), row, col) = records[i].estimate.covariance(row, col);
+  columns["covariance"] = covariance;
+}
+
+Columns record_columns(const LoopResult& result) {
+  using R = LoopRecord;
+  const std::vector<R>& records = result.records;
+  Columns columns;
+  columns["time_s"] = column<double>(records, [](const R& r) { return r.time_s; });
+  add_poses(columns, records);
+  columns["state"] =
+      column<int>(records, [](const R& r) { return static_cast<int>(r.estimate.state); });
+  columns["lamps"] = column<int>(records, [](const R& r) { return r.estimate.lamps; });
+  columns["along_m"] = column<double>(records, [](const R& r) { return r.along_m; });
+  columns["deviation_m"] = column<double>(records, [](const R& r) { return r.deviation_m; });
+  columns["speed_m_s"] = column<double>(records, [](const R& r) { return r.command.speed_m_s; });
+  columns["turn_rate_rad_s"] =
+      column<double>(records, [](const R& r) { return r.command.turn_rate_rad_s; });
+  columns["steering_rad"] =
+      column<double>(records, [](const R& r) { return r.command.steering_rad; });
+  columns["limited"] =
+      column<bool>(records, [](const R& r) { return r.limited.speed || r.limited.turn; });
+  columns["pan_rad"] = column<double>(records, [](const R& r) { return r.pan_rad; });
+  columns["tilt_rad"] = column<double>(records, [](const R& r) { return r.tilt_rad; });
+  columns["docking"] = column<bool>(records, [](const R& r) { return r.docking; });
+  columns["frames"] = column<int>(records, [](const R& r) { return r.frames; });
+  return columns;
+}
+
+Columns frame_columns(const LoopResult& result) {
+  using F = LoopFrame;
+  const std::vector<F>& frames = result.frames;
+  Columns columns;
+  columns["captured_s"] = column<double>(frames, [](const F& f) { return f.captured_s; });
+  columns["arrived_s"] = column<double>(frames, [](const F& f) { return f.arrived_s; });
+  columns["lost"] = column<bool>(frames, [](const F& f) { return f.lost; });
+  columns["state"] = column<int>(frames, [](const F& f) { return static_cast<int>(f.state); });
+  columns["lamps_in_view"] = column<int>(frames, [](const F& f) { return f.lamps_in_view; });
+  columns["lamps_used"] = column<int>(frames, [](const F& f) { return f.lamps_used; });
+  columns["nis"] = column<double>(frames, [](const F& f) { return f.nis; });
+  columns["nis_dof"] = column<int>(frames, [](const F& f) { return f.nis_dof; });
+  columns["relocated"] = column<bool>(frames, [](const F& f) { return f.relocated; });
+  columns["clock_jumped_s"] = column<double>(frames, [](const F& f) { return f.clock_jumped_s; });
+  columns["taken_s"] = column<double>(frames, [](const F& f) { return f.taken_s; });
+  return columns;
+}
+
+using Observer = std::function<bool(double, double)>;
+
+/// Ten times a second, and with Ctrl-C heard.
+LoopObserver observing(const std::optional<Observer>& observer, double control_rate_hz) {
+  const int every = std::max(1, static_cast<int>(control_rate_hz / 10));
+  return [observer, every, step = 0](const LoopRecord& record) mutable {
+    if (++step % every != 0) return true;
+    py::gil_scoped_acquire locked;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    return !observer || (*observer)(record.time_s, record.along_m);
+  };
+}
+
+void define_result_class(py::module_& m) {
+  using R = LoopResult;
+  py::class_<R>(m, "LoopResult", "A run of the closed loop.")
+      .def_property_readonly(
+          "ok", [](const R& r) { return r.outcome == LoopOutcome::arrived; }, "Whether it arrived.")
+      .def_readonly("outcome", &R::outcome, "LoopOutcome.")
+      .def_readonly("message", &R::message, "What ended it.")
+      .def_readonly("metrics", &R::metrics, "LoopMetrics.")
+      .def_property_readonly(
+          "records", &record_columns,
+          R"(Columns by name, an entry for each control step: time_s; true_x_m, true_y_m,
+true_heading_rad; x_m, y_m, heading_rad of the estimate with covariance (n, 3, 3); state (0 searching,
+1 tracking, 2 coasting, 3 lost), lamps; along_m and deviation_m of the truth; speed_m_s,
+turn_rate_rad_s, steering_rad asked, limited; pan_rad, tilt_rad; docking; frames that arrived.)")
+      .def_property_readonly(
+          "frames", &frame_columns,
+          R"(Columns by name, an entry for each image: captured_s, arrived_s, lost, state,
+lamps_in_view, lamps_used, nis, nis_dof, relocated, clock_jumped_s, taken_s.)")
+      .def("__repr__", [](const R& r) {
+        return std::string("<LoopResult: ") + to_string(r.outcome) + ", " + r.message + ">";
+      });
+}
+
+void define_enums(py::module_& m) {
+  py::native_enum<Follower>(m, "Follower", "enum.Enum", "Which controller follows the route.")
+      .value("pure_pursuit", Follower::pure_pursuit)
+      .value("stanley", Follower::stanley)
+      .finalize();
+  py::native_enum<LoopEstimation>(m, "LoopEstimation", "enum.Enum", "Who estimates the pose.")
+      .value("tracker", LoopEstimation::tracker)
+      .value("locate", LoopEstimation::locate)
+      .finalize();
+  py::native_enum<LoopOutcome>(m, "LoopOutcome", "enum.Enum", "How a run ended.")
+      .value("arrived", LoopOutcome::arrived)
+      .value("collision", LoopOutcome::collision)
+      .value("lost", LoopOutcome::lost)
+      .value("out_of_time", LoopOutcome::out_of_time)
+      .finalize();
+}
+
+}  // namespace
+
+void define_closed_loop(py::module_& m) {
+  define_enums(m);
+  define_faults(m);
+  define_documented<LoopOptions>(m, "LoopOptions", "Of the closed loop.", loop_fields());
+  define_metrics(m);
+  define_result_class(m);
+  m.def(
+      "closed_loop",
+      [](const Scene& scene, const Route& route, const LoopOptions& options,
+         const std::optional<Observer>& observer) {
+        py::gil_scoped_release unlocked;
+        return closed_loop(scene, route, options, {}, observing(observer, options.control_rate_hz));
+      },
+      py::arg("scene"), py::arg("route"), py::arg_v("options", LoopOptions{}, "LoopOptions()"),
+      py::arg("observer") = py::none(),
+      R"(A vehicle drives a route by its lamps: world, rendered image, estimate, controller, world.
+
+scene.camera is the vehicle's. observer(time_s, along_m) is called ten times a second of the run;
+False ends it. Returns: LoopResult; the same seed gives the same run.
+Raises: ValueError naming what is wrong: a route that is not free of walls and boxes, an option.
+
+>>> import libocc as occ
+>>> scene = occ.Scene.load("data/scenes/kookmin_four_lamps.yaml")
+>>> run = occ.closed_loop(scene, occ.Route([[1.5, 2], [2.5, 2]]))
+>>> run.outcome.name, run.metrics.cross_track_rmse_m < 0.002
+('arrived', True))");
+}
+
+}  // namespace occ::python
