@@ -56,6 +56,7 @@ struct Link {
   typename Body::Step step;
   typename Body::Block root = Body::Block::Zero();  ///< L^-1 of the step's covariance L L^T
   OdometryLink report;                              ///< with its factor
+  bool cleared = false;  ///< was contradicted, by a neighbour's lie as it turned out
 };
 
 /// What a link's residual is worth at a pose: Huber's weight over its factor.

@@ -102,23 +102,34 @@ void test_link(const Chain<Body>& chain, std::size_t k, const ChainSolution<Body
   if (report.dof > 0) factor = std::max(1.0, apart / report.dof);
 }
 
-/// Weighs the links that are contradicted more than their neighbours (all, in the last round); true
-/// when there were any.
+/// Tests all links. Those that are contradicted more than their neighbours (all, in the last round)
+/// are weighed down; one that no longer is, now that a neighbour's lie is, is taken back, once.
+/// True when any changed.
 template <class Body>
 bool gate(Chain<Body>& chain, const ChainSolution<Body>& solution, const SmootherOptions& options,
           bool last) {
   const std::size_t count = chain.links.size();
   std::vector<double> excess(count, 0), factors(count, 1);
-  for (std::size_t k = 0; k < count; ++k) {
-    OdometryLink& report = chain.links[k].report;
-    if (!chain.links[k].exists) continue;
-    test_link(chain, k, solution, report, factors[k]);
-    if (!report.odometry || report.dof == 0 || !(options.link_gate > 0)) continue;
-    const double limit = chi2_quantile(1 - options.link_gate, report.dof);
-    const bool new_or_worse = !report.contradicted || factors[k] > 2 * report.factor;
-    if (report.chi2 > limit && new_or_worse) excess[k] = report.chi2 / limit;
-  }
   bool any = false;
+  for (std::size_t k = 0; k < count; ++k) {
+    Link<Body>& link = chain.links[k];
+    if (!link.exists) continue;
+    OdometryLink tested = link.report;
+    test_link(chain, k, solution, tested, factors[k]);
+    // Once nothing else can tell, what contradicted it stays on record.
+    if (tested.dof == 0 && link.report.contradicted) continue;
+    link.report = tested;
+    if (!tested.odometry || tested.dof == 0 || !(options.link_gate > 0)) continue;
+    const double limit = chi2_quantile(1 - options.link_gate, tested.dof);
+    if (tested.contradicted && tested.chi2 < limit && !link.cleared && !last) {
+      link.cleared = any = true;
+      link.report.contradicted = false;
+      link.report.factor = 1;
+      continue;
+    }
+    const bool new_or_worse = !tested.contradicted || factors[k] > 2 * tested.factor;
+    if (tested.chi2 > limit && new_or_worse) excess[k] = tested.chi2 / limit;
+  }
   for (std::size_t k = 0; k < count; ++k) {
     const double beside = std::max(k > 0 ? excess[k - 1] : 0, k + 1 < count ? excess[k + 1] : 0);
     if (excess[k] == 0 || (!last && excess[k] < beside)) continue;
