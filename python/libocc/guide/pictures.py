@@ -39,7 +39,7 @@ def draw_paths(file: IO[bytes], experiment: Experiment, runs: Sequence[Columns],
             axes.plot(blind, run["true_y_m"], color=BLIND, lw=2.5, label="without lamps" if i == 0 else None)
     draw_room(axes, experiment.scene)
     axes.legend(loc="upper right", fontsize=8, framealpha=0.9)
-    axes.set_title(title, fontsize=10, color=INK)
+    axes.set_title(f"{title}; power of an upright camera that heads along X", fontsize=9, color=INK)
     save(file, figure)
 
 
