@@ -14,6 +14,7 @@ from stream_support import render, walk, write_bag, write_folder
 
 import libocc as occ
 from libocc import samples
+from libocc.poses import upward_pose
 from libocc.streams.follow import Follower, records
 from libocc.streams.frames import StreamFrame
 from libocc.streams.outputs import JsonLines, Outputs, Tum
@@ -360,15 +361,16 @@ def test_a_phone_walks_among_coded_lamps(libocc):
 @pytest.mark.slow
 def test_a_long_stream_takes_no_more_memory(scene, tmp_path: Path):
     """Ten minutes of frames; the first ones warm up."""
-    made = render(scene, 30)
-    there_and_back = [*made, *made[-2:0:-1]]
+    angles = np.linspace(0, 2 * np.pi, 61)
+    ring = [upward_pose([1.8 + 0.1 * np.cos(a), 1.9 + 0.1 * np.sin(a), 0.4], 0, 2, 40) for a in angles]
+    made = render(scene, 60, occ.Trajectory([i / 30 for i in range(61)], ring), 30)
 
     class Endless:
         name, live, total = "endless", False, None
 
         def __iter__(self):
             for i in range(18000):
-                yield StreamFrame(i, i / 30, there_and_back[i % len(there_and_back)][1])
+                yield StreamFrame(i, i / 30, made[i % 60][1])
 
         def close(self):
             pass
