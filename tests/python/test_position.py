@@ -282,13 +282,18 @@ def process(*arguments, **options):
 def test_signals_end_it_cleanly(tmp_path: Path, frames, number):
     """An endless stand-still is played at its pace."""
     write_folder(tmp_path / "walk", frames * 9)
-    ran = process("irregular_six", "--source", "walk", "--fps", 10, "--realtime", "--out", "w.jsonl", cwd=tmp_path)
+    highlevel = pytest.importorskip("rosbags.highlevel")
+    ran = process(
+        "irregular_six", "--source", "walk", "--fps", 10, "--realtime", "--out", "w.jsonl", "--bag", "b", cwd=tmp_path
+    )
     assert ran.stdout is not None and ran.stdout.readline() and ran.stdout.readline()
     ran.send_signal(number)
     _, err = ran.communicate(timeout=20)
     assert ran.returncode == 130 and "interrupted: what there is is whole" in err and "Traceback" not in err
     assert 1 <= len(told(tmp_path / "w.jsonl")) < 9 * FRAMES
     assert (tmp_path / "w.jsonl").read_text().endswith("}\n")
+    with highlevel.AnyReader([tmp_path / "b"]) as bag:
+        assert bag.topics["/libocc/fix"].msgcount == len(told(tmp_path / "w.jsonl"))
 
 
 def test_a_file_played_at_its_pace_drops_frames_when_nobody_keeps_up(tmp_path: Path, frames):
