@@ -14,6 +14,7 @@ from stream_support import render, walk, write_bag, write_folder
 
 import libocc as occ
 from libocc import samples
+from libocc.poses import upward_pose
 from libocc.streams.follow import Follower, records
 from libocc.streams.frames import StreamFrame
 from libocc.streams.outputs import JsonLines, Outputs, Tum
@@ -281,13 +282,18 @@ def process(*arguments, **options):
 def test_signals_end_it_cleanly(tmp_path: Path, frames, number):
     """An endless stand-still is played at its pace."""
     write_folder(tmp_path / "walk", frames * 9)
-    ran = process("irregular_six", "--source", "walk", "--fps", 10, "--realtime", "--out", "w.jsonl", cwd=tmp_path)
+    highlevel = pytest.importorskip("rosbags.highlevel")
+    ran = process(
+        "irregular_six", "--source", "walk", "--fps", 10, "--realtime", "--out", "w.jsonl", "--bag", "b", cwd=tmp_path
+    )
     assert ran.stdout is not None and ran.stdout.readline() and ran.stdout.readline()
     ran.send_signal(number)
     _, err = ran.communicate(timeout=20)
     assert ran.returncode == 130 and "interrupted: what there is is whole" in err and "Traceback" not in err
     assert 1 <= len(told(tmp_path / "w.jsonl")) < 9 * FRAMES
     assert (tmp_path / "w.jsonl").read_text().endswith("}\n")
+    with highlevel.AnyReader([tmp_path / "b"]) as bag:
+        assert bag.topics["/libocc/fix"].msgcount == len(told(tmp_path / "w.jsonl"))
 
 
 def test_a_file_played_at_its_pace_drops_frames_when_nobody_keeps_up(tmp_path: Path, frames):
@@ -360,15 +366,16 @@ def test_a_phone_walks_among_coded_lamps(libocc):
 @pytest.mark.slow
 def test_a_long_stream_takes_no_more_memory(scene, tmp_path: Path):
     """Ten minutes of frames; the first ones warm up."""
-    made = render(scene, 30)
-    there_and_back = [*made, *made[-2:0:-1]]
+    angles = np.linspace(0, 2 * np.pi, 61)
+    ring = [upward_pose([1.8 + 0.1 * np.cos(a), 1.9 + 0.1 * np.sin(a), 0.4], 0, 2, 40) for a in angles]
+    made = render(scene, 60, occ.Trajectory([i / 30 for i in range(61)], ring), 30)
 
     class Endless:
         name, live, total = "endless", False, None
 
         def __iter__(self):
             for i in range(18000):
-                yield StreamFrame(i, i / 30, there_and_back[i % len(there_and_back)][1])
+                yield StreamFrame(i, i / 30, made[i % 60][1])
 
         def close(self):
             pass
