@@ -206,6 +206,51 @@ TEST(Smoother, TakesSeveralCamerasAtOneTime) {
     EXPECT_LT(both->poses[k].covariance.trace(), 0.8 * one->poses[k].covariance.trace());
 }
 
+/// What a frame's sightings say of the camera's pose, to second order about one close by.
+PoseObservation observation_of(const SmootherFrame& frame, const Rigid3& cam_from_world) {
+  PoseObservation out;
+  out.time_s = frame.time_s;
+  out.cam_from_world = cam_from_world;
+  out.cam_from_body = frame.cam_from_body;
+  for (const PointSighting& seen : frame.sightings) {
+    const Eigen::Vector3d in_cam = cam_from_world * seen.point_in_world;
+    Eigen::Matrix<double, 2, 3> d_point;
+    const Eigen::Vector2d off = *frame.camera.project(in_cam, &d_point) - seen.px;
+    Eigen::Matrix<double, 2, 6> jacobian;
+    jacobian << -d_point * skew(in_cam), d_point;
+    const Eigen::Matrix2d weight = seen.covariance_px2.inverse();
+    out.information += jacobian.transpose() * weight * jacobian;
+    out.gradient += jacobian.transpose() * weight * off;
+  }
+  return out;
+}
+
+// One lamp, two or none in a frame: singular information, and still worth as much as the sightings.
+TEST(Smoother, ObservationsOfFewLampsAreWorthTheirSightings) {
+  Drive drive = room_drive(16, 12);
+  Random random(17);
+  for (std::size_t k = 0; k < drive.truth.size(); ++k)
+    drive.input.frames[k].sightings.resize(k % 4 == 0 ? 6 : k % 4 - 1);
+  SmootherInput observed = drive.input;
+  for (std::size_t k = 0; k < drive.truth.size(); ++k) {
+    SmootherFrame& frame = observed.frames[k];
+    const Rigid3 close = perturb(drive.truth[k], random_part(random, 5e-4, 5e-4));
+    observed.observations.push_back(observation_of(frame, frame.cam_from_body * close));
+    frame.sightings.clear();
+  }
+  observed.start = drive.truth;
+  const auto seen = smooth(drive.input, bare(0, 0)), told = smooth(observed, bare(0, 0));
+  ASSERT_TRUE(seen.ok() && told.ok()) << seen.message << told.message;
+  for (std::size_t k = 0; k < drive.truth.size(); ++k) {
+    const SmoothedPose &a = seen->poses[k], &b = told->poses[k];
+    const Vector6 off = difference(a.body_from_world, b.body_from_world);
+    EXPECT_LT(off.dot(a.covariance.ldlt().solve(off)), 1e-3) << k;
+    EXPECT_LT((a.covariance - b.covariance).norm(), 0.02 * a.covariance.norm()) << k;
+  }
+  // The residuals within a frame, which tell nothing of its pose, are not in the observations.
+  EXPECT_LT(told->chi2, seen->chi2);
+}
+
 TEST(Smoother, CutsOdometryWhereFramesAre) {
   Drive fine = room_drive(13, 13, 0);
   SmootherInput coarse;
