@@ -41,7 +41,7 @@ class Stage:
     def __init__(self, experiment: Experiment, run: Columns, title: str):
         self.experiment, self.run = experiment, run
         self.figure = Figure(figsize=(8.8, 4.6), dpi=80, layout="constrained")
-        self.canvas = FigureCanvasAgg(self.figure)
+        self.canvas: Any = FigureCanvasAgg(self.figure)  # its methods have no types
         above, view = self.figure.subplots(1, 2, width_ratios=(1.1, 1))
         self.above, self.view = above, view
         draw_route(above, experiment.route)

@@ -124,7 +124,7 @@ def way_of(
     if plan and kind not in ("route", "pan_tilt"):
         raise ValueError(f"plan.kind must be route or pan_tilt, got {kind!r}")
     rest = {key: value for key, value in plan.items() if key != "kind"}
-    view = {
+    view: dict[str, Any] = {
         name: loop[name] for name in ("camera_place_m", "camera_pan_rad", "camera_tilt_rad") if name in loop
     }
     if kind == "route":
