@@ -101,7 +101,7 @@ def command(
 ) -> None:
     """\b
     $ libocc guide short_drive --out drive --no-animation
-    2 of 2 runs of 1.40 m: 2 arrived
+    2 of 2 runs of 1.47 m: 2 arrived
     ...
 
     Drives a vehicle along a route by the lamps that its camera sees: world, rendered image, tracker,
