@@ -52,7 +52,7 @@ long growth_kib(int frames, int first) {
           Eigen::Vector3d(-0.08 * std::sin(0.4 * time_s), -0.15 * std::sin(0.7 * time_s), 9.80665);
       tracker.add(sample);
     }
-    const bool dark = i % 900 > 870;
+    const bool dark = i % 900 >= 400 && i % 900 < 430;
     if (!dark) renderer.render(pose_at(time_s), options, rendered);
     const TrackedFrame frame =
         tracker.add_image(dark ? black.view() : rendered.image.view(), time_s);
