@@ -33,8 +33,8 @@ LIBOCC_API const char* to_string(TrackerState state);
 
 struct LIBOCC_API TrackerOptions {
   /// How lamps are detected and named and the pose is refined: by Rung::centres four times as fast
-  /// as by Rung::rims, at twice the error (tools/bench/tracker_bench). Its prior is what is known of
-  /// the camera before the first image; height and gravity are taken to hold for ever.
+  /// as by Rung::rims, at twice the error (tools/bench/tracker_bench). Its prior is what is known
+  /// of the camera before the first image; height and gravity are taken to hold for ever.
   LocateOptions locate;
   PoseFilterOptions filter;                  ///< of a body that moves in space
   std::optional<PlanarFilterOptions> floor;  ///< instead: of a vehicle on a floor
