@@ -79,7 +79,7 @@ def test_runs_are_added_and_any_number_of_workers_writes_the_same(experiment, tm
 def test_a_folder_of_another_experiment_is_refused(experiment, tmp_path):
     assert run(experiment, "--out", tmp_path / "a", "--runs", 1, "--no-animation")[0] == 0
     code, _, error = run(experiment, "--out", tmp_path / "a", "--seed", 5)
-    assert code == 2 and "seed was 0, is 5" in error
+    assert code == 2 and error.startswith(f"error: {tmp_path / 'a'}: ") and "seed was 0, is 5" in error
 
 
 def test_a_run_that_does_not_arrive_is_told_by_the_exit_code(tmp_path):

@@ -10,7 +10,7 @@ import click
 from .. import __version__, samples
 from ..cli import Failure, blamed_on, emit_json, json_option
 from ..guide.docking_test import DockingTest
-from ..guide.experiment import Experiment, experiment_of, load_experiment
+from ..guide.experiment import Experiment, experiment_of
 from ..guide.runs import Job, Run, columns_of, done_runs, is_done, job_data, metrics_table, run_all
 from ..guide.summary import docking_dict, docking_table, summarised, text_of
 from ..progress import progress
@@ -21,11 +21,10 @@ INTERRUPTED = 130  # exit code
 DRAWN_PATHS = 30
 
 
-def changed(data: Any, path: str, runs: int | None, seed: int | None) -> Any:
-    out = dict(data) if isinstance(data, dict) else data
-    if isinstance(out, dict):
-        out |= {key: value for key, value in (("runs", runs), ("seed", seed)) if value is not None}
-    return out
+def changed(data: Any, runs: int | None, seed: int | None) -> Any:
+    if not isinstance(data, dict):
+        return data  # which experiment_of() complains of
+    return data | {key: value for key, value in (("runs", runs), ("seed", seed)) if value is not None}
 
 
 def settings_of(experiment: Experiment, data: Any) -> dict[str, Any]:
@@ -116,9 +115,10 @@ def command(
     """
     path = str(samples.find_experiment(experiment))
     with blamed_on(path):
-        data = changed(read_yaml(path), path, runs, seed)
+        data = changed(read_yaml(path), runs, seed)
         with progress("planning", 1):
             loaded = experiment_of(data, Path(path).parent)
+    with blamed_on(out):
         folder = ResultFolder(out, settings_of(loaded, data))
     jobs = [Job(job_data(data), str(Path(path).parent), i) for i in range(loaded.runs) if not is_done(folder, i)]
     with blamed_on(path), progress("driving", len(jobs)) as advance:

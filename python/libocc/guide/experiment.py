@@ -34,7 +34,7 @@ from ..yaml_files import read_yaml
 from .docking_test import DockingLimits
 from .planning import Planned, planned_pan_tilt, planned_route
 from .route_file import load_route, route_of
-from .sections import chosen, fields_of, key_of, made, mapping, number, values_of
+from .sections import chosen, fields_of, key_of, made, mapping, number, values_by_name, values_of
 
 SCHEMA = "libocc-experiment/1"
 FAULTS = {"lamp_failures": LampFailure, "odometry_lies": OdometryLie, "clock_jumps": ClockJump}
@@ -81,9 +81,8 @@ def experiment_of(data: Any, folder: Path) -> Experiment:
     refuse_unknown(top, (*SECTIONS, *options), "experiment")
     if top.get("schema") != SCHEMA:
         raise ValueError(f"schema must be {SCHEMA}, got {top.get('schema')!r}")
-    for key in ("scene",):
-        if not isinstance(top.get(key), str):
-            raise ValueError(f"{key} must be a file or the name of a scene, got {top.get(key)!r}")
+    if not isinstance(top.get("scene"), str):
+        raise ValueError(f"scene must be a file or the name of a scene, got {top.get('scene')!r}")
     scene = samples.load_scene(found(top["scene"], folder))
     if "focal_length_m" in top:
         scene = with_focal_length(scene, 1000 * number(top["focal_length_m"], "focal_length_m"))
@@ -106,14 +105,9 @@ def found(name: str, folder: Path) -> str:
 
 
 def limits_of(section: dict[str, Any]) -> dict[str, Any]:
-    import math
-
-    known = ("position_m", "heading_deg", "probability", "confidence")
-    refuse_unknown(section, known, "docking_test")
-    values = {key: number(value, f"docking_test.{key}") for key, value in section.items()}
-    if "heading_deg" in values:
-        values["heading_rad"] = math.radians(values.pop("heading_deg"))
-    return values
+    known = ("position_m", "heading_rad", "probability", "confidence")
+    where = "docking_test"
+    return {key: number(value, f"{where}.{key_of(key)}") for key, value in values_by_name(section, known, where).items()}
 
 
 def way_of(
@@ -185,14 +179,8 @@ def controller_of(section: dict[str, Any]) -> dict[str, Any]:
 
 
 def camera_of(section: dict[str, Any]) -> dict[str, Any]:
-    refuse_unknown(section, ("place_m", "pan_deg", "tilt_deg"), "camera")
-    return {
-        f"camera_{name.replace('_deg', '_rad')}": value
-        for name, value in values_of(
-            {f"camera_{key}": value for key, value in section.items()}, LoopOptions, "camera"
-        ).items()
-        for name in [name.removeprefix("camera_")]
-    }
+    values = values_by_name(section, ("place_m", "pan_rad", "tilt_rad"), "camera")
+    return {f"camera_{name}": value for name, value in values.items()}
 
 
 def tracker_of(section: dict[str, Any]) -> dict[str, Any]:
@@ -222,5 +210,7 @@ def fault_of(key: str, item: Any, where: str) -> Any:
     if key in FAULTS:
         return made(FAULTS[key], values_of(item, FAULTS[key], where), where)
     refuse_unknown(item, ("at_s", "to"), where)
-    to = pose_of(item.get("to"), f"{where}.to")
+    if item.get("to") is None:
+        raise ValueError(f"{where}.to is missing: where the vehicle is put, x_m, y_m, heading_deg")
+    to = pose_of(item["to"], f"{where}.to")
     return made(Kidnapping, {"at_s": number(item.get("at_s"), f"{where}.at_s"), "to": to}, where)
