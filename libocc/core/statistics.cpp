@@ -54,12 +54,15 @@ std::pair<double, double> tails(double chi2, double dof) {
 
 }  // namespace
 
-double variance_factor(double chi2, int dof) {
-  constexpr double z = 3.0902;
-  if (dof <= 0) return 1;
+double gate_chi2(double gate_sigma, int dof) {
   const double a = 2.0 / (9.0 * dof);
-  const double quantile = dof * std::pow(1 - a + z * std::sqrt(a), 3);
-  return chi2 > quantile ? chi2 / dof : 1;
+  return dof * std::pow(1 - a + gate_sigma * std::sqrt(a), 3);
+}
+
+double variance_factor(double chi2, int dof) {
+  constexpr double once_in_a_thousand = 3.0902;
+  if (dof <= 0) return 1;
+  return chi2 > gate_chi2(once_in_a_thousand, dof) ? chi2 / dof : 1;
 }
 
 double chi2_probability(double chi2, double dof) {

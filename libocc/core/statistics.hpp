@@ -9,9 +9,12 @@
 
 namespace occ {
 
-/// chi2 / dof when chi2 is beyond its 99.9 % quantile, else 1: the factor of a covariance whose
-/// sigmas were stated too small. Quantile: Wilson, Hilferty, "The distribution of chi-square", PNAS
-/// 17, 1931.
+/// The chi-square that is exceeded as seldom as a normal variable exceeds so many sigmas: Wilson,
+/// Hilferty, "The distribution of chi-square", PNAS 17, 1931.
+LIBOCC_API double gate_chi2(double gate_sigma, int dof);
+
+/// chi2 / dof when chi2 is beyond its 99.9 % quantile (gate_chi2), else 1: the factor of a
+/// covariance whose sigmas were stated too small.
 LIBOCC_API double variance_factor(double chi2, int dof);
 
 /// Probability that a chi-square variable of `dof` > 0 degrees of freedom (need not be whole) is

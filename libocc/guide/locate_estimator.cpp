@@ -6,8 +6,8 @@
 #include <deque>
 #include <utility>
 
+#include "libocc/geometry/perturbation.hpp"
 #include "libocc/guide/loop_estimator.hpp"
-#include "libocc/guide/planar_perturbation.hpp"
 #include "libocc/position/locate.hpp"
 #include "libocc/position/pose_observation.hpp"
 
@@ -70,9 +70,7 @@ Belief planar_part(const Fix& fix, const Rigid3& cam_from_body, double time_s) {
   const Rigid3 body = cam_from_body.inverse() * fix.cam_from_world;
   Belief belief{time_s, planar_pose(body), {}};
   const Matrix6 carry = adjoint(cam_from_body.inverse());
-  const Matrix6 back = planar_perturbation(belief.pose).inverse();
-  const Matrix6 parts = back * carry * fix.covariance * carry.transpose() * back.transpose();
-  belief.covariance = 0.5 * (parts + parts.transpose()).topLeftCorner<3, 3>();
+  belief.covariance = planar_covariance(belief.pose, carry * fix.covariance * carry.transpose());
   return belief;
 }
 

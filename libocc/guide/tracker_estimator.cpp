@@ -3,8 +3,8 @@
 #include <optional>
 
 #include "libocc/core/require.hpp"
+#include "libocc/geometry/perturbation.hpp"
 #include "libocc/guide/loop_estimator.hpp"
-#include "libocc/guide/planar_perturbation.hpp"
 #include "libocc/position/tracker.hpp"
 
 namespace occ {

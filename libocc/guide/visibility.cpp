@@ -6,11 +6,11 @@
 #include <cmath>
 
 #include "libocc/core/require.hpp"
+#include "libocc/geometry/perturbation.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/guide/lamp_views.hpp"
 #include "libocc/guide/mount.hpp"
 #include "libocc/guide/parallel.hpp"
-#include "libocc/guide/planar_perturbation.hpp"
 #include "libocc/simulate/received_power.hpp"
 
 namespace occ {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "libocc/geometry/motion.hpp"
-#include "libocc/geometry/so3.hpp"
+#include "libocc/geometry/perturbation.hpp"
 
 namespace occ::smoothing {
 namespace {
@@ -27,13 +27,6 @@ Eigen::Matrix2d turned(double heading) {
 }
 
 }  // namespace
-
-Matrix6 d_difference(const Vector6& delta) {
-  Matrix6 out = Matrix6::Identity();
-  out.topLeftCorner<3, 3>() = so3_left_jacobian(delta.head<3>()).inverse();
-  out.bottomLeftCorner<3, 3>() = -skew(delta.tail<3>());
-  return out;
-}
 
 Rigid3 SpatialBody::moved(const Pose& pose, const Part& delta) { return perturb(pose, delta); }
 
@@ -77,11 +70,7 @@ Vector6 SpatialBody::sigmas(double metres, double radians) {
 }
 
 PlanarBody::Lift PlanarBody::lift(const Pose& pose) const {
-  const Rigid3 body = body_from_world(pose);
-  Lift out = Lift::Zero();
-  out.block<3, 2>(3, 0) = -body.rotation.leftCols<2>();
-  out(2, 2) = -1;
-  return out;
+  return planar_perturbation(pose).leftCols<3>();
 }
 
 PlanarPose PlanarBody::moved(const Pose& pose, const Part& delta) {

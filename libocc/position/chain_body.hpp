@@ -14,9 +14,6 @@
 
 namespace occ::smoothing {
 
-/// d difference(perturb(to, epsilon), from) / d epsilon at 0, where delta = difference(to, from).
-Matrix6 d_difference(const Vector6& delta);
-
 struct SpatialBody {
   static constexpr int size = 6;
   using Pose = Rigid3;

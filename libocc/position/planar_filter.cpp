@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
+#include "libocc/geometry/perturbation.hpp"
 #include "libocc/position/internal/information_update.hpp"
 #include "libocc/position/internal/replay.hpp"
 
@@ -33,22 +35,6 @@ Eigen::Matrix3d world_from_body(const PlanarPose& pose) {
   return turn;
 }
 
-/// Left perturbation of body_from_world for a change of [x, y, heading].
-Matrix63 planar_directions(const Eigen::Matrix3d& rotation) {
-  Matrix63 d = Matrix63::Zero();
-  d(2, 2) = -1;
-  d.bottomLeftCorner<3, 2>() = -rotation.leftCols<2>();
-  return d;
-}
-
-/// The same for roll and pitch about the body's origin, and height.
-Matrix63 other_directions(const Eigen::Matrix3d& rotation) {
-  Matrix63 d = Matrix63::Zero();
-  d.topLeftCorner<2, 2>().setIdentity();
-  d.bottomRightCorner<3, 1>() = -rotation.col(2);
-  return d;
-}
-
 class PlanarModel {
  public:
   using State = PlanarState;
@@ -73,8 +59,8 @@ class PlanarModel {
     const Rigid3 predicted = body_from_world(state.pose, options_.height_m);
     const Vector6 gradient =
         body.gradient + body.information * difference(predicted, body.cam_from_world);
-    const Matrix63 along = planar_directions(predicted.rotation);
-    const Matrix63 across = other_directions(predicted.rotation);
+    const Matrix6 directions = planar_perturbation(state.pose);
+    const Matrix63 along = directions.leftCols<3>(), across = directions.rightCols<3>();
     Eigen::Matrix3d own = across.transpose() * body.information * across;
     own.diagonal() += floor_variances().cwiseInverse();
     const Eigen::Matrix3d mixed = along.transpose() * body.information * across;
@@ -276,8 +262,8 @@ std::optional<PosePrediction> PlanarFilter::predict(double time_s) const {
   PosePrediction out;
   out.time_s = time_s;
   out.body_from_world = body_from_world(estimate->pose, options().height_m);
-  const Matrix63 along = planar_directions(out.body_from_world.rotation);
-  const Matrix63 across = other_directions(out.body_from_world.rotation);
+  const Matrix6 directions = planar_perturbation(estimate->pose);
+  const Matrix63 along = directions.leftCols<3>(), across = directions.rightCols<3>();
   out.covariance = along * estimate->covariance * along.transpose() +
                    across * memory_->model().floor_variances().asDiagonal() * across.transpose();
   const Eigen::Vector3d& v = estimate->velocity;

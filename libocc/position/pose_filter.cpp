@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
 #include "libocc/geometry/motion.hpp"
+#include "libocc/geometry/perturbation.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/position/internal/information_update.hpp"
 #include "libocc/position/internal/replay.hpp"
@@ -54,7 +56,7 @@ class PoseModel {
     // Perturbations of what was seen, not of the prediction: where they are far apart and the
     // image is precise, it is the image about which all must be linear.
     const Vector6 off = difference(state.pose, body.cam_from_world);
-    const Covariance about_seen = carried(state.covariance, by_perturbed(off));
+    const Covariance about_seen = carried(state.covariance, d_difference(off));
     const Vector6 gradient = body.gradient + body.information * off;
     const InformationUpdate<states, 6> corrected(about_seen, body.information, gradient);
     FilterUpdate update{FilterOutcome::accepted, corrected.nis(), corrected.dof()};
@@ -68,19 +70,11 @@ class PoseModel {
     state.velocity += step.segment<6>(velocity);
     state.gyro_bias += step.segment<3>(gyro);
     state.accelerometer_bias += step.segment<3>(accelerometer);
-    state.covariance = carried(corrected.covariance(), by_perturbed(left).inverse());
+    state.covariance = carried(corrected.covariance(), d_difference(left).inverse());
     return update;
   }
 
  private:
-  /// d x / d s at s = 0 of perturb(pose, x) = perturb(perturb(pose, delta), s).
-  static Matrix6 by_perturbed(const Vector6& delta) {
-    Matrix6 out = Matrix6::Identity();
-    out.topLeftCorner<3, 3>() = so3_left_jacobian(delta.head<3>()).inverse();
-    out.bottomLeftCorner<3, 3>() = -skew(delta.tail<3>());
-    return out;
-  }
-
   /// Its first six states by other perturbations.
   static Covariance carried(const Covariance& covariance, const Matrix6& by) {
     Covariance out = covariance;

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <utility>
 
-#include "libocc/position/internal/information_update.hpp"
+#include "libocc/core/statistics.hpp"
 #include "libocc/position/internal/tracker_work.hpp"
 
 namespace occ {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <cmath>
 
-#include "libocc/geometry/so3.hpp"
+#include "libocc/geometry/perturbation.hpp"
 #include "libocc/scene/prior.hpp"
 
 namespace occ {
@@ -91,9 +90,7 @@ void add_gravity(const Prior& prior, const Rigid3& cam_from_world, RowList& list
 /// translation d by rotation x d + translation.
 void add_last_pose(const PriorPose& last, const Rigid3& cam_from_world, RowList& list) {
   const Vector6 delta = difference(cam_from_world, last.cam_from_world);
-  Matrix6 jacobian = Matrix6::Identity();
-  jacobian.topLeftCorner<3, 3>() = so3_left_jacobian(delta.head<3>()).inverse();
-  jacobian.bottomLeftCorner<3, 3>() = -skew(delta.tail<3>());
+  Matrix6 jacobian = d_difference(delta);
   const Eigen::LLT<Matrix6> root(last.covariance);
   root.matrixL().solveInPlace(jacobian);
   const Vector6 residual = root.matrixL().solve(delta);

@@ -18,13 +18,6 @@
 
 namespace occ {
 
-/// The chi-square that a measurement exceeds as seldom as a normal variable exceeds so many sigmas.
-/// Source: Wilson, Hilferty, PNAS 17, 1931.
-inline double gate_chi2(double gate_sigma, int dof) {
-  const double spread = 2.0 / (9.0 * dof);
-  return dof * std::pow(1 - spread + gate_sigma * std::sqrt(spread), 3);
-}
-
 template <int states, int measured>
 class InformationUpdate {
  public:
