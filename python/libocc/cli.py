@@ -40,6 +40,9 @@ COMMANDS = (
 )
 
 
+INTERRUPTED = 130  # exit code of a run that Ctrl-C ended
+
+
 class Failure(click.ClickException):
     """One line on stderr and exit code 2."""
 

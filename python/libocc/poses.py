@@ -88,10 +88,10 @@ def pose_of(keys: Mapping[str, Any], where: str = "pose") -> Any:
         return look_at(position, _vector(keys, "look_at_m", where), up)
     if "up" in keys:
         raise ValueError(f"{where}.up must be absent without look_at_m")
-    return upward_pose(position, *(_number(keys.get(key, 0), f"{where}.{key}") for key in KEYS[3:]))
+    return upward_pose(position, *(number(keys.get(key, 0), f"{where}.{key}") for key in KEYS[3:]))
 
 
-def _number(value: Any, name: str) -> float:
+def number(value: Any, name: str) -> float:
     if isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value):
         return float(value)
     raise ValueError(f"{name} must be a finite number, got {value!r}")
@@ -101,4 +101,4 @@ def _vector(keys: Mapping[str, Any], key: str, where: str) -> list[float]:
     value = keys[key]
     if not isinstance(value, (list, tuple)) or len(value) != 3:
         raise ValueError(f"{where}.{key} must be 3 numbers, got {value!r}")
-    return [_number(v, f"{where}.{key}[{i}]") for i, v in enumerate(value)]
+    return [number(v, f"{where}.{key}[{i}]") for i, v in enumerate(value)]

@@ -2,8 +2,11 @@
 """A folder that a run fills file by file, each whole or not at all, and that the same run can go on
 filling: it remembers what it is the result of."""
 
+import csv
+import hashlib
+import io
 import json
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -17,6 +20,23 @@ SETTINGS = "libocc.json"
 def json_bytes(data: Any) -> bytes:
     """The same bytes for the same data. Raises: ValueError when it holds NaN or infinity."""
     return (json.dumps(data, allow_nan=False) + "\n").encode()
+
+
+def content_hash(content: bytes) -> str:
+    """Short, for settings that follow from a file."""
+    return hashlib.sha256(content).hexdigest()[:16]
+
+
+def table(rows: Iterable[dict[str, Any]]) -> bytes:
+    """CSV; numbers with all their digits, lists as JSON, nothing where there is nothing."""
+    text = io.StringIO()
+    writer = None
+    for row in rows:
+        if writer is None:
+            writer = csv.DictWriter(text, list(row), lineterminator="\n")
+            writer.writeheader()
+        writer.writerow({k: json.dumps(v) if isinstance(v, (list, dict)) else v for k, v in row.items()})
+    return text.getvalue().encode()
 
 
 class ResultFolder:

@@ -7,18 +7,9 @@ import numpy as np
 
 import libocc as occ
 
-from ..cli import Failure, blamed_on, json_option
+from ..cli import Failure, blamed_on
 from ..progress import progress
-from .calibrate_options import (
-    add_distances,
-    datum_option,
-    distance_option,
-    finish,
-    ladder_option,
-    out_option,
-    robust_option,
-    select_option,
-)
+from .calibrate_options import add_distances, adjustment_options, distance_option, finish
 
 MODELS = ("pinhole", "fisheye", "double_sphere")
 
@@ -79,12 +70,7 @@ def plane_of_tag(tag: occ.AprilTag) -> tuple[Any, Any]:
 @click.option("--focal-px", type=click.FloatRange(min=1), help="Start of the focal length.")
 @click.option("--camera", "camera_path", metavar="CAMERA.yaml", help="Start of all parameters, instead of --model.")
 @distance_option
-@out_option
-@datum_option
-@select_option
-@ladder_option
-@robust_option
-@json_option
+@adjustment_options
 @click.pass_context
 def command(
     ctx: click.Context, images: tuple[str, ...], tag_size_m: float | None, family: str,

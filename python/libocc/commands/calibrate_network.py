@@ -4,19 +4,14 @@ import click
 import libocc as occ
 
 from ..calibration.network_file import read_network_and_checks
-from ..cli import blamed_on, json_option
+from ..cli import blamed_on
 from ..samples import find_network
-from .calibrate_options import datum_option, finish, ladder_option, out_option, robust_option, select_option
+from .calibrate_options import adjustment_options, finish
 
 
 @click.command(short_help="Adjust a network that a file describes.")
 @click.argument("file", metavar="NETWORK.yaml")
-@out_option
-@datum_option
-@select_option
-@ladder_option
-@robust_option
-@json_option
+@adjustment_options
 @click.pass_context
 def command(
     ctx: click.Context, file: str, out: str, datum_kind: str | None, select: bool, ladder: bool, robust: bool,

@@ -8,7 +8,7 @@ import click
 
 import libocc as occ
 
-from ..cli import Failure, blamed_on, emit_json
+from ..cli import Failure, blamed_on, emit_json, json_option
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -22,6 +22,15 @@ ladder_option = click.option("--ladder", is_flag=True,
 select_option = click.option("--select", is_flag=True, help="Keep only parameters that the pictures call for.")
 robust_option = click.option("--robust/--no-robust", default=True, show_default=True,
                              help="Expect gross errors: robust estimation, then data snooping.")
+
+
+def adjustment_options(command: F) -> F:
+    """What any adjustment of a network has."""
+    for option in reversed((out_option, datum_option, select_option, ladder_option, robust_option, json_option)):
+        command = option(command)
+    return command
+
+
 distance_option = click.option(
     "--distance", type=(str, str, float, float), multiple=True, metavar="FROM TO M SIGMA",
     help="A scale bar: between two targets, as \"tag 7.0\" (corner 0) or a point's name.",

@@ -5,17 +5,8 @@ import click
 
 import libocc as occ
 
-from ..cli import Failure, blamed_on, json_option
-from .calibrate_options import (
-    add_distances,
-    datum_option,
-    distance_option,
-    finish,
-    ladder_option,
-    out_option,
-    robust_option,
-    select_option,
-)
+from ..cli import Failure, blamed_on
+from .calibrate_options import add_distances, adjustment_options, distance_option, finish
 
 # The additional parameters of Amiri Parian and Gruen; ez is a shift of the station, tumbling is rare.
 FREE = ["angle_per_px_rad", "c_px", "cy_px", "tilt_x_rad", "tilt_y_rad", "ex_m", "ey_m", "k1", "k2"]
@@ -32,12 +23,7 @@ TUMBLING = [f"tumbling{i}_rad" for i in range(1, 7)]
 @click.option("--camera", "camera_path", metavar="CAMERA.yaml", help="Start of all parameters, instead of --c-px.")
 @click.option("--tumbling", is_flag=True, help="Estimate the wobble of the turntable's axis, too.")
 @distance_option
-@out_option
-@datum_option
-@select_option
-@ladder_option
-@robust_option
-@json_option
+@adjustment_options
 @click.pass_context
 def command(
     ctx: click.Context, images: tuple[str, ...], tag_size_m: float, free_sizes: bool, family: str, c_px: float | None,

@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: Apache-2.0
-import hashlib
 import io
 import json
 from pathlib import Path
@@ -8,16 +7,15 @@ from typing import Any
 import click
 
 from .. import __version__, samples
-from ..cli import Failure, blamed_on, emit_json, json_option
+from ..cli import INTERRUPTED, Failure, blamed_on, emit_json, json_option
 from ..guide.docking_test import DockingTest
 from ..guide.experiment import Experiment, experiment_of
 from ..guide.runs import Job, Run, columns_of, done_runs, is_done, job_data, metrics_table, run_all
 from ..guide.summary import docking_dict, docking_table, summarised, text_of
 from ..progress import progress
-from ..result_folder import ResultFolder, json_bytes
+from ..result_folder import ResultFolder, content_hash, json_bytes
 from ..yaml_files import read_yaml
 
-INTERRUPTED = 130  # exit code
 DRAWN_PATHS = 30
 
 
@@ -34,7 +32,7 @@ def settings_of(experiment: Experiment, data: Any) -> dict[str, Any]:
     text = json.dumps([followed, route, experiment.scene.format()])
     return {
         "kind": "guide", "libocc": __version__, "scene": experiment.scene_name, "seed": experiment.options.seed,
-        "experiment_sha256": hashlib.sha256(text.encode()).hexdigest()[:16],
+        "experiment_sha256": content_hash(text.encode()),
     }
 
 

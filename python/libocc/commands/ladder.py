@@ -6,7 +6,7 @@ import click
 import numpy as np
 
 from .. import samples
-from ..cli import Failure, blamed_on, emit_json, json_option
+from ..cli import INTERRUPTED, Failure, blamed_on, emit_json, json_option
 from ..files import whole_file
 from ..ladder import costs as cost_table
 from ..ladder import output
@@ -18,7 +18,6 @@ from ..progress import progress
 
 PAGE = 120  # columns of text that is not for a terminal
 COST_FRAMES = 8  # of each of the problems that costs are fitted to, at most
-INTERRUPTED = 130  # exit code
 
 
 def experiment_of(

@@ -8,13 +8,11 @@ import click
 
 from .. import samples
 from .._core import Rung
-from ..cli import blamed_on, emit_json, json_option
+from ..cli import INTERRUPTED, blamed_on, emit_json, json_option
 from ..files import whole_file
 from ..maps import PowerMap, output, power_map
 from ..maps.plane import checked_rotation, plane_of, with_focal_length
 from ..progress import progress
-
-INTERRUPTED = 130  # exit code
 
 
 def write(made: PowerMap, folder: Path, scene_name: str) -> None:

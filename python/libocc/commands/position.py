@@ -8,7 +8,7 @@ import click
 import libocc as occ
 
 from .. import samples
-from ..cli import Failure, blamed_on
+from ..cli import INTERRUPTED, Failure, blamed_on
 from ..files import whole_file
 from ..prior_options import prior_options
 from ..streams.coded_positioner import CodedPositioner
@@ -20,8 +20,6 @@ from ..streams.outputs import JsonLines, Output, Outputs, Tum
 from ..streams.positioner import Positioner, TrackerPositioner
 from ..streams.run import Run, Screen, tell
 from ..streams.stopping import stopped_by_signals
-
-INTERRUPTED = 130  # exit code
 
 
 def lamp_code(scene: occ.Scene) -> occ.Code:

@@ -1,24 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-import hashlib
 from typing import Any
 
 import click
 
 from .. import __version__, samples
-from ..cli import Failure, blamed_on
+from ..cli import INTERRUPTED, Failure, blamed_on
 from ..dataset.frames import Frame, frames_of
 from ..dataset.images import FORMATS, check_format
 from ..dataset.waypoints import load_trajectory
 from ..dataset.write import LAYOUTS, missing_frames, write_frames, write_set_files
 from ..progress import progress
-from ..result_folder import ResultFolder
+from ..result_folder import ResultFolder, content_hash
 from ..suggest import suggestion
-
-INTERRUPTED = 130  # exit code
-
-
-def hash_of(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def chosen(frames: list[Frame], wanted: str | None) -> list[Frame]:
@@ -78,8 +71,8 @@ def command(
         every = frames_of(loaded, path, fps, image_format, seed, noise)
     frames = chosen(every, wanted)
     settings: dict[str, Any] = {
-        "kind": "sequence", "libocc": __version__, "scene_sha256": hash_of(loaded.format()),
-        "trajectory_sha256": hash_of(path.format()), "fps": fps, "format": image_format,
+        "kind": "sequence", "libocc": __version__, "scene_sha256": content_hash(loaded.format().encode()),
+        "trajectory_sha256": content_hash(path.format().encode()), "fps": fps, "format": image_format,
         "layout": layout, "seed": seed, "noise": noise,
     }
     with blamed_on(out):

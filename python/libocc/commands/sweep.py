@@ -1,21 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-import hashlib
 from pathlib import Path
 
 import click
 
 from .. import __version__, samples
-from ..cli import blamed_on
+from ..cli import INTERRUPTED, blamed_on
 from ..progress import progress
-from ..result_folder import ResultFolder
+from ..result_folder import ResultFolder, content_hash
 from ..sweep.plan import read_sweep
 from ..sweep.run import check_points, done_points, points_of, run_sweep, write_tables
-
-INTERRUPTED = 130  # exit code
-
-
-def hash_of(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()[:16]
 
 
 @click.command(short_help="Render and measure over ranges of a scene's parameters.")
@@ -41,8 +34,8 @@ def command(ctx: click.Context, sweep: str, out: str, workers: int, scheduler: s
     with blamed_on(sweep):
         plan = read_sweep(str(path))
     settings = {
-        "kind": "sweep", "libocc": __version__, "sweep file (sha256)": hash_of(Path(path).read_bytes()),
-        "scene and pose (sha256)": hash_of(plan.base.encode()),
+        "kind": "sweep", "libocc": __version__, "sweep file (sha256)": content_hash(Path(path).read_bytes()),
+        "scene and pose (sha256)": content_hash(plan.base.encode()),
     }
     points = points_of(plan)
     with blamed_on(sweep), progress("checking", len(points)) as advance:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .._core import LoopMetrics, LoopResult, PlanarPose, Trajectory, closed_loop
 from ..progress import Advance
-from ..result_folder import ResultFolder, json_bytes
+from ..result_folder import ResultFolder, json_bytes, table
 from ..workers import run_jobs
 from .docking_test import Repetition
 from .experiment import Experiment, experiment_of
@@ -45,8 +45,8 @@ def run_files(experiment: Experiment, index: int, observer: Any = None) -> dict[
     result = closed_loop(experiment.scene, experiment.route, experiment.of_run(index), observer)
     name, records = name_of(index), result.records
     return {
-        f"{name}_records.csv": table(record_rows(records)),
-        f"{name}_frames.csv": table(frame_rows(result.frames)),
+        f"{name}_records.csv": column_table(record_rows(records)),
+        f"{name}_frames.csv": column_table(frame_rows(result.frames)),
         f"{name}_truth.tum": tum(records, "true_"),
         f"{name}_estimate.tum": tum(records, "", np.isin(records["state"], WITH_POSE)),
         f"{name}_times.json": json_bytes({key: getattr(result.metrics, key) for key in TIMES}),
@@ -72,7 +72,7 @@ def frame_rows(frames: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in frames.items() if key != "taken_s"}
 
 
-def table(columns: dict[str, Any]) -> bytes:
+def column_table(columns: dict[str, Any]) -> bytes:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
@@ -146,11 +146,7 @@ def metrics_table(runs: list[Run]) -> bytes:
          **{f"final_{k}": v for k, v in run.summary["final_error"].items()}, **run.times}
         for run in runs
     ]
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue().encode()
+    return table(rows)
 
 
 def job_data(data: Any) -> Any:

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """An experiment's runs in figures: a table for people, JSON, and the report of a docking test."""
 
-import csv
-import io
 import math
 from typing import Any
 
+from ..result_folder import table
 from .docking_test import DEGREE, DockingTest
 from .experiment import Experiment
 from .runs import Run
@@ -97,13 +96,12 @@ def docking_lines(test: dict[str, Any]) -> list[str]:
 
 def docking_table(test: DockingTest) -> bytes:
     """A line for each repetition, as such a test's report lists them."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["repetition", "docked", "along_mm", "across_mm", "position_mm", "heading_deg", "duration_s", "success"])
-    for i, one in enumerate(test.repetitions):
-        writer.writerow([
-            i + 1, "yes" if one.docked else "no", f"{1e3 * one.along_m:.4f}", f"{1e3 * one.across_m:.4f}",
-            f"{1e3 * one.position_m:.4f}", f"{one.heading_rad / DEGREE:.5f}", f"{one.duration_s:.2f}",
-            "yes" if one.succeeds(test.limits) else "no",
-        ])
-    return text.getvalue().encode()
+    return table(
+        {
+            "repetition": i + 1, "docked": "yes" if one.docked else "no", "along_mm": f"{1e3 * one.along_m:.4f}",
+            "across_mm": f"{1e3 * one.across_m:.4f}", "position_mm": f"{1e3 * one.position_m:.4f}",
+            "heading_deg": f"{one.heading_rad / DEGREE:.5f}", "duration_s": f"{one.duration_s:.2f}",
+            "success": "yes" if one.succeeds(test.limits) else "no",
+        }
+        for i, one in enumerate(test.repetitions)
+    )

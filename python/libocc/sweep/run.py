@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Computes the points that a folder lacks, and gathers the tables."""
 
-import csv
-import io
-import json
 from collections.abc import Iterable
 from typing import Any
 
 from ..progress import Advance
-from ..result_folder import ResultFolder
+from ..result_folder import ResultFolder, table
 from ..workers import run_jobs
 from .plan import Sweep, check_point
 from .point import Point, compute_point, point_name
@@ -75,15 +72,3 @@ def _times(folder: ResultFolder, points: list[Point]) -> Iterable[dict[str, Any]
     for point in points:
         for row in folder.read_json(f"times/{point.index:06d}.json"):
             yield {"point": point.index, **row}
-
-
-def table(rows: Iterable[dict[str, Any]]) -> bytes:
-    """CSV; numbers with all their digits, lists as JSON, nothing where there is nothing."""
-    text = io.StringIO()
-    writer = None
-    for row in rows:
-        if writer is None:
-            writer = csv.DictWriter(text, list(row), lineterminator="\n")
-            writer.writeheader()
-        writer.writerow({k: json.dumps(v) if isinstance(v, (list, dict)) else v for k, v in row.items()})
-    return text.getvalue().encode()
