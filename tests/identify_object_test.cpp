@@ -15,8 +15,8 @@ using Eigen::Vector3d;
 
 constexpr double pi = 3.14159265358979323846;
 
-naming::Problem problem_of(const Object& object, const Camera& camera,
-                           const IdentifyOptions& options) {
+naming::AssignmentProblem problem_of(const Object& object, const Camera& camera,
+                                     const IdentifyOptions& options) {
   static const std::vector<Blob> none;
   return naming::make_problem(none, object, camera, options);
 }
@@ -36,7 +36,7 @@ TEST(SeenTogether, NeverDeniesAPlaceThatSeesAll) {
       p.cone_rad = random.uniform(0.2, 1.7);
       object.points.push_back(p);
     }
-    const naming::Problem problem = problem_of(object, camera, options);
+    const naming::AssignmentProblem problem = problem_of(object, camera, options);
     const bool together = naming::seen_together(problem, {0, 1, 2});
     bool seen = false;
     for (int k = 0; k < 3000 && !seen; ++k) {
@@ -70,7 +70,7 @@ TEST(SeenTogether, IsSharp) {
         object.points.push_back(p);
       }
       object.points.push_back(object.points[0]);
-      const naming::Problem problem = problem_of(object, camera, options);
+      const naming::AssignmentProblem problem = problem_of(object, camera, options);
       EXPECT_EQ(naming::seen_together(problem, {0, 1}), 2 * half > between)
           << between << ' ' << half;
     }
@@ -136,7 +136,8 @@ TEST(IdentifyObject, ConesSaveWorkAndChangeNoAnswer) {
       ++trials;
       IdentifyOptions options;
       options.model_sigma_px = 0.1;
-      naming::Problem problem = naming::make_problem(view.blobs, object, bodies::camera(), options);
+      naming::AssignmentProblem problem =
+          naming::make_problem(view.blobs, object, bodies::camera(), options);
       const auto found = naming::verdict(problem);
       problem.all_together = true;
       const auto all = naming::verdict(problem);

@@ -82,7 +82,7 @@ TEST(RefineDirect, GradientAgreesWithDifferencesOfItsCost) {
   for (const FluxModel flux : {FluxModel::ignore, FluxModel::common_factor}) {
     options.flux = flux;
     const Observations observations = observe(frame.matches, frame.blobs, scene, options, &view);
-    Problem problem(observations, scene, options, Rung::direct);
+    RefineProblem problem(observations, scene, options, Rung::direct);
     Vector6 off;
     off << 3e-4, -2e-4, 4e-4, 8e-4, -6e-4, 9e-4;
     const State state{perturb(truth(), off), 0, 0.05};

@@ -57,7 +57,7 @@ TEST(RefineProblem, GradientAgreesWithDifferencesAndAWrongOneIsRefused) {
   const Everything all;
   const Observations observations = all.observations();
   for (const Rung rung : {Rung::points, Rung::centres, Rung::rims}) {
-    Problem problem(observations, all.scene, all.options, rung);
+    RefineProblem problem(observations, all.scene, all.options, rung);
     const State state = off(all.exact());
     const Eigen::Vector3d pivot = problem.pivot(state);
     Normal normal;
@@ -82,7 +82,7 @@ TEST(RefineProblem, InformationIsTheHessianWhereResidualsVanish) {
   const Everything all(0);
   const Observations observations = all.observations();
   for (const Rung rung : {Rung::centres, Rung::rims}) {
-    Problem problem(observations, all.scene, all.options, rung);
+    RefineProblem problem(observations, all.scene, all.options, rung);
     const State state = all.exact();
     const Eigen::Vector3d pivot = problem.pivot(state);
     Normal normal;
@@ -100,7 +100,7 @@ TEST(RefineProblem, InformationIsTheHessianWhereResidualsVanish) {
     RefineOptions options = all.options;
     options.model_sigma_px = 0;
     const Observations stiff = observe(test::in_order(all.scene), all.blobs, all.scene, options);
-    Problem stiff_problem(stiff, all.scene, options, rung);
+    RefineProblem stiff_problem(stiff, all.scene, options, rung);
     ASSERT_TRUE(stiff_problem.linearise(state, pivot, normal));
     EXPECT_FALSE(test::jacobian_agrees(normal.information, hessian, 1e-2));
   }
@@ -116,7 +116,7 @@ TEST(RefineProblem, EliminatedUnknownsEqualExplicitOnes) {
   all.options.flux = FluxModel::ignore;
   all.options.prior.reset();
   const Observations observations = all.observations();
-  Problem problem(observations, all.scene, all.options, Rung::rims);
+  RefineProblem problem(observations, all.scene, all.options, Rung::rims);
   const State state = {perturb(truth(), Vector6::Constant(1e-3)), 0.4};
   Normal normal;
   ASSERT_TRUE(problem.linearise(state, Eigen::Vector3d::Zero(), normal));
@@ -167,7 +167,7 @@ TEST(RefineProblem, PriorsRowsSumToItsChi2EvenWhereItTurnsAround) {
     prior.height_m = random.uniform(-2, 2);
     prior.last_pose = PriorPose{test::random_pose(random), 0.1 * Matrix6::Identity()};
     prior.last_pose->covariance(1, 4) = prior.last_pose->covariance(4, 1) = 0.05;
-    Problem problem(observations, all.scene, all.options, Rung::rims);
+    RefineProblem problem(observations, all.scene, all.options, Rung::rims);
     const State state = {test::random_pose(random)};
     Normal normal;
     ASSERT_TRUE(problem.linearise(state, Eigen::Vector3d::UnitX(), normal));

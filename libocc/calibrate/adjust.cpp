@@ -383,7 +383,7 @@ class Adjuster {
   const AdjustCallback& progress_;
   Result<Adjustment> result_;
   Network reference_;
-  Layout layout_;
+  NetworkLayout layout_;
   std::vector<std::string> disputed_;
   std::string contradiction_;
   std::optional<double> cost_;  ///< of the last least squares, while it holds

@@ -27,7 +27,7 @@ struct Placed {
 /// One body that may be put anywhere.
 class Body {
  public:
-  Body(const Network& network, const Layout& layout, NetworkState& state, int body,
+  Body(const Network& network, const NetworkLayout& layout, NetworkState& state, int body,
        const std::vector<int>& observations, double limit)
       : network_(network),
         layout_(layout),
@@ -112,7 +112,7 @@ class Body {
 
  private:
   const Network& network_;
-  const Layout& layout_;
+  const NetworkLayout& layout_;
   NetworkState& state_;
   std::size_t body_;
   const std::vector<int>& all_;
@@ -121,7 +121,8 @@ class Body {
 
 }  // namespace
 
-std::vector<std::vector<int>> sightings_of_bodies(const Network& network, const Layout& layout) {
+std::vector<std::vector<int>> sightings_of_bodies(const Network& network,
+                                                  const NetworkLayout& layout) {
   std::vector<std::vector<int>> seen_by(network.bodies.size());
   for (std::size_t i = 0; i < network.observations.size(); ++i) {
     const ImageObservation& seen = network.observations[i];
@@ -131,7 +132,7 @@ std::vector<std::vector<int>> sightings_of_bodies(const Network& network, const 
   return seen_by;
 }
 
-BodyAgreement agreement_about_body(const Network& network, const Layout& layout,
+BodyAgreement agreement_about_body(const Network& network, const NetworkLayout& layout,
                                    NetworkState& state, int body,
                                    const std::vector<int>& observations, double limit) {
   constexpr int most_pairs = 40;

@@ -265,7 +265,7 @@ Result<Network> in_datum(const Network& network, const Network& reference, const
           "reference", reference.points.size(), "a network of the same points and bodies");
   Result<Network> result;
   result.value = network;
-  const networking::Layout layout = networking::layout_of(network);
+  const networking::NetworkLayout layout = networking::layout_of(network);
   const auto refuse = [&](const char* message) {
     result.status = Status::degenerate;
     result.message = message;

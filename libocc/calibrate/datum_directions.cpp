@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 /// All points and corners that are unknown and known well enough.
-std::vector<Target> unknown_targets(const Network& network, const Layout& layout) {
+std::vector<Target> unknown_targets(const Network& network, const NetworkLayout& layout) {
   std::vector<Target> targets;
   for (std::size_t i = 0; i < network.points.size(); ++i)
     if (layout.points[i] != none) targets.push_back(Target::of_point(static_cast<int>(i)));
@@ -102,8 +102,8 @@ Matrix3Xd moves_of(const DatumDefect& defect, const Vector3d& position_m) {
   return all * defect.directions;
 }
 
-MatrixXd open_directions(const Network& network, const Layout& layout, const NetworkState& state,
-                         const DatumDefect& defect) {
+MatrixXd open_directions(const Network& network, const NetworkLayout& layout,
+                         const NetworkState& state, const DatumDefect& defect) {
   MatrixXd moves = MatrixXd::Zero(layout.total, defect.total());
   if (defect.total() == 0) return moves;
   const auto turn = defect.directions.topRows<3>();
@@ -146,7 +146,7 @@ MatrixXd open_directions(const Network& network, const Layout& layout, const Net
   return moves;
 }
 
-std::optional<DatumConditions> conditions_of(const Network& network, const Layout& layout,
+std::optional<DatumConditions> conditions_of(const Network& network, const NetworkLayout& layout,
                                              const Datum& datum, const DatumDefect& defect) {
   const MatrixXd all = MatrixXd::Identity(defect.total(), defect.total());
   if (defect.total() == 0) return DatumConditions{};
@@ -184,7 +184,7 @@ std::optional<DatumConditions> conditions_of(const Network& network, const Layou
 }
 
 MatrixXd over_unknowns(const DatumConditions& conditions, const Network& network,
-                       const Layout& layout, const NetworkState& state) {
+                       const NetworkLayout& layout, const NetworkState& state) {
   const Index count = conditions.rows.empty() ? 0 : conditions.rows[0].rows();
   MatrixXd all = MatrixXd::Zero(layout.total, count + (conditions.distance.empty() ? 0 : 1));
   const auto add = [&](const Target& target, Index first, const MatrixXd& rows) {

@@ -40,12 +40,12 @@ void check_sightings(const Network& network, const std::vector<std::vector<Sight
 }
 
 /// Where a layout of the cameras and stations alone would put the new points' derivatives.
-Layout layout_for(const Network& probe, const Precision* precision) {
-  Layout layout;
+NetworkLayout layout_for(const Network& probe, const Precision* precision) {
+  NetworkLayout layout;
   layout.cameras.resize(probe.cameras.size());
   layout.images.resize(probe.images.size());
   if (precision) {
-    const Layout& known = precision->state().free->layout;
+    const NetworkLayout& known = precision->state().free->layout;
     require(
         known.cameras.size() == probe.cameras.size() && known.images.size() == probe.images.size(),
         "precision", known.images.size(), "that of the same network");
@@ -59,8 +59,8 @@ Layout layout_for(const Network& probe, const Precision* precision) {
 
 class Intersection {
  public:
-  Intersection(const Network& probe, const Layout& layout, const std::vector<Sighting>& sightings,
-               int point)
+  Intersection(const Network& probe, const NetworkLayout& layout,
+               const std::vector<Sighting>& sightings, int point)
       : probe_(probe), layout_(layout), point_(point), state_(probe) {
     for (const Sighting& seen : sightings)
       seen_.push_back({seen.image, Target::of_point(point), seen.pixel, seen.sigma_px, true});
@@ -172,7 +172,7 @@ class Intersection {
   }
 
   const Network& probe_;
-  const Layout& layout_;
+  const NetworkLayout& layout_;
   int point_;
   NetworkState state_;
   std::vector<ImageObservation> seen_;
@@ -191,7 +191,7 @@ Measurement measure_points(const Network& network, const std::vector<std::vector
   Network probe = without_observations(network);
   probe.points.assign(1, {});  // one at a time stands there
   probe.bodies.clear();
-  const Layout layout = layout_for(probe, precision);
+  const NetworkLayout layout = layout_for(probe, precision);
   Measurement out;
   const Eigen::Index size = 3 * static_cast<Eigen::Index>(points.size());
   out.covariance_m2 = MatrixXd::Zero(size, size);

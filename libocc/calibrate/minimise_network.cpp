@@ -22,12 +22,12 @@ double damped_less(double damping) {
 
 }  // namespace
 
-Eigen::MatrixXd reduced_gauge(const Network& network, const Layout& layout,
+Eigen::MatrixXd reduced_gauge(const Network& network, const NetworkLayout& layout,
                               const NetworkState& state) {
   return open_directions(network, layout, state, defect_at(network, state)).topRows(layout.reduced);
 }
 
-Minimised minimise(const Network& network, const Layout& layout, NetworkState& state,
+Minimised minimise(const Network& network, const NetworkLayout& layout, NetworkState& state,
                    const MinimiseOptions& options,
                    const std::function<bool(int iteration, double cost)>& report,
                    const std::function<void(NetworkState&)>& repair) {

@@ -40,7 +40,7 @@ std::string list(const std::vector<std::string>& names) {
   return text;
 }
 
-Objection separate_blocks(const Network& network, const Layout& layout) {
+Objection separate_blocks(const Network& network, const NetworkLayout& layout) {
   const std::size_t stations = network.stations.size();
   const std::size_t points = network.points.size();
   const std::size_t world = stations + points + network.bodies.size();
@@ -80,7 +80,7 @@ Objection separate_blocks(const Network& network, const Layout& layout) {
 
 }  // namespace
 
-Objection objection_to(const Network& network, const Layout& layout) {
+Objection objection_to(const Network& network, const NetworkLayout& layout) {
   std::vector<int> of_station(network.stations.size());
   int all = 0;
   for (const ImageObservation& seen : network.observations)
@@ -100,7 +100,7 @@ Objection objection_to(const Network& network, const Layout& layout) {
   return separate_blocks(network, layout);
 }
 
-std::string names_of_unknowns(const Network& network, const Layout& layout,
+std::string names_of_unknowns(const Network& network, const NetworkLayout& layout,
                               const std::vector<Index>& reduced) {
   std::vector<std::string> names;
   const auto within = [](Index k, Index offset, Index size) {
@@ -128,7 +128,7 @@ std::string names_of_unknowns(const Network& network, const Layout& layout,
   return list(names);
 }
 
-int count_observations(const Network& network, const Layout& layout) {
+int count_observations(const Network& network, const NetworkLayout& layout) {
   int rows = 0;
   for (const ImageObservation& seen : network.observations)
     if (seen.used && layout.knows(seen.target)) rows += 2;

@@ -49,7 +49,7 @@ bool holds_body(const Network& network, const NetworkBody& body,
   return observations.size() >= needed && images >= (body.scale_free ? 2U : 1U);
 }
 
-void find_determined(const Network& network, const Sightings& sightings, Layout& layout) {
+void find_determined(const Network& network, const Sightings& sightings, NetworkLayout& layout) {
   std::vector<char> controlled_point(network.points.size()), controlled_body(network.bodies.size());
   for (const ControlPoint& known : network.control)
     (known.target.body < 0 ? controlled_point[at(known.target.point)]
@@ -73,7 +73,7 @@ void find_determined(const Network& network, const Sightings& sightings, Layout&
   }
 }
 
-void place_reduced(const Network& network, Layout& layout) {
+void place_reduced(const Network& network, NetworkLayout& layout) {
   std::vector<char> camera_used(network.cameras.size()), mount_used(network.mounts.size()),
       station_used(network.stations.size());
   for (const ImageObservation& seen : network.observations) {
@@ -112,7 +112,7 @@ void place_reduced(const Network& network, Layout& layout) {
   layout.reduced = offset;
 }
 
-ImageBlock image_block(const Layout& layout, const NetworkImage& image) {
+ImageBlock image_block(const NetworkLayout& layout, const NetworkImage& image) {
   ImageBlock block;
   const auto add = [&](Index offset, int size) {
     if (offset == none) return -1;
@@ -129,7 +129,7 @@ ImageBlock image_block(const Layout& layout, const NetworkImage& image) {
 }
 
 /// Points and bodies that a distance joins stay among the reduced unknowns.
-void place_joined(const Network& network, Layout& layout) {
+void place_joined(const Network& network, NetworkLayout& layout) {
   const auto keep = [&](const Target& target) {
     if (!layout.knows(target)) return;
     const bool fixed = target.body < 0 ? network.points[at(target.point)].fixed
@@ -155,7 +155,7 @@ std::vector<int> images_of(const Network& network, const Group& group) {
   return images;
 }
 
-void add_groups(const Network& network, Sightings& sightings, Layout& layout) {
+void add_groups(const Network& network, Sightings& sightings, NetworkLayout& layout) {
   const auto add = [&](const Target& block, bool fixed, bool known, std::vector<int>& seen) {
     if (!known) return;
     if (!fixed && layout.offset_of(block) == none)
@@ -172,7 +172,7 @@ void add_groups(const Network& network, Sightings& sightings, Layout& layout) {
   std::sort(layout.loose.begin(), layout.loose.end());
 }
 
-void mark_rows(const Layout& layout, const std::vector<int>& images, std::vector<char>& rows,
+void mark_rows(const NetworkLayout& layout, const std::vector<int>& images, std::vector<char>& rows,
                Index& count) {
   for (const int image : images) {
     const ImageBlock& block = layout.images[at(image)];
@@ -185,7 +185,7 @@ void mark_rows(const Layout& layout, const std::vector<int>& images, std::vector
   }
 }
 
-void close_batch(const std::vector<char>& rows, Index count, Layout& layout, Batch& batch) {
+void close_batch(const std::vector<char>& rows, Index count, NetworkLayout& layout, Batch& batch) {
   if (count < layout.reduced) {
     batch.position.assign(rows.size(), none);
     for (std::size_t k = 0; k < rows.size(); ++k)
@@ -199,7 +199,7 @@ void close_batch(const std::vector<char>& rows, Index count, Layout& layout, Bat
 
 /// Groups in the order of the images they are seen in; a batch ends when it is large, or when its
 /// images would have far more unknowns together than those of its next group.
-void make_batches(const Network& network, Layout& layout) {
+void make_batches(const Network& network, NetworkLayout& layout) {
   std::vector<std::vector<int>> images;
   for (const Group& group : layout.groups) images.push_back(images_of(network, group));
   std::vector<std::size_t> order(layout.groups.size());
@@ -240,7 +240,7 @@ void make_batches(const Network& network, Layout& layout) {
   }
 }
 
-void place_groups(Layout& layout) {
+void place_groups(NetworkLayout& layout) {
   layout.total = layout.reduced;
   for (Group& group : layout.groups) {
     group.offset = layout.total;
@@ -291,12 +291,12 @@ Network without_observations(const Network& network) {
   return copy;
 }
 
-bool Layout::knows(const Target& target) const {
+bool NetworkLayout::knows(const Target& target) const {
   return target.body < 0 ? determined_point[at(target.point)] : determined_body[at(target.body)];
 }
 
-Layout layout_of(const Network& network) {
-  Layout layout;
+NetworkLayout layout_of(const Network& network) {
+  NetworkLayout layout;
   Sightings sightings(network);
   find_determined(network, sightings, layout);
   layout.points.assign(network.points.size(), none);
@@ -322,7 +322,8 @@ Eigen::Vector3d target_position(const Network& network, const NetworkState& stat
 }
 
 Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, max_group> target_jacobian(
-    const Network& network, const Layout& layout, const NetworkState& state, const Target& target) {
+    const Network& network, const NetworkLayout& layout, const NetworkState& state,
+    const Target& target) {
   Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, max_group> jacobian(
       3, layout.size_of(target));
   if (target.body < 0) {
@@ -337,7 +338,7 @@ Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, max_group> target_j
   return jacobian;
 }
 
-std::optional<NetworkState> moved(const Layout& layout, const NetworkState& state,
+std::optional<NetworkState> moved(const NetworkLayout& layout, const NetworkState& state,
                                   const Eigen::VectorXd& step) {
   NetworkState next = state;
   for (std::size_t i = 0; i < next.cameras.size(); ++i) {

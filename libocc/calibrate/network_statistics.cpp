@@ -79,7 +79,7 @@ Result<NetworkStatistics> network_statistics(const Network& adjusted, int thread
   require(threads == 1 || threads == 2, "threads", threads, "1 or 2");
   Result<NetworkStatistics> result;
   NetworkStatistics& out = result.value;
-  const Layout layout = layout_of(adjusted);
+  const NetworkLayout layout = layout_of(adjusted);
   const Objection objection = objection_to(adjusted, layout);
   result.status = objection.status;
   result.message = objection.message;

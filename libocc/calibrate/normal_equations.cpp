@@ -55,7 +55,7 @@ void add_image_part(const ObservationRows& rows, MatrixXd& sum, VectorXd& rhs) {
   }
 }
 
-void place_image_parts(const Layout& layout, Lane& lane) {
+void place_image_parts(const NetworkLayout& layout, Lane& lane) {
   for (std::size_t image = 0; image < layout.images.size(); ++image) {
     const ImageBlock& block = layout.images[image];
     const MatrixXd& sum = lane.of_image[image];
@@ -97,8 +97,8 @@ bool factorise(SmallMatrix& v, const Eigen::Ref<const VectorXd>& before) {
 
 class Builder {
  public:
-  Builder(const Network& network, const Layout& layout, const NetworkState& state, const Loss& loss,
-          double damping, NormalEquations& normal)
+  Builder(const Network& network, const NetworkLayout& layout, const NetworkState& state,
+          const Loss& loss, double damping, NormalEquations& normal)
       : network_(network),
         layout_(layout),
         state_(state),
@@ -361,7 +361,7 @@ class Builder {
   }
 
   const Network& network_;
-  const Layout& layout_;
+  const NetworkLayout& layout_;
   const NetworkState& state_;
   const Loss& loss_;
   double damping_;
@@ -372,7 +372,7 @@ class Builder {
 
 }  // namespace
 
-void build(const Network& network, const Layout& layout, const NetworkState& state,
+void build(const Network& network, const NetworkLayout& layout, const NetworkState& state,
            const Loss& loss, double damping, int threads, NormalEquations& normal) {
   normal.batches.resize(layout.batches.size());
   Builder builder(network, layout, state, loss, damping, normal);
@@ -403,7 +403,7 @@ MatrixXd rows_in(const Batch& batch, const MatrixXd& over_reduced) {
   return rows;
 }
 
-VectorXd back_substitute(const Layout& layout, const NormalEquations& normal,
+VectorXd back_substitute(const NetworkLayout& layout, const NormalEquations& normal,
                          const VectorXd& reduced_step) {
   VectorXd step(layout.total);
   step.head(layout.reduced) = reduced_step;

@@ -57,7 +57,7 @@ bool residual_of(const Network& network, const NetworkState& state, const ImageO
   return true;
 }
 
-bool rows_of(const Network& network, const Layout& layout, const NetworkState& state,
+bool rows_of(const Network& network, const NetworkLayout& layout, const NetworkState& state,
              const ImageObservation& seen, ObservationRows& rows) {
   const Places places(network, state, seen);
   const ImageBlock& block = layout.images[at(seen.image)];

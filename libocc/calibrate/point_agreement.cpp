@@ -116,7 +116,8 @@ class Point {
 
 }  // namespace
 
-std::vector<std::vector<int>> sightings_of_points(const Network& network, const Layout& layout) {
+std::vector<std::vector<int>> sightings_of_points(const Network& network,
+                                                  const NetworkLayout& layout) {
   std::vector<std::vector<int>> seen_by(network.points.size());
   for (std::size_t i = 0; i < network.observations.size(); ++i) {
     const ImageObservation& seen = network.observations[i];

@@ -177,7 +177,7 @@ Matrix3d Precision::point(int point) const { return position(Target::of_point(po
 
 std::vector<Matrix3d> Precision::points() const {
   const FreePrecision& free = *state_->free;
-  const Layout& layout = free.layout;
+  const NetworkLayout& layout = free.layout;
   std::vector<Matrix3d> all(layout.points.size(), Matrix3d::Zero());
   const auto lane = [&](std::size_t first) {
     for (std::size_t b = first; b < layout.batches.size(); b += 2) add_points(free, b, all);

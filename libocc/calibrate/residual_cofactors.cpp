@@ -28,8 +28,8 @@ struct ReducedRows {
   std::vector<Index> unknowns;
   Eigen::Matrix<double, 2, Eigen::Dynamic> values;
 
-  ReducedRows(const Layout& layout, const ImageObservation& seen, const ObservationRows& rows,
-              bool with_target) {
+  ReducedRows(const NetworkLayout& layout, const ImageObservation& seen,
+              const ObservationRows& rows, bool with_target) {
     const ImageBlock& block = layout.images[at(seen.image)];
     const int width = block.width + (with_target ? rows.size : 0);
     values.resize(2, width);
@@ -55,7 +55,8 @@ struct ReducedRows {
 
 }  // namespace
 
-std::vector<ResidualCofactor> residual_cofactors(const Network& network, const Layout& layout,
+std::vector<ResidualCofactor> residual_cofactors(const Network& network,
+                                                 const NetworkLayout& layout,
                                                  const NetworkState& state,
                                                  const NormalEquations& normal,
                                                  const MatrixXd& covariance, int threads) {
@@ -123,7 +124,7 @@ std::vector<ResidualCofactor> residual_cofactors(const Network& network, const L
   return all;
 }
 
-DistanceCofactor distance_cofactor(const Network& network, const Layout& layout,
+DistanceCofactor distance_cofactor(const Network& network, const NetworkLayout& layout,
                                    const NetworkState& state, const DistanceObservation& known,
                                    const MatrixXd& covariance) {
   DistanceCofactor one;

@@ -15,7 +15,7 @@ constexpr int parameters = 5;  // centre x, y; shape xx, xy, yy
 constexpr int max_steps = 20;
 constexpr double converged = 1e-8;  // of the ellipse's size
 
-bool is_ellipse(const Conic& conic) {
+bool is_ellipse(const FittedConic& conic) {
   return conic.centre.allFinite() && conic.shape.allFinite() && conic.shape(0, 0) > 0 &&
          conic.shape.determinant() > 0;
 }
@@ -34,15 +34,17 @@ struct Frame {
   }
 
   Eigen::Vector2d in(const Eigen::Vector2d& px) const { return (px - origin) / size; }
-  Conic in(const Conic& conic) const { return {in(conic.centre), conic.shape * (size * size)}; }
-  Conic out(const Conic& conic) const {
+  FittedConic in(const FittedConic& conic) const {
+    return {in(conic.centre), conic.shape * (size * size)};
+  }
+  FittedConic out(const FittedConic& conic) const {
     return {origin + size * conic.centre, conic.shape / (size * size)};
   }
 };
 
 /// Linear least squares of a x^2 + 2 b x y + c y^2 + 2 d x + 2 e y = 1: a start, no more, because
 /// it weighs points by how far the curve's level lines are apart.
-std::optional<Conic> algebraic_fit(const std::vector<RimPoint>& rim, const Frame& frame) {
+std::optional<FittedConic> algebraic_fit(const std::vector<RimPoint>& rim, const Frame& frame) {
   Matrix5 normal = Matrix5::Zero();
   Vector5 right = Vector5::Zero();
   for (const RimPoint& point : rim) {
@@ -55,7 +57,7 @@ std::optional<Conic> algebraic_fit(const std::vector<RimPoint>& rim, const Frame
   const Eigen::LDLT<Matrix5> solver(normal);
   if (solver.info() != Eigen::Success || !(solver.rcond() > 1e-12)) return std::nullopt;
   const Vector5 s = solver.solve(right);
-  Conic conic;
+  FittedConic conic;
   conic.shape << s[0], s[1], s[1], s[2];
   if (!(conic.shape.determinant() > 0)) return std::nullopt;
   conic.centre = -conic.shape.inverse() * s.tail<2>();
@@ -71,7 +73,7 @@ struct Row {
   double residual;
   double weight;
 
-  Row(const RimPoint& point, const Frame& frame, const Conic& conic) {
+  Row(const RimPoint& point, const Frame& frame, const FittedConic& conic) {
     const Eigen::Vector2d d = frame.in(point.px) - conic.centre;
     const Eigen::Vector2d out = conic.shape * d;
     const double slope = 2 * out.norm();
@@ -87,7 +89,7 @@ struct Normal {
   Vector5 right = Vector5::Zero();
   double chi2 = 0, sum_squares = 0;
 
-  Normal(const std::vector<RimPoint>& rim, const Frame& frame, const Conic& conic) {
+  Normal(const std::vector<RimPoint>& rim, const Frame& frame, const FittedConic& conic) {
     for (const RimPoint& point : rim) {
       const Row row(point, frame, conic);
       matrix += row.weight * row.derivatives * row.derivatives.transpose();
@@ -99,7 +101,7 @@ struct Normal {
 };
 
 std::optional<EllipseFit> iterate(const std::vector<RimPoint>& rim, const Frame& frame,
-                                  Conic conic) {
+                                  FittedConic conic) {
   for (int step = 0; step < max_steps; ++step) {
     const Normal sums(rim, frame, conic);
     const Eigen::LDLT<Matrix5> solver(sums.matrix);
@@ -127,7 +129,7 @@ std::optional<EllipseFit> iterate(const std::vector<RimPoint>& rim, const Frame&
 
 }  // namespace
 
-Ellipse Conic::ellipse() const {
+Ellipse FittedConic::ellipse() const {
   const double middle = 0.5 * (shape(0, 0) + shape(1, 1));
   const double half = std::hypot(0.5 * (shape(0, 0) - shape(1, 1)), shape(0, 1));
   Ellipse ellipse;
@@ -142,21 +144,21 @@ Ellipse Conic::ellipse() const {
 std::optional<EllipseFit> fit_ellipse(const std::vector<RimPoint>& rim) {
   if (rim.size() <= parameters) return std::nullopt;
   const Frame frame(rim);
-  const std::optional<Conic> start = algebraic_fit(rim, frame);
+  const std::optional<FittedConic> start = algebraic_fit(rim, frame);
   if (!start) return std::nullopt;
   return iterate(rim, frame, *start);
 }
 
-std::optional<EllipseFit> fit_ellipse(const std::vector<RimPoint>& rim, const Conic& start) {
+std::optional<EllipseFit> fit_ellipse(const std::vector<RimPoint>& rim, const FittedConic& start) {
   if (rim.size() <= parameters) return std::nullopt;
   const Frame frame(rim);
   return iterate(rim, frame, frame.in(start));
 }
 
-Eigen::Matrix2d centre_response(const std::vector<RimPoint>& rim, const Conic& conic,
+Eigen::Matrix2d centre_response(const std::vector<RimPoint>& rim, const FittedConic& conic,
                                 const std::vector<Eigen::Vector2d>& moves) {
   const Frame frame(rim);
-  const Conic scaled = frame.in(conic);
+  const FittedConic scaled = frame.in(conic);
   Eigen::Matrix<double, parameters, 2> right = Eigen::Matrix<double, parameters, 2>::Zero();
   for (std::size_t i = 0; i < rim.size(); ++i) {
     const Row row(rim[i], frame, scaled);

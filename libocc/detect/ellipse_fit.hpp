@@ -13,7 +13,7 @@
 namespace occ::detecting {
 
 /// (p - centre)^T shape (p - centre) = 1.
-struct Conic {
+struct FittedConic {
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();
   Eigen::Matrix2d shape = Eigen::Matrix2d::Identity();
 
@@ -30,7 +30,7 @@ struct Conic {
 };
 
 struct EllipseFit {
-  Conic conic;
+  FittedConic conic;
   Eigen::Matrix2d centre_covariance_px2 = Eigen::Matrix2d::Zero();
   double chi2 = 0;
   int dof = 0;        ///< points minus five
@@ -42,11 +42,11 @@ struct EllipseFit {
 std::optional<EllipseFit> fit_ellipse(const std::vector<RimPoint>& rim);
 
 /// The same from a start close to the answer.
-std::optional<EllipseFit> fit_ellipse(const std::vector<RimPoint>& rim, const Conic& start);
+std::optional<EllipseFit> fit_ellipse(const std::vector<RimPoint>& rim, const FittedConic& start);
 
 /// How the fitted centre moves (columns) when each point moves along its normal by the x or the y
 /// of its entry in `moves`.
-Eigen::Matrix2d centre_response(const std::vector<RimPoint>& rim, const Conic& conic,
+Eigen::Matrix2d centre_response(const std::vector<RimPoint>& rim, const FittedConic& conic,
                                 const std::vector<Eigen::Vector2d>& moves);
 
 }  // namespace occ::detecting

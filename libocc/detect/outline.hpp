@@ -14,7 +14,7 @@
 namespace occ::detecting {
 
 struct Outline {
-  Conic conic;
+  FittedConic conic;
   bool merged = false;  ///< far from an ellipse
 };
 

@@ -70,7 +70,7 @@ Terms right_side(const Sums<Degree>& sums, int used) {
 /// level, and in the slope that fits the levels best.
 class RimView {
  public:
-  RimView(const Patch& patch, const Conic& conic, double depth_px, double scale, int used)
+  RimView(const Patch& patch, const FittedConic& conic, double depth_px, double scale, int used)
       : mean_(Terms::Zero(used)), by_place_(used, 2) {
     const Eigen::Matrix2d root = conic.shape.llt().matrixU();
     const Eigen::Matrix2d of_circle = root.inverse();
@@ -120,7 +120,7 @@ class RimView {
 
 }  // namespace
 
-std::optional<Plateau> Plateau::fit(const Patch& patch, const Conic& conic, double blur_px) {
+std::optional<Plateau> Plateau::fit(const Patch& patch, const FittedConic& conic, double blur_px) {
   const Ellipse ellipse = conic.ellipse();
   const double shrink = 1 - clear_sigmas * blur_px / ellipse.semi_minor_px;
   if (!(shrink > 0)) return std::nullopt;
@@ -131,8 +131,8 @@ std::optional<Plateau> Plateau::fit(const Patch& patch, const Conic& conic, doub
 }
 
 template <int Degree>
-std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const Conic& conic, double blur_px,
-                                            double shrink, double hollow) {
+std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const FittedConic& conic,
+                                            double blur_px, double shrink, double hollow) {
   Plateau plateau;
   plateau.centre_ = conic.centre;
   plateau.scale_ = 1 / conic.ellipse().semi_major_px;

@@ -24,7 +24,7 @@ class Plateau {
   /// light: a polynomial of degree 0 to 3, whatever the number of pixels bears; of degree 5 over a
   /// ring along the rim in large discs, across which light falls off by more. Nothing when there
   /// are hardly any pixels.
-  static std::optional<Plateau> fit(const Patch& patch, const Conic& conic, double blur_px);
+  static std::optional<Plateau> fit(const Patch& patch, const FittedConic& conic, double blur_px);
 
   /// Signal of the unblurred disc at a pixel.
   double operator()(double x, double y) const {
@@ -74,8 +74,8 @@ class Plateau {
   }
 
   template <int Degree>
-  static std::optional<Plateau> fit_surface(const Patch& patch, const Conic& conic, double blur_px,
-                                            double shrink, double hollow);
+  static std::optional<Plateau> fit_surface(const Patch& patch, const FittedConic& conic,
+                                            double blur_px, double shrink, double hollow);
 
   Eigen::Vector2d centre_ = Eigen::Vector2d::Zero();
   double scale_ = 1;

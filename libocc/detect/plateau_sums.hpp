@@ -18,7 +18,7 @@ namespace occ::detecting {
 /// Part of the light that the blur of the rim leaves to a pixel inside.
 class Cover {
  public:
-  Cover(const Conic& conic, double blur_px)
+  Cover(const FittedConic& conic, double blur_px)
       : xx_(conic.shape(0, 0)),
         xy_(conic.shape(0, 1)),
         yy_(conic.shape(1, 1)),
@@ -78,7 +78,8 @@ struct Sums {
 /// Calls f(y, x0, x1) for the rows of pixels inside the ellipse shrunk by a factor but not inside
 /// the one shrunk by `hollow`.
 template <typename F>
-void for_each_row(const Patch& patch, const Conic& conic, double shrink, double hollow, F&& f) {
+void for_each_row(const Patch& patch, const FittedConic& conic, double shrink, double hollow,
+                  F&& f) {
   const double xx = conic.shape(0, 0), xy = conic.shape(0, 1);
   const double determinant = conic.shape.determinant();
   const double half_height = shrink * std::sqrt(xx / determinant);

@@ -24,7 +24,7 @@ constexpr double least_minor_px = 3;
 double square(double v) { return v * v; }
 
 /// Geometric mean of the semi-axes.
-double size_of(const Conic& conic) { return std::pow(conic.shape.determinant(), -0.25); }
+double size_of(const FittedConic& conic) { return std::pow(conic.shape.determinant(), -0.25); }
 
 /// Plateau, blur and noise: what a rim's profile is compared with.
 struct Model {
@@ -183,7 +183,7 @@ std::optional<Rim> measure_rim(const Patch& patch, const Component& component, d
   Rim rim;
   rim.merged = outline->merged;
   if (rim.merged) return rim;
-  Conic conic = outline->conic;
+  FittedConic conic = outline->conic;
   rim.blur_px = blur_px;
   for (int pass = 0; pass < most_passes; ++pass) {
     if (conic.ellipse().semi_minor_px < least_minor_px) return std::nullopt;

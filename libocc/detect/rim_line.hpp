@@ -48,7 +48,7 @@ struct RimLine {
 
 /// Calls f(line) for every column and row whose crossing is no flatter than 45 degrees.
 template <typename F>
-void for_each_rim_line(const Conic& conic, F&& f) {
+void for_each_rim_line(const FittedConic& conic, F&& f) {
   const double determinant = conic.shape.determinant();
   for (const bool column : {true, false}) {
     const int u_axis = column ? 0 : 1, v_axis = 1 - u_axis;

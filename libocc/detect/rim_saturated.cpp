@@ -69,7 +69,7 @@ void for_each_sample(const Patch& patch, const RimLine& line, F&& f) {
   }
 }
 
-Tail fit_tail(const Patch& patch, const Conic& conic, double level) {
+Tail fit_tail(const Patch& patch, const FittedConic& conic, double level) {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   for_each_rim_line(conic, [&](const RimLine& line) {
@@ -89,7 +89,7 @@ Tail fit_tail(const Patch& patch, const Conic& conic, double level) {
 }
 
 /// One rim point for each line: the shift of the tail that fits its samples best.
-std::vector<RimPoint> fit_points(const Patch& patch, const Conic& conic, const Tail& tail,
+std::vector<RimPoint> fit_points(const Patch& patch, const FittedConic& conic, const Tail& tail,
                                  double level) {
   std::vector<RimPoint> points;
   for_each_rim_line(conic, [&](const RimLine& line) {
@@ -129,7 +129,7 @@ std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& co
   Rim rim;
   rim.merged = outline->merged;
   if (rim.merged) return rim;
-  Conic conic = outline->conic;
+  FittedConic conic = outline->conic;
   for (int pass = 0; pass < most_passes; ++pass) {
     if (conic.ellipse().semi_minor_px < least_minor_px) return std::nullopt;
     const Tail tail = fit_tail(patch, conic, level);

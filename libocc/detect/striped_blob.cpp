@@ -22,7 +22,7 @@ Eigen::Matrix2d to_xy(const Eigen::Matrix2d& m, bool columns) {
 
 /// Ellipse, bounding box and whether the image's border cuts it; `spread`: semi-axes squared.
 void set_outline(const LinearImage& image, const Eigen::Matrix2d& spread, Blob& blob) {
-  blob.ellipse = Conic{blob.centroid_px, spread.inverse()}.ellipse();
+  blob.ellipse = FittedConic{blob.centroid_px, spread.inverse()}.ellipse();
   const Eigen::Vector2d half = spread.diagonal().cwiseSqrt();
   const Eigen::Vector2d low = blob.centroid_px - half, high = blob.centroid_px + half;
   const int right = image.width() - 1, bottom = image.height() - 1;

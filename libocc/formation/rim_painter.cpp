@@ -30,7 +30,7 @@ struct Numbers<Simd::avx512, Real> {
 
 template <typename Real>
 struct Job {
-  const RimPoint* rim;
+  const PaintedRimPoint* rim;
   std::ptrdiff_t points;
   PsfTables<Real> tables;
   Real* pixels;  // of the canvas, aligned to the widest vector
@@ -98,7 +98,7 @@ LIBOCC_INLINE void add_products(const Job<Real>& job, const Footprint& print, co
 }
 
 template <Simd simd, bool with_moments, typename Real>
-LIBOCC_INLINE void stroke(const Job<Real>& job, const RimPoint& point) {
+LIBOCC_INLINE void stroke(const Job<Real>& job, const PaintedRimPoint& point) {
   const int reach = job.tables.reach, count = 2 * reach + 2;
   // In floating point first, and no further left than where the whole canvas is to its right.
   const double x = __builtin_floor(point.x), y = __builtin_floor(point.y);

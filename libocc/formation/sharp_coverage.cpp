@@ -15,7 +15,8 @@ double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
 double signed_area(const Chords& chords) {
   double area = 0;
   const Eigen::Vector2d origin = chords.front().from;
-  for (const Chord& c : chords) area += 0.5 * cross(c.from - origin, c.to - origin) + c.bulge_px2;
+  for (const RimChord& c : chords)
+    area += 0.5 * cross(c.from - origin, c.to - origin) + c.bulge_px2;
   return area;
 }
 
@@ -28,7 +29,7 @@ class ChordPainter {
         end_row_(std::min(end_row, steps.c.y0 + steps.c.height)),
         steps_(steps) {}
 
-  void paint(const Chord& chord) {
+  void paint(const RimChord& chord) {
     chord_ = chord;
     along_ = chord.to - chord.from;
     // The part that is in the rows, then apart what is left of, in and right of the columns.
@@ -135,7 +136,7 @@ class ChordPainter {
   double weight_;
   int first_row_, end_row_;
   CoverageMoments& steps_;
-  Chord chord_{};
+  RimChord chord_{};
   Eigen::Vector2d along_ = Eigen::Vector2d::Zero();
 };
 
@@ -145,7 +146,7 @@ CoverageMoments dark_moments(const Chords& chords, int image_width, int image_he
   CoverageMoments moments;
   if (chords.empty()) return moments;
   Eigen::Vector2d low = chords.front().from, high = low;
-  for (const Chord& chord : chords) {
+  for (const RimChord& chord : chords) {
     low = low.cwiseMin(chord.from);
     high = high.cwiseMax(chord.from);
   }
@@ -169,7 +170,7 @@ void add_sharp_coverage(const Chords& chords, double weight, int first_row, int 
   if (chords.empty() || steps.c.width == 0) return;
   // A pixel to the right of the shape's left flank sees light.
   ChordPainter painter(signed_area(chords) > 0 ? -weight : weight, first_row, end_row, steps);
-  for (const Chord& chord : chords) painter.paint(chord);
+  for (const RimChord& chord : chords) painter.paint(chord);
 }
 
 void sum_rows(CoverageMoments& steps) {

@@ -18,11 +18,11 @@
 
 namespace occ {
 
-struct Chord {
+struct RimChord {
   Eigen::Vector2d from, to;
   double bulge_px2;  ///< closed integral of x dy over the rim from `from` to `to` and straight back
 };
-using Chords = std::vector<Chord>;
+using Chords = std::vector<RimChord>;
 
 /// The rim of a lamp's image. Nothing as in project_contour; empty for a point lamp.
 LIBOCC_API std::optional<Chords> project_chords(const Lamp& lamp, const Rigid3& cam_from_world,

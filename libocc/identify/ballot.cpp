@@ -24,8 +24,8 @@ double largest_variance(const Eigen::Matrix2d& m) {
   return mean + std::hypot(half, m(0, 1));
 }
 
-double variance(const Problem& problem, int sighting) {
-  const Sighting& s = problem.sighting(sighting);
+double variance(const AssignmentProblem& problem, int sighting) {
+  const BearingObservation& s = problem.sighting(sighting);
   return largest_variance(s.covariance) + s.parallax_rad * s.parallax_rad;
 }
 
@@ -34,7 +34,7 @@ std::size_t padded(std::size_t count) { return (count + most_lanes - 1) / most_l
 // Blobs other than those named, with what those add to the error of a predicted direction: `extra`
 // of the bearing.
 template <std::size_t count, class Extra>
-std::vector<Other> others_of(const Problem& problem, const std::array<int, count>& named,
+std::vector<Other> others_of(const AssignmentProblem& problem, const std::array<int, count>& named,
                              const Extra& extra, std::vector<int>& sightings) {
   std::vector<Other> others;
   sightings.clear();
@@ -49,7 +49,7 @@ std::vector<Other> others_of(const Problem& problem, const std::array<int, count
   return others;
 }
 
-NamedTriples named_triples(const Problem& problem, const std::array<int, 3>& sightings) {
+NamedTriples named_triples(const AssignmentProblem& problem, const std::array<int, 3>& sightings) {
   NamedTriples blobs{};
   const auto chord2 = [&](std::size_t i, std::size_t j) {
     return static_cast<float>(
@@ -70,7 +70,7 @@ NamedTriples named_triples(const Problem& problem, const std::array<int, 3>& sig
 /// By which three bearings, their angles apart, turn as one, seen at another.
 class CommonTurn {
  public:
-  CommonTurn(const Problem& problem, const std::array<int, 3>& sightings) {
+  CommonTurn(const AssignmentProblem& problem, const std::array<int, 3>& sightings) {
     for (const int s : sightings) {
       middle_ += problem.sighting(s).bearing / 3;
       mean2_ += variance(problem, s) / 3;
@@ -88,13 +88,13 @@ class CommonTurn {
 
 // Below this n . x, of a lamp at x with the normal n, both in the camera's frame, a vote takes it
 // for visible: cones inside the half space are looked at with the winners, wider ones are not told.
-float lit_below(const Target& target) {
+float lit_below(const MapPoint& target) {
   return target.cone_cos < 0 ? std::numeric_limits<float>::infinity() : 0.0F;
 }
 
 // The least cosine between the normals of a lamp and of a plane with which the lamp is seen from
 // one side of the plane only; a lamp of a scene is taken to be seen within 75 degrees.
-double one_sided(const Problem& problem, const Target& target) {
+double one_sided(const AssignmentProblem& problem, const MapPoint& target) {
   constexpr double flat = 0.966, never = 2;  // cosine of 15 degrees
   if (problem.scene) return flat;
   if (target.cone_cos < 0) return never;
@@ -126,7 +126,7 @@ Places Ballot::Table::places() const {
           {third_place[0].data(), third_place[1].data(), third_place[2].data()}};
 }
 
-Ballot::Ballot(const Problem& problem, SeenTogether& together)
+Ballot::Ballot(const AssignmentProblem& problem, SeenTogether& together)
     : problem_(problem),
       together_(together),
       simd_(widest_simd()),
@@ -136,7 +136,7 @@ Ballot::Ballot(const Problem& problem, SeenTogether& together)
               static_cast<float>((c.width() - 0.5 - c.cx_px()) / c.fx_px()),
               static_cast<float>((-0.5 - c.cy_px()) / c.fy_px()),
               static_cast<float>((c.height() - 0.5 - c.cy_px()) / c.fy_px()), !c.is_pinhole()};
-  const std::vector<Target>& targets = problem.targets;
+  const std::vector<MapPoint>& targets = problem.targets;
   const std::size_t others = targets.size() - 1;
   named_ = std::min(others, most_neighbours(problem.sightings.size()));
   const std::size_t kept = std::min(others, 3 * named_ / 2);
@@ -160,7 +160,7 @@ Ballot::Ballot(const Problem& problem, SeenTogether& together)
   unit_m_ = spacing_m / static_cast<double>(targets.size());
   for (std::size_t a = 0; a < targets.size(); ++a)
     for (const int b : neighbours_[a].targets) {
-      const Target& target = problem.target(b);
+      const MapPoint& target = problem.target(b);
       NearLamp lamp;
       put((target.centre - targets[a].centre) / unit_m_, lamp.place);
       put(target.normal, lamp.normal);
@@ -200,14 +200,14 @@ std::size_t Ballot::add_namings(const std::array<int, 3>& sightings, int first, 
   const Eigen::Vector3d& normal = problem_.target(first).normal;
   std::size_t n = 0;
   for (std::size_t b = 0; b < count; ++b) {
-    const Target& second = problem_.target(near.targets[b]);
+    const MapPoint& second = problem_.target(near.targets[b]);
     if (!problem_.may_be(sightings[1], near.targets[b])) continue;
     const bool same_side = second.normal.dot(normal) > same;
     const Eigen::Vector3d e1 = second.centre - problem_.target(first).centre;
     for (std::size_t c = 0; c < count; ++c) {
       if (b == c || !problem_.may_be(sightings[2], near.targets[c])) continue;
       if (!together_.triple(first, near.targets[b], near.targets[c])) continue;
-      const Target& third = problem_.target(near.targets[c]);
+      const MapPoint& third = problem_.target(near.targets[c]);
       if (same_side && image_turn != 0) {
         const Eigen::Vector3d across = e1.cross(third.centre - problem_.target(first).centre);
         const double facing = across.dot(normal);

@@ -32,7 +32,7 @@ struct Turnout {
 
 class Ballot {
  public:
-  Ballot(const Problem& problem, SeenTogether& together);
+  Ballot(const AssignmentProblem& problem, SeenTogether& together);
 
   /// Adds all votes for at least `least` others, always in the same order.
   void of_three(const std::array<int, 3>& sightings, int least, std::vector<Vote>& votes);
@@ -70,7 +70,7 @@ class Ballot {
   Rigid3 pose_of_three(const std::array<int, 3>& sightings, const std::array<int, 3>& targets,
                        std::size_t pose) const;
 
-  const Problem& problem_;
+  const AssignmentProblem& problem_;
   SeenTogether& together_;
   Simd simd_;
   double unit_m_ = 1;  // of single-precision numbers

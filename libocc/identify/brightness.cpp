@@ -27,10 +27,10 @@ struct Residual {
 };
 
 // Nothing when the blob's flux or the lamp's light is unknown.
-std::optional<Residual> flux_residual(const Problem& problem, const Pair& pair,
+std::optional<Residual> flux_residual(const AssignmentProblem& problem, const Pair& pair,
                                       const Rigid3& pose) {
-  const Sighting& s = problem.sighting(pair.sighting);
-  const Target& t = problem.target(pair.target);
+  const BearingObservation& s = problem.sighting(pair.sighting);
+  const MapPoint& t = problem.target(pair.target);
   if (!(s.flux > 0)) return std::nullopt;
   const Eigen::Vector3d point = pose * t.centre;
   const double distance = point.norm();
@@ -47,11 +47,11 @@ std::optional<Residual> flux_residual(const Problem& problem, const Pair& pair,
 
 // A disc's longer axis is its radius over the distance, the other one shorter by the cosine of the
 // angle at which it is seen.
-void add_sizes(const Problem& problem, const Pair& pair, const Rigid3& pose,
+void add_sizes(const AssignmentProblem& problem, const Pair& pair, const Rigid3& pose,
                std::vector<Residual>& sizes) {
   constexpr double least_cosine = 0.2;
-  const Sighting& s = problem.sighting(pair.sighting);
-  const Target& t = problem.target(pair.target);
+  const BearingObservation& s = problem.sighting(pair.sighting);
+  const MapPoint& t = problem.target(pair.target);
   if (!t.disc || !(s.radius_rad > 0)) return;
   const Eigen::Vector3d point = pose * t.centre;
   const double distance = point.norm();
@@ -94,14 +94,14 @@ bool touches(const std::vector<Pair>& pairs, int sighting) {
                      [&](const Pair& p) { return p.sighting == sighting; });
 }
 
-bool share_blobs(const Explanation& a, const Explanation& b) {
+bool share_blobs(const PoseHypothesis& a, const PoseHypothesis& b) {
   return std::any_of(a.pairs.begin(), a.pairs.end(),
                      [&](const Pair& p) { return touches(b.pairs, p.sighting); });
 }
 
 }  // namespace
 
-Brightness brightness_of(const Problem& problem, const Explanation& e) {
+Brightness brightness_of(const AssignmentProblem& problem, const PoseHypothesis& e) {
   std::vector<Residual> fluxes, sizes;
   for (const Pair& pair : e.pairs) {
     if (const auto flux = flux_residual(problem, pair, e.estimate.pose)) fluxes.push_back(*flux);
@@ -125,23 +125,24 @@ Brightness brightness_of(const Problem& problem, const Explanation& e) {
   return b;
 }
 
-void weigh_by_brightness(const Problem& problem, std::vector<Explanation>& found) {
+void weigh_by_brightness(const AssignmentProblem& problem, std::vector<PoseHypothesis>& found) {
   if (found.empty() || !problem.options->use_brightness) return;
   int most = 0;
   bool counts = false;
-  for (Explanation& e : found) {
+  for (PoseHypothesis& e : found) {
     e.brightness = brightness_of(problem, e);
     most = std::max(most, e.brightness.residuals);
     counts = counts || (e.brightness.fits && e.pairs.size() == found.front().pairs.size());
   }
   if (!counts || found.size() < 2) return;
-  for (Explanation& e : found)
+  for (PoseHypothesis& e : found)
     e.chi2 += e.brightness.chi2 + worth_of_one * (most - e.brightness.residuals);
-  const auto fewer = std::find_if(found.begin(), found.end(), [&](const Explanation& e) {
+  const auto fewer = std::find_if(found.begin(), found.end(), [&](const PoseHypothesis& e) {
     return e.pairs.size() != found.front().pairs.size();
   });
-  std::stable_sort(found.begin(), fewer,
-                   [](const Explanation& a, const Explanation& b) { return a.chi2 < b.chi2; });
+  std::stable_sort(found.begin(), fewer, [](const PoseHypothesis& a, const PoseHypothesis& b) {
+    return a.chi2 < b.chi2;
+  });
 }
 
 bool outshines(const Brightness& strong, const Brightness& weak) {
@@ -151,13 +152,13 @@ bool outshines(const Brightness& strong, const Brightness& weak) {
              least + sigmas * std::hypot(strong.gain_sigma, weak.gain_sigma);
 }
 
-int drop_reflections(const Problem& problem, std::vector<Explanation>& found) {
+int drop_reflections(const AssignmentProblem& problem, std::vector<PoseHypothesis>& found) {
   if (!problem.options->use_brightness) return 0;
-  const std::vector<Explanation> all = found;
+  const std::vector<PoseHypothesis> all = found;
   found.erase(std::remove_if(found.begin(), found.end(),
-                             [&](const Explanation& weak) {
+                             [&](const PoseHypothesis& weak) {
                                return std::any_of(
-                                   all.begin(), all.end(), [&](const Explanation& strong) {
+                                   all.begin(), all.end(), [&](const PoseHypothesis& strong) {
                                      return !share_blobs(weak, strong) &&
                                             outshines(strong.brightness, weak.brightness);
                                    });
@@ -166,12 +167,13 @@ int drop_reflections(const Problem& problem, std::vector<Explanation>& found) {
   return static_cast<int>(all.size() - found.size());
 }
 
-std::optional<Problem> brighter_rest(const Problem& problem, const Explanation& e) {
+std::optional<AssignmentProblem> brighter_rest(const AssignmentProblem& problem,
+                                               const PoseHypothesis& e) {
   constexpr std::size_t least = 4;
   if (!problem.options->use_brightness || problem.sightings.size() < e.pairs.size() + least)
     return std::nullopt;
   std::vector<double> explained, left;
-  Problem rest = problem;
+  AssignmentProblem rest = problem;
   rest.sightings.clear();
   rest.allowed.clear();
   for (int s = 0; s < static_cast<int>(problem.sightings.size()); ++s) {

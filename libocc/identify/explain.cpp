@@ -43,7 +43,7 @@ struct SpreadBound {
 };
 
 // Upper bound of the gate, and cheap: most pairs are far outside it.
-bool far_outside(const Sighting& sighting, const Target& target,
+bool far_outside(const BearingObservation& sighting, const MapPoint& target,
                  const Eigen::Vector3d& point_in_cam, double spread_trace, double gate2) {
   const Eigen::Vector3d point = point_in_cam - sighting.origin;
   const double depth = sighting.bearing.dot(point), distance2 = point.squaredNorm();
@@ -54,8 +54,8 @@ bool far_outside(const Sighting& sighting, const Target& target,
                                        sighting.covariance.trace() * depth2 + shift * shift);
 }
 
-std::optional<PairFit> fit_at(const Sighting& sighting, const Target& target,
-                              const PoseEstimate& estimate, const Eigen::Vector3d& point) {
+std::optional<PairFit> fit_at(const BearingObservation& sighting, const MapPoint& target,
+                              const FittedPose& estimate, const Eigen::Vector3d& point) {
   Mismatch m;
   if (!compare(sighting, target, estimate.pose.rotation, point, m)) return std::nullopt;
   const Eigen::Matrix2d total = m.covariance + m.by_point *
@@ -66,19 +66,19 @@ std::optional<PairFit> fit_at(const Sighting& sighting, const Target& target,
 
 // All pairs within the gate that `wanted(sighting, target)`.
 template <typename Wanted>
-std::vector<ScoredPair> pairs_within_gate(const Problem& problem, const PoseEstimate& estimate,
-                                          const Wanted& wanted) {
+std::vector<ScoredPair> pairs_within_gate(const AssignmentProblem& problem,
+                                          const FittedPose& estimate, const Wanted& wanted) {
   const double gate2 = problem.options->gate_sigma * problem.options->gate_sigma;
   const Eigen::Vector3d camera = estimate.pose.origin_in_source();
   const SpreadBound bound(estimate.covariance);
   std::vector<ScoredPair> pairs;
   for (int t = 0; t < static_cast<int>(problem.targets.size()); ++t) {
-    const Target& target = problem.target(t);
+    const MapPoint& target = problem.target(t);
     const Eigen::Vector3d point = estimate.pose * target.centre;
     if (!(problem.camera->depth_m(point) > 0) || !faces(target, camera)) continue;
     const double spread_trace = bound.trace(point);
     for (int s = 0; s < static_cast<int>(problem.sightings.size()); ++s) {
-      const Sighting& sighting = problem.sighting(s);
+      const BearingObservation& sighting = problem.sighting(s);
       if (!problem.may_be(s, t) || !wanted(s, t) ||
           far_outside(sighting, target, point, spread_trace, gate2) ||
           !sizes_agree(sighting, target, point))
@@ -91,19 +91,20 @@ std::vector<ScoredPair> pairs_within_gate(const Problem& problem, const PoseEsti
   return pairs;
 }
 
-std::vector<Pair> match_all(const Problem& problem, const PoseEstimate& estimate) {
+std::vector<Pair> match_all(const AssignmentProblem& problem, const FittedPose& estimate) {
   return one_to_one(pairs_within_gate(problem, estimate, [](int, int) { return true; }));
 }
 
-double pair_chi2(const Problem& problem, const Pair& pair, const Rigid3& pose) {
-  const Target& target = problem.target(pair.target);
+double pair_chi2(const AssignmentProblem& problem, const Pair& pair, const Rigid3& pose) {
+  const MapPoint& target = problem.target(pair.target);
   Mismatch m;
   return compare(problem.sighting(pair.sighting), target, pose.rotation, pose * target.centre, m)
              ? squared_sigmas(m.error, m.covariance)
              : std::numeric_limits<double>::infinity();
 }
 
-double worst_chi2(const Problem& problem, const std::vector<Pair>& pairs, const Rigid3& pose) {
+double worst_chi2(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
+                  const Rigid3& pose) {
   double worst = 0;
   for (const Pair& pair : pairs) worst = std::max(worst, pair_chi2(problem, pair, pose));
   return worst;
@@ -111,14 +112,14 @@ double worst_chi2(const Problem& problem, const std::vector<Pair>& pairs, const 
 
 // Drops pairs until all residuals are inside the gate. A false pair that pulls the pose over makes
 // a true one the farthest out, so of those outside it is the one without which the rest fits best.
-void drop_outliers(const Problem& problem, Explanation& e) {
+void drop_outliers(const AssignmentProblem& problem, PoseHypothesis& e) {
   const double gate2 = problem.options->gate_sigma * problem.options->gate_sigma;
   while (e.pairs.size() >= 3) {
     const double worst = worst_chi2(problem, e.pairs, e.estimate.pose);
     if (worst <= gate2) return;
     constexpr double comparable = 0.1;
     std::vector<Pair> best;
-    PoseEstimate estimate = e.estimate;
+    FittedPose estimate = e.estimate;
     for (std::size_t i = 0; i < e.pairs.size(); ++i) {
       if (pair_chi2(problem, e.pairs[i], e.estimate.pose) < comparable * worst) continue;
       std::vector<Pair> rest = e.pairs;
@@ -127,7 +128,7 @@ void drop_outliers(const Problem& problem, Explanation& e) {
         best = rest;
         break;
       }
-      const PoseEstimate without = fit_pose_with_prior(problem, rest, e.estimate.pose);
+      const FittedPose without = fit_pose_with_prior(problem, rest, e.estimate.pose);
       if (!best.empty() && !(without.chi2 < estimate.chi2)) continue;
       best = rest;
       estimate = without;
@@ -139,8 +140,8 @@ void drop_outliers(const Problem& problem, Explanation& e) {
 
 // A pose from three pairs first gets the one further pair that is surest: with four it is firm, and
 // the others are no longer guesses.
-PoseEstimate firm_up(const Problem& problem, const PoseEstimate& seed, const Naming& naming,
-                     const std::vector<ScoredPair>& further) {
+FittedPose firm_up(const AssignmentProblem& problem, const FittedPose& seed, const Naming& naming,
+                   const std::vector<ScoredPair>& further) {
   if (further.empty()) return seed;
   const auto surest =
       std::min_element(further.begin(), further.end(),
@@ -163,26 +164,27 @@ bool same_pairs(const std::vector<Pair>& a, const std::vector<Pair>& b) {
          std::all_of(a.begin(), a.end(), [&](const Pair& p) { return contains(b, p); });
 }
 
-bool faces(const Target& target, const Eigen::Vector3d& camera_position) {
+bool faces(const MapPoint& target, const Eigen::Vector3d& camera_position) {
   const Eigen::Vector3d to_camera = camera_position - target.centre;
   const double along = target.normal.dot(to_camera);
   const bool inside = target.cone_cos == 0 ? along > 0 : along > target.cone_cos * to_camera.norm();
   return inside && to_camera.squaredNorm() > 4 * target.radius_m * target.radius_m;
 }
 
-bool sizes_agree(const Sighting& sighting, const Target& target, const Eigen::Vector3d& point) {
+bool sizes_agree(const BearingObservation& sighting, const MapPoint& target,
+                 const Eigen::Vector3d& point) {
   if (!target.disc || sighting.largest_radius_rad == 0) return true;
   const double radius_rad = target.radius_m / point.norm();
   return radius_rad > sighting.least_radius_rad && radius_rad < sighting.largest_radius_rad;
 }
 
-std::optional<PairFit> fit_of_pair(const Problem& problem, const Pair& pair,
-                                   const PoseEstimate& estimate) {
-  const Target& target = problem.target(pair.target);
+std::optional<PairFit> fit_of_pair(const AssignmentProblem& problem, const Pair& pair,
+                                   const FittedPose& estimate) {
+  const MapPoint& target = problem.target(pair.target);
   return fit_at(problem.sighting(pair.sighting), target, estimate, estimate.pose * target.centre);
 }
 
-std::vector<ScoredPair> further_pairs(const Problem& problem, const PoseEstimate& estimate,
+std::vector<ScoredPair> further_pairs(const AssignmentProblem& problem, const FittedPose& estimate,
                                       const Naming& naming) {
   return pairs_within_gate(problem, estimate, [&](int sighting, int target) {
     return std::none_of(naming.begin(), naming.end(), [&](const Pair& p) {
@@ -206,7 +208,7 @@ std::vector<Pair> one_to_one(std::vector<ScoredPair> candidates) {
   return pairs;
 }
 
-double prior_chi2(const Problem& problem, const PoseEstimate& estimate) {
+double prior_chi2(const AssignmentProblem& problem, const FittedPose& estimate) {
   if (!problem.options->prior) return 0;
   // The least sum of the prior's chi-square and the pose's own is that of the sum of variances.
   Prior prior = *problem.options->prior;
@@ -221,10 +223,10 @@ double prior_chi2(const Problem& problem, const PoseEstimate& estimate) {
   return prior.chi2(problem.from_world(estimate.pose));
 }
 
-Explanation explain(const Problem& problem, const PoseEstimate& seed, const Naming& naming,
-                    const std::vector<ScoredPair>& further) {
+PoseHypothesis explain(const AssignmentProblem& problem, const FittedPose& seed,
+                       const Naming& naming, const std::vector<ScoredPair>& further) {
   constexpr int max_rounds = 5;
-  Explanation e;
+  PoseHypothesis e;
   e.estimate = firm_up(problem, seed, naming, further);
   std::vector<Pair> found(naming.begin(), naming.end());
   if (!further.empty()) found = match_all(problem, e.estimate);

@@ -19,8 +19,8 @@ struct Brightness {
 };
 
 /// A pose with all that agrees with it.
-struct Explanation {
-  PoseEstimate estimate;
+struct PoseHypothesis {
+  FittedPose estimate;
   std::vector<Pair> pairs;      ///< sorted by sighting
   std::vector<Match> attached;  ///< weak blobs where a lamp must be
   double chi2 = 0;              ///< of the pairs and the prior, plus the misses
@@ -33,10 +33,11 @@ bool same_pairs(const std::vector<Pair>& a, const std::vector<Pair>& b);  ///< i
 
 /// Whether the camera is in a lamp's cone (on its lit side), and not so near that no image could
 /// hold it.
-bool faces(const Target& target, const Eigen::Vector3d& camera_position);
+bool faces(const MapPoint& target, const Eigen::Vector3d& camera_position);
 
 /// Whether a lamp at this place (camera frame) is of the size that the blob has.
-bool sizes_agree(const Sighting& sighting, const Target& target, const Eigen::Vector3d& point);
+bool sizes_agree(const BearingObservation& sighting, const MapPoint& target,
+                 const Eigen::Vector3d& point);
 
 /// Three namings that a pose came from.
 using Naming = std::array<Pair, 3>;
@@ -54,22 +55,22 @@ struct PairFit {
 };
 
 /// Nothing when the lamp is not in front of the camera.
-std::optional<PairFit> fit_of_pair(const Problem& problem, const Pair& pair,
-                                   const PoseEstimate& estimate);
+std::optional<PairFit> fit_of_pair(const AssignmentProblem& problem, const Pair& pair,
+                                   const FittedPose& estimate);
 
 /// All pairs that agree with a pose and touch neither the blobs nor the lamps of `naming`.
-std::vector<ScoredPair> further_pairs(const Problem& problem, const PoseEstimate& estimate,
+std::vector<ScoredPair> further_pairs(const AssignmentProblem& problem, const FittedPose& estimate,
                                       const Naming& naming);
 
 /// Each blob and each lamp at most once, likely pairs first. Sorted by sighting.
 std::vector<Pair> one_to_one(std::vector<ScoredPair> candidates);
 
 /// Chi-square of the prior for a pose that is itself uncertain.
-double prior_chi2(const Problem& problem, const PoseEstimate& estimate);
+double prior_chi2(const AssignmentProblem& problem, const FittedPose& estimate);
 
 /// Fits the pose to all that agrees with it and drops what then does not. `further` comes from
 /// further_pairs of the same seed. Fewer than three pairs are left when nothing holds together.
-Explanation explain(const Problem& problem, const PoseEstimate& seed, const Naming& naming,
-                    const std::vector<ScoredPair>& further);
+PoseHypothesis explain(const AssignmentProblem& problem, const FittedPose& seed,
+                       const Naming& naming, const std::vector<ScoredPair>& further);
 
 }  // namespace occ::naming

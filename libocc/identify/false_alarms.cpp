@@ -16,7 +16,7 @@ constexpr double never = std::numeric_limits<double>::infinity();
 
 double log_factorial(double n) { return std::lgamma(n + 1); }
 
-const Eigen::Vector2d& pixel(const Problem& problem, int sighting) {
+const Eigen::Vector2d& pixel(const AssignmentProblem& problem, int sighting) {
   return (*problem.blobs)[static_cast<std::size_t>(problem.sighting(sighting).blob)].centroid_px;
 }
 
@@ -26,7 +26,7 @@ struct Area {
   int blobs = 0;
 };
 
-Area area_about(const Problem& problem, const std::vector<Pair>& pairs) {
+Area area_about(const AssignmentProblem& problem, const std::vector<Pair>& pairs) {
   constexpr double least_px = 4;
   Eigen::Vector2d low = pixel(problem, pairs.front().sighting), high = low;
   for (const Pair& p : pairs) {
@@ -42,16 +42,17 @@ Area area_about(const Problem& problem, const std::vector<Pair>& pairs) {
 }
 
 // rad^2 that a pixel covers.
-double pixel_rad2(const Problem& problem, int sighting) {
+double pixel_rad2(const AssignmentProblem& problem, int sighting) {
   Eigen::Matrix<double, 3, 2> by_pixel;
   problem.camera->unproject(pixel(problem, sighting), &by_pixel);
   return (problem.sighting(sighting).tangent * by_pixel).determinant();
 }
 
 // Logarithm of p times the area^m: what the three pairs in front make of the others.
-double log_volume(const Problem& problem, const std::vector<Pair>& pairs, const Rigid3& start) {
+double log_volume(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
+                  const Rigid3& start) {
   const std::vector<Pair> three(pairs.begin(), pairs.begin() + 3);
-  const PoseEstimate estimate = fit_pose(problem, three, start);
+  const FittedPose estimate = fit_pose(problem, three, start);
   const auto further = static_cast<double>(pairs.size() - 3);
   double chi2 = estimate.chi2, volume = 0;
   for (auto pair = pairs.begin() + 3; pair != pairs.end(); ++pair) {
@@ -65,7 +66,7 @@ double log_volume(const Problem& problem, const std::vector<Pair>& pairs, const 
   return volume + further * std::log(std::max(chi2, exact)) - log_factorial(further);
 }
 
-double least_log_volume(const Problem& problem, const std::vector<Pair>& pairs,
+double least_log_volume(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
                         const Rigid3& pose) {
   constexpr std::size_t enough = 10;  // pairs, of which all threes are tried
   const std::size_t count = std::min(pairs.size(), enough);
@@ -89,7 +90,7 @@ double log_tests(double blobs, double points, double facing, double agree) {
          log_factorial(facing - agree);
 }
 
-std::vector<Pair> pairs_of(const Problem& problem, const Hypothesis& hypothesis) {
+std::vector<Pair> pairs_of(const AssignmentProblem& problem, const Hypothesis& hypothesis) {
   std::vector<Pair> pairs;
   for (const Match& match : hypothesis.matches)
     for (int s = 0; s < static_cast<int>(problem.sightings.size()); ++s)
@@ -97,7 +98,7 @@ std::vector<Pair> pairs_of(const Problem& problem, const Hypothesis& hypothesis)
   return pairs;
 }
 
-std::vector<Pair> all_sightings(const Problem& problem) {
+std::vector<Pair> all_sightings(const AssignmentProblem& problem) {
   std::vector<Pair> all;
   for (int s = 0; s < static_cast<int>(problem.sightings.size()); ++s) all.push_back({s, 0});
   return all;
@@ -105,7 +106,7 @@ std::vector<Pair> all_sightings(const Problem& problem) {
 
 }  // namespace
 
-int least_pairs(const Problem& problem, double most_log10_false_alarms) {
+int least_pairs(const AssignmentProblem& problem, double most_log10_false_alarms) {
   const Area area = area_about(problem, all_sightings(problem));
   double share = 1;  // of the area, by the blob that is known best
   for (int s = 0; s < area.blobs; ++s)
@@ -122,7 +123,7 @@ int least_pairs(const Problem& problem, double most_log10_false_alarms) {
   return most + 1;
 }
 
-double log10_false_alarms(const Problem& problem, const Hypothesis& hypothesis) {
+double log10_false_alarms(const AssignmentProblem& problem, const Hypothesis& hypothesis) {
   const std::vector<Pair> pairs = pairs_of(problem, hypothesis);
   if (pairs.size() <= 3) return never;
   const Rigid3& from_world = hypothesis.cam_from_world;
@@ -131,7 +132,7 @@ double log10_false_alarms(const Problem& problem, const Hypothesis& hypothesis) 
   const double volume = least_log_volume(problem, pairs, pose);
   const Eigen::Vector3d eye = pose.origin_in_source();
   const auto facing = std::count_if(problem.targets.begin(), problem.targets.end(),
-                                    [&](const Target& t) { return faces(t, eye); });
+                                    [&](const MapPoint& t) { return faces(t, eye); });
   double most = -never;
   for (const Area& area :
        {area_about(problem, all_sightings(problem)), area_about(problem, pairs)}) {

@@ -16,10 +16,11 @@ namespace occ::naming {
 
 /// Base-10 logarithm of that, by the best three blobs of the hypothesis: in the area that all blobs
 /// span and in the one that those explained span, whichever is more. Infinite for three and fewer.
-LIBOCC_API double log10_false_alarms(const Problem& problem, const Hypothesis& hypothesis);
+LIBOCC_API double log10_false_alarms(const AssignmentProblem& problem,
+                                     const Hypothesis& hypothesis);
 
 /// Fewer blobs than this cannot be explained so well that log10_false_alarms is at most this,
 /// unless they fit twice as well as is to be expected. More than all when not even all can.
-int least_pairs(const Problem& problem, double most_log10_false_alarms);
+int least_pairs(const AssignmentProblem& problem, double most_log10_false_alarms);
 
 }  // namespace occ::naming

@@ -33,7 +33,8 @@ void naming::check(const std::vector<Blob>& blobs) {
 
 namespace {
 
-Hypothesis to_hypothesis(const naming::Problem& problem, const naming::Explanation& e) {
+Hypothesis to_hypothesis(const naming::AssignmentProblem& problem,
+                         const naming::PoseHypothesis& e) {
   Hypothesis h;
   h.cam_from_world = problem.from_world(e.estimate.pose);
   for (const naming::Pair& p : e.pairs)
@@ -48,11 +49,11 @@ Hypothesis to_hypothesis(const naming::Problem& problem, const naming::Explanati
 }
 
 // Whether all lamps are on one line (or in one place): no pose follows from them.
-bool collinear(const naming::Problem& problem) {
+bool collinear(const naming::AssignmentProblem& problem) {
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();
-  for (const naming::Target& t : problem.targets)
+  for (const naming::MapPoint& t : problem.targets)
     if (t.centre.norm() > axis.norm()) axis = t.centre;
-  for (const naming::Target& t : problem.targets)
+  for (const naming::MapPoint& t : problem.targets)
     if ((t.centre * axis.squaredNorm() - axis * axis.dot(t.centre)).norm() >
         1e-9 * axis.squaredNorm() * axis.norm())
       return false;
@@ -61,29 +62,29 @@ bool collinear(const naming::Problem& problem) {
 
 // Whether the best explanation leaves blobs unexplained, so that there are false lights, which
 // could as well have conspired to it.
-bool leaves_blobs(const Identification& found, const naming::Problem& problem) {
+bool leaves_blobs(const Identification& found, const naming::AssignmentProblem& problem) {
   std::size_t whole = 0;
   for (const Match& match : found.hypotheses.front().matches)
     whole += std::any_of(problem.sightings.begin(), problem.sightings.end(),
-                         [&](const naming::Sighting& s) { return s.blob == match.blob; });
+                         [&](const naming::BearingObservation& s) { return s.blob == match.blob; });
   return whole < problem.sightings.size();
 }
 
 // Every blob is a lamp and every lamp a blob: the other poses that do as much are the layout's own
 // symmetries, which a prior or the brightness has ruled out.
-bool is_all_there_is(const Identification& found, const naming::Problem& problem) {
+bool is_all_there_is(const Identification& found, const naming::AssignmentProblem& problem) {
   return !leaves_blobs(found, problem) &&
          found.hypotheses.front().matches.size() == problem.targets.size();
 }
 
 // The hypotheses, all of them plausible or with more dark lamps than the best; none where a turn
 // about a line of lamps is open and no prior closes it.
-void list(const std::vector<naming::Explanation>& found, const naming::Problem& problem,
-          Result<Identification>& result) {
+void list(const std::vector<naming::PoseHypothesis>& found,
+          const naming::AssignmentProblem& problem, Result<Identification>& result) {
   const IdentifyOptions& options = *problem.options;
   const bool prior = options.prior && !options.prior->empty();
-  for (const naming::Explanation& e : found) {
-    const naming::Explanation& best = found.front();
+  for (const naming::PoseHypothesis& e : found) {
+    const naming::PoseHypothesis& best = found.front();
     const int more = std::clamp(e.missed - best.missed, 0, more_dark);
     if (e.chi2 > best.chi2 + plausible_chi2 + more * options.miss_penalty) continue;
     result.value.hypotheses.push_back(to_hypothesis(problem, e));
@@ -111,7 +112,7 @@ void say_symmetries(const std::vector<Hypothesis>& hypotheses, std::size_t count
   if (repeats > most) text << "; and " << repeats - most << " more";
 }
 
-void judge(Result<Identification>& result, const naming::Problem& problem,
+void judge(Result<Identification>& result, const naming::AssignmentProblem& problem,
            const naming::Search& search, bool reflections) {
   const std::vector<Hypothesis>& hypotheses = result->hypotheses;
   const auto count = std::count_if(hypotheses.begin(), hypotheses.end(), [&](const Hypothesis& h) {
@@ -147,8 +148,8 @@ void judge(Result<Identification>& result, const naming::Problem& problem,
 }
 
 // The verdict on what a search has found.
-void answer(const naming::Problem& problem, const naming::Search& search,
-            std::vector<naming::Explanation> found, bool reflections,
+void answer(const naming::AssignmentProblem& problem, const naming::Search& search,
+            std::vector<naming::PoseHypothesis> found, bool reflections,
             Result<Identification>& result) {
   reflections = naming::drop_reflections(problem, found) > 0 || reflections;
   result.value.chance = search.chance();
@@ -158,13 +159,13 @@ void answer(const naming::Problem& problem, const naming::Search& search,
 
 // The best explanation may be one of reflections: then what it leaves has a brighter one. True when
 // that is the answer.
-bool answer_by_brighter(const naming::Problem& problem, const naming::Explanation& best,
-                        Result<Identification>& result) {
-  const std::optional<naming::Problem> rest = naming::brighter_rest(problem, best);
+bool answer_by_brighter(const naming::AssignmentProblem& problem,
+                        const naming::PoseHypothesis& best, Result<Identification>& result) {
+  const std::optional<naming::AssignmentProblem> rest = naming::brighter_rest(problem, best);
   if (!rest) return false;
   naming::Search search(*rest);
   search.run();
-  std::vector<naming::Explanation> found = search.found();
+  std::vector<naming::PoseHypothesis> found = search.found();
   naming::weigh_by_brightness(*rest, found);
   result.value.tried += search.tried();
   if (found.empty() || search.chance() > naming::unlikely ||
@@ -189,7 +190,7 @@ void IdentifyOptions::validate() const {
   require(max_hypotheses > 0, "max_hypotheses", max_hypotheses, "positive");
 }
 
-Result<Identification> naming::verdict(const Problem& problem) {
+Result<Identification> naming::verdict(const AssignmentProblem& problem) {
   Result<Identification> result;
   if (problem.sightings.size() < 3 || problem.targets.size() < 3) {
     result.status = Status::too_few_lamps;
@@ -210,7 +211,7 @@ Result<Identification> naming::verdict(const Problem& problem) {
   Search search(problem);
   search.run();
   result.value.tried = search.tried();
-  std::vector<naming::Explanation> found = search.found();
+  std::vector<naming::PoseHypothesis> found = search.found();
   naming::weigh_by_brightness(problem, found);
   if (found.empty() || !answer_by_brighter(problem, found.front(), result))
     answer(problem, search, std::move(found), false, result);

@@ -9,7 +9,7 @@
 
 namespace occ::naming {
 
-bool on_a_line(const Problem& problem, const std::vector<Pair>& pairs, const Rigid3& pose,
+bool on_a_line(const AssignmentProblem& problem, const std::vector<Pair>& pairs, const Rigid3& pose,
                const std::vector<Match>& attached) {
   Eigen::Matrix3Xd centres(3, static_cast<Eigen::Index>(pairs.size() + attached.size()));
   Eigen::Index column = 0;
@@ -24,7 +24,7 @@ bool on_a_line(const Problem& problem, const std::vector<Pair>& pairs, const Rig
   return height_over_line(centres) < least_seen_height * sigma_rad * distance;
 }
 
-std::vector<Rigid3> turns_by_prior(const Problem& problem, const Naming& naming,
+std::vector<Rigid3> turns_by_prior(const AssignmentProblem& problem, const Naming& naming,
                                    const Rigid3& pose) {
   constexpr std::size_t count = 72;  // the prior is smooth over 5 degrees
   constexpr double step_rad = 2 * 3.141592653589793 / count;

@@ -18,8 +18,8 @@ struct Counterparts {
   double spread_m = 0;  ///< root mean square distance from their middle
 };
 
-Counterparts counterparts(const Problem& problem, const Explanation& best,
-                          const Explanation& rival) {
+Counterparts counterparts(const AssignmentProblem& problem, const PoseHypothesis& best,
+                          const PoseHypothesis& rival) {
   std::vector<std::pair<int, int>> lamps;
   for (const Pair& a : best.pairs)
     for (const Pair& b : rival.pairs)
@@ -108,7 +108,8 @@ void name(const Counterparts& c, Symmetry& s) {
 
 }  // namespace
 
-Symmetry name_symmetry(const Problem& problem, const Explanation& best, const Explanation& rival) {
+Symmetry name_symmetry(const AssignmentProblem& problem, const PoseHypothesis& best,
+                       const PoseHypothesis& rival) {
   constexpr double alike = 0.05, exact = 1e-3;  // of the lamps' spread
   Counterparts c = counterparts(problem, best, rival);
   const auto count = c.from.cols();

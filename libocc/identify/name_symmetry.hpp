@@ -7,6 +7,7 @@
 
 namespace occ::naming {
 
-Symmetry name_symmetry(const Problem& problem, const Explanation& best, const Explanation& rival);
+Symmetry name_symmetry(const AssignmentProblem& problem, const PoseHypothesis& best,
+                       const PoseHypothesis& rival);
 
 }  // namespace occ::naming

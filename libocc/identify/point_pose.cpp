@@ -24,11 +24,11 @@ Eigen::Matrix3d cross_columns(const Eigen::Vector3d& point, const Eigen::Matrix3
 
 // chi2 is infinite when a lamp is not in front of the camera. A point moves by
 // delta_rot x point + delta_trans.
-NormalEquations normal_equations(const Problem& problem, const std::vector<Pair>& pairs,
+NormalEquations normal_equations(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
                                  const Rigid3& pose) {
   NormalEquations n;
   for (const Pair& pair : pairs) {
-    const Target& target = problem.target(pair.target);
+    const MapPoint& target = problem.target(pair.target);
     const Eigen::Vector3d point = pose * target.centre;
     Mismatch m;
     if (!compare(problem.sighting(pair.sighting), target, pose.rotation, point, m)) {
@@ -52,7 +52,8 @@ NormalEquations normal_equations(const Problem& problem, const std::vector<Pair>
 }
 
 // The pose in the world is perturbed as that in the local frame is.
-void add_prior(const Problem& problem, const Prior& prior, const Rigid3& pose, NormalEquations& n) {
+void add_prior(const AssignmentProblem& problem, const Prior& prior, const Rigid3& pose,
+               NormalEquations& n) {
   const PriorRows rows = prior.rows(problem.from_world(pose));
   n.information += rows.jacobian.transpose() * rows.jacobian;
   n.gradient += rows.jacobian.transpose() * rows.residuals;
@@ -61,7 +62,7 @@ void add_prior(const Problem& problem, const Prior& prior, const Rigid3& pose, N
 
 // A pose is never worse known than a radian and ten times the lamps' spread: keeps weak ones
 // finite.
-Matrix6 with_floor(const Problem& problem, const Matrix6& information) {
+Matrix6 with_floor(const AssignmentProblem& problem, const Matrix6& information) {
   Matrix6 m = information;
   const double spread = 10 * problem.size_m;
   m.diagonal().head<3>().array() += 1;
@@ -70,7 +71,7 @@ Matrix6 with_floor(const Problem& problem, const Matrix6& information) {
 }
 
 // By 3x3 blocks (Schur's complement): several times faster than a general inverse.
-Matrix6 invert(const Problem& problem, const Matrix6& information) {
+Matrix6 invert(const AssignmentProblem& problem, const Matrix6& information) {
   const Matrix6 m = with_floor(problem, information);
   const Eigen::Matrix3d mixed = m.topRightCorner<3, 3>();
   const Eigen::Matrix3d translation = m.bottomRightCorner<3, 3>().inverse();
@@ -85,10 +86,11 @@ Matrix6 invert(const Problem& problem, const Matrix6& information) {
 
 // Levenberg and Marquardt's; equations_at(pose).
 template <typename EquationsAt>
-PoseEstimate fit(const Problem& problem, const Rigid3& start, const EquationsAt& equations_at) {
+FittedPose fit(const AssignmentProblem& problem, const Rigid3& start,
+               const EquationsAt& equations_at) {
   constexpr int max_steps = 20;
   constexpr double negligible = 1e-4;  // squared step in sigmas
-  PoseEstimate best;
+  FittedPose best;
   best.pose = start;
   NormalEquations n = equations_at(start);
   double damping = 0;
@@ -116,8 +118,9 @@ PoseEstimate fit(const Problem& problem, const Rigid3& start, const EquationsAt&
 
 }  // namespace
 
-bool compare(const Sighting& sighting, const Target& target, const Eigen::Matrix3d& rotation,
-             const Eigen::Vector3d& point_in_cam, Mismatch& mismatch) {
+bool compare(const BearingObservation& sighting, const MapPoint& target,
+             const Eigen::Matrix3d& rotation, const Eigen::Vector3d& point_in_cam,
+             Mismatch& mismatch) {
   const Eigen::Vector3d point = point_in_cam - sighting.origin;
   const double depth = sighting.bearing.dot(point), along = sighting.axis.dot(point);
   if (!(along > 0) || !(depth > 0)) return false;
@@ -135,19 +138,20 @@ bool compare(const Sighting& sighting, const Target& target, const Eigen::Matrix
   return true;
 }
 
-PoseEstimate assess_pose(const Problem& problem, const std::vector<Pair>& pairs,
-                         const Rigid3& pose) {
+FittedPose assess_pose(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
+                       const Rigid3& pose) {
   const NormalEquations n = normal_equations(problem, pairs, pose);
   return {pose, invert(problem, n.information), n.chi2};
 }
 
-PoseEstimate fit_pose(const Problem& problem, const std::vector<Pair>& pairs, const Rigid3& start) {
+FittedPose fit_pose(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
+                    const Rigid3& start) {
   return fit(problem, start,
              [&](const Rigid3& pose) { return normal_equations(problem, pairs, pose); });
 }
 
-PoseEstimate fit_pose_with_prior(const Problem& problem, const std::vector<Pair>& pairs,
-                                 const Rigid3& start) {
+FittedPose fit_pose_with_prior(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
+                               const Rigid3& start) {
   const std::optional<Prior>& prior = problem.options->prior;
   if (!prior || prior->empty()) return fit_pose(problem, pairs, start);
   return fit(problem, start, [&](const Rigid3& pose) {

@@ -12,7 +12,7 @@ struct Pair {
   int target = 0;
 };
 
-struct PoseEstimate {
+struct FittedPose {
   Rigid3 pose;  ///< camera from the local frame
   Matrix6 covariance;
   double chi2 = 0;
@@ -27,19 +27,20 @@ struct Mismatch {
 };
 
 /// False when the point is not in front of the camera and on the sighting's side.
-bool compare(const Sighting& sighting, const Target& target, const Eigen::Matrix3d& rotation,
-             const Eigen::Vector3d& point, Mismatch& mismatch);
+bool compare(const BearingObservation& sighting, const MapPoint& target,
+             const Eigen::Matrix3d& rotation, const Eigen::Vector3d& point, Mismatch& mismatch);
 
 /// How a pose fits, and how well its pairs determine it (to first order; finite even where they do
 /// not).
-PoseEstimate assess_pose(const Problem& problem, const std::vector<Pair>& pairs,
-                         const Rigid3& pose);
+FittedPose assess_pose(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
+                       const Rigid3& pose);
 
 /// Best fit from `start`; three pairs suffice.
-PoseEstimate fit_pose(const Problem& problem, const std::vector<Pair>& pairs, const Rigid3& start);
+FittedPose fit_pose(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
+                    const Rigid3& start);
 
 /// The same of pairs and the prior, if there is one: its chi-square counts, too.
-PoseEstimate fit_pose_with_prior(const Problem& problem, const std::vector<Pair>& pairs,
-                                 const Rigid3& start);
+FittedPose fit_pose_with_prior(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
+                               const Rigid3& start);
 
 }  // namespace occ::naming

@@ -13,13 +13,13 @@ bool within(double off, double variance) { return off * off <= sigmas * sigmas *
 
 }  // namespace
 
-Eigen::Matrix3d cam_from_upright(const Problem& problem) {
+Eigen::Matrix3d cam_from_upright(const AssignmentProblem& problem) {
   return Eigen::Quaterniond::FromTwoVectors(-Eigen::Vector3d::UnitZ(),
                                             problem.options->prior->gravity_in_cam->normalized())
       .toRotationMatrix();
 }
 
-PriorGate::PriorGate(const Problem& problem, const Eigen::Matrix3d& cam_from_upright)
+PriorGate::PriorGate(const AssignmentProblem& problem, const Eigen::Matrix3d& cam_from_upright)
     : right_(cam_from_upright.row(0).head<2>()) {
   const Prior& prior = *problem.options->prior;
   if (prior.position_m)

@@ -9,13 +9,13 @@
 namespace occ::naming {
 
 /// The rotation from a frame with its z up, when the prior knows gravity.
-Eigen::Matrix3d cam_from_upright(const Problem& problem);
+Eigen::Matrix3d cam_from_upright(const AssignmentProblem& problem);
 
 /// Cuts off what is so far from the prior that no explanation with it would be believed.
 class PriorGate {
  public:
   /// What a prior says of poses turned by `cam_from_upright` and then about the vertical.
-  PriorGate(const Problem& problem, const Eigen::Matrix3d& cam_from_upright);
+  PriorGate(const AssignmentProblem& problem, const Eigen::Matrix3d& cam_from_upright);
 
   /// place: of the camera, local frame; cosine, sine: of the turn from the world to the upright
   /// frame; relative: error of the pose as voted on, a part of its distance and an angle alike.

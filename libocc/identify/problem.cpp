@@ -12,19 +12,19 @@
 namespace occ::naming {
 namespace {
 
-void add_targets(Problem& problem, std::vector<Target> targets) {
-  for (const Target& target : targets)
+void add_targets(AssignmentProblem& problem, std::vector<MapPoint> targets) {
+  for (const MapPoint& target : targets)
     problem.origin += target.centre / static_cast<double>(targets.size());
-  for (Target& target : targets) {
+  for (MapPoint& target : targets) {
     target.centre -= problem.origin;
     problem.size_m = std::max(problem.size_m, target.centre.norm());
   }
   problem.targets = std::move(targets);
 }
 
-Target target_of(const Lamp& lamp) {
-  Target target{lamp.centre_m, lamp.normal.normalized(), lamp.reach_m(),
-                lamp.shape == LampShape::disc};
+MapPoint target_of(const Lamp& lamp) {
+  MapPoint target{lamp.centre_m, lamp.normal.normalized(), lamp.reach_m(),
+                  lamp.shape == LampShape::disc};
   target.power_w = lamp.power_w;
   target.power_sigma = lamp.power_sigma;
   target.order = lamp.order();
@@ -32,18 +32,19 @@ Target target_of(const Lamp& lamp) {
   return target;
 }
 
-std::vector<Target> targets_of(const std::vector<Lamp>& lamps) {
-  std::vector<Target> targets;
+std::vector<MapPoint> targets_of(const std::vector<Lamp>& lamps) {
+  std::vector<MapPoint> targets;
   for (const Lamp& lamp : lamps) targets.push_back(target_of(lamp));
   return targets;
 }
 
-std::vector<Target> targets_of(const Object& object) {
+std::vector<MapPoint> targets_of(const Object& object) {
   constexpr double pi = 3.141592653589793, everywhere = -2;
   constexpr double sure_rad = 0.1;  // so near to the cone's edge a point may be overlooked
-  std::vector<Target> targets;
+  std::vector<MapPoint> targets;
   for (const ObjectPoint& point : object.points) {
-    Target target{point.position_m, point.normal.normalized(), point.radius_m, point.radius_m > 0};
+    MapPoint target{point.position_m, point.normal.normalized(), point.radius_m,
+                    point.radius_m > 0};
     const double cosine = std::cos(point.cone_rad);
     if (point.cone_rad >= pi) {
       target.cone_cos = target.sure_cos = everywhere;
@@ -58,9 +59,9 @@ std::vector<Target> targets_of(const Object& object) {
 
 // Lamps in one place, such as the emitters of three colours, or a lamp that the map has twice: no
 // geometry tells them apart, so the first stands for all. Their light is not that of one.
-void mark_twins(Problem& problem) {
+void mark_twins(AssignmentProblem& problem) {
   const double one_place_m = 1e-4 * problem.size_m;
-  std::vector<Target>& targets = problem.targets;
+  std::vector<MapPoint>& targets = problem.targets;
   std::vector<std::size_t> by_x(targets.size());
   std::iota(by_x.begin(), by_x.end(), std::size_t{0});
   std::stable_sort(by_x.begin(), by_x.end(), [&](std::size_t a, std::size_t b) {
@@ -68,7 +69,7 @@ void mark_twins(Problem& problem) {
   });
   for (std::size_t i = 0; i < by_x.size(); ++i)
     for (std::size_t j = i + 1; j < by_x.size(); ++j) {
-      Target &a = targets[by_x[i]], &b = targets[by_x[j]];
+      MapPoint &a = targets[by_x[i]], &b = targets[by_x[j]];
       if (b.centre.x() - a.centre.x() > one_place_m) break;
       if ((a.centre - b.centre).norm() > one_place_m || a.normal.dot(b.normal) < 0.5) continue;
       (by_x[i] < by_x[j] ? b : a).twin = true;
@@ -87,7 +88,7 @@ Eigen::Matrix<double, 2, 3> tangent_plane(const Eigen::Vector3d& bearing) {
 
 // A disc's apparent radius is that of its ellipse's longer axis: lamp radius over distance. Rims of
 // saturated lamps have grown.
-void measure_size(const Blob& blob, const Eigen::Matrix2d& rad_per_px, Sighting& s) {
+void measure_size(const Blob& blob, const Eigen::Matrix2d& rad_per_px, BearingObservation& s) {
   constexpr double tolerance = 1.3, error_px = 1, growth_px = 5;
   if (blob.rim.empty() || blob.merged) return;
   const Eigen::Vector2d axis(std::cos(blob.ellipse.angle_rad), std::sin(blob.ellipse.angle_rad));
@@ -107,7 +108,7 @@ void measure_size(const Blob& blob, const Eigen::Matrix2d& rad_per_px, Sighting&
 }
 
 // A flux without a sigma has not been measured.
-void measure_flux(const Blob& blob, const Scene& scene, Sighting& s) {
+void measure_flux(const Blob& blob, const Scene& scene, BearingObservation& s) {
   if (!(blob.flux_dn > 0 && blob.flux_sigma_dn > 0) || blob.merged) return;
   const double transmission = Vignetting(scene).transmission(blob.centroid_px);
   if (!(transmission > 0)) return;
@@ -124,14 +125,14 @@ bool is_almost_whole(const Blob& blob) {
 }
 
 // Nothing when the pixel is outside the camera's domain.
-std::optional<Sighting> make_sighting(const Problem& problem, int blob_index) {
+std::optional<BearingObservation> make_sighting(const AssignmentProblem& problem, int blob_index) {
   constexpr double least_variance_px2 = 1e-8;  // noise-free blobs under a perfect model
   constexpr double cut_sigma_px = 0.5;         // an ellipse through part of a rim
   const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(blob_index)];
   Eigen::Matrix<double, 3, 2> jacobian;
   const auto bearing = problem.camera->unproject(blob.centroid_px, &jacobian);
   if (!bearing) return std::nullopt;
-  Sighting s;
+  BearingObservation s;
   s.blob = blob_index;
   s.bearing = *bearing;
   s.tangent = tangent_plane(s.bearing);
@@ -157,7 +158,7 @@ bool blinks(const Lamp& lamp) { return lamp.frequency_hz && !lamp.code; }
 
 // Lamps whose code agrees with the blob's frequency and is as near to it as any; none when the
 // frequency is absent or fits no code.
-std::vector<int> lamps_of_frequency(const Blob& blob, const Problem& problem) {
+std::vector<int> lamps_of_frequency(const Blob& blob, const AssignmentProblem& problem) {
   std::vector<int> lamps;
   if (!problem.scene || !problem.options->use_frequency || !blob.frequency_hz) return lamps;
   double nearest = std::numeric_limits<double>::infinity();
@@ -176,7 +177,7 @@ std::vector<int> lamps_of_frequency(const Blob& blob, const Problem& problem) {
 }
 
 // The lamp whose id the blob's code told; none for a light that is in no map.
-std::vector<int> lamp_of_id(const Blob& blob, const Problem& problem) {
+std::vector<int> lamp_of_id(const Blob& blob, const AssignmentProblem& problem) {
   if (!problem.scene) return {};
   const std::vector<Lamp>& lamps = problem.scene->lamps;
   const auto told = std::find_if(lamps.begin(), lamps.end(),
@@ -185,7 +186,7 @@ std::vector<int> lamp_of_id(const Blob& blob, const Problem& problem) {
   return {static_cast<int>(told - lamps.begin())};
 }
 
-void name_by_code(Sighting& s, const Problem& problem) {
+void name_by_code(BearingObservation& s, const AssignmentProblem& problem) {
   const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(s.blob)];
   s.lamps = blob.lamp_id ? lamp_of_id(blob, problem) : lamps_of_frequency(blob, problem);
   s.named = !s.lamps.empty();
@@ -196,24 +197,25 @@ void name_by_code(Sighting& s, const Problem& problem) {
 
 // Where codes are legible, a light without one is no coded lamp: three lamps named by their codes
 // show that they are. What then can be no lamp at all is left out.
-void rule_out_by_code(Problem& problem) {
+void rule_out_by_code(AssignmentProblem& problem) {
   const std::vector<Lamp>& lamps = problem.scene->lamps;
   std::vector<char> named(lamps.size(), 0);
-  for (const Sighting& s : problem.sightings)
+  for (const BearingObservation& s : problem.sightings)
     if (s.named) named[static_cast<std::size_t>(s.lamps.front())] = 1;
   if (std::count(named.begin(), named.end(), 1) < 3) return;
   const auto coded = [&](int lamp) { return blinks(lamps[static_cast<std::size_t>(lamp)]); };
-  for (Sighting& s : problem.sightings)
+  for (BearingObservation& s : problem.sightings)
     if (!s.named)
       s.lamps.erase(std::remove_if(s.lamps.begin(), s.lamps.end(), coded), s.lamps.end());
-  problem.sightings.erase(std::remove_if(problem.sightings.begin(), problem.sightings.end(),
-                                         [](const Sighting& s) { return s.lamps.empty(); }),
-                          problem.sightings.end());
+  problem.sightings.erase(
+      std::remove_if(problem.sightings.begin(), problem.sightings.end(),
+                     [](const BearingObservation& s) { return s.lamps.empty(); }),
+      problem.sightings.end());
 }
 
 // A merged blob serves as a whole one when there are too few of those and something else than its
 // vague place, a code or a prior, can speak for what is made of it.
-void add_sightings(Problem& problem) {
+void add_sightings(AssignmentProblem& problem) {
   const std::vector<Blob>& blobs = *problem.blobs;
   const auto is_cut = [](const Blob& b) { return b.cut_by_border && !is_almost_whole(b); };
   const auto whole = std::count_if(blobs.begin(), blobs.end(),
@@ -223,14 +225,14 @@ void add_sightings(Problem& problem) {
     const bool serves = whole < 3 && (blob.frequency_hz || problem.options->prior);
     if (is_cut(blob) || (blob.merged && !serves)) {
       problem.weak_blobs.push_back(i);
-    } else if (std::optional<Sighting> s = make_sighting(problem, i)) {
+    } else if (std::optional<BearingObservation> s = make_sighting(problem, i)) {
       name_by_code(*s, problem);
       problem.sightings.push_back(std::move(*s));
     }
   }
   if (problem.scene) rule_out_by_code(problem);
   std::stable_sort(problem.sightings.begin(), problem.sightings.end(),
-                   [&](const Sighting& a, const Sighting& b) {
+                   [&](const BearingObservation& a, const BearingObservation& b) {
                      if (a.named != b.named) return a.named;
                      return blobs[static_cast<std::size_t>(a.blob)].flux_dn >
                             blobs[static_cast<std::size_t>(b.blob)].flux_dn;
@@ -238,10 +240,10 @@ void add_sightings(Problem& problem) {
   if (problem.sightings.size() > max_sightings) problem.sightings.resize(max_sightings);
 }
 
-Problem make_problem(const std::vector<Blob>& blobs, const Scene* scene,
-                     std::vector<Target> targets, const Camera& camera,
-                     const IdentifyOptions& options) {
-  Problem problem;
+AssignmentProblem make_problem(const std::vector<Blob>& blobs, const Scene* scene,
+                               std::vector<MapPoint> targets, const Camera& camera,
+                               const IdentifyOptions& options) {
+  AssignmentProblem problem;
   problem.blobs = &blobs;
   problem.camera = &camera;
   problem.scene = scene;
@@ -259,13 +261,13 @@ Problem make_problem(const std::vector<Blob>& blobs, const Scene* scene,
 
 }  // namespace
 
-Problem make_problem(const std::vector<Blob>& blobs, const Scene& scene,
-                     const IdentifyOptions& options) {
+AssignmentProblem make_problem(const std::vector<Blob>& blobs, const Scene& scene,
+                               const IdentifyOptions& options) {
   return make_problem(blobs, &scene, targets_of(scene.lamps), scene.camera, options);
 }
 
-Problem make_problem(const std::vector<Blob>& blobs, const Object& object, const Camera& camera,
-                     const IdentifyOptions& options) {
+AssignmentProblem make_problem(const std::vector<Blob>& blobs, const Object& object,
+                               const Camera& camera, const IdentifyOptions& options) {
   return make_problem(blobs, nullptr, targets_of(object), camera, options);
 }
 

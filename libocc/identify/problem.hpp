@@ -16,7 +16,7 @@ namespace occ::naming {
 /// A blob that is a whole lamp. The direction of a point Y is compared with it in its tangent
 /// plane: e = tangent Y / (bearing . Y), in radians to first order, Y counted from where the ray
 /// starts.
-struct Sighting {
+struct BearingObservation {
   int blob = 0;
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< of the ray, camera frame [m]
   double parallax_rad = 0;              ///< what leaving the origin out may turn a direction by
@@ -37,7 +37,7 @@ struct Sighting {
   std::vector<int> lamps;               ///< those it may be
 };
 
-struct Target {
+struct MapPoint {
   Eigen::Vector3d centre;  ///< about the local origin [m]
   Eigen::Vector3d normal;
   double radius_m = 0;  ///< of the smallest circle around it
@@ -50,7 +50,7 @@ struct Target {
   bool twin = false;   ///< an earlier one is in the same place and stands for both
 };
 
-struct Problem {
+struct AssignmentProblem {
   const std::vector<Blob>* blobs = nullptr;
   const Camera* camera = nullptr;
   const Scene* scene = nullptr;  ///< null for the points of an object
@@ -59,8 +59,8 @@ struct Problem {
   int least_pairs = 0;                               ///< explanations of fewer blobs are of no use
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< of the local frame, in the world
   double size_m = 0;                                 ///< largest distance of a lamp from it
-  std::vector<Target> targets;      ///< one for each lamp or point, in the order of scene or object
-  std::vector<Sighting> sightings;  ///< named first, then the brightest
+  std::vector<MapPoint> targets;  ///< one for each lamp or point, in the order of scene or object
+  std::vector<BearingObservation> sightings;  ///< named first, then the brightest
   std::vector<int>
       weak_blobs;             ///< cut or merged: their centroid says little, their place something
   std::vector<char> allowed;  ///< [sighting * targets + target]
@@ -69,8 +69,8 @@ struct Problem {
     return allowed[static_cast<std::size_t>(sighting) * targets.size() +
                    static_cast<std::size_t>(target)] != 0;
   }
-  const Sighting& sighting(int i) const { return sightings[static_cast<std::size_t>(i)]; }
-  const Target& target(int i) const { return targets[static_cast<std::size_t>(i)]; }
+  const BearingObservation& sighting(int i) const { return sightings[static_cast<std::size_t>(i)]; }
+  const MapPoint& target(int i) const { return targets[static_cast<std::size_t>(i)]; }
   Rigid3 from_world(const Rigid3& cam_from_local) const {
     return {cam_from_local.rotation, cam_from_local.translation - cam_from_local.rotation * origin};
   }
@@ -80,9 +80,9 @@ struct Problem {
 inline constexpr std::size_t max_sightings = 64;
 
 /// All that is given must outlive the problem.
-LIBOCC_API Problem make_problem(const std::vector<Blob>& blobs, const Scene& scene,
-                                const IdentifyOptions& options);
-LIBOCC_API Problem make_problem(const std::vector<Blob>& blobs, const Object& object,
-                                const Camera& camera, const IdentifyOptions& options);
+LIBOCC_API AssignmentProblem make_problem(const std::vector<Blob>& blobs, const Scene& scene,
+                                          const IdentifyOptions& options);
+LIBOCC_API AssignmentProblem make_problem(const std::vector<Blob>& blobs, const Object& object,
+                                          const Camera& camera, const IdentifyOptions& options);
 
 }  // namespace occ::naming

@@ -70,9 +70,9 @@ void Recogniser::look_for(std::size_t object) {
   best_[object].reset();
   std::vector<Blob> blobs;
   for (const int i : left_) blobs.push_back(blobs_[static_cast<std::size_t>(i)]);
-  const naming::Problem all =
+  const naming::AssignmentProblem all =
       naming::make_problem(blobs_, objects_[object], camera_, options_.identify);
-  naming::Problem problem =
+  naming::AssignmentProblem problem =
       naming::make_problem(blobs, objects_[object], camera_, options_.identify);
   problem.least_pairs = naming::least_pairs(all, most_log10_false_alarms());
   if (problem.least_pairs > static_cast<int>(problem.sightings.size())) return;

@@ -22,48 +22,49 @@ constexpr int worth_of_four = 7;           // of three named pairs and one witho
 constexpr double same_pose_chi2 = 9;       // poses nearer than this in their own sigmas are one
 constexpr double largest_prior_chi2 = 36;  // six sigma
 
-double squared_sigmas(const Rigid3& a, const PoseEstimate& b) {
+double squared_sigmas(const Rigid3& a, const FittedPose& b) {
   const Vector6 delta = difference(a, b.pose);
   return delta.dot(b.covariance.llt().solve(delta));
 }
 
-bool believable(const Problem& problem, const Explanation& e) {
+bool believable(const AssignmentProblem& problem, const PoseHypothesis& e) {
   const std::optional<Prior>& prior = problem.options->prior;
   return !prior || prior->chi2(problem.from_world(e.estimate.pose)) <= largest_prior_chi2;
 }
 
 // Whether so many namings are possible that looking at each would take long.
-bool wide(const Problem& problem) {
+bool wide(const AssignmentProblem& problem) {
   constexpr std::size_t few = 7;
   const auto named = std::count_if(problem.sightings.begin(), problem.sightings.end(),
-                                   [](const Sighting& s) { return s.named; });
+                                   [](const BearingObservation& s) { return s.named; });
   return problem.targets.size() >= few && problem.sightings.size() >= 4 && named < 2;
 }
 
 }  // namespace
 
 // Share of the image that one blob's gate covers, that of a firm pose's own error included.
-double gate_share(const Problem& problem) {
+double gate_share(const AssignmentProblem& problem) {
   const Camera& camera = *problem.camera;
   const double image = camera.width() * camera.height() / (camera.fx_px() * camera.fy_px());
   double ellipses = 0;
-  for (const Sighting& s : problem.sightings) ellipses += std::sqrt(s.covariance.determinant());
+  for (const BearingObservation& s : problem.sightings)
+    ellipses += std::sqrt(s.covariance.determinant());
   const double gate = problem.options->gate_sigma;
   const double pi = std::acos(-1.0);
   return 2 * pi * gate * gate * ellipses / (static_cast<double>(problem.sightings.size()) * image);
 }
 
 // Whether the three lamps would look as they do, apart from their place: lit side, size.
-bool looks_right(const Problem& problem, const Naming& naming, const Rigid3& pose) {
+bool looks_right(const AssignmentProblem& problem, const Naming& naming, const Rigid3& pose) {
   const Eigen::Vector3d camera = pose.origin_in_source();
   return std::all_of(naming.begin(), naming.end(), [&](const Pair& p) {
-    const Target& target = problem.target(p.target);
+    const MapPoint& target = problem.target(p.target);
     return faces(target, camera) &&
            sizes_agree(problem.sighting(p.sighting), target, pose * target.centre);
   });
 }
 
-Search::Search(const Problem& problem) : problem_(problem), together_(problem) {
+Search::Search(const AssignmentProblem& problem) : problem_(problem), together_(problem) {
   prior_ = problem.options->prior && !problem.options->prior->empty();
 }
 
@@ -104,8 +105,8 @@ void Search::try_all() {
 // rivalled by chance, so few alternatives need ruling out.
 int Search::false_lights() const {
   const auto& blobs = problem_.sightings;
-  const int named = static_cast<int>(
-      std::count_if(blobs.begin(), blobs.end(), [](const Sighting& s) { return s.named; }));
+  const int named = static_cast<int>(std::count_if(
+      blobs.begin(), blobs.end(), [](const BearingObservation& s) { return s.named; }));
   const int sought = std::max({most_ - named, problem_.least_pairs, 3});
   const int unexplained = std::max(static_cast<int>(blobs.size()) - sought, 0);
   return most_ >= strong ? std::min(unexplained, 2) : unexplained;
@@ -132,7 +133,7 @@ int Search::named_pairs(const std::vector<Pair>& pairs) const {
 
 // Whether an explanation is worth as much as the first one. A fourth pair that has no name is
 // easily an accident, because three determine a pose but poorly.
-bool Search::rivals(const Explanation& e) const {
+bool Search::rivals(const PoseHypothesis& e) const {
   const std::vector<Pair>& best = found_.front().pairs;
   return worth(e.pairs) == worth(best) ||
          (best.size() == 4 && named_pairs(e.pairs) == 3 && named_pairs(best) == 3);
@@ -154,7 +155,7 @@ void Search::try_triple(const BlobTriple& triple) {
         naming[1].target = b;
         naming[2].target = c;
         if (contradicts_view(naming)) continue;
-        for (const PoseEstimate& seed : seeds_of(naming)) consider(seed, naming);
+        for (const FittedPose& seed : seeds_of(naming)) consider(seed, naming);
       }
 }
 
@@ -207,8 +208,8 @@ double Search::chance() const {
 // Lamps in one plane that face the same side are seen from that side only, so three of them run the
 // same way round in the image: half of all namings fall without a pose.
 bool Search::contradicts_view(const Naming& naming) const {
-  const Target &a = problem_.target(naming[0].target), &b = problem_.target(naming[1].target),
-               &c = problem_.target(naming[2].target);
+  const MapPoint &a = problem_.target(naming[0].target), &b = problem_.target(naming[1].target),
+                 &c = problem_.target(naming[2].target);
   const Eigen::Vector3d across = (b.centre - a.centre).cross(c.centre - a.centre);
   const double facing = across.dot(a.normal);
   const double flat = (1 - 1e-9) * across.norm();
@@ -216,9 +217,9 @@ bool Search::contradicts_view(const Naming& naming) const {
       std::abs(across.dot(c.normal)) < flat || a.normal.dot(b.normal) < 0 ||
       a.normal.dot(c.normal) < 0)
     return false;
-  const Sighting &i = problem_.sighting(naming[0].sighting),
-                 &j = problem_.sighting(naming[1].sighting),
-                 &k = problem_.sighting(naming[2].sighting);
+  const BearingObservation &i = problem_.sighting(naming[0].sighting),
+                           &j = problem_.sighting(naming[1].sighting),
+                           &k = problem_.sighting(naming[2].sighting);
   const Eigen::Vector3d ij = j.bearing - i.bearing, ik = k.bearing - i.bearing;
   const double turn = i.bearing.dot(ij.cross(ik));
   const double noise = problem_.options->gate_sigma * (i.sigma_rad + j.sigma_rad + k.sigma_rad) *
@@ -227,7 +228,7 @@ bool Search::contradicts_view(const Naming& naming) const {
 }
 
 // Poses from which the three lamps look as they do within the noise.
-std::vector<PoseEstimate> Search::seeds_of(const Naming& naming) const {
+std::vector<FittedPose> Search::seeds_of(const Naming& naming) const {
   Eigen::Matrix3d bearings, points;
   for (int i = 0; i < 3; ++i) {
     const Pair& pair = naming[static_cast<std::size_t>(i)];
@@ -238,10 +239,10 @@ std::vector<PoseEstimate> Search::seeds_of(const Naming& naming) const {
   const int count = p3p_within(bearings, points, kneip_tolerance_rad, poses);
   const double gate2 = problem_.options->gate_sigma * problem_.options->gate_sigma;
   const std::vector<Pair> triple(naming.begin(), naming.end());
-  std::vector<PoseEstimate> seeds;
+  std::vector<FittedPose> seeds;
   const auto add = [&](const Rigid3& pose) {
     if (!looks_right(problem_, naming, pose)) return;
-    PoseEstimate seed = assess_pose(problem_, triple, pose);
+    FittedPose seed = assess_pose(problem_, triple, pose);
     if (seed.chi2 > gate2) seed = fit_pose(problem_, triple, pose);
     if (seed.chi2 <= gate2) seeds.push_back(seed);
   };
@@ -253,7 +254,7 @@ std::vector<PoseEstimate> Search::seeds_of(const Naming& naming) const {
   return seeds;
 }
 
-void Search::consider(const PoseEstimate& seed, const Naming& naming) {
+void Search::consider(const FittedPose& seed, const Naming& naming) {
   const double gate2 = problem_.options->gate_sigma * problem_.options->gate_sigma;
   if (prior_) {
     const double chi2 = prior_chi2(problem_, seed);
@@ -266,13 +267,13 @@ void Search::consider(const PoseEstimate& seed, const Naming& naming) {
   pairs.insert(pairs.end(), naming.begin(), naming.end());
   seeds_.push_back({naming, more, named_pairs(pairs)});
   if (!worth_keeping(naming, pairs)) return;
-  Explanation explanation = explain(problem_, seed, naming, further);
+  PoseHypothesis explanation = explain(problem_, seed, naming, further);
   if (worth_keeping(naming, explanation.pairs) && believable(problem_, explanation))
     keep(std::move(explanation));
 }
 
-void Search::keep(Explanation explanation) {
-  for (const Explanation& known : found_)
+void Search::keep(PoseHypothesis explanation) {
+  for (const PoseHypothesis& known : found_)
     if (same_pairs(known.pairs, explanation.pairs) &&
         squared_sigmas(explanation.estimate.pose, known.estimate) < same_pose_chi2)
       return;
@@ -285,12 +286,13 @@ void Search::keep(Explanation explanation) {
 }
 
 void Search::merge_and_rank() {
-  std::stable_sort(found_.begin(), found_.end(), [&](const Explanation& a, const Explanation& b) {
-    return worth(a.pairs) != worth(b.pairs) ? worth(a.pairs) > worth(b.pairs) : a.chi2 < b.chi2;
-  });
-  std::vector<Explanation> distinct;
-  for (const Explanation& e : found_) {
-    const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const Explanation& d) {
+  std::stable_sort(
+      found_.begin(), found_.end(), [&](const PoseHypothesis& a, const PoseHypothesis& b) {
+        return worth(a.pairs) != worth(b.pairs) ? worth(a.pairs) > worth(b.pairs) : a.chi2 < b.chi2;
+      });
+  std::vector<PoseHypothesis> distinct;
+  for (const PoseHypothesis& e : found_) {
+    const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const PoseHypothesis& d) {
       return same_pairs(e.pairs, d.pairs) &&
              squared_sigmas(e.estimate.pose, d.estimate) < same_pose_chi2;
     });

@@ -18,8 +18,8 @@ inline constexpr double unlikely = 0.1, unlikely_if_missing = 0.01;
 /// Pairs that hardly agree by chance.
 inline constexpr int strong = 6;
 
-double gate_share(const Problem& problem);
-bool looks_right(const Problem& problem, const Naming& naming, const Rigid3& pose);
+double gate_share(const AssignmentProblem& problem);
+bool looks_right(const AssignmentProblem& problem, const Naming& naming, const Rigid3& pose);
 
 /// How groups of blobs are voted on.
 struct Poll {
@@ -30,13 +30,13 @@ struct Poll {
 
 class Search {
  public:
-  explicit Search(const Problem& problem);
+  explicit Search(const AssignmentProblem& problem);
 
   void run();
 
   /// Most pairs first, then the smallest chi-square. All pair as many blobs as the best one, or
   /// three that are named when the best adds but one unnamed blob: that may be an accident.
-  const std::vector<Explanation>& found() const { return found_; }
+  const std::vector<PoseHypothesis>& found() const { return found_; }
   /// Explanations by accident that are to be expected to pair as many blobs as the best one.
   double chance() const;
   /// False for a best explanation by vote whose blobs are further off than their errors let expect.
@@ -64,25 +64,25 @@ class Search {
   void elect(std::vector<Vote>& votes, int least);
   void consider(const Vote& vote);
   bool known(const Vote& vote) const;
-  double chance_of(const Explanation& e) const;
+  double chance_of(const PoseHypothesis& e) const;
   double chance_of_prior(const std::vector<Pair>& best) const;
-  bool misses_too_much(const Explanation& e) const;
-  bool fits(const Explanation& e) const;
-  std::vector<PoseEstimate> seeds_of(const Naming& naming) const;
-  void consider(const PoseEstimate& seed, const Naming& naming);
-  void keep(Explanation explanation);
+  bool misses_too_much(const PoseHypothesis& e) const;
+  bool fits(const PoseHypothesis& e) const;
+  std::vector<FittedPose> seeds_of(const Naming& naming) const;
+  void consider(const FittedPose& seed, const Naming& naming);
+  void keep(PoseHypothesis explanation);
   void merge_and_rank();
   bool contradicts_view(const Naming& naming) const;
   bool worth_keeping(const Naming& naming, const std::vector<Pair>& pairs) const;
   int false_lights() const;
   int named_pairs(const std::vector<Pair>& pairs) const;
   int worth(const std::vector<Pair>& pairs) const;
-  bool rivals(const Explanation& e) const;
+  bool rivals(const PoseHypothesis& e) const;
 
-  const Problem& problem_;
+  const AssignmentProblem& problem_;
   SeenTogether together_;
   bool prior_ = false;
-  std::vector<Explanation> found_;
+  std::vector<PoseHypothesis> found_;
   int most_ = 0;  // the largest worth of an explanation so far
   int tried_ = 0;
   std::vector<Seed>

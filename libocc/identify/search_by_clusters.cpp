@@ -34,11 +34,11 @@ Cell cell_of(const Rigid3& pose, double cell_m, int shift) {
   return cell;
 }
 
-double spacing_m(const Problem& problem) {
+double spacing_m(const AssignmentProblem& problem) {
   double sum = 0;
-  for (const Target& a : problem.targets) {
+  for (const MapPoint& a : problem.targets) {
     double nearest = 2 * problem.size_m;
-    for (const Target& b : problem.targets)
+    for (const MapPoint& b : problem.targets)
       if (&a != &b) nearest = std::min(nearest, (a.centre - b.centre).norm());
     sum += nearest;
   }

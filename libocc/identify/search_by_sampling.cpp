@@ -12,7 +12,7 @@ namespace occ::naming {
 namespace {
 
 // Blobs of three different sightings, and lamps that they may be.
-std::optional<Naming> random_naming(const Problem& problem, Random& random) {
+std::optional<Naming> random_naming(const AssignmentProblem& problem, Random& random) {
   Naming naming;
   const int blobs = static_cast<int>(problem.sightings.size());
   for (Pair& pair : naming) {
@@ -30,7 +30,7 @@ std::optional<Naming> random_naming(const Problem& problem, Random& random) {
 
 // Samples after which, with probability `sure`, one was right: three true lights of `pairs` among
 // all, each with its own lamp among those it may be.
-double samples_needed(const Problem& problem, int pairs) {
+double samples_needed(const AssignmentProblem& problem, int pairs) {
   constexpr double sure = 0.999;
   const double blobs = static_cast<double>(problem.sightings.size());
   const double lamps = static_cast<double>(problem.targets.size());
@@ -53,7 +53,7 @@ void Search::sample() {
     const Naming& n = *naming;
     if (!together_.triple(n[0].target, n[1].target, n[2].target)) continue;
     const int before = most_;
-    for (const PoseEstimate& seed : seeds_of(*naming)) consider(seed, *naming);
+    for (const FittedPose& seed : seeds_of(*naming)) consider(seed, *naming);
     if (most_ > before && !found_.empty())
       needed = samples_needed(problem_, static_cast<int>(found_.back().pairs.size()));
   }

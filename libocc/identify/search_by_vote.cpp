@@ -18,7 +18,7 @@ constexpr int strong_false = 1;
 Naming naming_of(const std::vector<Pair>& pairs) { return {pairs[0], pairs[1], pairs[2]}; }
 
 // For every other blob the lamp nearest to it, if within `gate_rad`.
-std::vector<Pair> pairs_near(const Problem& problem, const Vote& vote) {
+std::vector<Pair> pairs_near(const AssignmentProblem& problem, const Vote& vote) {
   const double gate_rad =
       problem.options->gate_sigma * (2 * problem.options->prior->gravity_sigma_rad + 0.01);
   std::vector<Pair> near;
@@ -117,7 +117,7 @@ int Search::spent() const {
 // Another way to a pose that has been found.
 bool Search::known(const Vote& vote) const {
   constexpr double same_turn = 0.05;
-  return std::any_of(found_.begin(), found_.end(), [&](const Explanation& e) {
+  return std::any_of(found_.begin(), found_.end(), [&](const PoseHypothesis& e) {
     return std::all_of(vote.naming.begin(), vote.naming.end(),
                        [&](const Pair& p) { return contains(e.pairs, p); }) &&
            (vote.pose.rotation - e.estimate.pose.rotation).norm() < same_turn;
@@ -128,7 +128,7 @@ void Search::consider(const Vote& vote) {
   const auto try_three = [&](const std::vector<Pair>& three) {
     looks_ += 1;
     const Naming naming = naming_of(three);
-    const PoseEstimate seed = fit_pose(problem_, three, vote.pose);
+    const FittedPose seed = fit_pose(problem_, three, vote.pose);
     const double gate2 = problem_.options->gate_sigma * problem_.options->gate_sigma;
     if (seed.chi2 <= gate2 && looks_right(problem_, naming, seed.pose)) consider(seed, naming);
   };
@@ -137,7 +137,7 @@ void Search::consider(const Vote& vote) {
     return;
   }
   for (const Pair& third : pairs_near(problem_, vote)) {
-    if (std::any_of(found_.begin(), found_.end(), [&](const Explanation& e) {
+    if (std::any_of(found_.begin(), found_.end(), [&](const PoseHypothesis& e) {
           return contains(e.pairs, third) && contains(e.pairs, vote.naming[0]) &&
                  contains(e.pairs, vote.naming[1]);
         }))
@@ -151,21 +151,21 @@ void Search::consider(const Vote& vote) {
 // Whether the lamps that should be seen but are not speak louder against a pose than its pairs,
 // beyond those that determine it, speak for it: each of these would be in its gate by an accident
 // as likely as the gate's share of the image.
-bool Search::misses_too_much(const Explanation& e) const {
+bool Search::misses_too_much(const PoseHypothesis& e) const {
   const double by_accident = gate_share(problem_);
   const int beyond = static_cast<int>(e.pairs.size()) - named_by_vote();
   return 0.5 * problem_.options->miss_penalty * e.missed > -std::log(by_accident) * (beyond + 1);
 }
 
 // Pairs by accident are anywhere in their gates; the truth fits worse in one case of a thousand.
-bool Search::fits(const Explanation& e) const {
+bool Search::fits(const PoseHypothesis& e) const {
   const int known = prior_ ? problem_.options->prior->dof() : 0;
   return variance_factor(e.estimate.chi2, 2 * static_cast<int>(e.pairs.size()) - 6 + known) == 1;
 }
 
 // Poisson: each pose voted on meets a further blob by the share of the image that its gate covers,
 // once for each lamp that is in view from there. From a pose that misses many lamps many are.
-double Search::chance_of(const Explanation& e) const {
+double Search::chance_of(const PoseHypothesis& e) const {
   constexpr double gate_of_few = 5;  // typically, over that of a firm pose
   if (!(turnout_->poses > 0)) return 0;
   const int size = static_cast<int>(e.pairs.size()), named = named_by_vote();

@@ -12,7 +12,7 @@ namespace {
 using Eigen::Vector3d;
 
 // From a place to the nearest one in a cone of at most the half space; zero inside.
-Vector3d way_into_cone(const Target& target, const Vector3d& place) {
+Vector3d way_into_cone(const MapPoint& target, const Vector3d& place) {
   const Vector3d v = place - target.centre;
   const double along = target.normal.dot(v), distance = v.norm();
   if (along >= target.cone_cos * distance) return Vector3d::Zero();
@@ -29,10 +29,10 @@ Vector3d way_into_cone(const Target& target, const Vector3d& place) {
 // Half the sum of the squared ways into all cones is convex, and descent by their mean converges.
 // Where the ways d_i come to cancel, no place x is in all cones: each has d_i . (x - place) >=
 // |d_i|^2, so that sum d_i . (x - place) >= sum |d_i|^2.
-bool seen_together(const Problem& problem, const std::vector<int>& targets) {
+bool seen_together(const AssignmentProblem& problem, const std::vector<int>& targets) {
   constexpr int most_steps = 300;
   constexpr double farthest = 1000, negligible = 1e-6;  // of the object's size
-  std::vector<const Target*> cones;
+  std::vector<const MapPoint*> cones;
   Vector3d place = Vector3d::Zero();
   for (const int t : targets)
     if (problem.target(t).cone_cos >= 0) {
@@ -42,7 +42,7 @@ bool seen_together(const Problem& problem, const std::vector<int>& targets) {
   for (int step = 0; step < most_steps; ++step) {
     Vector3d sum = Vector3d::Zero();
     double squares = 0;
-    for (const Target* cone : cones) {
+    for (const MapPoint* cone : cones) {
       const Vector3d way = way_into_cone(*cone, place);
       sum += way;
       squares += way.squaredNorm();
@@ -54,7 +54,7 @@ bool seen_together(const Problem& problem, const std::vector<int>& targets) {
   return true;
 }
 
-SeenTogether::SeenTogether(const Problem& problem)
+SeenTogether::SeenTogether(const AssignmentProblem& problem)
     : problem_(problem), count_(problem.targets.size()) {
   if (problem.all_together) return;
   pairs_.assign(count_ * count_, 1);

@@ -11,12 +11,12 @@ namespace occ::naming {
 
 /// False only when no camera nearer than a thousand times the object's size is in all cones: cones
 /// that are wider than the half space count as no restriction, and what takes long to tell as true.
-LIBOCC_API bool seen_together(const Problem& problem, const std::vector<int>& targets);
+LIBOCC_API bool seen_together(const AssignmentProblem& problem, const std::vector<int>& targets);
 
 /// The answers for two and for three, kept. Of a scene's lamps all are taken to be seen together.
 class SeenTogether {
  public:
-  explicit SeenTogether(const Problem& problem);
+  explicit SeenTogether(const AssignmentProblem& problem);
 
   bool all() const { return pairs_.empty(); }
   bool pair(int a, int b) const {
@@ -25,7 +25,7 @@ class SeenTogether {
   bool triple(int a, int b, int c);
 
  private:
-  const Problem& problem_;
+  const AssignmentProblem& problem_;
   std::size_t count_;
   std::vector<char> pairs_;
   std::vector<char> triples_;  // 0: not known yet, 1: yes, 2: no

@@ -48,7 +48,7 @@ struct ShapeBallot::Trio {
   int side = 0;
 };
 
-ShapeBallot::ShapeBallot(const Problem& problem, const LampTable& table)
+ShapeBallot::ShapeBallot(const AssignmentProblem& problem, const LampTable& table)
     : problem_(problem),
       table_(table),
       cam_from_upright_(cam_from_upright(problem)),
@@ -56,7 +56,7 @@ ShapeBallot::ShapeBallot(const Problem& problem, const LampTable& table)
   const Camera& camera = *problem.camera;
   image_area_ = camera.width() * camera.height() / (camera.fx_px() * camera.fy_px());
   const double gravity = problem.options->prior->gravity_sigma_rad;
-  for (const Sighting& s : problem.sightings) {
+  for (const BearingObservation& s : problem.sightings) {
     const Eigen::Vector3d upright = cam_from_upright_.transpose() * s.bearing;
     Levelled l;
     if (std::abs(upright.z()) > horizon) {
@@ -122,7 +122,7 @@ void ShapeBallot::judge(const Trio& trio, const std::array<int, 3>& lamps, int l
   const Eigen::Vector3d place =
       Eigen::Vector3d(map.shift.real(), map.shift.imag(), table_.height_m() - trio.side * height) -
       problem_.origin;
-  const Target& first = problem_.target(lamps[0]);
+  const MapPoint& first = problem_.target(lamps[0]);
   const double distance_m = (place - first.centre).norm();
   if (!(first.normal.dot(place - first.centre) > 0) ||
       !gate_.allows(place, turn.real(), turn.imag(), distance_m, trio.relative))

@@ -15,7 +15,7 @@ namespace occ::naming {
 
 class ShapeBallot {
  public:
-  ShapeBallot(const Problem& problem, const LampTable& table);
+  ShapeBallot(const AssignmentProblem& problem, const LampTable& table);
 
   /// Adds all votes for at least `least` others, always in the same order.
   void of_three(const std::array<int, 3>& sightings, int least, std::vector<Vote>& votes);
@@ -38,7 +38,7 @@ class ShapeBallot {
   void judge(const Trio& trio, const std::array<int, 3>& lamps, int least,
              std::vector<Vote>& votes);
 
-  const Problem& problem_;
+  const AssignmentProblem& problem_;
   const LampTable& table_;
   Eigen::Matrix3d cam_from_upright_;
   PriorGate gate_;

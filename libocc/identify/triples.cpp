@@ -12,7 +12,7 @@ namespace {
 constexpr int max_blobs = 24;
 
 // Ways to name three blobs with different lamps, at most (lists rarely overlap in part).
-double namings(const Problem& problem, const std::array<int, 3>& s) {
+double namings(const AssignmentProblem& problem, const std::array<int, 3>& s) {
   double product = 1, taken = 0;
   for (const int i : s) {
     const double lamps = static_cast<double>(problem.sighting(i).lamps.size());
@@ -24,7 +24,8 @@ double namings(const Problem& problem, const std::array<int, 3>& s) {
 
 // Far apart (the pose's errors go as one over the triangle's area), bright (reflections are dim),
 // cheap to try.
-double usefulness(const Problem& problem, const std::array<int, 3>& s, double brightest_dn) {
+double usefulness(const AssignmentProblem& problem, const std::array<int, 3>& s,
+                  double brightest_dn) {
   const Eigen::Vector3d& origin = problem.sighting(s[0]).bearing;
   const Eigen::Vector3d a = problem.sighting(s[1]).bearing - origin;
   const Eigen::Vector3d b = problem.sighting(s[2]).bearing - origin;
@@ -57,10 +58,10 @@ bool touch_all(const std::vector<std::uint64_t>& triples, int size, int& budget,
 
 }  // namespace
 
-TripleOrder::TripleOrder(const Problem& problem, int size)
+TripleOrder::TripleOrder(const AssignmentProblem& problem, int size)
     : blobs_(std::min(static_cast<int>(problem.sightings.size()), max_blobs)) {
   double brightest_dn = 0;
-  for (const Sighting& s : problem.sightings)
+  for (const BearingObservation& s : problem.sightings)
     brightest_dn =
         std::max(brightest_dn, (*problem.blobs)[static_cast<std::size_t>(s.blob)].flux_dn);
   for (int i = 0; i < blobs_; ++i)
@@ -82,7 +83,7 @@ TripleOrder::TripleOrder(const Problem& problem, int size)
 
 // In a wide search the first blob is the one that is nearest to the others, and those not among its
 // nearest in the image come last: their lamps would be far apart in the map.
-void TripleOrder::prefer_neighbours(const Problem& problem) {
+void TripleOrder::prefer_neighbours(const AssignmentProblem& problem) {
   const auto distance = [&](int i, int j) {
     return (problem.sighting(i).bearing - problem.sighting(j).bearing).norm();
   };

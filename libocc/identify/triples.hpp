@@ -28,11 +28,11 @@ struct BlobTriple {
 
 class TripleOrder {
  public:
-  explicit TripleOrder(const Problem& problem, int size = 3);  ///< 3 or 2
+  explicit TripleOrder(const AssignmentProblem& problem, int size = 3);  ///< 3 or 2
 
   /// For maps so large that only lamps near each other are named: triples of neighbours come first,
   /// with the blob in their middle as the first.
-  void prefer_neighbours(const Problem& problem);
+  void prefer_neighbours(const AssignmentProblem& problem);
 
   /// Blobs that triples are made of: the first ones of the problem.
   int blobs() const { return blobs_; }

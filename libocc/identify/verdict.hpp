@@ -9,6 +9,6 @@ namespace occ::naming {
 /// Throws std::invalid_argument for blobs that are not finite.
 void check(const std::vector<Blob>& blobs);
 
-LIBOCC_API Result<Identification> verdict(const Problem& problem);
+LIBOCC_API Result<Identification> verdict(const AssignmentProblem& problem);
 
 }  // namespace occ::naming

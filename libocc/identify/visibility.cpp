@@ -16,7 +16,8 @@ struct Expected {
   bool sure = false;  // not seen so obliquely that it may be overlooked
 };
 
-bool is_behind_a_box(const Problem& problem, const Target& target, const Eigen::Vector3d& camera) {
+bool is_behind_a_box(const AssignmentProblem& problem, const MapPoint& target,
+                     const Eigen::Vector3d& camera) {
   if (!problem.scene) return false;
   const std::vector<Box>& boxes = problem.scene->boxes;
   return std::any_of(boxes.begin(), boxes.end(), [&](const Box& box) {
@@ -26,8 +27,8 @@ bool is_behind_a_box(const Problem& problem, const Target& target, const Eigen::
 
 // Where an unpaired lamp's image must be; nothing when it shows its dark side, is behind a box or
 // out of view.
-std::optional<Expected> expect(const Problem& problem, int lamp, const Rigid3& pose) {
-  const Target& target = problem.target(lamp);
+std::optional<Expected> expect(const AssignmentProblem& problem, int lamp, const Rigid3& pose) {
+  const MapPoint& target = problem.target(lamp);
   const Eigen::Vector3d to_camera = pose.origin_in_source() - target.centre;
   const double distance = to_camera.norm();
   if (!faces(target, pose.origin_in_source()) ||
@@ -59,7 +60,7 @@ bool may_hold(const Blob& blob, const Expected& expected, double margin_px) {
 }
 
 // The weak blob nearest to where the lamp must be; -1 when there is none.
-int find_weak_blob(const Problem& problem, const std::vector<Match>& attached,
+int find_weak_blob(const AssignmentProblem& problem, const std::vector<Match>& attached,
                    const Expected& expected, double margin_px) {
   int nearest = -1;
   double least = std::numeric_limits<double>::infinity();
@@ -76,14 +77,14 @@ int find_weak_blob(const Problem& problem, const std::vector<Match>& attached,
 }
 
 // Behind the image of another lamp, or in a blob that holds several.
-bool is_covered(const Problem& problem, const Expected& expected, double margin_px) {
+bool is_covered(const AssignmentProblem& problem, const Expected& expected, double margin_px) {
   return std::any_of(problem.blobs->begin(), problem.blobs->end(),
                      [&](const Blob& blob) { return distance_px(blob, expected.px) <= margin_px; });
 }
 
 }  // namespace
 
-void account_for_unpaired(const Problem& problem, Explanation& explanation) {
+void account_for_unpaired(const AssignmentProblem& problem, PoseHypothesis& explanation) {
   const double margin_px = problem.options->gate_sigma * (problem.options->model_sigma_px + 0.5);
   for (int lamp = 0; lamp < static_cast<int>(problem.targets.size()); ++lamp) {
     const bool paired = std::any_of(explanation.pairs.begin(), explanation.pairs.end(),

@@ -8,6 +8,6 @@ namespace occ::naming {
 
 /// Gives weak blobs (cut by the border, merged) to lamps that must be there, and counts and charges
 /// the lamps that should be well inside the image but are not.
-void account_for_unpaired(const Problem& problem, Explanation& explanation);
+void account_for_unpaired(const AssignmentProblem& problem, PoseHypothesis& explanation);
 
 }  // namespace occ::naming

@@ -108,14 +108,14 @@ inline bool is_double_line(const Conic& c, const Conic& adj) {
   return std::max({adj.uu, adj.vv, adj.ww}) <= 1e-13 * size * size;
 }
 
-struct Lines {
+struct LinePair {
   double first[3], second[3];
 };
 
 /// The lines l, m of a degenerate conic l m^T + m l^T; false when they are not real. Its adjugate
 /// is
 /// -(l x m)(l x m)^T, and adding the cross-product matrix of l x m leaves 2 l m^T.
-inline bool split(const Conic& c, Lines& lines) {
+inline bool split(const Conic& c, LinePair& lines) {
   const Conic adj = adjugate(c);
   const double columns[3][3] = {
       {adj.uu, adj.uv, adj.uw}, {adj.uv, adj.vv, adj.vw}, {adj.uw, adj.vw, adj.ww}};

@@ -51,7 +51,7 @@ Result<PoseBound> bound_of_observations(const std::vector<Match>& matches,
   check_pose(cam_from_world);
   options.huber_sigma = std::numeric_limits<double>::infinity();
   const Observations observations = observe(matches, blobs, scene, options, image);
-  Problem problem(observations, scene, options, options.rung);
+  RefineProblem problem(observations, scene, options, options.rung);
   const State state{cam_from_world};
   const Eigen::Vector3d pivot = problem.pivot(state);
   Normal normal;

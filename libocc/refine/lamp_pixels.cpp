@@ -120,7 +120,7 @@ void LampPixels::accumulate() {
   const LampImage& image = scratch_.image;
   const CoverageMoments& cover = image.coverage.moments;
   auto& rows = scratch_.rows;
-  const PixelWindow& window = lamp_.window;
+  const BlobWindow& window = lamp_.window;
   const bool expected = window.empty();
   const int x0 = expected ? image.x0() : window.x0, y0 = expected ? image.y0() : window.y0;
   const int width = expected ? image.width() : window.width;

@@ -19,7 +19,7 @@ constexpr double typical_sigma_px = 0.01;
 /// The normal equations at the last step from a base state.
 class Steps {
  public:
-  Steps(Problem& problem, const State& base) : problem_(problem) { rebase(base); }
+  Steps(RefineProblem& problem, const State& base) : problem_(problem) { rebase(base); }
 
   bool defined() const { return defined_; }
   const State& state() const { return state_; }
@@ -46,7 +46,7 @@ class Steps {
     defined_ = problem_.linearise(state_, pivot_, normal_);
   }
 
-  Problem& problem_;
+  RefineProblem& problem_;
   State base_, state_;
   Eigen::Vector3d base_pivot_, pivot_;
   Vector8 step_;
@@ -129,7 +129,7 @@ int levenberg_marquardt(Steps& steps, int max_iterations, double tolerance_px) {
 }
 
 /// Plain Gauss-Newton steps until one moves no lamp further than the tolerance.
-void gauss_newton(Problem& problem, Steps& steps, int max_iterations, double tolerance_px,
+void gauss_newton(RefineProblem& problem, Steps& steps, int max_iterations, double tolerance_px,
                   Minimum& minimum) {
   while (steps.defined()) {
     minimum.pivot = steps.pivot();
@@ -149,7 +149,8 @@ void gauss_newton(Problem& problem, Steps& steps, int max_iterations, double tol
 
 }  // namespace
 
-Minimum minimise(Problem& problem, const State& start, int max_iterations, double tolerance_px) {
+Minimum minimise(RefineProblem& problem, const State& start, int max_iterations,
+                 double tolerance_px) {
   Steps steps(problem, start);
   Minimum minimum{start, steps.pivot(), steps.normal(), 0, steps.defined(), false};
   if (!minimum.defined) return minimum;
@@ -159,7 +160,8 @@ Minimum minimise(Problem& problem, const State& start, int max_iterations, doubl
   return minimum;
 }
 
-Minimum polish(Problem& problem, const State& start, int max_iterations, double tolerance_px) {
+Minimum polish(RefineProblem& problem, const State& start, int max_iterations,
+               double tolerance_px) {
   Steps steps(problem, start);
   Minimum minimum{start, steps.pivot(), steps.normal(), 0, steps.defined(), false};
   if (minimum.defined) gauss_newton(problem, steps, max_iterations, tolerance_px, minimum);

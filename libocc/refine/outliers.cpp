@@ -16,7 +16,7 @@ const double chi2_limit = -2 * std::log(chance);  // two degrees of freedom
 constexpr double least_redundancy = 1e-6;
 
 /// The drop in chi-square without the lamp; 0 when the others cannot check it.
-double drop_without(const LampObservation& lamp, const Problem::Place& place,
+double drop_without(const LampObservation& lamp, const RefineProblem::Place& place,
                     const Eigen::LDLT<Matrix8>& information) {
   const Eigen::Matrix2d covariance = lamp.place_information.inverse();
   const Eigen::Matrix2d left =
@@ -28,7 +28,7 @@ double drop_without(const LampObservation& lamp, const Problem::Place& place,
 }  // namespace
 
 std::optional<std::size_t> contradicting_lamp(const Observations& observations,
-                                              const Problem& problem, const Minimum& minimum,
+                                              const RefineProblem& problem, const Minimum& minimum,
                                               int degrees_of_freedom) {
   const double chi2 = minimum.normal.chi2;
   if (!(chi2 > chi2_limit) || degrees_of_freedom <= 2) return std::nullopt;
@@ -38,7 +38,8 @@ std::optional<std::size_t> contradicting_lamp(const Observations& observations,
   for (std::size_t i = 0; i < observations.lamps.size(); ++i) {
     const LampObservation& lamp = observations.lamps[i];
     if (lamp.contradicts || !lamp.has_place) continue;
-    const std::optional<Problem::Place> place = problem.place(lamp, minimum.state, minimum.pivot);
+    const std::optional<RefineProblem::Place> place =
+        problem.place(lamp, minimum.state, minimum.pivot);
     const double drop = place ? drop_without(lamp, *place, information) : 0;
     if (drop > largest) {
       largest = drop;

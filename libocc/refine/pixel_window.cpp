@@ -30,7 +30,7 @@ WindowReader::WindowReader(const ImageView& image, const Sensor& sensor)
 }
 
 template <typename T>
-void WindowReader::read_row(const T* row, int channels, PixelWindow& window, float* out) const {
+void WindowReader::read_row(const T* row, int channels, BlobWindow& window, float* out) const {
   const T* p = row + static_cast<std::ptrdiff_t>(window.x0) * channels;
   for (int x = 0; x < window.width; ++x, p += channels) {
     out[x] = channels == 1 ? electrons(p[0])
@@ -38,9 +38,9 @@ void WindowReader::read_row(const T* row, int channels, PixelWindow& window, flo
   }
 }
 
-PixelWindow WindowReader::read(const std::vector<Blob>& blobs, std::size_t index) const {
+BlobWindow WindowReader::read(const std::vector<Blob>& blobs, std::size_t index) const {
   const Blob& blob = blobs[index];
-  PixelWindow window;
+  BlobWindow window;
   window.x0 = std::max(0, blob.x0 - margin_px);
   window.y0 = std::max(0, blob.y0 - margin_px);
   window.width = std::min(image_.width - 1, blob.x1 + margin_px) - window.x0 + 1;

@@ -31,8 +31,8 @@ std::optional<double> flux_residual(const LampObservation& lamp, const State& st
 
 }  // namespace
 
-Problem::Problem(const Observations& observations, const Scene& scene, const RefineOptions& options,
-                 Rung rung)
+RefineProblem::RefineProblem(const Observations& observations, const Scene& scene,
+                             const RefineOptions& options, Rung rung)
     : observations_(observations),
       scene_(scene),
       options_(options),
@@ -53,18 +53,18 @@ Problem::Problem(const Observations& observations, const Scene& scene, const Ref
   }
 }
 
-bool Problem::estimates_log_factor() const {
+bool RefineProblem::estimates_log_factor() const {
   return observations_.has_flux && options_.flux == FluxModel::common_factor;
 }
 
-Eigen::Vector3d Problem::pivot(const State& state) const {
+Eigen::Vector3d RefineProblem::pivot(const State& state) const {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const LampObservation& lamp : observations_.lamps) sum += lamp.lamp->centre_m;
   const auto count = static_cast<double>(std::max<std::size_t>(1, observations_.lamps.size()));
   return state.cam_from_world * (sum / count);
 }
 
-bool Problem::linearise(const State& state, const Eigen::Vector3d& pivot, Normal& normal) {
+bool RefineProblem::linearise(const State& state, const Eigen::Vector3d& pivot, Normal& normal) {
   normal = Normal{};
   for (std::size_t i = 0; i < observations_.lamps.size(); ++i) {
     if (!add_lamp(i, state, pivot, normal)) return false;
@@ -73,8 +73,8 @@ bool Problem::linearise(const State& state, const Eigen::Vector3d& pivot, Normal
   return true;
 }
 
-bool Problem::add_lamp(std::size_t index, const State& state, const Eigen::Vector3d& pivot,
-                       Normal& normal) {
+bool RefineProblem::add_lamp(std::size_t index, const State& state, const Eigen::Vector3d& pivot,
+                             Normal& normal) {
   const LampObservation& lamp = observations_.lamps[index];
   Held& held = held_[index];
   held.by_rim = false;
@@ -97,8 +97,9 @@ bool Problem::add_lamp(std::size_t index, const State& state, const Eigen::Vecto
   return !lamp.has_flux || add_flux(lamp, state, pivot, held.flux_weight, normal);
 }
 
-std::optional<Problem::Place> Problem::place(const LampObservation& lamp, const State& state,
-                                             const Eigen::Vector3d& pivot) const {
+std::optional<RefineProblem::Place> RefineProblem::place(const LampObservation& lamp,
+                                                         const State& state,
+                                                         const Eigen::Vector3d& pivot) const {
   Eigen::Matrix<double, 2, 6> d_pose;
   const std::optional<Eigen::Vector2d> centre =
       predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene_, rung_, &d_pose);
@@ -114,8 +115,8 @@ std::optional<Problem::Place> Problem::place(const LampObservation& lamp, const 
   return place;
 }
 
-bool Problem::add_place(const LampObservation& lamp, const State& state,
-                        const Eigen::Vector3d& pivot, Normal& normal) const {
+bool RefineProblem::add_place(const LampObservation& lamp, const State& state,
+                              const Eigen::Vector3d& pivot, Normal& normal) const {
   const std::optional<Place> p = place(lamp, state, pivot);
   if (!p) return false;
   const Eigen::Matrix<double, 8, 2> informed = p->jacobian.transpose() * lamp.place_information;
@@ -127,8 +128,8 @@ bool Problem::add_place(const LampObservation& lamp, const State& state,
   return true;
 }
 
-bool Problem::add_flux(const LampObservation& lamp, const State& state,
-                       const Eigen::Vector3d& pivot, double& weight, Normal& normal) const {
+bool RefineProblem::add_flux(const LampObservation& lamp, const State& state,
+                             const Eigen::Vector3d& pivot, double& weight, Normal& normal) const {
   Jacobian16 d_pose;
   const std::optional<double> residual = flux_residual(lamp, state, scene_, &d_pose);
   if (!residual) return false;
@@ -143,14 +144,15 @@ bool Problem::add_flux(const LampObservation& lamp, const State& state,
   return true;
 }
 
-void Problem::add_priors(const State& state, const Eigen::Vector3d& pivot, Normal& normal) const {
+void RefineProblem::add_priors(const State& state, const Eigen::Vector3d& pivot,
+                               Normal& normal) const {
   const double growth_sigma = observations_.rims_grow ? growth_sigma_px : 1;
   normal.add(Vector8::Unit(growth_index) / growth_sigma, state.growth_px / growth_sigma);
   if (!estimates_log_factor()) normal.add(Vector8::Unit(log_factor_index), state.log_factor);
   if (options_.prior) add_prior(*options_.prior, state.cam_from_world, pivot, normal);
 }
 
-double Problem::chi2(const State& state) const {
+double RefineProblem::chi2(const State& state) const {
   Normal own;
   add_priors(state, Eigen::Vector3d::Zero(), own);
   double sum = own.chi2;
@@ -175,8 +177,8 @@ double Problem::chi2(const State& state) const {
   return sum;
 }
 
-double Problem::largest_motion_px(const State& state, const Eigen::Vector3d& pivot,
-                                  const Vector8& step) const {
+double RefineProblem::largest_motion_px(const State& state, const Eigen::Vector3d& pivot,
+                                        const Vector8& step) const {
   double largest = 0;
   for (const LampObservation& lamp : observations_.lamps) {
     const Eigen::Vector3d point = state.cam_from_world * lamp.lamp->centre_m;

@@ -80,7 +80,7 @@ void report_residuals(const State& state, const std::vector<Match>& matches,
 Minimum minimise_by_centroids(const State& start, Observations& observations, const Scene& scene,
                               const RefineOptions& options, double tolerance_px) {
   const Rung cheap = std::min(options.rung, Rung::centres);
-  Problem problem(observations, scene, options, cheap);
+  RefineProblem problem(observations, scene, options, cheap);
   Minimum minimum = minimise(problem, start, options.max_iterations, tolerance_px);
   while (minimum.converged && std::isfinite(options.huber_sigma)) {
     const std::optional<std::size_t> worst = contradicting_lamp(
@@ -139,7 +139,7 @@ Minimum minimise_by_rims(const State& start, Observations& observations, const S
     if (by_centroids.converged) near = by_centroids.state;
   }
   if (observations.rims_grow) near.growth_px = typical_growth_px(near, observations);
-  Problem problem(observations, scene, options, Rung::rims);
+  RefineProblem problem(observations, scene, options, Rung::rims);
   return minimise(problem, near, options.max_iterations, tolerance_px);
 }
 
@@ -157,7 +157,7 @@ Minimum minimise_roughly(const State& start, Observations& observations, const S
 
 /// Takes the PSF's width from the pixels where it is not what they were rendered with; else takes
 /// the pixels of lamps from the observations that the model does not explain. Whether it did.
-bool revise(const Problem& problem, Observations& observations) {
+bool revise(const RefineProblem& problem, Observations& observations) {
   double log_spread = 0;
   int count = 0;
   for (std::size_t i = 0; i < observations.lamps.size(); ++i) {
@@ -184,7 +184,7 @@ bool revise(const Problem& problem, Observations& observations) {
 std::optional<Minimum> minimise_by_pixels(const State& start, Observations& observations,
                                           const Scene& scene, const RefineOptions& options) {
   for (int pass = 0; pass < most_revisions && observations.has_pixels(); ++pass) {
-    Problem problem(observations, scene, options, Rung::direct);
+    RefineProblem problem(observations, scene, options, Rung::direct);
     const Minimum minimum =
         polish(problem, start, options.max_iterations, direct_tolerance * options.tolerance_px);
     if (!minimum.converged) return std::nullopt;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-double brightest_wall(const View& view) {
+double brightest_wall(const SceneView& view) {
   if (view.brightest_wall_w_m2) return *view.brightest_wall_w_m2;
   constexpr double between_samples = 1.3;
   const Scene& scene = view.scene;
@@ -26,7 +26,7 @@ double brightest_wall(const View& view) {
 }
 
 // Of a surface with the largest irradiance by the lamps alone, times a factor.
-double surface_electrons(const View& view, double factor) {
+double surface_electrons(const SceneView& view, double factor) {
   const Sensor& sensor = view.scene.sensor;
   const double exitance = factor * view.scene.room->wall_reflectance * brightest_wall(view);
   const double irradiance = sensor_irradiance(exitance / pi, sensor.f_number, 1);
@@ -34,7 +34,7 @@ double surface_electrons(const View& view, double factor) {
 }
 
 // That a lamp, seen by a camera of s times the focal length, brings to a pixel.
-double most_electrons(const Lamp& lamp, const View& view, double s2) {
+double most_electrons(const Lamp& lamp, const SceneView& view, double s2) {
   constexpr double off_centre = 1.2;  // a lamp's radiance is not the same in all of it
   const Sensor& sensor = view.scene.sensor;
   const double whole = lamp_electrons(lamp, view.cam_from_world, view.scene.camera, sensor) *
@@ -49,8 +49,8 @@ double most_electrons(const Lamp& lamp, const View& view, double s2) {
   return std::min(off_centre * covered / s2, whole);
 }
 
-double if_there(const View& view, Effect effect, const EffectModel& model,
-                double (*electrons)(const View&)) {
+double if_there(const SceneView& view, Effect effect, const EffectModel& model,
+                double (*electrons)(const SceneView&)) {
   const bool there =
       model.called_for(view.scene, view.options) && view.scene.effects.of(effect) != Use::off;
   return there ? electrons(view) : 0;
@@ -58,20 +58,20 @@ double if_there(const View& view, Effect effect, const EffectModel& model,
 
 }  // namespace
 
-double ambient_electrons(const View& view) {
+double ambient_electrons(const SceneView& view) {
   const Sensor& sensor = view.scene.sensor;
   return brightest_factor(view.scene, Eigen::Vector3d::Ones()) *
          (sensor.electrons(view.scene.ambient_w_m2) - sensor.electrons(0));
 }
 
-double wall_electrons(const View& view) { return surface_electrons(view, 1); }
+double wall_electrons(const SceneView& view) { return surface_electrons(view, 1); }
 
-double interreflected_electrons(const View& view) {
+double interreflected_electrons(const SceneView& view) {
   const double reflectance = view.scene.room->wall_reflectance;
   return surface_electrons(view, reflectance / (1 - reflectance));
 }
 
-double glare_electrons(const View& view) {
+double glare_electrons(const SceneView& view) {
   const Camera& camera = view.scene.camera;
   double electrons = 0;
   for (const LampView& seen : view.lamps) electrons += seen.electrons;
@@ -81,7 +81,7 @@ double glare_electrons(const View& view) {
   return more * view.scene.lens.veiling_glare * electrons / pixels;
 }
 
-double ghost_electrons(const View& view) {
+double ghost_electrons(const SceneView& view) {
   double electrons = 0;
   for (const Ghost& ghost : view.scene.lens.ghosts)
     for (const Lamp& lamp : view.scene.lamps)
@@ -89,14 +89,14 @@ double ghost_electrons(const View& view) {
   return electrons;
 }
 
-double lit_wall_electrons(const View& view) {
+double lit_wall_electrons(const SceneView& view) {
   const double walls = if_there(view, Effect::walls, walls_model, wall_electrons);
   if (walls == 0) return 0;
   return walls +
          if_there(view, Effect::interreflection, interreflection_model, interreflected_electrons);
 }
 
-double background_electrons(const View& view) {
+double background_electrons(const SceneView& view) {
   return if_there(view, Effect::ambient, ambient_model, ambient_electrons) +
          lit_wall_electrons(view) + if_there(view, Effect::glare, glare_model, glare_electrons) +
          if_there(view, Effect::ghosts, ghosts_model, ghost_electrons);

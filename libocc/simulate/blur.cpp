@@ -12,21 +12,21 @@ constexpr double pi = 3.14159265358979323846;
 constexpr double root_e = 1.6487212707001282;
 }  // namespace
 
-double blur_sigma_px(const View& view) {
+double blur_sigma_px(const SceneView& view) {
   return view.scene.effects.of(Effect::psf) == Use::off ? 0 : gaussian_blur_px(view.scene);
 }
 
-double blur_radius_px(const LampView& seen, const View& view) {
+double blur_radius_px(const LampView& seen, const SceneView& view) {
   if (view.scene.effects.of(Effect::psf) == Use::off) return 0;
   return defocus_radius_px(view.scene,
                            view.scene.camera.depth_m(view.cam_from_world * seen.lamp->centre_m));
 }
 
-double blur_width_px(const LampView& seen, const View& view) {
+double blur_width_px(const LampView& seen, const SceneView& view) {
   return std::hypot(blur_sigma_px(view), 0.5 * blur_radius_px(seen, view));
 }
 
-bool is_point(const LampView& seen, const View& view) {
+bool is_point(const LampView& seen, const SceneView& view) {
   return seen.rim_px.empty() || view.scene.effects.of(Effect::extent) == Use::off;
 }
 
@@ -51,11 +51,11 @@ double sampling_shift_px(const LampView& seen, double sigma_px, bool as_point) {
   return std::sqrt(squares);
 }
 
-double sampling_shift_px(const LampView& seen, const View& view) {
+double sampling_shift_px(const LampView& seen, const SceneView& view) {
   return sampling_shift_px(seen, blur_sigma_px(view), is_point(seen, view));
 }
 
-double change_by_shift_e(const LampView& seen, const View& view, double moved_px) {
+double change_by_shift_e(const LampView& seen, const SceneView& view, double moved_px) {
   if (!(moved_px > 0)) return 0;
   const double sigma = blur_sigma_px(view);
   const double of_point =
@@ -65,7 +65,7 @@ double change_by_shift_e(const LampView& seen, const View& view, double moved_px
   return std::min(of_point, seen.full_e * std::min(1.0, slope * moved_px));
 }
 
-double change_by_spread_e(const LampView& seen, const View& view, double length_px) {
+double change_by_spread_e(const LampView& seen, const SceneView& view, double length_px) {
   if (!(length_px > 0)) return 0;
   const double sigma = blur_sigma_px(view);
   const double spread = length_px * length_px / 24;

@@ -296,7 +296,7 @@ bool paint_rims(const LineImageInput& input, const LineRange& range, CoverageMom
 
 Chords turned(Chords chords, bool columns) {
   if (!columns) return chords;
-  for (Chord& chord : chords)
+  for (RimChord& chord : chords)
     chord = {turned(chord.from, true), turned(chord.to, true), -chord.bulge_px2};
   return chords;
 }

@@ -13,13 +13,13 @@ namespace {
 constexpr double blur_sigmas = 5;
 constexpr int rim_points = 16;
 
-double reach_px(const LampView& seen, const View& view) {
+double reach_px(const LampView& seen, const SceneView& view) {
   return seen.radius_px + blur_sigmas * blur_sigma_px(view) + blur_radius_px(seen, view) + 1;
 }
 
 // Of a lamp and those that overlap with it.
 double sum_around(std::size_t i, const std::vector<double>& electrons,
-                  const std::vector<double>& reach, const View& view) {
+                  const std::vector<double>& reach, const SceneView& view) {
   double sum = 0;
   for (std::size_t j = 0; j < electrons.size(); ++j) {
     const double apart = (view.lamps[i].image_centre_px - view.lamps[j].image_centre_px).norm();
@@ -29,8 +29,8 @@ double sum_around(std::size_t i, const std::vector<double>& electrons,
 }
 }  // namespace
 
-Bound sum_of_overlapping(const View& view,
-                         Bound (*bound_of)(const LampView& seen, const View& view)) {
+Bound sum_of_overlapping(const SceneView& view,
+                         Bound (*bound_of)(const LampView& seen, const SceneView& view)) {
   std::vector<Bound> bounds;
   std::vector<double> reach, electrons;
   for (const LampView& seen : view.lamps) {
@@ -44,7 +44,7 @@ Bound sum_of_overlapping(const View& view,
   return worst;
 }
 
-double brightest_electrons(const View& view) {
+double brightest_electrons(const SceneView& view) {
   std::vector<double> electrons, reach;
   for (const LampView& seen : view.lamps) {
     electrons.push_back(seen.peak_e);
@@ -59,7 +59,7 @@ double brightest_electrons(const View& view) {
   return brightest;
 }
 
-std::vector<const Lamp*> unseen_lamps(const View& view) {
+std::vector<const Lamp*> unseen_lamps(const SceneView& view) {
   std::vector<const Lamp*> unseen;
   for (const Lamp& lamp : view.scene.lamps) {
     const auto is_it = [&](const LampView& seen) { return seen.lamp == &lamp; };
@@ -69,7 +69,7 @@ std::vector<const Lamp*> unseen_lamps(const View& view) {
 }
 
 bool is_seen_from(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
-                  const View& view, bool as_point) {
+                  const SceneView& view, bool as_point) {
   Lamp seen = lamp;
   if (as_point) seen.shape = LampShape::point;
   const auto rim = project_rim(seen, cam_from_world, camera, rim_points);
@@ -84,7 +84,7 @@ bool is_seen_from(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& 
   return (high > -margin).all() && (low < size + margin).all();
 }
 
-bool any_comes_into_view(const View& view, const Motion& motion) {
+bool any_comes_into_view(const SceneView& view, const Motion& motion) {
   constexpr int instants = 64;
   const double whole_s = motion.line_begin_s(motion.lines() - 1) + motion.exposure_s();
   for (const Lamp* lamp : unseen_lamps(view))

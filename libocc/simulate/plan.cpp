@@ -47,7 +47,7 @@ bool changes_blooming(Effect effect) {
   return effect <= Effect::gain || effect == Effect::saturation;
 }
 
-Bound whole_bound(Effect effect, const View& view) {
+Bound whole_bound(Effect effect, const SceneView& view) {
   const EffectModel& model = model_of(effect);
   Bound bound = model.bound(view);
   if (is_of_lamp_images(effect) && view.scene.effects.of(Effect::ghosts) != Use::off)
@@ -66,7 +66,7 @@ Bound whole_bound(Effect effect, const View& view) {
 }
 
 void decide(const EffectModel& model, const Scene& scene, const SimulateOptions& options,
-            const View* view, EffectPlan& plan) {
+            const SceneView* view, EffectPlan& plan) {
   const Effects& effects = scene.effects;
   plan.called_for = model.called_for(scene, options);
   if (!plan.called_for) {
@@ -117,7 +117,7 @@ void settle_consequences(RenderPlan& plan) {
 
 }  // namespace
 
-RenderPlan make_plan(const Scene& scene, const SimulateOptions& options, const View* view) {
+RenderPlan make_plan(const Scene& scene, const SimulateOptions& options, const SceneView* view) {
   RenderPlan plan;
   for (std::size_t i = 0; i < effect_count; ++i) {
     EffectPlan& part = plan.effects[i];
@@ -136,7 +136,7 @@ RenderPlan plan_render(const Scene& given, const Rigid3& cam_from_world,
   options.validate();
   const Rigid3 pose = Rigid3::from_matrix(cam_from_world.matrix());
   check_place(scene, pose.origin_in_source());
-  const View view = make_view(scene, pose, options);
+  const SceneView view = make_view(scene, pose, options);
   const RenderPlan plan = make_plan(scene, options, &view);
   if (plan.applies(Effect::walls)) check_in_room(scene.room->size_m, pose.origin_in_source());
   return plan;

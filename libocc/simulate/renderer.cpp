@@ -161,7 +161,7 @@ class Renderer::Workshop {
   // What is planned without bounds holds for the next image, too.
   const RenderPlan& plan_of(const Rigid3& pose, const SimulateOptions& options) {
     if (depends_on_bounds(scene_.effects)) {
-      const View view = make_view(scene_, pose, options);
+      const SceneView view = make_view(scene_, pose, options);
       plan_ = make_plan(scene_, options, &view);
     } else if (!plan_ || !differ_in_frame_alone(options, planned_)) {
       plan_ = make_plan(scene_, options, nullptr);

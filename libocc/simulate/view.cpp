@@ -24,7 +24,7 @@ double largest_irradiance(const LampView& view, const Scene& scene, const Rigid3
   return between_samples * largest;
 }
 
-double peak_electrons(const LampView& seen, const View& view) {
+double peak_electrons(const LampView& seen, const SceneView& view) {
   const double sigma = blur_sigma_px(view);
   const double along = std::erf(0.5 / (sigma * std::sqrt(2.0)));  // of a point, in one pixel
   const double of_point = seen.electrons * along * along;
@@ -54,16 +54,17 @@ double steepest(const Sensor& sensor, double electrons) {
 
 }  // namespace
 
-double View::grey_levels(double electrons) const {
+double SceneView::grey_levels(double electrons) const {
   double most = steepest(scene.sensor, electrons);
   for (std::size_t place = 0; place < 4 && !scene.sensor.channels.empty(); ++place)
     most = std::max(most, steepest(sensor_at(scene.sensor, place), electrons));
   return most;
 }
 
-View make_view(const Scene& scene, const Rigid3& cam_from_world, const SimulateOptions& options) {
+SceneView make_view(const Scene& scene, const Rigid3& cam_from_world,
+                    const SimulateOptions& options) {
   constexpr double margin_sigmas = 6;
-  View view{scene, cam_from_world, options, {}};
+  SceneView view{scene, cam_from_world, options, {}};
   for (const Lamp& lamp : scene.lamps) {
     LampView seen;
     seen.lamp = &lamp;

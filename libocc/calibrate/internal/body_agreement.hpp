@@ -11,7 +11,8 @@
 namespace occ::networking {
 
 /// Indices of the used observations of each unknown body.
-std::vector<std::vector<int>> sightings_of_bodies(const Network& network, const Layout& layout);
+std::vector<std::vector<int>> sightings_of_bodies(const Network& network,
+                                                  const NetworkLayout& layout);
 
 struct BodyAgreement {
   Rigid3 world_from_body;
@@ -22,7 +23,7 @@ struct BodyAgreement {
 
 /// `state` is left as it is given, but used as scratch. Not moved when most agree where the body
 /// is.
-BodyAgreement agreement_about_body(const Network& network, const Layout& layout,
+BodyAgreement agreement_about_body(const Network& network, const NetworkLayout& layout,
                                    NetworkState& state, int body,
                                    const std::vector<int>& observations, double limit);
 

@@ -16,7 +16,7 @@ namespace occ::networking {
 DatumDefect defect_at(const Network& network, const NetworkState& state);
 
 /// G: all unknowns x the defect.
-Eigen::MatrixXd open_directions(const Network& network, const Layout& layout,
+Eigen::MatrixXd open_directions(const Network& network, const NetworkLayout& layout,
                                 const NetworkState& state, const DatumDefect& defect);
 
 /// How a direction moves a place of the world: 3 x the defect.
@@ -31,11 +31,11 @@ struct DatumConditions {
 };
 
 /// Nothing when the targets do not hold the defect.
-std::optional<DatumConditions> conditions_of(const Network& network, const Layout& layout,
+std::optional<DatumConditions> conditions_of(const Network& network, const NetworkLayout& layout,
                                              const Datum& datum, const DatumDefect& defect);
 
 /// B: all unknowns x the defect.
 Eigen::MatrixXd over_unknowns(const DatumConditions& conditions, const Network& network,
-                              const Layout& layout, const NetworkState& state);
+                              const NetworkLayout& layout, const NetworkState& state);
 
 }  // namespace occ::networking

@@ -33,13 +33,13 @@ struct Minimised {
 
 /// `report` returns false to stop. `repair`, when given, is asked once to better a start from which
 /// some camera does not show its targets.
-Minimised minimise(const Network& network, const Layout& layout, NetworkState& state,
+Minimised minimise(const Network& network, const NetworkLayout& layout, NetworkState& state,
                    const MinimiseOptions& options,
                    const std::function<bool(int iteration, double cost)>& report,
                    const std::function<void(NetworkState&)>& repair = {});
 
 /// The open directions of the reduced unknowns.
-Eigen::MatrixXd reduced_gauge(const Network& network, const Layout& layout,
+Eigen::MatrixXd reduced_gauge(const Network& network, const NetworkLayout& layout,
                               const NetworkState& state);
 
 }  // namespace occ::networking

@@ -16,13 +16,13 @@ struct Objection {
 };
 
 /// Too few targets, images that share none with the rest; ok when there is nothing to say.
-Objection objection_to(const Network& network, const Layout& layout);
+Objection objection_to(const Network& network, const NetworkLayout& layout);
 
 /// "fx of camera a", "the pose of station b", "point 7": the unknowns' owners, each once.
-std::string names_of_unknowns(const Network& network, const Layout& layout,
+std::string names_of_unknowns(const Network& network, const NetworkLayout& layout,
                               const std::vector<Index>& reduced);
 
 /// Rows of all observations that are used: two for an image point, six for a pose prior.
-int count_observations(const Network& network, const Layout& layout);
+int count_observations(const Network& network, const NetworkLayout& layout);
 
 }  // namespace occ::networking

@@ -64,7 +64,7 @@ struct Batch {
   std::vector<Index> position;  ///< of each reduced unknown among `rows`
 };
 
-struct Layout {
+struct NetworkLayout {
   std::vector<CameraBlock> cameras;
   std::vector<ImageBlock> images;
   std::vector<Index> mounts, stations, points, bodies;  ///< offset among all unknowns, or none
@@ -86,17 +86,18 @@ struct Layout {
   }
 };
 
-Layout layout_of(const Network& network);
+NetworkLayout layout_of(const Network& network);
 
 /// Where a target is, and how that changes with its own unknowns: those of a body are a turn about
 /// its origin, a shift, and the logarithm of its scale.
 Eigen::Vector3d target_position(const Network& network, const NetworkState& state,
                                 const Target& target);
 Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, max_group> target_jacobian(
-    const Network& network, const Layout& layout, const NetworkState& state, const Target& target);
+    const Network& network, const NetworkLayout& layout, const NetworkState& state,
+    const Target& target);
 
 /// The state after a step; nothing when a camera refuses its parameters.
-std::optional<NetworkState> moved(const Layout& layout, const NetworkState& state,
+std::optional<NetworkState> moved(const NetworkLayout& layout, const NetworkState& state,
                                   const Eigen::VectorXd& step);
 
 }  // namespace occ::networking

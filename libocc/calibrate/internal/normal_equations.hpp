@@ -39,7 +39,7 @@ struct NormalEquations {
 };
 
 /// Marquardt's damping: every diagonal element of N times 1 + damping.
-void build(const Network& network, const Layout& layout, const NetworkState& state,
+void build(const Network& network, const NetworkLayout& layout, const NetworkState& state,
            const Loss& loss, double damping, int threads, NormalEquations& normal);
 
 /// The reduced system, scaled, with the datum held.
@@ -67,7 +67,7 @@ class ReducedSystem {
 };
 
 /// Steps of all unknowns from those of the reduced ones.
-Eigen::VectorXd back_substitute(const Layout& layout, const NormalEquations& normal,
+Eigen::VectorXd back_substitute(const NetworkLayout& layout, const NormalEquations& normal,
                                 const Eigen::VectorXd& reduced_step);
 
 /// g^T N^-1 g: twice what a quadratic cost has still to fall.

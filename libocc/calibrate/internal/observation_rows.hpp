@@ -55,7 +55,7 @@ bool residual_of(const Network& network, const NetworkState& state, const ImageO
                  double r[2]);
 
 /// False where the camera shows nothing. Columns of b: those of target_jacobian.
-bool rows_of(const Network& network, const Layout& layout, const NetworkState& state,
+bool rows_of(const Network& network, const NetworkLayout& layout, const NetworkState& state,
              const ImageObservation& seen, ObservationRows& rows);
 
 }  // namespace occ::networking

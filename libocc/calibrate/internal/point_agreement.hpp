@@ -13,7 +13,8 @@
 namespace occ::networking {
 
 /// Indices of the used observations of each unknown point.
-std::vector<std::vector<int>> sightings_of_points(const Network& network, const Layout& layout);
+std::vector<std::vector<int>> sightings_of_points(const Network& network,
+                                                  const NetworkLayout& layout);
 
 /// Where the rays of some observations meet; nothing when they are parallel.
 std::optional<Eigen::Vector3d> meeting_of(const Network& network, const NetworkState& state,

@@ -19,7 +19,7 @@ namespace networking {
 /// What does not depend on the datum.
 struct FreePrecision {
   Network network;  ///< without observations
-  Layout layout;
+  NetworkLayout layout;
   NetworkState state;
   DatumDefect defect;
   Eigen::MatrixXd open;  ///< G

@@ -20,7 +20,8 @@ struct ResidualCofactor {
 };
 
 /// For every image observation. `covariance`: of the reduced unknowns, any datum.
-std::vector<ResidualCofactor> residual_cofactors(const Network& network, const Layout& layout,
+std::vector<ResidualCofactor> residual_cofactors(const Network& network,
+                                                 const NetworkLayout& layout,
                                                  const NetworkState& state,
                                                  const NormalEquations& normal,
                                                  const Eigen::MatrixXd& covariance, int threads);
@@ -31,7 +32,7 @@ struct DistanceCofactor {
   bool used = false;
 };
 
-DistanceCofactor distance_cofactor(const Network& network, const Layout& layout,
+DistanceCofactor distance_cofactor(const Network& network, const NetworkLayout& layout,
                                    const NetworkState& state, const DistanceObservation& known,
                                    const Eigen::MatrixXd& covariance);
 

@@ -13,7 +13,7 @@
 namespace occ {
 
 /// A point of a rim on the canvas, pixel (0, 0) being its first, with its share of the contour.
-struct RimPoint {
+struct PaintedRimPoint {
   double x, y, dy;
 };
 
@@ -30,7 +30,7 @@ class Canvas {
   /// Dark and without points, of this size. Without moments it holds coverage alone.
   void prepare(int width, int height, bool with_moments);
 
-  void add(const RimPoint& point) { rim_.push_back(point); }
+  void add(const PaintedRimPoint& point) { rim_.push_back(point); }
 
   /// All points that have been added.
   void paint(const PixelPsf& psf);
@@ -52,7 +52,7 @@ class Canvas {
   std::ptrdiff_t stride_ = 0;  // from one of a row's sums to the next
   std::ptrdiff_t begin_ = 0;   // of the first pixel, aligned
   std::vector<Real> pixels_;   // of each row: c, m_x, m_y
-  std::vector<RimPoint> rim_;
+  std::vector<PaintedRimPoint> rim_;
   std::vector<Real> buffer_;
 };
 

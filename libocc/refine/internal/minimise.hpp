@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Levenberg-Marquardt on a Problem, by Ceres' TinySolver.
+// Levenberg-Marquardt on a RefineProblem, by Ceres' TinySolver.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -17,11 +17,11 @@ struct Minimum {
   bool converged = false;  ///< the last step moved no lamp further than the tolerance
 };
 
-LIBOCC_API Minimum minimise(Problem& problem, const State& start, int max_iterations,
+LIBOCC_API Minimum minimise(RefineProblem& problem, const State& start, int max_iterations,
                             double tolerance_px);
 
 /// The same by plain Gauss-Newton steps from a start that is already close: one linearisation each.
-LIBOCC_API Minimum polish(Problem& problem, const State& start, int max_iterations,
+LIBOCC_API Minimum polish(RefineProblem& problem, const State& start, int max_iterations,
                           double tolerance_px);
 
 }  // namespace occ

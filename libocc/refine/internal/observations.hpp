@@ -32,7 +32,7 @@ struct LampObservation {
   bool has_place = false;    ///< its centroid is that of the whole lamp
   bool contradicts = false;  ///< left out: the other lamps agree without it
   Eigen::Matrix2d place_information = Eigen::Matrix2d::Zero();  ///< model error included
-  PixelWindow window = {};  ///< for the direct rung; empty when the lamp does not offer it
+  BlobWindow window = {};  ///< for the direct rung; empty when the lamp does not offer it
   /// Of ln of its light about the flux model's; infinite when it says nothing of this lamp.
   double light_sigma = std::numeric_limits<double>::infinity();
   double misfit = 1;  ///< of its pixels, see LampPixels

@@ -20,7 +20,7 @@ namespace occ {
 /// too small by one factor (T over the rest's chi-square is Fisher's F); nothing when there is
 /// none.
 std::optional<std::size_t> contradicting_lamp(const Observations& observations,
-                                              const Problem& problem, const Minimum& minimum,
+                                              const RefineProblem& problem, const Minimum& minimum,
                                               int degrees_of_freedom);
 
 }  // namespace occ

@@ -12,7 +12,7 @@
 
 namespace occ {
 
-struct PixelWindow {
+struct BlobWindow {
   int x0 = 0, y0 = 0, width = 0, height = 0;
   std::vector<float> electrons;  ///< row by row; NaN where another blob shines
   bool empty() const { return electrons.empty(); }
@@ -26,11 +26,11 @@ class WindowReader {
 
   /// The box of blobs[index] and a few pixels around it. The choice of pixels depends on what was
   /// detected only, so that poses can be compared by how well they explain them.
-  PixelWindow read(const std::vector<Blob>& blobs, std::size_t index) const;
+  BlobWindow read(const std::vector<Blob>& blobs, std::size_t index) const;
 
  private:
   template <typename T>
-  void read_row(const T* row, int channels, PixelWindow& window, float* out) const;
+  void read_row(const T* row, int channels, BlobWindow& window, float* out) const;
   float electrons(int stored) const {
     return table_.empty() ? static_cast<float>((stored - black_dn_) * inverse_gain_)
                           : table_[static_cast<std::size_t>(stored)];

@@ -19,12 +19,12 @@
 
 namespace occ {
 
-class LIBOCC_API Problem {
+class LIBOCC_API RefineProblem {
  public:
   /// Keeps references to the first three. Lamps are taken by this rung or, where
   /// they do not offer it, the next cheaper one.
-  Problem(const Observations& observations, const Scene& scene, const RefineOptions& options,
-          Rung rung);
+  RefineProblem(const Observations& observations, const Scene& scene, const RefineOptions& options,
+                Rung rung);
 
   /// Normal equations at a state; sets the weights. False where a lamp cannot be seen at all.
   bool linearise(const State& state, const Eigen::Vector3d& pivot, Normal& normal);

@@ -20,7 +20,7 @@ namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) { return scene.sensor.blooming > 0; }
 
-Bound bound(const View& view) {
+Bound bound(const SceneView& view) {
   const Sensor& sensor = view.scene.sensor;
   const double base_e = sensor.electrons(0) + background_electrons(view);
   const double most = base_e + brightest_electrons(view);
@@ -81,7 +81,7 @@ class Column {
 
 }  // namespace
 
-Bound most_spill(const View& view) {
+Bound most_spill(const SceneView& view) {
   const Sensor& sensor = view.scene.sensor;
   if (!(sensor.blooming > 0) || view.scene.effects.of(Effect::blooming) == Use::off) return {};
   // Without blur all of a point may be in one pixel.

@@ -23,7 +23,7 @@ bool called_for(const Scene& scene, const SimulateOptions&) {
   return std::any_of(d.begin(), d.end(), [](double coefficient) { return coefficient != 0; });
 }
 
-Bound bound_of(const LampView& seen, const View& view) {
+Bound bound_of(const LampView& seen, const SceneView& view) {
   constexpr int rim_points = 16;
   const Lamp& lamp = *seen.lamp;
   const Camera &lens = view.scene.camera, pinhole = lens.without_distortion();
@@ -45,7 +45,7 @@ Bound bound_of(const LampView& seen, const View& view) {
           moved + 2 * sampling_shift_px(seen, view)};
 }
 
-Bound bound(const View& view) {
+Bound bound(const SceneView& view) {
   // A lamp that the lens does not see may be in a pinhole's image.
   const Camera pinhole = view.scene.camera.without_distortion();
   for (const Lamp* lamp : unseen_lamps(view))

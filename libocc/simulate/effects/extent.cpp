@@ -27,7 +27,7 @@ bool called_for(const Scene& scene, const SimulateOptions&) {
                      [](const Lamp& lamp) { return lamp.shape != LampShape::point; });
 }
 
-Bound bound_of(const LampView& seen, const View& view) {
+Bound bound_of(const LampView& seen, const SceneView& view) {
   if (seen.rim_px.empty()) return {};
   const Camera& camera = view.scene.camera;
   const double sigma2 = std::pow(blur_sigma_px(view), 2);
@@ -49,7 +49,7 @@ Bound bound_of(const LampView& seen, const View& view) {
   return {std::min(seen.electrons * spread, std::max(of_point, seen.full_e)), moved + sampling};
 }
 
-Bound bound(const View& view) {
+Bound bound(const SceneView& view) {
   // A lamp whose rim the lens does not see all of is not in the image, but its point is.
   for (const Lamp* lamp : unseen_lamps(view))
     if (is_seen_from(*lamp, view.cam_from_world, view.scene.camera, view, true))

@@ -19,7 +19,7 @@ namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) { return scene.sensor.gain_sigma > 0; }
 
-Bound bound(const View& view) {
+Bound bound(const SceneView& view) {
   constexpr double root_of_pi = 1.7724538509055159, deviations = 5;
   const double p = view.scene.sensor.gain_sigma;
   const double share = most_deviations * p / (1 + most_deviations * p);  // of the brightest

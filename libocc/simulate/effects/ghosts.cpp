@@ -34,7 +34,7 @@ bool called_for(const Scene& scene, const SimulateOptions&) {
   return false;
 }
 
-Bound bound(const View& view) { return {view.grey_levels(ghost_electrons(view)), 0}; }
+Bound bound(const SceneView& view) { return {view.grey_levels(ghost_electrons(view)), 0}; }
 
 }  // namespace
 

@@ -9,7 +9,7 @@ namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) { return scene.lens.veiling_glare > 0; }
 
-Bound bound(const View& view) { return {view.grey_levels(glare_electrons(view)), 0}; }
+Bound bound(const SceneView& view) { return {view.grey_levels(glare_electrons(view)), 0}; }
 
 }  // namespace
 

@@ -12,7 +12,7 @@ bool called_for(const Scene& scene, const SimulateOptions&) {
   return scene.room && scene.room->wall_reflectance > 0;
 }
 
-Bound bound(const View& view) { return {view.grey_levels(interreflected_electrons(view)), 0}; }
+Bound bound(const SceneView& view) { return {view.grey_levels(interreflected_electrons(view)), 0}; }
 
 }  // namespace
 

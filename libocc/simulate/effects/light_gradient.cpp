@@ -20,7 +20,7 @@ bool called_for(const Scene& scene, const SimulateOptions&) {
                      [](const Lamp& lamp) { return lamp.shape != LampShape::point; });
 }
 
-Bound bound_of(const LampView& seen, const View& view) {
+Bound bound_of(const LampView& seen, const SceneView& view) {
   if (is_point(seen, view)) return {};
   const Camera& camera = view.scene.camera;
   const Sensor& sensor = view.scene.sensor;
@@ -43,7 +43,7 @@ Bound bound_of(const LampView& seen, const View& view) {
   return {relative * seen.peak_e, beyond_first_order * second_moment * steepest};
 }
 
-Bound bound(const View& view) { return sum_of_overlapping(view, bound_of); }
+Bound bound(const SceneView& view) { return sum_of_overlapping(view, bound_of); }
 
 }  // namespace
 

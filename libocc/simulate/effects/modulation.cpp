@@ -88,7 +88,7 @@ double largest_ripple(const Lamp& lamp, double periods) {
   return ripple;
 }
 
-Bound bound_of(const LampView& seen, const View& view) {
+Bound bound_of(const LampView& seen, const SceneView& view) {
   const Lamp& lamp = *seen.lamp;
   if (!lamp.frequency_hz) return {};
   const Sensor& sensor = view.scene.sensor;
@@ -100,7 +100,7 @@ Bound bound_of(const LampView& seen, const View& view) {
   return {ripple * seen.peak_e, shift * radius};
 }
 
-Bound bound(const View& view) { return sum_of_overlapping(view, bound_of); }
+Bound bound(const SceneView& view) { return sum_of_overlapping(view, bound_of); }
 
 }  // namespace
 

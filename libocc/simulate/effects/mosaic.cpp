@@ -46,7 +46,7 @@ double curve_change(const Sensor& sensor) {
   return change;
 }
 
-Bound bound(const View& view) {
+Bound bound(const SceneView& view) {
   const Sensor& sensor = view.scene.sensor;
   const double curves = sensor.channels.empty() ? 0 : curve_change(sensor);
   double sum_e = 0;

@@ -28,7 +28,7 @@ bool called_for(const Scene&, const SimulateOptions& options) {
   return !options.velocity.isZero(0);
 }
 
-Motion motion_of(const View& view) {
+Motion motion_of(const SceneView& view) {
   const Effects& effects = view.scene.effects;
   const bool rolls =
       view.scene.sensor.row_time_s > 0 && effects.of(Effect::rolling_shutter) != Use::off;
@@ -38,14 +38,14 @@ Motion motion_of(const View& view) {
 
 // Mean time of a blinking lamp's light, off the middle of the exposure, in exposures at most: the
 // light's excess over its mean never adds up to more than a quarter of a period.
-double uneven_light(const Lamp& lamp, const View& view) {
+double uneven_light(const Lamp& lamp, const SceneView& view) {
   if (!lamp.frequency_hz || view.scene.effects.of(Effect::modulation) == Use::off) return 0;
   const double excess = 0.25 / (*lamp.frequency_hz * view.scene.sensor.exposure_s);
   const double least = lamp.mean_light() - excess;
   return least > 0 ? std::min(0.5, 1.5 * excess / least) : 0.5;
 }
 
-Bound bound_of(const LampView& seen, const View& view) {
+Bound bound_of(const LampView& seen, const SceneView& view) {
   const Motion motion = motion_of(view);
   const Camera& camera = view.scene.camera;
   const auto middle = motion.seen(seen.lamp->centre_m, camera);
@@ -78,7 +78,7 @@ Bound bound_of(const LampView& seen, const View& view) {
           moved + 2 * sampling_shift_px(seen, view)};
 }
 
-Bound bound(const View& view) {
+Bound bound(const SceneView& view) {
   if (any_comes_into_view(view, motion_of(view))) return {infinity, infinity};
   return sum_of_overlapping(view, bound_of);
 }

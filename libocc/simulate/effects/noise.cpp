@@ -12,7 +12,7 @@ namespace {
 
 bool called_for(const Scene&, const SimulateOptions& options) { return options.noise; }
 
-Bound bound(const View& view) {
+Bound bound(const SceneView& view) {
   constexpr double pi = 3.14159265358979323846;
   constexpr double blur_sigmas = 2;
   const Sensor& sensor = view.scene.sensor;

@@ -40,7 +40,7 @@ std::vector<std::vector<Eigen::Vector3d>> corners_in_cam(const Lamp& lamp, const
 
 bool called_for(const Scene& scene, const SimulateOptions&) { return !scene.boxes.empty(); }
 
-Bound bound(const View& view) {
+Bound bound(const SceneView& view) {
   Bound bound;
   const Eigen::Vector3d seen_from = view.cam_from_world.origin_in_source();
   for (const LampView& seen : view.lamps) {

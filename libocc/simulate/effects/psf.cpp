@@ -20,7 +20,7 @@ bool called_for(const Scene& scene, const SimulateOptions&) {
   return scene.sensor.psf_sigma_px > 0 || scene.lens.diffraction || scene.lens.focus_distance_m;
 }
 
-Bound bound_of(const LampView& seen, const View& view) {
+Bound bound_of(const LampView& seen, const SceneView& view) {
   const double sigma = gaussian_blur_px(view.scene);
   const bool point = is_point(seen, view);
   const double sampling = sampling_shift_px(seen, 0, point) + sampling_shift_px(seen, sigma, point);
@@ -32,7 +32,7 @@ Bound bound_of(const LampView& seen, const View& view) {
   return {std::min(1.0, 2 * moved) * seen.full_e, sampling};
 }
 
-Bound bound(const View& view) { return sum_of_overlapping(view, bound_of); }
+Bound bound(const SceneView& view) { return sum_of_overlapping(view, bound_of); }
 
 }  // namespace
 

@@ -25,7 +25,7 @@ bool called_for(const Scene& scene, const SimulateOptions&) {
   return scene.sensor.response != Response::linear;
 }
 
-Bound bound(const View& view) {
+Bound bound(const SceneView& view) {
   constexpr int samples = 1024;
   const Sensor& sensor = view.scene.sensor;
   Sensor straight = sensor;

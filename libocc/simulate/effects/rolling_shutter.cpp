@@ -24,11 +24,11 @@ bool called_for(const Scene& scene, const SimulateOptions& options) {
   return !options.velocity.isZero(0) && scene.sensor.row_time_s > 0;
 }
 
-Motion motion_of(const View& view) {
+Motion motion_of(const SceneView& view) {
   return Motion(view.scene, view.cam_from_world, view.options, {true, true, true});
 }
 
-double light_at(const LampView& seen, const View& view, const Rigid3& pose,
+double light_at(const LampView& seen, const SceneView& view, const Rigid3& pose,
                 const Eigen::Vector2d& px) {
   const Camera& camera = view.scene.camera;
   const Sensor& sensor = view.scene.sensor;
@@ -37,7 +37,7 @@ double light_at(const LampView& seen, const View& view, const Rigid3& pose,
   return light * seen_transmission(view, px);
 }
 
-Bound bound_of(const LampView& seen, const View& view) {
+Bound bound_of(const LampView& seen, const SceneView& view) {
   const Motion motion = motion_of(view);
   const Camera& camera = view.scene.camera;
   const Rigid3 first = motion.still_pose();
@@ -62,7 +62,7 @@ Bound bound_of(const LampView& seen, const View& view) {
           moved + 2 * sampling_shift_px(seen, view)};
 }
 
-Bound bound(const View& view) {
+Bound bound(const SceneView& view) {
   if (any_comes_into_view(view, motion_of(view))) return {infinity, infinity};
   return sum_of_overlapping(view, bound_of);
 }

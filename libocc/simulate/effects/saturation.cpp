@@ -14,7 +14,7 @@ namespace {
 
 bool called_for(const Scene&, const SimulateOptions&) { return true; }
 
-Bound bound(const View& view) {
+Bound bound(const SceneView& view) {
   const Sensor& sensor = view.scene.sensor;
   const double most = sensor.electrons(0) + background_electrons(view) + brightest_electrons(view);
   double radius = 0;

@@ -21,7 +21,7 @@ bool called_for(const Scene& scene, const SimulateOptions&) {
   return std::any_of(a.begin(), a.end(), [](double coefficient) { return coefficient != 0; });
 }
 
-Bound bound_of(const LampView& seen, const View& view) {
+Bound bound_of(const LampView& seen, const SceneView& view) {
   constexpr int around = 16;
   constexpr double blur_sigmas = 3;
   const Vignetting vignetting(view.scene);
@@ -42,7 +42,7 @@ Bound bound_of(const LampView& seen, const View& view) {
   return {loss * seen.peak_e, second_moment * steepest};
 }
 
-Bound bound(const View& view) {
+Bound bound(const SceneView& view) {
   Bound bound = sum_of_overlapping(view, bound_of);
   bound.dn += view.grey_levels(lit_wall_electrons(view));
   return bound;
@@ -50,7 +50,7 @@ Bound bound(const View& view) {
 
 }  // namespace
 
-double seen_transmission(const View& view, const Eigen::Vector2d& px) {
+double seen_transmission(const SceneView& view, const Eigen::Vector2d& px) {
   if (view.scene.effects.of(Effect::vignetting) == Use::off) return 1;
   return Vignetting(view.scene).transmission(px);
 }

@@ -6,19 +6,19 @@
 
 namespace occ {
 
-double ambient_electrons(const View& view);
+double ambient_electrons(const SceneView& view);
 
 /// From the room's surfaces as the lamps light them; and, from these as they light each other.
-double wall_electrons(const View& view);
-double interreflected_electrons(const View& view);
+double wall_electrons(const SceneView& view);
+double interreflected_electrons(const SceneView& view);
 
 /// Both, where the scene has them.
-double lit_wall_electrons(const View& view);
+double lit_wall_electrons(const SceneView& view);
 
-double glare_electrons(const View& view);
-double ghost_electrons(const View& view);
+double glare_electrons(const SceneView& view);
+double ghost_electrons(const SceneView& view);
 
 /// All of it, of effects that are called for and not switched off.
-double background_electrons(const View& view);
+double background_electrons(const SceneView& view);
 
 }  // namespace occ

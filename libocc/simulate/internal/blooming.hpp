@@ -10,7 +10,7 @@ namespace occ {
 
 /// What charge that spills may add to a pixel at most, whatever else is left out: of what comes
 /// before blooming, the change at a pixel may be that much larger.
-Bound most_spill(const View& view);
+Bound most_spill(const SceneView& view);
 
 void apply_blooming(const Frame& frame, Signal& signal);
 

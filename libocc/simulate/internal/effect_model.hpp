@@ -25,7 +25,7 @@ struct EffectModel {
   /// What of the scene calls for it, for messages: "sensor.psf_sigma_px".
   const char* called_for_by;
   bool (*called_for)(const Scene& scene, const SimulateOptions& options);
-  Bound (*bound)(const View& view);
+  Bound (*bound)(const SceneView& view);
 };
 
 extern const EffectModel extent_model, light_gradient_model, psf_model, distortion_model,

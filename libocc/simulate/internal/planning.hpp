@@ -17,7 +17,7 @@ constexpr Consequence consequences[] = {{Effect::walls, Effect::interreflection}
                                         {Effect::saturation, Effect::blooming}};
 
 /// Without a view there are no bounds; it is needed where the use of an effect depends on them.
-RenderPlan make_plan(const Scene& scene, const SimulateOptions& options, const View* view);
+RenderPlan make_plan(const Scene& scene, const SimulateOptions& options, const SceneView* view);
 
 inline bool depends_on_bounds(const Effects& effects) {
   return std::find(effects.use.begin(), effects.use.end(), Use::automatic) != effects.use.end();

@@ -25,7 +25,7 @@ struct LampView {
   double distance_m = 0;
 };
 
-struct View {
+struct SceneView {
   const Scene& scene;
   const Rigid3& cam_from_world;
   const SimulateOptions& options;
@@ -38,6 +38,7 @@ struct View {
   double grey_levels(double electrons) const;
 };
 
-View make_view(const Scene& scene, const Rigid3& cam_from_world, const SimulateOptions& options);
+SceneView make_view(const Scene& scene, const Rigid3& cam_from_world,
+                    const SimulateOptions& options);
 
 }  // namespace occ

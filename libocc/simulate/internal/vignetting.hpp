@@ -8,6 +8,6 @@
 namespace occ {
 
 /// The transmission where a bound needs it: 1 when the scene leaves vignetting out.
-double seen_transmission(const View& view, const Eigen::Vector2d& px);
+double seen_transmission(const SceneView& view, const Eigen::Vector2d& px);
 
 }  // namespace occ
