@@ -6,9 +6,9 @@
 #include <set>
 
 #include "libocc/core/image_file.hpp"
-#include "libocc/position/tracker.hpp"
 #include "libocc/scene/scene_file.hpp"
 #include "libocc/scene/trajectory.hpp"
+#include "libocc/track/tracker.hpp"
 
 int main(int argc, char** argv) {
   if (argc != 4) {

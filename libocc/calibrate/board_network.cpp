@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/calibrate/board_network.hpp"
-//
+
 #include <Eigen/Dense>
 #include <cmath>
 
@@ -11,11 +11,11 @@ namespace occ {
 namespace {
 
 bool in_a_plane(const Eigen::Matrix3Xd& points) {
-  constexpr double least_depth = 1e-3;
+  constexpr double min_depth = 1e-3;
   const Eigen::Matrix3Xd off = points.colwise() - points.rowwise().mean();
   const Eigen::Matrix3d spread = off * off.transpose();
   const Eigen::Vector3d values = spread.selfadjointView<Eigen::Lower>().eigenvalues();
-  return !(values[0] > least_depth * least_depth * values[2]);
+  return !(values[0] > min_depth * min_depth * values[2]);
 }
 
 void check_image(const BoardImage& image, const Eigen::Matrix3Xd& board_m) {
@@ -71,7 +71,7 @@ Result<NetworkStart> board_network(const std::vector<NetworkCamera>& cameras,
     require(image.camera >= 0 && image.camera < static_cast<int>(cameras.size()),
             "image " + image.name + ": camera", image.camera, "an index of a camera");
     check_image(image, board_m);
-    const Camera& camera = cameras[static_cast<std::size_t>(image.camera)].camera;
+    const Camera& camera = cameras[image.camera].camera;
     const Result<Resection> found = resect(board_m, image.px, camera);
     if (!found.ok()) {
       result.value.warnings.push_back(image.name + " left out: " + found.message);
@@ -86,7 +86,7 @@ Result<NetworkStart> board_network(const std::vector<NetworkCamera>& cameras,
       seen.pixel = image.px.col(k);
       seen.sigma_px.setConstant(sigma_px);
       if (!image.covariance_px2.empty())
-        seen.sigma_px = image.covariance_px2[static_cast<std::size_t>(k)].diagonal().cwiseSqrt();
+        seen.sigma_px = image.covariance_px2[k].diagonal().cwiseSqrt();
       network.observations.push_back(seen);
     }
   }

@@ -3,13 +3,12 @@
 // camera: each image gets its pose by resection, the board is the world and known without error.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "libocc/calibrate/start_network.hpp"
+#include "libocc/core/abi.hpp"
 #include "libocc/core/status.hpp"
 
 namespace occ {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/calibrate/lamp_network.hpp"
-//
+
 #include <Eigen/Dense>
 #include <cmath>
 #include <optional>
@@ -64,9 +64,9 @@ struct Meeting {
 
   // Nothing when they are parallel.
   std::optional<Vector3d> place() const {
-    constexpr double least_angle2 = 1e-6;  // of a thousandth
+    constexpr double min_angle2 = 1e-6;  // of a thousandth
     const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(across, Eigen::EigenvaluesOnly);
-    if (!(eigen.eigenvalues()[0] > least_angle2 * rays)) return std::nullopt;
+    if (!(eigen.eigenvalues()[0] > min_angle2 * rays)) return std::nullopt;
     return Vector3d(across.ldlt().solve(sum));
   }
 };
@@ -85,7 +85,7 @@ std::vector<Posed> pose_images(const std::vector<NetworkCamera>& cameras,
   std::vector<Posed> all;
   for (const SurveyImage& image : images) {
     Posed posed;
-    posed.camera = &cameras[static_cast<std::size_t>(image.camera)].camera;
+    posed.camera = &cameras[image.camera].camera;
     posed.lamps = single(image, start.warnings);
     std::vector<const LampSighting*> known;
     for (const LampSighting& lamp : posed.lamps)
@@ -173,11 +173,10 @@ Result<NetworkStart> lamp_network(const std::vector<NetworkCamera>& cameras, con
   std::map<std::string, const Lamp*> by_name;
   for (const Lamp& lamp : scene.lamps) by_name["lamp " + std::to_string(lamp.id)] = &lamp;
   for (ImageObservation& seen : network.observations) {
-    const auto lamp =
-        by_name.find(network.points[static_cast<std::size_t>(seen.target.point)].name);
+    const auto lamp = by_name.find(network.points[seen.target.point].name);
     if (lamp == by_name.end()) continue;
-    const NetworkImage& image = network.images[static_cast<std::size_t>(seen.image)];
-    const Camera& camera = cameras[static_cast<std::size_t>(image.camera)].camera;
+    const NetworkImage& image = network.images[seen.image];
+    const Camera& camera = cameras[image.camera].camera;
     const Rigid3 pose = network.cam_from_world(seen.image);
     const auto centre = camera.project(pose * lamp->second->centre_m);
     const auto of_image = project_lamp_centre(*lamp->second, pose, camera);

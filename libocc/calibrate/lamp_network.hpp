@@ -4,14 +4,13 @@
 // the place where its rays meet. Lamps are points of the network, named "lamp 7", none fixed.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "libocc/calibrate/start_network.hpp"
+#include "libocc/core/abi.hpp"
 #include "libocc/core/status.hpp"
 #include "libocc/scene/scene.hpp"
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/calibrate/internal/pixel_fit.hpp"
-//
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "libocc/geometry/so3.hpp"
 
-namespace occ {
+namespace occ::internal::calibrate {
 namespace {
 
 using Eigen::Matrix2Xd;
@@ -70,7 +70,7 @@ double quantile(std::vector<double> values, double part) {
   const auto last = static_cast<double>(values.size() - 1);
   const auto at = static_cast<std::ptrdiff_t>(std::ceil(std::clamp(part, 0.0, 1.0) * last));
   std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
+  return values[at];
 }
 
 Matrix2Xd pose_residuals(const Matrix3Xd& points, const Matrix2Xd& px, const Camera& camera,
@@ -180,4 +180,4 @@ BodyFit fit_body(const Matrix3Xd& corners, const std::vector<BodyView>& views, c
   return fit;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::calibrate

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/calibrate/resection.hpp"
-//
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -13,10 +13,12 @@
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/pose/candidates.hpp"
-#include "libocc/pose/p3p.hpp"
+#include "libocc/pose/solvers/p3p.hpp"
 #include "libocc/scene/tag.hpp"
 
 namespace occ {
+
+using namespace internal::calibrate;
 namespace {
 
 using Eigen::Matrix2Xd;
@@ -57,11 +59,11 @@ class Problem {
   const Matrix2Xd& px() const { return px_; }
 
   bool on_a_line() const {
-    constexpr double least_width = 1e-4;
+    constexpr double min_width = 1e-4;
     const Matrix3Xd off = points_.colwise() - points_.rowwise().mean();
     const Vector3d spread =
         Matrix3d(off * off.transpose()).selfadjointView<Eigen::Lower>().eigenvalues();
-    return !(spread[1] > least_width * least_width * spread[2]);
+    return !(spread[1] > min_width * min_width * spread[2]);
   }
 
   // Least median, with the breakdown point of three unknown points (Rousseeuw 1984, section 2).
@@ -79,13 +81,13 @@ class Problem {
     constexpr double tolerance_rad = 0.1;
     Matrix3d bearings, points;
     for (int k = 0; k < 3; ++k) {
-      bearings.col(k) = bearings_.col(triple[static_cast<std::size_t>(k)]);
-      points.col(k) = points_.col(triple[static_cast<std::size_t>(k)]);
+      bearings.col(k) = bearings_.col(triple[k]);
+      points.col(k) = points_.col(triple[k]);
     }
     std::array<Rigid3, 4> poses;
     const int found = p3p_within(bearings, points, tolerance_rad, poses);
     for (int k = 0; k < found; ++k) {
-      const Rigid3& pose = poses[static_cast<std::size_t>(k)];
+      const Rigid3& pose = poses[k];
       const double distance = distance_px(pose);
       if (std::isfinite(distance)) all.push_back({pose, distance});
     }
@@ -138,7 +140,7 @@ std::vector<Hypothesis> improved(const Problem& problem, const Camera& camera,
   for (Hypothesis one : starts) {
     for (int i = 0; i < rounds; ++i) {
       const double sigma =
-          std::max(options.least_sigma_px, sigma_of_median_distance * one.distance_px);
+          std::max(options.min_sigma_px, sigma_of_median_distance * one.distance_px);
       const PixelFit fit =
           fit_pose(problem.points(), problem.px(), camera, one.pose, options.gate * sigma);
       const double distance = problem.distance_px(fit.pose);
@@ -169,7 +171,7 @@ Result<T> failure(Status status, std::string message, T value = {}) {
 }  // namespace
 
 void ResectionOptions::validate() const {
-  require(least_sigma_px > 0 && std::isfinite(least_sigma_px), "least_sigma_px", least_sigma_px,
+  require(min_sigma_px > 0 && std::isfinite(min_sigma_px), "min_sigma_px", min_sigma_px,
           "positive");
   require(gate >= 2 && std::isfinite(gate), "gate", gate, "at least 2");
   require(samples >= 4, "samples", samples, "at least 4");
@@ -195,19 +197,19 @@ Result<Resection> resect(const Matrix3Xd& points_m, const Matrix2Xd& points_px,
   if (found.empty()) return failure(Status::no_pose, "no pose sees half of the points", resection);
   resection.cam_from_world = found.front().pose;
   resection.sigma_px = sigma_of_median_distance * found.front().distance_px;
-  const double sigma = std::max(resection.sigma_px, options.least_sigma_px);
+  const double sigma = std::max(resection.sigma_px, options.min_sigma_px);
   constexpr double nearly_as_good = 3;
   for (std::size_t k = 1; k < found.size(); ++k)
     if (sigma_of_median_distance * found[k].distance_px < nearly_as_good * sigma)
       resection.others.push_back(found[k].pose);
   const Matrix2Xd off = pose_residuals(points_m, points_px, camera, resection.cam_from_world);
   for (Eigen::Index i = 0; i < off.cols(); ++i)
-    resection.agree[static_cast<std::size_t>(i)] = off.col(i).norm() < options.gate * sigma;
+    resection.agree[i] = off.col(i).norm() < options.gate * sigma;
   Result<Resection> result;
   result.value = std::move(resection);
   // Where half of the points are a tenth of the picture off, nothing has been explained.
-  constexpr double most_part = 0.1;
-  if (result->sigma_px > most_part * std::min(camera.width(), camera.height())) {
+  constexpr double max_part = 0.1;
+  if (result->sigma_px > max_part * std::min(camera.width(), camera.height())) {
     result.status = Status::no_pose;
     result.message = "no pose brings half of the points near to where they were seen";
   }
@@ -222,7 +224,7 @@ std::vector<TagSighting> tag_sightings(const AprilTag& tag, double size_m, const
   problem.points = corners;
   problem.bearings.resize(3, 4);
   for (int k = 0; k < 4; ++k) {
-    px.col(k) = tag.corners_px[static_cast<std::size_t>(k)];
+    px.col(k) = tag.corners_px[k];
     const auto ray = camera.ray(px.col(k));
     if (!ray) return {};
     problem.bearings.col(k) = ray->direction;

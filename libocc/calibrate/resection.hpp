@@ -4,29 +4,28 @@
 // planes. The camera need not be calibrated yet: nothing here takes the pixels to be good, gross
 // errors may be a good third of them.
 //
-// Poses come from triples of points (pose/p3p.hpp; a camera without one centre is at first taken
-// for one that has it) and are judged by the median of the distances between
-// projected and seen points (Rousseeuw, "Least median of squares regression", JASA 79, 1984), then
-// improved by Gauss and Newton's steps on pixels, Tukey's weights about that median.
+// Poses come from triples of points (pose/solvers/p3p.hpp; a camera without one centre is at first
+// taken for one that has it) and are judged by the median of the distances between projected and
+// seen points (Rousseeuw, "Least median of squares regression", JASA 79, 1984), then improved by
+// Gauss and Newton's steps on pixels, Tukey's weights about that median.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
 #include "libocc/camera/camera.hpp"
+#include "libocc/core/abi.hpp"
 #include "libocc/core/status.hpp"
-#include "libocc/detect/april_tags.hpp"
 #include "libocc/geometry/rigid.hpp"
+#include "libocc/landmarks/april_tags.hpp"
 
 namespace occ {
 
 struct LIBOCC_API ResectionOptions {
-  double least_sigma_px = 0.1;  ///< residuals below do not count as better
-  double gate = 5;              ///< in robust standard deviations of the residuals: beyond is wrong
-  int samples = 200;            ///< triples of points, where there are more
+  double min_sigma_px = 0.1;  ///< residuals below do not count as better
+  double gate = 5;            ///< in robust standard deviations of the residuals: beyond is wrong
+  int samples = 200;          ///< triples of points, where there are more
   std::uint64_t seed = 0;
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value

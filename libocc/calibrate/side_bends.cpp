@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/calibrate/side_bends.hpp"
-//
+
 #include <cmath>
 
 #include "libocc/calibrate/resection.hpp"
@@ -44,9 +44,8 @@ std::function<std::array<double, 4>(const std::array<Vector2d, 4>& corners_px)> 
     if (sightings.empty()) return bends;
     const Eigen::Matrix<double, 3, 4> corners = tag_corners(1);
     for (int k = 0; k < 4; ++k)
-      bends[static_cast<std::size_t>(k)] =
-          bend_of(camera, sightings[0].cam_from_tag * Vector3d(corners.col(k)),
-                  sightings[0].cam_from_tag * Vector3d(corners.col((k + 1) % 4)));
+      bends[k] = bend_of(camera, sightings[0].cam_from_tag * Vector3d(corners.col(k)),
+                         sightings[0].cam_from_tag * Vector3d(corners.col((k + 1) % 4)));
     return bends;
   };
 }

@@ -4,13 +4,12 @@
 // points along each side, b (1 - u^2) for u from -1 to 1 in the mean.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <array>
 #include <functional>
 
 #include "libocc/camera/camera.hpp"
+#include "libocc/core/abi.hpp"
 
 namespace occ {
 

@@ -11,6 +11,8 @@
 #include "libocc/pose/candidates.hpp"
 
 namespace occ {
+
+using namespace internal::calibrate;
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -91,10 +93,10 @@ Result<Camera> start_focal_length(const std::vector<PlaneView>& views, const Cam
   const auto best = std::min_element(misfits.begin(), misfits.end());
   const auto at = best - misfits.begin();
   // Twice as large a factor must be worse, or half as large: by a tenth.
-  constexpr double least_rise = 1.1;
+  constexpr double min_rise = 1.1;
   const auto worse = [&](std::ptrdiff_t by) {
     const std::ptrdiff_t there = std::clamp<std::ptrdiff_t>(at + by, 0, 2 * steps);
-    return misfits[static_cast<std::size_t>(there)] > least_rise * *best;
+    return misfits[there] > min_rise * *best;
   };
   constexpr int half = 9;  // steps of a factor of nearly 2
   if (at == 0 || at == 2 * steps || !worse(half) || !worse(-half)) {

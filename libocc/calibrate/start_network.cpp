@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/calibrate/start_network.hpp"
-//
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -14,6 +14,8 @@
 #include "libocc/scene/tag.hpp"
 
 namespace occ {
+
+using namespace internal::calibrate;
 namespace {
 
 std::string list(const std::vector<std::string>& names) {
@@ -38,10 +40,10 @@ struct Views {
 
 // Whether an image that repeats itself shows one tag several times.
 bool same_place(const std::vector<const AprilTag*>& tags, const Camera& camera) {
-  constexpr double most_px = 5;
+  constexpr double max_px = 5;
   return std::isfinite(camera.period_px()) &&
          std::all_of(tags.begin(), tags.end(), [&](const AprilTag* tag) {
-           return camera.difference_px(tag->centre_px, tags.front()->centre_px).norm() < most_px;
+           return camera.difference_px(tag->centre_px, tags.front()->centre_px).norm() < max_px;
          });
 }
 
@@ -56,7 +58,7 @@ Views collect(const std::vector<NetworkCamera>& cameras, const std::vector<TagIm
     views.ids.push_back(id);
   }
   for (std::size_t i = 0; i < images.size(); ++i) {
-    const Camera& camera = cameras[static_cast<std::size_t>(images[i].camera)].camera;
+    const Camera& camera = cameras[images[i].camera].camera;
     std::map<int, std::vector<const AprilTag*>> by_id;
     for (const AprilTag& tag : images[i].tags) by_id[tag.id].push_back(&tag);
     for (const auto& [id, tags] : by_id) {
@@ -73,8 +75,8 @@ Views collect(const std::vector<NetworkCamera>& cameras, const std::vector<TagIm
         view.px.resize(2, 4);
         double variance = 0;
         for (int k = 0; k < 4; ++k) {
-          view.px.col(k) = tag->corners_px[static_cast<std::size_t>(k)];
-          variance += tag->covariance_px2[static_cast<std::size_t>(k)].trace() / 8;
+          view.px.col(k) = tag->corners_px[k];
+          variance += tag->covariance_px2[k].trace() / 8;
         }
         view.sigma_px = std::sqrt(variance);
         view.sightings = tag_sightings(*tag, size_of(id, options), camera);
@@ -93,11 +95,11 @@ std::vector<std::vector<int>> blocks_of(const Views& views, std::size_t images) 
   std::vector<int> root(images + views.ids.size());
   std::iota(root.begin(), root.end(), 0);
   const auto find = [&](int i) {
-    while (root[static_cast<std::size_t>(i)] != i) i = root[static_cast<std::size_t>(i)];
+    while (root[i] != i) i = root[i];
     return i;
   };
   for (const TagView& view : views.all)
-    root[static_cast<std::size_t>(find(static_cast<int>(images) + view.tag))] = find(view.image);
+    root[find(static_cast<int>(images) + view.tag)] = find(view.image);
   std::map<int, std::vector<int>> by_root;
   for (std::size_t i = 0; i < images; ++i)
     by_root[find(static_cast<int>(i))].push_back(static_cast<int>(i));
@@ -115,8 +117,8 @@ std::vector<WrongSize> wrong_sizes(const TagChain& chain, const Views& views,
   std::map<int, BodyFit> fits;
   for (std::size_t t = 0; t < views.ids.size(); ++t) {
     const BodyFit fit = chain.scale_of(static_cast<int>(t));
-    constexpr double most_sigma = 0.1;  // for residuals of a pixel
-    if (!(fit.scale_sigma < most_sigma)) continue;
+    constexpr double max_sigma = 0.1;  // for residuals of a pixel
+    if (!(fit.scale_sigma < max_sigma)) continue;
     fits[static_cast<int>(t)] = fit;
     scales.push_back(fit.scale);
   }
@@ -127,8 +129,7 @@ std::vector<WrongSize> wrong_sizes(const TagChain& chain, const Views& views,
   for (const auto& [tag, fit] : fits) {
     const double part = fit.scale / usual;
     if (std::abs(std::log(part)) > std::log1p(options.size_tolerance))
-      wrong.push_back({views.ids[static_cast<std::size_t>(tag)],
-                       part * size_of(views.ids[static_cast<std::size_t>(tag)], options)});
+      wrong.push_back({views.ids[tag], part * size_of(views.ids[tag], options)});
   }
   return wrong;
 }
@@ -138,8 +139,8 @@ void add_observations(const AprilTag& tag, int image, int body, Network& network
     ImageObservation seen;
     seen.image = image;
     seen.target = Target::of_corner(body, k);
-    seen.pixel = tag.corners_px[static_cast<std::size_t>(k)];
-    seen.sigma_px = tag.covariance_px2[static_cast<std::size_t>(k)].diagonal().cwiseSqrt();
+    seen.pixel = tag.corners_px[k];
+    seen.sigma_px = tag.covariance_px2[k].diagonal().cwiseSqrt();
     network.observations.push_back(seen);
   }
 }
@@ -178,9 +179,9 @@ Network network_of(const TagChain& chain, const Views& views,
     start.warnings.push_back("tags that one image sees are left out: " + list(once));
   for (const TagView& view : views.all) {
     const auto image = image_at.find(view.image);
-    const auto body = body_at.find(views.ids[static_cast<std::size_t>(view.tag)]);
+    const auto body = body_at.find(views.ids[view.tag]);
     if (image == image_at.end() || body == body_at.end()) continue;
-    for (const AprilTag& tag : images[static_cast<std::size_t>(view.image)].tags)
+    for (const AprilTag& tag : images[view.image].tags)
       if (tag.id == body->first && tag.corners_px[0] == Eigen::Vector2d(view.px.col(0)))
         add_observations(tag, image->second, body->second, network);
   }
@@ -190,7 +191,7 @@ Network network_of(const TagChain& chain, const Views& views,
 std::vector<std::string> names_of(const std::vector<int>& block,
                                   const std::vector<TagImage>& images) {
   std::vector<std::string> names;
-  for (const int i : block) names.push_back(images[static_cast<std::size_t>(i)].name);
+  for (const int i : block) names.push_back(images[i].name);
   return names;
 }
 
@@ -220,8 +221,7 @@ Result<NetworkStart> start_network(const std::vector<NetworkCamera>& cameras,
   std::vector<Eigen::Matrix3Xd> corners;
   for (const int id : views.ids) corners.push_back(tag_corners(size_of(id, options)));
   std::vector<const Camera*> of_images;
-  for (const TagImage& image : images)
-    of_images.push_back(&cameras[static_cast<std::size_t>(image.camera)].camera);
+  for (const TagImage& image : images) of_images.push_back(&cameras[image.camera].camera);
   TagChain chain(corners, of_images, views.all);
   if (images.size() < 2 || blocks.front().size() < 2 || !chain.link(blocks.front())) {
     result.status = Status::too_few_lamps;
@@ -242,8 +242,7 @@ Result<NetworkStart> start_network(const std::vector<NetworkCamera>& cameras,
   start.network = network_of(chain, views, cameras, images, options, start);
   std::vector<std::string> unposed;
   for (const int i : blocks.front())
-    if (!chain.cams_from_world()[static_cast<std::size_t>(i)])
-      unposed.push_back(images[static_cast<std::size_t>(i)].name);
+    if (!chain.cams_from_world()[i]) unposed.push_back(images[i].name);
   if (!unposed.empty()) {
     result.status = Status::degenerate;
     result.message = "no pose was found for " + list(unposed);

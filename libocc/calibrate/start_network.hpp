@@ -16,15 +16,14 @@
 // A tag whose size fits those of the others by no means gets a size of its own (`scale_free`).
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <map>
 #include <string>
 #include <vector>
 
-#include "libocc/calibrate/network.hpp"
+#include "libocc/core/abi.hpp"
 #include "libocc/core/status.hpp"
-#include "libocc/detect/april_tags.hpp"
+#include "libocc/landmarks/april_tags.hpp"
+#include "libocc/network/network.hpp"
 
 namespace occ {
 

@@ -54,11 +54,11 @@ struct Equation {
 };
 
 void add_equations(const PlaneView& view, const Vector2d& middle, std::vector<Equation>& all) {
-  constexpr double least_condition = 1e-4;
+  constexpr double min_condition = 1e-4;
   Matrix2Xd px = view.px.colwise() - middle;
   double condition = 0;
   const Matrix3d h = homography(view.plane, px, condition);
-  if (!(condition > least_condition) || !h.allFinite()) return;
+  if (!(condition > min_condition) || !h.allFinite()) return;
   const Vector3d x = h.col(0), y = h.col(1);
   const Vector3d one = x + y, two = x - y;
   const auto add = [&](const Vector3d& p, const Vector3d& q) {
@@ -76,7 +76,7 @@ PlaneView plane_view(const AprilTag& tag) {
   PlaneView view;
   view.plane = tag_corners(1).topRows<2>();
   view.px.resize(2, 4);
-  for (int k = 0; k < 4; ++k) view.px.col(k) = tag.corners_px[static_cast<std::size_t>(k)];
+  for (int k = 0; k < 4; ++k) view.px.col(k) = tag.corners_px[k];
   return view;
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/calibrate/internal/tag_chain.hpp"
-//
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-namespace occ {
+namespace occ::internal::calibrate {
 namespace {
 
 using Eigen::Matrix2Xd;
@@ -28,21 +28,21 @@ TagChain::TagChain(std::vector<Matrix3Xd> corners, std::vector<const Camera*> ca
       poses_(cameras_.size()),
       places_(corners_.size()) {
   for (std::size_t i = 0; i < views_.size(); ++i) {
-    of_image_[static_cast<std::size_t>(views_[i].image)].push_back(static_cast<int>(i));
-    of_tag_[static_cast<std::size_t>(views_[i].tag)].push_back(static_cast<int>(i));
+    of_image_[views_[i].image].push_back(static_cast<int>(i));
+    of_tag_[views_[i].tag].push_back(static_cast<int>(i));
   }
 }
 
 const TagView* TagChain::view(int image, int tag) const {
-  for (const int i : of_image_[static_cast<std::size_t>(image)])
-    if (views_[static_cast<std::size_t>(i)].tag == tag) return &views_[static_cast<std::size_t>(i)];
+  for (const int i : of_image_[image])
+    if (views_[i].tag == tag) return &views_[i];
   return nullptr;
 }
 
 std::vector<int> TagChain::shared_tags(int a, int b) const {
   std::vector<int> shared;
-  for (const int i : of_image_[static_cast<std::size_t>(a)]) {
-    const int tag = views_[static_cast<std::size_t>(i)].tag;
+  for (const int i : of_image_[a]) {
+    const int tag = views_[i].tag;
     const bool known = std::find(shared.begin(), shared.end(), tag) != shared.end();
     if (!known && view(b, tag) != nullptr) shared.push_back(tag);
   }
@@ -51,14 +51,13 @@ std::vector<int> TagChain::shared_tags(int a, int b) const {
 
 double TagChain::rms_px(const TagView& view, const Rigid3& cam_from_tag) const {
   const Matrix2Xd off =
-      pose_residuals(corners_[static_cast<std::size_t>(view.tag)], view.px,
-                     *cameras_[static_cast<std::size_t>(view.image)], cam_from_tag);
+      pose_residuals(corners_[view.tag], view.px, *cameras_[view.image], cam_from_tag);
   return off.allFinite() ? std::sqrt(off.colwise().squaredNorm().mean()) : infinity;
 }
 
 // From 1 for a perfect fit to 0 for none (Geman, McClure).
 double TagChain::likely(const TagView& view, const Rigid3& cam_from_tag) const {
-  const Camera& camera = *cameras_[static_cast<std::size_t>(view.image)];
+  const Camera& camera = *cameras_[view.image];
   const double gate = gate_part * std::min(camera.width(), 4 * camera.height());
   const double part = rms_px(view, cam_from_tag) / gate;
   return std::isfinite(part) ? 1 / (1 + part * part) : 0;
@@ -81,8 +80,8 @@ TagChain::PairStart TagChain::relative_pose(int a, int b) const {
     }
     return sum;
   };
-  constexpr std::size_t most_tried = 30;
-  const std::size_t stride = 1 + shared.size() / most_tried;
+  constexpr std::size_t max_tried = 30;
+  const std::size_t stride = 1 + shared.size() / max_tried;
   for (std::size_t i = 0; i < shared.size(); i += stride) {
     const int tag = shared[i];
     for (const TagSighting& in_a : view(a, tag)->sightings)
@@ -115,8 +114,8 @@ bool TagChain::link(const std::vector<int>& images) {
     if (one.agree > start.agree) start = one;
   }
   if (start.a < 0) return false;
-  poses_[static_cast<std::size_t>(start.a)] = Rigid3{};
-  poses_[static_cast<std::size_t>(start.b)] = start.b_from_a;
+  poses_[start.a] = Rigid3{};
+  poses_[start.b] = start.b_from_a;
   place_tags_of(start.a);
   place_tags_of(start.b);
   pose_image(start.b);
@@ -127,7 +126,7 @@ bool TagChain::link(const std::vector<int>& images) {
       place_tags_of(next);
       failed.assign(cameras_.size(), false);  // it may have hung what those lacked
     } else {
-      failed[static_cast<std::size_t>(next)] = true;
+      failed[next] = true;
     }
   }
   return true;
@@ -142,8 +141,7 @@ int TagChain::next_image(const std::vector<int>& images, const std::vector<bool>
     if (poses_[k] || failed[k]) continue;
     double worth = 0;
     for (const int i : of_image_[k]) {
-      const TagPlace& place =
-          places_[static_cast<std::size_t>(views_[static_cast<std::size_t>(i)].tag)];
+      const TagPlace& place = places_[views_[i].tag];
       if (place.world_from_tag) worth += place.views > 1 ? 1 : seen_once;
     }
     if (worth > most) {
@@ -157,13 +155,12 @@ int TagChain::next_image(const std::vector<int>& images, const std::vector<bool>
 bool TagChain::pose_image(int image) {
   const auto k = static_cast<std::size_t>(image);
   int sure = 0;
-  for (const int i : of_image_[k])
-    sure += places_[static_cast<std::size_t>(views_[static_cast<std::size_t>(i)].tag)].views > 1;
+  for (const int i : of_image_[k]) sure += places_[views_[i].tag].views > 1;
   constexpr int enough = 3;
   std::vector<const TagView*> used;
   for (const int i : of_image_[k]) {
-    const TagView& view = views_[static_cast<std::size_t>(i)];
-    const TagPlace& place = places_[static_cast<std::size_t>(view.tag)];
+    const TagView& view = views_[i];
+    const TagPlace& place = places_[view.tag];
     if (place.world_from_tag && (sure < enough || place.views > 1)) used.push_back(&view);
   }
   if (used.empty()) return false;
@@ -191,8 +188,8 @@ bool TagChain::pose_image(int image) {
 
 void TagChain::place_tags_of(int image) {
   std::vector<int> done;
-  for (const int i : of_image_[static_cast<std::size_t>(image)]) {
-    const int tag = views_[static_cast<std::size_t>(i)].tag;
+  for (const int i : of_image_[image]) {
+    const int tag = views_[i].tag;
     if (std::find(done.begin(), done.end(), tag) != done.end()) continue;
     done.push_back(tag);
     place_tag(tag);
@@ -201,8 +198,8 @@ void TagChain::place_tags_of(int image) {
 
 std::vector<BodyView> TagChain::body_views(int tag) const {
   std::vector<BodyView> seen;
-  for (const int i : of_tag_[static_cast<std::size_t>(tag)]) {
-    const TagView& view = views_[static_cast<std::size_t>(i)];
+  for (const int i : of_tag_[tag]) {
+    const TagView& view = views_[i];
     const auto k = static_cast<std::size_t>(view.image);
     if (poses_[k]) seen.push_back({cameras_[k], *poses_[k], view.px, 1.0});
   }
@@ -211,16 +208,16 @@ std::vector<BodyView> TagChain::body_views(int tag) const {
 
 // The sighting that fits all images best, then a fit to all of them.
 void TagChain::place_tag(int tag) {
-  TagPlace& place = places_[static_cast<std::size_t>(tag)];
-  const std::vector<int>& all = of_tag_[static_cast<std::size_t>(tag)];
+  TagPlace& place = places_[tag];
+  const std::vector<int>& all = of_tag_[tag];
   double most = 0;
   std::optional<Rigid3> best;
   std::vector<int> images;
   const auto consider = [&](const Rigid3& world_from_tag) {
     double sum = 0;
     for (const int i : all) {
-      const TagView& view = views_[static_cast<std::size_t>(i)];
-      const auto& pose = poses_[static_cast<std::size_t>(view.image)];
+      const TagView& view = views_[i];
+      const auto& pose = poses_[view.image];
       if (pose) sum += likely(view, *pose * world_from_tag);
     }
     if (sum > most) {
@@ -230,8 +227,8 @@ void TagChain::place_tag(int tag) {
   };
   if (place.world_from_tag) consider(*place.world_from_tag);
   for (const int i : all) {
-    const TagView& view = views_[static_cast<std::size_t>(i)];
-    const auto& pose = poses_[static_cast<std::size_t>(view.image)];
+    const TagView& view = views_[i];
+    const auto& pose = poses_[view.image];
     if (!pose) continue;
     if (std::find(images.begin(), images.end(), view.image) == images.end())
       images.push_back(view.image);
@@ -241,16 +238,16 @@ void TagChain::place_tag(int tag) {
   // A view that contradicts the others (a gross error) may not bend the fit.
   std::vector<BodyView> agreeing;
   for (const int i : all) {
-    const TagView& view = views_[static_cast<std::size_t>(i)];
+    const TagView& view = views_[i];
     const auto k = static_cast<std::size_t>(view.image);
-    constexpr double least_likely = 0.1;  // three gates
-    if (poses_[k] && likely(view, *poses_[k] * *best) > least_likely)
+    constexpr double min_likely = 0.1;  // three gates
+    if (poses_[k] && likely(view, *poses_[k] * *best) > min_likely)
       agreeing.push_back({cameras_[k], *poses_[k], view.px, 1.0});
   }
   place.views = static_cast<int>(images.size());
   place.world_from_tag = best;
   if (agreeing.empty()) return;
-  const BodyFit fit = fit_body(corners_[static_cast<std::size_t>(tag)], agreeing, *best, false);
+  const BodyFit fit = fit_body(corners_[tag], agreeing, *best, false);
   if (!std::isfinite(fit.chi2)) return;
   place.world_from_tag = fit.world_from_body;
   place.rms_px = std::sqrt(fit.chi2 / (4.0 * static_cast<double>(agreeing.size())));
@@ -264,10 +261,9 @@ void TagChain::sweep() {
 }
 
 BodyFit TagChain::scale_of(int tag) const {
-  const TagPlace& place = places_[static_cast<std::size_t>(tag)];
+  const TagPlace& place = places_[tag];
   if (!place.world_from_tag || place.views < 2) return {};
-  return fit_body(corners_[static_cast<std::size_t>(tag)], body_views(tag), *place.world_from_tag,
-                  true);
+  return fit_body(corners_[tag], body_views(tag), *place.world_from_tag, true);
 }
 
-}  // namespace occ
+}  // namespace occ::internal::calibrate

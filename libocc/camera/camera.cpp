@@ -17,6 +17,8 @@
 
 namespace occ {
 
+using namespace internal::camera;
+
 namespace {
 
 constexpr double half_pi = 1.57079632679489661923;

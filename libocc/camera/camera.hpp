@@ -23,8 +23,6 @@
 // Rotating line camera: libocc/camera/rotating_line.hpp.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <array>
 #include <memory>
@@ -32,9 +30,13 @@
 #include <string>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
+
 namespace occ {
 
+namespace internal::camera {
 class CameraModel;
+}
 struct RotatingLine;
 
 enum class CameraKind { pinhole, fisheye, double_sphere, rotating_line, rotating_line_first_order };
@@ -153,7 +155,7 @@ class LIBOCC_API Camera {
     double fx, fy, cx, cy;
   };
   static Camera of_model(CameraKind kind, const CameraSize& size,
-                         std::shared_ptr<const CameraModel> model);
+                         std::shared_ptr<const internal::camera::CameraModel> model);
   /// d pixel / d parameters of a pinhole, from the point on the plane z = 1 after each step.
   void differentiate(const Eigen::Vector2d& straight, const Eigen::Vector2d& bent,
                      const Eigen::Vector2d& on_sensor, const Eigen::Matrix2d& d_tilt,
@@ -167,8 +169,8 @@ class LIBOCC_API Camera {
   bool bends_ = false;          // some coefficient but the tilt is not zero
   bool tilted_ = false;
   Eigen::Matrix3d tilt_ = Eigen::Matrix3d::Identity();
-  double max_radius_squared_ = 0;             // of r^2, infinity when unlimited
-  std::shared_ptr<const CameraModel> model_;  // of any kind but the pinhole
+  double max_radius_squared_ = 0;                               // of r^2, infinity when unlimited
+  std::shared_ptr<const internal::camera::CameraModel> model_;  // of any kind but the pinhole
 };
 
 }  // namespace occ

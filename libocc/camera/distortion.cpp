@@ -10,7 +10,7 @@
 
 #include "libocc/camera/internal/polynomial.hpp"
 
-namespace occ {
+namespace occ::internal::camera {
 
 namespace {
 
@@ -166,4 +166,4 @@ Eigen::Matrix2d tilt_by_angles(double tau_x_rad, double tau_y_rad, const Eigen::
   return d;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::camera

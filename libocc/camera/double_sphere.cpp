@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-namespace occ {
+namespace occ::internal::camera {
 
 DoubleSphereModel::DoubleSphereModel(int width, int height, const PlaneMap& map, double xi,
                                      double alpha)
@@ -80,4 +80,4 @@ std::optional<Eigen::Vector3d> DoubleSphereModel::unproject(const Eigen::Vector2
   return b;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::camera

@@ -6,7 +6,7 @@
 
 #include "libocc/camera/internal/polynomial.hpp"
 
-namespace occ {
+namespace occ::internal::camera {
 
 namespace {
 constexpr double pi = 3.14159265358979323846;
@@ -125,4 +125,4 @@ std::optional<Eigen::Vector3d> FisheyeModel::unproject(const Eigen::Vector2d& pi
   return bearing.normalized();
 }
 
-}  // namespace occ
+}  // namespace occ::internal::camera

@@ -6,7 +6,7 @@
 #include "libocc/camera/internal/line_model.hpp"
 #include "libocc/camera/internal/polynomial.hpp"
 
-namespace occ {
+namespace occ::internal::camera {
 
 namespace {
 constexpr double pi = 3.14159265358979323846;
@@ -79,4 +79,4 @@ double LineBase::max_angle_rad() const {
   return std::isfinite(max_eta_) ? std::atan(straight(max_eta_)) : pi / 2;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::camera

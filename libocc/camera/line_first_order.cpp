@@ -8,7 +8,7 @@
 
 #include "libocc/camera/internal/line_model.hpp"
 
-namespace occ {
+namespace occ::internal::camera {
 
 namespace {
 
@@ -158,4 +158,4 @@ Eigen::Vector3d FirstOrderLineModel::origin(const Eigen::Vector2d& pixel) const 
   return {c * e.x() - s * e.y(), s * e.x() + c * e.y(), e.z()};
 }
 
-}  // namespace occ
+}  // namespace occ::internal::camera

@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-namespace occ {
+namespace occ::internal::camera {
 
 namespace {
 
@@ -221,4 +221,4 @@ Eigen::Vector3d LineModel::origin(const Eigen::Vector2d& pixel) const {
   return tumbles_ ? Eigen::Vector3d(Wobble(line_, turn).turn * in_frame) : in_frame;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::camera

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 
-namespace occ {
+namespace occ::internal::camera {
 
 namespace {
 
@@ -60,4 +60,4 @@ std::vector<double> sign_changes(const Polynomial& p, double limit) {
   return roots;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::camera

@@ -22,10 +22,10 @@
 // Domain: h is a growing function of eta; rho large enough for the asin; outside it: nothing.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <array>
+
+#include "libocc/core/abi.hpp"
 
 namespace occ {
 

@@ -29,8 +29,8 @@ void Code::validate() const {
   require_positive(clock_hz, "clock_hz");
   require(repeats >= 1 && repeats <= 64, "repeats", repeats, "in [1, 64]");
   require_positive(frame_rate_hz, "frame_rate_hz");
-  require_positive(least_hz, "least_hz");
-  require(least_hz < 20 * frame_rate_hz, "least_hz", least_hz, "below 20 times frame_rate_hz");
+  require_positive(min_hz, "min_hz");
+  require(min_hz < 20 * frame_rate_hz, "min_hz", min_hz, "below 20 times frame_rate_hz");
 }
 
 double Waveform::frequency_hz() const {

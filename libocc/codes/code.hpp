@@ -36,14 +36,14 @@ struct LIBOCC_API Code {
   LineCode line = LineCode::manchester;  ///< c_ook
   int repeats = 4;                       ///< c_ook: of a sub-packet before the next one
   double frame_rate_hz = 30;             ///< of the camera; ufsook, s2psk are made for it
-  double least_hz = 100;                 ///< ufsook, s2psk: blinks faster than this
+  double min_hz = 100;                   ///< ufsook, s2psk: blinks faster than this
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 
   friend bool operator==(const Code& a, const Code& b) {
     const auto fields = [](const Code& c) {
       return std::tie(c.kind, c.id_bits, c.checksum, c.clock_hz, c.line, c.repeats, c.frame_rate_hz,
-                      c.least_hz);
+                      c.min_hz);
     };
     return fields(a) == fields(b);
   }

@@ -11,9 +11,9 @@
 #include "libocc/core/require.hpp"
 
 namespace occ {
-namespace {
 
-using decoding::SlotFit;
+using namespace internal::codes;
+namespace {
 
 constexpr double sure = 6;  // of a phase over its rivals: 1 in 400
 
@@ -32,9 +32,9 @@ struct Evidence {
 Evidence joined_evidence(const std::vector<LightSample>& samples, const Code& code,
                          const DecodeSamplesOptions& options) {
   const SlotCode slots = slot_code(code);
-  const SlotFit fit = decoding::fit_slots(samples, slots, options);
+  const SlotFit fit = fit_slots(samples, slots, options);
   Evidence evidence;
-  evidence.bits = decoding::bit_evidence(fit.evidence, slots.bits_per_symbol);
+  evidence.bits = bit_evidence(fit.evidence, slots.bits_per_symbol);
   evidence.gained = fit.gained;
   evidence.excess = fit.excess;
   evidence.rival = fit.rival;
@@ -63,7 +63,7 @@ std::vector<double> word_probabilities(const std::vector<double>& bits, std::siz
 void add_frame(const SlotFit& fit, const SlotCode& slots, const Code& code,
                std::vector<std::vector<double>>& words) {
   constexpr double says_nothing = 0.05;
-  const std::vector<double> bits = decoding::bit_evidence(fit.evidence, slots.bits_per_symbol);
+  const std::vector<double> bits = bit_evidence(fit.evidence, slots.bits_per_symbol);
   const auto sequence_bits = static_cast<std::size_t>(c_ook_sequence_bits(code));
   const auto number = word_probabilities(bits, 0, sequence_bits);
   const auto word = word_probabilities(bits, sequence_bits, 4);
@@ -83,14 +83,14 @@ Evidence frame_by_frame(const std::vector<LightSample>& samples, const Code& cod
                                          std::vector<double>(16, 0));
   Evidence evidence;
   for (const auto& [frame, of_frame] : frames) {
-    const SlotFit fit = decoding::fit_slots(of_frame, slots, options);
+    const SlotFit fit = fit_slots(of_frame, slots, options);
     if (!shows_code(fit, static_cast<std::size_t>(c_ook_sequence_bits(code) + 4))) continue;
     evidence.shown = true;
     evidence.gained += fit.gained;
     evidence.excess += fit.excess;
     add_frame(fit, slots, code, words);
   }
-  evidence.bits = decoding::bit_evidence(words, 4);
+  evidence.bits = bit_evidence(words, 4);
   return evidence;
 }
 
@@ -103,7 +103,7 @@ std::string number_text(double value) {
 
 void judge(const Evidence& evidence, const Code& code, const DecodeSamplesOptions& options,
            DecodedCode& out) {
-  constexpr double least_explained = 0.5;
+  constexpr double min_explained = 0.5;
   const auto unseen = std::count_if(out.margins.begin(), out.margins.end(),
                                     [](double margin) { return margin < 1e-6; });
   const auto verdict = [&](CodeStatus status, std::string message) {
@@ -117,10 +117,10 @@ void judge(const Evidence& evidence, const Code& code, const DecodeSamplesOption
     return verdict(CodeStatus::incomplete, std::to_string(unseen) + " of " +
                                                std::to_string(out.bits.size()) +
                                                " bits were never seen: more frames are needed");
-  if (out.explained < least_explained)
+  if (out.explained < min_explained)
     return verdict(CodeStatus::no_signal, "the code explains only " + number_text(out.explained) +
                                               " of how the light varies");
-  if (out.expected_errors > options.most_expected_errors)
+  if (out.expected_errors > options.max_expected_errors)
     return verdict(CodeStatus::uncertain,
                    number_text(out.expected_errors) + " wrong bits are to be expected");
   if (evidence.rival < sure)
@@ -155,7 +155,7 @@ const char* to_string(CodeStatus status) {
 void DecodeSamplesOptions::validate() const {
   require(max_clock_error >= 0 && max_clock_error < 0.01, "max_clock_error", max_clock_error,
           "in [0, 0.01)");
-  require(most_expected_errors > 0, "most_expected_errors", most_expected_errors, "positive");
+  require(max_expected_errors > 0, "max_expected_errors", max_expected_errors, "positive");
   if (period_start_s)
     require(std::isfinite(*period_start_s), "period_start_s", *period_start_s, "finite");
 }

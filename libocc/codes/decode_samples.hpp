@@ -55,7 +55,7 @@ struct DecodedCode {
 
 struct LIBOCC_API DecodeSamplesOptions {
   double max_clock_error = 1.5e-4;  ///< of lamp against camera, relative
-  double most_expected_errors = 0.05;
+  double max_expected_errors = 0.05;
   /// c_ook: whether time stamps are good to a quarter of a chip, so that frames may be joined
   /// before anything is decided. Else each frame is decided by itself, and what they say is joined.
   bool exact_times = false;

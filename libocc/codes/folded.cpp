@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace occ::decoding {
+namespace occ::internal::codes {
 namespace {
 
 /// Light of one channel until a time [chips]; beyond the pattern's ends its first and last chip
@@ -31,13 +31,13 @@ std::vector<FoldedBin> fold(const std::vector<LightSample>& samples, const SlotC
     const double at = (sample.start_s - origin_s + 0.5 * sample.exposure_s) * steps_per_s;
     const double within = at - steps * std::floor(at / steps);
     const int step = std::min(steps - 1, static_cast<int>(within));
-    FoldedBin& bin = all[static_cast<std::size_t>(step)];
+    FoldedBin& bin = all[step];
     bin.step = step;
     bin.weight.resize(channels, 0);
     bin.weighted.resize(channels, 0);
     const double weight = 1 / (sample.sigma * sample.sigma);
-    bin.weight[static_cast<std::size_t>(sample.channel)] += weight;
-    bin.weighted[static_cast<std::size_t>(sample.channel)] += weight * sample.value;
+    bin.weight[sample.channel] += weight;
+    bin.weighted[sample.channel] += weight * sample.value;
   }
   all.erase(std::remove_if(all.begin(), all.end(),
                            [](const FoldedBin& bin) { return bin.weight.empty(); }),
@@ -53,7 +53,7 @@ PatternLight::PatternLight(const SlotCode& code, int steps_per_chip, double expo
     for (Eigen::Index i = 0; i < steps; ++i) {
       const double middle = (static_cast<double>(i) + 0.5) / steps_per_chip;
       for (Eigen::Index c = 0; c < code.channels; ++c) {
-        const std::vector<double>& chips = pattern[static_cast<std::size_t>(c)];
+        const std::vector<double>& chips = pattern[c];
         light(i, c) =
             (light_until(chips, middle + half) - light_until(chips, middle - half)) / (2 * half);
       }
@@ -62,4 +62,4 @@ PatternLight::PatternLight(const SlotCode& code, int steps_per_chip, double expo
   }
 }
 
-}  // namespace occ::decoding
+}  // namespace occ::internal::codes

@@ -7,7 +7,7 @@ namespace occ {
 namespace {
 
 int whole_periods(const Code& code) {  // of a frame
-  return static_cast<int>(std::floor(code.least_hz / code.frame_rate_hz - 0.75)) + 1;
+  return static_cast<int>(std::floor(code.min_hz / code.frame_rate_hz - 0.75)) + 1;
 }
 
 // Slots are an odd number of half periods long, so that every other one begins with the reference

@@ -23,8 +23,8 @@ Waveform SlotCode::waveform(const std::vector<int>& values) const {
   made.chip_rate_hz = chip_rate_hz;
   made.chips.resize(static_cast<std::size_t>(channels));
   for (const Slot& slot : slots) {
-    const int value = slot.symbol < 0 ? 0 : values[static_cast<std::size_t>(slot.symbol)];
-    const SlotPattern& pattern = patterns[static_cast<std::size_t>(slot.first_pattern + value)];
+    const int value = slot.symbol < 0 ? 0 : values[slot.symbol];
+    const SlotPattern& pattern = patterns[slot.first_pattern + value];
     for (std::size_t c = 0; c < made.chips.size(); ++c)
       made.chips[c].insert(made.chips[c].end(), pattern[c].begin(), pattern[c].end());
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/codes/internal/slot_fit.hpp"
-//
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include "libocc/codes/internal/folded.hpp"
 
-namespace occ::decoding {
+namespace occ::internal::codes {
 namespace {
 
 /// The search over phases at one clock error.
@@ -36,8 +36,8 @@ class PhaseSearch {
     evidence.setZero(code_.alphabet(), std::max(1, code_.symbols));
     double known = 0;
     for (const FoldedBin& bin : bins) {
-      const Place at = place_[static_cast<std::size_t>((bin.step + shift) % steps_)];
-      const Slot& slot = code_.slots[static_cast<std::size_t>(at.slot)];
+      const Place at = place_[(bin.step + shift) % steps_];
+      const Slot& slot = code_.slots[at.slot];
       if (slot.symbol < 0) {
         known += of_pattern(bin, slot.first_pattern, at.step);
       } else {
@@ -51,9 +51,9 @@ class PhaseSearch {
 
   /// Light sent at a bin when the symbols have these values.
   Eigen::RowVectorXd sent(const FoldedBin& bin, int shift, const std::vector<int>& values) const {
-    const Place at = place_[static_cast<std::size_t>((bin.step + shift) % steps_)];
-    const Slot& slot = code_.slots[static_cast<std::size_t>(at.slot)];
-    const int value = slot.symbol < 0 ? 0 : values[static_cast<std::size_t>(slot.symbol)];
+    const Place at = place_[(bin.step + shift) % steps_];
+    const Slot& slot = code_.slots[at.slot];
+    const int value = slot.symbol < 0 ? 0 : values[slot.symbol];
     return light_.of(slot.first_pattern + value).row(at.step);
   }
 
@@ -63,7 +63,7 @@ class PhaseSearch {
   };
 
   double of_pattern(const FoldedBin& bin, int pattern, int step) const {
-    const Eigen::MatrixXd& got = got_[static_cast<std::size_t>(pattern)];
+    const Eigen::MatrixXd& got = got_[pattern];
     double sum = 0;
     for (std::size_t c = 0; c < bin.weight.size(); ++c) {
       const double level = got(step, static_cast<Eigen::Index>(c));
@@ -90,7 +90,7 @@ std::vector<int> likeliest(const Eigen::MatrixXd& evidence, int symbols) {
   for (int s = 0; s < symbols; ++s) {
     Eigen::Index best = 0;
     evidence.col(s).maxCoeff(&best);
-    values[static_cast<std::size_t>(s)] = static_cast<int>(best);
+    values[s] = static_cast<int>(best);
   }
   return values;
 }
@@ -117,8 +117,8 @@ Levels learn_levels(const PhaseSearch& search, const std::vector<FoldedBin>& bin
         row.tail(channels) = sent.transpose();
       else
         row[1] = sent[c];
-      normal += bin.weight[static_cast<std::size_t>(c)] * row * row.transpose();
-      right += bin.weighted[static_cast<std::size_t>(c)] * row;
+      normal += bin.weight[c] * row * row.transpose();
+      right += bin.weighted[c] * row;
     }
     const Eigen::VectorXd learnt = normal.ldlt().solve(right);
     levels.offset[c] = learnt[0];
@@ -141,8 +141,8 @@ Squares squares_of(const std::vector<LightSample>& samples, int channels) {
   Squares squares;
   for (const LightSample& sample : samples) {
     const double w = 1 / (sample.sigma * sample.sigma);
-    weight[static_cast<std::size_t>(sample.channel)] += w;
-    weighted[static_cast<std::size_t>(sample.channel)] += w * sample.value;
+    weight[sample.channel] += w;
+    weighted[sample.channel] += w * sample.value;
     squares.all += w * sample.value * sample.value;
   }
   for (std::size_t c = 0; c < n; ++c)
@@ -190,7 +190,7 @@ double over_rival(const PhaseSearch& search, const std::vector<FoldedBin>& bins,
   Eigen::MatrixXd evidence;
   double least = enough;
   for (int shift = 0; shift < search.steps(); ++shift) {
-    const double behind = best.total - totals[static_cast<std::size_t>(shift)];
+    const double behind = best.total - totals[shift];
     if (shift == best.shift || behind >= least) continue;
     search.score(bins, shift, evidence);
     if (likeliest(evidence, static_cast<int>(values.size())) != values) least = behind;
@@ -239,7 +239,7 @@ SlotFit fit_slots(const std::vector<LightSample>& samples, const SlotCode& code,
       continue;
     }
     for (int shift = 0; shift < shifts; ++shift)
-      totals[static_cast<std::size_t>(shift)] = search.score(bins, shift, evidence);
+      totals[shift] = search.score(bins, shift, evidence);
     fit.rival = over_rival(search, bins, best, fit.values, totals);
     fit.total = search.score(bins, best.shift, evidence);
   }
@@ -267,4 +267,4 @@ std::vector<double> bit_evidence(const std::vector<std::vector<double>>& evidenc
   return bits;
 }
 
-}  // namespace occ::decoding
+}  // namespace occ::internal::codes

@@ -14,7 +14,7 @@ struct Division {
   int slot;  // chips of two frames
 
   explicit Division(const Code& code)
-      : n(static_cast<int>(std::floor(code.least_hz / code.frame_rate_hz + 0.5)) + 1),
+      : n(static_cast<int>(std::floor(code.min_hz / code.frame_rate_hz + 0.5)) + 1),
         half_mark(2 * n - 1),
         half_space(2 * n),
         slot(4 * n * half_mark) {}

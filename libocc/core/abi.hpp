@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Guard of the binary interface: how Eigen aligns and allocates must be the same in the library,
-// in the packaged OpenGV it links, and in your code. With any other setting (for example
-// -march=x86-64-v3 without the two definitions below) heap memory is freed by the wrong function
-// and the program crashes. `find_package(libocc)` sets both for you. Included by every public
-// header before Eigen.
+// Guard of the binary interface, included by every public header.
+//
+// Eigen's alignment and allocation must be the same in the library, in the packaged OpenGV that it
+// links, and in your code. With any other setting (for example -march=x86-64-v3 without the two
+// definitions below) heap memory is freed by the wrong function and the program crashes.
+// `find_package(libocc)` sets both definitions. The check reads the values that Eigen settled on,
+// so the order of includes does not matter.
 #pragma once
 
-#if !defined(EIGEN_MAX_ALIGN_BYTES) || EIGEN_MAX_ALIGN_BYTES != 16 || \
-    !defined(EIGEN_MALLOC_ALREADY_ALIGNED) || EIGEN_MALLOC_ALREADY_ALIGNED != 1
+#include <Eigen/Core>
+
+#if EIGEN_MAX_ALIGN_BYTES != 16 || EIGEN_MALLOC_ALREADY_ALIGNED != 1
 #error \
     "libocc: compile with -DEIGEN_MAX_ALIGN_BYTES=16 -DEIGEN_MALLOC_ALREADY_ALIGNED=1 \
 (find_package(libocc) and libocc::libocc do); any other Eigen layout would crash at run time"

@@ -8,7 +8,7 @@
 #include <apriltag/tagStandard41h12.h>
 #include <apriltag/tagStandard52h13.h>
 
-namespace occ {
+namespace occ::internal::core {
 namespace {
 
 struct Family {
@@ -38,4 +38,4 @@ AprilFamily make_april_family(const std::string& name) {
   return {nullptr, [](apriltag_family*) {}};
 }
 
-}  // namespace occ
+}  // namespace occ::internal::core

@@ -3,12 +3,12 @@
 // and identification and refinement (which read it). Pixels, grey levels; pixel (0, 0) is a centre.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <limits>
 #include <optional>
 #include <vector>
+
+#include "libocc/core/abi.hpp"
 
 namespace occ {
 
@@ -56,7 +56,7 @@ struct Blob {
 
   std::optional<double> frequency_hz;  ///< blink frequency read from the stripes
   double frequency_sigma_hz = std::numeric_limits<double>::infinity();
-  std::optional<int> lamp_id;  ///< told by its code, whose checksum held (position/decode.hpp)
+  std::optional<int> lamp_id;  ///< told by its code, whose checksum held (decode/decode.hpp)
 };
 
 }  // namespace occ

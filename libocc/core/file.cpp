@@ -11,7 +11,7 @@
 #include <system_error>
 #include <utility>
 
-namespace occ {
+namespace occ::internal::core {
 
 namespace {
 
@@ -83,4 +83,4 @@ void write_file(const std::string& path, const void* bytes, std::size_t count) {
   fail(path, "cannot be written", error);
 }
 
-}  // namespace occ
+}  // namespace occ::internal::core

@@ -13,6 +13,8 @@
 
 namespace occ {
 
+using namespace internal::core;
+
 namespace {
 
 [[noreturn]] void fail(const std::string& path, const std::string& reason) {

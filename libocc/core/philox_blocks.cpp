@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/core/philox_blocks.hpp"
+#include "libocc/core/internal/philox_blocks.hpp"
 
 #include "libocc/core/internal/multiversion.hpp"
 #include "libocc/core/random.hpp"
 
-namespace occ {
+namespace occ::internal::core {
 namespace {
 
 struct Job {
@@ -144,4 +144,4 @@ void philox_blocks(Simd simd, const std::uint32_t* first, std::uint32_t count,
   run(simd, {first, count, c, key}, words);
 }
 
-}  // namespace occ
+}  // namespace occ::internal::core

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/core/quadrature.hpp"
+#include "libocc/core/internal/quadrature.hpp"
 
 #include <cmath>
 
-namespace occ {
+namespace occ::internal::core {
 namespace {
 
 // Legendre's polynomial of degree n and its derivative, |x| < 1, by the three-term recurrence.
@@ -37,4 +37,4 @@ std::vector<QuadratureNode> gauss_legendre(int count) {
   return nodes;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::core

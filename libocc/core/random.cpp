@@ -85,7 +85,7 @@ std::uint32_t Random::bits() {
     if (++counter_[0] == 0) ++counter_[1];
     used_ = 0;
   }
-  return block_[static_cast<std::size_t>(used_++)];
+  return block_[used_++];
 }
 
 double Random::uniform() {

@@ -10,14 +10,14 @@
 namespace occ {
 namespace {
 
-constexpr int most_terms = 100000;  // some sqrt(dof) are needed
+constexpr int max_terms = 100000;  // some sqrt(dof) are needed
 
 /// Of the incomplete gamma functions' common factor x^a exp(-x) / Gamma(a).
 double gamma_factor(double a, double x) { return std::exp(a * std::log(x) - x - std::lgamma(a)); }
 
 double below_by_series(double a, double x) {
   double term = 1 / a, sum = term;
-  for (int k = 1; k < most_terms && term > 1e-17 * sum; ++k) sum += term *= x / (a + k);
+  for (int k = 1; k < max_terms && term > 1e-17 * sum; ++k) sum += term *= x / (a + k);
   return gamma_factor(a, x) * sum;
 }
 
@@ -25,7 +25,7 @@ double below_by_series(double a, double x) {
 double above_by_fraction(double a, double x) {
   constexpr double tiny = 1e-300;
   double b = x + 1 - a, c = 1 / tiny, d = 1 / b, value = d;
-  for (int k = 1; k < most_terms; ++k) {
+  for (int k = 1; k < max_terms; ++k) {
     const double numerator = k * (a - k);
     b += 2;
     d = numerator * d + b;

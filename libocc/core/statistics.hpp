@@ -3,9 +3,9 @@
 // chi-square distribution.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <vector>
+
+#include "libocc/core/abi.hpp"
 
 namespace occ {
 

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-namespace occ {
+namespace occ::internal::core {
 
 namespace {
 
@@ -56,4 +56,4 @@ const char* missing_end(const std::string& bytes) {
   return nullptr;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::core

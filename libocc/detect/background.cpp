@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/detect/background.hpp"
+#include "libocc/detect/internal/background.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,9 +7,9 @@
 #include <numeric>
 #include <utility>
 
-#include "libocc/detect/pixels.hpp"
+#include "libocc/detect/internal/pixels.hpp"
 
-namespace occ::detecting {
+namespace occ::internal::detect {
 namespace {
 
 constexpr int samples = 16;     // per mesh
@@ -43,8 +43,8 @@ void sort_lanes(Samples& rows, std::size_t lanes) {
       for (int j = k % p; j + k < samples; j += 2 * k) {
         for (int i = j; i < std::min(j + k, samples - k); ++i) {
           if (i / (2 * p) != (i + k) / (2 * p)) continue;
-          float* a = rows[static_cast<std::size_t>(i)].data();
-          float* b = rows[static_cast<std::size_t>(i + k)].data();
+          float* a = rows[i].data();
+          float* b = rows[i + k].data();
           for (std::size_t lane = 0; lane < lanes; ++lane) order(a[lane], b[lane]);
         }
       }
@@ -82,9 +82,9 @@ void median_filter(std::vector<float>& mesh, int columns, int rows) {
         const bool middle = length == 3 && i == 1;
         const auto value = [&](int k) {
           const int from = middle ? std::clamp(i + k, 0, 2) : mirrored(i + k, length);
-          return in[static_cast<std::size_t>(l * line_step + from * step)];
+          return in[l * line_step + from * step];
         };
-        out[static_cast<std::size_t>(l * line_step + i * step)] =
+        out[l * line_step + i * step] =
             median_of_5(value(-2), value(-1), value(0), value(1), value(2));
       }
     }
@@ -102,8 +102,8 @@ void sample(const P& pixels, int mesh_px, int columns, int rows, Samples& out,
   for (int s = 0; s < samples; ++s) {
     const int dy = mesh_px * (4 * (s / 4) + s % 4) / samples + mesh_px / 32;
     const int dx = mesh_px * (4 * (s % 4) + s / 4) / samples + mesh_px / 32;
-    float* lane = out[static_cast<std::size_t>(s)].data();
-    float* difference = differences[static_cast<std::size_t>(s)].data();
+    float* lane = out[s].data();
+    float* difference = differences[s].data();
     for (int row = 0; row < rows; ++row) {
       const typename P::Value* line = pixels.row(mirrored(row * mesh_px + dy, pixels.height()));
       for (int column = 0; column < columns; ++column) {
@@ -217,12 +217,12 @@ void Background::row(double y, double x, double step, std::vector<Local>& out) c
   }
   for (Local& local : out) {
     const Between u = between(x, meshes_per_px, meshes_.columns);
-    const Local& left = line[static_cast<std::size_t>(u.low)];
-    const Local& right = line[static_cast<std::size_t>(u.high)];
+    const Local& left = line[u.low];
+    const Local& right = line[u.high];
     local = {(1 - u.weight) * left.level_dn + u.weight * right.level_dn,
              (1 - u.weight) * left.noise_dn + u.weight * right.noise_dn};
     x += step;
   }
 }
 
-}  // namespace occ::detecting
+}  // namespace occ::internal::detect

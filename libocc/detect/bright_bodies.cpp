@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/detect/bright_bodies.hpp"
+#include "libocc/detect/internal/bright_bodies.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,9 +8,9 @@
 #include <type_traits>
 #include <utility>
 
-#include "libocc/detect/pixels.hpp"
+#include "libocc/detect/internal/pixels.hpp"
 
-namespace occ::detecting {
+namespace occ::internal::detect {
 namespace {
 
 constexpr double dark_share = 0.1;        // of the meshes: at least so many see no body
@@ -42,10 +42,10 @@ float ranked(std::vector<float>& values, double share) {
 
 class Bodies {
  public:
-  Bodies(const ImageView& image, double least_noise_dn, Meshes& meshes)
+  Bodies(const ImageView& image, double min_noise_dn, Meshes& meshes)
       : image_(image),
         meshes_(meshes),
-        least_noise_(static_cast<float>(least_noise_dn)),
+        min_noise_(static_cast<float>(min_noise_dn)),
         covered_(meshes.count()),
         visited_(meshes.count()) {
     std::vector<float> levels = meshes.level;
@@ -53,7 +53,7 @@ class Bodies {
     std::vector<float> noises;
     for (std::size_t i = 0; i < meshes.count(); ++i)
       if (meshes.level[i] <= dark_) noises.push_back(meshes.noise[i]);
-    bright_ = dark_ + bright_sigmas * std::max(least_noise_, ranked(noises, 0.5));
+    bright_ = dark_ + bright_sigmas * std::max(min_noise_, ranked(noises, 0.5));
   }
 
   void fill() {
@@ -161,11 +161,11 @@ class Bodies {
     std::vector<std::size_t> whole;
     std::vector<float> noises;
     for (const std::size_t i : body) {
-      if (meshes_.noise[i] > std::max(whole_noise * light(i), least_noise_)) continue;
+      if (meshes_.noise[i] > std::max(whole_noise * light(i), min_noise_)) continue;
       whole.push_back(i);
       noises.push_back(meshes_.noise[i]);
     }
-    const float noise = whole.empty() ? 0 : std::max(least_noise_, ranked(noises, 0.5));
+    const float noise = whole.empty() ? 0 : std::max(min_noise_, ranked(noises, 0.5));
     int samples = 0;
     for (const std::size_t i : whole) {
       const float limit = meshes_.level[i] + shining_share * light(i) + shining_sigmas * noise;
@@ -231,7 +231,7 @@ class Bodies {
 
   const ImageView& image_;
   Meshes& meshes_;
-  const float least_noise_;
+  const float min_noise_;
   Mask covered_, visited_;
   float dark_ = 0, bright_ = 0;  // grey level of the background; of what may be a body
   bool found_ = false;
@@ -239,8 +239,8 @@ class Bodies {
 
 }  // namespace
 
-void fill_bright_bodies(const ImageView& image, double least_noise_dn, Meshes& meshes) {
-  Bodies(image, least_noise_dn, meshes).fill();
+void fill_bright_bodies(const ImageView& image, double min_noise_dn, Meshes& meshes) {
+  Bodies(image, min_noise_dn, meshes).fill();
 }
 
-}  // namespace occ::detecting
+}  // namespace occ::internal::detect

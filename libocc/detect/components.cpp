@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/detect/components.hpp"
+#include "libocc/detect/internal/components.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,10 +7,10 @@
 #include <limits>
 #include <utility>
 
-#include "libocc/detect/pixels.hpp"
-#include "libocc/detect/threshold.hpp"
+#include "libocc/detect/internal/pixels.hpp"
+#include "libocc/detect/internal/threshold.hpp"
 
-namespace occ::detecting {
+namespace occ::internal::detect {
 namespace {
 
 constexpr int word = 64;       // pixels that share one threshold
@@ -99,7 +99,7 @@ class Pass {
       const int x0 = hit / (word * P::channels) * word;
       if (open >= 0 && x0 != end) add_run(y, std::exchange(open, -1), end - 1);
       const int count = std::min(word, pixels_.width() - x0);
-      const int threshold = threshold_[static_cast<std::size_t>(x0 / word)];
+      const int threshold = threshold_[x0 / word];
       read_bits(bright_pixels<P>(row, x0, count, threshold), x0, y, open);
       end = x0 + count;
     }
@@ -133,7 +133,7 @@ class Pass {
       trees_.push_back({Component{}, label});
     }
     current_.push_back({x0, x1, label});
-    Component& component = trees_[static_cast<std::size_t>(label)].part;
+    Component& component = trees_[label].part;
     for (int x = x0; x <= x1;) {
       const int last = std::min(x1, x - x % word + word - 1);
       component += measure(y, x, last);
@@ -154,7 +154,7 @@ class Pass {
       s1 += static_cast<std::int64_t>(level) * i;
       s2 += static_cast<std::int64_t>(level) * (i * i);
     }
-    const Background::Local& local = local_[static_cast<std::size_t>(x0 / word)];
+    const Background::Local& local = local_[x0 / word];
     const double n = x1 - x0 + 1;
     const double i1 = n * (n - 1) / 2, i2 = (n - 1) * n * (2 * n - 1) / 6;
     const double dn = 1.0 / P::scale;
@@ -180,7 +180,7 @@ class Pass {
   }
 
   int find(int label) {
-    auto parent = [this](int i) -> int& { return trees_[static_cast<std::size_t>(i)].parent; };
+    auto parent = [this](int i) -> int& { return trees_[i].parent; };
     while (parent(label) != label) {
       parent(label) = parent(parent(label));  // path halving
       label = parent(label);
@@ -191,8 +191,8 @@ class Pass {
   int unite(int a, int b) {
     if (a == b) return a;
     if (b < a) std::swap(a, b);
-    trees_[static_cast<std::size_t>(a)].part += trees_[static_cast<std::size_t>(b)].part;
-    trees_[static_cast<std::size_t>(b)].parent = a;
+    trees_[a].part += trees_[b].part;
+    trees_[b].parent = a;
     return a;
   }
 
@@ -202,10 +202,10 @@ class Pass {
     std::vector<Tree> growing;
     for (Run& run : current_) {
       const int root = find(run.label);
-      int& label = new_label[static_cast<std::size_t>(root)];
+      int& label = new_label[root];
       if (label < 0) {
         label = static_cast<int>(growing.size());
-        growing.push_back({trees_[static_cast<std::size_t>(root)].part, label});
+        growing.push_back({trees_[root].part, label});
       }
       run.label = label;
     }
@@ -252,4 +252,4 @@ std::vector<Component> find_components(const ImageView& image, const Background&
                       [&](const auto& pixels) { return Pass(pixels, background, rule).run(); });
 }
 
-}  // namespace occ::detecting
+}  // namespace occ::internal::detect

@@ -6,16 +6,16 @@
 #include <tuple>
 
 #include "libocc/core/require.hpp"
-#include "libocc/detect/background.hpp"
-#include "libocc/detect/components.hpp"
-#include "libocc/detect/linear_image.hpp"
-#include "libocc/detect/measure.hpp"
-#include "libocc/detect/stripes.hpp"
+#include "libocc/detect/internal/background.hpp"
+#include "libocc/detect/internal/components.hpp"
+#include "libocc/detect/internal/linear_image.hpp"
+#include "libocc/detect/internal/measure.hpp"
+#include "libocc/detect/internal/stripes.hpp"
 
 namespace occ {
-namespace {
 
-using detecting::Component;
+using namespace internal::detect;
+namespace {
 
 void keep_brightest(std::vector<Component>& components, int count) {
   const auto keep = static_cast<std::size_t>(count);
@@ -71,23 +71,22 @@ std::vector<Blob> detect(const ImageView& image, const DetectOptions& options) {
     return detect(negative(image).view(), bright);
   }
   const Sensor* sensor = options.sensor ? &*options.sensor : nullptr;
-  const detecting::LinearImage linear(image, sensor);
-  const detecting::Background background(image, sensor);
-  detecting::ThresholdRule rule;
+  const LinearImage linear(image, sensor);
+  const Background background(image, sensor);
+  ThresholdRule rule;
   rule.sigma = options.threshold_sigma;
   rule.level_dn = options.threshold_dn;
   rule.full_scale_dn = linear.full_scale_dn();
   rule.min_area_px = options.min_area_px;
-  std::vector<Component> components = detecting::find_components(image, background, rule);
+  std::vector<Component> components = find_components(image, background, rule);
 
   std::vector<Blob> blobs;
-  if (detecting::reads_stripes(options))
-    blobs = detecting::take_striped_lamps(linear, options, components);
+  if (reads_stripes(options)) blobs = take_striped_lamps(linear, options, components);
   keep_brightest(components, options.max_blobs);
   blobs.reserve(blobs.size() + components.size());
-  detecting::Patch scratch;
+  Patch scratch;
   for (const Component& component : components)
-    blobs.push_back(detecting::measure(linear, component, options, scratch));
+    blobs.push_back(measure(linear, component, options, scratch));
   std::sort(blobs.begin(), blobs.end(), comes_before);
   return blobs;
 }

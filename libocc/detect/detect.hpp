@@ -5,11 +5,10 @@
 // everything can be set.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <optional>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/core/blob.hpp"
 #include "libocc/core/image.hpp"
 #include "libocc/radiometry/sensor.hpp"

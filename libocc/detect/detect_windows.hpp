@@ -2,10 +2,9 @@
 // Detection in parts of an image only: where a tracker expects lamps.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/core/blob.hpp"
 #include "libocc/core/image.hpp"
 #include "libocc/detect/detect.hpp"

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/detect/ellipse_fit.hpp"
+#include "libocc/detect/internal/ellipse_fit.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>
 
-namespace occ::detecting {
+namespace occ::internal::detect {
 namespace {
 
 using Matrix5 = Eigen::Matrix<double, 5, 5>;
@@ -169,4 +169,4 @@ Eigen::Matrix2d centre_response(const std::vector<RimPoint>& rim, const FittedCo
   return -sums.matrix.ldlt().solve(right).topRows<2>();
 }
 
-}  // namespace occ::detecting
+}  // namespace occ::internal::detect

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/detect/linear_image.hpp"
+#include "libocc/detect/internal/linear_image.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "libocc/detect/pixels.hpp"
+#include "libocc/detect/internal/pixels.hpp"
 
-namespace occ::detecting {
+namespace occ::internal::detect {
 namespace {
 
 struct Box {
@@ -50,15 +50,14 @@ LinearImage::LinearImage(const ImageView& view, const Sensor* sensor)
   sensor_ = *sensor;
   if (view.type != PixelType::u8) return;
   table_.resize(256);
-  for (int i = 0; i < 256; ++i)
-    table_[static_cast<std::size_t>(i)] = static_cast<float>(sensor->linear_dn(i));
+  for (int i = 0; i < 256; ++i) table_[i] = static_cast<float>(sensor->linear_dn(i));
 }
 
 void LinearImage::read(int x0, int y0, int width, int height, float* out) const {
   const Box box{x0, y0, width, height};
   visit_pixels(view_, [&](const auto& pixels) {
     if (!table_.empty()) {
-      const auto by_table = [&](int v) { return table_[static_cast<std::size_t>(v)]; };
+      const auto by_table = [&](int v) { return table_[v]; };
       read_box(pixels, box, by_table, out);
     } else if (sensor_) {
       const auto exactly = [&](int v) { return static_cast<float>(sensor_->linear_dn(v)); };
@@ -82,4 +81,4 @@ double LinearImage::slope(double stored_dn) const {
   return (sensor_->linear_dn(high) - sensor_->linear_dn(low)) / (high - low);
 }
 
-}  // namespace occ::detecting
+}  // namespace occ::internal::detect

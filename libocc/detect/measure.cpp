@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/detect/measure.hpp"
+#include "libocc/detect/internal/measure.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -8,24 +8,24 @@
 #include <optional>
 #include <utility>
 
-#include "libocc/detect/rim.hpp"
-#include "libocc/detect/spot.hpp"
+#include "libocc/detect/internal/rim.hpp"
+#include "libocc/detect/internal/spot.hpp"
 
-namespace occ::detecting {
+namespace occ::internal::detect {
 namespace {
 
-constexpr double least_rim_px = 3;        // semi-minor axis of a disc that has a rim to speak of
-constexpr double most_spot_px = 5;        // of what may be measured as a spot
+constexpr double min_rim_px = 3;          // semi-minor axis of a disc that has a rim to speak of
+constexpr double max_spot_px = 5;         // of what may be measured as a spot
 constexpr double saturated_share = 0.05;  // of the pixels, for the rim to be that of a clipped disc
 constexpr double default_psf_px = 0.8;
-constexpr double sharpest_psf_px = 0.16;       // when it is not known
-constexpr double sharpest_share = 0.8;         // of a known PSF's width
-constexpr std::int64_t most_pixels = 1 << 22;  // in a patch; anything larger is no lamp
-constexpr double pixel_px2 = 1.0 / 12;    // second moment of one pixel: a line of them has two, too
-constexpr double pulled_chi2 = 4;         // of an upper bound on chance
-constexpr double least_elongation = 1.2;  // of two lamps in one blob
-constexpr double least_dip = 0.1, dip_sigmas = 5;  // of the light between them
-constexpr int skirt_px = 2;  // light just outside the box, below the threshold
+constexpr double sharpest_psf_px = 0.16;      // when it is not known
+constexpr double sharpest_share = 0.8;        // of a known PSF's width
+constexpr std::int64_t max_pixels = 1 << 22;  // in a patch; anything larger is no lamp
+constexpr double pixel_px2 = 1.0 / 12;  // second moment of one pixel: a line of them has two, too
+constexpr double pulled_chi2 = 4;       // of an upper bound on chance
+constexpr double min_elongation = 1.2;  // of two lamps in one blob
+constexpr double min_dip = 0.1, dip_sigmas = 5;  // of the light between them
+constexpr int skirt_px = 2;                      // light just outside the box, below the threshold
 
 /// Ellipse of uniform brightness that has these second moments.
 Ellipse ellipse_of(const Eigen::Vector2d& centre, const Eigen::Matrix2d& moments) {
@@ -97,7 +97,7 @@ void loosen_pulled(const Component& component, double threshold_dn, Blob& blob) 
 
 /// Whether the light along the blob's major axis falls and rises again: two lamps side by side.
 bool has_valley(const Patch& patch, const Ellipse& ellipse) {
-  if (ellipse.semi_major_px < least_elongation * ellipse.semi_minor_px) return false;
+  if (ellipse.semi_major_px < min_elongation * ellipse.semi_minor_px) return false;
   const Eigen::Vector2d along(std::cos(ellipse.angle_rad), std::sin(ellipse.angle_rad));
   double peak = 0, valley = 0, dip = 0;
   for (double t = -ellipse.semi_major_px; t <= ellipse.semi_major_px; t += 0.5) {
@@ -112,7 +112,7 @@ bool has_valley(const Patch& patch, const Ellipse& ellipse) {
     valley = std::min(valley, signal);
     if (signal > peak) peak = valley = signal;
   }
-  return dip > std::max(least_dip * peak, dip_sigmas * std::sqrt(patch.noise().variance(peak)));
+  return dip > std::max(min_dip * peak, dip_sigmas * std::sqrt(patch.noise().variance(peak)));
 }
 
 /// Sum of the signal in the box and its skirt, with the noise of its pixels and of the background.
@@ -188,7 +188,7 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
   const double blur2 = psf_px * psf_px + pixel_px2;
   const double minor2 = blob.ellipse.semi_minor_px * blob.ellipse.semi_minor_px - 4 * blur2;
   const bool clipped = component.saturated_px > saturated_share * component.area_px;
-  const bool has_rim = options.rims && minor2 > least_rim_px * least_rim_px;
+  const bool has_rim = options.rims && minor2 > min_rim_px * min_rim_px;
   if (has_rim) {
     if (use_rim(clipped ? measure_saturated_rim(patch, component)
                         : measure_rim(patch, component, std::sqrt(blur2)),
@@ -196,12 +196,12 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
       return;
     }
   }
-  if (minor2 < most_spot_px * most_spot_px && !blob.merged) {
+  if (minor2 < max_spot_px * max_spot_px && !blob.merged) {
     Eigen::Matrix2d start = component.grey.variance();
     start.diagonal() = start.diagonal().cwiseMax(blur2);
     const double sharpest_px = options.sensor ? sharpest_share * psf_px : sharpest_psf_px;
-    const double least_variance = sharpest_px * sharpest_px + pixel_px2;
-    if (use_spot(measure_spot(patch, blob.centroid_px, start, least_variance), blur2, blob)) return;
+    const double min_variance = sharpest_px * sharpest_px + pixel_px2;
+    if (use_spot(measure_spot(patch, blob.centroid_px, start, min_variance), blur2, blob)) return;
   }
   measure_moments(patch, component, blur2, blob);
   if (has_rim) loosen_lopsided(blob);
@@ -213,7 +213,7 @@ Blob measure(const LinearImage& image, const Component& component, const DetectO
              Patch& scratch) {
   Blob blob = coarse_blob(component);
   const std::int64_t width = component.x1 - component.x0 + 1;
-  if (width * (component.y1 - component.y0 + 1) > most_pixels) {
+  if (width * (component.y1 - component.y0 + 1) > max_pixels) {
     loosen(blob);
     return blob;
   }
@@ -235,4 +235,4 @@ Blob measure(const LinearImage& image, const Component& component, const DetectO
   return blob;
 }
 
-}  // namespace occ::detecting
+}  // namespace occ::internal::detect

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/detect/outline.hpp"
+#include "libocc/detect/internal/outline.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
-namespace occ::detecting {
+namespace occ::internal::detect {
 namespace {
 
 // An ellipse's crossings scatter by less than this about it: pixels, and part of the minor axis.
@@ -98,4 +98,4 @@ std::optional<Outline> find_outline(const Patch& patch, const Component& compone
   return Outline{fit->conic, fit->rms_px > std::max(rough_px, rough * size)};
 }
 
-}  // namespace occ::detecting
+}  // namespace occ::internal::detect

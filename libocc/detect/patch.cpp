@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/detect/patch.hpp"
+#include "libocc/detect/internal/patch.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 
-#include "libocc/detect/plane_sums.hpp"
+#include "libocc/detect/internal/plane_sums.hpp"
 
-namespace occ::detecting {
+namespace occ::internal::detect {
 namespace {
 
 constexpr int skirt_px = 2;                  // around the box, where light of the lamp still falls
@@ -107,4 +107,4 @@ void Patch::set_noise(const LinearImage& image, const Component& component, cons
   noise_.known = true;
 }
 
-}  // namespace occ::detecting
+}  // namespace occ::internal::detect

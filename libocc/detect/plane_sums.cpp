@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/detect/plane_sums.hpp"
+#include "libocc/detect/internal/plane_sums.hpp"
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cstring>
 #include <numeric>
 
-namespace occ::detecting {
+#include "libocc/core/abi.hpp"
+
+namespace occ::internal::detect {
 namespace {
 
 constexpr int enough_pixels = 24;
@@ -120,4 +120,4 @@ std::optional<Plane> PlaneSums::fit() const {
   return plane;
 }
 
-}  // namespace occ::detecting
+}  // namespace occ::internal::detect

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/detect/plateau.hpp"
+#include "libocc/detect/internal/plateau.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -8,48 +8,47 @@
 #include <cmath>
 #include <cstddef>
 
-#include "libocc/detect/plateau_sums.hpp"
+#include "libocc/detect/internal/plateau_sums.hpp"
 
-namespace occ::detecting {
+namespace occ::internal::detect {
 namespace {
 
 // Fewer pixels than this leave a surface too free where it is carried on across the rim.
 constexpr double clear_sigmas = 1.5;  // of blur inside the rim: 93 % of the light is there
-constexpr int least_pixels = 4, plane_pixels = 30, paraboloid_pixels = 200;
+constexpr int min_pixels = 4, plane_pixels = 30, paraboloid_pixels = 200;
 // From here on the cubic terms of the light of a wide view move the centre by more than their own
 // noise does, then those of higher degree.
 constexpr int cubic_pixels = 15000, quintic_pixels = 40000;
-constexpr double ring_hollow = 0.8;    // inner over outer size of the ring that bears a quintic
-constexpr double least_visible = 0.5;  // of the ring; what is left of a lamp that the border cuts
+constexpr double ring_hollow = 0.8;  // inner over outer size of the ring that bears a quintic
+constexpr double min_visible = 0.5;  // of the ring; what is left of a lamp that the border cuts
 
 constexpr int terms_of(int degree) { return (degree + 1) * (degree + 2) / 2; }
-constexpr int most_terms = terms_of(Plateau::most_degree);
+constexpr int max_terms = terms_of(Plateau::max_degree);
 
 struct Powers {
   int u, v;
 };
 
 /// 1, u, v, u^2, u v, v^2, u^3 ...
-constexpr std::array<Powers, most_terms> powers_of_terms() {
-  std::array<Powers, most_terms> out{};
+constexpr std::array<Powers, max_terms> powers_of_terms() {
+  std::array<Powers, max_terms> out{};
   std::size_t k = 0;
-  for (int degree = 0; degree <= Plateau::most_degree; ++degree)
+  for (int degree = 0; degree <= Plateau::max_degree; ++degree)
     for (int v = 0; v <= degree; ++v) out[k++] = {degree - v, v};
   return out;
 }
-constexpr std::array<Powers, most_terms> term_powers = powers_of_terms();
+constexpr std::array<Powers, max_terms> term_powers = powers_of_terms();
 
-using Terms = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_terms, 1>;
-using TermsSquared =
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_terms, most_terms>;
+using Terms = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, max_terms, 1>;
+using TermsSquared = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, max_terms, max_terms>;
 
 template <int Degree>
 TermsSquared normal_matrix(const Sums<Degree>& sums, int used) {
   TermsSquared normal(used, used);
   for (int a = 0; a < used; ++a) {
-    const Powers& i = term_powers[static_cast<std::size_t>(a)];
+    const Powers& i = term_powers[a];
     for (int b = 0; b < used; ++b) {
-      const Powers& j = term_powers[static_cast<std::size_t>(b)];
+      const Powers& j = term_powers[b];
       normal(a, b) = sums.power[i.u + j.u][i.v + j.v];
     }
   }
@@ -60,7 +59,7 @@ template <int Degree>
 Terms right_side(const Sums<Degree>& sums, int used) {
   Terms right(used);
   for (int a = 0; a < used; ++a) {
-    const Powers& i = term_powers[static_cast<std::size_t>(a)];
+    const Powers& i = term_powers[a];
     right[a] = sums.signal[i.u][i.v];
   }
   return right;
@@ -95,7 +94,7 @@ class RimView {
 
   bool empty() const { return seen_ < 3; }  ///< too few points to tell
   const Terms& mean() const { return mean_; }
-  const Eigen::Matrix<double, Eigen::Dynamic, 2, 0, most_terms, 2>& slope() const {
+  const Eigen::Matrix<double, Eigen::Dynamic, 2, 0, max_terms, 2>& slope() const {
     return by_place_;
   }
 
@@ -115,7 +114,7 @@ class RimView {
 
   int seen_ = 0;
   Terms mean_;
-  Eigen::Matrix<double, Eigen::Dynamic, 2, 0, most_terms, 2> by_place_;
+  Eigen::Matrix<double, Eigen::Dynamic, 2, 0, max_terms, 2> by_place_;
 };
 
 }  // namespace
@@ -142,21 +141,21 @@ std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const FittedConi
     const double dy = y - conic.centre.y();
     sums.add_row(patch.at(x0, y), x0 - conic.centre.x(), dy, x1 - x0 + 1, plateau.scale_, cover);
   });
-  if (sums.pixels < least_pixels) return std::nullopt;
+  if (sums.pixels < min_pixels) return std::nullopt;
   const double ring =
       M_PI * (shrink * shrink - hollow * hollow) / std::sqrt(conic.shape.determinant());
-  plateau.degree_ = Degree > 3 && sums.pixels < least_visible * ring ? 3
-                    : Degree > 2                                     ? Degree
-                    : sums.pixels < plane_pixels                     ? 0
-                    : sums.pixels < paraboloid_pixels                ? 1
-                                                                     : 2;
+  plateau.degree_ = Degree > 3 && sums.pixels < min_visible * ring ? 3
+                    : Degree > 2                                   ? Degree
+                    : sums.pixels < plane_pixels                   ? 0
+                    : sums.pixels < paraboloid_pixels              ? 1
+                                                                   : 2;
   const int used = terms_of(plateau.degree_);
   const Terms right = right_side(sums, used);
   const Eigen::LDLT<TermsSquared> solver(normal_matrix(sums, used));
   const Terms solution = solver.solve(right);
   for (int a = 0; a < used; ++a) {
-    const Powers& p = term_powers[static_cast<std::size_t>(a)];
-    plateau.c_[static_cast<std::size_t>(p.u * (most_degree + 1) + p.v)] = solution[a];
+    const Powers& p = term_powers[a];
+    plateau.c_[p.u * (max_degree + 1) + p.v] = solution[a];
   }
   plateau.variance_ =
       std::max(0.0, sums.squares - solution.dot(right)) / std::max(1, sums.pixels - used);
@@ -169,4 +168,4 @@ std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const FittedConi
   return plateau;
 }
 
-}  // namespace occ::detecting
+}  // namespace occ::internal::detect

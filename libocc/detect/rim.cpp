@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/detect/rim.hpp"
+#include "libocc/detect/internal/rim.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "libocc/detect/normal_table.hpp"
-#include "libocc/detect/outline.hpp"
-#include "libocc/detect/plateau.hpp"
-#include "libocc/detect/rim_line.hpp"
+#include "libocc/detect/internal/normal_table.hpp"
+#include "libocc/detect/internal/outline.hpp"
+#include "libocc/detect/internal/plateau.hpp"
+#include "libocc/detect/internal/rim_line.hpp"
 
-namespace occ::detecting {
+namespace occ::internal::detect {
 namespace {
 
 constexpr double window_sigmas = 3;  // of the edge's blur, each way
-constexpr int most_passes = 6;
+constexpr int max_passes = 6;
 constexpr double settled_px = 0.005;  // changes of the ellipse's centre and size, of the blur
-constexpr double least_blur_px = 0.3, most_blur_px = 4;
-constexpr double most_misfit = 0.05;  // of the profiles, root mean square over the plateau
-constexpr double least_minor_px = 3;
+constexpr double min_blur_px = 0.3, max_blur_px = 4;
+constexpr double max_misfit = 0.05;  // of the profiles, root mean square over the plateau
+constexpr double min_minor_px = 3;
 
 double square(double v) { return v * v; }
 
@@ -185,8 +185,8 @@ std::optional<Rim> measure_rim(const Patch& patch, const Component& component, d
   if (rim.merged) return rim;
   FittedConic conic = outline->conic;
   rim.blur_px = blur_px;
-  for (int pass = 0; pass < most_passes; ++pass) {
-    if (conic.ellipse().semi_minor_px < least_minor_px) return std::nullopt;
+  for (int pass = 0; pass < max_passes; ++pass) {
+    if (conic.ellipse().semi_minor_px < min_minor_px) return std::nullopt;
     const std::optional<Plateau> plateau = Plateau::fit(patch, conic, rim.blur_px);
     if (!plateau || !(plateau->level() > 0)) return std::nullopt;
     const Model model{*plateau, noise_of(patch, *plateau), rim.blur_px};
@@ -202,14 +202,14 @@ std::optional<Rim> measure_rim(const Patch& patch, const Component& component, d
     rim.fit = *fit;
     rim.points = std::move(profiles.points);
     if (settled) {
-      if (profiles.misfit() > most_misfit) return std::nullopt;
+      if (profiles.misfit() > max_misfit) return std::nullopt;
       add_plateau_noise(model, profiles, rim);
       widen_sigmas(rim);
       return rim;
     }
-    rim.blur_px = std::clamp(blur, least_blur_px, most_blur_px);
+    rim.blur_px = std::clamp(blur, min_blur_px, max_blur_px);
   }
   return std::nullopt;
 }
 
-}  // namespace occ::detecting
+}  // namespace occ::internal::detect

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libocc/detect/outline.hpp"
-#include "libocc/detect/rim.hpp"
-#include "libocc/detect/rim_line.hpp"
+#include "libocc/detect/internal/outline.hpp"
+#include "libocc/detect/internal/rim.hpp"
+#include "libocc/detect/internal/rim_line.hpp"
 
-namespace occ::detecting {
+namespace occ::internal::detect {
 namespace {
 
 // Only the tail of the edge is left below full scale. It is described by what the blob itself
@@ -16,9 +16,9 @@ namespace {
 constexpr double brightest_used = 0.97, dimmest_used = 0.03;  // of full scale
 constexpr double inside_px = 1.5, outside_px = 4;             // window about the rim
 constexpr double rim_level = 0.5;                             // of full scale
-constexpr int most_passes = 8;
+constexpr int max_passes = 8;
 constexpr double settled_px = 0.003;
-constexpr double least_minor_px = 2;
+constexpr double min_minor_px = 2;
 
 double square(double v) { return v * v; }
 
@@ -130,8 +130,8 @@ std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& co
   rim.merged = outline->merged;
   if (rim.merged) return rim;
   FittedConic conic = outline->conic;
-  for (int pass = 0; pass < most_passes; ++pass) {
-    if (conic.ellipse().semi_minor_px < least_minor_px) return std::nullopt;
+  for (int pass = 0; pass < max_passes; ++pass) {
+    if (conic.ellipse().semi_minor_px < min_minor_px) return std::nullopt;
     const Tail tail = fit_tail(patch, conic, level);
     if (!(tail.slope > 0) || !std::isfinite(tail.bend)) return std::nullopt;
     rim.points = fit_points(patch, conic, tail, level);
@@ -150,4 +150,4 @@ std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& co
   return std::nullopt;
 }
 
-}  // namespace occ::detecting
+}  // namespace occ::internal::detect

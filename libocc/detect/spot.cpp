@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/detect/spot.hpp"
+#include "libocc/detect/internal/spot.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
-#include "libocc/detect/component.hpp"
+#include "libocc/detect/internal/component.hpp"
 
-namespace occ::detecting {
+namespace occ::internal::detect {
 namespace {
 
 constexpr double reach = 3;               // of the window, in sigmas of the spot along x or y
 constexpr double model_parameters = 7.5;  // flux, centre, second moments: 6, which sit in the core
-constexpr double least_share = 0.25;
+constexpr double min_share = 0.25;
 constexpr int moment_steps = 6;
 constexpr double settled_px = 0.01;  // the shift steps that follow do the rest
 constexpr int shift_steps = 2;
-constexpr double linear_px = 0.03;       // over so little one shift step is all that it takes
-constexpr double least_seen_px2 = 0.36;  // variance of what pixels still sample to a per cent
+constexpr double linear_px = 0.03;     // over so little one shift step is all that it takes
+constexpr double min_seen_px2 = 0.36;  // variance of what pixels still sample to a per cent
 constexpr double widest_weight_px2 = 4;
 
 bool positive(const Eigen::Matrix2d& m) { return m(0, 0) > 0 && m.determinant() > 0; }
@@ -116,7 +116,7 @@ Light light_of(const Patch& patch, const Spot& spot) {
   const double scatter = gss - 2 * p * ggs + p * p * ggg;  // sum of g (s - p g)^2
   // The model has been fitted to so many pixels: its parameters have taken their share of scatter.
   const double pixels = g * g / gg;
-  const double share = std::max(least_share, 1 - model_parameters / pixels);
+  const double share = std::max(min_share, 1 - model_parameters / pixels);
   light.noise.per_dn = std::max(0.0, (scatter / share - g * light.noise.floor) / (p * gg));
   return light;
 }
@@ -129,8 +129,8 @@ void widen(Eigen::Matrix2d& covariance, double variance) {
 /// Variance of the weight through which light of this variance is looked at: its own, which is
 /// best against noise, or more where the product of both would fall between the pixels.
 double weight_variance(double light) {
-  if (light >= 2 * least_seen_px2) return light;
-  const double inverse = 1 / least_seen_px2 - 1 / light;
+  if (light >= 2 * min_seen_px2) return light;
+  const double inverse = 1 / min_seen_px2 - 1 / light;
   return inverse > 1 / widest_weight_px2 ? 1 / inverse : widest_weight_px2;
 }
 
@@ -138,7 +138,7 @@ double weight_variance(double light) {
 /// Gaussian weight of covariance M, Gaussian light of covariance C has covariance
 /// P = (C^-1 + M^-1)^-1, and its mean is P C^-1 times its distance. Returns how far the centre
 /// moved.
-std::optional<double> moment_step(const Patch& patch, double least_variance_px2, Spot& spot) {
+std::optional<double> moment_step(const Patch& patch, double min_variance_px2, Spot& spot) {
   RowMoments seen_light;
   Spot window = spot;
   widen(window.second_moments_px2, weight_variance(spot.second_moments_px2.diagonal().minCoeff()));
@@ -158,7 +158,7 @@ std::optional<double> moment_step(const Patch& patch, double least_variance_px2,
   const Eigen::Vector2d shift = light * seen.inverse() * mean;
   spot.centre_px += shift;
   spot.second_moments_px2 = light;
-  widen(spot.second_moments_px2, least_variance_px2);
+  widen(spot.second_moments_px2, min_variance_px2);
   return shift.norm();
 }
 
@@ -199,20 +199,19 @@ std::optional<double> shift_step(const Patch& patch, const Light& light, Spot& s
 
 std::optional<Spot> measure_spot(const Patch& patch, const Eigen::Vector2d& centre_px,
                                  const Eigen::Matrix2d& second_moments_px2,
-                                 double least_variance_px2) {
+                                 double min_variance_px2) {
   Spot spot;
   spot.centre_px = centre_px;
   spot.second_moments_px2 = second_moments_px2;
-  constexpr double most_variance = Patch::margin_px * Patch::margin_px;
+  constexpr double max_variance = Patch::margin_px * Patch::margin_px;
   // Written so that what is not a number is lost.
   const auto found = [&] {
-    return (spot.centre_px - centre_px).squaredNorm() <= most_variance &&
-           positive(spot.second_moments_px2) &&
-           spot.second_moments_px2.trace() <= 2 * most_variance;
+    return (spot.centre_px - centre_px).squaredNorm() <= max_variance &&
+           positive(spot.second_moments_px2) && spot.second_moments_px2.trace() <= 2 * max_variance;
   };
   if (!found()) return std::nullopt;
   for (int i = 0; i < moment_steps; ++i) {
-    const std::optional<double> moved = moment_step(patch, least_variance_px2, spot);
+    const std::optional<double> moved = moment_step(patch, min_variance_px2, spot);
     if (!moved || !found()) return std::nullopt;
     if (*moved < settled_px) break;
   }
@@ -226,4 +225,4 @@ std::optional<Spot> measure_spot(const Patch& patch, const Eigen::Vector2d& cent
   return spot;
 }
 
-}  // namespace occ::detecting
+}  // namespace occ::internal::detect

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/detect/threshold.hpp"
+#include "libocc/detect/internal/threshold.hpp"
 
 #include <algorithm>
 
@@ -7,7 +7,7 @@
 #include <immintrin.h>
 #endif
 
-namespace occ::detecting {
+namespace occ::internal::detect {
 namespace {
 
 constexpr int block = 64;
@@ -122,4 +122,4 @@ std::uint64_t bits_above(const std::uint8_t* values, std::uint8_t limit) {
   return bits;
 }
 
-}  // namespace occ::detecting
+}  // namespace occ::internal::detect

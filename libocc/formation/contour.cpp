@@ -10,10 +10,12 @@
 #include <utility>
 
 #include "libocc/core/require.hpp"
-#include "libocc/formation/lame_curve.hpp"
-#include "libocc/formation/sharp_coverage.hpp"
+#include "libocc/formation/internal/lame_curve.hpp"
+#include "libocc/formation/internal/sharp_coverage.hpp"
 
 namespace occ {
+
+using namespace internal::formation;
 namespace {
 
 constexpr double two_pi = 6.283185307179586;
@@ -338,8 +340,9 @@ std::optional<RimContour> rim_contour(const Lamp& lamp, const Rigid3& cam_from_w
   return any_contour<RimContour>(lamp, cam_from_world, camera, spacing_px);
 }
 
-std::optional<Chords> project_chords(const Lamp& lamp, const Rigid3& cam_from_world,
-                                     const Camera& camera) {
+std::optional<Chords> internal::formation::project_chords(const Lamp& lamp,
+                                                          const Rigid3& cam_from_world,
+                                                          const Camera& camera) {
   Chords chords;
   if (lamp.shape == LampShape::point) return chords;
   if (!lamp.shows_lit_side(cam_from_world.origin_in_source())) return std::nullopt;
@@ -359,8 +362,8 @@ std::optional<Chords> project_chords(const Lamp& lamp, const Rigid3& cam_from_wo
   return chords;
 }
 
-bool append_polygon(const std::vector<Eigen::Vector3d>& corners, const Camera& camera,
-                    Chords& chords) {
+bool internal::formation::append_polygon(const std::vector<Eigen::Vector3d>& corners,
+                                         const Camera& camera, Chords& chords) {
   for (const Curve& edge : edges(corners))
     if (!Projector(edge, corners[0], camera, 1).add_chords(0, 1, chords)) return false;
   return true;

@@ -8,12 +8,11 @@
 // Tangents come from the camera's Jacobian, so lens distortion costs no accuracy.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <optional>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/scene.hpp"
 

@@ -7,6 +7,8 @@
 #include "libocc/formation/internal/rim_painter.hpp"
 
 namespace occ {
+
+using namespace internal::formation;
 namespace {
 
 double fraction(double position) { return position - std::floor(position); }
@@ -107,14 +109,14 @@ std::vector<double> buffer(const PixelPsf& psf) {
 }
 
 // Light that counts for derivatives, a part of that of the nearest pixel.
-constexpr double least_light = 2e-4;
+constexpr double min_light = 2e-4;
 
 // Of the touched pixels, those that get light that counts.
 struct Span {
   int first, end;
 };
 Span trimmed(const std::vector<double>& weights, int first, int end) {
-  const auto faint = [&](int k) { return weights[static_cast<std::size_t>(k)] < least_light; };
+  const auto faint = [&](int k) { return weights[k] < min_light; };
   while (first < end && faint(first)) ++first;
   while (first < end && faint(end - 1)) --end;
   return {first, end};
@@ -163,9 +165,8 @@ class DerivativePainter {
       columns_[k][7] = static_cast<float>(across_[k]);
     }
     for (int k = row.first; k < row.end; ++k) {
-      const auto down = static_cast<float>(down_[static_cast<std::size_t>(k)]);
-      const auto slope = static_cast<float>(-spread * down_slopes_[static_cast<std::size_t>(k)] *
-                                            point.step_px.x());
+      const auto down = static_cast<float>(down_[k]);
+      const auto slope = static_cast<float>(-spread * down_slopes_[k] * point.step_px.x());
       CoverageDerivatives::Row* to =
           &d[static_cast<std::size_t>(static_cast<int>(top) + k) *
                  static_cast<std::size_t>(patch.width) +
@@ -177,7 +178,7 @@ class DerivativePainter {
  private:
   void add_row(CoverageDerivatives::Row* to, float down, float slope, const Span& column) const {
     for (int i = column.first; i < column.end; ++i, ++to) {
-      const CoverageDerivatives::Row& from = columns_[static_cast<std::size_t>(i)];
+      const CoverageDerivatives::Row& from = columns_[i];
       for (std::size_t n = 0; n < 8; ++n) (*to)[n] += down * from[n];
       (*to)[6] += slope * from[7];
     }
@@ -270,8 +271,7 @@ Patch point_coverage(const Eigen::Vector2d& px, const PixelPsf& psf, int image_w
   const int top = patch.y0 - (static_cast<int>(std::floor(px.y())) - psf.reach());
   for (int y = 0; y < patch.height; ++y)
     for (int x = 0; x < patch.width; ++x)
-      patch.values[static_cast<std::size_t>(y * patch.width + x)] =
-          down[static_cast<std::size_t>(top + y)] * across[static_cast<std::size_t>(left + x)];
+      patch.values[y * patch.width + x] = down[top + y] * across[left + x];
   return patch;
 }
 

@@ -8,22 +8,23 @@
 // 5: 5e-7 of a fully covered pixel at a spacing of 1 sigma, 2e-4 at 1.5 sigma.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <memory>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/core/simd.hpp"
 #include "libocc/formation/contour.hpp"
 #include "libocc/formation/pixel_psf.hpp"
 
 namespace occ {
 
+namespace internal::formation {
 template <typename Real>
 class Canvas;
+}
 
 /// A rectangle of pixels with a value each, row by row; width and height are 0 when it is empty.
 template <typename Real>
@@ -65,7 +66,7 @@ class LIBOCC_API CoveragePainter {
                      int image_height);
 
  private:
-  std::unique_ptr<Canvas<float>> canvas_;
+  std::unique_ptr<internal::formation::Canvas<float>> canvas_;
 };
 
 /// Coverage together with its first moments about each pixel's centre, (x - x_i) and (y - y_j)

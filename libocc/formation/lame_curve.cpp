@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/formation/lame_curve.hpp"
+#include "libocc/formation/internal/lame_curve.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "libocc/core/quadrature.hpp"
+#include "libocc/core/internal/quadrature.hpp"
 
-namespace occ {
+namespace occ::internal::formation {
+
+using namespace internal::core;
 namespace {
 
 constexpr double bend = 14;  // w falls by exp(-bend) from the diagonal to the straight part
@@ -69,4 +71,4 @@ std::array<LamePoint, 128> lame_nodes(double exponent) {
   return nodes;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::formation

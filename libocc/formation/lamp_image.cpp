@@ -53,9 +53,7 @@ class Light {
   }
 
   /// Of pixel (x, y) of the patch; its neighbours are at +-1 and +-width().
-  const double* at(int x, int y) const {
-    return &values_[static_cast<std::size_t>((y + 1) * width_ + x + 1)];
-  }
+  const double* at(int x, int y) const { return &values_[(y + 1) * width_ + x + 1]; }
   int width() const { return width_; }
 
  private:
@@ -160,7 +158,7 @@ void differentiate_point(const Eigen::Vector2d& px, const Eigen::Matrix<double, 
                                        weights[0][i] * slopes[1][j] * d_px.row(1).transpose();
       const double spread =
           variance * (curvatures[0][i] * weights[1][j] + weights[0][i] * curvatures[1][j]);
-      CoverageDerivatives::Row& d = image.coverage.d[static_cast<std::size_t>(y * c.width + x)];
+      CoverageDerivatives::Row& d = image.coverage.d[y * c.width + x];
       for (std::size_t k = 0; k < 3; ++k)
         d[3 + k] = static_cast<float>(by_shift[static_cast<Eigen::Index>(k)]);
       d[6] = static_cast<float>(spread);

@@ -9,11 +9,10 @@
 // focal length.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/formation/coverage.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/scene.hpp"

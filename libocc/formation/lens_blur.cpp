@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/formation/lens_blur.hpp"
+#include "libocc/formation/internal/lens_blur.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "libocc/core/quadrature.hpp"
+#include "libocc/core/internal/quadrature.hpp"
 
-namespace occ {
+namespace occ::internal::formation {
+
+using namespace internal::core;
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
@@ -56,4 +58,4 @@ std::vector<BlurShift> disc_shifts(double radius_px, double sigma_px) {
   return shifts;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::formation

@@ -12,10 +12,9 @@
 // L, I, phi, psi, N: see radiometry/lambertian.hpp.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/scene.hpp"
 

@@ -13,14 +13,14 @@ constexpr Eigen::Index samples = 512;
 
 // From here on the filter is a derivative but for a factor, good to 1e-6, and fitting it anew would
 // lose digits.
-constexpr double most_fitted_sigma_px = 4;
+constexpr double max_fitted_sigma_px = 4;
 
 double variance(double sigma_px) { return sigma_px * sigma_px + 1.0 / 12; }
 
 }  // namespace
 
 MomentFilter::MomentFilter(double psf_sigma_px) {
-  const double sigma = std::min(psf_sigma_px, most_fitted_sigma_px);
+  const double sigma = std::min(psf_sigma_px, max_fitted_sigma_px);
   Eigen::Matrix<double, samples, 4> responses;
   Eigen::Matrix<double, samples, 1> wanted;
   for (Eigen::Index i = 0; i < samples; ++i) {

@@ -11,9 +11,9 @@
 // changes over the PSF's width.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <array>
+
+#include "libocc/core/abi.hpp"
 
 namespace occ {
 

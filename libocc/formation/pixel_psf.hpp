@@ -9,10 +9,10 @@
 // neighbouring pixels costs a few multiplications each and no erf.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <cstddef>
 #include <vector>
+
+#include "libocc/core/abi.hpp"
 
 namespace occ {
 

@@ -7,10 +7,12 @@
 #include <cmath>
 
 #include "libocc/core/require.hpp"
-#include "libocc/formation/lame_curve.hpp"
+#include "libocc/formation/internal/lame_curve.hpp"
 #include "libocc/geometry/so3.hpp"
 
 namespace occ {
+
+using namespace internal::formation;
 namespace {
 
 constexpr double two_pi = 6.28318530717958647693;

@@ -4,12 +4,11 @@
 // centre of the disc; the difference is about f (r/Z)^2 sin(t) cos(t) at tilt t.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <optional>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/core/blob.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/scene.hpp"

@@ -7,7 +7,7 @@
 
 #include "libocc/core/internal/multiversion.hpp"
 
-namespace occ {
+namespace occ::internal::formation {
 namespace {
 
 constexpr std::size_t widest = 64;  // bytes of a vector
@@ -218,4 +218,4 @@ void Canvas<Real>::sum() {
 template class Canvas<float>;
 template class Canvas<double>;
 
-}  // namespace occ
+}  // namespace occ::internal::formation

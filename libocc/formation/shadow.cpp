@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/formation/shadow.hpp"
+#include "libocc/formation/internal/shadow.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 #include "libocc/formation/rim.hpp"
 
-namespace occ {
+namespace occ::internal::formation {
 namespace {
 
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
@@ -161,4 +161,4 @@ Visible visible_part(const Lamp& lamp, const std::vector<Box>& boxes,
   return visible;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::formation

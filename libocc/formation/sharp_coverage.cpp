@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/formation/sharp_coverage.hpp"
+#include "libocc/formation/internal/sharp_coverage.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace occ {
+namespace occ::internal::formation {
 namespace {
 
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
@@ -189,4 +189,4 @@ CoverageMoments sharp_coverage(const Chords& chords, int image_width, int image_
   return moments;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::formation

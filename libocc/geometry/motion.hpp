@@ -4,7 +4,6 @@
 #pragma once
 
 #include "libocc/core/abi.hpp"
-//
 #include "libocc/geometry/rigid.hpp"
 
 namespace occ {

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "libocc/core/abi.hpp"
-//
 #include "libocc/geometry/planar_pose.hpp"
 #include "libocc/geometry/rigid.hpp"
 

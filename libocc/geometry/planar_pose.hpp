@@ -6,10 +6,9 @@
 // along the axes of the body before it.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/geometry/rigid.hpp"
 
 namespace occ {

@@ -8,9 +8,9 @@
 // World: right-handed, metres, Z up. Camera: x right, y down, z forward.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
+
+#include "libocc/core/abi.hpp"
 
 namespace occ {
 

@@ -5,9 +5,9 @@
 // rounding for any angle.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
+
+#include "libocc/core/abi.hpp"
 
 namespace occ {
 

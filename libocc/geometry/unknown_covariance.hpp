@@ -3,10 +3,10 @@
 // must not look like a certain one.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <limits>
+
+#include "libocc/core/abi.hpp"
 
 namespace occ {
 

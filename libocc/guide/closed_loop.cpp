@@ -8,12 +8,14 @@
 #include <utility>
 
 #include "libocc/core/require.hpp"
-#include "libocc/guide/clock_guard.hpp"
-#include "libocc/guide/loop_metrics.hpp"
-#include "libocc/guide/loop_world.hpp"
+#include "libocc/guide/internal/clock_guard.hpp"
+#include "libocc/guide/internal/loop_metrics.hpp"
+#include "libocc/guide/internal/loop_world.hpp"
 #include "libocc/guide/mount.hpp"
 
 namespace occ {
+
+using namespace internal::guide;
 namespace {
 
 class Loop {
@@ -172,14 +174,14 @@ class Loop {
       end(LoopOutcome::collision, text.str());
     }
     if (estimate_.has_pose()) had_pose_s_ = record.time_s;
-    if (record.time_s - had_pose_s_ > options_.most_lost_s)
+    if (record.time_s - had_pose_s_ > options_.max_lost_s)
       end(LoopOutcome::lost,
-          "no pose for " + std::to_string(options_.most_lost_s) + " s: " + record.estimate.reason);
+          "no pose for " + std::to_string(options_.max_lost_s) + " s: " + record.estimate.reason);
     const bool there = route_.dock() ? phase_ == DockPhase::docked : docking_;
     if (there && world_.state().speed_m_s == 0 && world_.state().turn_rate_rad_s == 0)
       end(LoopOutcome::arrived, route_.dock() ? "docked" : "at the route's end");
-    if (record.time_s >= options_.most_s)
-      end(LoopOutcome::out_of_time, "not there after " + std::to_string(options_.most_s) + " s");
+    if (record.time_s >= options_.max_s)
+      end(LoopOutcome::out_of_time, "not there after " + std::to_string(options_.max_s) + " s");
   }
 
   static constexpr double jump_window_m = 0.5;  // no control step drives so far

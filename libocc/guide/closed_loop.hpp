@@ -7,8 +7,6 @@
 // (searching, lost) it stands still and looks.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -17,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/guide/controller.hpp"
 #include "libocc/guide/docking.hpp"
 #include "libocc/guide/loop_estimator.hpp"
@@ -64,7 +63,7 @@ struct LIBOCC_API LoopFaults {
 };
 
 enum class LoopEstimation {
-  tracker,  ///< position/tracker.hpp, on a floor
+  tracker,  ///< track/tracker.hpp, on a floor
   locate,   ///< each image for itself, with a prior: three lamps are needed
 };
 
@@ -92,8 +91,8 @@ struct LIBOCC_API LoopOptions {
   std::optional<PlanarPose> start;                      ///< the true one; none: the route's begin
   double start_sigma_m = 0.02, start_sigma_rad = 0.02;  ///< the estimate's first error, and what
                                                         ///< it is told of that
-  double most_s = 600;                                  ///< the run ends
-  double most_lost_s = 10;  ///< without a pose for so long: the run ends
+  double max_s = 600;                                   ///< the run ends
+  double max_lost_s = 10;  ///< without a pose for so long: the run ends
   LoopFaults faults;
   std::uint64_t seed = 0;
 

@@ -5,9 +5,11 @@
 #include <cmath>
 
 #include "libocc/core/require.hpp"
-#include "libocc/guide/control_limits.hpp"
+#include "libocc/guide/internal/control_limits.hpp"
 
 namespace occ {
+
+using namespace internal::guide;
 namespace {
 
 void require_input(const Vehicle& vehicle, const ControlInput& input) {
@@ -52,11 +54,11 @@ double paced_speed(const Route& route, const Vehicle& vehicle, const PaceOptions
     const double curve = std::min(1.0, pace.slow_radius_m > 0 && piece.curvature_1_m != 0
                                            ? 1 / std::abs(pace.slow_radius_m * piece.curvature_1_m)
                                            : 1.0);
-    const double asked = std::max(piece.speed_m_s * curve, pace.least_speed_m_s);
+    const double asked = std::max(piece.speed_m_s * curve, pace.min_speed_m_s);
     speed = std::min(speed, allowed_before(asked, piece.begin_m - along_m));
   }
   speed = std::min(speed, allowed_before(pace.end_speed_m_s, route.length_m() - along_m));
-  return std::clamp(speed, std::min(pace.least_speed_m_s, vehicle.max_speed_m_s),
+  return std::clamp(speed, std::min(pace.min_speed_m_s, vehicle.max_speed_m_s),
                     vehicle.max_speed_m_s);
 }
 
@@ -68,8 +70,8 @@ DriveCommand turn_towards(const Vehicle& vehicle, double angle_rad) {
   return {0, std::copysign(rate, angle_rad), 0};
 }
 
-bool turns_first(const Vehicle& vehicle, double angle_rad, double most_rad) {
-  return vehicle.drive == Drive::differential && std::abs(angle_rad) > most_rad;
+bool turns_first(const Vehicle& vehicle, double angle_rad, double max_rad) {
+  return vehicle.drive == Drive::differential && std::abs(angle_rad) > max_rad;
 }
 
 /// Half of the time in which the vehicle gets from the curvature here to that soon ahead: turning
@@ -95,24 +97,25 @@ void follow_curve(const Vehicle& vehicle, double speed_m_s, double curvature,
 
 }  // namespace
 
-bool curve_is_limited(const Vehicle& vehicle, double speed_m_s, double curvature_1_m) {
+bool internal::guide::curve_is_limited(const Vehicle& vehicle, double speed_m_s,
+                                       double curvature_1_m) {
   if (vehicle.drive == Drive::ackermann)
-    return std::abs(curvature_1_m) * vehicle.least_radius_m() > 1;
+    return std::abs(curvature_1_m) * vehicle.min_radius_m() > 1;
   return std::abs(speed_m_s * curvature_1_m) > vehicle.max_turn_rate_rad_s;
 }
 
 void PaceOptions::validate() const {
   require(braking > 0 && braking <= 1, "braking", braking, "in (0, 1]");
   require_not_negative(slow_radius_m, "slow_radius_m");
-  require_positive(least_speed_m_s, "least_speed_m_s");
+  require_positive(min_speed_m_s, "min_speed_m_s");
   require_not_negative(end_speed_m_s, "end_speed_m_s");
 }
 
 void PurePursuitOptions::validate() const {
   require_not_negative(lookahead_s, "lookahead_s");
-  require_positive(least_lookahead_m, "least_lookahead_m");
-  require(most_lookahead_m >= least_lookahead_m && std::isfinite(most_lookahead_m),
-          "most_lookahead_m", most_lookahead_m, "finite and >= least_lookahead_m");
+  require_positive(min_lookahead_m, "min_lookahead_m");
+  require(max_lookahead_m >= min_lookahead_m && std::isfinite(max_lookahead_m), "max_lookahead_m",
+          max_lookahead_m, "finite and >= min_lookahead_m");
   require(turn_on_spot_rad > 0, "turn_on_spot_rad", turn_on_spot_rad, "positive");
   pace.validate();
 }
@@ -134,7 +137,7 @@ ControlOutput pure_pursuit(const Route& route, const Vehicle& vehicle, const Con
   require_input(vehicle, input);
   ControlOutput output = located(route, input);
   const double lookahead_m = std::clamp(std::abs(input.speed_m_s) * options.lookahead_s,
-                                        options.least_lookahead_m, options.most_lookahead_m);
+                                        options.min_lookahead_m, options.max_lookahead_m);
   const Eigen::Vector2d position = input.pose.position();
   // Who is off the route or across it comes back on a longer arc: short ones would ask for turns
   // that follow too late, to and fro for ever.

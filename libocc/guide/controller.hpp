@@ -25,10 +25,9 @@
 //   driving", ACC 2007, eq. (5); its terms for tyres that slip and a servo that lags are left out.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <optional>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/guide/route.hpp"
 #include "libocc/guide/vehicle.hpp"
 
@@ -36,17 +35,17 @@ namespace occ {
 
 /// How fast, for both.
 struct LIBOCC_API PaceOptions {
-  double braking = 0.7;           ///< share of the vehicle's acceleration to brake with
-  double slow_radius_m = 0;       ///< curves sharper than this are driven slower
-  double least_speed_m_s = 0.02;  ///< what is left at the very end, and in the sharpest curve
-  double end_speed_m_s = 0;       ///< at the route's end
+  double braking = 0.7;         ///< share of the vehicle's acceleration to brake with
+  double slow_radius_m = 0;     ///< curves sharper than this are driven slower
+  double min_speed_m_s = 0.02;  ///< what is left at the very end, and in the sharpest curve
+  double end_speed_m_s = 0;     ///< at the route's end
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
 struct LIBOCC_API PurePursuitOptions {
   double lookahead_s = 0.2;
-  double least_lookahead_m = 0.1, most_lookahead_m = 0.6;
+  double min_lookahead_m = 0.1, max_lookahead_m = 0.6;
   double turn_on_spot_rad = 0.8;  ///< differential drive: turns first when the route leads further
                                   ///< aside than this; infinity: never
   PaceOptions pace;

@@ -5,9 +5,11 @@
 #include <cmath>
 
 #include "libocc/core/require.hpp"
-#include "libocc/guide/control_limits.hpp"
+#include "libocc/guide/internal/control_limits.hpp"
 
 namespace occ {
+
+using namespace internal::guide;
 namespace {
 
 void require_pose(const PlanarPose& pose, const char* name) {
@@ -48,7 +50,7 @@ class Docking {
     const double left_m = -here_.x_m;
     if (phase == DockPhase::approach && left_m <= options_.creep_distance_m) {
       const bool on_axis =
-          std::abs(here_.y_m) <= options_.most_aside_m && std::abs(here_.heading_rad) <= 0.5;
+          std::abs(here_.y_m) <= options_.max_aside_m && std::abs(here_.heading_rad) <= 0.5;
       phase = on_axis ? DockPhase::creep : DockPhase::retreat;
     }
     if (phase == DockPhase::retreat && left_m > 3 * options_.creep_distance_m)
@@ -79,13 +81,13 @@ class Docking {
                                      vehicle_.max_acceleration_m_s2 * braking_m);
     const double smooth = options_.approach_speed_m_s /
                           (1 + options_.beta * std::pow(std::abs(curvature), options_.lambda));
-    ask(std::max(std::min(smooth, in_time), options_.least_speed_m_s), curvature);
+    ask(std::max(std::min(smooth, in_time), options_.min_speed_m_s), curvature);
   }
 
   void creep() {
     const double length = options_.track_length_m;
     const double curvature = -2 * here_.heading_rad / length - here_.y_m / (length * length);
-    const double speed = std::max(options_.slowing_1_s * -here_.x_m, options_.least_speed_m_s);
+    const double speed = std::max(options_.slowing_1_s * -here_.x_m, options_.min_speed_m_s);
     // Sharper than a quarter turn within the track length is no correction.
     ask(std::min(speed, options_.creep_speed_m_s),
         std::clamp(curvature, -1.57 / length, 1.57 / length));
@@ -143,9 +145,9 @@ void DockOptions::validate() const {
   positive(creep_distance_m, "creep_distance_m");
   positive(creep_speed_m_s, "creep_speed_m_s");
   positive(slowing_1_s, "slowing_1_s");
-  positive(least_speed_m_s, "least_speed_m_s");
+  positive(min_speed_m_s, "min_speed_m_s");
   positive(track_length_m, "track_length_m");
-  positive(most_aside_m, "most_aside_m");
+  positive(max_aside_m, "max_aside_m");
   positive(tolerance_m, "tolerance_m");
   positive(tolerance_rad, "tolerance_rad");
 }

@@ -17,7 +17,6 @@
 #pragma once
 
 #include "libocc/core/abi.hpp"
-//
 #include "libocc/guide/vehicle.hpp"
 
 namespace occ {
@@ -39,10 +38,10 @@ struct LIBOCC_API DockOptions {
   double creep_distance_m = 0.3;  ///< before the dock; backing out goes three times as far
   double creep_speed_m_s = 0.08;
   double slowing_1_s = 1;  ///< creeps no faster than this times what is left
-  double least_speed_m_s = 0.01;
+  double min_speed_m_s = 0.01;
   double track_length_m = 0.06;
-  double most_aside_m = 0.05;  ///< when creeping begins; beyond, the vehicle backs out
-  double tolerance_m = 2e-4;   ///< along the axis
+  double max_aside_m = 0.05;  ///< when creeping begins; beyond, the vehicle backs out
+  double tolerance_m = 2e-4;  ///< along the axis
   double tolerance_rad = 2e-4;
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value

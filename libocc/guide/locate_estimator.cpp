@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "libocc/geometry/perturbation.hpp"
+#include "libocc/geometry/pose_observation.hpp"
 #include "libocc/guide/loop_estimator.hpp"
-#include "libocc/position/locate.hpp"
-#include "libocc/position/pose_observation.hpp"
+#include "libocc/locate/locate.hpp"
 
 namespace occ {
 namespace {

@@ -2,17 +2,16 @@
 // What a closed loop asks of whoever estimates the vehicle's pose, and who does so.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <memory>
 #include <string>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/core/image.hpp"
+#include "libocc/geometry/motion_input.hpp"
 #include "libocc/geometry/planar_pose.hpp"
-#include "libocc/position/motion_input.hpp"
-#include "libocc/position/tracker.hpp"
 #include "libocc/scene/scene.hpp"
+#include "libocc/track/tracker.hpp"
 
 namespace occ {
 

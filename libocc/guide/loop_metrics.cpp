@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/guide/loop_metrics.hpp"
+#include "libocc/guide/internal/loop_metrics.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 #include "libocc/core/statistics.hpp"
 
-namespace occ {
+namespace occ::internal::guide {
 namespace {
 
 /// Mean, root mean square and maximum of magnitudes.
@@ -128,4 +128,4 @@ LoopMetrics summarise(const LoopResult& result, const Route& route, const LoopOp
   return metrics;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::guide

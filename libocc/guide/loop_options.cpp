@@ -75,8 +75,8 @@ void LoopOptions::validate() const {
             Eigen::RowVector3d(start->x_m, start->y_m, start->heading_rad), "finite");
   require_positive(start_sigma_m, "start_sigma_m");
   require_positive(start_sigma_rad, "start_sigma_rad");
-  require_positive(most_s, "most_s");
-  require_positive(most_lost_s, "most_lost_s");
+  require_positive(max_s, "max_s");
+  require_positive(max_lost_s, "max_lost_s");
 }
 
 }  // namespace occ

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/guide/loop_world.hpp"
+#include "libocc/guide/internal/loop_world.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "libocc/geometry/motion.hpp"
 #include "libocc/guide/mount.hpp"
 
-namespace occ {
+namespace occ::internal::guide {
 namespace {
 
 constexpr double clock_s = 1e-9;  // rounding of times
@@ -151,4 +151,4 @@ void LoopWorld::recycle(Capture capture) {
   if (!capture.lost) spare_[capture.dark].push_back(std::move(capture.rendered));
 }
 
-}  // namespace occ
+}  // namespace occ::internal::guide

@@ -4,10 +4,9 @@
 // vertical towards where pan points: the view is (sin tilt cos pan, sin tilt sin pan, cos tilt).
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/geometry/rigid.hpp"
 
 namespace occ {

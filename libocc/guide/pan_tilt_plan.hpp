@@ -2,9 +2,9 @@
 // How a camera pans and tilts on the way along a route.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <vector>
+
+#include "libocc/core/abi.hpp"
 
 namespace occ {
 

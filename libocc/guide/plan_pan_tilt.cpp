@@ -6,17 +6,20 @@
 #include <limits>
 #include <sstream>
 
+#include "libocc/core/internal/parallel.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/guide/internal/route_view.hpp"
 #include "libocc/guide/mount.hpp"
-#include "libocc/guide/parallel.hpp"
-#include "libocc/guide/route_view.hpp"
 
 namespace occ {
+
+using namespace internal::core;
+using namespace internal::guide;
 namespace {
 
 constexpr double blind_cost = 1e4;
 constexpr double look_every_m = 0.02;
-constexpr double most_sigma_m = 1;  // beyond, one bound is as bad as another
+constexpr double max_sigma_m = 1;  // beyond, one bound is as bad as another
 
 std::vector<RoutePlace> even_places(const Route& route, double step_m) {
   const int count = std::max(1, static_cast<int>(std::ceil(route.length_m() / step_m - 1e-9)));
@@ -37,8 +40,8 @@ void require_steps(const PanTiltOptions& options, const Route& route) {
     require(range / (count - 1) <= rate * time_s, name, count,
             "so many that an axis gets from one angle to the next while the vehicle drives step_m");
   };
-  check(options.pans, options.most_pan_rad - options.least_pan_rad, options.pan_rate_rad_s, "pans");
-  check(options.tilts, options.most_tilt_rad - options.least_tilt_rad, options.tilt_rate_rad_s,
+  check(options.pans, options.max_pan_rad - options.min_pan_rad, options.pan_rate_rad_s, "pans");
+  check(options.tilts, options.max_tilt_rad - options.min_tilt_rad, options.tilt_rate_rad_s,
         "tilts");
 }
 
@@ -70,11 +73,11 @@ class PanTiltSearch {
  private:
   double pan_of(std::size_t state) const {
     const auto i = static_cast<double>(state / static_cast<std::size_t>(options_.tilts));
-    return grid(i, options_.pans, options_.least_pan_rad, options_.most_pan_rad);
+    return grid(i, options_.pans, options_.min_pan_rad, options_.max_pan_rad);
   }
   double tilt_of(std::size_t state) const {
     const auto i = static_cast<double>(state % static_cast<std::size_t>(options_.tilts));
-    return grid(i, options_.tilts, options_.least_tilt_rad, options_.most_tilt_rad);
+    return grid(i, options_.tilts, options_.min_tilt_rad, options_.max_tilt_rad);
   }
   static double grid(double i, int count, double low, double high) {
     return count == 1 ? low : low + (high - low) * i / (count - 1);
@@ -95,8 +98,8 @@ class PanTiltSearch {
         const std::vector<int> lamps = wary_views_.in_view(mounts[s] * body);
         Visibility seen;
         views_.bound(pose, mounts[s], lamps, seen);
-        const int missing = options_.least_lamps - static_cast<int>(lamps.size());
-        here_[i][s] = options_.sigma_cost_1_m * std::min(seen.position_sigma_m, most_sigma_m) +
+        const int missing = options_.min_lamps - static_cast<int>(lamps.size());
+        here_[i][s] = options_.sigma_cost_1_m * std::min(seen.position_sigma_m, max_sigma_m) +
                       (missing > 0 ? blind_cost * missing : 0);
       }
     });
@@ -144,7 +147,7 @@ class PanTiltSearch {
       const Rigid3 camera =
           mount(between(pan_of(from), pan_of(to)), between(tilt_of(from), tilt_of(to)));
       const int count = wary_views_.count_in_view(camera * body_from_world(place.pose));
-      blind += count >= options_.least_lamps ? 0 : 1;
+      blind += count >= options_.min_lamps ? 0 : 1;
     }
     return static_cast<double>(blind) / parts;
   }
@@ -167,7 +170,7 @@ class PanTiltSearch {
       const PanTiltKnot knot = result.plan.at(place.along_m);
       const Rigid3 cam_from_world =
           mount(knot.pan_rad, knot.tilt_rad) * body_from_world(place.pose);
-      gaps.add(place, views_.count_in_view(cam_from_world) >= options_.least_lamps);
+      gaps.add(place, views_.count_in_view(cam_from_world) >= options_.min_lamps);
     }
     result.gaps = std::move(gaps).found();
     double blind_m = 0;
@@ -177,7 +180,7 @@ class PanTiltSearch {
     if (result.gaps.empty()) return;
     const ViewGap& gap = result.gaps.front();
     std::ostringstream text;
-    text << "no pan and tilt keep " << options_.least_lamps << " lamps in view along " << blind_m
+    text << "no pan and tilt keep " << options_.min_lamps << " lamps in view along " << blind_m
          << " m of the route in " << result.gaps.size() << " places, the first from " << gap.from_m
          << " m at (" << gap.from.x() << ", " << gap.from.y() << ") to " << gap.to_m << " m";
     result.message = text.str();
@@ -197,13 +200,13 @@ class PanTiltSearch {
 
 void PanTiltOptions::validate() const {
   view.validate();
-  require(least_lamps >= 1, "least_lamps", least_lamps, ">= 1");
-  require(std::isfinite(least_pan_rad), "least_pan_rad", least_pan_rad, "finite");
-  require(std::isfinite(most_pan_rad) && most_pan_rad >= least_pan_rad, "most_pan_rad",
-          most_pan_rad, "finite and >= least_pan_rad");
-  require(std::isfinite(least_tilt_rad), "least_tilt_rad", least_tilt_rad, "finite");
-  require(std::isfinite(most_tilt_rad) && most_tilt_rad >= least_tilt_rad, "most_tilt_rad",
-          most_tilt_rad, "finite and >= least_tilt_rad");
+  require(min_lamps >= 1, "min_lamps", min_lamps, ">= 1");
+  require(std::isfinite(min_pan_rad), "min_pan_rad", min_pan_rad, "finite");
+  require(std::isfinite(max_pan_rad) && max_pan_rad >= min_pan_rad, "max_pan_rad", max_pan_rad,
+          "finite and >= min_pan_rad");
+  require(std::isfinite(min_tilt_rad), "min_tilt_rad", min_tilt_rad, "finite");
+  require(std::isfinite(max_tilt_rad) && max_tilt_rad >= min_tilt_rad, "max_tilt_rad", max_tilt_rad,
+          "finite and >= min_tilt_rad");
   require(pans >= 1, "pans", pans, ">= 1");
   require(tilts >= 1 && static_cast<long>(pans) * tilts <= 4096, "tilts", tilts,
           ">= 1, the grid no more than 4096 pairs");

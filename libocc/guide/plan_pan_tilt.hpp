@@ -5,11 +5,10 @@
 // lamps far more, and each turn its angle; turns faster than the axes are not possible.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <string>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/guide/pan_tilt_plan.hpp"
 #include "libocc/guide/plan_route.hpp"
 #include "libocc/guide/route.hpp"
@@ -18,9 +17,9 @@ namespace occ {
 
 struct LIBOCC_API PanTiltOptions {
   VisibilityOptions view;  ///< its pan and tilt are not looked at
-  int least_lamps = 1;     ///< in view everywhere
-  double least_pan_rad = -3.141592653589793, most_pan_rad = 3.141592653589793;
-  double least_tilt_rad = 0, most_tilt_rad = 0.8;
+  int min_lamps = 1;       ///< in view everywhere
+  double min_pan_rad = -3.141592653589793, max_pan_rad = 3.141592653589793;
+  double min_tilt_rad = 0, max_tilt_rad = 0.8;
   int pans = 25, tilts = 9;  ///< of the grid, both ends included; 1: the axis stays at its least
   double pan_rate_rad_s = 1, tilt_rate_rad_s = 1;
   double step_m = 0.2;          ///< between the plan's knots, at most

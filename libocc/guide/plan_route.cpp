@@ -8,9 +8,11 @@
 #include <tuple>
 
 #include "libocc/core/require.hpp"
-#include "libocc/guide/route_view.hpp"
+#include "libocc/guide/internal/route_view.hpp"
 
 namespace occ {
+
+using namespace internal::guide;
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
@@ -127,7 +129,7 @@ class Lattice {
   /// Counts the goals that a pose meets.
   Node met(Node n) const {
     while (n.goal < static_cast<int>(goals_.size())) {
-      const PlanGoal& goal = goals_[static_cast<std::size_t>(n.goal)];
+      const PlanGoal& goal = goals_[n.goal];
       const double off_m = (place_of(n.x, n.y) - goal.position_m).norm();
       if (off_m > 0.7072 * options_.cell_m) break;
       if (goal.heading_rad &&
@@ -207,14 +209,14 @@ class Lattice {
     std::vector<bool> closed(count, false);
     const auto eighths = static_cast<int>(std::lround(start_.heading_rad / (pi / 4)));
     const Node first = met({0, 0, ((eighths % headings) + headings) % headings, 0});
-    costs_[static_cast<std::size_t>(index_of(first))] = 0;
+    costs_[index_of(first)] = 0;
     open.emplace(left_m(first), index_of(first));
     double nearest = std::numeric_limits<double>::infinity();
     while (!open.empty()) {
       const long index = std::get<1>(open.top());
       open.pop();
-      if (closed[static_cast<std::size_t>(index)]) continue;
-      closed[static_cast<std::size_t>(index)] = true;
+      if (closed[index]) continue;
+      closed[index] = true;
       const Node node = node_of(index);
       if (left_m(node) < nearest) {
         nearest = left_m(node);
@@ -232,7 +234,7 @@ class Lattice {
         if (closed[to]) continue;
         const std::optional<double> cost = cost_of(node, m);
         if (!cost) continue;
-        const double sum = costs_[static_cast<std::size_t>(index)] + *cost;
+        const double sum = costs_[index] + *cost;
         if (!(sum < costs_[to])) continue;
         costs_[to] = sum;
         parents_[to] = index;
@@ -243,8 +245,7 @@ class Lattice {
 
   RoutePlan finished(RoutePlan plan) const {
     std::vector<Node> nodes;
-    for (long index = end_; index >= 0; index = parents_[static_cast<std::size_t>(index)])
-      nodes.push_back(node_of(index));
+    for (long index = end_; index >= 0; index = parents_[index]) nodes.push_back(node_of(index));
     std::reverse(nodes.begin(), nodes.end());
     plan.waypoints = {{place_of(nodes[0].x, nodes[0].y), {}, {}}};
     for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
@@ -313,8 +314,8 @@ void RoutePlanOptions::validate() const {
   const auto positive = [](double value, const char* name) {
     require(std::isfinite(value) && value > 0, name, value, "positive");
   };
-  require(least_lamps >= 0, "least_lamps", least_lamps, ">= 0");
-  require(most_sigma_m > 0, "most_sigma_m", most_sigma_m, "positive");
+  require(min_lamps >= 0, "min_lamps", min_lamps, ">= 0");
+  require(max_sigma_m > 0, "max_sigma_m", max_sigma_m, "positive");
   positive(cell_m, "cell_m");
   positive(corner_radius_m, "corner_radius_m");
   require(std::isfinite(vehicle_radius_m) && vehicle_radius_m >= 0, "vehicle_radius_m",

@@ -11,14 +11,13 @@
 // way, by as little as can be: then the plan is none, and its gaps are where none exists.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/guide/route.hpp"
 #include "libocc/guide/visibility.hpp"
 
@@ -48,8 +47,8 @@ struct PlanGoal {
 
 struct LIBOCC_API RoutePlanOptions {
   VisibilityOptions view;
-  int least_lamps = 1;                                            ///< in view everywhere
-  double most_sigma_m = std::numeric_limits<double>::infinity();  ///< Visibility::position_sigma_m
+  int min_lamps = 1;                                             ///< in view everywhere
+  double max_sigma_m = std::numeric_limits<double>::infinity();  ///< Visibility::position_sigma_m
   double cell_m = 0.1;
   double corner_radius_m = 0.3;
   double vehicle_radius_m = 0.3, vehicle_height_m = 0.5;

@@ -6,9 +6,11 @@
 #include <limits>
 
 #include "libocc/core/require.hpp"
-#include "libocc/guide/route_shape.hpp"
+#include "libocc/guide/internal/route_shape.hpp"
 
 namespace occ {
+
+using namespace internal::guide;
 namespace {
 
 std::string waypoint_name(std::size_t i) { return "waypoints[" + std::to_string(i) + "]"; }

@@ -5,13 +5,12 @@
 // (biarcs; Bolton, "Biarc curves", Computer-Aided Design 7, 1975).
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/geometry/planar_pose.hpp"
 #include "libocc/scene/scene.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/guide/route_shape.hpp"
+#include "libocc/guide/internal/route_shape.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 #include "libocc/core/require.hpp"
 
-namespace occ {
+namespace occ::internal::guide {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
@@ -180,4 +180,4 @@ std::vector<RoutePiece> spline_arcs(const std::vector<RouteWaypoint>& waypoints,
   return pieces;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::guide

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/guide/route_view.hpp"
+#include "libocc/guide/internal/route_view.hpp"
 
 #include <cmath>
 #include <utility>
@@ -8,20 +8,22 @@
 
 namespace occ {
 
+using namespace internal::guide;
+
 RouteView::RouteView(const Scene& scene, const RoutePlanOptions& options)
     : views_(scene, options.view),
       cam_from_body_(camera_on_vehicle(options.view.camera_place_m, options.view.camera_pan_rad,
                                        options.view.camera_tilt_rad)),
-      least_lamps_(options.least_lamps),
-      most_sigma_m_(options.most_sigma_m) {}
+      min_lamps_(options.min_lamps),
+      max_sigma_m_(options.max_sigma_m) {}
 
 bool RouteView::enough(const PlanarPose& pose) const {
   const std::vector<int> lamps = views_.in_view(cam_from_body_ * body_from_world(pose));
-  if (static_cast<int>(lamps.size()) < least_lamps_) return false;
-  if (std::isinf(most_sigma_m_)) return true;
+  if (static_cast<int>(lamps.size()) < min_lamps_) return false;
+  if (std::isinf(max_sigma_m_)) return true;
   Visibility seen;
   views_.bound(pose, cam_from_body_, lamps, seen);
-  return seen.position_sigma_m <= most_sigma_m_;
+  return seen.position_sigma_m <= max_sigma_m_;
 }
 
 std::vector<ViewGap> RouteView::gaps(const Route& route, double step_m) const {

@@ -5,7 +5,7 @@
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/perturbation.hpp"
 #include "libocc/guide/loop_estimator.hpp"
-#include "libocc/position/tracker.hpp"
+#include "libocc/track/tracker.hpp"
 
 namespace occ {
 namespace {

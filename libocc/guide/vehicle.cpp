@@ -169,7 +169,7 @@ void DriveNoise::validate() const {
   not_negative(scale_sigma, "scale_sigma");
 }
 
-double Vehicle::least_radius_m() const {
+double Vehicle::min_radius_m() const {
   return drive == Drive::ackermann ? wheelbase_m / std::tan(max_steering_rad) : 0;
 }
 

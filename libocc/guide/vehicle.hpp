@@ -13,13 +13,12 @@
 //   5.2.4 (error model of odometry: variance in proportion to each wheel's travel, eq. (5.9)).
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/core/random.hpp"
+#include "libocc/geometry/motion_input.hpp"
 #include "libocc/geometry/planar_pose.hpp"
-#include "libocc/position/motion_input.hpp"
 
 namespace occ {
 
@@ -80,7 +79,7 @@ struct LIBOCC_API Vehicle {
   DriveNoise noise;
 
   /// Of the sharpest curve that it can drive; 0 for a differential drive.
-  double least_radius_m() const;
+  double min_radius_m() const;
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };

@@ -5,15 +5,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/internal/parallel.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/perturbation.hpp"
 #include "libocc/geometry/so3.hpp"
-#include "libocc/guide/lamp_views.hpp"
+#include "libocc/guide/internal/lamp_views.hpp"
 #include "libocc/guide/mount.hpp"
-#include "libocc/guide/parallel.hpp"
 #include "libocc/simulate/received_power.hpp"
 
 namespace occ {
+
+using namespace internal::core;
+using namespace internal::guide;
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
@@ -45,7 +48,7 @@ Visibility seen_from(const Scene& scene, const LampViews& views, const Rigid3& c
   if (inside_something(scene, cam_from_world.origin_in_source())) return seen;
   seen.power_w = received_power(scene, cam_from_world).total_w();
   const std::vector<int> lamps = views.in_view(cam_from_world);
-  for (const int lamp : lamps) seen.lamps.push_back(scene.lamps[static_cast<std::size_t>(lamp)].id);
+  for (const int lamp : lamps) seen.lamps.push_back(scene.lamps[lamp].id);
   views.bound(pose, cam_from_body, lamps, seen);
   return seen;
 }
@@ -104,7 +107,7 @@ void LampViews::bound(const PlanarPose& pose, const Rigid3& cam_from_body,
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   information(2, 2) = std::pow(options_.heading_sigma_rad, -2);
   for (const int lamp : lamps) {
-    const Eigen::Vector3d in_body = body * scene_.lamps[static_cast<std::size_t>(lamp)].centre_m;
+    const Eigen::Vector3d in_body = body * scene_.lamps[lamp].centre_m;
     Eigen::Matrix<double, 2, 3> d_point;
     if (!scene_.camera.project(cam_from_body * in_body, &d_point)) continue;
     Eigen::Matrix<double, 3, 6> d_body;

@@ -10,12 +10,11 @@
 // odometry keeps of the heading from image to image makes one lamp enough for a place.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <limits>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/geometry/planar_pose.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/scene.hpp"

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/ballot.hpp"
-//
+#include "libocc/identify/internal/ballot.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace occ::naming {
+namespace occ::internal::identify {
+
+using namespace internal::core;
+
 namespace {
 
 // Of a lamp, for `blobs` blobs in the image: the convex part of the map that is in view holds about
 // so many lamps, and a lamp at its border has them on one side only.
-std::size_t most_neighbours(std::size_t blobs) {
-  return std::clamp<std::size_t>(2 * blobs, 16, 24);
-}
+std::size_t max_neighbours(std::size_t blobs) { return std::clamp<std::size_t>(2 * blobs, 16, 24); }
 
 void put(const Eigen::Vector3d& from, float* to) {
   for (int i = 0; i < 3; ++i) to[i] = static_cast<float>(from[i]);
@@ -29,7 +30,7 @@ double variance(const AssignmentProblem& problem, int sighting) {
   return largest_variance(s.covariance) + s.parallax_rad * s.parallax_rad;
 }
 
-std::size_t padded(std::size_t count) { return (count + most_lanes - 1) / most_lanes * most_lanes; }
+std::size_t padded(std::size_t count) { return (count + max_lanes - 1) / max_lanes * max_lanes; }
 
 // Blobs other than those named, with what those add to the error of a predicted direction: `extra`
 // of the bearing.
@@ -138,7 +139,7 @@ Ballot::Ballot(const AssignmentProblem& problem, SeenTogether& together)
               static_cast<float>((c.height() - 0.5 - c.cy_px()) / c.fy_px()), !c.is_pinhole()};
   const std::vector<MapPoint>& targets = problem.targets;
   const std::size_t others = targets.size() - 1;
-  named_ = std::min(others, most_neighbours(problem.sightings.size()));
+  named_ = std::min(others, max_neighbours(problem.sightings.size()));
   const std::size_t kept = std::min(others, 3 * named_ / 2);
   std::vector<std::pair<double, int>> by_distance(targets.size());
   const auto distance = [&](std::size_t a, std::size_t b) {
@@ -173,7 +174,7 @@ Ballot::Ballot(const AssignmentProblem& problem, SeenTogether& together)
 bool Ballot::knows_neighbours_only() const { return named_ + 1 < problem_.targets.size(); }
 
 Jury Ballot::jury(int first, const std::vector<int>& sightings, const std::vector<Other>& others) {
-  const Neighbours& near = neighbours_[static_cast<std::size_t>(first)];
+  const Neighbours& near = neighbours_[first];
   may_be_.clear();
   for (const int t : near.targets)
     for (const int s : sightings) may_be_.push_back(problem_.may_be(s, t));
@@ -194,7 +195,7 @@ Jury Ballot::jury(int first, const std::vector<int>& sightings, const std::vecto
 std::size_t Ballot::add_namings(const std::array<int, 3>& sightings, int first, int image_turn) {
   constexpr double same = 1 - 1e-9;
   const double flat = one_sided(problem_, problem_.target(first));
-  const Neighbours& near = neighbours_[static_cast<std::size_t>(first)];
+  const Neighbours& near = neighbours_[first];
   const std::size_t count = named_;
   namings_.resize(padded(count * count));
   const Eigen::Vector3d& normal = problem_.target(first).normal;
@@ -328,11 +329,10 @@ void Ballot::of_three(const std::array<int, 3>& sightings, int least, std::vecto
     judge_triples_for_cpu(simd_)(blobs, jury(a, rest, others), judged(),
                                  static_cast<int>(padded(count)),
                                  {further_.data(), visible_.data()});
-    const std::vector<int>& near = neighbours_[static_cast<std::size_t>(a)].targets;
+    const std::vector<int>& near = neighbours_[a].targets;
     for (std::size_t i = 0; i < count; ++i) {
       if (!counts(i, least)) continue;
-      const std::array<int, 3> targets{a, near[static_cast<std::size_t>(judged_.second[i])],
-                                       near[static_cast<std::size_t>(judged_.third[i])]};
+      const std::array<int, 3> targets{a, near[judged_.second[i]], near[judged_.third[i]]};
       Vote vote;
       for (std::size_t k = 0; k < 3; ++k) vote.naming.push_back({sightings[k], targets[k]});
       vote.pose = pose_of_three(sightings, targets, i);
@@ -342,13 +342,13 @@ void Ballot::of_three(const std::array<int, 3>& sightings, int least, std::vecto
   }
 }
 
-// As pose/upright_p2p.hpp: the side between two lamps is in the plane of their bearings, which
-// leaves two headings, each with a place. What else the prior knows, such as the camera's height,
-// leaves few of these.
+// As pose/internal/upright_p2p.hpp: the side between two lamps is in the plane of their bearings,
+// which leaves two headings, each with a place. What else the prior knows, such as the camera's
+// height, leaves few of these.
 std::size_t Ballot::add_headings(const std::array<int, 2>& sightings, int first,
                                  const PriorGate& gate, double relative) {
-  constexpr double nearly_real = 1.02, least_horizontal = 1e-6;
-  const Neighbours& near = neighbours_[static_cast<std::size_t>(first)];
+  constexpr double nearly_real = 1.02, min_horizontal = 1e-6;
+  const Neighbours& near = neighbours_[first];
   judged_.resize(padded(2 * named_));
   for (auto& parameter : parameters_) parameter.resize(judged_.second.size());
   const Eigen::Matrix3d upright = cam_from_upright(problem_).transpose();
@@ -367,7 +367,7 @@ std::size_t Ballot::add_headings(const std::array<int, 2>& sightings, int first,
     const double cosine = n.head<2>().dot(side.head<2>());
     const double sine = n.y() * side.x() - n.x() * side.y();
     const double reach2 = cosine * cosine + sine * sine, level = n.z() * side.z();
-    if (!(reach2 > least_horizontal * least_horizontal * n2 * side.squaredNorm()) ||
+    if (!(reach2 > min_horizontal * min_horizontal * n2 * side.squaredNorm()) ||
         level * level > nearly_real * reach2)
       continue;
     const double off = std::sqrt(std::max(0.0, reach2 - level * level));
@@ -438,8 +438,7 @@ void Ballot::of_two(const std::array<int, 2>& sightings, int least, std::vector<
       Eigen::Matrix3d turn;
       turn << c, -s, 0, s, c, 0, 0, 0, 1;
       Vote vote;
-      const int b = neighbours_[static_cast<std::size_t>(a)]
-                        .targets[static_cast<std::size_t>(judged_.second[i])];
+      const int b = neighbours_[a].targets[judged_.second[i]];
       vote.naming = {{sightings[0], a}, {sightings[1], b}};
       vote.pose.rotation = from_upright * turn;
       vote.pose.translation =
@@ -450,4 +449,4 @@ void Ballot::of_two(const std::array<int, 2>& sightings, int least, std::vector<
   }
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/brightness.hpp"
-//
+#include "libocc/identify/internal/brightness.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,10 +8,10 @@
 #include "libocc/core/statistics.hpp"
 #include "libocc/radiometry/lambertian.hpp"
 
-namespace occ::naming {
+namespace occ::internal::identify {
 namespace {
 
-constexpr double most_of_one = 9;  // of chi-square: a lamp may be dirty or half hidden
+constexpr double max_of_one = 9;  // of chi-square: a lamp may be dirty or half hidden
 // Twice the logarithm of how much more likely a flux is by its lamp than by anything: over three
 // decades, spread evenly.
 constexpr double worth_of_one = 5;
@@ -22,7 +22,7 @@ struct Residual {
   bool at_most = false;  // the measured value is no larger than the predicted one, but may be less
   double chi2(double log_gain) const {
     const double off = (log_ratio - log_gain) / sigma;
-    return at_most && off < 0 ? 0 : std::min(off * off, most_of_one);
+    return at_most && off < 0 ? 0 : std::min(off * off, max_of_one);
   }
 };
 
@@ -49,7 +49,7 @@ std::optional<Residual> flux_residual(const AssignmentProblem& problem, const Pa
 // angle at which it is seen.
 void add_sizes(const AssignmentProblem& problem, const Pair& pair, const Rigid3& pose,
                std::vector<Residual>& sizes) {
-  constexpr double least_cosine = 0.2;
+  constexpr double min_cosine = 0.2;
   const BearingObservation& s = problem.sighting(pair.sighting);
   const MapPoint& t = problem.target(pair.target);
   if (!t.disc || !(s.radius_rad > 0)) return;
@@ -57,7 +57,7 @@ void add_sizes(const AssignmentProblem& problem, const Pair& pair, const Rigid3&
   const double distance = point.norm();
   const double cosine = -(pose.rotation * t.normal).dot(point) / distance;
   sizes.push_back({std::log(s.radius_rad * distance / t.radius_m), s.radius_sigma, false});
-  if (cosine > least_cosine)
+  if (cosine > min_cosine)
     sizes.push_back({std::log(s.flatness / cosine), s.radius_sigma * (1 + 1 / cosine), false});
 }
 
@@ -80,7 +80,7 @@ double common_log_gain(const std::vector<Residual>& fluxes) {
     double weights = 0, weighted = 0;
     for (const Residual& r : fluxes) {
       const double off = (r.log_ratio - best) / r.sigma;
-      if (off * off >= most_of_one || (r.at_most && off < 0)) continue;
+      if (off * off >= max_of_one || (r.at_most && off < 0)) continue;
       weights += 1 / (r.sigma * r.sigma);
       weighted += r.log_ratio / (r.sigma * r.sigma);
     }
@@ -115,7 +115,7 @@ Brightness brightness_of(const AssignmentProblem& problem, const PoseHypothesis&
     b.log_gain = common_log_gain(fluxes);
     double information = 0;
     for (const Residual& r : fluxes)
-      if (!r.at_most && r.chi2(b.log_gain) < most_of_one) information += 1 / (r.sigma * r.sigma);
+      if (!r.at_most && r.chi2(b.log_gain) < max_of_one) information += 1 / (r.sigma * r.sigma);
     b.gain_sigma = 1 / std::sqrt(information);
   } else {
     fluxes.clear();
@@ -192,4 +192,4 @@ std::optional<AssignmentProblem> brighter_rest(const AssignmentProblem& problem,
   return rest;
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

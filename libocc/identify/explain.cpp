@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/explain.hpp"
-//
+#include "libocc/identify/internal/explain.hpp"
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -8,7 +8,7 @@
 #include <limits>
 #include <optional>
 
-namespace occ::naming {
+namespace occ::internal::identify {
 namespace {
 
 // Covariance of a point in the camera's frame: it moves by delta_rot x point + delta_trans.
@@ -175,7 +175,7 @@ bool sizes_agree(const BearingObservation& sighting, const MapPoint& target,
                  const Eigen::Vector3d& point) {
   if (!target.disc || sighting.largest_radius_rad == 0) return true;
   const double radius_rad = target.radius_m / point.norm();
-  return radius_rad > sighting.least_radius_rad && radius_rad < sighting.largest_radius_rad;
+  return radius_rad > sighting.min_radius_rad && radius_rad < sighting.largest_radius_rad;
 }
 
 std::optional<PairFit> fit_of_pair(const AssignmentProblem& problem, const Pair& pair,
@@ -242,4 +242,4 @@ PoseHypothesis explain(const AssignmentProblem& problem, const FittedPose& seed,
   return e;
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

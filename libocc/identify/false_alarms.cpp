@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/false_alarms.hpp"
-//
+#include "libocc/identify/internal/false_alarms.hpp"
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "libocc/identify/explain.hpp"
+#include "libocc/identify/internal/explain.hpp"
 
-namespace occ::naming {
+namespace occ::internal::identify {
 namespace {
 
 constexpr double pi = 3.141592653589793;
@@ -17,7 +17,7 @@ constexpr double never = std::numeric_limits<double>::infinity();
 double log_factorial(double n) { return std::lgamma(n + 1); }
 
 const Eigen::Vector2d& pixel(const AssignmentProblem& problem, int sighting) {
-  return (*problem.blobs)[static_cast<std::size_t>(problem.sighting(sighting).blob)].centroid_px;
+  return (*problem.blobs)[problem.sighting(sighting).blob].centroid_px;
 }
 
 // A rectangle about blobs, and how many are inside.
@@ -27,13 +27,13 @@ struct Area {
 };
 
 Area area_about(const AssignmentProblem& problem, const std::vector<Pair>& pairs) {
-  constexpr double least_px = 4;
+  constexpr double min_px = 4;
   Eigen::Vector2d low = pixel(problem, pairs.front().sighting), high = low;
   for (const Pair& p : pairs) {
     low = low.cwiseMin(pixel(problem, p.sighting));
     high = high.cwiseMax(pixel(problem, p.sighting));
   }
-  Area area{(high - low).cwiseMax(least_px).prod(), 0};
+  Area area{(high - low).cwiseMax(min_px).prod(), 0};
   for (int s = 0; s < static_cast<int>(problem.sightings.size()); ++s) {
     const Eigen::Vector2d& px = pixel(problem, s);
     area.blobs += (px - low).minCoeff() >= 0 && (high - px).minCoeff() >= 0;
@@ -66,8 +66,8 @@ double log_volume(const AssignmentProblem& problem, const std::vector<Pair>& pai
   return volume + further * std::log(std::max(chi2, exact)) - log_factorial(further);
 }
 
-double least_log_volume(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
-                        const Rigid3& pose) {
+double min_log_volume(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
+                      const Rigid3& pose) {
   constexpr std::size_t enough = 10;  // pairs, of which all threes are tried
   const std::size_t count = std::min(pairs.size(), enough);
   double least = never;
@@ -106,7 +106,7 @@ std::vector<Pair> all_sightings(const AssignmentProblem& problem) {
 
 }  // namespace
 
-int least_pairs(const AssignmentProblem& problem, double most_log10_false_alarms) {
+int min_pairs(const AssignmentProblem& problem, double max_log10_false_alarms) {
   const Area area = area_about(problem, all_sightings(problem));
   double share = 1;  // of the area, by the blob that is known best
   for (int s = 0; s < area.blobs; ++s)
@@ -118,7 +118,7 @@ int least_pairs(const AssignmentProblem& problem, double most_log10_false_alarms
     const double further = agree - 3;
     const double log_p = further * std::log(share * further) - log_factorial(further);
     const double log_nfa = log_tests(area.blobs, points, agree, agree) + log_p;
-    if (log_nfa <= most_log10_false_alarms * std::log(10.0)) return agree;
+    if (log_nfa <= max_log10_false_alarms * std::log(10.0)) return agree;
   }
   return most + 1;
 }
@@ -129,7 +129,7 @@ double log10_false_alarms(const AssignmentProblem& problem, const Hypothesis& hy
   const Rigid3& from_world = hypothesis.cam_from_world;
   const Rigid3 pose{from_world.rotation,
                     from_world.translation + from_world.rotation * problem.origin};
-  const double volume = least_log_volume(problem, pairs, pose);
+  const double volume = min_log_volume(problem, pairs, pose);
   const Eigen::Vector3d eye = pose.origin_in_source();
   const auto facing = std::count_if(problem.targets.begin(), problem.targets.end(),
                                     [&](const MapPoint& t) { return faces(t, eye); });
@@ -145,4 +145,4 @@ double log10_false_alarms(const AssignmentProblem& problem, const Hypothesis& hy
   return most;
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

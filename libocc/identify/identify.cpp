@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/identify/identify.hpp"
-//
+
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
 #include "libocc/core/require.hpp"
-#include "libocc/identify/brightness.hpp"
-#include "libocc/identify/lamp_table.hpp"
-#include "libocc/identify/line_turns.hpp"
-#include "libocc/identify/name_symmetry.hpp"
-#include "libocc/identify/search.hpp"
-#include "libocc/identify/verdict.hpp"
+#include "libocc/identify/internal/brightness.hpp"
+#include "libocc/identify/internal/lamp_table.hpp"
+#include "libocc/identify/internal/line_turns.hpp"
+#include "libocc/identify/internal/name_symmetry.hpp"
+#include "libocc/identify/internal/search.hpp"
+#include "libocc/identify/internal/verdict.hpp"
 
 namespace occ {
+
+using namespace internal::identify;
 namespace {
 
 constexpr double plausible_chi2 = 13.8;  // 2 ln 1000
@@ -21,7 +23,7 @@ constexpr int more_dark = 3;             // lamps, than of the best: they are sw
 
 }  // namespace
 
-void naming::check(const std::vector<Blob>& blobs) {
+void internal::identify::check(const std::vector<Blob>& blobs) {
   for (std::size_t i = 0; i < blobs.size(); ++i) {
     const std::string name = "blobs[" + std::to_string(i) + "].";
     require(blobs[i].centroid_px.allFinite(), name + "centroid_px",
@@ -33,12 +35,10 @@ void naming::check(const std::vector<Blob>& blobs) {
 
 namespace {
 
-Hypothesis to_hypothesis(const naming::AssignmentProblem& problem,
-                         const naming::PoseHypothesis& e) {
+Hypothesis to_hypothesis(const AssignmentProblem& problem, const PoseHypothesis& e) {
   Hypothesis h;
   h.cam_from_world = problem.from_world(e.estimate.pose);
-  for (const naming::Pair& p : e.pairs)
-    h.matches.push_back({p.target, problem.sighting(p.sighting).blob});
+  for (const Pair& p : e.pairs) h.matches.push_back({p.target, problem.sighting(p.sighting).blob});
   h.matches.insert(h.matches.end(), e.attached.begin(), e.attached.end());
   std::sort(h.matches.begin(), h.matches.end(),
             [](const Match& a, const Match& b) { return a.lamp < b.lamp; });
@@ -49,11 +49,11 @@ Hypothesis to_hypothesis(const naming::AssignmentProblem& problem,
 }
 
 // Whether all lamps are on one line (or in one place): no pose follows from them.
-bool collinear(const naming::AssignmentProblem& problem) {
+bool collinear(const AssignmentProblem& problem) {
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();
-  for (const naming::MapPoint& t : problem.targets)
+  for (const MapPoint& t : problem.targets)
     if (t.centre.norm() > axis.norm()) axis = t.centre;
-  for (const naming::MapPoint& t : problem.targets)
+  for (const MapPoint& t : problem.targets)
     if ((t.centre * axis.squaredNorm() - axis * axis.dot(t.centre)).norm() >
         1e-9 * axis.squaredNorm() * axis.norm())
       return false;
@@ -62,34 +62,33 @@ bool collinear(const naming::AssignmentProblem& problem) {
 
 // Whether the best explanation leaves blobs unexplained, so that there are false lights, which
 // could as well have conspired to it.
-bool leaves_blobs(const Identification& found, const naming::AssignmentProblem& problem) {
+bool leaves_blobs(const Identification& found, const AssignmentProblem& problem) {
   std::size_t whole = 0;
   for (const Match& match : found.hypotheses.front().matches)
     whole += std::any_of(problem.sightings.begin(), problem.sightings.end(),
-                         [&](const naming::BearingObservation& s) { return s.blob == match.blob; });
+                         [&](const BearingObservation& s) { return s.blob == match.blob; });
   return whole < problem.sightings.size();
 }
 
 // Every blob is a lamp and every lamp a blob: the other poses that do as much are the layout's own
 // symmetries, which a prior or the brightness has ruled out.
-bool is_all_there_is(const Identification& found, const naming::AssignmentProblem& problem) {
+bool is_all_there_is(const Identification& found, const AssignmentProblem& problem) {
   return !leaves_blobs(found, problem) &&
          found.hypotheses.front().matches.size() == problem.targets.size();
 }
 
 // The hypotheses, all of them plausible or with more dark lamps than the best; none where a turn
 // about a line of lamps is open and no prior closes it.
-void list(const std::vector<naming::PoseHypothesis>& found,
-          const naming::AssignmentProblem& problem, Result<Identification>& result) {
+void list(const std::vector<PoseHypothesis>& found, const AssignmentProblem& problem,
+          Result<Identification>& result) {
   const IdentifyOptions& options = *problem.options;
   const bool prior = options.prior && !options.prior->empty();
-  for (const naming::PoseHypothesis& e : found) {
-    const naming::PoseHypothesis& best = found.front();
+  for (const PoseHypothesis& e : found) {
+    const PoseHypothesis& best = found.front();
     const int more = std::clamp(e.missed - best.missed, 0, more_dark);
     if (e.chi2 > best.chi2 + plausible_chi2 + more * options.miss_penalty) continue;
     result.value.hypotheses.push_back(to_hypothesis(problem, e));
-    if (&e != &best)
-      result.value.hypotheses.back().symmetry = naming::name_symmetry(problem, best, e);
+    if (&e != &best) result.value.hypotheses.back().symmetry = name_symmetry(problem, best, e);
     if (prior || !on_a_line(problem, e.pairs, e.estimate.pose, e.attached)) continue;
     result.value.hypotheses.clear();
     result.status = Status::degenerate;
@@ -112,8 +111,8 @@ void say_symmetries(const std::vector<Hypothesis>& hypotheses, std::size_t count
   if (repeats > most) text << "; and " << repeats - most << " more";
 }
 
-void judge(Result<Identification>& result, const naming::AssignmentProblem& problem,
-           const naming::Search& search, bool reflections) {
+void judge(Result<Identification>& result, const AssignmentProblem& problem, const Search& search,
+           bool reflections) {
   const std::vector<Hypothesis>& hypotheses = result->hypotheses;
   const auto count = std::count_if(hypotheses.begin(), hypotheses.end(), [&](const Hypothesis& h) {
     return h.chi2 <= hypotheses.front().chi2 + plausible_chi2;
@@ -128,8 +127,7 @@ void judge(Result<Identification>& result, const naming::AssignmentProblem& prob
     text << count << " poses explain the same number of blobs about equally well";
     say_symmetries(hypotheses, static_cast<std::size_t>(count), text);
   } else if (!is_all_there_is(*result, problem) &&
-             result->chance >
-                 (hypotheses.front().missed > 0 ? naming::unlikely_if_missing : naming::unlikely)) {
+             result->chance > (hypotheses.front().missed > 0 ? unlikely_if_missing : unlikely)) {
     result.value.may_be_chance = true;
     result.status = Status::ambiguous;
     text << "the one pose found may be chance: " << result->chance
@@ -148,10 +146,9 @@ void judge(Result<Identification>& result, const naming::AssignmentProblem& prob
 }
 
 // The verdict on what a search has found.
-void answer(const naming::AssignmentProblem& problem, const naming::Search& search,
-            std::vector<naming::PoseHypothesis> found, bool reflections,
-            Result<Identification>& result) {
-  reflections = naming::drop_reflections(problem, found) > 0 || reflections;
+void answer(const AssignmentProblem& problem, const Search& search,
+            std::vector<PoseHypothesis> found, bool reflections, Result<Identification>& result) {
+  reflections = drop_reflections(problem, found) > 0 || reflections;
   result.value.chance = search.chance();
   list(found, problem, result);
   if (result.ok()) judge(result, problem, search, reflections);
@@ -159,17 +156,17 @@ void answer(const naming::AssignmentProblem& problem, const naming::Search& sear
 
 // The best explanation may be one of reflections: then what it leaves has a brighter one. True when
 // that is the answer.
-bool answer_by_brighter(const naming::AssignmentProblem& problem,
-                        const naming::PoseHypothesis& best, Result<Identification>& result) {
-  const std::optional<naming::AssignmentProblem> rest = naming::brighter_rest(problem, best);
+bool answer_by_brighter(const AssignmentProblem& problem, const PoseHypothesis& best,
+                        Result<Identification>& result) {
+  const std::optional<AssignmentProblem> rest = brighter_rest(problem, best);
   if (!rest) return false;
-  naming::Search search(*rest);
+  Search search(*rest);
   search.run();
-  std::vector<naming::PoseHypothesis> found = search.found();
-  naming::weigh_by_brightness(*rest, found);
+  std::vector<PoseHypothesis> found = search.found();
+  weigh_by_brightness(*rest, found);
   result.value.tried += search.tried();
-  if (found.empty() || search.chance() > naming::unlikely ||
-      !naming::outshines(found.front().brightness, best.brightness))
+  if (found.empty() || search.chance() > unlikely ||
+      !outshines(found.front().brightness, best.brightness))
     return false;
   answer(*rest, search, std::move(found), true, result);
   return true;
@@ -190,7 +187,7 @@ void IdentifyOptions::validate() const {
   require(max_hypotheses > 0, "max_hypotheses", max_hypotheses, "positive");
 }
 
-Result<Identification> naming::verdict(const AssignmentProblem& problem) {
+Result<Identification> internal::identify::verdict(const AssignmentProblem& problem) {
   Result<Identification> result;
   if (problem.sightings.size() < 3 || problem.targets.size() < 3) {
     result.status = Status::too_few_lamps;
@@ -211,8 +208,8 @@ Result<Identification> naming::verdict(const AssignmentProblem& problem) {
   Search search(problem);
   search.run();
   result.value.tried = search.tried();
-  std::vector<naming::PoseHypothesis> found = search.found();
-  naming::weigh_by_brightness(problem, found);
+  std::vector<PoseHypothesis> found = search.found();
+  weigh_by_brightness(problem, found);
   if (found.empty() || !answer_by_brighter(problem, found.front(), result))
     answer(problem, search, std::move(found), false, result);
   return result;
@@ -221,17 +218,17 @@ Result<Identification> naming::verdict(const AssignmentProblem& problem) {
 Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& scene,
                                 const IdentifyOptions& options) {
   options.validate();
-  naming::check(blobs);
+  check(blobs);
   require(!options.index || options.index->table().is_of(scene.lamps), "index",
           options.index ? options.index->triangles() : 0, "of the scene's lamps, places unchanged");
-  return naming::verdict(naming::make_problem(blobs, scene, options));
+  return verdict(make_problem(blobs, scene, options));
 }
 
 Result<Identification> identify_object(const std::vector<Blob>& blobs, const Object& object,
                                        const Camera& camera, const IdentifyOptions& options) {
   options.validate();
-  naming::check(blobs);
-  return naming::verdict(naming::make_problem(blobs, object, camera, options));
+  check(blobs);
+  return verdict(make_problem(blobs, object, camera, options));
 }
 
 }  // namespace occ

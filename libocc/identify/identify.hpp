@@ -4,17 +4,16 @@
 // geometry: a pose for every assignment of lamps to a few blob triples (P3P; pairs, when gravity is
 // known), the rest of the map projected and matched within gates that follow from the measurement's
 // covariance. All poses consistent with the map are returned, ranked. In maps of seven lamps and
-// more the poses are voted on first (identify/ballot.hpp); there only lamps that are neighbours are
-// assigned to one triple, and a pose from which more lamps are missing than its matches can
-// outweigh is none.
+// more the poses are voted on first (identify/internal/ballot.hpp); there only lamps that are
+// neighbours are assigned to one triple, and a pose from which more lamps are missing than its
+// matches can outweigh is none.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <cstdint>
 #include <optional>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/core/blob.hpp"
 #include "libocc/core/status.hpp"
 #include "libocc/geometry/rigid.hpp"

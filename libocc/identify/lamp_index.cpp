@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/identify/lamp_index.hpp"
 
-#include "libocc/identify/lamp_table.hpp"
+#include "libocc/identify/internal/lamp_table.hpp"
 
 namespace occ {
 
+using namespace internal::identify;
+
 LampIndex::LampIndex(const std::vector<Lamp>& lamps)
-    : table_(std::make_shared<const naming::LampTable>(lamps)) {}
+    : table_(std::make_shared<const LampTable>(lamps)) {}
 
 bool LampIndex::applies() const { return table_->applies(); }
 

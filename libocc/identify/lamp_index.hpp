@@ -3,17 +3,16 @@
 // lamps, as star trackers keep those of stars. Lamps must hang at one height, most of them to 2 cm.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <cstddef>
 #include <memory>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/scene/lamp.hpp"
 
 namespace occ {
 
-namespace naming {
+namespace internal::identify {
 class LampTable;
 }
 
@@ -26,10 +25,10 @@ class LIBOCC_API LampIndex {
   bool applies() const;
   std::size_t triangles() const;
 
-  const naming::LampTable& table() const { return *table_; }
+  const internal::identify::LampTable& table() const { return *table_; }
 
  private:
-  std::shared_ptr<const naming::LampTable> table_;
+  std::shared_ptr<const internal::identify::LampTable> table_;
 };
 
 }  // namespace occ

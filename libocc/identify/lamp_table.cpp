@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/lamp_table.hpp"
-//
+#include "libocc/identify/internal/lamp_table.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
-namespace occ::naming {
+namespace occ::internal::identify {
 namespace {
 
 constexpr double one_height_m = 0.02;  // lamps of one height are within
@@ -16,7 +16,7 @@ constexpr double most = 0.8;           // of all lamps
 template <class Range, class Key>
 std::vector<int> run_ends(const Range& sorted, std::size_t count, const Key& key) {
   std::vector<int> ends(count, 0);
-  for (const auto& item : sorted) ++ends[static_cast<std::size_t>(key(item))];
+  for (const auto& item : sorted) ++ends[key(item)];
   std::partial_sum(ends.begin(), ends.end(), ends.begin());
   return ends;
 }
@@ -60,7 +60,7 @@ std::size_t LampTable::find_height() {
     height_m_ += sorted[best + i] / static_cast<double>(largest);
   double off2 = 0;
   for (int i = 0; i < static_cast<int>(heights_m_.size()); ++i) {
-    const double off = heights_m_[static_cast<std::size_t>(i)] - height_m_;
+    const double off = heights_m_[i] - height_m_;
     if (std::abs(off) > one_height_m) continue;
     members_.push_back(i);
     off2 += off * off;
@@ -110,8 +110,7 @@ template <class Visit>
 void LampTable::visit_cell(int x, int y, const Visit& visit) const {
   if (x < 0 || y < 0 || x >= cells_[0] || y >= cells_[1]) return;
   const auto cell = static_cast<std::size_t>(x * cells_[1] + y);
-  for (int i = cell == 0 ? 0 : cell_ends_[cell - 1]; i < cell_ends_[cell]; ++i)
-    visit(members_[static_cast<std::size_t>(i)]);
+  for (int i = cell == 0 ? 0 : cell_ends_[cell - 1]; i < cell_ends_[cell]; ++i) visit(members_[i]);
 }
 
 int LampTable::lamp_near(const Complex& at, double distance_m) const {
@@ -200,4 +199,4 @@ void LampTable::add_triangles() {
   shape_ends_ = run_ends(triangles_, cells_re * cells_im, cell);
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

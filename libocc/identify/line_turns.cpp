@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/line_turns.hpp"
-//
+#include "libocc/identify/internal/line_turns.hpp"
+
 #include <array>
 #include <cmath>
 
 #include "libocc/geometry/so3.hpp"
-#include "libocc/pose/spread.hpp"
+#include "libocc/pose/internal/spread.hpp"
 
-namespace occ::naming {
+namespace occ::internal::identify {
+
+using namespace internal::pose;
 
 bool on_a_line(const AssignmentProblem& problem, const std::vector<Pair>& pairs, const Rigid3& pose,
                const std::vector<Match>& attached) {
@@ -21,7 +23,7 @@ bool on_a_line(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
   for (const Match& match : attached) centres.col(column++) = problem.target(match.lamp).centre;
   const double distance = (pose * Eigen::Vector3d(centres.rowwise().mean())).norm();
   const double sigma_rad = std::sqrt(variance / static_cast<double>(pairs.size()));
-  return height_over_line(centres) < least_seen_height * sigma_rad * distance;
+  return height_over_line(centres) < min_seen_height * sigma_rad * distance;
 }
 
 std::vector<Rigid3> turns_by_prior(const AssignmentProblem& problem, const Naming& naming,
@@ -29,8 +31,7 @@ std::vector<Rigid3> turns_by_prior(const AssignmentProblem& problem, const Namin
   constexpr std::size_t count = 72;  // the prior is smooth over 5 degrees
   constexpr double step_rad = 2 * 3.141592653589793 / count;
   Eigen::Matrix3d ends;
-  for (int i = 0; i < 3; ++i)
-    ends.col(i) = problem.target(naming[static_cast<std::size_t>(i)].target).centre;
+  for (int i = 0; i < 3; ++i) ends.col(i) = problem.target(naming[i].target).centre;
   const Triple spread = spread_triple(ends);
   const Eigen::Vector3d on_line = ends.col(spread[0]);
   const Eigen::Vector3d along = (ends.col(spread[1]) - on_line).normalized();
@@ -48,4 +49,4 @@ std::vector<Rigid3> turns_by_prior(const AssignmentProblem& problem, const Namin
   return best;
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

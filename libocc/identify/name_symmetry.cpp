@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/name_symmetry.hpp"
-//
+#include "libocc/identify/internal/name_symmetry.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include "libocc/geometry/so3.hpp"
 
-namespace occ::naming {
+namespace occ::internal::identify {
 namespace {
 
 /// Lamps that the same blobs are by one explanation and by the other, as columns.
@@ -28,7 +28,7 @@ Counterparts counterparts(const AssignmentProblem& problem, const PoseHypothesis
   Counterparts c;
   for (Eigen::Matrix3Xd* m : {&c.from, &c.to, &c.from_normals, &c.to_normals}) m->resize(3, count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const auto [a, b] = lamps[static_cast<std::size_t>(i)];
+    const auto [a, b] = lamps[i];
     c.from.col(i) = problem.target(a).centre;
     c.to.col(i) = problem.target(b).centre;
     c.from_normals.col(i) = problem.target(a).normal;
@@ -93,15 +93,15 @@ std::string text_of(const Screw& s, bool moves_along) {
 }
 
 void name(const Counterparts& c, Symmetry& s) {
-  constexpr double least_turn_rad = 0.01, least_shift = 0.02;  // of the lamps' spread
+  constexpr double min_turn_rad = 0.01, min_shift = 0.02;  // of the lamps' spread
   const Eigen::Vector3d turn = so3_log(s.world_from_world.rotation);
-  if (turn.norm() < least_turn_rad) {
+  if (turn.norm() < min_turn_rad) {
     s.kind = SymmetryKind::shift;
     s.text = "shift by " + millimetres(s.world_from_world.translation) + " m";
     return;
   }
   const Screw screw = screw_of(s.world_from_world, turn, c.from.rowwise().mean());
-  const bool moves_along = std::abs(screw.along_m) > least_shift * c.spread_m;
+  const bool moves_along = std::abs(screw.along_m) > min_shift * c.spread_m;
   s.kind = moves_along ? SymmetryKind::screw : SymmetryKind::turn;
   s.text = text_of(screw, moves_along);
 }
@@ -139,4 +139,4 @@ Symmetry name_symmetry(const AssignmentProblem& problem, const PoseHypothesis& b
   return s;
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/point_pose.hpp"
-//
+#include "libocc/identify/internal/point_pose.hpp"
+
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <limits>
 
-namespace occ::naming {
+namespace occ::internal::identify {
 namespace {
 
 struct NormalEquations {
@@ -161,4 +161,4 @@ FittedPose fit_pose_with_prior(const AssignmentProblem& problem, const std::vect
   });
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

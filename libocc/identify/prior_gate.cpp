@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/prior_gate.hpp"
-//
+#include "libocc/identify/internal/prior_gate.hpp"
+
 #include <Eigen/Geometry>
 #include <cmath>
 
-namespace occ::naming {
+namespace occ::internal::identify {
 namespace {
 
 constexpr double sigmas = 6;
@@ -46,8 +46,8 @@ bool PriorGate::allows(const Eigen::Vector3d& place, double cosine, double sine,
   const Eigen::Vector2d right(cosine * right_.x() + sine * right_.y(),
                               cosine * right_.y() - sine * right_.x());
   const double reach = right.norm();
-  const double most_rad = sigmas * std::sqrt(heading_variance_ + turn2) / std::max(reach, 1e-6);
-  return most_rad > 3.14159 || right.dot(*heading_) >= reach * std::cos(most_rad);
+  const double max_rad = sigmas * std::sqrt(heading_variance_ + turn2) / std::max(reach, 1e-6);
+  return max_rad > 3.14159 || right.dot(*heading_) >= reach * std::cos(max_rad);
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/problem.hpp"
-//
+#include "libocc/identify/internal/problem.hpp"
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
-#include "libocc/scene/vignetting.hpp"
+#include "libocc/scene/internal/vignetting.hpp"
 
-namespace occ::naming {
+namespace occ::internal::identify {
+
+using namespace internal::scene;
 namespace {
 
 void add_targets(AssignmentProblem& problem, std::vector<MapPoint> targets) {
@@ -97,7 +99,7 @@ void measure_size(const Blob& blob, const Eigen::Matrix2d& rad_per_px, BearingOb
                                      (rad_per_px * across).norm() * blob.ellipse.semi_minor_px);
   const double pixel_rad = rad_per_px.norm();
   const double grown_px = blob.saturated ? growth_px : 0;
-  s.least_radius_rad = (radius_rad - (error_px + grown_px) * pixel_rad) / tolerance;
+  s.min_radius_rad = (radius_rad - (error_px + grown_px) * pixel_rad) / tolerance;
   s.largest_radius_rad = (radius_rad + error_px * pixel_rad) * tolerance;
   if (blob.saturated || blob.cut_by_border || blob.striped || !(blob.ellipse.semi_minor_px > 0))
     return;
@@ -126,9 +128,9 @@ bool is_almost_whole(const Blob& blob) {
 
 // Nothing when the pixel is outside the camera's domain.
 std::optional<BearingObservation> make_sighting(const AssignmentProblem& problem, int blob_index) {
-  constexpr double least_variance_px2 = 1e-8;  // noise-free blobs under a perfect model
-  constexpr double cut_sigma_px = 0.5;         // an ellipse through part of a rim
-  const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(blob_index)];
+  constexpr double min_variance_px2 = 1e-8;  // noise-free blobs under a perfect model
+  constexpr double cut_sigma_px = 0.5;       // an ellipse through part of a rim
+  const Blob& blob = (*problem.blobs)[blob_index];
   Eigen::Matrix<double, 3, 2> jacobian;
   const auto bearing = problem.camera->unproject(blob.centroid_px, &jacobian);
   if (!bearing) return std::nullopt;
@@ -144,7 +146,7 @@ std::optional<BearingObservation> make_sighting(const AssignmentProblem& problem
   const double model = problem.options->model_sigma_px, cut = blob.cut_by_border ? cut_sigma_px : 0;
   const Eigen::Matrix2d pixel_covariance =
       blob.covariance_px2 +
-      (model * model + cut * cut + least_variance_px2) * Eigen::Matrix2d::Identity();
+      (model * model + cut * cut + min_variance_px2) * Eigen::Matrix2d::Identity();
   const Eigen::Matrix2d across = s.tangent * jacobian;
   s.covariance = across * pixel_covariance * across.transpose();
   s.sigma_rad = std::sqrt(s.covariance.trace() + s.parallax_rad * s.parallax_rad);
@@ -163,7 +165,7 @@ std::vector<int> lamps_of_frequency(const Blob& blob, const AssignmentProblem& p
   if (!problem.scene || !problem.options->use_frequency || !blob.frequency_hz) return lamps;
   double nearest = std::numeric_limits<double>::infinity();
   for (int i = 0; i < static_cast<int>(problem.targets.size()); ++i) {
-    const Lamp& lamp = problem.scene->lamps[static_cast<std::size_t>(i)];
+    const Lamp& lamp = problem.scene->lamps[i];
     if (!blinks(lamp)) continue;
     const double code = *lamp.frequency_hz, off = std::abs(*blob.frequency_hz - code);
     const double gate = problem.options->frequency_gate_sigma * blob.frequency_sigma_hz +
@@ -187,7 +189,7 @@ std::vector<int> lamp_of_id(const Blob& blob, const AssignmentProblem& problem) 
 }
 
 void name_by_code(BearingObservation& s, const AssignmentProblem& problem) {
-  const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(s.blob)];
+  const Blob& blob = (*problem.blobs)[s.blob];
   s.lamps = blob.lamp_id ? lamp_of_id(blob, problem) : lamps_of_frequency(blob, problem);
   s.named = !s.lamps.empty();
   if (s.named || blob.lamp_id) return;
@@ -201,9 +203,9 @@ void rule_out_by_code(AssignmentProblem& problem) {
   const std::vector<Lamp>& lamps = problem.scene->lamps;
   std::vector<char> named(lamps.size(), 0);
   for (const BearingObservation& s : problem.sightings)
-    if (s.named) named[static_cast<std::size_t>(s.lamps.front())] = 1;
+    if (s.named) named[s.lamps.front()] = 1;
   if (std::count(named.begin(), named.end(), 1) < 3) return;
-  const auto coded = [&](int lamp) { return blinks(lamps[static_cast<std::size_t>(lamp)]); };
+  const auto coded = [&](int lamp) { return blinks(lamps[lamp]); };
   for (BearingObservation& s : problem.sightings)
     if (!s.named)
       s.lamps.erase(std::remove_if(s.lamps.begin(), s.lamps.end(), coded), s.lamps.end());
@@ -221,7 +223,7 @@ void add_sightings(AssignmentProblem& problem) {
   const auto whole = std::count_if(blobs.begin(), blobs.end(),
                                    [&](const Blob& b) { return !is_cut(b) && !b.merged; });
   for (int i = 0; i < static_cast<int>(blobs.size()); ++i) {
-    const Blob& blob = blobs[static_cast<std::size_t>(i)];
+    const Blob& blob = blobs[i];
     const bool serves = whole < 3 && (blob.frequency_hz || problem.options->prior);
     if (is_cut(blob) || (blob.merged && !serves)) {
       problem.weak_blobs.push_back(i);
@@ -234,8 +236,7 @@ void add_sightings(AssignmentProblem& problem) {
   std::stable_sort(problem.sightings.begin(), problem.sightings.end(),
                    [&](const BearingObservation& a, const BearingObservation& b) {
                      if (a.named != b.named) return a.named;
-                     return blobs[static_cast<std::size_t>(a.blob)].flux_dn >
-                            blobs[static_cast<std::size_t>(b.blob)].flux_dn;
+                     return blobs[a.blob].flux_dn > blobs[b.blob].flux_dn;
                    });
   if (problem.sightings.size() > max_sightings) problem.sightings.resize(max_sightings);
 }
@@ -271,4 +272,4 @@ AssignmentProblem make_problem(const std::vector<Blob>& blobs, const Object& obj
   return make_problem(blobs, nullptr, targets_of(object), camera, options);
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/identify/recognise.hpp"
-//
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 
 #include "libocc/core/require.hpp"
-#include "libocc/identify/false_alarms.hpp"
-#include "libocc/identify/verdict.hpp"
+#include "libocc/identify/internal/false_alarms.hpp"
+#include "libocc/identify/internal/verdict.hpp"
 
 namespace occ {
+
+using namespace internal::identify;
 namespace {
 
 constexpr double plausible_chi2 = 13.8;  // 2 ln 1000
@@ -30,11 +32,11 @@ class Recogniser {
  private:
   void look_for(std::size_t object);
   double log10_objects() const { return std::log10(static_cast<double>(objects_.size())); }
-  double most_log10_false_alarms() const {  // of one object
-    return std::log10(options_.most_false_alarms) - log10_objects();
+  double max_log10_false_alarms() const {  // of one object
+    return std::log10(options_.max_false_alarms) - log10_objects();
   }
   bool is_sure(const ObjectMatch& match) const {
-    return match.log10_false_alarms <= std::log10(options_.most_false_alarms);
+    return match.log10_false_alarms <= std::log10(options_.max_false_alarms);
   }
   RecognisedObject take(std::size_t best);
 
@@ -69,26 +71,24 @@ bool contains(const Hypothesis& h, int blob) {
 void Recogniser::look_for(std::size_t object) {
   best_[object].reset();
   std::vector<Blob> blobs;
-  for (const int i : left_) blobs.push_back(blobs_[static_cast<std::size_t>(i)]);
-  const naming::AssignmentProblem all =
-      naming::make_problem(blobs_, objects_[object], camera_, options_.identify);
-  naming::AssignmentProblem problem =
-      naming::make_problem(blobs, objects_[object], camera_, options_.identify);
-  problem.least_pairs = naming::least_pairs(all, most_log10_false_alarms());
-  if (problem.least_pairs > static_cast<int>(problem.sightings.size())) return;
-  Result<Identification> found = naming::verdict(problem);
+  for (const int i : left_) blobs.push_back(blobs_[i]);
+  const AssignmentProblem all = make_problem(blobs_, objects_[object], camera_, options_.identify);
+  AssignmentProblem problem = make_problem(blobs, objects_[object], camera_, options_.identify);
+  problem.min_pairs = min_pairs(all, max_log10_false_alarms());
+  if (problem.min_pairs > static_cast<int>(problem.sightings.size())) return;
+  Result<Identification> found = verdict(problem);
   cut_short_ = cut_short_ || found->tried >= options_.identify.max_hypotheses;
   if (found->hypotheses.empty()) return;
   ObjectMatch match;
   match.object = static_cast<int>(object);
   match.poses = std::move(found.value.hypotheses);
   for (Hypothesis& h : match.poses)
-    for (Match& m : h.matches) m.blob = left_[static_cast<std::size_t>(m.blob)];
+    for (Match& m : h.matches) m.blob = left_[m.blob];
   match.plausible =
       static_cast<int>(std::count_if(match.poses.begin(), match.poses.end(), [&](const auto& h) {
         return h.chi2 <= match.poses.front().chi2 + plausible_chi2;
       }));
-  match.log10_false_alarms = naming::log10_false_alarms(all, match.poses.front()) + log10_objects();
+  match.log10_false_alarms = log10_false_alarms(all, match.poses.front()) + log10_objects();
   best_[object] = std::move(match);
 }
 
@@ -133,18 +133,18 @@ Recognition Recogniser::run() {
 
 void RecogniseOptions::validate() const {
   identify.validate();
-  require(most_false_alarms > 0 && std::isfinite(most_false_alarms), "most_false_alarms",
-          most_false_alarms, "positive");
+  require(max_false_alarms > 0 && std::isfinite(max_false_alarms), "max_false_alarms",
+          max_false_alarms, "positive");
 }
 
 Result<Recognition> recognise(const std::vector<Blob>& blobs, const std::vector<Object>& objects,
                               const Camera& camera, const RecogniseOptions& options) {
   options.validate();
-  naming::check(blobs);
+  check(blobs);
   require(!objects.empty(), "objects", "none", "at least one");
   Result<Recognition> result;
   const std::size_t whole =
-      naming::make_problem(blobs, objects.front(), camera, options.identify).sightings.size();
+      make_problem(blobs, objects.front(), camera, options.identify).sightings.size();
   result.value.log10_false_alarms.assign(objects.size(), std::numeric_limits<double>::infinity());
   if (whole < 4) {
     result.status = Status::too_few_lamps;

@@ -5,17 +5,16 @@
 // An object can be there more than once.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/identify/identify.hpp"
 
 namespace occ {
 
 struct LIBOCC_API RecogniseOptions {
   IdentifyOptions identify;  ///< its prior holds for every object
-  double most_false_alarms =
+  double max_false_alarms =
       1e-3;  ///< an object is there when chance brings fewer than this, in an image like this one
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/search.hpp"
-//
+#include "libocc/identify/internal/search.hpp"
+
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
-#include "libocc/identify/line_turns.hpp"
-#include "libocc/identify/visibility.hpp"
-#include "libocc/pose/p3p.hpp"
+#include "libocc/identify/internal/line_turns.hpp"
+#include "libocc/identify/internal/visibility.hpp"
+#include "libocc/pose/solvers/p3p.hpp"
 
-namespace occ::naming {
+namespace occ::internal::identify {
 namespace {
 
 constexpr std::size_t max_kept = 64;  // explanations; with more the answer is "cannot tell" anyway
@@ -107,7 +107,7 @@ int Search::false_lights() const {
   const auto& blobs = problem_.sightings;
   const int named = static_cast<int>(std::count_if(
       blobs.begin(), blobs.end(), [](const BearingObservation& s) { return s.named; }));
-  const int sought = std::max({most_ - named, problem_.least_pairs, 3});
+  const int sought = std::max({most_ - named, problem_.min_pairs, 3});
   const int unexplained = std::max(static_cast<int>(blobs.size()) - sought, 0);
   return most_ >= strong ? std::min(unexplained, 2) : unexplained;
 }
@@ -121,7 +121,7 @@ int Search::worth(const std::vector<Pair>& pairs) const {
 bool Search::worth_keeping(const Naming& naming, const std::vector<Pair>& pairs) const {
   const bool named = named_pairs({naming.begin(), naming.end()}) == 3;
   const std::size_t enough = named || prior_ || problem_.sightings.size() == 3 ? 3 : 4;
-  if (pairs.size() < std::max(enough, static_cast<std::size_t>(problem_.least_pairs))) return false;
+  if (pairs.size() < std::max(enough, static_cast<std::size_t>(problem_.min_pairs))) return false;
   return worth(pairs) >= most_ || (named && most_ <= worth_of_four);
 }
 
@@ -231,7 +231,7 @@ bool Search::contradicts_view(const Naming& naming) const {
 std::vector<FittedPose> Search::seeds_of(const Naming& naming) const {
   Eigen::Matrix3d bearings, points;
   for (int i = 0; i < 3; ++i) {
-    const Pair& pair = naming[static_cast<std::size_t>(i)];
+    const Pair& pair = naming[i];
     bearings.col(i) = problem_.sighting(pair.sighting).bearing;
     points.col(i) = problem_.target(pair.target).centre;
   }
@@ -301,4 +301,4 @@ void Search::merge_and_rank() {
   found_ = std::move(distinct);
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

@@ -9,14 +9,14 @@
 #include <cmath>
 #include <map>
 
-#include "libocc/identify/search.hpp"
+#include "libocc/identify/internal/search.hpp"
 
-namespace occ::naming {
+namespace occ::internal::identify {
 namespace {
 
 constexpr double cell_of_neighbours = 0.25;  // of the lamps' typical spacing
 constexpr double cell_rad = 0.15;
-constexpr std::size_t most_triples = 24, most_cells = 50;
+constexpr std::size_t max_triples = 24, max_cells = 50;
 
 using Cell = std::array<int, 6>;  // position; rotation vector
 
@@ -53,7 +53,7 @@ void Search::cluster() {
   if (ballot.knows_neighbours_only()) order.prefer_neighbours(problem_);
   std::vector<Vote> votes;
   turnout_.emplace();
-  for (std::size_t i = 0; i < most_triples && !cut_short_; ++i) {
+  for (std::size_t i = 0; i < max_triples && !cut_short_; ++i) {
     const auto triple = order.next(order.blobs() - 3);
     if (!triple) break;
     ballot.of_three(triple->sightings, 1, votes);
@@ -70,11 +70,11 @@ void Search::cluster() {
     for (const auto& [cell, members] : grid) fullest.push_back(&members);
   std::stable_sort(fullest.begin(), fullest.end(),
                    [](const auto* a, const auto* b) { return a->size() > b->size(); });
-  if (fullest.size() > most_cells) fullest.resize(most_cells);
+  if (fullest.size() > max_cells) fullest.resize(max_cells);
   for (const auto* members : fullest)
     for (const std::size_t i : *members)
       if (!known(votes[i])) consider(votes[i]);
   tried_ = spent();
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

@@ -6,9 +6,9 @@
 #include <optional>
 
 #include "libocc/core/random.hpp"
-#include "libocc/identify/search.hpp"
+#include "libocc/identify/internal/search.hpp"
 
-namespace occ::naming {
+namespace occ::internal::identify {
 namespace {
 
 // Blobs of three different sightings, and lamps that they may be.
@@ -19,7 +19,7 @@ std::optional<Naming> random_naming(const AssignmentProblem& problem, Random& ra
     pair.sighting = random.below(blobs);
     const std::vector<int>& lamps = problem.sighting(pair.sighting).lamps;
     if (lamps.empty()) return std::nullopt;
-    pair.target = lamps[static_cast<std::size_t>(random.below(static_cast<int>(lamps.size())))];
+    pair.target = lamps[random.below(static_cast<int>(lamps.size()))];
   }
   for (std::size_t i = 0; i < 3; ++i) {
     const Pair &a = naming[i], &b = naming[(i + 1) % 3];
@@ -59,4 +59,4 @@ void Search::sample() {
   }
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

@@ -4,11 +4,11 @@
 // 1995; Lamdan, Wolfson, "Geometric hashing", ICCV 1988). A perspective image of unknown tilt has
 // no invariant of three or four points of a plane that could be looked up: gravity must be known,
 // and most lamps hang at one height.
+#include "libocc/identify/internal/search.hpp"
+#include "libocc/identify/internal/shape_ballot.hpp"
 #include "libocc/identify/lamp_index.hpp"
-#include "libocc/identify/search.hpp"
-#include "libocc/identify/shape_ballot.hpp"
 
-namespace occ::naming {
+namespace occ::internal::identify {
 
 void Search::hash() {
   if (!problem_.scene || !prior_ || !problem_.options->prior->gravity_in_cam) {
@@ -30,4 +30,4 @@ void Search::hash() {
             [&]() -> const Turnout& { return ballot.turnout(); }});
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

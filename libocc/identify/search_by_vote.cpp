@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "libocc/core/statistics.hpp"
-#include "libocc/identify/search.hpp"
+#include "libocc/identify/internal/search.hpp"
 
-namespace occ::naming {
+namespace occ::internal::identify {
 namespace {
 
 // Rivals of a strong explanation come from a likeness within the map, and explain the same blobs
@@ -57,12 +57,12 @@ void Search::run_poll(const Poll& poll) {
   TripleOrder order(problem_, named_by_vote());
   // Where only neighbours are named, those of true lights may be none, as if more lights were
   // false.
-  constexpr int most_far_apart = 3;
+  constexpr int max_far_apart = 3;
   if (poll.neighbours_only) order.prefer_neighbours(problem_);
   turnout_.emplace();
   for (int far_apart = poll.neighbours_only ? 1 : 0; !cut_short_; ++far_apart) {
     vote_by_levels(poll, order, far_apart);
-    if (!poll.neighbours_only || far_apart == most_far_apart || most_ >= strong) break;
+    if (!poll.neighbours_only || far_apart == max_far_apart || most_ >= strong) break;
   }
   tried_ = spent();
 }
@@ -70,7 +70,7 @@ void Search::run_poll(const Poll& poll) {
 // All explanations of `level` blobs are found once no `blobs - level` false lights can touch all
 // groups that were voted on.
 void Search::vote_by_levels(const Poll& poll, TripleOrder& order, int far_apart) {
-  const int named = named_by_vote(), enough = std::max(prior_ ? 3 : 4, problem_.least_pairs);
+  const int named = named_by_vote(), enough = std::max(prior_ ? 3 : 4, problem_.min_pairs);
   const int blobs = static_cast<int>(problem_.sightings.size());
   std::vector<Vote> votes;
   for (int level = blobs; level >= std::max(enough, most_) && !cut_short_; --level) {
@@ -180,4 +180,4 @@ double Search::chance_of(const PoseHypothesis& e) const {
   return expected;
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/seen_together.hpp"
-//
+#include "libocc/identify/internal/seen_together.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-namespace occ::naming {
+namespace occ::internal::identify {
 namespace {
 
 using Eigen::Vector3d;
@@ -30,7 +30,7 @@ Vector3d way_into_cone(const MapPoint& target, const Vector3d& place) {
 // Where the ways d_i come to cancel, no place x is in all cones: each has d_i . (x - place) >=
 // |d_i|^2, so that sum d_i . (x - place) >= sum |d_i|^2.
 bool seen_together(const AssignmentProblem& problem, const std::vector<int>& targets) {
-  constexpr int most_steps = 300;
+  constexpr int max_steps = 300;
   constexpr double farthest = 1000, negligible = 1e-6;  // of the object's size
   std::vector<const MapPoint*> cones;
   Vector3d place = Vector3d::Zero();
@@ -39,7 +39,7 @@ bool seen_together(const AssignmentProblem& problem, const std::vector<int>& tar
       cones.push_back(&problem.target(t));
       place += 10 * problem.size_m * problem.target(t).normal;
     }
-  for (int step = 0; step < most_steps; ++step) {
+  for (int step = 0; step < max_steps; ++step) {
     Vector3d sum = Vector3d::Zero();
     double squares = 0;
     for (const MapPoint* cone : cones) {
@@ -77,4 +77,4 @@ bool SeenTogether::triple(int a, int b, int c) {
   return known == 1;
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

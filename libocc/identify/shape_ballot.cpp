@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/shape_ballot.hpp"
-//
+#include "libocc/identify/internal/shape_ballot.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 #include "libocc/geometry/so3.hpp"
 
-namespace occ::naming {
+namespace occ::internal::identify {
 namespace {
 
 constexpr double horizon = 0.1;  // sine of the elevation below which a place is hardly known
@@ -91,12 +91,12 @@ double ShapeBallot::shape_error(const std::array<const Levelled*, 3>& c) const {
 
 // Of the place where the three say that another blob's lamp is, heights one.
 double ShapeBallot::place_error(const Trio& trio, int sighting) const {
-  const Levelled& other = levelled_[static_cast<std::size_t>(sighting)];
+  const Levelled& other = levelled_[sighting];
   std::array<const Levelled*, 3> c;
   double mean2 = 0, spread2 = 0;
   const Complex middle = (trio.at[0] + trio.at[1] + trio.at[2]) / 3.0;
   for (std::size_t i = 0; i < 3; ++i) {
-    c[i] = &levelled_[static_cast<std::size_t>(trio.sightings[i])];
+    c[i] = &levelled_[trio.sightings[i]];
     mean2 += c[i]->sigma * c[i]->sigma / 3;
     spread2 += std::norm(c[i]->at - middle);
   }
@@ -132,8 +132,7 @@ void ShapeBallot::judge(const Trio& trio, const std::array<int, 3>& lamps, int l
   Vote vote;
   for (std::size_t i = 0; i < trio.others.size(); ++i) {
     const int sighting = trio.others[i];
-    const int lamp = table_.lamp_near(map(levelled_[static_cast<std::size_t>(sighting)].at),
-                                      height * trio.reach[i]);
+    const int lamp = table_.lamp_near(map(levelled_[sighting].at), height * trio.reach[i]);
     vote.further += lamp >= 0 && problem_.may_be(sighting, lamp);
   }
   if (vote.further < least) return;
@@ -149,7 +148,7 @@ void ShapeBallot::judge(const Trio& trio, const std::array<int, 3>& lamps, int l
 void ShapeBallot::of_three(const std::array<int, 3>& sightings, int least,
                            std::vector<Vote>& votes) {
   const auto& [a, b, c] = sightings;
-  const auto levelled = [&](int s) { return &levelled_[static_cast<std::size_t>(s)]; };
+  const auto levelled = [&](int s) { return &levelled_[s]; };
   const int side = levelled(a)->side;
   if (side == 0 || levelled(b)->side != side || levelled(c)->side != side) return;
   const double gate = problem_.options->gate_sigma;
@@ -177,4 +176,4 @@ void ShapeBallot::of_three(const std::array<int, 3>& sightings, int least,
   } while (std::next_permutation(order.begin(), order.end()));
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

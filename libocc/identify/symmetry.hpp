@@ -2,10 +2,9 @@
 // Why an image has several explanations: how the map repeats from one to the other.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <string>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/geometry/rigid.hpp"
 
 namespace occ {

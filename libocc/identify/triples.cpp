@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/triples.hpp"
-//
+#include "libocc/identify/internal/triples.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
-namespace occ::naming {
+namespace occ::internal::identify {
 namespace {
 
 // Triples grow with the cube; a bounded number of the best blobs is enough to find a pose.
@@ -31,7 +31,7 @@ double usefulness(const AssignmentProblem& problem, const std::array<int, 3>& s,
   const Eigen::Vector3d b = problem.sighting(s[2]).bearing - origin;
   double dimmest_dn = brightest_dn;
   for (const int i : s) {
-    const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(problem.sighting(i).blob)];
+    const Blob& blob = (*problem.blobs)[problem.sighting(i).blob];
     dimmest_dn = std::min(dimmest_dn, blob.flux_dn);
   }
   const double brightness = brightest_dn > 0 ? std::max(0.01, dimmest_dn / brightest_dn) : 1;
@@ -62,8 +62,7 @@ TripleOrder::TripleOrder(const AssignmentProblem& problem, int size)
     : blobs_(std::min(static_cast<int>(problem.sightings.size()), max_blobs)) {
   double brightest_dn = 0;
   for (const BearingObservation& s : problem.sightings)
-    brightest_dn =
-        std::max(brightest_dn, (*problem.blobs)[static_cast<std::size_t>(s.blob)].flux_dn);
+    brightest_dn = std::max(brightest_dn, (*problem.blobs)[s.blob].flux_dn);
   for (int i = 0; i < blobs_; ++i)
     for (int j = i + 1; j < blobs_; ++j) {
       if (size == 2) {
@@ -99,7 +98,7 @@ void TripleOrder::prefer_neighbours(const AssignmentProblem& problem) {
   const auto excess = [&](const std::array<int, 3>& s) {
     const double first = distance(s[0], s[1]);
     const double farthest = s[2] < 0 ? first : std::max(first, distance(s[0], s[2]));
-    return farthest / reach[static_cast<std::size_t>(s[0])];
+    return farthest / reach[s[0]];
   };
   for (BlobTriple& t : triples_) {
     std::array<int, 3> best = t.sightings, turned = t.sightings;
@@ -132,7 +131,7 @@ std::vector<std::uint64_t> TripleOrder::suspects(int size) const {
   return sets;
 }
 
-BlobTriple* TripleOrder::most_telling(int false_lights) {
+BlobTriple* TripleOrder::max_telling(int false_lights) {
   const std::vector<std::uint64_t> sets = suspects(false_lights);
   BlobTriple* best = nullptr;
   std::ptrdiff_t most = 0;
@@ -156,7 +155,7 @@ std::optional<BlobTriple> TripleOrder::next(int false_lights) {
     return t;
   };
   if (false_lights == 1 || false_lights == 2) {
-    BlobTriple* const telling = most_telling(false_lights);
+    BlobTriple* const telling = max_telling(false_lights);
     return telling ? std::optional(take(*telling)) : std::nullopt;
   }
   std::uint64_t suspects = 0;
@@ -175,4 +174,4 @@ std::optional<BlobTriple> TripleOrder::next(int false_lights) {
   return take(*found);
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/visibility.hpp"
-//
+#include "libocc/identify/internal/visibility.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 #include <optional>
 
-namespace occ::naming {
+namespace occ::internal::identify {
 namespace {
 
 struct Expected {
@@ -65,7 +65,7 @@ int find_weak_blob(const AssignmentProblem& problem, const std::vector<Match>& a
   int nearest = -1;
   double least = std::numeric_limits<double>::infinity();
   for (const int index : problem.weak_blobs) {
-    const Blob& blob = (*problem.blobs)[static_cast<std::size_t>(index)];
+    const Blob& blob = (*problem.blobs)[index];
     const bool taken = std::any_of(attached.begin(), attached.end(),
                                    [&](const Match& m) { return m.blob == index; });
     const double distance = (blob.centroid_px - expected.px).norm();
@@ -103,4 +103,4 @@ void account_for_unpaired(const AssignmentProblem& problem, PoseHypothesis& expl
   }
 }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

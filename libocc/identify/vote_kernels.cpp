@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/vote_kernels.hpp"
+#include "libocc/identify/internal/vote_kernels.hpp"
 
-namespace occ::naming {
+namespace occ::internal::identify {
+
+using namespace internal::core;
+
 namespace {
 
 template <class Lanes>
@@ -103,13 +106,13 @@ LIBOCC_INLINE LaneInts<Lanes> in_view(const Frustum& f, const LaneVector<Lanes>&
          (x.y < f.bottom * x.z);
 }
 
-constexpr int most_others = 64;
+constexpr int max_others = 64;
 
 template <class Lanes, class Errors>
 LIBOCC_INLINE void judge(const LanePose<Lanes>& pose, const Errors& errors, const Jury& jury,
                          const LaneInts<Lanes>& second, const LaneInts<Lanes>& third, int* further,
                          int* visible) {
-  LaneInts<Lanes> hit[most_others];
+  LaneInts<Lanes> hit[max_others];
   for (int s = 0; s < jury.other_count; ++s) hit[s] = LaneInts<Lanes>{};
   LaneInts<Lanes> seen{};
   const unsigned char* may_be = jury.may_be;
@@ -223,4 +226,4 @@ SolveTriples solve_triples_for_cpu(Simd simd) { return solve_triples_for(simd); 
 JudgeTriples judge_triples_for_cpu(Simd simd) { return judge_triples_for(simd); }
 JudgePairs judge_pairs_for_cpu(Simd simd) { return judge_pairs_for(simd); }
 
-}  // namespace occ::naming
+}  // namespace occ::internal::identify

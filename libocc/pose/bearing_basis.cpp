@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/pose/bearing_basis.hpp"
-//
+#include "libocc/pose/internal/bearing_basis.hpp"
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
-namespace occ {
+namespace occ::internal::pose {
 namespace {
 
 constexpr double rounding = 1e-16;
-constexpr int most_steps = 100;
+constexpr int max_steps = 100;
 constexpr double settled = 1e-15;  // 1 - cos of the angle between successive vectors
 
 }  // namespace
@@ -31,7 +31,7 @@ Eigen::VectorXd smallest_right_vector(const Eigen::MatrixXd& a) {
   for (Eigen::Index i = 0; i < columns; ++i)  // a null space, to rounding, must not divide by zero
     if (std::abs(r(i, i)) < rounding * std::abs(r(0, 0))) r(i, i) = rounding * std::abs(r(0, 0));
   Eigen::VectorXd x = Eigen::VectorXd::Unit(columns, columns - 1);
-  for (int step = 0; step < most_steps; ++step) {
+  for (int step = 0; step < max_steps; ++step) {
     Eigen::VectorXd next = r.transpose().triangularView<Eigen::Lower>().solve(x);
     next = r.triangularView<Eigen::Upper>().solve(next).normalized();
     const double change = 1 - std::abs(next.dot(x));
@@ -41,4 +41,4 @@ Eigen::VectorXd smallest_right_vector(const Eigen::MatrixXd& a) {
   return qr.colsPermutation() * x;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::pose

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/pose/candidates.hpp"
-//
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -9,14 +9,16 @@
 
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/so3.hpp"
-#include "libocc/pose/p3p_triples.hpp"
-#include "libocc/pose/point_fit.hpp"
-#include "libocc/pose/point_layout.hpp"
-#include "libocc/pose/pose_newton.hpp"
-#include "libocc/pose/spread.hpp"
-#include "libocc/pose/unit_frame.hpp"
+#include "libocc/pose/internal/p3p_triples.hpp"
+#include "libocc/pose/internal/point_fit.hpp"
+#include "libocc/pose/internal/point_layout.hpp"
+#include "libocc/pose/internal/pose_newton.hpp"
+#include "libocc/pose/internal/spread.hpp"
+#include "libocc/pose/internal/unit_frame.hpp"
 
 namespace occ {
+
+using namespace internal::pose;
 namespace {
 
 // Same pose: rotation [rad] and translation over the points' distance.
@@ -101,7 +103,7 @@ PoseProblem spread_part(const PoseProblem& p, int count) {
   part.bearings.resize(3, count);
   if (has_origins(p)) part.origins.resize(3, count);
   for (int i = 0; i < count; ++i) {
-    const int from = chosen[static_cast<std::size_t>(i)];
+    const int from = chosen[i];
     part.points.col(i) = p.points.col(from);
     part.bearings.col(i) = p.bearings.col(from);
     if (has_origins(p)) part.origins.col(i) = p.origins.col(from);

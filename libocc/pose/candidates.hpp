@@ -7,11 +7,10 @@
 // within the tolerance, merged where they coincide, and ranked.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <string>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/core/status.hpp"
 #include "libocc/pose/problem.hpp"
 #include "libocc/pose/solver.hpp"

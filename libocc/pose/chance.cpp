@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/pose/chance.hpp"
+#include "libocc/pose/internal/chance.hpp"
 
 #include <cmath>
 #include <limits>
 
-namespace occ {
+namespace occ::internal::pose {
 namespace {
 
 double log_choose(int n, int k) {
@@ -27,7 +27,7 @@ double log_false_alarms(const ChancePoses& c, int agree) {
   return log_tests(c) + log_choose(c.points - c.sample, rest) + rest * std::log(c.chance);
 }
 
-int least_agreement(const ChancePoses& c, double most) {
+int min_agreement(const ChancePoses& c, double most) {
   if (c.points <= c.sample) return c.points + 1;
   double log_nfa = log_tests(c);
   const int others = c.points - c.sample;
@@ -39,4 +39,4 @@ int least_agreement(const ChancePoses& c, double most) {
   return c.points + 1;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::pose

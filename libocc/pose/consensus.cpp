@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/pose/consensus.hpp"
-//
+#include "libocc/pose/internal/consensus.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include "libocc/core/random.hpp"
-#include "libocc/pose/consensus_cost.hpp"
-#include "libocc/pose/p3p.hpp"
-#include "libocc/pose/upright_p2p.hpp"
+#include "libocc/pose/internal/consensus_cost.hpp"
+#include "libocc/pose/internal/upright_p2p.hpp"
+#include "libocc/pose/solvers/p3p.hpp"
 
-namespace occ {
+namespace occ::internal::pose {
 namespace {
 
 constexpr double any_rad = 0.05;  // by which a pose may miss its own sample: the others judge
@@ -46,19 +46,18 @@ class Search {
   }
 
   Consensus run() {
-    int needed = needed_for(options_.least_inliers);
+    int needed = needed_for(options_.min_inliers);
     while (best_.iterations < needed) {
       ++best_.iterations;
       draw();
       const int count = options_.up_in_cam ? solve_two() : solve_three();
       for (int i = 0; i < count; ++i) {
-        const Rigid3& pose = poses_[static_cast<std::size_t>(i)];
+        const Rigid3& pose = poses_[i];
         const float cost = cost_of_(pose, bar_);
         if (!(cost < bar_)) continue;
         bar_ = cost;
         improve(pose);
-        needed =
-            needed_for(std::max(options_.least_inliers, static_cast<int>(best_.inliers.size())));
+        needed = needed_for(std::max(options_.min_inliers, static_cast<int>(best_.inliers.size())));
       }
     }
     best_.confident = needed < options_.max_iterations;
@@ -73,7 +72,7 @@ class Search {
   void draw() {
     const int n = seen_.count();
     for (int i = 0; i < sample_size_; ++i) {
-      int& drawn = sample_[static_cast<std::size_t>(i)];
+      int& drawn = sample_[i];
       do drawn = random_.below(n);
       while (std::find(sample_.begin(), sample_.begin() + i, drawn) != sample_.begin() + i);
     }
@@ -82,16 +81,16 @@ class Search {
   int solve_three() {
     Eigen::Matrix3d bearings, points;
     for (int k = 0; k < 3; ++k) {
-      bearings.col(k) = bearings_.col(sample_[static_cast<std::size_t>(k)]);
-      points.col(k) = points_.col(sample_[static_cast<std::size_t>(k)]);
+      bearings.col(k) = bearings_.col(sample_[k]);
+      points.col(k) = points_.col(sample_[k]);
     }
     return p3p_within(bearings, points, any_rad, poses_);
   }
 
   int solve_two() {
     for (int k = 0; k < 2; ++k) {
-      two_.bearings.col(k) = bearings_.col(sample_[static_cast<std::size_t>(k)]);
-      two_.points.col(k) = points_.col(sample_[static_cast<std::size_t>(k)]);
+      two_.bearings.col(k) = bearings_.col(sample_[k]);
+      two_.points.col(k) = points_.col(sample_[k]);
     }
     two_poses_.clear();
     solve_upright_p2p(two_, two_poses_);
@@ -103,16 +102,16 @@ class Search {
     each_chi2(seen_, pose, chi2_);
     indices.clear();
     for (int i = 0; i < seen_.count(); ++i)
-      if (chi2_[static_cast<std::size_t>(i)] < sigmas * sigmas) indices.push_back(i);
+      if (chi2_[i] < sigmas * sigmas) indices.push_back(i);
   }
 
   // Least squares over those who agree, by the wide gate at first, until they stay the same.
   void improve(Rigid3 pose) {
-    constexpr int most_rounds = 10, steps = 5;
+    constexpr int max_rounds = 10, steps = 5;
     constexpr double tolerance = 0.05;
     std::vector<int> indices, before;
     agreeing(pose, options_.sample_sigmas, indices);
-    for (int round = 0; round < most_rounds && indices != before; ++round) {
+    for (int round = 0; round < max_rounds && indices != before; ++round) {
       if (static_cast<int>(indices.size()) < 3) return;
       SeenPoints chosen;
       chosen.reserve(static_cast<int>(indices.size()));
@@ -129,8 +128,7 @@ class Search {
   void take(const Rigid3& pose, const std::vector<int>& indices) {
     double cost = seen_.count();
     for (const int i : indices)
-      cost -=
-          1 - chi2_[static_cast<std::size_t>(i)] / (options_.gate_sigmas * options_.gate_sigmas);
+      cost -= 1 - chi2_[i] / (options_.gate_sigmas * options_.gate_sigmas);
     if (!(cost < best_.cost)) return;
     best_.cost = cost;
     best_.pose = pose;
@@ -161,4 +159,4 @@ Consensus find_consensus(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd&
   return Search(points, bearings, seen, options).run();
 }
 
-}  // namespace occ
+}  // namespace occ::internal::pose

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/pose/consensus_cost.hpp"
+#include "libocc/pose/internal/consensus_cost.hpp"
 
 #include <cmath>
 
 #include "libocc/core/internal/multiversion.hpp"
 
-namespace occ {
+namespace occ::internal::pose {
 namespace {
 
 constexpr int lanes = 16, fields = 7, block_size = lanes * fields;
@@ -57,7 +57,7 @@ ConsensusCost::ConsensusCost(const SeenPoints& seen, const Eigen::Matrix3Xd& bea
     : simd_(simd), count_((seen.count() + lanes - 1) / lanes) {
   values_.assign(static_cast<std::size_t>(count_) * block_size, 0);  // empty lanes cost nothing
   for (int i = 0; i < seen.count(); ++i) {
-    const SeenPoints::Block& block = seen.blocks()[static_cast<std::size_t>(i / 4)];
+    const SeenPoints::Block& block = seen.blocks()[i / 4];
     const PlaneScale scale = plane_scale(block, i % 4, bearings.col(i));
     const double of_point[fields] = {block.point[0][i % 4],
                                      block.point[1][i % 4],
@@ -66,7 +66,7 @@ ConsensusCost::ConsensusCost(const SeenPoints& seen, const Eigen::Matrix3Xd& bea
                                      scale.y,
                                      scale.squared / (limit_sigmas * limit_sigmas),
                                      1};
-    float* to = &values_[static_cast<std::size_t>(i / lanes * block_size + i % lanes)];
+    float* to = &values_[i / lanes * block_size + i % lanes];
     for (int k = 0; k < fields; ++k) to[k * lanes] = static_cast<float>(of_point[k]);
   }
 }
@@ -81,4 +81,4 @@ float ConsensusCost::operator()(const Rigid3& pose, float bar) const {
   return result;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::pose

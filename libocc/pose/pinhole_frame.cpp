@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/pose/pinhole_frame.hpp"
-//
+#include "libocc/pose/internal/pinhole_frame.hpp"
+
 #include <Eigen/Geometry>
 
-namespace occ {
+namespace occ::internal::pose {
 namespace {
 
 // About the mean bearing. Image axes along a symmetry of the lamps make exact zeros, which some
 // solvers divide by.
 constexpr double roll_rad = 0.7391;
 
-constexpr double least_z = 1e-3;  // of a unit bearing; image points grow without bound below it
+constexpr double min_z = 1e-3;  // of a unit bearing; image points grow without bound below it
 
 }  // namespace
 
@@ -26,9 +26,9 @@ std::optional<PinholeFrame> pinhole_frame(const PoseProblem& problem) {
                            Eigen::Quaterniond::FromTwoVectors(mean, Eigen::Vector3d::UnitZ()))
                               .toRotationMatrix();
   const Eigen::Matrix3Xd turned = frame.turned_from_cam * problem.bearings;
-  if (!turned.allFinite() || !(turned.row(2).minCoeff() >= least_z)) return std::nullopt;
+  if (!turned.allFinite() || !(turned.row(2).minCoeff() >= min_z)) return std::nullopt;
   frame.image = turned.colwise().hnormalized();
   return frame;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::pose

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/pose/point_fit.hpp"
+#include "libocc/pose/internal/point_fit.hpp"
 
 #include <ceres/tiny_solver.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace occ {
+namespace occ::internal::pose {
 namespace {
 
 using Four = SeenPoints::Four;
@@ -164,7 +164,7 @@ void SeenPoints::add(const Eigen::Vector3d& point, const Eigen::Vector3d& bearin
 }
 
 void SeenPoints::add(const SeenPoints& other, int i) {
-  const Block& b = other.blocks_[static_cast<std::size_t>(i / 4)];
+  const Block& b = other.blocks_[i / 4];
   const int lane = i % 4;
   Eigen::Matrix<double, 2, 3> across;
   for (int k = 0; k < 2; ++k)
@@ -271,4 +271,4 @@ PointFit fit_points(const SeenPoints& seen, const Rigid3& start, int max_iterati
   return fit;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::pose

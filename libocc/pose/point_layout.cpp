@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/pose/point_layout.hpp"
-//
+#include "libocc/pose/internal/point_layout.hpp"
+
 #include <Eigen/Dense>
 
-namespace occ {
+namespace occ::internal::pose {
 namespace {
 
 // Of the widest extent. Thinner layouts carry no direction across: they are rounding.
@@ -32,4 +32,4 @@ bool spans_space(const PointLayout& layout) {
   return layout.extent[2] > thinnest * layout.extent[0];
 }
 
-}  // namespace occ
+}  // namespace occ::internal::pose

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/pose/pose_newton.hpp"
-//
+#include "libocc/pose/internal/pose_newton.hpp"
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "libocc/geometry/so3.hpp"
-#include "libocc/pose/bearing_basis.hpp"
+#include "libocc/pose/internal/bearing_basis.hpp"
 
-namespace occ {
+namespace occ::internal::pose {
 namespace {
 
 inline Eigen::Vector3d point_from_origin(const Eigen::Matrix3Xd& points,
@@ -85,4 +85,4 @@ void sharpen(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
   }
 }
 
-}  // namespace occ
+}  // namespace occ::internal::pose

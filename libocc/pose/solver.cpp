@@ -1,27 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/pose/solver.hpp"
-//
+
 #include <stdexcept>
 
-#include "libocc/pose/dlt.hpp"
-#include "libocc/pose/epnp.hpp"
-#include "libocc/pose/gp3p.hpp"
-#include "libocc/pose/gpnp.hpp"
-#include "libocc/pose/homography.hpp"
-#include "libocc/pose/ippe.hpp"
-#include "libocc/pose/iterative.hpp"
-#include "libocc/pose/p3p.hpp"
-#include "libocc/pose/p3p_gao.hpp"
-#include "libocc/pose/p3p_kneip.hpp"
-#include "libocc/pose/p3p_triples.hpp"
-#include "libocc/pose/posit.hpp"
-#include "libocc/pose/posit_coplanar.hpp"
-#include "libocc/pose/sqpnp.hpp"
-#include "libocc/pose/triangle.hpp"
-#include "libocc/pose/upnp.hpp"
-#include "libocc/pose/upright_p2p.hpp"
+#include "libocc/pose/internal/dlt.hpp"
+#include "libocc/pose/internal/epnp.hpp"
+#include "libocc/pose/internal/gp3p.hpp"
+#include "libocc/pose/internal/gpnp.hpp"
+#include "libocc/pose/internal/homography.hpp"
+#include "libocc/pose/internal/ippe.hpp"
+#include "libocc/pose/internal/iterative.hpp"
+#include "libocc/pose/internal/p3p_gao.hpp"
+#include "libocc/pose/internal/p3p_kneip.hpp"
+#include "libocc/pose/internal/p3p_triples.hpp"
+#include "libocc/pose/internal/posit.hpp"
+#include "libocc/pose/internal/posit_coplanar.hpp"
+#include "libocc/pose/internal/sqpnp.hpp"
+#include "libocc/pose/internal/triangle.hpp"
+#include "libocc/pose/internal/upnp.hpp"
+#include "libocc/pose/internal/upright_p2p.hpp"
+#include "libocc/pose/solvers/p3p.hpp"
 
 namespace occ {
+
+using namespace internal::pose;
 
 namespace {
 

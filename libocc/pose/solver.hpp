@@ -5,11 +5,10 @@
 // (pose/candidates.hpp) runs it behind a guard; use that.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <string>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/pose/problem.hpp"
 
 namespace occ {

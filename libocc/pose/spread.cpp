@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/pose/spread.hpp"
-//
+#include "libocc/pose/internal/spread.hpp"
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace occ {
+namespace occ::internal::pose {
 namespace {
 
 bool holds(const Triple& triple, int i) {
@@ -38,7 +38,7 @@ std::vector<Triple> triples_of_four(const Eigen::Matrix3Xd& points) {
     area2[i] = a.cross(b).squaredNorm();
   }
   const auto largest = std::max_element(area2.begin(), area2.end()) - area2.begin();
-  std::swap(triples[0], triples[static_cast<std::size_t>(largest)]);
+  std::swap(triples[0], triples[largest]);
   return triples;
 }
 
@@ -86,9 +86,9 @@ std::vector<Triple> triples_to_try(const Eigen::Matrix3Xd& points,
   for (std::size_t i = 0; i < index.size(); ++i)
     rest.col(static_cast<Eigen::Index>(i)) = points.col(index[i]);
   Triple third = spread_triple(rest);
-  for (int& i : third) i = index[static_cast<std::size_t>(i)];
+  for (int& i : third) i = index[i];
   triples.push_back(third);
   return triples;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::pose

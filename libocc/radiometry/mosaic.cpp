@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/radiometry/mosaic.hpp"
+#include "libocc/radiometry/internal/mosaic.hpp"
 
 #include <array>
 
-namespace occ {
+namespace occ::internal::radiometry {
 
 std::size_t colour_at(Mosaic mosaic, std::size_t place) {
   constexpr std::size_t red = 0, green = 1, blue = 2;
@@ -22,4 +22,4 @@ std::size_t colour_at(Mosaic mosaic, std::size_t place) {
   return green;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::radiometry

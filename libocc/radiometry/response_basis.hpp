@@ -7,10 +7,10 @@
 // Powers from 1 to 1/3 and sRGB's curve come out to 0.012 with three functions, to 0.005 with five.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <vector>
+
+#include "libocc/core/abi.hpp"
 
 namespace occ {
 

@@ -10,9 +10,9 @@
 // `K` is the gain in grey levels per electron of the linear signal.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <vector>
+
+#include "libocc/core/abi.hpp"
 
 namespace occ {
 

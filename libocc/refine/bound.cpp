@@ -11,6 +11,8 @@
 #include "libocc/refine/internal/problem.hpp"
 
 namespace occ {
+
+using namespace internal::refine;
 namespace {
 
 void check_pose(const Rigid3& pose) {

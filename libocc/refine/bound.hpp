@@ -7,11 +7,10 @@
 // the bound is the inverse of what is left.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/core/status.hpp"
 #include "libocc/geometry/unknown_covariance.hpp"
 #include "libocc/refine/refine.hpp"

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libocc/formation/lens_blur.hpp"
+#include "libocc/formation/internal/lens_blur.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/refine/internal/predicted_place.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
+
+using namespace internal::formation;
 namespace {
 
 constexpr int rim_probes = 32;
@@ -104,4 +106,4 @@ void ExpectedLamps::add_flux(const Lamp& lamp, double information, Normal& norma
   normal.add(row / std::sqrt(variance), 0);
 }
 
-}  // namespace occ
+}  // namespace occ::internal::refine

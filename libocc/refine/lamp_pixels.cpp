@@ -9,7 +9,7 @@
 
 #include "libocc/refine/internal/lamp_rim.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
 namespace {
 
 /// Of ln of the PSF's width: a tenth is what focus and field change it by.
@@ -325,4 +325,4 @@ double LampPixels::light_information() const {
   return products_(light, light) - mixed * mixed / products_(background, background);
 }
 
-}  // namespace occ
+}  // namespace occ::internal::refine

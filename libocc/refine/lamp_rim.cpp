@@ -8,7 +8,7 @@
 
 #include "libocc/refine/internal/predicted_place.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
 namespace {
 
 /// What a lost point costs: ten sigma, squared.
@@ -143,4 +143,4 @@ double LampRim::chi2(const State& state) const {
   return sum - pull.dot(common_gain_ * pull) + lost;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::refine

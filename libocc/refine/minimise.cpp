@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace occ {
+namespace occ::internal::refine {
 namespace {
 
 /// Length of the residuals where a lamp cannot be seen: never accepted, and its square is finite.
@@ -168,4 +168,4 @@ Minimum polish(RefineProblem& problem, const State& start, int max_iterations,
   return minimum;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::refine

@@ -7,9 +7,11 @@
 #include <string>
 
 #include "libocc/core/require.hpp"
-#include "libocc/formation/lens_blur.hpp"
+#include "libocc/formation/internal/lens_blur.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
+
+using namespace internal::formation;
 namespace {
 
 /// An ellipse has five unknowns: with fewer points the centroid says more, when there is one.
@@ -191,12 +193,12 @@ Observations observe(const std::vector<Match>& matches, const std::vector<Blob>&
   std::size_t rim_count = 0;
   for (const Match& match : matches) {
     check_match(match, scene.lamps.size(), blobs.size());
-    rim_count += blobs[static_cast<std::size_t>(match.blob)].rim.size();
+    rim_count += blobs[match.blob].rim.size();
   }
   all.rim.reserve(takes_rims(options.rung) ? rim_count : 0);
   for (const Match& match : matches) {
-    const Lamp& lamp = scene.lamps[static_cast<std::size_t>(match.lamp)];
-    const Blob& blob = blobs[static_cast<std::size_t>(match.blob)];
+    const Lamp& lamp = scene.lamps[match.lamp];
+    const Blob& blob = blobs[match.blob];
     check_axes(lamp);
     LampObservation observation{&lamp, &blob};
     const double model_variance = options.model_sigma_px * options.model_sigma_px;
@@ -218,4 +220,4 @@ Observations observe(const std::vector<Match>& matches, const std::vector<Blob>&
   return all;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::refine

@@ -6,14 +6,14 @@
 #include <algorithm>
 #include <cmath>
 
-namespace occ {
+namespace occ::internal::refine {
 namespace {
 
 constexpr double chance = 1e-3;
 const double chi2_limit = -2 * std::log(chance);  // two degrees of freedom
 
 /// Least eigenvalue of C - J S J^T over C's at which the other lamps still check this one.
-constexpr double least_redundancy = 1e-6;
+constexpr double min_redundancy = 1e-6;
 
 /// The drop in chi-square without the lamp; 0 when the others cannot check it.
 double drop_without(const LampObservation& lamp, const RefineProblem::Place& place,
@@ -21,7 +21,7 @@ double drop_without(const LampObservation& lamp, const RefineProblem::Place& pla
   const Eigen::Matrix2d covariance = lamp.place_information.inverse();
   const Eigen::Matrix2d left =
       covariance - place.jacobian * information.solve(place.jacobian.transpose());
-  if (!(left.determinant() > least_redundancy * covariance.determinant())) return 0;
+  if (!(left.determinant() > min_redundancy * covariance.determinant())) return 0;
   return place.residual_px.dot(left.inverse() * place.residual_px);
 }
 
@@ -52,4 +52,4 @@ std::optional<std::size_t> contradicting_lamp(const Observations& observations,
   return std::nullopt;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::refine

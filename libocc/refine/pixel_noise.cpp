@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace occ {
+namespace occ::internal::refine {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
@@ -16,7 +16,7 @@ constexpr double near_sigma = 4;
 constexpr double dithered_dn = 0.7;
 
 /// A pixel that always reads the same is not believed to the last.
-constexpr double least_variance_dn2 = 0.01;
+constexpr double min_variance_dn2 = 0.01;
 
 constexpr int quantisation_steps = 256;
 constexpr int rounding_steps =
@@ -28,7 +28,7 @@ double cumulative(double z) { return 0.5 * std::erfc(-z * std::sqrt(0.5)); }
 /// By the first terms of their Fourier series in the place m of the mean between grey levels, v the
 /// variance: E = m + s1, Var = v + 2 v s1' + 1/12 + s2 - s1^2.
 PixelMoments moments_of_rounded(double mean_dn, double variance_dn2) {
-  const double v = std::max(variance_dn2, least_variance_dn2);
+  const double v = std::max(variance_dn2, min_variance_dn2);
   const double damping = std::exp(-2 * pi * pi * v);
   const double sine = std::sin(2 * pi * mean_dn), cosine = std::cos(2 * pi * mean_dn);
   double shift = 0, d_shift = 0, square = 1.0 / 12;
@@ -43,7 +43,7 @@ PixelMoments moments_of_rounded(double mean_dn, double variance_dn2) {
     damped *= -std::pow(damping, 2 * k + 1);
   }
   const double variance = v + 2 * v * d_shift + square - shift * shift;
-  return {mean_dn + shift, 1 + d_shift, std::max(variance, least_variance_dn2), true};
+  return {mean_dn + shift, 1 + d_shift, std::max(variance, min_variance_dn2), true};
 }
 
 }  // namespace
@@ -78,7 +78,7 @@ PixelNoise::PixelNoise(const Sensor& sensor)
 double PixelNoise::rounding_variance(double mean_e) const {
   if (quantisation_.empty()) return rounding_variance_;
   const double at = std::clamp(mean_e / high_e_, 0.0, 1.0) * quantisation_steps;
-  return quantisation_[static_cast<std::size_t>(at + 0.5)];
+  return quantisation_[at + 0.5];
 }
 
 void PixelNoise::tabulate_rounding(double until_e) {
@@ -135,4 +135,4 @@ void PixelNoise::clip(double deviation, PixelMoments& moments) const {
   moments.variance = std::max(moments.variance - lost, rounding_variance_);
 }
 
-}  // namespace occ
+}  // namespace occ::internal::refine

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace occ {
+namespace occ::internal::refine {
 namespace {
 
 /// Around the blob's box, which the threshold has drawn a little outside the rim: enough to see the
@@ -51,7 +51,7 @@ BlobWindow WindowReader::read(const std::vector<Blob>& blobs, std::size_t index)
   const auto* bytes = static_cast<const unsigned char*>(image_.data);
   for (int y = 0; y < window.height; ++y) {
     const unsigned char* row = bytes + static_cast<std::size_t>(window.y0 + y) * image_.row_bytes;
-    float* out = &window.electrons[static_cast<std::size_t>(y * window.width)];
+    float* out = &window.electrons[y * window.width];
     if (image_.type == PixelType::u8) {
       read_row(row, image_.channels, window, out);
     } else {
@@ -70,10 +70,9 @@ BlobWindow WindowReader::read(const std::vector<Blob>& blobs, std::size_t index)
     const int bottom = std::min(window.height - 1, other.y1 + skirt_px - window.y0);
     for (int y = top; y <= bottom; ++y)
       for (int x = left; x <= right; ++x)
-        window.electrons[static_cast<std::size_t>(y * window.width + x)] =
-            std::numeric_limits<float>::quiet_NaN();
+        window.electrons[y * window.width + x] = std::numeric_limits<float>::quiet_NaN();
   }
   return window;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::refine

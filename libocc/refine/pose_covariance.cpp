@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-namespace occ {
+namespace occ::internal::refine {
 namespace {
 
 constexpr double singular = 1e-12;
@@ -50,4 +50,4 @@ PoseCovariance pose_covariance(const Normal& normal, const Eigen::Vector3d& pivo
   return pose;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::refine

@@ -5,7 +5,7 @@
 #include "libocc/formation/rim.hpp"
 #include "libocc/geometry/so3.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
 
 std::optional<Eigen::Vector2d> predicted_place_px(const Lamp& lamp, const Rigid3& cam_from_world,
                                                   const Camera& camera, Rung rung,
@@ -39,4 +39,4 @@ std::optional<Eigen::Vector2d> predicted_centroid_px(const Lamp& lamp, const Blo
   return px;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::refine

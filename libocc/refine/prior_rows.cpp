@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/refine/internal/prior_rows.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
 
 void add_prior(const Prior& prior, const Rigid3& cam_from_world, const Eigen::Vector3d& pivot,
                Normal& normal) {
@@ -14,4 +14,4 @@ void add_prior(const Prior& prior, const Rigid3& cam_from_world, const Eigen::Ve
   }
 }
 
-}  // namespace occ
+}  // namespace occ::internal::refine

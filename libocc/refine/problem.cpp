@@ -9,7 +9,7 @@
 #include "libocc/refine/internal/predicted_place.hpp"
 #include "libocc/refine/internal/prior_rows.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
 namespace {
 
 /// Bloom and blur enlarge a saturated rim by a pixel or two.
@@ -190,4 +190,4 @@ double RefineProblem::largest_motion_px(const State& state, const Eigen::Vector3
   return largest;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::refine

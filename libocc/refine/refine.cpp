@@ -14,6 +14,8 @@
 #include "libocc/refine/internal/prior_rows.hpp"
 
 namespace occ {
+
+using namespace internal::refine;
 namespace {
 
 /// Centroids bring the pose this near before the rims take over.
@@ -24,8 +26,8 @@ constexpr double largest_misfit = 4;
 
 /// Of ln of the PSF's width: more than a linear correction can make good.
 constexpr double largest_spread = 0.15;
-constexpr double least_psf_px = 0.2, largest_psf_px = 20;
-constexpr int most_revisions = 5;
+constexpr double min_psf_px = 0.2, largest_psf_px = 20;
+constexpr int max_revisions = 5;
 
 /// In tolerances: every step of the direct rung leaves less than a hundredth of the error.
 constexpr double direct_tolerance = 100;
@@ -168,7 +170,7 @@ bool revise(const RefineProblem& problem, Observations& observations) {
   log_spread /= std::max(1, count);
   if (std::abs(log_spread) > largest_spread) {
     const double revised = observations.psf_sigma_px * std::exp(log_spread);
-    observations.psf_sigma_px = std::clamp(revised, least_psf_px, largest_psf_px);
+    observations.psf_sigma_px = std::clamp(revised, min_psf_px, largest_psf_px);
     return true;
   }
   bool dropped = false;
@@ -183,7 +185,7 @@ bool revise(const RefineProblem& problem, Observations& observations) {
 /// Minimum by pixels, or nothing when it is not to be had.
 std::optional<Minimum> minimise_by_pixels(const State& start, Observations& observations,
                                           const Scene& scene, const RefineOptions& options) {
-  for (int pass = 0; pass < most_revisions && observations.has_pixels(); ++pass) {
+  for (int pass = 0; pass < max_revisions && observations.has_pixels(); ++pass) {
     RefineProblem problem(observations, scene, options, Rung::direct);
     const Minimum minimum =
         polish(problem, start, options.max_iterations, direct_tolerance * options.tolerance_px);

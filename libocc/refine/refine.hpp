@@ -22,11 +22,10 @@
 // What the arc of a turn about the lamps adds to the translation (arc_moment) is contained.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <optional>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/core/blob.hpp"
 #include "libocc/core/image.hpp"
 #include "libocc/core/status.hpp"

@@ -10,6 +10,8 @@
 #include "libocc/scene/camera_file.hpp"
 
 namespace occ {
+
+using namespace internal::scene;
 namespace {
 
 // The focal length in metres needs the pixel pitch, which belongs to the sensor.
@@ -166,7 +168,7 @@ Camera read_calibration(YamlSection& file) {
 
 }  // namespace
 
-Camera read_camera_section(YamlSection& root) {
+Camera internal::scene::read_camera_section(YamlSection& root) {
   YamlSection camera = root.section("camera");
   if (!camera.has("file")) return read_inline(camera, root);
   std::string name;

@@ -10,6 +10,9 @@
 #include "libocc/scene/internal/yaml_lines.hpp"
 
 namespace occ {
+
+using namespace internal::core;
+using namespace internal::scene;
 namespace {
 
 void write_line(const RotatingLine& line, Lines& lines) {
@@ -100,7 +103,7 @@ std::string ros_text(const Camera& camera, const std::string& name) {
 
 }  // namespace
 
-void write_camera_section(const Camera& camera, std::string& out) {
+void internal::scene::write_camera_section(const Camera& camera, std::string& out) {
   out += "camera:\n";
   Lines lines(out, "  ");
   lines.add("model", std::string(name_of(camera.kind())));

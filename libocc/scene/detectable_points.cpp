@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/scene/detectable_points.hpp"
-//
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -10,6 +10,8 @@
 #include "libocc/scene/internal/mesh_edges.hpp"
 
 namespace occ {
+
+using namespace internal::scene;
 namespace {
 
 using Eigen::Vector3d;
@@ -37,10 +39,9 @@ std::vector<Corner> corners_of(const Mesh& mesh, const DetectableOptions& option
     std::vector<Vector3d> ways;
     for (const int end : edges[v]) {
       const double length = edge_length(mesh, edges, corner.vertex, end, options.straight_rad);
-      if (length < options.least_edge * mesh.size_m) continue;
+      if (length < options.min_edge * mesh.size_m) continue;
       corner.edges_m += length;
-      ways.push_back(
-          (mesh.vertices[static_cast<std::size_t>(end)] - mesh.vertices[v]).normalized());
+      ways.push_back((mesh.vertices[end] - mesh.vertices[v]).normalized());
     }
     corner.edges = static_cast<int>(ways.size());
     if (is_corner(ways, options.straight_rad)) corners.push_back(corner);
@@ -67,10 +68,10 @@ bool hides(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector
 // Faces at the vertex itself hide it only together with the others: a way into a closed body leaves
 // it somewhere else.
 bool is_visible(const Mesh& mesh, int vertex, const Vector3d& way) {
-  const Vector3d& eye = mesh.vertices[static_cast<std::size_t>(vertex)];
+  const Vector3d& eye = mesh.vertices[vertex];
   return std::none_of(mesh.faces.begin(), mesh.faces.end(), [&](const Eigen::Vector3i& face) {
     if ((face.array() == vertex).any()) return false;
-    const auto at = [&](int k) { return mesh.vertices[static_cast<std::size_t>(face[k])]; };
+    const auto at = [&](int k) { return mesh.vertices[face[k]]; };
     return hides(at(0), at(1), at(2), eye, way);
   });
 }
@@ -128,8 +129,8 @@ bool look_at_point(const Mesh& mesh, int vertex, const std::vector<Vector3d>& wa
 void DetectableOptions::validate() const {
   require(sharp_rad > 0 && sharp_rad < pi, "sharp_rad", sharp_rad, "in (0, pi)");
   require(straight_rad > 0 && straight_rad < pi / 2, "straight_rad", straight_rad, "in (0, pi/2)");
-  require(least_edge >= 0 && least_edge < 1, "least_edge", least_edge, "in [0, 1)");
-  require(most_points > 0, "most_points", most_points, "positive");
+  require(min_edge >= 0 && min_edge < 1, "min_edge", min_edge, "in [0, 1)");
+  require(max_points > 0, "max_points", max_points, "positive");
   require(directions >= 10, "directions", directions, "at least 10");
 }
 
@@ -149,11 +150,11 @@ std::vector<DetectablePoint> detectable_points(const Eigen::Matrix3Xd& vertices,
   for (const Corner& corner : corners_of(mesh, options)) {
     DetectablePoint found;
     found.point.id = static_cast<int>(points.size());
-    found.point.position_m = mesh.vertices[static_cast<std::size_t>(corner.vertex)];
+    found.point.position_m = mesh.vertices[corner.vertex];
     found.edges = corner.edges;
     found.edges_m = corner.edges_m;
     if (look_at_point(mesh, corner.vertex, ways, found.point)) points.push_back(found);
-    if (static_cast<int>(points.size()) == options.most_points) break;
+    if (static_cast<int>(points.size()) == options.max_points) break;
   }
   return points;
 }

@@ -5,11 +5,10 @@
 // directions that agrees best with where no face hides it.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/scene/object.hpp"
 
 namespace occ {
@@ -17,8 +16,8 @@ namespace occ {
 struct LIBOCC_API DetectableOptions {
   double sharp_rad = 0.35;     ///< least angle between the normals of a sharp edge's faces
   double straight_rad = 0.35;  ///< edges that turn by less than this continue each other
-  double least_edge = 0.05;    ///< shorter edges do not count; of its box's diagonal
-  int most_points = 30;        ///< with the longest edges
+  double min_edge = 0.05;      ///< shorter edges do not count; of its box's diagonal
+  int max_points = 30;         ///< with the longest edges
   int directions = 400;        ///< from which each point is looked at
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value

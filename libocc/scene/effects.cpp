@@ -9,6 +9,8 @@
 
 namespace occ {
 
+using namespace internal::scene;
+
 const char* effect_name(Effect effect) {
   static constexpr std::array<const char*, effect_count> names{
       "extent",      "light_gradient",  "psf",        "distortion", "vignetting",

@@ -4,11 +4,11 @@
 // always, never, or when leaving it out would change the image by more than a tolerance.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <array>
 #include <cstddef>
 #include <string>
+
+#include "libocc/core/abi.hpp"
 
 namespace occ {
 

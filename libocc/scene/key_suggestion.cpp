@@ -7,7 +7,7 @@
 
 #include "libocc/scene/internal/yaml_section.hpp"
 
-namespace occ {
+namespace occ::internal::scene {
 namespace {
 
 // Units that keys of a scene file end in.
@@ -80,4 +80,4 @@ std::string suggest_key(const std::string& unknown, const std::vector<std::strin
   return nearest.empty() ? "known here: " + all : "did you mean `" + nearest + "`?";
 }
 
-}  // namespace occ
+}  // namespace occ::internal::scene

@@ -11,6 +11,8 @@
 #include "libocc/scene/internal/vector_text.hpp"
 
 namespace occ {
+
+using namespace internal::scene;
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
@@ -124,7 +126,7 @@ void Lamp::set_code(const LampCode& said) {
   require(said.channel >= 0 && said.channel < channels, "channel", said.channel,
           "below the code's " + std::to_string(channels));
   frequency_hz = wave.frequency_hz();
-  waveform = std::move(wave.chips[static_cast<std::size_t>(said.channel)]);
+  waveform = std::move(wave.chips[said.channel]);
   code = said;
 }
 

@@ -2,14 +2,13 @@
 // A lamp: where it is, what shape it has, how it shines and whether it blinks. Data only.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "libocc/codes/code.hpp"
+#include "libocc/core/abi.hpp"
 
 namespace occ {
 

@@ -2,10 +2,10 @@
 // What a lens does to the light beside projecting it. Nothing unless said. Data only.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <optional>
 #include <vector>
+
+#include "libocc/core/abi.hpp"
 
 namespace occ {
 

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/scene/internal/mesh_edges.hpp"
-//
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 
-namespace occ {
+namespace occ::internal::scene {
 namespace {
 
 Eigen::Vector3d normal_of(const Mesh& mesh, const Eigen::Vector3i& face) {
-  const auto at = [&](int k) { return mesh.vertices[static_cast<std::size_t>(face[k])]; };
+  const auto at = [&](int k) { return mesh.vertices[face[k]]; };
   return (at(1) - at(0)).cross(at(2) - at(0));
 }
 
@@ -38,7 +38,7 @@ Mesh welded(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& faces) {
     index.push_back(place->second);
   }
   for (const Eigen::Vector3i given : faces.colwise()) {
-    const auto at = [&](int k) { return index[static_cast<std::size_t>(given[k])]; };
+    const auto at = [&](int k) { return index[given[k]]; };
     const Eigen::Vector3i face(at(0), at(1), at(2));
     if (normal_of(mesh, face).norm() > empty * mesh.size_m * mesh.size_m)
       mesh.faces.push_back(face);
@@ -56,15 +56,15 @@ SharpEdges sharp_edges(const Mesh& mesh, double sharp_rad) {
   SharpEdges edges(mesh.vertices.size());
   for (const auto& [ends, of] : normals) {
     if (of.size() == 2 && angle_between(of[0], of[1]) < sharp_rad) continue;
-    edges[static_cast<std::size_t>(ends.first)].push_back(ends.second);
-    edges[static_cast<std::size_t>(ends.second)].push_back(ends.first);
+    edges[ends.first].push_back(ends.second);
+    edges[ends.second].push_back(ends.first);
   }
   return edges;
 }
 
 double edge_length(const Mesh& mesh, const SharpEdges& edges, int from, int towards,
                    double straight_rad) {
-  const auto place = [&](int v) { return mesh.vertices[static_cast<std::size_t>(v)]; };
+  const auto place = [&](int v) { return mesh.vertices[v]; };
   double length = 0;
   int at = from, next = towards;
   for (std::size_t steps = 0; steps < mesh.vertices.size(); ++steps) {
@@ -72,7 +72,7 @@ double edge_length(const Mesh& mesh, const SharpEdges& edges, int from, int towa
     length += way.norm();
     double least = straight_rad;
     int on = -1;
-    for (const int end : edges[static_cast<std::size_t>(next)]) {
+    for (const int end : edges[next]) {
       const double turn = angle_between(way, place(end) - place(next));
       if (end != at && turn < least) least = turn, on = end;
     }
@@ -83,4 +83,4 @@ double edge_length(const Mesh& mesh, const SharpEdges& edges, int from, int towa
   return length;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::scene

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/scene/object.hpp"
-//
+
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
@@ -10,10 +10,12 @@
 #include "libocc/scene/internal/vector_text.hpp"
 
 namespace occ {
+
+using namespace internal::scene;
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-constexpr std::size_t most_points = 1000;
+constexpr std::size_t max_points = 1000;
 
 void validate_point(ObjectPoint& p) {
   const std::string name = "point " + std::to_string(p.id) + ": ";
@@ -51,7 +53,7 @@ bool ObjectPoint::seen_from(const Eigen::Vector3d& camera_position) const {
 
 void Object::validate() {
   require(!name.empty(), "name", "nothing", "a word");
-  require(!points.empty() && points.size() <= most_points, "points' number", points.size(),
+  require(!points.empty() && points.size() <= max_points, "points' number", points.size(),
           "1 to 1000");
   std::map<int, std::size_t> ids;
   for (ObjectPoint& point : points) {

@@ -3,11 +3,11 @@
 // machine, corners of a body. Data only. Each point is seen from within a cone about its normal.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <string>
 #include <vector>
+
+#include "libocc/core/abi.hpp"
 
 namespace occ {
 

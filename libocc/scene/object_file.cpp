@@ -8,6 +8,9 @@
 #include "libocc/scene/object.hpp"
 
 namespace occ {
+
+using namespace internal::core;
+using namespace internal::scene;
 namespace {
 
 constexpr char object_prefix[] = "libocc-object/";

@@ -10,6 +10,8 @@
 #include "libocc/scene/internal/vector_text.hpp"
 
 namespace occ {
+
+using namespace internal::scene;
 namespace {
 
 double square(double value) { return value * value; }

@@ -12,6 +12,8 @@
 
 namespace occ {
 
+using namespace internal::scene;
+
 namespace {
 
 // Walls that light lamps from behind would be nonsense; dark ones may be a mere note on the plan.

@@ -2,14 +2,13 @@
 // Everything that is known before a picture is taken: camera, sensor, lamps, room. Data only.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "libocc/camera/camera.hpp"
+#include "libocc/core/abi.hpp"
 #include "libocc/radiometry/sensor.hpp"
 #include "libocc/scene/effects.hpp"
 #include "libocc/scene/lamp.hpp"

@@ -9,6 +9,8 @@
 #include "libocc/scene/scene_file.hpp"
 
 namespace occ {
+
+using namespace internal::scene;
 namespace {
 
 template <typename Curve>
@@ -92,7 +94,7 @@ void read_code(YamlSection section, Lamp& lamp) {
   section.read("line", said.code.line, line_code_words());
   section.read("repeats", said.code.repeats);
   section.read("frame_rate_hz", said.code.frame_rate_hz);
-  section.read("least_hz", said.code.least_hz);
+  section.read("min_hz", said.code.min_hz);
   section.refuse_unknown();
   section.check([&] { lamp.set_code(said); });
 }

@@ -9,6 +9,9 @@
 #include "libocc/scene/scene_file.hpp"
 
 namespace occ {
+
+using namespace internal::core;
+using namespace internal::scene;
 namespace {
 
 template <typename T>
@@ -123,8 +126,8 @@ std::string code_text(const LampCode& said) {
          ", checksum: " + word(checksum_words(), code.checksum) +
          ", clock_hz: " + text_of(code.clock_hz) + ", line: " + word(line_code_words(), code.line) +
          ", repeats: " + std::to_string(code.repeats) +
-         ", frame_rate_hz: " + text_of(code.frame_rate_hz) +
-         ", least_hz: " + text_of(code.least_hz) + "}";
+         ", frame_rate_hz: " + text_of(code.frame_rate_hz) + ", min_hz: " + text_of(code.min_hz) +
+         "}";
 }
 
 void write_blinking(const Lamp& lamp, Lines& lines) {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <charconv>
 
-namespace occ {
+namespace occ::internal::scene {
 
 void refuse_other_schema(YamlSection& root, const std::string& prefix, int newest) {
   std::string schema;
@@ -21,4 +21,4 @@ void refuse_other_schema(YamlSection& root, const std::string& prefix, int newes
     root.fail_value("schema", "is newer than this library, which reads up to " + own);
 }
 
-}  // namespace occ
+}  // namespace occ::internal::scene

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/scene/tag.hpp"
-//
+
 #include <Eigen/Geometry>
 #include <cmath>
 
@@ -8,6 +8,8 @@
 #include "libocc/scene/internal/vector_text.hpp"
 
 namespace occ {
+
+using namespace internal::scene;
 
 Rigid3 Tag::world_from_tag() const {
   Rigid3 pose;

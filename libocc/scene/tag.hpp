@@ -3,11 +3,10 @@
 // front, x points right, y up, and the normal towards the viewer.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <string>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/geometry/rigid.hpp"
 
 namespace occ {

@@ -5,11 +5,10 @@
 // it is exact for every row. Turns between waypoints are the shorter way round.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <string>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/geometry/rigid.hpp"
 
 namespace occ {

@@ -12,6 +12,9 @@
 #include "libocc/scene/trajectory.hpp"
 
 namespace occ {
+
+using namespace internal::core;
+using namespace internal::scene;
 namespace {
 
 constexpr double unit_tolerance = 1e-2;  // of a quaternion written with two digits

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/scene/vignetting.hpp"
+#include "libocc/scene/internal/vignetting.hpp"
 
 #include <algorithm>
 
-namespace occ {
+namespace occ::internal::scene {
 
 Vignetting::Vignetting(const Scene& scene)
     : coefficients_(scene.lens.vignetting),
@@ -21,4 +21,4 @@ double Vignetting::transmission(const Eigen::Vector2d& px) const {
   return 1 + transmission;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::scene

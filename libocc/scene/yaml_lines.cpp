@@ -6,7 +6,7 @@
 
 #include "libocc/scene/internal/angle.hpp"
 
-namespace occ {
+namespace occ::internal::scene {
 
 std::string text_of(double value) {
   std::array<char, 32> digits{};
@@ -48,4 +48,4 @@ void Lines::add(const std::string& key, const std::string& value) {
   if (const auto dash = indent_.find('-'); dash != std::string::npos) indent_[dash] = ' ';
 }
 
-}  // namespace occ
+}  // namespace occ::internal::scene

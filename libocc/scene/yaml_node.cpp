@@ -13,7 +13,9 @@
 
 #include "libocc/core/internal/file.hpp"
 
-namespace occ {
+namespace occ::internal::scene {
+
+using namespace internal::core;
 namespace {
 
 constexpr std::size_t max_bytes = 4u << 20;  // some 50000 lamps
@@ -208,4 +210,4 @@ std::shared_ptr<const YamlNode> read_yaml(const std::string& path) {
   return parse_yaml(read_file(path), path);
 }
 
-}  // namespace occ
+}  // namespace occ::internal::scene

@@ -9,7 +9,7 @@
 
 #include "libocc/scene/internal/angle.hpp"
 
-namespace occ {
+namespace occ::internal::scene {
 namespace {
 
 template <typename T>
@@ -231,4 +231,4 @@ void YamlSection::fail_value(const std::string& key, const std::string& rule) co
   fail(key, rule + ", got " + node_->find(key)->value->describe());
 }
 
-}  // namespace occ
+}  // namespace occ::internal::scene

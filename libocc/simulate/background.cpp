@@ -10,7 +10,7 @@
 #include "libocc/simulate/internal/mosaic.hpp"
 #include "libocc/simulate/internal/room_surfaces.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
@@ -34,7 +34,7 @@ double surface_electrons(const SceneView& view, double factor) {
 }
 
 // That a lamp, seen by a camera of s times the focal length, brings to a pixel.
-double most_electrons(const Lamp& lamp, const SceneView& view, double s2) {
+double max_electrons(const Lamp& lamp, const SceneView& view, double s2) {
   constexpr double off_centre = 1.2;  // a lamp's radiance is not the same in all of it
   const Sensor& sensor = view.scene.sensor;
   const double whole = lamp_electrons(lamp, view.cam_from_world, view.scene.camera, sensor) *
@@ -85,7 +85,7 @@ double ghost_electrons(const SceneView& view) {
   double electrons = 0;
   for (const Ghost& ghost : view.scene.lens.ghosts)
     for (const Lamp& lamp : view.scene.lamps)
-      electrons += ghost.strength * most_electrons(lamp, view, ghost.scale * ghost.scale);
+      electrons += ghost.strength * max_electrons(lamp, view, ghost.scale * ghost.scale);
   return electrons;
 }
 
@@ -102,4 +102,4 @@ double background_electrons(const SceneView& view) {
          if_there(view, Effect::ghosts, ghosts_model, ghost_electrons);
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "libocc/formation/lens_blur.hpp"
+#include "libocc/formation/internal/lens_blur.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
+
+using namespace internal::formation;
 namespace {
 constexpr double pi = 3.14159265358979323846;
 constexpr double root_e = 1.6487212707001282;
@@ -76,4 +78,4 @@ double change_by_spread_e(const LampView& seen, const SceneView& view, double le
   return std::min(of_point, seen.full_e * std::min({1.0, swept, bend * spread}));
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

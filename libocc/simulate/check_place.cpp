@@ -7,7 +7,7 @@
 
 #include "libocc/core/require.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 bool on_face(const Lamp& lamp, const Eigen::Vector3d& position) {
@@ -48,4 +48,4 @@ void check_in_room(const Eigen::Vector3d& size_m, const Eigen::Vector3d& positio
     require(false, "cam_from_world", position.transpose(), "in the room whose walls are rendered");
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -9,12 +9,12 @@
 #include "libocc/core/internal/multiversion.hpp"
 #include "libocc/core/random.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 constexpr int numbers = 1 << 16;
-constexpr std::size_t most_levels = 4096;  // more, and most numbers need refining
-constexpr std::size_t most_compared = 40;  // more, and looking up is faster
+constexpr std::size_t max_levels = 4096;  // more, and most numbers need refining
+constexpr std::size_t max_compared = 40;  // more, and looking up is faster
 
 double normal_probability(double z) { return 0.5 * std::erfc(-z * std::sqrt(0.5)); }
 
@@ -102,7 +102,7 @@ DarkNoise::DarkNoise(const Sensor& sensor, const Digitiser& digitiser, double me
   const double deviation = std::sqrt(mean_e + sensor.read_noise_e * sensor.read_noise_e);
   first_level_ = digitiser.grey_level(mean_e - 9 * deviation - 1);
   const int last = digitiser.grey_level(mean_e + 9 * deviation + 30);
-  if (last - first_level_ > static_cast<int>(most_levels)) return;
+  if (last - first_level_ > static_cast<int>(max_levels)) return;
   const PixelDistribution distribution(sensor, mean_e);
   for (int level = first_level_; level < last; ++level)
     cumulative_.push_back(distribution.below(digitiser.upper_bound_e(level)));
@@ -110,7 +110,7 @@ DarkNoise::DarkNoise(const Sensor& sensor, const Digitiser& digitiser, double me
     if (probability * numbers < numbers)
       steps_.push_back(static_cast<std::uint16_t>(probability * numbers));
   cumulative_.push_back(1);
-  if (steps_.size() <= most_compared) return;
+  if (steps_.size() <= max_compared) return;
   levels_.resize(numbers);
   for (std::size_t number = 0; number < levels_.size(); ++number)
     levels_[number] = static_cast<std::uint16_t>(
@@ -154,9 +154,9 @@ void DarkNoise::draw_batch(Simd simd, const NoiseKey& key, const RandomWords& ra
   compare_for(simd)({steps_.data(), static_cast<int>(steps_.size())}, first_level_, number, count,
                     levels, unsure.data(), &unsure_count);
   for (int i = 0; i < unsure_count; ++i) {
-    const int begin = unsure[static_cast<std::size_t>(i)];
+    const int begin = unsure[i];
     refine(begin, std::min(begin + spare, count));
   }
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -7,7 +7,7 @@
 
 #include "libocc/core/internal/multiversion.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 struct Line {
@@ -65,12 +65,11 @@ Digitiser::Digitiser(const Sensor& sensor)
   if (sensor.response == Response::linear) return;
   bounds_e_.resize(static_cast<std::size_t>(levels_ - 1));
   for (int level = 0; level < levels_ - 1; ++level)
-    bounds_e_[static_cast<std::size_t>(level)] = sensor.linear_dn(level + 0.5) / gain_;
+    bounds_e_[level] = sensor.linear_dn(level + 0.5) / gain_;
 }
 
 double Digitiser::upper_bound_e(int level) const {
-  return bounds_e_.empty() ? (level + 0.5 - black_) / gain_
-                           : bounds_e_[static_cast<std::size_t>(level)];
+  return bounds_e_.empty() ? (level + 0.5 - black_) / gain_ : bounds_e_[level];
 }
 
 int Digitiser::level_of(double electrons) const {
@@ -104,4 +103,4 @@ void Digitiser::grey_levels(Simd simd, const float* electrons, int count,
     levels[i] = static_cast<std::uint16_t>(level_of(static_cast<double>(electrons[i])));
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

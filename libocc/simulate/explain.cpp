@@ -14,11 +14,13 @@
 #include "libocc/simulate/renderer.hpp"
 
 namespace occ {
+
+using namespace internal::simulate;
 namespace {
 
 /// Metres that the position moves at most when each centroid moves by a pixel.
 double position_gain(const Scene& scene, const Rigid3& pose) {
-  constexpr double least_singular_value = 1e-9;  // of the largest: less is none
+  constexpr double min_singular_value = 1e-9;  // of the largest: less is none
   Eigen::Matrix<double, Eigen::Dynamic, 6> rows(0, 6);
   for (const Lamp& lamp : scene.lamps) {
     const Eigen::Vector3d in_cam = pose * lamp.centre_m;
@@ -34,7 +36,7 @@ double position_gain(const Scene& scene, const Rigid3& pose) {
   if (rows.rows() < 6) return none;
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(rows, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::VectorXd& values = svd.singularValues();
-  if (!(values(5) > least_singular_value * values(0))) return none;
+  if (!(values(5) > min_singular_value * values(0))) return none;
   const Eigen::MatrixXd gain =
       svd.matrixV() * values.cwiseInverse().asDiagonal() * svd.matrixU().transpose();
   double sum = 0;

@@ -3,10 +3,9 @@
 // simulate, and who want to know what was left out.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <array>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/simulate/plan.hpp"
 
 namespace occ {

@@ -5,7 +5,7 @@
 
 #include "libocc/core/internal/multiversion.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 template <Simd>
@@ -154,4 +154,4 @@ void Exposure::expose(const Signal& signal, const Frame& frame, Rendered& out) {
   }
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

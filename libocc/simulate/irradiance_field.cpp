@@ -6,17 +6,17 @@
 #include "libocc/core/internal/multiversion.hpp"
 #include "libocc/formation/light.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 using Weights = IrradianceField::Weights;
-constexpr int most_step = IrradianceField::most_step;
+constexpr int max_step = IrradianceField::max_step;
 
 // The largest power of two up to a fiftieth of the focal length: cubics then err by about 1e-7.
 int step_of(const Camera& camera) {
   const double most = std::min(camera.fx_px(), camera.fy_px()) / 50;
   int step = 1;
-  while (step < most_step && 2 * step <= most) step *= 2;
+  while (step < max_step && 2 * step <= most) step *= 2;
   return step;
 }
 
@@ -30,8 +30,7 @@ Weights weights_from(double first, int step) {
   Weights weights{};
   for (int i = 0; i < step; ++i) {
     const std::array<double, 4> at = cubic(first + static_cast<double>(i) / step);
-    for (std::size_t node = 0; node < 4; ++node)
-      weights[node][static_cast<std::size_t>(i)] = static_cast<float>(at[node]);
+    for (std::size_t node = 0; node < 4; ++node) weights[node][i] = static_cast<float>(at[node]);
   }
   return weights;
 }
@@ -64,14 +63,14 @@ LIBOCC_INLINE void interpolate_all(const Job& job, int step, float* __restrict t
       const float* n = job.nodes + row * job.columns + across.first;
       const float n0 = n[0], n1 = n[1], n2 = n[2], n3 = n[3];
       for (int i = 0; i < step; ++i)
-        line[i] = w[i] * n0 + w[i + most_step] * n1 + w[i + 2 * most_step] * n2 +
-                  w[i + 3 * most_step] * n3;
+        line[i] =
+            w[i] * n0 + w[i + max_step] * n1 + w[i + 2 * max_step] * n2 + w[i + 3 * max_step] * n3;
     }
   const std::ptrdiff_t width = (job.columns - 1) * step;
   for (int y = 0; y < job.height; ++y, to += width) {
     const Stencil down = stencil_of(y / step, job.rows);
     const float* w = job.weights[down.interval].data()->data() + y % step;
-    const float w0 = w[0], w1 = w[most_step], w2 = w[2 * most_step], w3 = w[3 * most_step];
+    const float w0 = w[0], w1 = w[max_step], w2 = w[2 * max_step], w3 = w[3 * max_step];
     const float* __restrict from = job.lines + down.first * width;
     for (std::ptrdiff_t x = 0; x < width; ++x)
       to[x] =
@@ -82,7 +81,7 @@ LIBOCC_INLINE void interpolate_all(const Job& job, int step, float* __restrict t
 template <Simd>
 LIBOCC_INLINE void interpolate_body(Job job, float* to) {
   // The usual step is known to the compiler.
-  job.step == most_step ? interpolate_all(job, most_step, to) : interpolate_all(job, job.step, to);
+  job.step == max_step ? interpolate_all(job, max_step, to) : interpolate_all(job, job.step, to);
 }
 LIBOCC_MULTIVERSION(interpolate, (Job job, float* to), (job, to))
 
@@ -124,4 +123,4 @@ void IrradianceField::fill(const Lamp& lamp, const Rigid3& cam_from_world, const
     }
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

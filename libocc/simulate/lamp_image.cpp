@@ -5,11 +5,13 @@
 #include <cmath>
 #include <utility>
 
+#include "libocc/formation/internal/sharp_coverage.hpp"
 #include "libocc/formation/light.hpp"
-#include "libocc/formation/sharp_coverage.hpp"
 #include "libocc/simulate/internal/irradiance_field.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
+
+using namespace internal::formation;
 namespace {
 
 // All light in the pixel that it falls on.
@@ -44,8 +46,8 @@ class PatchSum {
     for (const Patch& part : parts_)
       for (int y = 0; y < part.height; ++y)
         for (int x = 0; x < part.width; ++x)
-          all.values[static_cast<std::size_t>((part.y0 + y - all.y0) * all.width + part.x0 + x -
-                                              all.x0)] += part.at(part.x0 + x, part.y0 + y);
+          all.values[(part.y0 + y - all.y0) * all.width + part.x0 + x - all.x0] +=
+              part.at(part.x0 + x, part.y0 + y);
     return all;
   }
 
@@ -218,7 +220,7 @@ const PatchOf<float>& LampRenderer::light_around(const Lamp& lamp, const Rigid3&
   if (vignetting_)
     for (int y = 0; y < light.height; ++y)
       for (int x = 0; x < light.width; ++x)
-        light.values[static_cast<std::size_t>(y * light.width + x)] *= static_cast<float>(
+        light.values[y * light.width + x] *= static_cast<float>(
             vignetting_->transmission(Eigen::Vector2d(light.x0 + x, light.y0 + y)));
   return light;
 }
@@ -367,4 +369,4 @@ bool LampRenderer::render(const Lamp& lamp, PaddedPatch& image) const {
   return true;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -8,7 +8,9 @@
 
 #include "libocc/formation/rim.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
+
+using namespace internal::formation;
 namespace {
 
 constexpr int rim_points = 16;
@@ -383,4 +385,4 @@ double path_px(const Lamp& lamp, const Motion& motion, const Camera& camera, dou
   return longest;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

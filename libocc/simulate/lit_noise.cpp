@@ -9,11 +9,11 @@
 #include "libocc/core/random.hpp"
 #include "libocc/simulate/internal/normal_variate.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
-constexpr double least_read_noise_e = 1;
-constexpr double most_skewness = 0.1;
+constexpr double min_read_noise_e = 1;
+constexpr double max_skewness = 0.1;
 constexpr double certain_deviations = 7;  // from the full well: then clipped, or not, to 1e-12
 
 // Above this a normal variable differs from a Poisson one by a skewness of less than 1e-4.
@@ -65,14 +65,14 @@ LIBOCC_MULTIVERSION(draw,
 
 LitNoise::LitNoise(const Sensor& sensor)
     : full_well_e_(sensor.full_well_e), read_noise_e_(sensor.read_noise_e) {
-  if (read_noise_e_ < least_read_noise_e) {
+  if (read_noise_e_ < min_read_noise_e) {
     skewed_ = {-1, std::numeric_limits<float>::infinity()};
     return;
   }
   // Skewness mean / (mean + read^2)^1.5 is largest at 2 read^2 and falls off on both sides.
   const double variance = read_noise_e_ * read_noise_e_;
   const auto is_skewed = [&](double mean) {
-    return mean > most_skewness * std::pow(mean + variance, 1.5);
+    return mean > max_skewness * std::pow(mean + variance, 1.5);
   };
   const auto edge = [&](double inside, double outside) {
     for (int i = 0; i < 60; ++i) {
@@ -82,7 +82,7 @@ LitNoise::LitNoise(const Sensor& sensor)
     return static_cast<float>(outside);
   };
   if (is_skewed(2 * variance))
-    skewed_ = {edge(2 * variance, 0), edge(2 * variance, 1 / (most_skewness * most_skewness))};
+    skewed_ = {edge(2 * variance, 0), edge(2 * variance, 1 / (max_skewness * max_skewness))};
   const double half = 0.5 * certain_deviations, root = std::sqrt(half * half + full_well_e_);
   near_full_ = {static_cast<float>((root - half) * (root - half)),
                 static_cast<float>((root + half) * (root + half))};
@@ -115,7 +115,7 @@ void LitNoise::draw(Simd simd, const NoiseKey& key, const RandomWords& random, s
     int unsure_count = 0;
     draw_for(simd)(job, mean_e, words, part, electrons, unsure.data(), &unsure_count);
     for (int k = 0; k < unsure_count; ++k) {
-      const int begin = unsure[static_cast<std::size_t>(k)];
+      const int begin = unsure[k];
       for (int i = begin; i < std::min(begin + batch, part); ++i)
         if (skewed_.contains(mean_e[i]) || near_full_.contains(mean_e[i]))
           electrons[i] = static_cast<float>(
@@ -124,4 +124,4 @@ void LitNoise::draw(Simd simd, const NoiseKey& key, const RandomWords& random, s
   }
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

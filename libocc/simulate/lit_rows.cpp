@@ -5,7 +5,7 @@
 
 #include "libocc/core/internal/multiversion.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 constexpr int lanes = PaddedPatch::padding;
@@ -111,4 +111,4 @@ void light_row(Simd simd, double electrons, const float* c, int count, float* to
   evenly_for(simd)(static_cast<float>(electrons), c, count, to);
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace occ {
+namespace occ::internal::simulate {
 
 Motion::Motion(const Scene& scene, const Rigid3& cam_from_world, const SimulateOptions& options,
                const Effects& effects)
@@ -57,10 +57,10 @@ std::vector<LightNode> Motion::nodes(const Lamp& lamp, int line, int panels) con
 
 std::optional<Motion::Seen> Motion::seen(const Eigen::Vector3d& point_in_world,
                                          const Camera& camera) const {
-  constexpr int most_steps = 30;  // each divides the error by the lines that a point moves per line
+  constexpr int max_steps = 30;  // each divides the error by the lines that a point moves per line
   double time_s = still_s();
   Seen seen;
-  for (int step = 0; step < most_steps; ++step) {
+  for (int step = 0; step < max_steps; ++step) {
     seen.pose = pose_at(time_s);
     const auto px = camera.project(seen.pose * point_in_world);
     if (!px) return std::nullopt;
@@ -73,4 +73,4 @@ std::optional<Motion::Seen> Motion::seen(const Eigen::Vector3d& point_in_world,
   return seen;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -8,7 +8,7 @@
 #include "libocc/formation/rim.hpp"
 #include "libocc/simulate/internal/blur.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 constexpr double blur_sigmas = 5;
 constexpr int rim_points = 16;
@@ -95,4 +95,4 @@ bool any_comes_into_view(const SceneView& view, const Motion& motion) {
   return false;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

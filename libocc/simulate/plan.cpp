@@ -11,6 +11,8 @@
 #include "libocc/simulate/internal/planning.hpp"
 
 namespace occ {
+
+using namespace internal::simulate;
 namespace {
 
 using Models = std::array<const EffectModel*, effect_count>;
@@ -58,7 +60,7 @@ Bound whole_bound(Effect effect, const SceneView& view) {
       bound.dn += model.bound(make_view(seen.scene, seen.cam_from_world, seen.options)).dn;
     }
   if (changes_blooming(effect) && (bound.dn > 0 || bound.px > 0)) {
-    const Bound spill = most_spill(view);
+    const Bound spill = max_spill(view);
     bound.dn += spill.dn;
     bound.px += spill.px;
   }
@@ -117,7 +119,8 @@ void settle_consequences(RenderPlan& plan) {
 
 }  // namespace
 
-RenderPlan make_plan(const Scene& scene, const SimulateOptions& options, const SceneView* view) {
+RenderPlan internal::simulate::make_plan(const Scene& scene, const SimulateOptions& options,
+                                         const SceneView* view) {
   RenderPlan plan;
   for (std::size_t i = 0; i < effect_count; ++i) {
     EffectPlan& part = plan.effects[i];

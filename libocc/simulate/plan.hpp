@@ -7,11 +7,10 @@
 // Bounds come from closed forms (simulate/effects/, each with its derivation), not from rendering.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <array>
 #include <string>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/scene/scene.hpp"
 #include "libocc/simulate/simulate.hpp"
 

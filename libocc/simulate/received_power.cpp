@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "libocc/core/quadrature.hpp"
+#include "libocc/core/internal/quadrature.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/radiometry/lambertian.hpp"
@@ -16,6 +16,11 @@
 #include "libocc/simulate/internal/vignetting.hpp"
 
 namespace occ {
+
+using namespace internal::scene;
+using namespace internal::formation;
+using namespace internal::core;
+using namespace internal::simulate;
 namespace {
 
 constexpr double pi = 3.14159265358979323846;

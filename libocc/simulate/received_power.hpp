@@ -15,10 +15,9 @@
 // the whole lamp's.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/scene.hpp"
 

@@ -22,6 +22,8 @@
 #include "libocc/simulate/internal/truth.hpp"
 
 namespace occ {
+
+using namespace internal::simulate;
 namespace {
 
 constexpr double no_electrons = 1e-6;  // less than this in a pixel is rounding

@@ -3,10 +3,9 @@
 // images have in common (tables of the PSF, of the response and of the noise, memory) is made once.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <memory>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/core/simd.hpp"
 #include "libocc/simulate/simulate.hpp"
 

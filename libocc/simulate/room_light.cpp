@@ -7,14 +7,17 @@
 #include <map>
 #include <optional>
 
+#include "libocc/formation/internal/shadow.hpp"
 #include "libocc/formation/light.hpp"
-#include "libocc/formation/shadow.hpp"
 #include "libocc/simulate/internal/check_place.hpp"
 #include "libocc/simulate/internal/mosaic.hpp"
 #include "libocc/simulate/internal/motion.hpp"
 #include "libocc/simulate/internal/vignetting.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
+
+using namespace internal::scene;
+using namespace internal::formation;
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
@@ -140,4 +143,4 @@ void add_room_light(const Frame& frame, Signal& signal) {
   }
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -6,10 +6,12 @@
 #include <cmath>
 #include <limits>
 
-#include "libocc/formation/shadow.hpp"
+#include "libocc/formation/internal/shadow.hpp"
 #include "libocc/radiometry/lambertian.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
+
+using namespace internal::formation;
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
@@ -198,7 +200,7 @@ void RoomSurfaces::solve_interreflection() {
     }
   }
   for (int face = 0; face < 6; ++face) {
-    std::vector<double>& nodes = nodes_[static_cast<std::size_t>(face)];
+    std::vector<double>& nodes = nodes_[face];
     for (int i = 0; i < nodes_per_side; ++i)
       for (int j = 0; j < nodes_per_side; ++j)
         nodes.push_back(from_tiles(all, face, at(face, node(i), node(j))));
@@ -206,15 +208,15 @@ void RoomSurfaces::solve_interreflection() {
 }
 
 double RoomSurfaces::indirect(int face, const Eigen::Vector3d& point) const {
-  const std::vector<double>& nodes = nodes_[static_cast<std::size_t>(face)];
+  const std::vector<double>& nodes = nodes_[face];
   if (nodes.empty()) return 0;
   const Between u = between(point[u_of(face)] / room_.size_m[u_of(face)]);
   const Between v = between(point[v_of(face)] / room_.size_m[v_of(face)]);
   const auto row = [&](int i) {
-    const double* from = &nodes[static_cast<std::size_t>(i * nodes_per_side + v.low)];
+    const double* from = &nodes[i * nodes_per_side + v.low];
     return from[0] + v.part * (from[1] - from[0]);
   };
   return row(u.low) + u.part * (row(u.low + 1) - row(u.low));
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

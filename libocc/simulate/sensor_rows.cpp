@@ -7,7 +7,9 @@
 #include "libocc/core/internal/multiversion.hpp"
 #include "libocc/simulate/internal/mosaic.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
+
+using namespace internal::radiometry;
 namespace {
 
 /// The sensor without the effects that the plan leaves out.
@@ -128,4 +130,4 @@ const std::vector<std::uint16_t>& SensorRows::lit(const NoiseKey& noise, const R
   });
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

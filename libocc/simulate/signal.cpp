@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 bool contains(const PixelRectangle& outer, const PixelRectangle& inner) {
@@ -55,4 +55,4 @@ void Signal::clear() {
   everywhere_ = {};
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

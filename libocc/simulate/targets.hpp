@@ -14,8 +14,6 @@
 // takes no more memory than its own pixels.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
@@ -23,6 +21,7 @@
 #include <vector>
 
 #include "libocc/camera/camera.hpp"
+#include "libocc/core/abi.hpp"
 #include "libocc/core/image.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/tag.hpp"

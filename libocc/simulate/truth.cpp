@@ -7,7 +7,9 @@
 #include "libocc/simulate/internal/motion.hpp"
 #include "libocc/simulate/internal/occlusion.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
+
+using namespace internal::formation;
 namespace {
 
 constexpr int rim_points = 64;
@@ -60,4 +62,4 @@ LampTruth lamp_truth(const Lamp& lamp, const Frame& frame, const Motion& motion,
   return truth;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

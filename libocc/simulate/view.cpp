@@ -9,7 +9,7 @@
 #include "libocc/simulate/internal/blur.hpp"
 #include "libocc/simulate/internal/mosaic.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 constexpr int rim_points = 16;
@@ -92,4 +92,4 @@ SceneView make_view(const Scene& scene, const Rigid3& cam_from_world,
   return view;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

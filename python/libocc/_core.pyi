@@ -63,11 +63,11 @@ class Code:
       line: LineCode of c_ook
       repeats: c_ook: of a sub-packet before the next one
       frame_rate_hz: of the camera; ufsook, s2psk are made for it
-      least_hz: ufsook, s2psk: blinks faster than this
+      min_hz: ufsook, s2psk: blinks faster than this
     """
     def __getstate__(self) -> dict[str, typing.Any]:
         ...
-    def __init__(self, *, kind: CodeKind = ..., id_bits: typing.SupportsInt | typing.SupportsIndex = 8, checksum: Checksum = ..., clock_hz: typing.SupportsFloat | typing.SupportsIndex = 10000.0, line: LineCode = ..., repeats: typing.SupportsInt | typing.SupportsIndex = 4, frame_rate_hz: typing.SupportsFloat | typing.SupportsIndex = 30.0, least_hz: typing.SupportsFloat | typing.SupportsIndex = 100.0) -> None:
+    def __init__(self, *, kind: CodeKind = ..., id_bits: typing.SupportsInt | typing.SupportsIndex = 8, checksum: Checksum = ..., clock_hz: typing.SupportsFloat | typing.SupportsIndex = 10000.0, line: LineCode = ..., repeats: typing.SupportsInt | typing.SupportsIndex = 4, frame_rate_hz: typing.SupportsFloat | typing.SupportsIndex = 30.0, min_hz: typing.SupportsFloat | typing.SupportsIndex = 100.0) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -103,7 +103,7 @@ class Code:
         CodeKind
         """
     @property
-    def least_hz(self) -> float:
+    def min_hz(self) -> float:
         """
         ufsook, s2psk: blinks faster than this
         """
@@ -1549,9 +1549,9 @@ class Renderer:
           spacing_sigma: rim samples are this many PSF sigmas apart
           velocity: (6,) of the camera: d [rotation, translation] / dt of cam_from_world's left perturbation [rad/s, m/s]
         """
-    def time(self, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], least_time_s: typing.SupportsFloat | typing.SupportsIndex, *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, noise_area: NoiseArea = ..., start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> float:
+    def time(self, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], min_time_s: typing.SupportsFloat | typing.SupportsIndex, *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, noise_area: NoiseArea = ..., start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> float:
         """
-        Seconds that an image takes, without its way to Python: the mean over least_time_s at least, frames counting up.
+        Seconds that an image takes, without its way to Python: the mean over min_time_s at least, frames counting up.
 
         Options:
           seed: of the noise; the same seed gives the same image
@@ -4057,12 +4057,12 @@ class PaceOptions:
     Keywords (and properties):
       braking: share of the vehicle's acceleration to brake with
       slow_radius_m: curves sharper than this are driven slower [m]
-      least_speed_m_s: at the very end and in the sharpest curve
+      min_speed_m_s: at the very end and in the sharpest curve
       end_speed_m_s: at the route's end [m/s]
     """
     def __getstate__(self) -> dict[str, typing.Any]:
         ...
-    def __init__(self, *, braking: typing.SupportsFloat | typing.SupportsIndex = 0.7, slow_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, least_speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.02, end_speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+    def __init__(self, *, braking: typing.SupportsFloat | typing.SupportsIndex = 0.7, slow_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, min_speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.02, end_speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -4083,7 +4083,7 @@ class PaceOptions:
         at the route's end [m/s]
         """
     @property
-    def least_speed_m_s(self) -> float:
+    def min_speed_m_s(self) -> float:
         """
         at the very end and in the sharpest curve
         """
@@ -4098,14 +4098,14 @@ class PurePursuitOptions:
 
     Keywords (and properties):
       lookahead_s: times the speed: how far ahead [s]
-      least_lookahead_m: [m]
-      most_lookahead_m: [m]
+      min_lookahead_m: [m]
+      max_lookahead_m: [m]
       turn_on_spot_rad: differential drive: turns first when the route leads further aside
       pace: PaceOptions
     """
     def __getstate__(self) -> dict[str, typing.Any]:
         ...
-    def __init__(self, *, lookahead_s: typing.SupportsFloat | typing.SupportsIndex = 0.2, least_lookahead_m: typing.SupportsFloat | typing.SupportsIndex = 0.1, most_lookahead_m: typing.SupportsFloat | typing.SupportsIndex = 0.6, turn_on_spot_rad: typing.SupportsFloat | typing.SupportsIndex = 0.8, pace: PaceOptions = ...) -> None:
+    def __init__(self, *, lookahead_s: typing.SupportsFloat | typing.SupportsIndex = 0.2, min_lookahead_m: typing.SupportsFloat | typing.SupportsIndex = 0.1, max_lookahead_m: typing.SupportsFloat | typing.SupportsIndex = 0.6, turn_on_spot_rad: typing.SupportsFloat | typing.SupportsIndex = 0.8, pace: PaceOptions = ...) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -4116,7 +4116,7 @@ class PurePursuitOptions:
         A copy with the given fields changed.
         """
     @property
-    def least_lookahead_m(self) -> float:
+    def min_lookahead_m(self) -> float:
         """
         [m]
         """
@@ -4126,7 +4126,7 @@ class PurePursuitOptions:
         times the speed: how far ahead [s]
         """
     @property
-    def most_lookahead_m(self) -> float:
+    def max_lookahead_m(self) -> float:
         """
         [m]
         """
@@ -4262,15 +4262,15 @@ class DockOptions:
       creep_distance_m: before the dock [m]
       creep_speed_m_s: [m/s]
       slowing_1_s: no faster than this times what is left [1/s]
-      least_speed_m_s: [m/s]
+      min_speed_m_s: [m/s]
       track_length_m: in which it comes to the axis [m]
-      most_aside_m: when creeping begins; else it backs out [m]
+      max_aside_m: when creeping begins; else it backs out [m]
       tolerance_m: along the axis [m]
       tolerance_rad: [rad]
     """
     def __getstate__(self) -> dict[str, typing.Any]:
         ...
-    def __init__(self, *, k1: typing.SupportsFloat | typing.SupportsIndex = 1.0, k2: typing.SupportsFloat | typing.SupportsIndex = 3.0, beta: typing.SupportsFloat | typing.SupportsIndex = 0.4, lambda_: typing.SupportsFloat | typing.SupportsIndex = 2.0, approach_speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.3, creep_distance_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, creep_speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.08, slowing_1_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, least_speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.01, track_length_m: typing.SupportsFloat | typing.SupportsIndex = 0.06, most_aside_m: typing.SupportsFloat | typing.SupportsIndex = 0.05, tolerance_m: typing.SupportsFloat | typing.SupportsIndex = 0.0002, tolerance_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0002) -> None:
+    def __init__(self, *, k1: typing.SupportsFloat | typing.SupportsIndex = 1.0, k2: typing.SupportsFloat | typing.SupportsIndex = 3.0, beta: typing.SupportsFloat | typing.SupportsIndex = 0.4, lambda_: typing.SupportsFloat | typing.SupportsIndex = 2.0, approach_speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.3, creep_distance_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, creep_speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.08, slowing_1_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, min_speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.01, track_length_m: typing.SupportsFloat | typing.SupportsIndex = 0.06, max_aside_m: typing.SupportsFloat | typing.SupportsIndex = 0.05, tolerance_m: typing.SupportsFloat | typing.SupportsIndex = 0.0002, tolerance_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0002) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -4316,12 +4316,12 @@ class DockOptions:
         slows curves
         """
     @property
-    def least_speed_m_s(self) -> float:
+    def min_speed_m_s(self) -> float:
         """
         [m/s]
         """
     @property
-    def most_aside_m(self) -> float:
+    def max_aside_m(self) -> float:
         """
         when creeping begins; else it backs out [m]
         """
@@ -4745,8 +4745,8 @@ class LoopOptions:
       start: PlanarPose, the true one; None: the route's begin
       start_sigma_m: of the estimate's first error [m]
       start_sigma_rad: alike [rad]
-      most_s: the run ends [s]
-      most_lost_s: without a pose so long: the run ends [s]
+      max_s: the run ends [s]
+      max_lost_s: without a pose so long: the run ends [s]
       faults: LoopFaults
       seed: of everything random
       floor: PlanarFilterOptions of the tracker's floor
@@ -4758,7 +4758,7 @@ class LoopOptions:
     """
     def __getstate__(self) -> dict[str, typing.Any]:
         ...
-    def __init__(self, *, vehicle: Vehicle = ..., vehicle_height_m: typing.SupportsFloat | typing.SupportsIndex = 0.5, follower: Follower = ..., pure_pursuit: PurePursuitOptions = ..., stanley: StanleyOptions = ..., docking: DockOptions = ..., estimation: LoopEstimation = ..., camera_place_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, 1.5], camera_pan_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, camera_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, pan_tilt: PanTiltPlan | None = None, pan_tilt_rate_rad_s: typing.SupportsFloat | typing.SupportsIndex = 2.0, frame_rate_hz: typing.SupportsFloat | typing.SupportsIndex = 30.0, control_rate_hz: typing.SupportsFloat | typing.SupportsIndex = 100.0, clock_guard_s: typing.SupportsFloat | typing.SupportsIndex = 0.1, image_noise: bool = True, start: PlanarPose | None = None, start_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 0.02, start_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.02, most_s: typing.SupportsFloat | typing.SupportsIndex = 600.0, most_lost_s: typing.SupportsFloat | typing.SupportsIndex = 10.0, faults: LoopFaults = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, floor: PlanarFilterOptions | None = ..., gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, coast_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, coast_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 0.5, confirmations: typing.SupportsInt | typing.SupportsIndex = 3) -> None:
+    def __init__(self, *, vehicle: Vehicle = ..., vehicle_height_m: typing.SupportsFloat | typing.SupportsIndex = 0.5, follower: Follower = ..., pure_pursuit: PurePursuitOptions = ..., stanley: StanleyOptions = ..., docking: DockOptions = ..., estimation: LoopEstimation = ..., camera_place_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, 1.5], camera_pan_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, camera_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, pan_tilt: PanTiltPlan | None = None, pan_tilt_rate_rad_s: typing.SupportsFloat | typing.SupportsIndex = 2.0, frame_rate_hz: typing.SupportsFloat | typing.SupportsIndex = 30.0, control_rate_hz: typing.SupportsFloat | typing.SupportsIndex = 100.0, clock_guard_s: typing.SupportsFloat | typing.SupportsIndex = 0.1, image_noise: bool = True, start: PlanarPose | None = None, start_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 0.02, start_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.02, max_s: typing.SupportsFloat | typing.SupportsIndex = 600.0, max_lost_s: typing.SupportsFloat | typing.SupportsIndex = 10.0, faults: LoopFaults = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, floor: PlanarFilterOptions | None = ..., gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, coast_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, coast_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 0.5, confirmations: typing.SupportsInt | typing.SupportsIndex = 3) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -4854,12 +4854,12 @@ class LoopOptions:
         shot and read noise
         """
     @property
-    def most_lost_s(self) -> float:
+    def max_lost_s(self) -> float:
         """
         without a pose so long: the run ends [s]
         """
     @property
-    def most_s(self) -> float:
+    def max_s(self) -> float:
         """
         the run ends [s]
         """
@@ -5941,13 +5941,13 @@ class WindowSmoother:
       poses: in the window
       huber_sigmas: a sighting further off counts less; 0: least squares
       link_gate: probability that a right odometry step is called a lie; 0: never
-      least_odometry_sigma_m: added to each odometry step's sigmas [m]
-      least_odometry_sigma_rad: alike [rad]
+      min_odometry_sigma_m: added to each odometry step's sigmas [m]
+      min_odometry_sigma_rad: alike [rad]
       walk_m: how far the body may go in a second without odometry; grows as sqrt(time) [m]
       walk_rad: alike, how far it may turn [rad]
       max_iterations: in each round of gating
     """
-    def __init__(self, poses: typing.SupportsInt | typing.SupportsIndex = 10, *, huber_sigmas: typing.SupportsFloat | typing.SupportsIndex = 3.0, link_gate: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 1e-06, walk_m: typing.SupportsFloat | typing.SupportsIndex = ..., walk_rad: typing.SupportsFloat | typing.SupportsIndex = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 60) -> None:
+    def __init__(self, poses: typing.SupportsInt | typing.SupportsIndex = 10, *, huber_sigmas: typing.SupportsFloat | typing.SupportsIndex = 3.0, link_gate: typing.SupportsFloat | typing.SupportsIndex = 1e-05, min_odometry_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 1e-05, min_odometry_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 1e-06, walk_m: typing.SupportsFloat | typing.SupportsIndex = ..., walk_rad: typing.SupportsFloat | typing.SupportsIndex = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 60) -> None:
         ...
     def add_frame(self, frame: SmootherFrame) -> WindowEstimate:
         """
@@ -5978,14 +5978,14 @@ class PlanarWindowSmoother:
       poses: in the window
       huber_sigmas: a sighting further off counts less; 0: least squares
       link_gate: probability that a right odometry step is called a lie; 0: never
-      least_odometry_sigma_m: added to each odometry step's sigmas [m]
-      least_odometry_sigma_rad: alike [rad]
+      min_odometry_sigma_m: added to each odometry step's sigmas [m]
+      min_odometry_sigma_rad: alike [rad]
       walk_m: how far the body may go in a second without odometry; grows as sqrt(time) [m]
       walk_rad: alike, how far it may turn [rad]
       max_iterations: in each round of gating
       height_m: of the body's origin; it stands upright
     """
-    def __init__(self, poses: typing.SupportsInt | typing.SupportsIndex = 10, height_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, *, huber_sigmas: typing.SupportsFloat | typing.SupportsIndex = 3.0, link_gate: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 1e-06, walk_m: typing.SupportsFloat | typing.SupportsIndex = ..., walk_rad: typing.SupportsFloat | typing.SupportsIndex = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 60) -> None:
+    def __init__(self, poses: typing.SupportsInt | typing.SupportsIndex = 10, height_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, *, huber_sigmas: typing.SupportsFloat | typing.SupportsIndex = 3.0, link_gate: typing.SupportsFloat | typing.SupportsIndex = 1e-05, min_odometry_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 1e-05, min_odometry_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 1e-06, walk_m: typing.SupportsFloat | typing.SupportsIndex = ..., walk_rad: typing.SupportsFloat | typing.SupportsIndex = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 60) -> None:
         ...
     def add_frame(self, frame: SmootherFrame) -> PlanarWindowEstimate:
         """
@@ -7804,7 +7804,7 @@ def decode(images: collections.abc.Sequence[numpy.typing.NDArray[numpy.uint8 | n
     Raises: ValueError naming the frame that is out of order, repeated or of another size, or a code
       that two lamps of the map say.
     """
-def decode_samples(code: Code, start_s: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], exposure_s: typing.SupportsFloat | typing.SupportsIndex, values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], sigma: typing.SupportsFloat | typing.SupportsIndex, channels: typing.Annotated[numpy.typing.ArrayLike, numpy.int32] | None = None, frames: typing.Annotated[numpy.typing.ArrayLike, numpy.int32] | None = None, *, max_clock_error: typing.SupportsFloat | typing.SupportsIndex = 0.00015, most_expected_errors: typing.SupportsFloat | typing.SupportsIndex = 0.05, exact_times: bool = False, period_start_s: typing.SupportsFloat | typing.SupportsIndex | None = None) -> DecodedCode:
+def decode_samples(code: Code, start_s: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], exposure_s: typing.SupportsFloat | typing.SupportsIndex, values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], sigma: typing.SupportsFloat | typing.SupportsIndex, channels: typing.Annotated[numpy.typing.ArrayLike, numpy.int32] | None = None, frames: typing.Annotated[numpy.typing.ArrayLike, numpy.int32] | None = None, *, max_clock_error: typing.SupportsFloat | typing.SupportsIndex = 0.00015, max_expected_errors: typing.SupportsFloat | typing.SupportsIndex = 0.05, exact_times: bool = False, period_start_s: typing.SupportsFloat | typing.SupportsIndex | None = None) -> DecodedCode:
     """
     Reads an id from samples of a lamp's light, a DecodedCode.
 
@@ -7813,7 +7813,7 @@ def decode_samples(code: Code, start_s: typing.Annotated[numpy.typing.ArrayLike,
 
     Options:
       max_clock_error: of lamp against camera, relative
-      most_expected_errors: wrong bits; more is `uncertain`
+      max_expected_errors: wrong bits; more is `uncertain`
       exact_times: c_ook: times are good to a quarter of a chip, so frames may be joined first
       period_start_s: known, for measuring error rates
     """
@@ -7861,7 +7861,7 @@ def detect_april_tags(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], *
       tile_px: sides of tiles in a very large image; 0: it is one
       overlap_px: of neighbouring tiles, larger than any tag
     """
-def detectable_points(vertices: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], faces: typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 3]", "flags.c_contiguous"], *, sharp_rad: typing.SupportsFloat | typing.SupportsIndex = 0.35, straight_rad: typing.SupportsFloat | typing.SupportsIndex = 0.35, least_edge: typing.SupportsFloat | typing.SupportsIndex = 0.05, most_points: typing.SupportsInt | typing.SupportsIndex = 30, directions: typing.SupportsInt | typing.SupportsIndex = 400) -> list[DetectablePoint]:
+def detectable_points(vertices: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], faces: typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 3]", "flags.c_contiguous"], *, sharp_rad: typing.SupportsFloat | typing.SupportsIndex = 0.35, straight_rad: typing.SupportsFloat | typing.SupportsIndex = 0.35, min_edge: typing.SupportsFloat | typing.SupportsIndex = 0.05, max_points: typing.SupportsInt | typing.SupportsIndex = 30, directions: typing.SupportsInt | typing.SupportsIndex = 400) -> list[DetectablePoint]:
     """
     Points of a body that can be found in images: where long sharp edges meet.
 
@@ -7872,8 +7872,8 @@ def detectable_points(vertices: typing.Annotated[numpy.typing.NDArray[numpy.floa
     Options:
       sharp_rad: least angle between the faces of a sharp edge [rad]
       straight_rad: edges that turn by less are one [rad]
-      least_edge: shorter edges do not count [its box's diagonal]
-      most_points: those with the longest edges
+      min_edge: shorter edges do not count [its box's diagonal]
+      max_points: those with the longest edges
       directions: from which each point is looked at
     """
 def dock(pose: PlanarPose, speed_m_s: typing.SupportsFloat | typing.SupportsIndex, target: PlanarPose, vehicle: Vehicle, phase: DockPhase = ..., options: DockOptions = ...) -> DockOutput:
@@ -7998,11 +7998,11 @@ def image_residuals_px(network: Network) -> typing.Annotated[numpy.typing.NDArra
     """
     (n, 2) seen minus projected [px] of every image observation.
     """
-def ladder_frame(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], steps: collections.abc.Sequence[str], least_time_s: typing.SupportsFloat | typing.SupportsIndex = 5e-05) -> LadderFrame:
+def ladder_frame(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], steps: collections.abc.Sequence[str], min_time_s: typing.SupportsFloat | typing.SupportsIndex = 5e-05) -> LadderFrame:
     """
     Runs steps of the ladder on an image whose truth is known.
 
-    steps: names of ladder_steps(); those that do not suit the lamps are left out. least_time_s: each is
+    steps: names of ladder_steps(); those that do not suit the lamps are left out. min_time_s: each is
     called until so much time has gone by. Returns: LadderFrame, without outcomes below three lamps.
     Raises: ValueError for an unknown step or an image of another size than the camera's.
     """
@@ -8149,16 +8149,16 @@ def parameter_statistics(network: Network, nominal: Network, precision: Precisio
     """
     ParameterStatistics of all free parameters; nominal: the network with their other values.
     """
-def plan_pan_tilt(scene: Scene, route: Route, *, least_lamps: typing.SupportsInt | typing.SupportsIndex = 1, least_pan_rad: typing.SupportsFloat | typing.SupportsIndex = -3.141592653589793, most_pan_rad: typing.SupportsFloat | typing.SupportsIndex = 3.141592653589793, least_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, most_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.8, pans: typing.SupportsInt | typing.SupportsIndex = 25, tilts: typing.SupportsInt | typing.SupportsIndex = 9, pan_rate_rad_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, tilt_rate_rad_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, step_m: typing.SupportsFloat | typing.SupportsIndex = 0.2, sigma_cost_1_m: typing.SupportsFloat | typing.SupportsIndex = 100.0, camera_place_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, 1.5], camera_pan_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, camera_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, margin_px: typing.SupportsFloat | typing.SupportsIndex = 4.0, sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.1, heading_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.01) -> PanTiltResult:
+def plan_pan_tilt(scene: Scene, route: Route, *, min_lamps: typing.SupportsInt | typing.SupportsIndex = 1, min_pan_rad: typing.SupportsFloat | typing.SupportsIndex = -3.141592653589793, max_pan_rad: typing.SupportsFloat | typing.SupportsIndex = 3.141592653589793, min_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, max_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.8, pans: typing.SupportsInt | typing.SupportsIndex = 25, tilts: typing.SupportsInt | typing.SupportsIndex = 9, pan_rate_rad_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, tilt_rate_rad_s: typing.SupportsFloat | typing.SupportsIndex = 1.0, step_m: typing.SupportsFloat | typing.SupportsIndex = 0.2, sigma_cost_1_m: typing.SupportsFloat | typing.SupportsIndex = 100.0, camera_place_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, 1.5], camera_pan_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, camera_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, margin_px: typing.SupportsFloat | typing.SupportsIndex = 4.0, sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.1, heading_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.01) -> PanTiltResult:
     """
     How a camera that pans and tilts keeps lamps in view along a route, within its rates: PanTiltResult.
 
     Options:
-      least_lamps: in view everywhere
-      least_pan_rad: [rad]
-      most_pan_rad: [rad]
-      least_tilt_rad: [rad]
-      most_tilt_rad: [rad]
+      min_lamps: in view everywhere
+      min_pan_rad: [rad]
+      max_pan_rad: [rad]
+      min_tilt_rad: [rad]
+      max_tilt_rad: [rad]
       pans: of the grid, both ends included
       tilts: alike
       pan_rate_rad_s: [rad/s]
@@ -8179,7 +8179,7 @@ def plan_render(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.Arra
     Returns: an EffectPlan for each effect, in the order in which light meets them.
     Raises: ValueError as simulate() does.
     """
-def plan_route(scene: Scene, start: PlanarPose, goals: collections.abc.Sequence[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]], *, least_lamps: typing.SupportsInt | typing.SupportsIndex = 1, most_sigma_m: typing.SupportsFloat | typing.SupportsIndex = ..., cell_m: typing.SupportsFloat | typing.SupportsIndex = 0.1, corner_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, vehicle_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, vehicle_height_m: typing.SupportsFloat | typing.SupportsIndex = 0.5, speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.5, turn_cost_m: typing.SupportsFloat | typing.SupportsIndex = 0.02, camera_place_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, 1.5], camera_pan_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, camera_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, margin_px: typing.SupportsFloat | typing.SupportsIndex = 4.0, sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.1, heading_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.01) -> RoutePlan:
+def plan_route(scene: Scene, start: PlanarPose, goals: collections.abc.Sequence[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex]], *, min_lamps: typing.SupportsInt | typing.SupportsIndex = 1, max_sigma_m: typing.SupportsFloat | typing.SupportsIndex = ..., cell_m: typing.SupportsFloat | typing.SupportsIndex = 0.1, corner_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, vehicle_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, vehicle_height_m: typing.SupportsFloat | typing.SupportsIndex = 0.5, speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.5, turn_cost_m: typing.SupportsFloat | typing.SupportsIndex = 0.02, camera_place_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, 1.5], camera_pan_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, camera_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, margin_px: typing.SupportsFloat | typing.SupportsIndex = 4.0, sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.1, heading_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.01) -> RoutePlan:
     """
     The shortest route over goals on which the lamps stay in view.
 
@@ -8193,8 +8193,8 @@ def plan_route(scene: Scene, start: PlanarPose, goals: collections.abc.Sequence[
     ('ok', 2.0)
 
     Options:
-      least_lamps: in view everywhere
-      most_sigma_m: of the place, everywhere [m]
+      min_lamps: in view everywhere
+      max_sigma_m: of the place, everywhere [m]
       cell_m: of the lattice [m]
       corner_radius_m: [m]
       vehicle_radius_m: [m]
@@ -8322,11 +8322,11 @@ def received_power(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.A
     >>> round(occ.dbm(float(occ.received_power(scene, pose).power_w)), 2)
     -59.01
     """
-def recognise(blobs: collections.abc.Sequence[Blob], objects: collections.abc.Sequence[Object], camera: Camera, prior: Prior | None = None, *, most_false_alarms: typing.SupportsFloat | typing.SupportsIndex = 0.001, method: IdentifyMethod = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, index: LampIndex | None = None, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, use_brightness: bool = True, light_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.2, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 1000000) -> Recognition:
+def recognise(blobs: collections.abc.Sequence[Blob], objects: collections.abc.Sequence[Object], camera: Camera, prior: Prior | None = None, *, max_false_alarms: typing.SupportsFloat | typing.SupportsIndex = 0.001, method: IdentifyMethod = ..., seed: typing.SupportsInt | typing.SupportsIndex = 0, index: LampIndex | None = None, use_frequency: bool = True, frequency_gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, frequency_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.02, gate_sigma: typing.SupportsFloat | typing.SupportsIndex = 4.0, gate_model_sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.5, miss_penalty: typing.SupportsFloat | typing.SupportsIndex = 6.0, use_brightness: bool = True, light_sigma: typing.SupportsFloat | typing.SupportsIndex = 0.2, max_hypotheses: typing.SupportsInt | typing.SupportsIndex = 1000000) -> Recognition:
     """
     Which of several objects are in an image, where, and how likely that is chance.
 
-    most_false_alarms: an object is there when chance brings fewer, in such an image.
+    max_false_alarms: an object is there when chance brings fewer, in such an image.
     Returns: Recognition. A blob is of one object; an object may be there twice.
 
     Options:
@@ -8383,7 +8383,7 @@ def resect(points_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 
 
     points_m: (n, 3), points_px: (n, 2). Returns: Resection. Raises: ValueError for counts that differ.
     """
-def robust_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, gate_sigmas: typing.SupportsFloat | typing.SupportsIndex = 4.0, confidence: typing.SupportsFloat | typing.SupportsIndex = 0.9999, max_iterations: typing.SupportsInt | typing.SupportsIndex = 100000, most_false_alarms: typing.SupportsFloat | typing.SupportsIndex = 0.0001, seed: typing.SupportsInt | typing.SupportsIndex = 0, up_in_cam: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = None, up_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.01) -> RobustPose:
+def robust_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], points_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, sigma_px: typing.SupportsFloat | typing.SupportsIndex = 1.0, *, gate_sigmas: typing.SupportsFloat | typing.SupportsIndex = 4.0, confidence: typing.SupportsFloat | typing.SupportsIndex = 0.9999, max_iterations: typing.SupportsInt | typing.SupportsIndex = 100000, max_false_alarms: typing.SupportsFloat | typing.SupportsIndex = 0.0001, seed: typing.SupportsInt | typing.SupportsIndex = 0, up_in_cam: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] | None = None, up_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.01) -> RobustPose:
     """
     The pose that most points agree with, when many were matched wrongly.
 
@@ -8398,7 +8398,7 @@ def robust_pose(points_in_world_m: typing.Annotated[numpy.typing.NDArray[numpy.f
       gate_sigmas: further off in the image a match is wrong
       confidence: that a sample without a wrong match was drawn
       max_iterations: samples
-      most_false_alarms: poses as good as the best that chance alone would bring
+      max_false_alarms: poses as good as the best that chance alone would bring
       seed: the same answer for the same seed
       up_in_cam: (3,) the world's Z in the camera's frame, unit, when known: samples of two points
       up_sigma_rad: of up_in_cam, about each axis [rad]
@@ -8407,11 +8407,11 @@ def route_conflicts(route: Route, scene: Scene, radius_m: typing.SupportsFloat |
     """
     RouteConflicts of a disc of radius_m and height_m along the route, and at its dock; in their order.
     """
-def select_parameters(network: Network, *, datum: Datum = ..., robust: bool = True, false_alarm: typing.SupportsFloat | typing.SupportsIndex = 0.01, most_correlation: typing.SupportsFloat | typing.SupportsIndex = 0.98, keep: collections.abc.Sequence[str] = []) -> Selection:
+def select_parameters(network: Network, *, datum: Datum = ..., robust: bool = True, false_alarm: typing.SupportsFloat | typing.SupportsIndex = 0.01, max_correlation: typing.SupportsFloat | typing.SupportsIndex = 0.98, keep: collections.abc.Sequence[str] = []) -> Selection:
     """
     Drops free parameters backwards until all that are left are significant and told apart.
 
-    false_alarm: level of significance. most_correlation: of two more alike, the less significant goes.
+    false_alarm: level of significance. max_correlation: of two more alike, the less significant goes.
     keep: names that are never dropped. Returns: Selection.
     """
 def simulate(scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], *, seed: typing.SupportsInt | typing.SupportsIndex = 0, frame: typing.SupportsInt | typing.SupportsIndex = 0, noise: bool = True, noise_area: NoiseArea = ..., start_s: typing.SupportsFloat | typing.SupportsIndex = 0.0, spacing_sigma: typing.SupportsFloat | typing.SupportsIndex = 1.0, velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[6, 1]"] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]) -> tuple[numpy.typing.NDArray[numpy.uint8 | numpy.uint16], Truth]:
@@ -8443,7 +8443,7 @@ def simulate_test_field(design: TestFieldDesign) -> TestField:
     """
     A network with noise and its truth. Raises: ValueError naming what makes no sense.
     """
-def smooth(frames: collections.abc.Sequence[SmootherFrame], odometry: collections.abc.Sequence[Odometry] = [], observations: collections.abc.Sequence[PoseObservation] = [], start: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]] | None = None, *, huber_sigmas: typing.SupportsFloat | typing.SupportsIndex = 3.0, link_gate: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 1e-06, walk_m: typing.SupportsFloat | typing.SupportsIndex = ..., walk_rad: typing.SupportsFloat | typing.SupportsIndex = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 60) -> Smoothing:
+def smooth(frames: collections.abc.Sequence[SmootherFrame], odometry: collections.abc.Sequence[Odometry] = [], observations: collections.abc.Sequence[PoseObservation] = [], start: collections.abc.Sequence[typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"]] | None = None, *, huber_sigmas: typing.SupportsFloat | typing.SupportsIndex = 3.0, link_gate: typing.SupportsFloat | typing.SupportsIndex = 1e-05, min_odometry_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 1e-05, min_odometry_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 1e-06, walk_m: typing.SupportsFloat | typing.SupportsIndex = ..., walk_rad: typing.SupportsFloat | typing.SupportsIndex = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 60) -> Smoothing:
     """
     The most likely poses of a body over time, all at once.
 
@@ -8459,13 +8459,13 @@ def smooth(frames: collections.abc.Sequence[SmootherFrame], odometry: collection
     Options:
       huber_sigmas: a sighting further off counts less; 0: least squares
       link_gate: probability that a right odometry step is called a lie; 0: never
-      least_odometry_sigma_m: added to each odometry step's sigmas [m]
-      least_odometry_sigma_rad: alike [rad]
+      min_odometry_sigma_m: added to each odometry step's sigmas [m]
+      min_odometry_sigma_rad: alike [rad]
       walk_m: how far the body may go in a second without odometry; grows as sqrt(time) [m]
       walk_rad: alike, how far it may turn [rad]
       max_iterations: in each round of gating
     """
-def smooth_planar(frames: collections.abc.Sequence[SmootherFrame], odometry: collections.abc.Sequence[PlanarOdometry] = [], observations: collections.abc.Sequence[PoseObservation] = [], priors: collections.abc.Sequence[PlanarPrior] = [], start: collections.abc.Sequence[PlanarPose] | None = None, height_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, *, huber_sigmas: typing.SupportsFloat | typing.SupportsIndex = 3.0, link_gate: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 1e-05, least_odometry_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 1e-06, walk_m: typing.SupportsFloat | typing.SupportsIndex = ..., walk_rad: typing.SupportsFloat | typing.SupportsIndex = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 60) -> PlanarSmoothing:
+def smooth_planar(frames: collections.abc.Sequence[SmootherFrame], odometry: collections.abc.Sequence[PlanarOdometry] = [], observations: collections.abc.Sequence[PoseObservation] = [], priors: collections.abc.Sequence[PlanarPrior] = [], start: collections.abc.Sequence[PlanarPose] | None = None, height_m: typing.SupportsFloat | typing.SupportsIndex = 0.0, *, huber_sigmas: typing.SupportsFloat | typing.SupportsIndex = 3.0, link_gate: typing.SupportsFloat | typing.SupportsIndex = 1e-05, min_odometry_sigma_m: typing.SupportsFloat | typing.SupportsIndex = 1e-05, min_odometry_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 1e-06, walk_m: typing.SupportsFloat | typing.SupportsIndex = ..., walk_rad: typing.SupportsFloat | typing.SupportsIndex = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = 60) -> PlanarSmoothing:
     """
     The most likely poses of a vehicle on a floor over time, all at once: as smooth().
 
@@ -8475,8 +8475,8 @@ def smooth_planar(frames: collections.abc.Sequence[SmootherFrame], odometry: col
     Options:
       huber_sigmas: a sighting further off counts less; 0: least squares
       link_gate: probability that a right odometry step is called a lie; 0: never
-      least_odometry_sigma_m: added to each odometry step's sigmas [m]
-      least_odometry_sigma_rad: alike [rad]
+      min_odometry_sigma_m: added to each odometry step's sigmas [m]
+      min_odometry_sigma_rad: alike [rad]
       walk_m: how far the body may go in a second without odometry; grows as sqrt(time) [m]
       walk_rad: alike, how far it may turn [rad]
       max_iterations: in each round of gating
@@ -8524,7 +8524,7 @@ def tag_poses(tag: AprilTag, size_m: typing.SupportsFloat | typing.SupportsIndex
     Returns: Candidates whose world is the tag's frame: x right, y up, z towards the viewer.
     Raises: ValueError for a size that is not positive.
     """
-def time_refine(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], rung: Rung, least_time_s: typing.SupportsFloat | typing.SupportsIndex = 0.001) -> tuple[int, int, int, float]:
+def time_refine(image: numpy.typing.NDArray[numpy.uint8 | numpy.uint16], scene: Scene, cam_from_world: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 4]"], rung: Rung, min_time_s: typing.SupportsFloat | typing.SupportsIndex = 0.001) -> tuple[int, int, int, float]:
     """
     Lamps, rim points, pixels, and the time [s] of refining a pose by them; 0: none found.
     """
@@ -8532,15 +8532,15 @@ def variance_components(network: Network, datum: Datum = ...) -> VarianceCompone
     """
     Sigmas of each camera's columns and rows from the residuals (Foerstner 1979).
     """
-def vehicle_poses(lamps_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], lamps_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, sigma_px: typing.SupportsFloat | typing.SupportsIndex, *, up_in_cam: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., most_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.3) -> VehiclePoses:
+def vehicle_poses(lamps_m: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]", "flags.c_contiguous"], lamps_px: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 2]", "flags.c_contiguous"], camera: Camera, sigma_px: typing.SupportsFloat | typing.SupportsIndex, *, up_in_cam: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., max_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.3) -> VehiclePoses:
     """
     Where a vehicle is, from three or more of its lamps whose places on it are known.
 
-    lamps_m: (n, 3), vehicle's frame: x forward, y left, z up. lamps_px: (n, 2). most_tilt_rad: between
+    lamps_m: (n, 3), vehicle's frame: x forward, y left, z up. lamps_px: (n, 2). max_tilt_rad: between
     the vehicle's z and up_in_cam. Returns: VehiclePoses; status as of solve_pose, and no_pose when none
     is upright. Raises: ValueError for counts that differ and numbers that are not finite.
     """
-def view_gaps(scene: Scene, route: Route, *, least_lamps: typing.SupportsInt | typing.SupportsIndex = 1, most_sigma_m: typing.SupportsFloat | typing.SupportsIndex = ..., cell_m: typing.SupportsFloat | typing.SupportsIndex = 0.1, corner_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, vehicle_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, vehicle_height_m: typing.SupportsFloat | typing.SupportsIndex = 0.5, speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.5, turn_cost_m: typing.SupportsFloat | typing.SupportsIndex = 0.02, camera_place_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, 1.5], camera_pan_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, camera_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, margin_px: typing.SupportsFloat | typing.SupportsIndex = 4.0, sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.1, heading_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.01) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 6]"]:
+def view_gaps(scene: Scene, route: Route, *, min_lamps: typing.SupportsInt | typing.SupportsIndex = 1, max_sigma_m: typing.SupportsFloat | typing.SupportsIndex = ..., cell_m: typing.SupportsFloat | typing.SupportsIndex = 0.1, corner_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, vehicle_radius_m: typing.SupportsFloat | typing.SupportsIndex = 0.3, vehicle_height_m: typing.SupportsFloat | typing.SupportsIndex = 0.5, speed_m_s: typing.SupportsFloat | typing.SupportsIndex = 0.5, turn_cost_m: typing.SupportsFloat | typing.SupportsIndex = 0.02, camera_place_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = [0.0, 0.0, 1.5], camera_pan_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, camera_tilt_rad: typing.SupportsFloat | typing.SupportsIndex = 0.0, margin_px: typing.SupportsFloat | typing.SupportsIndex = 4.0, sigma_px: typing.SupportsFloat | typing.SupportsIndex = 0.1, heading_sigma_rad: typing.SupportsFloat | typing.SupportsIndex = 0.01) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 6]"]:
     """
     Where along a route too little is seen: (n, 6) as RoutePlan.gaps; options as of plan_route().
     """

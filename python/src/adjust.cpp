@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/calibrate/adjust.hpp"
+#include "libocc/network/adjust.hpp"
 
 #include "fields.hpp"
-#include "libocc/calibrate/datum.hpp"
-#include "libocc/calibrate/precision.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/network/datum.hpp"
+#include "libocc/network/precision.hpp"
 #include "module.hpp"
 #include "results.hpp"
 

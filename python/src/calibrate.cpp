@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fields.hpp"
-#include "libocc/calibrate/response.hpp"
+#include "libocc/photometry/response.hpp"
 #include "module.hpp"
 #include "results.hpp"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fields.hpp"
-#include "libocc/calibrate/ambient.hpp"
-#include "libocc/calibrate/light.hpp"
 #include "libocc/detect/detect.hpp"
+#include "libocc/photometry/ambient.hpp"
+#include "libocc/photometry/light.hpp"
 #include "module.hpp"
 #include "results.hpp"
 

@@ -136,7 +136,7 @@ struct type_caster<std::vector<occ::RimPoint>> {
   static handle cast(const std::vector<occ::RimPoint>& rim, return_value_policy, handle) {
     Rows rows(static_cast<Eigen::Index>(rim.size()), 5);
     for (Eigen::Index i = 0; i < rows.rows(); ++i) {
-      const occ::RimPoint& point = rim[static_cast<std::size_t>(i)];
+      const occ::RimPoint& point = rim[i];
       rows.row(i) << point.px.transpose(), point.normal.transpose(), point.sigma_px;
     }
     return pybind11::cast(rows).release();

@@ -21,7 +21,7 @@ auto code_fields() {
       field("line", &Code::line, "LineCode of c_ook"),
       field("repeats", &Code::repeats, "c_ook: of a sub-packet before the next one"),
       field("frame_rate_hz", &Code::frame_rate_hz, "of the camera; ufsook, s2psk are made for it"),
-      field("least_hz", &Code::least_hz, "ufsook, s2psk: blinks faster than this"));
+      field("min_hz", &Code::min_hz, "ufsook, s2psk: blinks faster than this"));
 }
 
 auto lamp_code_fields() {
@@ -36,7 +36,7 @@ auto samples_fields() {
   using O = DecodeSamplesOptions;
   return std::make_tuple(
       field("max_clock_error", &O::max_clock_error, "of lamp against camera, relative"),
-      field("most_expected_errors", &O::most_expected_errors, "wrong bits; more is `uncertain`"),
+      field("max_expected_errors", &O::max_expected_errors, "wrong bits; more is `uncertain`"),
       field("exact_times", &O::exact_times,
             "c_ook: times are good to a quarter of a chip, so frames may be joined first"),
       field("period_start_s", &O::period_start_s, "known, for measuring error rates"));
@@ -120,12 +120,12 @@ std::vector<LightSample> samples_of(const Column& start_s, double exposure_s, co
   if (frames) require(frames->size() == n, "frames", frames->size(), "as many as start_s");
   std::vector<LightSample> samples(static_cast<std::size_t>(n));
   for (py::ssize_t i = 0; i < n; ++i)
-    samples[static_cast<std::size_t>(i)] = {start_s.data()[i],
-                                            exposure_s,
-                                            values.data()[i],
-                                            sigma,
-                                            channels ? channels->data()[i] : 0,
-                                            frames ? frames->data()[i] : 0};
+    samples[i] = {start_s.data()[i],
+                  exposure_s,
+                  values.data()[i],
+                  sigma,
+                  channels ? channels->data()[i] : 0,
+                  frames ? frames->data()[i] : 0};
   return samples;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/position/consistency.hpp"
+#include "libocc/smooth/consistency.hpp"
 
 #include <variant>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/position/decode.hpp"
+#include "libocc/decode/decode.hpp"
 
 #include "casters.hpp"
 #include "fields.hpp"

@@ -250,7 +250,7 @@ auto pace_fields() {
   return std::make_tuple(
       field("braking", &O::braking, "share of the vehicle's acceleration to brake with"),
       field("slow_radius_m", &O::slow_radius_m, "curves sharper than this are driven slower [m]"),
-      field("least_speed_m_s", &O::least_speed_m_s, "at the very end and in the sharpest curve"),
+      field("min_speed_m_s", &O::min_speed_m_s, "at the very end and in the sharpest curve"),
       field("end_speed_m_s", &O::end_speed_m_s, "at the route's end [m/s]"));
 }
 
@@ -260,8 +260,8 @@ void define_controller_values(py::module_& m) {
   define_documented<P>(
       m, "PurePursuitOptions", "Regulated pure pursuit.",
       std::make_tuple(field("lookahead_s", &P::lookahead_s, "times the speed: how far ahead [s]"),
-                      field("least_lookahead_m", &P::least_lookahead_m, "[m]"),
-                      field("most_lookahead_m", &P::most_lookahead_m, "[m]"),
+                      field("min_lookahead_m", &P::min_lookahead_m, "[m]"),
+                      field("max_lookahead_m", &P::max_lookahead_m, "[m]"),
                       field("turn_on_spot_rad", &P::turn_on_spot_rad,
                             "differential drive: turns first when the route leads further aside"),
                       field("pace", &P::pace, "PaceOptions")));
@@ -321,9 +321,9 @@ void define_docking(py::module_& m) {
           field("creep_distance_m", &O::creep_distance_m, "before the dock [m]"),
           field("creep_speed_m_s", &O::creep_speed_m_s, "[m/s]"),
           field("slowing_1_s", &O::slowing_1_s, "no faster than this times what is left [1/s]"),
-          field("least_speed_m_s", &O::least_speed_m_s, "[m/s]"),
+          field("min_speed_m_s", &O::min_speed_m_s, "[m/s]"),
           field("track_length_m", &O::track_length_m, "in which it comes to the axis [m]"),
-          field("most_aside_m", &O::most_aside_m, "when creeping begins; else it backs out [m]"),
+          field("max_aside_m", &O::max_aside_m, "when creeping begins; else it backs out [m]"),
           field("tolerance_m", &O::tolerance_m, "along the axis [m]"),
           field("tolerance_rad", &O::tolerance_rad, "[rad]")));
   using D = DockOutput;

@@ -81,8 +81,8 @@ auto loop_fields() {
           field("start", &O::start, "PlanarPose, the true one; None: the route's begin"),
           field("start_sigma_m", &O::start_sigma_m, "of the estimate's first error [m]"),
           field("start_sigma_rad", &O::start_sigma_rad, "alike [rad]"),
-          field("most_s", &O::most_s, "the run ends [s]"),
-          field("most_lost_s", &O::most_lost_s, "without a pose so long: the run ends [s]"),
+          field("max_s", &O::max_s, "the run ends [s]"),
+          field("max_lost_s", &O::max_lost_s, "without a pose so long: the run ends [s]"),
           field("faults", &O::faults, "LoopFaults"),
           field("seed", &O::seed, "of everything random")),
       fields_within(&O::tracker, tracker_fields()));

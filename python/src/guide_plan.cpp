@@ -43,8 +43,8 @@ auto plan_fields() {
   using O = RoutePlanOptions;
   return std::tuple_cat(
       std::make_tuple(
-          field("least_lamps", &O::least_lamps, "in view everywhere"),
-          field("most_sigma_m", &O::most_sigma_m, "of the place, everywhere [m]"),
+          field("min_lamps", &O::min_lamps, "in view everywhere"),
+          field("max_sigma_m", &O::max_sigma_m, "of the place, everywhere [m]"),
           field("cell_m", &O::cell_m, "of the lattice [m]"),
           field("corner_radius_m", &O::corner_radius_m, "[m]"),
           field("vehicle_radius_m", &O::vehicle_radius_m, "[m]"),
@@ -58,11 +58,11 @@ auto pan_tilt_fields() {
   using O = PanTiltOptions;
   return std::tuple_cat(
       std::make_tuple(
-          field("least_lamps", &O::least_lamps, "in view everywhere"),
-          field("least_pan_rad", &O::least_pan_rad, "[rad]"),
-          field("most_pan_rad", &O::most_pan_rad, "[rad]"),
-          field("least_tilt_rad", &O::least_tilt_rad, "[rad]"),
-          field("most_tilt_rad", &O::most_tilt_rad, "[rad]"),
+          field("min_lamps", &O::min_lamps, "in view everywhere"),
+          field("min_pan_rad", &O::min_pan_rad, "[rad]"),
+          field("max_pan_rad", &O::max_pan_rad, "[rad]"),
+          field("min_tilt_rad", &O::min_tilt_rad, "[rad]"),
+          field("max_tilt_rad", &O::max_tilt_rad, "[rad]"),
           field("pans", &O::pans, "of the grid, both ends included"),
           field("tilts", &O::tilts, "alike"),
           field("pan_rate_rad_s", &O::pan_rate_rad_s, "[rad/s]"),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/position/headlights.hpp"
+#include "libocc/locate/headlights.hpp"
 
 #include <pybind11/stl.h>
 
@@ -94,16 +94,16 @@ void define_vehicles(py::module_& m) {
   m.def(
       "vehicle_poses",
       [](const Rows3& lamps_m, const Rows2& lamps_px, const Camera& camera, double sigma_px,
-         const Eigen::Vector3d& up_in_cam, double most_tilt_rad) {
+         const Eigen::Vector3d& up_in_cam, double max_tilt_rad) {
         return vehicle_poses(lamps_m.transpose(), lamps_px.transpose(), camera, sigma_px, up_in_cam,
-                             most_tilt_rad);
+                             max_tilt_rad);
       },
       py::arg("lamps_m"), py::arg("lamps_px"), py::arg("camera"), py::arg("sigma_px"),
       py::kw_only(), py::arg("up_in_cam") = Eigen::Vector3d(0, -1, 0),
-      py::arg("most_tilt_rad") = 0.3,
+      py::arg("max_tilt_rad") = 0.3,
       R"(Where a vehicle is, from three or more of its lamps whose places on it are known.
 
-lamps_m: (n, 3), vehicle's frame: x forward, y left, z up. lamps_px: (n, 2). most_tilt_rad: between
+lamps_m: (n, 3), vehicle's frame: x forward, y left, z up. lamps_px: (n, 2). max_tilt_rad: between
 the vehicle's z and up_in_cam. Returns: VehiclePoses; status as of solve_pose, and no_pose when none
 is upright. Raises: ValueError for counts that differ and numbers that are not finite.)");
 }

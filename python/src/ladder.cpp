@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which rung was chosen, what rungs cost, and what `libocc ladder` measures.
-#include "libocc/position/ladder.hpp"
+#include "libocc/ladder/ladder.hpp"
 
 #include <pybind11/stl/filesystem.h>
 
 #include <filesystem>
 
 #include "fields.hpp"
-#include "libocc/position/rung_choice.hpp"
-#include "libocc/position/rung_costs.hpp"
+#include "libocc/refine/rung_choice.hpp"
+#include "libocc/refine/rung_costs.hpp"
 #include "module.hpp"
 
 namespace occ::python {
@@ -115,7 +115,7 @@ struct LadderFrame {
 };
 
 LadderFrame ladder_frame(const NumpyImage& image, const Scene& scene, const Rigid3& cam_from_world,
-                         const std::vector<std::string>& steps, double least_time_s) {
+                         const std::vector<std::string>& steps, double min_time_s) {
   py::gil_scoped_release unlocked;
   const LadderProblem problem = ladder_problem(image.view, scene, cam_from_world);
   LadderFrame frame;
@@ -127,7 +127,7 @@ LadderFrame ladder_frame(const NumpyImage& image, const Scene& scene, const Rigi
   frame.points = ladder_bound(problem, Rung::points);
   for (const std::string& name : steps) {
     const LadderStep& step = ladder_step_named(name);
-    if (step.suits(problem)) frame.outcomes.push_back(climb(problem, step, least_time_s));
+    if (step.suits(problem)) frame.outcomes.push_back(climb(problem, step, min_time_s));
   }
   return frame;
 }
@@ -145,23 +145,23 @@ void define_frame(py::module_& m) {
         return "<LadderFrame: " + std::to_string(f.points_px.rows()) + " lamps>";
       });
   m.def("ladder_frame", &ladder_frame, py::arg("image"), py::arg("scene"),
-        py::arg("cam_from_world"), py::arg("steps"), py::arg("least_time_s") = 5e-5,
+        py::arg("cam_from_world"), py::arg("steps"), py::arg("min_time_s") = 5e-5,
         R"(Runs steps of the ladder on an image whose truth is known.
 
-steps: names of ladder_steps(); those that do not suit the lamps are left out. least_time_s: each is
+steps: names of ladder_steps(); those that do not suit the lamps are left out. min_time_s: each is
 called until so much time has gone by. Returns: LadderFrame, without outcomes below three lamps.
 Raises: ValueError for an unknown step or an image of another size than the camera's.)");
   m.def(
       "time_refine",
       [](const NumpyImage& image, const Scene& scene, const Rigid3& cam_from_world, Rung rung,
-         double least_time_s) {
+         double min_time_s) {
         py::gil_scoped_release unlocked;
         const RefineTime t =
-            time_refine(ladder_problem(image.view, scene, cam_from_world), rung, least_time_s);
+            time_refine(ladder_problem(image.view, scene, cam_from_world), rung, min_time_s);
         return std::make_tuple(t.work.lamps, t.work.rim_points, t.work.pixels, t.time_s);
       },
       py::arg("image"), py::arg("scene"), py::arg("cam_from_world"), py::arg("rung"),
-      py::arg("least_time_s") = 1e-3,
+      py::arg("min_time_s") = 1e-3,
       "Lamps, rim points, pixels, and the time [s] of refining a pose by them; 0: none found.");
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/position/locate.hpp"
+#include "libocc/locate/locate.hpp"
 
 #include <sstream>
 

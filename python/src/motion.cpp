@@ -3,8 +3,8 @@
 #include <pybind11/operators.h>
 
 #include "fields.hpp"
-#include "libocc/position/planar_filter.hpp"
-#include "libocc/position/pose_filter.hpp"
+#include "libocc/track/planar_filter.hpp"
+#include "libocc/track/pose_filter.hpp"
 #include "module.hpp"
 
 namespace occ::python {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/calibrate/network.hpp"
+#include "libocc/network/network.hpp"
 
 #include <limits>
 
@@ -67,8 +67,7 @@ void observe(Network& n, int image, const std::vector<Target>& targets, const Ro
   require(pixels.rows() == count, "pixels", pixels.rows(), "a row for each target");
   const Eigen::Vector2d sigma = both_axes(sigma_px);
   for (Eigen::Index i = 0; i < count; ++i)
-    n.observations.push_back(
-        {image, targets[static_cast<std::size_t>(i)], pixels.row(i).transpose(), sigma});
+    n.observations.push_back({image, targets[i], pixels.row(i).transpose(), sigma});
 }
 
 RowsX rows_of_points(const Network& n) {
@@ -147,7 +146,7 @@ void define_building(py::class_<Network>& network) {
              const std::vector<std::string>& free_parameters) {
             require(camera >= 0 && camera < static_cast<int>(n.cameras.size()), "camera", camera,
                     "the index of a camera");
-            NetworkCamera& changed = n.cameras[static_cast<std::size_t>(camera)];
+            NetworkCamera& changed = n.cameras[camera];
             changed.camera = model;
             changed.free_parameters = free_parameters;
           },
@@ -159,7 +158,7 @@ void define_building(py::class_<Network>& network) {
             for (const int i : observations) {
               require(i >= 0 && i < static_cast<int>(n.observations.size()), "observation", i,
                       "the index of an observation");
-              n.observations[static_cast<std::size_t>(i)].used = false;
+              n.observations[i].used = false;
             }
           },
           py::arg("observations"), "Does not use these any more; they stay in the list.")
@@ -168,7 +167,7 @@ void define_building(py::class_<Network>& network) {
           [](Network& n, int observation, const Eigen::Vector2d& shift_px) {
             require(observation >= 0 && observation < static_cast<int>(n.observations.size()),
                     "observation", observation, "the index of an observation");
-            n.observations[static_cast<std::size_t>(observation)].pixel += shift_px;
+            n.observations[observation].pixel += shift_px;
           },
           py::arg("observation"), py::arg("shift_px"), "Moves it, to make a gross error.")
       .def(

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/calibrate/network_statistics.hpp"
+#include "libocc/network/network_statistics.hpp"
 
 #include "fields.hpp"
-#include "libocc/calibrate/measure_points.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/network/measure_points.hpp"
 #include "module.hpp"
 #include "results.hpp"
 #include "rows.hpp"
@@ -106,23 +106,23 @@ void define_selection(py::module_& m) {
   m.def(
       "select_parameters",
       [](const Network& network, const Datum& datum, bool robust, double false_alarm,
-         double most_correlation, const std::vector<std::string>& keep) {
+         double max_correlation, const std::vector<std::string>& keep) {
         SelectOptions options;
         options.adjust.datum = datum;
         options.adjust.robust = options.adjust.snooping = robust;
         options.false_alarm = false_alarm;
-        options.most_correlation = most_correlation;
+        options.max_correlation = max_correlation;
         options.keep = keep;
         py::gil_scoped_release unlocked;
         return select_parameters(network, options);
       },
       py::arg("network"), py::kw_only(), py::arg_v("datum", Datum{}, "Datum()"),
       py::arg("robust") = true, py::arg("false_alarm") = SelectOptions{}.false_alarm,
-      py::arg("most_correlation") = SelectOptions{}.most_correlation,
+      py::arg("max_correlation") = SelectOptions{}.max_correlation,
       py::arg_v("keep", std::vector<std::string>{}, "[]"),
       R"(Drops free parameters backwards until all that are left are significant and told apart.
 
-false_alarm: level of significance. most_correlation: of two more alike, the less significant goes.
+false_alarm: level of significance. max_correlation: of two more alike, the less significant goes.
 keep: names that are never dropped. Returns: Selection.)");
 }
 

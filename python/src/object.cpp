@@ -6,7 +6,7 @@
 
 #include "fields.hpp"
 #include "libocc/identify/recognise.hpp"
-#include "libocc/position/localisation_value.hpp"
+#include "libocc/refine/localisation_value.hpp"
 #include "libocc/scene/detectable_points.hpp"
 #include "module.hpp"
 #include "results.hpp"
@@ -141,20 +141,20 @@ void define_recognise(py::module_& m) {
             "recognise",
             [fields](const std::vector<Blob>& blobs, const std::vector<Object>& objects,
                      const Camera& camera, const std::optional<Prior>& prior,
-                     double most_false_alarms,
+                     double max_false_alarms,
                      const typename std::decay_t<decltype(f)>::value_type&... values) {
               RecogniseOptions options;
               options.identify = from_values<IdentifyOptions>(fields, values...);
               options.identify.prior = prior;
-              options.most_false_alarms = most_false_alarms;
+              options.max_false_alarms = max_false_alarms;
               py::gil_scoped_release unlocked;
               return recognise(blobs, objects, camera, options);
             },
             py::arg("blobs"), py::arg("objects"), py::arg("camera"), py::arg("prior") = py::none(),
-            py::kw_only(), py::arg("most_false_alarms") = RecogniseOptions{}.most_false_alarms,
+            py::kw_only(), py::arg("max_false_alarms") = RecogniseOptions{}.max_false_alarms,
             argument(f, texts)...,
             ("Which of several objects are in an image, where, and how likely that is chance.\n\n"
-             "most_false_alarms: an object is there when chance brings fewer, in such an image.\n"
+             "max_false_alarms: an object is there when chance brings fewer, in such an image.\n"
              "Returns: Recognition. A blob is of one object; an object may be there twice." +
              fields_doc(fields, "Options"))
                 .c_str());
@@ -176,8 +176,8 @@ void define_detectable_points(py::module_& m) {
   const auto fields = std::make_tuple(
       field("sharp_rad", &O::sharp_rad, "least angle between the faces of a sharp edge [rad]"),
       field("straight_rad", &O::straight_rad, "edges that turn by less are one [rad]"),
-      field("least_edge", &O::least_edge, "shorter edges do not count [its box's diagonal]"),
-      field("most_points", &O::most_points, "those with the longest edges"),
+      field("min_edge", &O::min_edge, "shorter edges do not count [its box's diagonal]"),
+      field("max_points", &O::max_points, "those with the longest edges"),
       field("directions", &O::directions, "from which each point is looked at"));
   DefaultTexts texts;
   std::apply(

@@ -29,17 +29,16 @@ class SharedRenderer {
   }
 
   /// Seconds an image takes inside the library, on average over at least so long.
-  double time(const Rigid3& cam_from_world, double least_time_s, SimulateOptions options) {
+  double time(const Rigid3& cam_from_world, double min_time_s, SimulateOptions options) {
     using Clock = std::chrono::steady_clock;
-    require(least_time_s > 0 && std::isfinite(least_time_s), "least_time_s", least_time_s,
-            "positive");
+    require(min_time_s > 0 && std::isfinite(min_time_s), "min_time_s", min_time_s, "positive");
     py::gil_scoped_release unlocked;
     const std::lock_guard<std::mutex> one(busy_);
     const auto begun = Clock::now();
     for (int images = 1;; ++images, ++options.frame) {
       renderer_.render(cam_from_world, options, rendered_);
       const double gone_s = std::chrono::duration<double>(Clock::now() - begun).count();
-      if (gone_s >= least_time_s) return gone_s / images;
+      if (gone_s >= min_time_s) return gone_s / images;
     }
   }
 
@@ -86,14 +85,13 @@ Threads that share one wait for each other; give each its own.
             ("(image, truth) as simulate() returns them." + fields_doc(fields, "Options")).c_str());
         cls.def(
             "time",
-            [fields](SharedRenderer& renderer, const Rigid3& cam_from_world, double least_time_s,
+            [fields](SharedRenderer& renderer, const Rigid3& cam_from_world, double min_time_s,
                      const typename std::decay_t<decltype(f)>::value_type&... values) {
-              return renderer.time(cam_from_world, least_time_s,
+              return renderer.time(cam_from_world, min_time_s,
                                    from_values<SimulateOptions>(fields, values...));
             },
-            py::arg("cam_from_world"), py::arg("least_time_s"), py::kw_only(),
-            argument(f, texts)...,
-            ("Seconds that an image takes, without its way to Python: the mean over least_time_s "
+            py::arg("cam_from_world"), py::arg("min_time_s"), py::kw_only(), argument(f, texts)...,
+            ("Seconds that an image takes, without its way to Python: the mean over min_time_s "
              "at "
              "least, frames counting up." +
              fields_doc(fields, "Options"))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/position/robust_pose.hpp"
+#include "libocc/locate/robust_pose.hpp"
 
 #include "fields.hpp"
 #include "module.hpp"
@@ -57,7 +57,7 @@ auto robust_fields() {
       field("gate_sigmas", &O::gate_sigmas, "further off in the image a match is wrong"),
       field("confidence", &O::confidence, "that a sample without a wrong match was drawn"),
       field("max_iterations", &O::max_iterations, "samples"),
-      field("most_false_alarms", &O::most_false_alarms,
+      field("max_false_alarms", &O::max_false_alarms,
             "poses as good as the best that chance alone would bring"),
       field("seed", &O::seed, "the same answer for the same seed"),
       field("up_in_cam", &O::up_in_cam,

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Smoothers: all poses at once, or the last few as frames arrive. Odometry, PlanarOdometry,
 // PlanarPose and PoseObservation are defined with the filters.
-#include "libocc/position/smoother.hpp"
+#include "libocc/smooth/smoother.hpp"
 
 #include <algorithm>
 
 #include "fields.hpp"
 #include "libocc/core/require.hpp"
-#include "libocc/position/window_smoother.hpp"
+#include "libocc/smooth/window_smoother.hpp"
 #include "module.hpp"
 #include "results.hpp"
 #include "rows.hpp"
@@ -243,9 +243,9 @@ auto smoother_fields() {
             "a sighting further off counts less; 0: least squares"),
       field("link_gate", &O::link_gate,
             "probability that a right odometry step is called a lie; 0: never"),
-      field("least_odometry_sigma_m", &O::least_odometry_sigma_m,
+      field("min_odometry_sigma_m", &O::min_odometry_sigma_m,
             "added to each odometry step's sigmas [m]"),
-      field("least_odometry_sigma_rad", &O::least_odometry_sigma_rad, "alike [rad]"),
+      field("min_odometry_sigma_rad", &O::min_odometry_sigma_rad, "alike [rad]"),
       field("walk_m", &O::walk_m,
             "how far the body may go in a second without odometry; grows as sqrt(time) [m]"),
       field("walk_rad", &O::walk_rad, "alike, how far it may turn [rad]"),

@@ -6,7 +6,7 @@
 #include "libocc/calibrate/lamp_network.hpp"
 #include "libocc/calibrate/resection.hpp"
 #include "libocc/core/require.hpp"
-#include "libocc/detect/chessboard.hpp"
+#include "libocc/landmarks/chessboard.hpp"
 #include "module.hpp"
 #include "results.hpp"
 #include "rows.hpp"

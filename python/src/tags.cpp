@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/position/tags.hpp"
+#include "libocc/locate/tags.hpp"
 
 #include "fields.hpp"
 #include "libocc/calibrate/side_bends.hpp"
@@ -12,8 +12,7 @@ namespace {
 py::array_t<double> corners_of(const AprilTag& tag) {
   py::array_t<double> array({4, 2});
   for (py::ssize_t k = 0; k < 4; ++k)
-    for (py::ssize_t i = 0; i < 2; ++i)
-      array.mutable_at(k, i) = tag.corners_px[static_cast<std::size_t>(k)][i];
+    for (py::ssize_t i = 0; i < 2; ++i) array.mutable_at(k, i) = tag.corners_px[k][i];
   return array;
 }
 
@@ -21,8 +20,7 @@ py::array_t<double> covariances_of(const AprilTag& tag) {
   py::array_t<double> array({4, 2, 2});
   for (py::ssize_t k = 0; k < 4; ++k)
     for (py::ssize_t i = 0; i < 2; ++i)
-      for (py::ssize_t j = 0; j < 2; ++j)
-        array.mutable_at(k, i, j) = tag.covariance_px2[static_cast<std::size_t>(k)](i, j);
+      for (py::ssize_t j = 0; j < 2; ++j) array.mutable_at(k, i, j) = tag.covariance_px2[k](i, j);
   return array;
 }
 

@@ -42,8 +42,7 @@ void define_truth(py::module_& m) {
           "corners_px",
           [](const TagTruth& t) {
             Eigen::Matrix<double, 4, 2, Eigen::RowMajor> rows;
-            for (int i = 0; i < 4; ++i)
-              rows.row(i) = t.corners_px[static_cast<std::size_t>(i)].transpose();
+            for (int i = 0; i < 4; ++i) rows.row(i) = t.corners_px[i].transpose();
             return rows;
           },
           "(4, 2) as detect_april_tags() has them.");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/calibrate/test_field.hpp"
+#include "libocc/network/test_field.hpp"
 
 #include "fields.hpp"
 #include "module.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/position/tracker.hpp"
+#include "libocc/track/tracker.hpp"
 
 #include "fields.hpp"
 #include "module.hpp"

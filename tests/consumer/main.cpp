@@ -2,7 +2,7 @@
 // A program as a user would write it: a room, a picture of its lamps, and where it was taken.
 #include <cstdio>
 #include <libocc/geometry/rigid.hpp>
-#include <libocc/position/locate.hpp>
+#include <libocc/locate/locate.hpp>
 #include <libocc/simulate/simulate.hpp>
 
 namespace {

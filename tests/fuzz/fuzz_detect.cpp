@@ -61,7 +61,7 @@ struct Canvas {
 
   void set(int x, int y, T value) {
     const int first = (y * width + x) * channels;
-    for (int c = 0; c < channels; ++c) pixels[static_cast<std::size_t>(first + c)] = value;
+    for (int c = 0; c < channels; ++c) pixels[first + c] = value;
   }
 
   /// A disc, perhaps in stripes: raw noise alone would seldom reach the code for rims and codes.

@@ -107,7 +107,7 @@ def test_plans_keep_lamps_in_view_or_say_where_not(narrow):
     start = occ.PlanarPose(x_m=1, y_m=1)
     plan = occ.plan_route(narrow, start, [(3, 3)])
     assert plan.ok and plan.seen_share == 1 and len(occ.view_gaps(narrow, plan.route)) == 0
-    blind = occ.plan_route(narrow, start, [(3, 3)], least_lamps=3)
+    blind = occ.plan_route(narrow, start, [(3, 3)], min_lamps=3)
     assert blind.status is occ.PlanStatus.blind and blind.gaps.shape[1] == 6 and "without view" in blind.message
     assert occ.plan_route(narrow, start, [(3.9, 3)]).status is occ.PlanStatus.goal_blocked
     with pytest.raises(ValueError, match=r"goals\[0\]"):

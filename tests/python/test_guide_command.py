@@ -85,7 +85,7 @@ def test_a_folder_of_another_experiment_is_refused(experiment, tmp_path):
 def test_a_run_that_does_not_arrive_is_told_by_the_exit_code(tmp_path):
     path = tmp_path / "dark.yaml"
     dark = "\n".join(f"    - {{lamp: {i}, from_s: 0.5}}" for i in range(4))
-    path.write_text(SHORT + "most_lost_s: 1\nfaults:\n  lamp_failures:\n" + dark)
+    path.write_text(SHORT + "max_lost_s: 1\nfaults:\n  lamp_failures:\n" + dark)
     code, text, _ = run(path, "--out", tmp_path / "out", "--runs", 1, "--no-animation")
     assert code == 1
     assert text.startswith("1 of 1 runs of 0.50 m: 1 lost")

@@ -23,7 +23,7 @@ from libocc.ladder.figures import Row, advice, rows_of
 
 @pytest.fixture
 def run(libocc):
-    return lambda *arguments: libocc("ladder", "--least-time-us", "0.001", *arguments)
+    return lambda *arguments: libocc("ladder", "--min-time-us", "0.001", *arguments)
 
 
 REFINED = ("centres", "rims", "rims+flux", "direct")
@@ -183,7 +183,7 @@ def test_bad_input_is_one_line_and_exit_code_2(run, arguments, text):
     assert re.fullmatch(rf"error: .*{text}.*\n", err), err
 
 
-@pytest.mark.parametrize("option", ["--frames", "--range", "--noise", "--least-time-us", "--target-mm"])
+@pytest.mark.parametrize("option", ["--frames", "--range", "--noise", "--min-time-us", "--target-mm"])
 def test_numbers_out_of_range_are_refused(run, option):
     code, out, err = run(option, 0)
     assert code == 2 and out == "" and option in err

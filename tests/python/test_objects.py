@@ -79,8 +79,8 @@ def test_recognise_tells_objects_apart(beacon, car):
     twins = occ.recognise(blobs, [beacon, beacon.replace(name="twin")], CAMERA, gate_model_sigma_px=0.2)
     assert twins.status is occ.Status.ambiguous and len(twins.found[0].rivals) == 1
     assert occ.recognise(blobs[:3], [car], CAMERA).status is occ.Status.too_few_lamps
-    with pytest.raises(ValueError, match="most_false_alarms"):
-        occ.recognise(blobs, [car], CAMERA, most_false_alarms=0)
+    with pytest.raises(ValueError, match="max_false_alarms"):
+        occ.recognise(blobs, [car], CAMERA, max_false_alarms=0)
 
 
 def test_detectable_points_of_a_box():

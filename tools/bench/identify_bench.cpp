@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Naming lamps, one thread, blobs made from the truth: small rooms, and random maps of many lamps.
-#include "libocc/core/abi.hpp"
-//
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/core/random.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/identify/identify.hpp"
@@ -57,7 +56,7 @@ View make_view(int lamps, int seen, int false_lights) {
   const Rigid3 pose = look_at({2.0, 1.9, 0.3}, {2.1, 1.95, 3}, Vector3d::UnitY());
   Random random(1);
   for (int i = 0; i < lamps; ++i) {
-    const Vector3d& at = places[static_cast<std::size_t>(i)];
+    const Vector3d& at = places[i];
     view.scene.lamps.push_back(disc(i, at.x(), at.y(), at.z()));
     const Vector2d noise(random.normal(), random.normal());
     if (i < seen)
@@ -218,8 +217,7 @@ void BM_IdentifyInRandomMaps(benchmark::State& state) {
   std::vector<IdentifyOptions> options(views);
   for (int i = 0; i < views; ++i) {
     seen.push_back(maps::random_view(random, map));
-    if (state.range(1) != 0)
-      options[static_cast<std::size_t>(i)].prior = maps::gravity(seen.back(), 0.00873, random);
+    if (state.range(1) != 0) options[i].prior = maps::gravity(seen.back(), 0.00873, random);
   }
   run_in_turn(state, seen, options);
 }

@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "libocc/position/locate.hpp"
+#include "libocc/locate/locate.hpp"
 #include "libocc/simulate/simulate.hpp"
 
 namespace {

@@ -2,14 +2,13 @@
 // One adjustment of a panorama test field (4 iterations: stations x targets, nine additional
 // parameters) and the covariance of all its points, against Ceres with the same derivatives; both
 // with two threads. Counters: iterations taken, sigma0.
-#include "libocc/core/abi.hpp"
-//
 #include <benchmark/benchmark.h>
 
-#include "libocc/calibrate/adjust.hpp"
-#include "libocc/calibrate/network_statistics.hpp"
-#include "libocc/calibrate/precision.hpp"
-#include "libocc/calibrate/test_field.hpp"
+#include "libocc/core/abi.hpp"
+#include "libocc/network/adjust.hpp"
+#include "libocc/network/network_statistics.hpp"
+#include "libocc/network/precision.hpp"
+#include "libocc/network/test_field.hpp"
 #include "tests/ceres_adjust.hpp"
 
 namespace {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pose solvers against OpenGV and OpenCV, one thread: three points to all poses, bare and guarded;
 // image points to a pose with its covariance; the refinement of four points against one by hand.
-#include "libocc/core/abi.hpp"
-//
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Dense>
@@ -12,11 +10,12 @@
 #include <opengv/absolute_pose/methods.hpp>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/core/random.hpp"
 #include "libocc/geometry/so3.hpp"
+#include "libocc/locate/solve_pose.hpp"
 #include "libocc/pose/candidates.hpp"
-#include "libocc/pose/p3p.hpp"
-#include "libocc/position/solve_pose.hpp"
+#include "libocc/pose/solvers/p3p.hpp"
 #include "tools/bench/points_levenberg_marquardt.hpp"
 
 namespace {

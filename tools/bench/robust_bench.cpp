@@ -2,17 +2,16 @@
 // robust_pose, one thread: 200 points of which some were matched wrongly, in per cent, without and
 // with known gravity; and OpenCV's solvePnPRansac (USAC, MAGSAC) beside it. tools/robust_peers
 // compares success and accuracy.
-#include "libocc/core/abi.hpp"
-//
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Dense>
 #include <opencv2/calib3d.hpp>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/core/random.hpp"
 #include "libocc/geometry/so3.hpp"
-#include "libocc/position/robust_pose.hpp"
+#include "libocc/locate/robust_pose.hpp"
 
 namespace {
 

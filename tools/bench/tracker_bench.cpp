@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "libocc/geometry/so3.hpp"
-#include "libocc/position/tracker.hpp"
 #include "libocc/simulate/renderer.hpp"
+#include "libocc/track/tracker.hpp"
 
 namespace {
 

@@ -11,7 +11,7 @@
 #include "libocc/camera/camera.hpp"
 #include "libocc/geometry/rigid.hpp"
 
-namespace occ {
+namespace occ::internal::calibrate {
 
 /// Median of distances that counts as a whole; infinite without any.
 double quantile(std::vector<double> values, double part);
@@ -53,4 +53,4 @@ struct BodyFit {
 BodyFit fit_body(const Eigen::Matrix3Xd& corners, const std::vector<BodyView>& views,
                  const Rigid3& start, bool scale_free, int max_iterations = 30);
 
-}  // namespace occ
+}  // namespace occ::internal::calibrate

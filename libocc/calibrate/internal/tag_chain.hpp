@@ -11,7 +11,7 @@
 #include "libocc/camera/camera.hpp"
 #include "libocc/geometry/rigid.hpp"
 
-namespace occ {
+namespace occ::internal::calibrate {
 
 /// One tag in one image.
 struct TagView {
@@ -72,4 +72,4 @@ class TagChain {
   std::vector<TagPlace> places_;
 };
 
-}  // namespace occ
+}  // namespace occ::internal::calibrate

@@ -2,13 +2,13 @@
 // OpenCV's lens distortion on the plane z = 1, without the tilt; equations in camera.hpp.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <array>
 #include <optional>
 
-namespace occ {
+#include "libocc/core/abi.hpp"
+
+namespace occ::internal::camera {
 
 using DistortionCoefficients = std::array<double, 14>;
 
@@ -33,4 +33,4 @@ Eigen::Matrix3d tilt_homography(double tau_x_rad, double tau_y_rad);
 /// d (point after the tilt) / d (tau_x, tau_y).
 Eigen::Matrix2d tilt_by_angles(double tau_x_rad, double tau_y_rad, const Eigen::Vector2d& point);
 
-}  // namespace occ
+}  // namespace occ::internal::camera

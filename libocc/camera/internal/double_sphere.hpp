@@ -5,7 +5,7 @@
 #include "libocc/camera/internal/model.hpp"
 #include "libocc/camera/internal/plane_map.hpp"
 
-namespace occ {
+namespace occ::internal::camera {
 
 class DoubleSphereModel final : public CameraModel {
  public:
@@ -24,4 +24,4 @@ class DoubleSphereModel final : public CameraModel {
   double xi_, alpha_, w1_, w2_;
 };
 
-}  // namespace occ
+}  // namespace occ::internal::camera

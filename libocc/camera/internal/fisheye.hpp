@@ -8,7 +8,7 @@
 #include "libocc/camera/internal/model.hpp"
 #include "libocc/camera/internal/plane_map.hpp"
 
-namespace occ {
+namespace occ::internal::camera {
 
 class FisheyeModel final : public CameraModel {
  public:
@@ -33,4 +33,4 @@ class FisheyeModel final : public CameraModel {
   double max_angle_;
 };
 
-}  // namespace occ
+}  // namespace occ::internal::camera

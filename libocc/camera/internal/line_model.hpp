@@ -5,7 +5,7 @@
 #include "libocc/camera/internal/model.hpp"
 #include "libocc/camera/rotating_line.hpp"
 
-namespace occ {
+namespace occ::internal::camera {
 
 /// What both forms share: parameters and the array's distortion.
 class LineBase : public CameraModel {
@@ -70,4 +70,4 @@ class FirstOrderLineModel final : public LineBase {
   Eigen::Vector3d origin(const Eigen::Vector2d& pixel) const override;
 };
 
-}  // namespace occ
+}  // namespace occ::internal::camera

@@ -4,7 +4,7 @@
 
 #include "libocc/camera/camera.hpp"
 
-namespace occ {
+namespace occ::internal::camera {
 
 class CameraModel {
  public:
@@ -23,4 +23,4 @@ class CameraModel {
   virtual bool is_central() const { return true; }
 };
 
-}  // namespace occ
+}  // namespace occ::internal::camera

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-namespace occ {
+namespace occ::internal::camera {
 
 struct PlaneMap {
   double fx, fy, cx, cy, skew;
@@ -28,4 +28,4 @@ struct PlaneMap {
   }
 };
 
-}  // namespace occ
+}  // namespace occ::internal::camera

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace occ {
+namespace occ::internal::camera {
 
 using Polynomial = std::vector<double>;
 
@@ -17,4 +17,4 @@ Polynomial sum(const Polynomial& p, double factor, const Polynomial& q);  ///< p
 /// a polynomial is monotone, so bisection finds every one.
 std::vector<double> sign_changes(const Polynomial& p, double limit);
 
-}  // namespace occ
+}  // namespace occ::internal::camera

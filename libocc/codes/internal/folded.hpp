@@ -9,7 +9,7 @@
 #include "libocc/codes/slot_code.hpp"
 #include "libocc/core/abi.hpp"
 
-namespace occ::decoding {
+namespace occ::internal::codes {
 
 /// Sums over the samples of one step of the period, by channel.
 struct FoldedBin {
@@ -37,10 +37,10 @@ class PatternLight {
   PatternLight(const SlotCode& code, int steps_per_chip, double exposure_s);
 
   /// Steps of a pattern by channels.
-  const Eigen::MatrixXd& of(int pattern) const { return light_[static_cast<std::size_t>(pattern)]; }
+  const Eigen::MatrixXd& of(int pattern) const { return light_[pattern]; }
 
  private:
   std::vector<Eigen::MatrixXd> light_;
 };
 
-}  // namespace occ::decoding
+}  // namespace occ::internal::codes

@@ -8,7 +8,7 @@
 #include "libocc/codes/slot_code.hpp"
 #include "libocc/core/abi.hpp"
 
-namespace occ::decoding {
+namespace occ::internal::codes {
 
 struct SlotFit {
   double total = 0;  ///< log likelihood of the best symbols
@@ -29,4 +29,4 @@ SlotFit fit_slots(const std::vector<LightSample>& samples, const SlotCode& code,
 std::vector<double> bit_evidence(const std::vector<std::vector<double>>& evidence,
                                  int bits_per_symbol);
 
-}  // namespace occ::decoding
+}  // namespace occ::internal::codes

@@ -8,7 +8,7 @@
 
 struct apriltag_family;  // of libapriltag
 
-namespace occ {
+namespace occ::internal::core {
 
 using AprilFamily = std::unique_ptr<apriltag_family, void (*)(apriltag_family*)>;
 
@@ -17,4 +17,4 @@ std::vector<std::string> april_family_names();
 /// Null when none has the name.
 AprilFamily make_april_family(const std::string& name);
 
-}  // namespace occ
+}  // namespace occ::internal::core

@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace occ {
+namespace occ::internal::core {
 
 /// All bytes of a file. Throws std::runtime_error "PATH: cannot be read: REASON".
 std::string read_file(const std::string& path);
@@ -13,4 +13,4 @@ std::string read_file(const std::string& path);
 /// std::runtime_error "PATH: cannot be written: REASON".
 void write_file(const std::string& path, const void* bytes, std::size_t count);
 
-}  // namespace occ
+}  // namespace occ::internal::core

@@ -11,9 +11,9 @@
 // How a call passes lanes depends on the instruction set; there is none, all is inlined.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
-namespace occ {
+namespace occ::internal::core {
 
-constexpr int most_lanes = 8;
+constexpr int max_lanes = 8;
 
 template <Simd>
 struct LanesOf {
@@ -131,4 +131,4 @@ LIBOCC_INLINE LaneVector<Lanes> cross(const LaneVector<Lanes>& a, const float* b
   return {a.y * b[2] - a.z * b[1], a.z * b[0] - a.x * b[2], a.x * b[1] - a.y * b[0]};
 }
 
-}  // namespace occ
+}  // namespace occ::internal::core

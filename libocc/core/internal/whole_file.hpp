@@ -4,9 +4,9 @@
 
 #include <string>
 
-namespace occ {
+namespace occ::internal::core {
 
 /// Why a PNG or JPEG file is not whole, or null when it is, or when it is neither.
 const char* missing_end(const std::string& bytes);
 
-}  // namespace occ
+}  // namespace occ::internal::core

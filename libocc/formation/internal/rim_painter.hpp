@@ -10,7 +10,7 @@
 #include "libocc/core/simd.hpp"
 #include "libocc/formation/pixel_psf.hpp"
 
-namespace occ {
+namespace occ::internal::formation {
 
 /// A point of a rim on the canvas, pixel (0, 0) being its first, with its share of the contour.
 struct PaintedRimPoint {
@@ -56,4 +56,4 @@ class Canvas {
   std::vector<Real> buffer_;
 };
 
-}  // namespace occ
+}  // namespace occ::internal::formation

@@ -3,10 +3,9 @@
 #pragma once
 
 #include "libocc/core/abi.hpp"
-//
 #include "libocc/refine/internal/lamp_pixels.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
 
 class ExpectedLamps {
  public:
@@ -31,4 +30,4 @@ class ExpectedLamps {
   PixelPsf psf_;
 };
 
-}  // namespace occ
+}  // namespace occ::internal::refine

@@ -16,16 +16,15 @@
 // maximum likelihood up to the information in the variance itself, half of (d ln var)^2 a pixel.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/formation/lamp_image.hpp"
 #include "libocc/refine/internal/normal.hpp"
 #include "libocc/refine/internal/observations.hpp"
 #include "libocc/refine/internal/pixel_noise.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
 
 /// Storage for one lamp's rendered image and linearised pixels, lent to all lamps in turn.
 struct PixelScratch {
@@ -119,4 +118,4 @@ class LampPixels {
   Eigen::Matrix<double, 3, 2> shift_of_px_;        // of its centre, for a shift in the image
 };
 
-}  // namespace occ
+}  // namespace occ::internal::refine

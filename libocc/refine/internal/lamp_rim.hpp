@@ -10,15 +10,14 @@
 // larger.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/refine/internal/normal.hpp"
 #include "libocc/refine/internal/observations.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
 
 /// Weight of a residual of this size (over its sigma) in Huber's function.
 inline double huber_weight(double size, double threshold) {
@@ -60,4 +59,4 @@ class LampRim {
   Eigen::Matrix3d common_gain_ = Eigen::Matrix3d::Zero();  // (S^-1 + N)^-1
 };
 
-}  // namespace occ
+}  // namespace occ::internal::refine

@@ -3,10 +3,9 @@
 #pragma once
 
 #include "libocc/core/abi.hpp"
-//
 #include "libocc/refine/internal/problem.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
 
 struct Minimum {
   State state;
@@ -24,4 +23,4 @@ LIBOCC_API Minimum minimise(RefineProblem& problem, const State& start, int max_
 LIBOCC_API Minimum polish(RefineProblem& problem, const State& start, int max_iterations,
                           double tolerance_px);
 
-}  // namespace occ
+}  // namespace occ::internal::refine

@@ -5,15 +5,14 @@
 // camera's centre.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/geometry/so3.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
 
 /// Order: rotation, translation, growth_px, log_factor.
 using Vector8 = Eigen::Matrix<double, 8, 1>;
@@ -57,4 +56,4 @@ inline void centre_row(Vector8& row, const Eigen::Vector3d& pivot) {
   row.head<3>() += row.segment<3>(3).cross(pivot);
 }
 
-}  // namespace occ
+}  // namespace occ::internal::refine

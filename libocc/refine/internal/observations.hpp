@@ -3,18 +3,17 @@
 // information.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <cstddef>
 #include <limits>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/formation/rim.hpp"
 #include "libocc/refine/internal/pixel_window.hpp"
 #include "libocc/refine/refine.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
 
 inline bool takes_rims(Rung rung) { return rung == Rung::rims || rung == Rung::direct; }
 
@@ -71,4 +70,4 @@ LIBOCC_API Observations observe(const std::vector<Match>& matches, const std::ve
                                 const Scene& scene, const RefineOptions& options,
                                 const ImageView* image = nullptr);
 
-}  // namespace occ
+}  // namespace occ::internal::refine

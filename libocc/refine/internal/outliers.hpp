@@ -6,14 +6,13 @@
 //     T = e^T (C - J S J^T)^-1 e,   e residual, C its covariance, J its derivatives, S the pose's.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <cstddef>
 #include <optional>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/refine/internal/minimise.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
 
 /// Index of the lamp whose absence lets the others agree so much better that chance would do it
 /// once in a thousand, whether the stated sigmas are right (T is chi-square of two degrees) or all
@@ -23,4 +22,4 @@ std::optional<std::size_t> contradicting_lamp(const Observations& observations,
                                               const RefineProblem& problem, const Minimum& minimum,
                                               int degrees_of_freedom);
 
-}  // namespace occ
+}  // namespace occ::internal::refine

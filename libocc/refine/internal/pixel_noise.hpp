@@ -9,13 +9,12 @@
 // (Widrow & Kollar, Quantization Noise, 2008, section 4.3) stand in.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/radiometry/sensor.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
 
 struct PixelMoments {
   double mean = 0;
@@ -55,4 +54,4 @@ class LIBOCC_API PixelNoise {
   std::vector<double> quantisation_;   // of another: at even steps of the signal up to white
 };
 
-}  // namespace occ
+}  // namespace occ::internal::refine

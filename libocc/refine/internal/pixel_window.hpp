@@ -2,15 +2,14 @@
 // The pixels around one blob, as the electrons they read.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/core/blob.hpp"
 #include "libocc/core/image.hpp"
 #include "libocc/radiometry/sensor.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
 
 struct BlobWindow {
   int x0 = 0, y0 = 0, width = 0, height = 0;
@@ -33,7 +32,7 @@ class WindowReader {
   void read_row(const T* row, int channels, BlobWindow& window, float* out) const;
   float electrons(int stored) const {
     return table_.empty() ? static_cast<float>((stored - black_dn_) * inverse_gain_)
-                          : table_[static_cast<std::size_t>(stored)];
+                          : table_[stored];
   }
 
   ImageView image_;
@@ -41,4 +40,4 @@ class WindowReader {
   std::vector<float> table_;  // of every stored value, when the response is not linear
 };
 
-}  // namespace occ
+}  // namespace occ::internal::refine

@@ -3,10 +3,9 @@
 #pragma once
 
 #include "libocc/core/abi.hpp"
-//
 #include "libocc/refine/internal/normal.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
 
 struct PoseCovariance {
   Matrix6 covariance = Matrix6::Zero();  ///< of the left perturbation; zero unless the rank is 6
@@ -20,4 +19,4 @@ PoseCovariance pose_covariance(const Normal& normal, const Eigen::Vector3d& pivo
 /// Information on the left perturbation; growth and log_factor marginalised.
 Matrix6 pose_information(const Normal& normal, const Eigen::Vector3d& pivot);
 
-}  // namespace occ
+}  // namespace occ::internal::refine

@@ -2,14 +2,13 @@
 // Where a pose puts a lamp's centroid, rung by rung.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <optional>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/refine/refine.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
 
 /// Pixel of the lamp's centre for Rung::points, of the centre of its image for every other; nothing
 /// when the lamp cannot be seen. `jacobian` (2x6): d pixel / d pose perturbation.
@@ -28,4 +27,4 @@ std::optional<Eigen::Vector2d> predicted_centroid_px(
     const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world, const Scene& scene, Rung rung,
     Eigen::Matrix<double, 2, 6>* jacobian = nullptr);
 
-}  // namespace occ
+}  // namespace occ::internal::refine

@@ -2,16 +2,15 @@
 // A prior as rows of the normal equations; their squares sum to Prior::chi2.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/refine/internal/normal.hpp"
 #include "libocc/scene/prior.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
 
 void add_prior(const Prior& prior, const Rigid3& cam_from_world, const Eigen::Vector3d& pivot,
                Normal& normal);
 
-}  // namespace occ
+}  // namespace occ::internal::refine

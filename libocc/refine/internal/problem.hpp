@@ -5,19 +5,18 @@
 // like with like.
 #pragma once
 
-#include "libocc/core/abi.hpp"
-//
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/refine/internal/lamp_pixels.hpp"
 #include "libocc/refine/internal/lamp_rim.hpp"
 #include "libocc/refine/internal/normal.hpp"
 #include "libocc/refine/internal/observations.hpp"
 
-namespace occ {
+namespace occ::internal::refine {
 
 class LIBOCC_API RefineProblem {
  public:
@@ -79,4 +78,4 @@ class LIBOCC_API RefineProblem {
   std::vector<Held> held_;                           // since the last linearisation
 };
 
-}  // namespace occ
+}  // namespace occ::internal::refine

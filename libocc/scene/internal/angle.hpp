@@ -4,7 +4,7 @@
 // nearest to it, as in everybody's `degrees * pi / 180`.
 #pragma once
 
-namespace occ {
+namespace occ::internal::scene {
 
 constexpr long double radians_per_degree = static_cast<long double>(3.14159265358979323846) / 180;
 
@@ -12,4 +12,4 @@ inline double radians(long double degrees) {
   return static_cast<double>(degrees * radians_per_degree);
 }
 
-}  // namespace occ
+}  // namespace occ::internal::scene

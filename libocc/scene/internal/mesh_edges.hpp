@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-namespace occ {
+namespace occ::internal::scene {
 
 /// Triangles over vertices of which no two are at one place, none of them empty.
 struct Mesh {
@@ -26,4 +26,4 @@ SharpEdges sharp_edges(const Mesh& mesh, double sharp_rad);
 double edge_length(const Mesh& mesh, const SharpEdges& edges, int from, int towards,
                    double straight_rad);
 
-}  // namespace occ
+}  // namespace occ::internal::scene

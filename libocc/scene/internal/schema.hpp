@@ -6,9 +6,9 @@
 
 #include "libocc/scene/internal/yaml_section.hpp"
 
-namespace occ {
+namespace occ::internal::scene {
 
 /// Complains of a file that is not of this schema, or of a newer version of it.
 void refuse_other_schema(YamlSection& root, const std::string& prefix, int newest);
 
-}  // namespace occ
+}  // namespace occ::internal::scene

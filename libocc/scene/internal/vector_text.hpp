@@ -6,7 +6,7 @@
 #include <sstream>
 #include <string>
 
-namespace occ {
+namespace occ::internal::scene {
 
 template <typename Vector>
 std::string vector_text(const Vector& vector) {
@@ -17,4 +17,4 @@ std::string vector_text(const Vector& vector) {
   return text.str();
 }
 
-}  // namespace occ
+}  // namespace occ::internal::scene

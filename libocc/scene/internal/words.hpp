@@ -5,7 +5,7 @@
 #include "libocc/scene/internal/yaml_section.hpp"
 #include "libocc/scene/scene.hpp"
 
-namespace occ {
+namespace occ::internal::scene {
 
 inline constexpr char schema_prefix[] = "libocc-scene/";
 
@@ -59,4 +59,4 @@ inline YamlSection::Words<Checksum> checksum_words() {
   return {{"crc8", Checksum::crc8}, {"crc16", Checksum::crc16}};
 }
 
-}  // namespace occ
+}  // namespace occ::internal::scene

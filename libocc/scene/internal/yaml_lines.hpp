@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <string>
 
-namespace occ {
+namespace occ::internal::scene {
 
 /// The fewest digits that read back to the same double; zero has no sign.
 std::string text_of(double value);
@@ -37,4 +37,4 @@ class Lines {
   std::string indent_;
 };
 
-}  // namespace occ
+}  // namespace occ::internal::scene

@@ -14,7 +14,7 @@
 
 #include "libocc/scene/internal/yaml_node.hpp"
 
-namespace occ {
+namespace occ::internal::scene {
 
 class YamlSection {
  public:
@@ -93,4 +93,4 @@ bool differ_in_unit(const std::string& unknown, const std::string& known);
 /// metres", "did you mean `normal`?", "known here: ...".
 std::string suggest_key(const std::string& unknown, const std::vector<std::string>& known);
 
-}  // namespace occ
+}  // namespace occ::internal::scene

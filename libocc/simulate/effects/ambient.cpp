@@ -4,7 +4,7 @@
 #include "libocc/simulate/internal/background.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) { return scene.ambient_w_m2 > 0; }
@@ -15,4 +15,4 @@ Bound bound(const SceneView& view) { return {view.grey_levels(ambient_electrons(
 
 const EffectModel ambient_model{"ambient_w_m2", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

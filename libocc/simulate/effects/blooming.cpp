@@ -15,7 +15,7 @@
 #include "libocc/simulate/internal/effect_model.hpp"
 #include "libocc/simulate/internal/overlap.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) { return scene.sensor.blooming > 0; }
@@ -81,7 +81,7 @@ class Column {
 
 }  // namespace
 
-Bound most_spill(const SceneView& view) {
+Bound max_spill(const SceneView& view) {
   const Sensor& sensor = view.scene.sensor;
   if (!(sensor.blooming > 0) || view.scene.effects.of(Effect::blooming) == Use::off) return {};
   // Without blur all of a point may be in one pixel.
@@ -104,13 +104,13 @@ void apply_blooming(const Frame& frame, Signal& signal) {
   signal.for_touched([&](int x0, int y, int count) {
     for (int x = x0; x < x0 + count; ++x) {
       if (!Column(frame, signal, x).overflows(y)) continue;
-      Overflow& column = columns[static_cast<std::size_t>(x)];
+      Overflow& column = columns[x];
       if (column.first < 0) column.first = y;
       column.last = y;
     }
   });
   for (int x = 0; x < signal.width(); ++x) {
-    const Overflow& overflow = columns[static_cast<std::size_t>(x)];
+    const Overflow& overflow = columns[x];
     if (overflow.first < 0) continue;
     Column column(frame, signal, x);
     const int bottom = column.run(overflow.first, overflow.last, 1);
@@ -121,4 +121,4 @@ void apply_blooming(const Frame& frame, Signal& signal) {
 
 const EffectModel blooming_model{"sensor.blooming", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

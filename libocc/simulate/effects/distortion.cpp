@@ -13,7 +13,7 @@
 #include "libocc/simulate/internal/effect_model.hpp"
 #include "libocc/simulate/internal/overlap.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -59,4 +59,4 @@ Bound bound(const SceneView& view) {
 
 const EffectModel distortion_model{"camera.distortion", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

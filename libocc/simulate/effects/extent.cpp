@@ -16,7 +16,7 @@
 #include "libocc/simulate/internal/effect_model.hpp"
 #include "libocc/simulate/internal/overlap.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
@@ -61,4 +61,4 @@ Bound bound(const SceneView& view) {
 
 const EffectModel extent_model{"a lamp's shape", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -14,7 +14,7 @@
 #include "libocc/simulate/internal/noise_key.hpp"
 #include "libocc/simulate/internal/normal_variate.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) { return scene.sensor.gain_sigma > 0; }
@@ -22,7 +22,7 @@ bool called_for(const Scene& scene, const SimulateOptions&) { return scene.senso
 Bound bound(const SceneView& view) {
   constexpr double root_of_pi = 1.7724538509055159, deviations = 5;
   const double p = view.scene.sensor.gain_sigma;
-  const double share = most_deviations * p / (1 + most_deviations * p);  // of the brightest
+  const double share = max_deviations * p / (1 + max_deviations * p);  // of the brightest
   double sum_e = share * background_electrons(view);
   double elongation = 0;
   for (const LampView& seen : view.lamps) {
@@ -69,4 +69,4 @@ void apply_gain(const Frame& frame, Signal& signal) {
 
 const EffectModel gain_model{"sensor.gain_sigma", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -12,7 +12,7 @@
 #include "libocc/simulate/internal/background.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 // OpenCV's order: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tx ty.
@@ -56,4 +56,4 @@ GhostView ghost_view(const Scene& scene, const Rigid3& cam_from_world,
 
 const EffectModel ghosts_model{"lens.ghosts", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -4,7 +4,7 @@
 #include "libocc/simulate/internal/background.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) { return scene.lens.veiling_glare > 0; }
@@ -15,4 +15,4 @@ Bound bound(const SceneView& view) { return {view.grey_levels(glare_electrons(vi
 
 const EffectModel glare_model{"lens.veiling_glare", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

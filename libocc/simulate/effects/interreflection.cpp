@@ -5,7 +5,7 @@
 #include "libocc/simulate/internal/background.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) {
@@ -18,4 +18,4 @@ Bound bound(const SceneView& view) { return {view.grey_levels(interreflected_ele
 
 const EffectModel interreflection_model{"room.wall_reflectance", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

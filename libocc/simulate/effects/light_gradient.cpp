@@ -10,7 +10,7 @@
 #include "libocc/simulate/internal/effect_model.hpp"
 #include "libocc/simulate/internal/overlap.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 constexpr double beyond_first_order = 1.2;
@@ -49,4 +49,4 @@ Bound bound(const SceneView& view) { return sum_of_overlapping(view, bound_of); 
 
 const EffectModel light_gradient_model{"a lamp's shape", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

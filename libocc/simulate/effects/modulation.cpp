@@ -16,7 +16,7 @@
 #include "libocc/simulate/internal/motion.hpp"
 #include "libocc/simulate/internal/overlap.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 // Light until a time, in periods from the beginning of a period.
@@ -134,11 +134,11 @@ std::vector<double> lit_fractions(const Lamp& lamp, const Frame& frame, int firs
   std::fill(fractions.begin(), fractions.end(), lamp.mean_light());
   if (!frame.plan.applies(Effect::modulation)) return fractions;
   for (int i = 0; i < count; ++i)
-    fractions[static_cast<std::size_t>(i)] = lit_fraction(
-        lamp, frame.options.start_s + (first + i) * sensor.row_time_s, sensor.exposure_s);
+    fractions[i] = lit_fraction(lamp, frame.options.start_s + (first + i) * sensor.row_time_s,
+                                sensor.exposure_s);
   return fractions;
 }
 
 const EffectModel modulation_model{"a lamp's frequency_hz", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

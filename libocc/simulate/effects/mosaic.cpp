@@ -14,7 +14,9 @@
 #include "libocc/simulate/internal/effect_model.hpp"
 #include "libocc/simulate/internal/gain.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
+
+using namespace internal::radiometry;
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
@@ -91,9 +93,9 @@ Sensor sensor_at(const Sensor& sensor, std::size_t place) {
 double brightest_factor(const Scene& scene, const Eigen::Vector3d& colour) {
   double factor = 1;
   for (const double light : light_by_place(scene.sensor, colour)) factor = std::max(factor, light);
-  return factor * (1 + most_deviations * scene.sensor.gain_sigma);
+  return factor * (1 + max_deviations * scene.sensor.gain_sigma);
 }
 
 const EffectModel mosaic_model{"sensor.mosaic", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

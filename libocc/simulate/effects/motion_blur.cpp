@@ -18,7 +18,7 @@
 #include "libocc/simulate/internal/overlap.hpp"
 #include "libocc/simulate/internal/vignetting.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -87,4 +87,4 @@ Bound bound(const SceneView& view) {
 
 const EffectModel motion_blur_model{"a velocity of the camera", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

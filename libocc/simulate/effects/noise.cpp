@@ -7,7 +7,7 @@
 
 #include "libocc/simulate/internal/effect_model.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 bool called_for(const Scene&, const SimulateOptions& options) { return options.noise; }
@@ -34,4 +34,4 @@ Bound bound(const SceneView& view) {
 
 const EffectModel noise_model{"the option noise", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

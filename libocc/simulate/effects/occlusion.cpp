@@ -9,7 +9,9 @@
 #include "libocc/simulate/internal/background.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
+
+using namespace internal::formation;
 namespace {
 
 // Three-point Gauss-Legendre panels along the edge from a to b.
@@ -76,4 +78,4 @@ std::optional<Chords> visible_chords(const Lamp& lamp, const Visible& visible,
 
 const EffectModel occlusion_model{"boxes", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

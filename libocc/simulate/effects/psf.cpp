@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blur by the lens (formation/lens_blur.hpp). Left out, a pixel is the exact mean over its box. The
-// blur moves light by s; of a fully covered pixel no more than |s_x| + |s_y| of its area is swept
-// then, at a lamp of just its size, so that it changes by at most
+// Blur by the lens (formation/internal/lens_blur.hpp). Left out, a pixel is the exact mean over its
+// box. The blur moves light by s; of a fully covered pixel no more than |s_x| + |s_y| of its area
+// is swept then, at a lamp of just its size, so that it changes by at most
 //     2 E|s_x|,   E|s_x| <= sigma sqrt(2/pi) + 4 rho / (3 pi)
 // for the Gaussian and the disc of radius rho. A point's light may be all in another pixel. The
 // light's centroid does not move, but that of sharp pixels is not the light's (internal/blur.hpp).
 #include <algorithm>
 #include <cmath>
 
-#include "libocc/formation/lens_blur.hpp"
+#include "libocc/formation/internal/lens_blur.hpp"
 #include "libocc/simulate/internal/blur.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
 #include "libocc/simulate/internal/overlap.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
+
+using namespace internal::formation;
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) {
@@ -38,4 +40,4 @@ Bound bound(const SceneView& view) { return sum_of_overlapping(view, bound_of); 
 
 const EffectModel psf_model{"sensor.psf_sigma_px or the lens", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

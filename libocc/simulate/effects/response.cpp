@@ -8,7 +8,7 @@
 #include "libocc/simulate/internal/effect_model.hpp"
 #include "libocc/simulate/internal/mosaic.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 /// The curves that pixels are stored by.
@@ -45,4 +45,4 @@ Bound bound(const SceneView& view) {
 
 const EffectModel response_model{"sensor.response", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -14,7 +14,7 @@
 #include "libocc/simulate/internal/overlap.hpp"
 #include "libocc/simulate/internal/vignetting.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -72,4 +72,4 @@ Bound bound(const SceneView& view) {
 const EffectModel rolling_shutter_model{"a velocity of the camera and sensor.row_time_s",
                                         called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -9,7 +9,7 @@
 #include "libocc/simulate/internal/mosaic.hpp"
 #include "libocc/simulate/internal/overlap.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 bool called_for(const Scene&, const SimulateOptions&) { return true; }
@@ -33,4 +33,4 @@ Bound bound(const SceneView& view) {
 
 const EffectModel saturation_model{"sensor.full_well_e", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

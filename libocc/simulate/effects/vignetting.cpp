@@ -13,7 +13,9 @@
 #include "libocc/simulate/internal/effect_model.hpp"
 #include "libocc/simulate/internal/overlap.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
+
+using namespace internal::scene;
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) {
@@ -57,4 +59,4 @@ double seen_transmission(const SceneView& view, const Eigen::Vector2d& px) {
 
 const EffectModel vignetting_model{"lens.vignetting", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -6,7 +6,7 @@
 #include "libocc/simulate/internal/background.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) {
@@ -19,4 +19,4 @@ Bound bound(const SceneView& view) { return {view.grey_levels(lit_wall_electrons
 
 const EffectModel walls_model{"room.wall_reflectance", called_for, bound};
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -4,7 +4,7 @@
 
 #include "libocc/simulate/internal/view.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 double ambient_electrons(const SceneView& view);
 
@@ -21,4 +21,4 @@ double ghost_electrons(const SceneView& view);
 /// All of it, of effects that are called for and not switched off.
 double background_electrons(const SceneView& view);
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -6,12 +6,12 @@
 #include "libocc/simulate/internal/frame.hpp"
 #include "libocc/simulate/internal/signal.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// What charge that spills may add to a pixel at most, whatever else is left out: of what comes
 /// before blooming, the change at a pixel may be that much larger.
-Bound most_spill(const SceneView& view);
+Bound max_spill(const SceneView& view);
 
 void apply_blooming(const Frame& frame, Signal& signal);
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -4,7 +4,7 @@
 
 #include "libocc/simulate/internal/view.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// Gaussian part of the lens's blur [px]; 0 when the scene leaves the PSF out.
 double blur_sigma_px(const SceneView& view);
@@ -35,4 +35,4 @@ double change_by_shift_e(const LampView& seen, const SceneView& view, double mov
 /// point.
 double change_by_spread_e(const LampView& seen, const SceneView& view, double length_px);
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -10,7 +10,7 @@
 #include "libocc/simulate/internal/digitiser.hpp"
 #include "libocc/simulate/internal/noise_key.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 class DarkNoise {
  public:
@@ -39,4 +39,4 @@ class DarkNoise {
   std::vector<std::uint16_t> levels_;  // by number, instead of comparing with many steps
 };
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -9,7 +9,7 @@
 #include "libocc/core/simd.hpp"
 #include "libocc/radiometry/sensor.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 class Digitiser {
  public:
@@ -40,4 +40,4 @@ class Digitiser {
   std::vector<double> bounds_e_;  // empty for a linear response, where they are evenly spaced
 };
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

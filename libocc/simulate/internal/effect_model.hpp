@@ -9,7 +9,7 @@
 
 #include "libocc/simulate/internal/view.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// Of the noise-free image: grey levels at any pixel, pixels of any lamp's centroid.
 struct Bound {
@@ -33,4 +33,4 @@ extern const EffectModel extent_model, light_gradient_model, psf_model, distorti
     ambient_model, walls_model, interreflection_model, glare_model, ghosts_model, mosaic_model,
     gain_model, noise_model, saturation_model, blooming_model, response_model;
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

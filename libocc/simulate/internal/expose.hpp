@@ -7,7 +7,7 @@
 
 #include "libocc/simulate/internal/sensor_rows.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 class Exposure {
  public:
@@ -22,4 +22,4 @@ class Exposure {
   std::optional<SensorRows> rows_;
 };
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

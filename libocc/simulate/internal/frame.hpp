@@ -7,7 +7,7 @@
 #include "libocc/simulate/internal/storage.hpp"
 #include "libocc/simulate/plan.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 struct Frame {
   const Scene& scene;
@@ -23,4 +23,4 @@ inline Camera rendered_camera(const Frame& frame) {
   return frame.plan.applies(Effect::distortion) ? camera : camera.without_distortion();
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -5,11 +5,11 @@
 #include "libocc/simulate/internal/frame.hpp"
 #include "libocc/simulate/internal/signal.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// No pixel's gain is farther from the mean.
-constexpr double most_deviations = 6.4;
+constexpr double max_deviations = 6.4;
 
 void apply_gain(const Frame& frame, Signal& signal);
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -5,7 +5,7 @@
 #include "libocc/scene/scene.hpp"
 #include "libocc/simulate/simulate.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 struct GhostView {
   Scene scene;
@@ -15,4 +15,4 @@ struct GhostView {
 GhostView ghost_view(const Scene& scene, const Rigid3& cam_from_world,
                      const SimulateOptions& options, const Ghost& ghost);
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

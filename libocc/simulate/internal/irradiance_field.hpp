@@ -10,7 +10,7 @@
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/scene.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// Memory and weights are used again.
 class IrradianceField {
@@ -23,9 +23,9 @@ class IrradianceField {
   void fill(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
             const Sensor& sensor, PatchOf<float>& field);
 
-  static constexpr int most_step = 16;
+  static constexpr int max_step = 16;
   /// Weights of the pixels between two nodes, of the four nodes in turn.
-  using Weights = std::array<std::array<float, most_step>, 4>;
+  using Weights = std::array<std::array<float, max_step>, 4>;
 
  private:
   Simd simd_;
@@ -34,4 +34,4 @@ class IrradianceField {
   std::vector<float> nodes_, lines_;
 };
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

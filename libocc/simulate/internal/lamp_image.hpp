@@ -18,7 +18,7 @@
 #include <optional>
 
 #include "libocc/formation/coverage.hpp"
-#include "libocc/formation/lens_blur.hpp"
+#include "libocc/formation/internal/lens_blur.hpp"
 #include "libocc/simulate/internal/frame.hpp"
 #include "libocc/simulate/internal/line_image.hpp"
 #include "libocc/simulate/internal/lit_rows.hpp"
@@ -26,7 +26,7 @@
 #include "libocc/simulate/internal/occlusion.hpp"
 #include "libocc/simulate/internal/vignetting.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 class LampRenderer {
  public:
@@ -54,10 +54,10 @@ class LampRenderer {
 
   bool is_point(const Lamp& lamp) const;
   bool may_be_hidden() const { return frame_.plan.applies(Effect::occlusion); }
-  Visible visible(const Lamp& lamp, const Rigid3& pose) const;
+  formation::Visible visible(const Lamp& lamp, const Rigid3& pose) const;
 
   std::vector<LightNode> nodes(const Lamp& lamp) const;
-  std::vector<BlurShift> shifts(const Lamp& lamp, const Rigid3& pose) const;
+  std::vector<formation::BlurShift> shifts(const Lamp& lamp, const Rigid3& pose) const;
   double point_electrons(const Lamp& lamp, const Rigid3& pose, const Eigen::Vector2d& px) const;
   double light_change(const Lamp& lamp, const Rigid3& reference, const Rigid3& pose) const;
   Eigen::Vector2d log_light_gradient(const Lamp& lamp, const Rigid3& pose) const;
@@ -65,7 +65,7 @@ class LampRenderer {
 
   std::optional<RimContour> rim(const Lamp& lamp, const Rigid3& pose) const;
   bool contour(const Lamp& lamp, const std::vector<LightNode>& nodes,
-               const std::vector<BlurShift>& shifts, Contour& contour) const;
+               const std::vector<formation::BlurShift>& shifts, Contour& contour) const;
   std::optional<CoverageMoments> sharp_moments(const Lamp& lamp,
                                                const std::vector<LightNode>& nodes) const;
   double centre_irradiance(const Lamp& lamp, const Rigid3& pose) const;
@@ -81,10 +81,10 @@ class LampRenderer {
   const Frame& frame_;
   Camera camera_;
   Motion motion_;
-  std::optional<Vignetting> vignetting_;
+  std::optional<scene::Vignetting> vignetting_;
   const Blur* blur_ = nullptr;     // none: sharp
   const PixelPsf* psf_ = nullptr;  // that of the blur
   double spacing_px_ = 1;
 };
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -13,23 +13,23 @@
 #include <vector>
 
 #include "libocc/formation/coverage.hpp"
-#include "libocc/formation/lens_blur.hpp"
-#include "libocc/formation/sharp_coverage.hpp"
+#include "libocc/formation/internal/lens_blur.hpp"
+#include "libocc/formation/internal/sharp_coverage.hpp"
 #include "libocc/simulate/internal/motion.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 struct LineImageInput {
   const Motion& motion;
   const Camera& camera;
   const Lamp& lamp;
-  const PixelPsf* psf;                  ///< none: no blur
-  double spacing_px;                    ///< of contour points
-  double panels_per_px;                 ///< of blur, into which a line's exposure is cut
-  std::vector<BlurShift> shifts;        ///< what the lens adds to the PSF
-  std::function<double(double)> light;  ///< factor of the lamp's light at a time
+  const PixelPsf* psf;                       ///< none: no blur
+  double spacing_px;                         ///< of contour points
+  double panels_per_px;                      ///< of blur, into which a line's exposure is cut
+  std::vector<formation::BlurShift> shifts;  ///< what the lens adds to the PSF
+  std::function<double(double)> light;       ///< factor of the lamp's light at a time
   /// Of an extended lamp's image from a pose: without a PSF.
-  std::function<std::optional<Chords>(const Rigid3&)> chords;
+  std::function<std::optional<formation::Chords>(const Rigid3&)> chords;
   /// With one; given when it does not simply move along with the pose (parts may be hidden).
   std::function<std::optional<RimContour>(const Rigid3&)> rim;
 };
@@ -46,4 +46,4 @@ std::optional<Patch> point_line_image(const LineImageInput& input);
 double path_px(const Lamp& lamp, const Motion& motion, const Camera& camera, double from_s,
                double to_s);
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

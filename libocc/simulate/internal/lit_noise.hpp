@@ -14,7 +14,7 @@
 #include "libocc/radiometry/sensor.hpp"
 #include "libocc/simulate/internal/noise_key.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 class LitNoise {
  public:
@@ -40,4 +40,4 @@ class LitNoise {
   Range skewed_, near_full_;
 };
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

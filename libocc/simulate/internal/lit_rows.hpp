@@ -9,7 +9,7 @@
 #include "libocc/core/simd.hpp"
 #include "libocc/formation/coverage.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// A patch with zeros after each row, up to a whole number of vectors.
 struct PaddedPatch {
@@ -46,4 +46,4 @@ void light_row(Simd simd, const RowLight& light, const float* c, std::ptrdiff_t 
 /// Under even light.
 void light_row(Simd simd, double electrons, const float* c, int count, float* to);
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -6,7 +6,7 @@
 
 #include "libocc/simulate/internal/frame.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// Mean of the lamp's light over [start_s, start_s + exposure_s] in parts of power_w: its waveform,
 /// or lit for the first `duty` of every period; `phase` periods have passed at t = 0. 1 for a lamp
@@ -26,4 +26,4 @@ LightMoments seen_light(const Lamp& lamp, bool blinks, double begin_s, double le
 /// `first` on; 1 for a lamp whose image contains its blinking already (internal/motion.hpp).
 std::vector<double> lit_fractions(const Lamp& lamp, const Frame& frame, int first, int count);
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -2,10 +2,10 @@
 // Colour filters over the pixels: which light a pixel gets, and by which curve it is stored.
 #pragma once
 
-#include "libocc/radiometry/mosaic.hpp"
+#include "libocc/radiometry/internal/mosaic.hpp"
 #include "libocc/simulate/internal/signal.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// What pixels get of a light, over white light's through no filter.
 ByPlace light_by_place(const Sensor& sensor, const Eigen::Vector3d& colour);
@@ -16,4 +16,4 @@ Sensor sensor_at(const Sensor& sensor, std::size_t place);
 /// All that a light may be brighter by, in any pixel, than without mosaic and gain.
 double brightest_factor(const Scene& scene, const Eigen::Vector3d& colour);
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

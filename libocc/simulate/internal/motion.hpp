@@ -14,7 +14,7 @@
 #include "libocc/simulate/internal/frame.hpp"
 #include "libocc/simulate/internal/modulation.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// A pose from which a lamp shines into a line, and its share of the light in parts of power_w.
 struct LightNode {
@@ -73,4 +73,4 @@ class Motion {
   Rigid3 still_pose_;
 };
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -9,9 +9,9 @@
 #include <numeric>
 #include <vector>
 
-#include "libocc/core/philox_blocks.hpp"
+#include "libocc/core/internal/philox_blocks.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// Second word of the Philox counter, after that which counts pixels. `Random`, which draws the
 /// rare pixels that need an exact sampler, has 0 there.
@@ -67,7 +67,7 @@ class RowWords {
 
  private:
   static constexpr std::uint32_t spare = 32;
-  static constexpr std::uint32_t usual_blocks = 8 * philox_batch;
+  static constexpr std::uint32_t usual_blocks = 8 * core::philox_batch;
 
   void draw(Simd simd, const NoiseKey& key, const NoisyPixels& pixels) {
     key_ = key;
@@ -76,7 +76,7 @@ class RowWords {
     next_row_ = pixels.next_row;
     begins_.clear();
     const std::uint32_t most = pixels.count / per_block + 2;  // blocks of a row
-    counters_.resize(std::max(usual_blocks, most) + philox_batch);
+    counters_.resize(std::max(usual_blocks, most) + core::philox_batch);
     std::uint32_t blocks = 0;
     for (std::uint32_t row = 0; row < pixels.rows; ++row) {
       if (row > 0 && blocks + most > usual_blocks) break;
@@ -89,7 +89,8 @@ class RowWords {
       blocks += in_row;
     }
     words_.resize(4 * counters_.size() + spare);
-    philox_blocks(simd, counters_.data(), blocks, {use_, 0, key.frame}, key.words(), words_.data());
+    core::philox_blocks(simd, counters_.data(), blocks, {use_, 0, key.frame}, key.words(),
+                        words_.data());
   }
 
   NoiseUse use_;
@@ -99,4 +100,4 @@ class RowWords {
   std::vector<std::uint32_t> counters_, words_;
 };
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

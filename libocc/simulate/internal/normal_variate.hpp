@@ -12,7 +12,7 @@
 
 #include "libocc/core/internal/multiversion.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// ln(v) of 0 < v <= 1, to 1e-7 of 1 or of itself, whichever is more.
 LIBOCC_INLINE float natural_logarithm(float v) {
@@ -47,4 +47,4 @@ LIBOCC_INLINE float normal_variate(std::uint32_t bits) {
   return static_cast<std::int32_t>(bits) < 0 ? -z : z;
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

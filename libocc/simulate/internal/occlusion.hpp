@@ -5,16 +5,16 @@
 #include <optional>
 
 #include "libocc/formation/contour.hpp"
-#include "libocc/formation/shadow.hpp"
-#include "libocc/formation/sharp_coverage.hpp"
+#include "libocc/formation/internal/shadow.hpp"
+#include "libocc/formation/internal/sharp_coverage.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// Rim, or the chords of its image, of what is visible of a face; nothing as in rim_contour.
-std::optional<RimContour> visible_rim(const Lamp& lamp, const Visible& visible,
+std::optional<RimContour> visible_rim(const Lamp& lamp, const formation::Visible& visible,
                                       const Rigid3& cam_from_world, const Camera& camera,
                                       double spacing_px);
-std::optional<Chords> visible_chords(const Lamp& lamp, const Visible& visible,
-                                     const Rigid3& cam_from_world, const Camera& camera);
+std::optional<formation::Chords> visible_chords(const Lamp& lamp, const formation::Visible& visible,
+                                                const Rigid3& cam_from_world, const Camera& camera);
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -5,7 +5,7 @@
 #include "libocc/simulate/internal/effect_model.hpp"
 #include "libocc/simulate/internal/motion.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// `bound_of` gives a lamp's bounds in electrons (`dn`) and pixels. The electrons of lamps whose
 /// images, their blur and what they move by included, overlap with one lamp's are added.
@@ -25,4 +25,4 @@ bool is_seen_from(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& 
 /// Whether a lamp that the view does not hold would be in an image from some pose of the motion.
 bool any_comes_into_view(const SceneView& view, const Motion& motion);
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -7,7 +7,7 @@
 #include "libocc/simulate/internal/view.hpp"
 #include "libocc/simulate/plan.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// An effect that there is none of without the one that it follows from.
 struct Consequence {
@@ -23,4 +23,4 @@ inline bool depends_on_bounds(const Effects& effects) {
   return std::find(effects.use.begin(), effects.use.end(), Use::automatic) != effects.use.end();
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -8,7 +8,7 @@
 
 #include "libocc/scene/scene.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// The room's inside: six rectangles, of which face 2 k and 2 k + 1 lie across axis k at its lower
 /// and upper end.
@@ -63,4 +63,4 @@ class RoomSurfaces {
   std::array<std::vector<double>, 6> nodes_;
 };
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

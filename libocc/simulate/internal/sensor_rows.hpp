@@ -14,7 +14,7 @@
 #include "libocc/simulate/internal/lit_noise.hpp"
 #include "libocc/simulate/internal/signal.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// Some pixels of a row, and what they get beside the light of all.
 struct RowPart {
@@ -79,4 +79,4 @@ class SensorRows {
   std::vector<std::uint16_t> levels_, others_;
 };
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -10,7 +10,7 @@
 
 #include "libocc/simulate/simulate.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// One value for each place in a mosaic of two by two pixels: 2 (y mod 2) + x mod 2.
 using ByPlace = std::array<double, 4>;
@@ -83,4 +83,4 @@ void Signal::for_touched(Visit visit) const {
     for (const Run& run : runs(y)) visit(run.begin, y, run.end - run.begin);
 }
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -14,7 +14,7 @@
 #include "libocc/simulate/internal/irradiance_field.hpp"
 #include "libocc/simulate/internal/room_surfaces.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// A PSF, and how moments follow from coverage where pixels resolve it.
 struct Blur {
@@ -61,4 +61,4 @@ class Storage {
   std::map<std::pair<std::vector<double>, bool>, RoomSurfaces> rooms_;
 };
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// From one corner of the outline to the next, black on the left seen from the front (y up).
 struct PrintEdge {
@@ -30,4 +30,4 @@ struct TagPrint {
 /// Throws std::invalid_argument naming a family that is not known or an id that it does not have.
 TagPrint tag_print(const std::string& family, int id);
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -11,7 +11,7 @@
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/simulate/internal/tag_print.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 /// Closed outlines in a plane [m], inside on the left seen from the front; and a circle about the
 /// origin, where its radius is not zero.
@@ -26,10 +26,10 @@ PlaneOutline square_outline(double half_side_m);
 
 /// Contour of an outline whose plane is z = 0 of `cam_from_plane`, points at most spacing_px apart,
 /// columns those nearest to `near_px` where the image repeats itself. Nothing when a part is
-/// outside the camera's domain or larger than most_length_px.
+/// outside the camera's domain or larger than max_length_px.
 std::optional<Contour> plane_contour(const PlaneOutline& outline, const Rigid3& cam_from_plane,
                                      const Camera& camera, const Eigen::Vector2d& near_px,
-                                     double spacing_px, double most_length_px);
+                                     double spacing_px, double max_length_px);
 
 /// Area inside [px^2], negative when it is seen from behind.
 double contour_area(const Contour& contour);
@@ -37,4 +37,4 @@ double contour_area(const Contour& contour);
 /// Centroid of the area.
 Eigen::Vector2d contour_centroid(const Contour& contour);
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

@@ -11,7 +11,7 @@
 #include "libocc/scene/scene.hpp"
 #include "libocc/simulate/simulate.hpp"
 
-namespace occ {
+namespace occ::internal::simulate {
 
 struct LampView {
   const Lamp* lamp = nullptr;
@@ -41,4 +41,4 @@ struct SceneView {
 SceneView make_view(const Scene& scene, const Rigid3& cam_from_world,
                     const SimulateOptions& options);
 
-}  // namespace occ
+}  // namespace occ::internal::simulate

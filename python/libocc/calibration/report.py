@@ -112,7 +112,7 @@ def statistics_sections(c: Calibration) -> list[str]:
     if reliability is not None:
         low, high = reliability["sigma0_interval"]
         parts.append("<h2>Reliability</h2>" + table(("of image observations", ""), (
-            ("redundancy numbers, mean and least", f"{reliability['mean_redundancy']:.3f}, {reliability['least_redundancy']:.3f}"),
+            ("redundancy numbers, mean and least", f"{reliability['mean_redundancy']:.3f}, {reliability['min_redundancy']:.3f}"),
             ("least blunder found with 80 % power, median and worst [px]",
              f"{text_of(reliability['median_detectable_px'])}, {text_of(reliability['worst_detectable_px'])}"),
             ("what that does to the unknowns, median [sigma]", text_of(reliability["median_external"])),

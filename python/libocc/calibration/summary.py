@@ -214,7 +214,7 @@ def reliability_of(c: Calibration) -> dict[str, Any] | None:
         return None
     redundancy, tau = s.redundancy[c.used], np.abs(s.tau[c.used])
     return {
-        "mean_redundancy": float(redundancy.mean()), "least_redundancy": float(redundancy.min()),
+        "mean_redundancy": float(redundancy.mean()), "min_redundancy": float(redundancy.min()),
         "median_detectable_px": finite(np.median(s.detectable_px[c.used])),
         "worst_detectable_px": finite(s.detectable_px[c.used].max()),
         "median_external": finite(np.median(s.external[c.used])),

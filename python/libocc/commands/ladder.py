@@ -123,7 +123,7 @@ def verdict(best: Row | None, target_mm: float | None, budget_ms: float | None) 
               help="Each with a pose and noise of its own; 200 take some 5 s.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of poses and noise.")
 @click.option("--rung", "wanted", multiple=True, metavar="NAME", help="Only this one; repeatable.")
-@click.option("--least-time-us", type=click.FloatRange(0, min_open=True), default=50, show_default=True,
+@click.option("--min-time-us", type=click.FloatRange(0, min_open=True), default=50, show_default=True,
               help="Each rung is called for so long, or once.")
 @click.option("--target-mm", type=click.FloatRange(0, min_open=True),
               help="Say which rung is the fastest that errs no more.")
@@ -138,7 +138,7 @@ def verdict(best: Row | None, target_mm: float | None, budget_ms: float | None) 
 def command(
     ctx: click.Context, scene: str, lamps: int | None, range_m: float, tilt_deg: float, noise: float,
     read_noise_e: float | None, gain_dn_per_e: float | None, frames: int, seed: int,
-    wanted: tuple[str, ...], least_time_us: float, target_mm: float | None, budget_ms: float | None,
+    wanted: tuple[str, ...], min_time_us: float, target_mm: float | None, budget_ms: float | None,
     as_json: bool, csv_path: str | None, plot_path: str | None, costs_path: str | None,
 ) -> None:
     """\b
@@ -163,7 +163,7 @@ def command(
     for package in missing:
         click.echo(f"not installed, left out: {package} (pip install 'libocc[peers]')", err=True)
     with blamed_on(scene), progress("climbing", frames) as advance:
-        result = run(experiment, rungs, frames, 1e-6 * least_time_us, advance)
+        result = run(experiment, rungs, frames, 1e-6 * min_time_us, advance)
     rows = rows_of(result)
     if not rows:
         if result.interrupted:

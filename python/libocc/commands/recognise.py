@@ -74,7 +74,7 @@ def recognition_text(found: occ.Recognition, objects: Sequence[occ.Object]) -> s
 @click.argument("files", metavar="OBJECT...", nargs=-1, required=True)
 @click.option("--camera", "scene", required=True, metavar="SCENE", help="Whose camera and sensor took it.")
 @click.option("--sigma-px", type=float, help="Error of the camera and the objects  [default: 0.5].")
-@click.option("--most-false-alarms", type=float, default=1e-3, show_default=True,
+@click.option("--max-false-alarms", type=float, default=1e-3, show_default=True,
               help="An object is there when chance brings fewer.")
 @prior_options
 @json_option
@@ -86,7 +86,7 @@ def command(
     files: tuple[str, ...],
     scene: str,
     sigma_px: float | None,
-    most_false_alarms: float,
+    max_false_alarms: float,
     prior: occ.Prior,
     as_json: bool,
     overlay: str | None,
@@ -120,7 +120,7 @@ def command(
         blobs = occ.detect(pixels, sensor=taken_by.sensor)
     options: dict[str, Any] = {} if sigma_px is None else {"gate_model_sigma_px": sigma_px}
     with blamed_on("recognise"):
-        found = occ.recognise(blobs, objects, camera, prior, most_false_alarms=most_false_alarms, **options)
+        found = occ.recognise(blobs, objects, camera, prior, max_false_alarms=max_false_alarms, **options)
     if overlay is not None:
         from ..overlay import draw_recognition
 

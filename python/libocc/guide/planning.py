@@ -12,9 +12,9 @@ from .._core import PlanarPose, PlanStatus, Route, Scene, Vehicle, plan_pan_tilt
 from .sections import made, mapping, values_of, values_by_name
 
 VIEW = ("margin_px", "sigma_px", "heading_sigma_rad")
-OF_ROUTE = ("least_lamps", "most_sigma_m", "cell_m", "corner_radius_m", "vehicle_height_m", "speed_m_s", "turn_cost_m")
+OF_ROUTE = ("min_lamps", "max_sigma_m", "cell_m", "corner_radius_m", "vehicle_height_m", "speed_m_s", "turn_cost_m")
 OF_PAN_TILT = (
-    "least_lamps", "least_pan_rad", "most_pan_rad", "least_tilt_rad", "most_tilt_rad", "pans", "tilts", "pan_rate_rad_s",
+    "min_lamps", "min_pan_rad", "max_pan_rad", "min_tilt_rad", "max_tilt_rad", "pans", "tilts", "pan_rate_rad_s",
     "tilt_rate_rad_s", "step_m", "sigma_cost_1_m",
 )
 

@@ -34,7 +34,7 @@ def problems(experiment: Experiment) -> list[Experiment]:
 
 
 def measure(
-    experiment: Experiment, frames: int, least_time_s: float, advance: Callable[[], None]
+    experiment: Experiment, frames: int, min_time_s: float, advance: Callable[[], None]
 ) -> RungCosts:
     """frames: of each problem. Raises: ValueError when a rung could not be measured."""
     seen: dict[Rung, list[tuple[Any, float]]] = {rung: [] for rung in TERMS}
@@ -44,7 +44,7 @@ def measure(
             image = problem.image(number, pose)
             for rung, rows in seen.items():
                 runs = [
-                    _core.time_refine(image, problem.scene, pose, rung, least_time_s)
+                    _core.time_refine(image, problem.scene, pose, rung, min_time_s)
                     for _ in range(REPEATS)
                 ]
                 *work, _ = runs[0]

@@ -59,7 +59,7 @@ def peer_rungs(peers: Sequence[Peer]) -> list[Rung]:
 
 
 def run(
-    experiment: Experiment, rungs: Sequence[Rung], frames: int, least_time_s: float,
+    experiment: Experiment, rungs: Sequence[Rung], frames: int, min_time_s: float,
     advance: Callable[[], None],
 ) -> Run:
     """Ctrl-C ends it early; the frame at hand is dropped, what came before is kept."""
@@ -69,7 +69,7 @@ def run(
         for number in range(frames):
             pose = experiment.pose(number)
             image = experiment.image(number, pose)
-            frame = _core.ladder_frame(image, experiment.scene, pose, steps, least_time_s)
+            frame = _core.ladder_frame(image, experiment.scene, pose, steps, min_time_s)
             if len(frame.points_px) >= 3:
                 _keep(result, frame, experiment, pose)
             advance()

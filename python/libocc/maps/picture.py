@@ -77,13 +77,13 @@ def bound_range(maps: Sequence[PowerMap]) -> tuple[float, float] | None:
 
 
 def _range(
-    values: Sequence[NDArray[np.float64]], parts: tuple[float, float], least_half: float
+    values: Sequence[NDArray[np.float64]], parts: tuple[float, float], min_half: float
 ) -> tuple[float, float] | None:
     finite = np.concatenate([value[np.isfinite(value)] for value in values])
     if not len(finite):
         return None
     low, high = np.quantile(finite, parts)
-    middle, half = (low + high) / 2, max((high - low) / 2, least_half)
+    middle, half = (low + high) / 2, max((high - low) / 2, min_half)
     return float(middle - half), float(middle + half)
 
 

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: the light inside a disc, a smooth surface, fitted where the blur of the rim does not
+// reach and carried on across the rim.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+
+#include "libocc/core/abi.hpp"
+#include "libocc/detect/internal/ellipse_fit.hpp"
+#include "libocc/detect/internal/patch.hpp"
+
+namespace occ::internal::detect {
+
+/// How far inside the rim, in sigmas of its blur, the plateau's level matters to where the rim is
+/// found: minus the mean of z weighted with the blurred edge times its derivative.
+inline constexpr double level_depth = 0.564;
+
+class Plateau {
+ public:
+  /// Least squares over the pixels inside the ellipse that the rim's blur leaves most of their
+  /// light: a polynomial of degree 0 to 3, whatever the number of pixels bears; of degree 5 over a
+  /// ring along the rim in large discs, across which light falls off by more. Nothing when there
+  /// are hardly any pixels.
+  static std::optional<Plateau> fit(const Patch& patch, const FittedConic& conic, double blur_px);
+
+  /// Signal of the unblurred disc at a pixel.
+  double operator()(double x, double y) const {
+    const double u = (x - centre_.x()) * scale_, v = (y - centre_.y()) * scale_;
+    if (degree_ <= 2)  // most lamps, and most of the time
+      return of(0, 0) + u * (of(1, 0) + u * of(2, 0) + v * of(1, 1)) +
+             v * (of(0, 1) + v * of(0, 2));
+    double sum = 0;
+    for (int i = degree_; i >= 0; --i) sum = sum * u + in_v(i, v);
+    return sum;
+  }
+
+  /// Its gradient there.
+  Eigen::Vector2d gradient(double x, double y) const {
+    const double u = (x - centre_.x()) * scale_, v = (y - centre_.y()) * scale_;
+    double sum = 0, by_u = 0, by_v = 0;
+    for (int i = degree_; i >= 0; --i) {
+      by_u = by_u * u + sum;
+      sum = sum * u + in_v(i, v);
+      double slope = 0;
+      for (int j = degree_ - i; j >= 1; --j) slope = slope * v + j * of(i, j);
+      by_v = by_v * u + slope;
+    }
+    return scale_ * Eigen::Vector2d(by_u, by_v);
+  }
+
+  bool uniform() const { return degree_ == 0; }  ///< too few pixels to tell a slope
+  double level() const { return level_; }        ///< mean over the pixels
+  double variance() const { return variance_; }  ///< of a pixel about the surface
+
+  /// Covariance of the slope that the rim sees [DN per pixel], for a unit variance of the pixels.
+  const Eigen::Matrix2d& gradient_covariance() const { return gradient_covariance_; }
+
+  /// Variance of the level at the rim, its mean all around, for a unit variance of the pixels.
+  double rim_level_variance() const { return rim_level_variance_; }
+
+  static constexpr int max_degree = 5;
+
+ private:
+  /// Of u^i v^j.
+  double of(int i, int j) const { return c_[i * (max_degree + 1) + j]; }
+
+  double in_v(int i, double v) const {
+    double sum = 0;
+    for (int j = degree_ - i; j >= 0; --j) sum = sum * v + of(i, j);
+    return sum;
+  }
+
+  template <int Degree>
+  static std::optional<Plateau> fit_surface(const Patch& patch, const FittedConic& conic,
+                                            double blur_px, double shrink, double hollow);
+
+  Eigen::Vector2d centre_ = Eigen::Vector2d::Zero();
+  double scale_ = 1;
+  int degree_ = 0;
+  std::array<double, (max_degree + 1) * (max_degree + 1)> c_{};
+  double level_ = 0;
+  double variance_ = 0;
+  Eigen::Matrix2d gradient_covariance_ = Eigen::Matrix2d::Zero();
+  double rim_level_variance_ = 0;
+};
+
+}  // namespace occ::internal::detect

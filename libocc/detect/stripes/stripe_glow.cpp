@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "libocc/detect/internal/stripe_centre.hpp"
+
+namespace occ::internal::detect {
+namespace {
+
+/// Where the glow is looked for.
+struct Disc {
+  Eigen::Vector2d centre;
+  double radius;
+};
+
+/// The logarithm of a window's signal; minus infinity for pixels not to be used.
+LineWindow log_window(LineWindow window, const GlowOptions& options) {
+  const auto floor = static_cast<float>(options.floor), top = static_cast<float>(options.clipped);
+  for (float& value : window.signal)
+    value =
+        value > floor && value < top ? std::log(value) : -std::numeric_limits<float>::infinity();
+  return window;
+}
+
+/// Centroid of the log above the floor, and 2.6 times its standard deviation.
+Disc around(const LineWindow& log, double log_floor) {
+  double sum = 0, squares = 0;
+  Eigen::Vector2d first = Eigen::Vector2d::Zero();
+  for (int line = log.box.line0; line <= log.box.line1; ++line) {
+    const float* values = log.line(line);
+    for (int i = 0; i < log.samples; ++i) {
+      if (!(values[i] > log_floor)) continue;
+      const double w = values[i] - log_floor;
+      const Eigen::Vector2d at(line, log.pos(i));
+      sum += w;
+      first += w * at;
+      squares += w * at.squaredNorm();
+    }
+  }
+  if (!(sum > 0)) return {Eigen::Vector2d::Zero(), 0};
+  const Eigen::Vector2d centre = first / sum;
+  return {centre, 2.6 * std::sqrt(std::max(0.0, squares / sum - centre.squaredNorm()) / 2)};
+}
+
+using Vector10 = Eigen::Matrix<double, 10, 1>;
+using Matrix10 = Eigen::Matrix<double, 10, 10>;
+
+/// Normal equations of log = x0 + x1 u + x2 v + x3 u^2 + x4 u v + x5 v^2 + two harmonics (x6..x9).
+struct Normals {
+  Matrix10 information = Matrix10::Zero();
+  Vector10 right = Vector10::Zero();
+  double squares = 0, count = 0;
+
+  /// Adds a line's sums: of v^k, of log v^k, of log^2. Along a line only 1, v, v^2 vary.
+  void add_line(double u, double angle, const double (&v)[5], const double (&t)[3], double tt) {
+    Eigen::Matrix<double, 10, 3> a = Eigen::Matrix<double, 10, 3>::Zero();
+    const double c = std::cos(angle), s = std::sin(angle);
+    a.col(0) << 1, u, 0, u * u, 0, 0, c, s, c * c - s * s, 2 * s * c;
+    a(2, 1) = 1;
+    a(4, 1) = u;
+    a(5, 2) = 1;
+    Eigen::Matrix3d moments;
+    moments << v[0], v[1], v[2], v[1], v[2], v[3], v[2], v[3], v[4];
+    information += a * moments * a.transpose();
+    right += a * Eigen::Vector3d(t[0], t[1], t[2]);
+    squares += tt;
+    count += v[0];
+  }
+};
+
+/// Sums over the pixels within the disc and above the floor; u, v are relative to the disc.
+Normals normals(const LineWindow& log, const Disc& disc, const Blink& blink, double log_floor) {
+  Normals out;
+  for (int line = log.box.line0; line <= log.box.line1; ++line) {
+    const double u = (line - disc.centre[0]) / disc.radius;
+    if (u * u >= 1) continue;
+    const double half = disc.radius * std::sqrt(1 - u * u);
+    const int end = log.sample_from(disc.centre[1] + half);
+    const float* values = log.line(line);
+    double v[5] = {}, t[3] = {}, tt = 0;
+    for (int i = log.sample_from(disc.centre[1] - half); i < end; ++i) {
+      const double value = values[i];
+      if (!(value > log_floor)) continue;
+      const double x = (log.pos(i) - disc.centre[1]) / disc.radius, xx = x * x;
+      v[0] += 1;
+      v[1] += x;
+      v[2] += xx;
+      v[3] += xx * x;
+      v[4] += xx * xx;
+      t[0] += value;
+      t[1] += value * x;
+      t[2] += value * xx;
+      tt += value * value;
+    }
+    if (v[0] > 0) out.add_line(u, 6.283185307179586 * blink.phase(line), v, t, tt);
+  }
+  return out;
+}
+
+struct QuadraticFit {
+  Eigen::Vector2d centre;
+  Eigen::Matrix2d curvature;  ///< of -log: positive definite for a glow
+  Eigen::Matrix2d covariance;
+  double above_floor = 0;  ///< log of peak over floor
+};
+
+std::optional<QuadraticFit> fit_quadratic(const LineWindow& log, const Disc& disc,
+                                          const Blink& blink, double log_floor) {
+  Normals sums = normals(log, disc, blink, log_floor);
+  if (sums.count < 40) return std::nullopt;
+  // Lit lines alone may leave the harmonics undetermined: a weak pull to zero settles them.
+  for (int k = 6; k < 10; ++k) sums.information(k, k) += 1e-3 * sums.count;
+  const Vector10 x = sums.information.ldlt().solve(sums.right);
+
+  QuadraticFit fit;
+  Eigen::Matrix2d h;
+  h << -2 * x[3], -x[4], -x[4], -2 * x[5];
+  if (!(h.trace() > 0 && h.determinant() > 1e-3 * h.trace() * h.trace())) return std::nullopt;
+  const Eigen::Matrix2d h_inverse = h.inverse();
+  const Eigen::Vector2d offset = h_inverse * x.segment<2>(1);
+  fit.centre = disc.centre + disc.radius * offset;
+  fit.curvature = h / (disc.radius * disc.radius);
+  fit.above_floor = x[0] + 0.5 * offset.dot(h * offset) - log_floor;
+  const double variance = std::max(0.0, sums.squares - sums.right.dot(x)) / sums.count;
+  // Neighbouring pixels share the misfit of the model: each patch of 5 x 5 counts as one.
+  const double patch = std::max(1.0, 25.0 / log.stride);
+  const Eigen::Matrix2d of_slope =
+      patch * variance * Matrix10(sums.information.inverse()).block<2, 2>(1, 1);
+  fit.covariance = disc.radius * disc.radius * h_inverse * of_slope * h_inverse;
+  return fit;
+}
+
+}  // namespace
+
+std::optional<StripedShape> fit_glow(const LineWindow& window, const GlowOptions& options) {
+  const LineWindow log = log_window(window, options);
+  const double log_floor = std::log(options.floor);
+  Disc disc = around(log, log_floor);
+  if (!(disc.radius > 2)) return std::nullopt;
+  std::optional<QuadraticFit> fit;
+  for (int iteration = 0; iteration < 4; ++iteration) {
+    fit = fit_quadratic(log, disc, *options.blink, log_floor);
+    // A centre that runs away belongs to no glow.
+    if (!fit || (fit->centre - disc.centre).norm() > disc.radius) return std::nullopt;
+    disc.centre = fit->centre;
+  }
+  const double range = std::max(0.7, fit->above_floor);
+  // An outline far beyond the pixels that were used is no outline.
+  const double least = fit->curvature.selfadjointView<Eigen::Lower>().eigenvalues()[0];
+  if (!(std::sqrt(2 * range / least) < 3 * disc.radius)) return std::nullopt;
+  StripedShape glow;
+  glow.centre = fit->centre;
+  glow.covariance = fit->covariance;
+  glow.log_range = range;
+  glow.shape = Eigen::Matrix2d(fit->curvature / (2 * range)).llt().matrixU();
+  // The brighter half of the glow (by its log) has a centre of its own when the glow is lopsided.
+  if (const auto inner =
+          fit_quadratic(log, disc, *options.blink, log_floor + 0.5 * fit->above_floor))
+    glow.covariance +=
+        (inner->centre - fit->centre).squaredNorm() / 2 * Eigen::Matrix2d::Identity();
+  return glow;
+}
+
+}  // namespace occ::internal::detect

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: what a run's records come to.
+#pragma once
+
+#include "libocc/guide/closed_loop.hpp"
+
+namespace occ::internal::guide {
+
+LoopMetrics summarise(const LoopResult& result, const Route& route, const LoopOptions& options);
+
+}  // namespace occ::internal::guide

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/ladder/internal/ladder_steps.hpp"
+
+#include <array>
+#include <limits>
+#include <stdexcept>
+
+#include "libocc/locate/solve_pose.hpp"
+#include "libocc/pose/candidates.hpp"
+#include "libocc/pose/internal/p3p_kneip.hpp"
+#include "libocc/pose/internal/point_layout.hpp"
+#include "libocc/pose/internal/spread.hpp"
+#include "libocc/pose/internal/unit_frame.hpp"
+#include "libocc/pose/solvers/p3p.hpp"
+
+namespace occ {
+
+using namespace internal::ladder;
+using namespace internal::pose;
+namespace {
+
+/// By three of the points; the others choose among its candidates.
+template <void (*solve)(const PoseProblem&, std::vector<Rigid3>&)>
+Result<Rigid3> by_three(const LadderProblem& p) {
+  const Triple triple = spread_triple(p.points_in_world);
+  PoseProblem three;
+  three.points.resize(3, 3);
+  three.bearings.resize(3, 3);
+  for (int k = 0; k < 3; ++k) {
+    const int i = triple[k];
+    three.points.col(k) = p.points_in_world.col(i);
+    const auto bearing = p.scene.camera.unproject(p.points_px.col(i));
+    if (!bearing) return {{}, Status::no_pose, ""};
+    three.bearings.col(k) = *bearing;
+  }
+  std::vector<Rigid3> candidates;
+  solve(three, candidates);
+  return nearest_candidate(p, candidates);
+}
+
+void own_p3p(const PoseProblem& three, std::vector<Rigid3>& candidates) {
+  p3p(three.bearings, three.points, candidates);
+}
+
+/// The bare solver, with the frame that it expects.
+Result<Rigid3> by_solver(const LadderProblem& p, const char* name) {
+  PoseProblem problem = bearings_of(p);
+  const UnitFrame frame = normalise(problem.points);
+  std::vector<Rigid3> candidates;
+  solver_named(name).solve(problem, candidates);
+  for (Rigid3& c : candidates) c = frame.restored(c);
+  return nearest_candidate(p, candidates);
+}
+
+Result<Rigid3> by_p3p_triples(const LadderProblem& p) { return by_solver(p, "p3p_triples"); }
+Result<Rigid3> by_upnp(const LadderProblem& p) { return by_solver(p, "upnp"); }
+Result<Rigid3> by_epnp(const LadderProblem& p) { return by_solver(p, "epnp"); }
+Result<Rigid3> by_posit(const LadderProblem& p) { return by_solver(p, "posit"); }
+Result<Rigid3> by_posit_coplanar(const LadderProblem& p) { return by_solver(p, "posit_coplanar"); }
+Result<Rigid3> by_homography(const LadderProblem& p) { return by_solver(p, "homography"); }
+Result<Rigid3> by_dlt(const LadderProblem& p) { return by_solver(p, "dlt"); }
+
+Result<Rigid3> guarded(const LadderProblem& p) {
+  CandidateOptions options;
+  options.tolerance_rad = 0.05;  // noisy bearings, and no wrong names
+  const auto found = pose_candidates(bearings_of(p), "auto", options);
+  if (!found.ok()) return {{}, found.status, found.message};
+  return {found->front().cam_from_world, Status::ok, ""};
+}
+
+/// Its best pose also where another one fits nearly as well.
+Result<Rigid3> by_solve_pose(const LadderProblem& p) {
+  SolvePoseOptions options;
+  options.sigma_px = p.sigma_px;
+  const Result<Fix> fix = solve_pose(p.points_in_world, p.points_px, p.scene.camera, options);
+  const bool answered = fix.ok() || fix.status == Status::ambiguous;
+  return {fix->cam_from_world, answered ? Status::ok : fix.status, fix.message};
+}
+
+template <Rung rung, FluxModel flux = FluxModel::ignore>
+Result<Rigid3> refined(const LadderProblem& p) {
+  const Result<Rigid3> start = by_p3p_triples(p);
+  if (!start.ok()) return start;
+  RefineOptions options;
+  options.rung = rung;
+  options.flux = flux;
+  const Result<Refined> found = refine(*start, p.matches, p.blobs, p.scene, options, p.image);
+  return {found->cam_from_world, found.status, found.message};
+}
+
+bool three(const LadderProblem& p) { return p.points_px.cols() >= 3; }
+bool four(const LadderProblem& p) { return p.points_px.cols() >= 4; }
+bool flat_four(const LadderProblem& p) { return four(p) && is_flat(p); }
+bool deep_four(const LadderProblem& p) { return four(p) && is_deep(p); }
+bool deep_six(const LadderProblem& p) { return p.points_px.cols() >= 6 && is_deep(p); }
+
+std::vector<LadderStep> own_steps() {
+  constexpr FluxModel dark = FluxModel::ignore;
+  constexpr Rung points = Rung::points, rims = Rung::rims;
+  return {
+      {"p3p", "libocc", "three points, chosen by the others", points, dark, three,
+       by_three<own_p3p>},
+      {"p3p_kneip", "OpenGV", "three points, chosen by the others", points, dark, three,
+       by_three<solve_p3p_kneip>},
+      {"p3p_triples", "libocc", "the best of several triples", points, dark, three, by_p3p_triples},
+      {"guard", "libocc", "p3p_triples, checked and polished by all points", points, dark, three,
+       guarded},
+      {"posit", "libocc", "all points", points, dark, deep_four, by_posit},
+      {"posit_coplanar", "libocc", "a plane's points", points, dark, flat_four, by_posit_coplanar},
+      {"homography", "libocc", "a plane's points", points, dark, flat_four, by_homography},
+      {"dlt", "libocc", "all points", points, dark, deep_six, by_dlt},
+      {"epnp", "OpenGV", "all points", points, dark, deep_four, by_epnp},
+      {"upnp", "OpenGV", "all points", points, dark, four, by_upnp},
+      {"solve_pose", "libocc", "all points, least squares, with covariance", points, dark, three,
+       by_solve_pose},
+      {"points", "libocc", "refined by centroids taken for the lamps' centres", points, dark, three,
+       refined<Rung::points>},
+      {"centres", "libocc", "refined by centroids, ellipses corrected", Rung::centres, dark, three,
+       refined<Rung::centres>},
+      {"rims", "libocc", "refined by rims", rims, dark, three, refined<Rung::rims>},
+      {"rims+flux", "libocc", "refined by rims and brightness", rims, FluxModel::known_power, three,
+       refined<Rung::rims, FluxModel::known_power>},
+      {"direct", "libocc", "refined by every pixel", Rung::direct, dark, three,
+       refined<Rung::direct>}};
+}
+
+}  // namespace
+
+PoseProblem internal::ladder::bearings_of(const LadderProblem& p) {
+  PoseProblem problem;
+  problem.points = p.points_in_world;
+  problem.bearings.resize(3, p.points_px.cols());
+  for (Eigen::Index i = 0; i < p.points_px.cols(); ++i) {
+    const auto bearing = p.scene.camera.unproject(p.points_px.col(i));
+    problem.bearings.col(i) = bearing.value_or(Eigen::Vector3d::UnitZ());
+  }
+  return problem;
+}
+
+Result<Rigid3> internal::ladder::nearest_candidate(const LadderProblem& p,
+                                                   const std::vector<Rigid3>& candidates) {
+  Result<Rigid3> best;
+  best.status = Status::no_pose;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Rigid3& pose : candidates) {
+    double sum = 0;
+    for (Eigen::Index i = 0; i < p.points_px.cols(); ++i) {
+      const auto px = p.scene.camera.project(pose * p.points_in_world.col(i));
+      sum +=
+          px ? (*px - p.points_px.col(i)).squaredNorm() : std::numeric_limits<double>::infinity();
+    }
+    if (!(sum < least)) continue;
+    least = sum;
+    best = {pose, Status::ok, ""};
+  }
+  return best;
+}
+
+bool internal::ladder::is_flat(const LadderProblem& p) { return !is_deep(p); }
+bool internal::ladder::is_deep(const LadderProblem& p) {
+  return spans_space(point_layout(p.points_in_world));
+}
+
+const std::vector<LadderStep>& ladder_steps() {
+  static const std::vector<LadderStep> list = [] {
+    std::vector<LadderStep> steps = own_steps();
+    for (const LadderStep& step : opencv_steps()) steps.push_back(step);
+    return steps;
+  }();
+  return list;
+}
+
+const LadderStep& ladder_step_named(const std::string& name) {
+  std::string known;
+  for (const LadderStep& step : ladder_steps()) {
+    if (step.name == name) return step;
+    known += (known.empty() ? "" : ", ") + std::string(step.name);
+  }
+  throw std::invalid_argument("rung = \"" + name + "\" must be one of " + known);
+}
+
+}  // namespace occ

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/landmarks/april_tags.hpp"
+
+#include <apriltag/apriltag.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "libocc/core/internal/april_family.hpp"
+#include "libocc/core/require.hpp"
+#include "libocc/landmarks/internal/image_tiles.hpp"
+#include "libocc/landmarks/internal/tag_corners.hpp"
+
+namespace occ {
+
+using namespace internal::core;
+using namespace internal::landmarks;
+namespace {
+
+using Detector = std::unique_ptr<apriltag_detector_t, void (*)(apriltag_detector_t*)>;
+using Detections = std::unique_ptr<zarray_t, void (*)(zarray_t*)>;
+
+Detector make_detector(const AprilTagOptions& options, apriltag_family_t* family) {
+  Detector detector(apriltag_detector_create(), apriltag_detector_destroy);
+  detector->nthreads = options.threads;
+  detector->quad_decimate = static_cast<float>(options.decimate);
+  apriltag_detector_add_family_bits(detector.get(), family, options.max_hamming);
+  return detector;
+}
+
+unsigned brightest_of(const Image& grey) {
+  if (grey.type == PixelType::u8) return 255;
+  return std::max<unsigned>(1, *std::max_element(grey.u16.begin(), grey.u16.end()));
+}
+
+// Eight bits a pixel, the brightest at full scale when there were more.
+std::vector<std::uint8_t> eight_bits(const Image& grey, unsigned brightest) {
+  if (grey.type == PixelType::u8) return grey.u8;
+  std::vector<std::uint8_t> pixels;
+  pixels.reserve(grey.u16.size());
+  for (const unsigned value : grey.u16)
+    pixels.push_back(static_cast<std::uint8_t>(255 * value / brightest));
+  return pixels;
+}
+
+// From (-1, -1), (1, -1), (1, 1), (-1, 1) to the corners.
+Eigen::Matrix3d homography_to(const std::array<Eigen::Vector2d, 4>& corners) {
+  constexpr double x[4] = {-1, 1, 1, -1}, y[4] = {-1, -1, 1, 1};
+  Eigen::Matrix<double, 8, 8> a;
+  Eigen::Matrix<double, 8, 1> b;
+  for (int k = 0; k < 4; ++k) {
+    const Eigen::Vector2d& c = corners[k];
+    a.row(2 * k) << x[k], y[k], 1, 0, 0, 0, -c.x() * x[k], -c.x() * y[k];
+    a.row(2 * k + 1) << 0, 0, 0, x[k], y[k], 1, -c.y() * x[k], -c.y() * y[k];
+    b.segment<2>(2 * k) = c;
+  }
+  const Eigen::Matrix<double, 8, 1> h = a.partialPivLu().solve(b);
+  Eigen::Matrix3d homography;
+  homography << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1;
+  return homography;
+}
+
+// `origin`: of the tile in the image.
+AprilTag tag_of(const apriltag_detection_t& found, const Image& grey,
+                const AprilTagOptions& options, const Eigen::Vector2d& origin) {
+  constexpr double corner_is_origin_px = 0.5;
+  AprilTag tag;
+  tag.id = found.id;
+  tag.family = options.family;
+  tag.hamming = found.hamming;
+  tag.decision_margin = static_cast<double>(found.decision_margin);
+  TagCorners corners;
+  // Cut by the border, or of sides that are bent: libapriltag takes them for straight.
+  const double unrefined_px =
+      0.1 + 0.01 * std::hypot(found.p[1][0] - found.p[0][0], found.p[1][1] - found.p[0][1]);
+  for (std::size_t k = 0; k < 4; ++k) {
+    corners.px[k] = Eigen::Vector2d(found.p[k][0], found.p[k][1]).array() - corner_is_origin_px;
+    corners.covariance_px2[k] = unrefined_px * unrefined_px * Eigen::Matrix2d::Identity();
+  }
+  if (options.refine && options.bends_px) {
+    std::array<Eigen::Vector2d, 4> in_image = corners.px;
+    for (Eigen::Vector2d& corner : in_image) corner += origin;
+    corners.bends_px = options.bends_px(in_image);
+  }
+  TagCorners better = corners;
+  tag.refined = options.refine && refine_corners(grey, 1.0 / found.family->width_at_border, better);
+  tag.corners_px = tag.refined ? better.px : corners.px;
+  tag.covariance_px2 = tag.refined ? better.covariance_px2 : corners.covariance_px2;
+  tag.homography = homography_to(tag.corners_px);
+  tag.centre_px = tag.homography.col(2).hnormalized();
+  return tag;
+}
+
+}  // namespace
+
+void AprilTagOptions::validate() const {
+  std::string names;
+  for (const std::string& known : april_family_names())
+    names += (names.empty() ? "" : ", ") + known;
+  require(make_april_family(family) != nullptr, "family", family, "one of " + names);
+  require(decimate >= 1 && decimate <= 8, "decimate", decimate, "between 1 and 8");
+  require(threads >= 1, "threads", threads, "at least 1");
+  require(max_hamming >= 0 && max_hamming <= 2, "max_hamming", max_hamming, "0, 1 or 2");
+  require(overlap_px >= 0, "overlap_px", overlap_px, "zero or positive");
+  require(tile_px == 0 || (tile_px >= 64 && tile_px / 2 >= overlap_px), "tile_px", tile_px,
+          "0, or at least 64 and twice overlap_px");
+  require(min_decision_margin >= 0, "min_decision_margin", min_decision_margin, "zero or positive");
+}
+
+std::vector<std::string> april_tag_families() { return april_family_names(); }
+
+namespace {
+
+// One detector, for one tile after another.
+class TagFinder {
+ public:
+  explicit TagFinder(const AprilTagOptions& options)
+      : options_(options),
+        family_(make_april_family(options.family)),
+        detector_(make_detector(options, family_.get())) {}
+
+  std::vector<AprilTag> find(const Image& grey, unsigned brightest,
+                             const Eigen::Vector2d& origin = Eigen::Vector2d::Zero()) const {
+    constexpr double min_size_px = 16;  // libapriltag divides the image into tiles
+    std::vector<AprilTag> tags;
+    if (std::min(grey.width, grey.height) < min_size_px * options_.decimate) return tags;
+    std::vector<std::uint8_t> pixels = eight_bits(grey, brightest);
+    image_u8_t view{grey.width, grey.height, grey.width, pixels.data()};
+    const Detections found(apriltag_detector_detect(detector_.get(), &view),
+                           apriltag_detections_destroy);
+    for (int i = 0; i < zarray_size(found.get()); ++i) {
+      apriltag_detection_t* detection = nullptr;
+      zarray_get(found.get(), i, static_cast<void*>(&detection));
+      if (static_cast<double>(detection->decision_margin) >= options_.min_decision_margin)
+        tags.push_back(tag_of(*detection, grey, options_, origin));
+    }
+    return tags;
+  }
+
+ private:
+  const AprilTagOptions& options_;
+  AprilFamily family_;
+  Detector detector_;
+};
+
+void sort_by_id(std::vector<AprilTag>& tags) {
+  std::stable_sort(tags.begin(), tags.end(),
+                   [](const AprilTag& a, const AprilTag& b) { return a.id < b.id; });
+}
+
+void shift(const Eigen::Vector2d& by, AprilTag& tag) {
+  for (Eigen::Vector2d& corner : tag.corners_px) corner += by;
+  tag.centre_px += by;
+  tag.homography.row(0) += by.x() * tag.homography.row(2);
+  tag.homography.row(1) += by.y() * tag.homography.row(2);
+}
+
+// libapriltag's threshold goes by squares of 4 pixels of the decimated image: tiles begin where
+// those of the whole image do.
+int tile_unit(double decimate) {
+  constexpr double three_become_two = 1.5;
+  return decimate == three_become_two ? 12 : 4 * static_cast<int>(decimate);
+}
+
+std::vector<AprilTag> find_by_tiles(const ImageReader& image, const AprilTagOptions& options) {
+  const std::vector<ImageTile> tiles = image_tiles(image.width, image.height, options.tile_px,
+                                                   options.overlap_px, tile_unit(options.decimate));
+  const auto read = [&](const ImageTile& tile) {
+    Image part = image.read(tile.x0, tile.y0, tile.width, tile.height);
+    require(part.width == tile.width && part.height == tile.height && part.channels == 1,
+            "image: window", std::to_string(part.width) + " x " + std::to_string(part.height),
+            "grey and of the size asked for");
+    part.view().validate();
+    return part;
+  };
+  unsigned brightest = 0;
+  const TagFinder finder(options);
+  std::vector<AprilTag> tags;
+  int done = 0;
+  for (const ImageTile& tile : tiles) {
+    const Image part = read(tile);
+    if (brightest == 0 && part.type == PixelType::u8) brightest = 255;
+    if (brightest == 0)
+      for (const ImageTile& other : tiles)
+        brightest = std::max(brightest, brightest_of(read(other)));
+    const Eigen::Vector2d origin(tile.x0, tile.y0);
+    for (AprilTag& tag : finder.find(part, brightest, origin)) {
+      shift(origin, tag);
+      if (!tile.counts(tag.centre_px)) continue;
+      const auto same = [&](const AprilTag& other) {
+        return other.id == tag.id &&
+               (other.centre_px - tag.centre_px).norm() < 2 * ImageTile::tolerance_px;
+      };
+      if (std::none_of(tags.begin(), tags.end(), same)) tags.push_back(std::move(tag));
+    }
+    if (options.progress && !options.progress(++done, static_cast<int>(tiles.size()))) break;
+  }
+  // From left to right, whatever the tiles.
+  std::stable_sort(tags.begin(), tags.end(), [](const AprilTag& a, const AprilTag& b) {
+    return a.centre_px.x() < b.centre_px.x();
+  });
+  sort_by_id(tags);
+  return tags;
+}
+
+ImageReader reader_of(const ImageView& image) {
+  const std::size_t bytes = image.type == PixelType::u8 ? 1 : 2;
+  return {image.width, image.height, [=](int x0, int y0, int width, int height) {
+            ImageView part = image;
+            part.data =
+                static_cast<const char*>(image.data) +
+                static_cast<std::size_t>(y0) * image.row_bytes +
+                static_cast<std::size_t>(x0) * static_cast<std::size_t>(image.channels) * bytes;
+            part.width = width;
+            part.height = height;
+            return to_grey(part);
+          }};
+}
+
+}  // namespace
+
+std::vector<AprilTag> detect_april_tags(const ImageView& image, const AprilTagOptions& options) {
+  options.validate();
+  image.validate();
+  if (options.tile_px > 0) return find_by_tiles(reader_of(image), options);
+  const Image grey = to_grey(image);
+  std::vector<AprilTag> tags = TagFinder(options).find(grey, brightest_of(grey));
+  sort_by_id(tags);
+  if (options.progress) options.progress(1, 1);
+  return tags;
+}
+
+std::vector<AprilTag> detect_april_tags(const ImageReader& image, const AprilTagOptions& options) {
+  constexpr int usual_tile_px = 2048;
+  AprilTagOptions tiled = options;
+  if (tiled.tile_px == 0) tiled.tile_px = usual_tile_px;
+  tiled.validate();
+  require(image.width > 0, "image: width", image.width, "positive");
+  require(image.height > 0, "image: height", image.height, "positive");
+  require(static_cast<bool>(image.read), "image: read", "nothing", "a function");
+  return find_by_tiles(image, tiled);
+}
+
+}  // namespace occ

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/landmarks/chessboard.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/calib3d.hpp>
+
+#include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
+
+namespace occ {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Vector2d;
+
+// Eight bits for OpenCV, and grey levels as they are.
+class Grey {
+ public:
+  explicit Grey(const Image& image) : image_(image) {}
+
+  int width() const { return image_.width; }
+  int height() const { return image_.height; }
+
+  double pixel(int x, int y) const {
+    const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(image_.width) +
+                   static_cast<std::size_t>(x);
+    return image_.type == PixelType::u8 ? image_.u8[i] : image_.u16[i];
+  }
+
+  bool holds(const Vector2d& px, double margin) const {
+    return px.x() >= margin && px.y() >= margin && px.x() < image_.width - 1 - margin &&
+           px.y() < image_.height - 1 - margin;
+  }
+
+  // Bilinear.
+  double at(const Vector2d& px) const {
+    const int x = static_cast<int>(px.x()), y = static_cast<int>(px.y());
+    const double u = px.x() - x, v = px.y() - y;
+    return (1 - v) * ((1 - u) * pixel(x, y) + u * pixel(x + 1, y)) +
+           v * ((1 - u) * pixel(x, y + 1) + u * pixel(x + 1, y + 1));
+  }
+
+ private:
+  const Image& image_;
+};
+
+// Of a pixel, from the median of what a cross of five leaves of planes; a board's edges are few
+// among them.
+double noise_of(const Grey& grey) {
+  constexpr double median_of_normal = 0.6745;
+  const double of_cross = std::sqrt(1 + 4 / 16.0);
+  const int step = 1 + std::min(grey.width(), grey.height()) / 200;
+  std::vector<double> off;
+  for (int y = 1; y < grey.height() - 1; y += step)
+    for (int x = 1; x < grey.width() - 1; x += step)
+      off.push_back(
+          std::abs(grey.pixel(x, y) - 0.25 * (grey.pixel(x - 1, y) + grey.pixel(x + 1, y) +
+                                              grey.pixel(x, y - 1) + grey.pixel(x, y + 1))));
+  const double rounding = 1 / std::sqrt(12.0);
+  return std::hypot(median(off) / (median_of_normal * of_cross), rounding);
+}
+
+struct Corner {
+  Vector2d px;
+  Matrix2d covariance;
+};
+
+// The window about a corner, of 2 half + 1 samples a side.
+struct Window {
+  Matrix2d a = Matrix2d::Zero();  // sum of w g g^T
+  Vector2d b = Vector2d::Zero();  // sum of w g g^T d
+  std::vector<Matrix2d> by_g;     // d b / d g of each sample, row by row
+};
+
+bool sum_window(const Grey& grey, int half, const Vector2d& px, Window& window) {
+  if (!grey.holds(px, half + 2)) return false;
+  window = {};
+  for (int j = -half; j <= half; ++j)
+    for (int i = -half; i <= half; ++i) {
+      const Vector2d d(i, j), p = px + d;
+      const Vector2d g(0.5 * (grey.at(p + Vector2d::UnitX()) - grey.at(p - Vector2d::UnitX())),
+                       0.5 * (grey.at(p + Vector2d::UnitY()) - grey.at(p - Vector2d::UnitY())));
+      const double w = std::exp(-d.squaredNorm() / (half * half));
+      window.a += w * g * g.transpose();
+      window.b += w * g * g.dot(d);
+      window.by_g.push_back(w * (g.dot(d) * Matrix2d::Identity() + g * d.transpose()));
+    }
+  constexpr double min_condition = 1e-3;
+  const Eigen::SelfAdjointEigenSolver<Matrix2d> eigen(window.a, Eigen::EigenvaluesOnly);
+  return eigen.eigenvalues()[0] > min_condition * eigen.eigenvalues()[1];
+}
+
+// Of the sum b under pixels' noise of unit variance: differences of neighbours, between pixels.
+Matrix2d noise_of_sum(const Window& window, int half, const Vector2d& px) {
+  const int side = 2 * half + 1, padded = side + 4;  // pixels about the window
+  std::vector<Vector2d> by_pixel(static_cast<std::size_t>(padded * padded), Vector2d::Zero());
+  const Vector2d base(std::floor(px.x()), std::floor(px.y())), part = px - base;
+  const auto add = [&](int x, int y, const Vector2d& by_sample) {
+    for (int v = 0; v < 2; ++v)
+      for (int u = 0; u < 2; ++u) {
+        const double weight =
+            (u == 1 ? part.x() : 1 - part.x()) * (v == 1 ? part.y() : 1 - part.y());
+        by_pixel[(y + 1 + v) * padded + x + 1 + u] += weight * by_sample;
+      }
+  };
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x) {
+      const Matrix2d& m = window.by_g[y * side + x];
+      add(x + 1, y, 0.5 * m.col(0));
+      add(x - 1, y, -0.5 * m.col(0));
+      add(x, y + 1, 0.5 * m.col(1));
+      add(x, y - 1, -0.5 * m.col(1));
+    }
+  Matrix2d sum = Matrix2d::Zero();
+  for (const Vector2d& by : by_pixel) sum += by * by.transpose();
+  return sum;
+}
+
+bool refine(const Grey& grey, int half, double noise, Corner& corner) {
+  constexpr int max_steps = 40;
+  constexpr double tolerance_px = 1e-4;
+  const Vector2d start = corner.px;
+  Window window;
+  for (int i = 0; i < max_steps; ++i) {
+    if (!sum_window(grey, half, corner.px, window)) return false;
+    const Vector2d step = window.a.inverse() * window.b;
+    if (step.norm() < tolerance_px) break;
+    corner.px += step;
+    if (!((corner.px - start).norm() < half)) return false;
+  }
+  const Matrix2d inverse = window.a.inverse();
+  corner.covariance = noise * noise * inverse * noise_of_sum(window, half, corner.px) * inverse;
+  return true;
+}
+
+// To the nearest of the neighbours on the board.
+double spacing_px(const std::vector<cv::Point2f>& corners, int columns, int rows, int column,
+                  int row) {
+  const auto at = [&](int x, int y) {
+    const cv::Point2f& p = corners[y * columns + x];
+    return Vector2d(p.x, p.y);
+  };
+  double least = std::numeric_limits<double>::infinity();
+  const auto look = [&](int x, int y) {
+    if (x >= 0 && y >= 0 && x < columns && y < rows)
+      least = std::min(least, (at(x, y) - at(column, row)).norm());
+  };
+  look(column - 1, row);
+  look(column + 1, row);
+  look(column, row - 1);
+  look(column, row + 1);
+  return least;
+}
+
+std::vector<unsigned char> eight_bits(const Image& grey) {
+  if (grey.type == PixelType::u8) return grey.u8;
+  const unsigned brightest =
+      std::max<unsigned>(1, *std::max_element(grey.u16.begin(), grey.u16.end()));
+  std::vector<unsigned char> pixels;
+  pixels.reserve(grey.u16.size());
+  for (const unsigned value : grey.u16)
+    pixels.push_back(static_cast<unsigned char>(255 * value / brightest));
+  return pixels;
+}
+
+}  // namespace
+
+void ChessboardOptions::validate() const {
+  require(columns >= 3 && columns <= 200, "columns", columns, "between 3 and 200");
+  require(rows >= 3 && rows <= 200, "rows", rows, "between 3 and 200");
+  require(max_window_px >= 2 && max_window_px <= 100, "max_window_px", max_window_px,
+          "between 2 and 100");
+  require(model_sigma_px >= 0 && std::isfinite(model_sigma_px), "model_sigma_px", model_sigma_px,
+          "zero or positive");
+}
+
+std::optional<ChessboardCorners> find_chessboard(const ImageView& image,
+                                                 const ChessboardOptions& options) {
+  options.validate();
+  image.validate();
+  const Image pixels = to_grey(image);
+  std::vector<unsigned char> bytes = eight_bits(pixels);
+  const cv::Mat view(pixels.height, pixels.width, CV_8UC1, bytes.data());
+  std::vector<cv::Point2f> found;
+  constexpr int min_size_px = 20;
+  if (std::min(pixels.width, pixels.height) < min_size_px ||
+      !cv::findChessboardCorners(view, cv::Size(options.columns, options.rows), found,
+                                 cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE))
+    return std::nullopt;
+  const Grey grey(pixels);
+  const double noise = noise_of(grey);
+  constexpr double part_of_square = 0.4;
+  ChessboardCorners corners;
+  corners.px.resize(2, options.columns * options.rows);
+  for (int row = 0; row < options.rows; ++row)
+    for (int column = 0; column < options.columns; ++column) {
+      const int k = row * options.columns + column;
+      const cv::Point2f& start = found[k];
+      const double side = spacing_px(found, options.columns, options.rows, column, row);
+      const int half =
+          std::max(2, static_cast<int>(std::min(options.max_window_px, part_of_square * side)));
+      constexpr double unrefined_px = 0.3;
+      Corner corner{{start.x, start.y}, unrefined_px * unrefined_px * Matrix2d::Identity()};
+      const Corner coarse = corner;
+      if (!refine(grey, half, noise, corner)) corner = coarse;
+      corners.px.col(k) = corner.px;
+      corners.covariance_px2.push_back(corner.covariance + options.model_sigma_px *
+                                                               options.model_sigma_px *
+                                                               Matrix2d::Identity());
+    }
+  return corners;
+}
+
+}  // namespace occ

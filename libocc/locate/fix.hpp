@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the camera is, how well that is known, and what else would explain what was seen.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "libocc/core/abi.hpp"
+#include "libocc/core/blob.hpp"
+#include "libocc/geometry/rigid.hpp"
+#include "libocc/geometry/unknown_covariance.hpp"
+#include "libocc/refine/rung_choice.hpp"
+
+namespace occ {
+
+/// One pose that explains the image.
+struct Candidate {
+  Rigid3 cam_from_world;
+  Matrix6 covariance = unknown_covariance<6>();
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  double rms_px = 0;
+  double chi2 = 0;
+  int dof = 0;
+  std::map<int, Blob> lamps;  ///< lamp id -> blob
+};
+
+struct Timing {
+  double detect_s = 0, identify_s = 0, refine_s = 0, total_s = 0;
+};
+
+/// Without candidates pose and position are of no meaning, which their covariances say.
+struct Fix {
+  Rigid3 cam_from_world;
+  Matrix6 covariance = unknown_covariance<6>();  ///< of cam_from_world, see geometry/rigid.hpp
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< of the camera in the world
+  Eigen::Matrix3d position_covariance_m2 = unknown_covariance<3>();
+  double rms_px = 0;
+  std::map<int, Blob> lamps;          ///< lamp id -> blob, of the best candidate
+  std::vector<Blob> blobs;            ///< everything detected
+  std::vector<Candidate> candidates;  ///< all plausible poses, best first; the first is the fix
+  std::optional<RungChoice> choice;   ///< locate(): by which rung it was refined, and why
+  Timing timing_s;
+};
+
+}  // namespace occ

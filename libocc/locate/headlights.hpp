@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// How far away a car is whose two lamps are seen: what two points can tell and what they cannot.
+//
+// The lamps, w apart, are seen theta apart. With the yaw psi between their line and the
+// perpendicular of the bisector of both bearings, the law of sines gives each lamp's distance,
+//     d_1 = w cos(theta/2 - psi) / sin(theta),   d_2 = w cos(theta/2 + psi) / sin(theta),
+// and the median of the triangle the distance of the point midway between them,
+//     D^2 = (2 d_1^2 + 2 d_2^2 - w^2) / 4 = w^2/4 (2 (1 + cos(theta) cos(2 psi)) / sin(theta)^2 -
+//     1),
+// which is w/2 cot(theta/2) at psi = 0 and about w cos(psi) / theta: without the yaw there is no
+// distance, only a curve D(psi). Given a prior of psi, 1/D is a mixture over psi of normal
+// distributions, of relative variance (sigma_w / w)^2 + (sigma_theta / theta)^2. The midway point
+// is off the bisector by atan(tan(theta/2)^2 tan(psi)).
+//
+// Where heights over the road and the vertical are known, s = f . up, the sine of the lamps'
+// elevation, adds
+//     s = (h_lamps - h_camera) / D + noise,
+// which is linear in 1/D: each part of the mixture is updated as by a Kalman filter, and weighted
+// by how well it predicts s. Lamps as high as the camera add nothing.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "libocc/camera/camera.hpp"
+#include "libocc/core/abi.hpp"
+#include "libocc/core/status.hpp"
+#include "libocc/locate/fix.hpp"
+
+namespace occ {
+
+struct RoadHeights {
+  double lamps_m = 0.65, lamps_sigma_m = 0.1;
+  double camera_m = 1.2, camera_sigma_m = 0.02;
+  Eigen::Vector3d up_in_cam = -Eigen::Vector3d::UnitY();  ///< of the road, unit
+  double up_sigma_rad = 0.005;                            ///< pitch of camera and road
+};
+
+struct LIBOCC_API HeadlightOptions {
+  double separation_m = 1.4, separation_sigma_m = 0.1;  ///< between the lamps' centres
+  double sigma_px = 0.5;                                ///< of a lamp's pixel coordinate
+  double yaw_max_rad = 0.5;                             ///< the yaw is within +- this; below pi/2
+  double yaw_concentration = 0;  ///< of von Mises' distribution within; 0: uniform
+  std::optional<RoadHeights> heights;
+
+  void validate() const;  ///< throws std::invalid_argument naming the field and its value
+};
+
+struct HeadlightDistance {
+  double distance_m = 0, sigma_m = 0;  ///< mean and standard deviation
+  double low_m = 0, high_m = 0;        ///< 95 % interval, 2.5 % on each side
+  double bearing_rad = 0;              ///< of the bisector, from the camera's z towards x
+  Eigen::Vector3d direction_in_cam = Eigen::Vector3d::UnitZ();  ///< the bisector
+  double separation_rad = 0, separation_sigma_rad = 0;          ///< theta
+  std::vector<double> yaw_rad;                                  ///< nodes
+  std::vector<double> distance_of_yaw_m;  ///< D(psi), from the images of the lamps alone
+  std::vector<double> yaw_density;        ///< of the yaw [1/rad], given all that is known
+};
+
+/// lamps_px: columns, two lamps of equal height. Status: ok; degenerate (the lamps cannot be told
+/// apart: less than five sigmas; bearing alone); no_pose (no yaw explains the heights: off by more
+/// than five sigmas). Throws std::invalid_argument for values that are not finite, pixels outside
+/// the camera's domain, or options out of range.
+LIBOCC_API Result<HeadlightDistance> headlight_distance(const Eigen::Matrix2d& lamps_px,
+                                                        const Camera& camera,
+                                                        const HeadlightOptions& options = {});
+
+struct VehiclePose {
+  Candidate pose;                         ///< "world" is the vehicle's frame
+  double distance_m = 0, sigma_m = 0;     ///< of the vehicle's origin
+  double yaw_rad = 0, yaw_sigma_rad = 0;  ///< about up, of its x axis from the line to the camera
+};
+
+/// With a third lamp (and more) whose place on the vehicle is known the answer is full: every pose
+/// of the vehicle that explains the image and stands upright, best first. lamps_m: columns, in the
+/// vehicle's frame (x forward, y left, z up), n >= 3 and not on a line. `max_tilt_rad`: between
+/// the vehicle's z and up_in_cam. Status as of solve_pose, and no_pose when none is upright.
+LIBOCC_API Result<std::vector<VehiclePose>> vehicle_poses(
+    const Eigen::Matrix3Xd& lamps_m, const Eigen::Matrix2Xd& lamps_px, const Camera& camera,
+    double sigma_px, const Eigen::Vector3d& up_in_cam = -Eigen::Vector3d::UnitY(),
+    double max_tilt_rad = 0.3);
+
+}  // namespace occ

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: points of the world and where a camera saw them, as the pose solvers and fits take
+// them.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "libocc/camera/camera.hpp"
+#include "libocc/core/abi.hpp"
+#include "libocc/pose/internal/point_fit.hpp"
+#include "libocc/pose/internal/spread.hpp"
+#include "libocc/pose/internal/unit_frame.hpp"
+
+namespace occ::internal::locate {
+
+/// The points in their unit frame, and what was seen of them.
+struct PointProblem {
+  Eigen::Matrix3Xd points, bearings;
+  Eigen::Matrix3Xd origins;  ///< of the bearings; empty when the camera has one centre
+  pose::UnitFrame frame;
+  pose::SeenPoints seen;
+};
+
+/// `sigmas_px`: one for all points, or one for each. Throws std::invalid_argument for a pixel
+/// outside the camera's domain.
+LIBOCC_API PointProblem make_point_problem(const Eigen::Matrix3Xd& points_in_world,
+                                           const Eigen::Matrix2Xd& points_px, const Camera& camera,
+                                           const Eigen::VectorXd& sigmas_px);
+
+/// Whether the points coincide or lie on a line, `spread` being a triple of large area.
+bool on_a_line(const PointProblem& problem, const pose::Triple& spread);
+
+}  // namespace occ::internal::locate

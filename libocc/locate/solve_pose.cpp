@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/locate/solve_pose.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
+#include "libocc/geometry/so3.hpp"
+#include "libocc/locate/internal/best_candidate.hpp"
+#include "libocc/locate/internal/point_problem.hpp"
+#include "libocc/pose/candidates.hpp"
+#include "libocc/pose/internal/p3p_triples.hpp"
+
+namespace occ {
+
+using namespace internal::locate;
+using namespace internal::pose;
+namespace {
+
+// How far below the chi2 after one Gauss-Newton step a fit may still end.
+constexpr double optimism = 0.1;
+
+// A start is found and judged by a part of many points.
+constexpr int few_points = 12;
+
+using Problem = PointProblem;
+
+// Some of many points: a triple of large area, and others evenly taken, which alone could be on a
+// line (a column of a grid).
+Problem part_of(const Problem& p, const Triple& spread, int count) {
+  constexpr int triple = 3;
+  Problem part;
+  part.points.resize(3, count);
+  part.bearings.resize(3, count);
+  if (p.origins.cols() > 0) part.origins.resize(3, count);
+  part.seen.reserve(count);
+  for (int i = 0; i < count; ++i) {
+    const int from = i < triple ? spread[i] : (i - triple) * p.seen.count() / (count - triple);
+    part.points.col(i) = p.points.col(from);
+    part.bearings.col(i) = p.bearings.col(from);
+    if (p.origins.cols() > 0) part.origins.col(i) = p.origins.col(from);
+    part.seen.add(p.seen, from);
+  }
+  return part;
+}
+
+struct Start {
+  Rigid3 pose;
+  double chi2 = 0;
+  double lowest = 0;  // chi2 may get, were the fall twice what the normal equations promise
+};
+
+// After one Gauss-Newton step, which tells a branch that leads to a minimum from one that does not.
+Start step_from(const SeenPoints& seen, const Rigid3& pose) {
+  const PointEquations e = point_equations(seen, pose);
+  const Vector6 step = -e.information.llt().solve(e.gradient);
+  const double lowest = e.chi2 + 2 * e.gradient.dot(step);
+  const Rigid3 moved{so3_exp(step.head<3>()) * pose.rotation, pose.translation + step.tail<3>()};
+  const double chi2 = point_chi2(seen, moved);
+  return chi2 < e.chi2 ? Start{moved, chi2, lowest} : Start{pose, e.chi2, lowest};
+}
+
+// By a named solver, behind its guard; the status and message are the guard's when it finds
+// nothing.
+Result<std::vector<Rigid3>> poses_by(const Problem& p, const std::string& solver) {
+  PoseProblem problem;
+  problem.points = p.points;
+  problem.bearings = p.bearings;
+  if (solver_named(solver).takes_origins) problem.origins = p.origins;
+  CandidateOptions options;
+  options.polish = false;
+  options.tolerance_rad = 4;  // the fit judges
+  const Result<std::vector<PoseCandidate>> found = pose_candidates(problem, solver, options);
+  Result<std::vector<Rigid3>> poses{{}, found.status, found.message};
+  for (const PoseCandidate& c : *found) poses.value.push_back(c.cam_from_world);
+  return poses;
+}
+
+Result<std::vector<Start>> starts_of(const Problem& p, const std::string& solver) {
+  constexpr double enough = 50;  // chi2 for each point: noise on three alone costs about this
+  Result<std::vector<Rigid3>> poses;
+  if (solver == "auto") {
+    solve_p3p_triples(p.points, p.bearings, p.seen, enough * p.seen.count(), poses.value);
+    // Rays that miss each other by much leave the central solver's poses far off.
+    if (p.origins.cols() > 0) {
+      const Result<std::vector<Rigid3>> general = poses_by(p, "gp3p");
+      poses.value.insert(poses.value.end(), general.value.begin(), general.value.end());
+    }
+  } else {
+    poses = poses_by(p, solver);
+  }
+  Result<std::vector<Start>> starts{{}, poses.status, poses.message};
+  for (const Rigid3& pose : *poses) {
+    const Start start = step_from(p.seen, pose);
+    if (std::isfinite(start.chi2)) starts.value.push_back(start);
+  }
+  std::sort(starts.value.begin(), starts.value.end(),
+            [](const Start& a, const Start& b) { return a.chi2 < b.chi2; });
+  return starts;
+}
+
+// Within a sigma.
+bool same(const PointFit& fit, const Rigid3& pose) {
+  Vector6 apart;
+  apart << so3_log(pose.rotation * fit.pose.rotation.transpose()),
+      pose.translation - fit.pose.translation;
+  return apart.dot(fit.equations.information * apart) < 1;
+}
+
+// The other pose of a plane seen from far away: its depths mirrored.
+Rigid3 mirrored(const Rigid3& pose, const Eigen::Vector3d& normal) {
+  const auto mirror = [](const Eigen::Vector3d& unit) -> Eigen::Matrix3d {
+    return Eigen::Matrix3d::Identity() - 2 * unit * unit.transpose();
+  };
+  return {mirror(pose.translation.normalized()) * pose.rotation * mirror(normal), pose.translation};
+}
+
+// Fits the starts that may end near the best, and keeps those that do, best first. `normal`: of the
+// plane through a triple of large area, if other poses are to be looked for.
+std::vector<PointFit> fits_of(const Problem& p, const std::vector<Start>& starts,
+                              const std::optional<Eigen::Vector3d>& normal, int max_iterations,
+                              double misfit_dof) {
+  constexpr double tolerance = 5e-3;  // sigmas
+  std::vector<PointFit> fits;
+  double best = std::numeric_limits<double>::infinity();
+  const auto plausible = [&](double chi2) {
+    return chi2 - best <= plausible_chi2 * std::max(1.0, best / misfit_dof);
+  };
+  const auto known = [&](const Rigid3& pose) {
+    return std::any_of(fits.begin(), fits.end(),
+                       [&](const PointFit& fit) { return same(fit, pose); });
+  };
+  const auto try_start = [&](const Start& start) {
+    if (!plausible(optimism * start.chi2) || known(start.pose)) return;
+    Start from = start;
+    if (!fits.empty()) {  // a look ahead costs less than a fit
+      from = step_from(p.seen, start.pose);
+      if (!plausible(from.lowest) || known(from.pose)) return;
+    }
+    const PointFit fit = fit_points(p.seen, from.pose, max_iterations, tolerance);
+    if (!std::isfinite(fit.equations.chi2) || known(fit.pose)) return;
+    best = std::min(best, fit.equations.chi2);
+    fits.push_back(fit);
+  };
+  for (const Start& start : starts) try_start(start);
+  if (fits.size() == 1 &&
+      normal) {  // where noise turns two branches into one, both starts end in the same
+    const Rigid3 other = mirrored(fits.front().pose, *normal);
+    try_start({other, point_chi2(p.seen, other)});
+  }
+  fits.erase(std::remove_if(fits.begin(), fits.end(),
+                            [&](const PointFit& f) { return !plausible(f.equations.chi2); }),
+             fits.end());
+  std::sort(fits.begin(), fits.end(), [](const PointFit& a, const PointFit& b) {
+    return a.equations.chi2 < b.equations.chi2;
+  });
+  return fits;
+}
+
+Candidate candidate_of(const Problem& p, const PointFit& fit) {
+  Candidate c;
+  c.cam_from_world = p.frame.restored(fit.pose);
+  c.chi2 = fit.equations.chi2;
+  c.dof = 2 * p.seen.count() - 6;
+  // Turns about the centroid and shifts, in units of its size -> the library's perturbation.
+  Matrix6 jacobian = Matrix6::Identity();
+  jacobian.bottomRightCorner<3, 3>() *= p.frame.size_m;
+  jacobian.bottomLeftCorner<3, 3>() = skew(p.frame.size_m * fit.pose.translation);
+  // J (L L^T)^-1 J^T as Y^T Y, L Y = J^T: symmetric to the last bit.
+  const Matrix6 y = fit.equations.information.llt().matrixL().solve(jacobian.transpose());
+  c.covariance.noalias() = variance_factor(c.chi2, c.dof) * y.transpose() * y;
+  c.covariance.bottomRightCorner<3, 3>() +=
+      arc_moment(c.covariance.topLeftCorner<3, 3>(), p.frame.size_m * fit.pose.translation);
+  c.position_m = c.cam_from_world.origin_in_source();
+  return c;
+}
+
+// How far off the line that fits them best the points can be seen from this far away, in sigmas.
+double seen_height(const Problem& p, const Triple& spread, const Camera& camera, double sigma_px,
+                   const Rigid3& pose) {
+  const double focal_px = 0.5 * (camera.fx_px() + camera.fy_px());
+  const double sigmas = focal_px / (sigma_px * pose.translation.norm());
+  // Three of the points are no nearer to any line than this, so all of them are not.
+  const Eigen::Vector3d corner = p.points.col(spread[0]);
+  const Eigen::Vector3d base = p.points.col(spread[1]) - corner;
+  const Eigen::Vector3d side = p.points.col(spread[2]) - corner;
+  const double least = std::sqrt(0.5) * base.cross(side).norm() / base.norm();
+  return sigmas * (sigmas * least > min_seen_height ? least : height_over_line(p.points));
+}
+
+Eigen::Vector3d normal_of(const Eigen::Matrix3Xd& points, const Triple& spread) {
+  const Eigen::Vector3d corner = points.col(spread[0]);
+  return (points.col(spread[1]) - corner).cross(points.col(spread[2]) - corner).normalized();
+}
+
+// One sigma for all points, or one for each; `typical`: their root mean square.
+Eigen::VectorXd sigmas_of(const SolvePoseOptions& options, Eigen::Index points, double& typical) {
+  const auto n = static_cast<Eigen::Index>(options.sigmas_px.size());
+  if (n == 0) return Eigen::VectorXd::Constant(1, typical = options.sigma_px);
+  require(n == points, "sigmas_px", n, "one for each point");
+  const Eigen::VectorXd sigmas = Eigen::Map<const Eigen::VectorXd>(options.sigmas_px.data(), n);
+  typical = sigmas.norm() / std::sqrt(static_cast<double>(n));
+  return sigmas;
+}
+
+std::string misfit_message(const Candidate& best, double sigma_px) {
+  std::ostringstream text;
+  text << "the best pose leaves " << best.rms_px << " px r.m.s. with sigma_px = " << sigma_px;
+  return text.str();
+}
+
+void conclude(const Problem& problem, const Triple& spread, const Camera& camera,
+              const SolvePoseOptions& options, double sigma_px, bool converged,
+              Result<Fix>& result) {
+  const Candidate& best = result->candidates.front();
+  const double height =
+      seen_height(problem, spread, camera, sigma_px, problem.frame.normalised(best.cam_from_world));
+  const bool misfits = best.chi2 > options.largest_misfit * std::max(1, best.dof);
+  const double sigmas = misfits ? 1 : std::sqrt(variance_factor(best.chi2, best.dof));
+  if (!best.covariance.allFinite()) {
+    result.status = Status::degenerate;
+    result.message = "the points do not determine the pose";
+  } else if (!(height >= min_seen_height * sigmas)) {
+    result.status = Status::degenerate;
+    result.message = "as far as can be seen the points lie on a line, and any turn about it fits";
+  } else if (misfits) {
+    result.status = Status::no_pose;
+    result.message = misfit_message(best, sigma_px);
+  } else if (!converged) {
+    result.status = Status::not_converged;
+    result.message = "stopped after max_iterations = " + std::to_string(options.max_iterations);
+  } else if (result->candidates.size() > 1) {
+    result.status = Status::ambiguous;
+    result.message = std::to_string(result->candidates.size()) + " poses fit equally well";
+  }
+}
+
+}  // namespace
+
+void SolvePoseOptions::validate() const {
+  require(sigma_px > 0 && std::isfinite(sigma_px), "sigma_px", sigma_px, "positive");
+  for (const double sigma : sigmas_px)
+    require(sigma > 0 && std::isfinite(sigma), "sigmas_px", sigma, "positive");
+  require(largest_misfit > 0, "largest_misfit", largest_misfit, "positive");
+  require(max_iterations > 0, "max_iterations", max_iterations, "positive");
+}
+
+Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Matrix2Xd& points_px,
+                       const Camera& camera, const SolvePoseOptions& options) {
+  options.validate();
+  const Eigen::Index n = points_in_world.cols();
+  require(points_px.cols() == n, "points_px", points_px.cols(), "one for each point in the world");
+  require_finite(points_in_world, "points_in_world");
+  require_finite(points_px, "points_px");
+  if (options.solver != "auto") solver_named(options.solver);
+  Result<Fix> result;
+  if (n < 3) {
+    result.status = Status::too_few_lamps;
+    result.message = std::to_string(n) + " points; a pose takes three";
+    return result;
+  }
+  double sigma_px = 0;
+  const Eigen::VectorXd sigmas_px = sigmas_of(options, n, sigma_px);
+  const Problem problem = make_point_problem(points_in_world, points_px, camera, sigmas_px);
+  const Triple spread = spread_triple(problem.points);
+  if (on_a_line(problem, spread)) {
+    result.status = Status::degenerate;
+    result.message = "the points coincide or lie on a line";
+    return result;
+  }
+  const double dof = std::max(1.0, 2.0 * static_cast<double>(n) - 6);
+  bool converged = true;
+  const bool many = options.solver == "auto" && n > 2 * few_points;
+  Result<std::vector<Start>> starts;
+  std::optional<Eigen::Vector3d> normal;
+  if (options.start) {
+    starts.value.push_back({problem.frame.normalised(*options.start), 0});
+  } else {
+    starts = starts_of(many ? part_of(problem, spread, few_points) : problem, options.solver);
+    normal = normal_of(problem.points, spread);
+  }
+  for (const PointFit& fit : fits_of(problem, *starts, normal, options.max_iterations, dof)) {
+    Candidate c = candidate_of(problem, fit);
+    c.rms_px = sigma_px * std::sqrt(fit.equations.chi2 / static_cast<double>(n));
+    converged = converged && fit.converged;
+    result.value.candidates.push_back(c);
+  }
+  if (result->candidates.empty()) {
+    result.status = starts.ok() ? Status::no_pose : starts.status;
+    result.message = starts.ok() ? "no pose has all points in front of the camera" : starts.message;
+    return result;
+  }
+  take_best(result.value);
+  conclude(problem, spread, camera, options, sigma_px, converged, result);
+  return result;
+}
+
+}  // namespace occ

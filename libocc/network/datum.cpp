@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/network/datum.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
+#include "libocc/geometry/so3.hpp"
+#include "libocc/network/internal/datum_directions.hpp"
+#include "libocc/network/internal/scale_centres.hpp"
+
+namespace occ {
+
+using namespace internal::network;
+
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Row = Eigen::Matrix<double, 1, 7>;
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+/// exp of (turn, shift, log scale) about the defect's pivot: the group's own exponential, so that
+/// what a subgroup leaves in its place stays there.
+Similarity similarity_of(const DatumDefect& defect, const Eigen::VectorXd& amount) {
+  const Eigen::Matrix<double, 7, 1> along = defect.directions * amount;
+  Eigen::Matrix4d generator = Eigen::Matrix4d::Zero();
+  generator.topLeftCorner<3, 3>() = skew(along.head<3>()) + along[6] * Matrix3d::Identity();
+  generator.topRightCorner<3, 1>() = defect.extent_m * along.segment<3>(3);
+  const double size = generator.cwiseAbs().maxCoeff();
+  const int halvings = size > 0.25 ? static_cast<int>(std::ceil(std::log2(size / 0.25))) : 0;
+  generator *= std::ldexp(1.0, -halvings);
+  Eigen::Matrix4d term = Eigen::Matrix4d::Identity(), sum = term;
+  for (int k = 1; k <= 18; ++k) {
+    term = term * generator / k;
+    sum += term;
+  }
+  for (int k = 0; k < halvings; ++k) sum = (sum * sum).eval();
+  Similarity similarity;
+  similarity.scale = std::exp(along[6]);
+  similarity.rotation = nearest_rotation(sum.topLeftCorner<3, 3>());
+  similarity.translation = sum.topRightCorner<3, 1>() + defect.pivot_m -
+                           similarity.scale * (similarity.rotation * defect.pivot_m);
+  return similarity;
+}
+
+/// Rows that vanish along what is open, over (turn, shift / extent, log scale).
+class Fixing {
+ public:
+  explicit Fixing(const DatumDefect& frame) : frame_(frame) {}
+
+  void add_position(const Vector3d& position_m) {
+    const Eigen::Matrix3Xd moves = moves_of(frame_, position_m) / frame_.extent_m;
+    for (Index k = 0; k < 3; ++k) add(moves.row(k));
+  }
+  /// `centre`: the point of the frame about which it scales.
+  void add_pose(const Rigid3& from_world, const Vector3d& centre = Vector3d::Zero()) {
+    Row row = Row::Zero();
+    for (int k = 0; k < 3; ++k) {
+      row.setZero();
+      row[k] = 1;
+      add(row);
+    }
+    add_position(from_world.inverse() * centre);
+  }
+  void add_length(double length) {
+    if (std::abs(length) <= 1e-9 * frame_.extent_m) return;  // scaled or not, it is nothing
+    Row row = Row::Zero();
+    row[6] = 1;
+    add(row);
+  }
+  Eigen::Matrix<double, 7, Eigen::Dynamic> open() const {
+    if (rows_.empty()) return Eigen::Matrix<double, 7, 7>::Identity();
+    MatrixXd all(static_cast<Index>(rows_.size()), 7);
+    for (std::size_t k = 0; k < rows_.size(); ++k) all.row(static_cast<Index>(k)) = rows_[k];
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 7, 7>> eigen(all.transpose() * all);
+    Index open = 0;
+    while (open < 7 && eigen.eigenvalues()[open] < 1e-12 * eigen.eigenvalues()[6]) ++open;
+    return eigen.eigenvectors().leftCols(open);
+  }
+
+ private:
+  void add(const Row& row) {
+    const double length = row.norm();
+    if (length > 1e-9) rows_.push_back(row / length);
+  }
+
+  const DatumDefect& frame_;
+  std::vector<Row> rows_;
+};
+
+void place_frame(const NetworkState& state, DatumDefect& defect) {
+  std::vector<Vector3d> places = state.points;
+  for (const Rigid3& body : state.bodies) places.push_back(body.translation);
+  if (places.size() < 2)
+    for (const Rigid3& station : state.stations) places.push_back(station.origin_in_source());
+  if (places.empty()) return;
+  // Medians: a point that is left out may be anywhere.
+  for (int k = 0; k < 3; ++k) {
+    std::vector<double> values;
+    for (const Vector3d& place : places) values.push_back(place[k]);
+    defect.pivot_m[k] = median(std::move(values));
+  }
+  std::vector<double> distances;
+  for (const Vector3d& place : places) distances.push_back((place - defect.pivot_m).norm());
+  const double extent = median(std::move(distances));
+  defect.extent_m = extent > 0 ? extent : 1;
+}
+
+/// Lengths among the parameters that are not free, where the camera took a picture.
+void add_camera_lengths(const Network& network, const NetworkState& state,
+                        const std::vector<char>& height_held, Fixing& fixing) {
+  std::vector<char> used(network.cameras.size());
+  for (const NetworkImage& image : network.images) used[image.camera] = 1;
+  for (std::size_t i = 0; i < network.cameras.size(); ++i) {
+    if (!used[i]) continue;
+    const std::vector<std::string>& free = network.cameras[i].free_parameters;
+    for (const CameraParameter& parameter : state.cameras[i].parameters()) {
+      bool known = std::find(free.begin(), free.end(), parameter.name) == free.end();
+      for (const ParameterPrior& prior : network.parameter_priors)
+        if (at(prior.camera) == i && prior.parameter == parameter.name) known = true;
+      if (height_held[i] && parameter.name == height_name) continue;
+      if (known && parameter.is_length) fixing.add_length(parameter.value);
+    }
+  }
+}
+
+}  // namespace
+
+namespace {
+
+/// transformed() where known lengths stay as they are and stations make them good.
+Network moved_along(Network network, const Similarity& similarity) {
+  if (similarity.scale == 1) return transformed(std::move(network), similarity);
+  const ScaleCentres centres = scale_centres(network, NetworkState(network));
+  const std::vector<NetworkMount> mounts = network.mounts;
+  const std::vector<NetworkCamera> cameras = network.cameras;
+  Network moved = transformed(std::move(network), similarity);
+  const double rest = 1 - similarity.scale;
+  for (std::size_t i = 0; i < moved.stations.size(); ++i)
+    moved.stations[i].station_from_world.translation += rest * centres.station[i];
+  for (std::size_t i = 0; i < moved.mounts.size(); ++i) {
+    if (mounts[i].fixed)
+      moved.mounts[i] = mounts[i];
+    else
+      moved.mounts[i].cam_from_station.translation += rest * centres.mount[i];
+  }
+  for (std::size_t i = 0; i < moved.cameras.size(); ++i) {
+    if (!centres.height_held[i]) continue;
+    const std::vector<CameraParameter> now = moved.cameras[i].camera.parameters();
+    const std::vector<CameraParameter> before = cameras[i].camera.parameters();
+    Eigen::VectorXd values(static_cast<Index>(now.size()));
+    for (std::size_t k = 0; k < now.size(); ++k)
+      values[static_cast<Index>(k)] = (now[k].name == height_name ? before : now)[k].value;
+    moved.cameras[i].camera = moved.cameras[i].camera.with_parameters(values);
+  }
+  return moved;
+}
+
+}  // namespace
+
+void check_datum(const Network& network, const Datum& datum) {
+  for (const Target& target : datum.targets) network.name_of(target);  // throws
+  const std::size_t named = datum.targets.size();
+  if (datum.kind == DatumKind::minimal)
+    require(named == 0 || named == 3, "datum.targets", named, "three, or none");
+  if (datum.kind == DatumKind::scale_only)
+    require(named == 0 || named == 2, "datum.targets", named, "two, or none");
+  if (datum.kind == DatumKind::control)
+    require(named == 0, "datum.targets", named, "none: control points hold this datum");
+}
+
+Network transformed(Network network, const Similarity& similarity) {
+  require(similarity.scale > 0 && std::isfinite(similarity.scale), "similarity.scale",
+          similarity.scale, "positive");
+  const Matrix3d& turn = similarity.rotation;
+  for (NetworkPoint& point : network.points) point.position_m = similarity * point.position_m;
+  for (NetworkBody& body : network.bodies) {
+    body.world_from_body = {turn * body.world_from_body.rotation,
+                            similarity * body.world_from_body.translation};
+    body.scale *= similarity.scale;
+  }
+  for (NetworkStation& station : network.stations) {
+    Rigid3& pose = station.station_from_world;
+    pose.rotation = pose.rotation * turn.transpose();
+    pose.translation = similarity.scale * pose.translation - pose.rotation * similarity.translation;
+  }
+  if (similarity.scale == 1) return network;
+  for (NetworkMount& mount : network.mounts) mount.cam_from_station.translation *= similarity.scale;
+  for (NetworkCamera& camera : network.cameras) {
+    const std::vector<CameraParameter> parameters = camera.camera.parameters();
+    Eigen::VectorXd values(static_cast<Index>(parameters.size()));
+    bool lengths = false;
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      values[static_cast<Index>(k)] =
+          parameters[k].value * (parameters[k].is_length ? similarity.scale : 1);
+      lengths |= parameters[k].is_length;
+    }
+    if (lengths) camera.camera = camera.camera.with_parameters(values);
+  }
+  return network;
+}
+
+DatumDefect internal::network::defect_at(const Network& network, const NetworkState& state) {
+  DatumDefect defect;
+  place_frame(state, defect);
+  defect.directions = Eigen::Matrix<double, 7, 7>::Identity();
+  Fixing fixing(defect);
+  const ScaleCentres centres = scale_centres(network, state);
+  fixing.add_length(centres.conflict_m);
+
+  for (std::size_t i = 0; i < network.points.size(); ++i)
+    if (network.points[i].fixed) fixing.add_position(state.points[i]);
+  std::vector<char> body_used(network.bodies.size()), station_used(network.stations.size());
+  for (const ImageObservation& seen : network.observations) {
+    if (!seen.used) continue;
+    if (seen.target.body >= 0) body_used[seen.target.body] = 1;
+    station_used[network.images[seen.image].station] = 1;
+  }
+  for (std::size_t i = 0; i < network.bodies.size(); ++i) {
+    const NetworkBody& body = network.bodies[i];
+    if (body.fixed) fixing.add_pose(state.bodies[i].inverse());
+    const double size = body.corners_m.colwise().norm().maxCoeff();
+    if (body_used[i] && (body.fixed || !body.scale_free)) fixing.add_length(size);
+  }
+  for (std::size_t i = 0; i < network.stations.size(); ++i)
+    if (network.stations[i].fixed && station_used[i])
+      fixing.add_pose(state.stations[i], centres.station[i]);
+  for (const DistanceObservation& known : network.distances)
+    if (known.used) fixing.add_length(known.length_m);
+  for (const ControlPoint& known : network.control)
+    fixing.add_position(target_position(network, state, known.target));
+  for (const PosePrior& prior : network.pose_priors)
+    fixing.add_pose(state.stations[prior.station], centres.station[prior.station]);
+  add_camera_lengths(network, state, centres.height_held, fixing);
+
+  defect.directions = fixing.open();
+  const auto rank = [&](Index first, Index count) {
+    if (defect.directions.cols() == 0) return 0;
+    Eigen::JacobiSVD<MatrixXd> svd(defect.directions.middleRows(first, count));
+    svd.setThreshold(1e-6);
+    return static_cast<int>(svd.rank());
+  };
+  defect.scale = rank(6, 1);
+  defect.turn = rank(0, 3);
+  defect.shift = defect.total() - defect.scale - defect.turn;
+  return defect;
+}
+
+DatumDefect datum_defect(const Network& network) {
+  return defect_at(network, NetworkState(network));
+}
+
+Result<Network> in_datum(const Network& network, const Network& reference, const Datum& datum) {
+  check_datum(network, datum);
+  require(network.points.size() == reference.points.size() &&
+              network.bodies.size() == reference.bodies.size(),
+          "reference", reference.points.size(), "a network of the same points and bodies");
+  Result<Network> result;
+  result.value = network;
+  const NetworkLayout layout = layout_of(network);
+  const auto refuse = [&](const char* message) {
+    result.status = Status::degenerate;
+    result.message = message;
+    result.value = network;
+    return result;
+  };
+  // Along its own group the defect stays what it is.
+  const DatumDefect defect = datum_defect(network);
+  if (defect.total() == 0) return result;
+  if (datum.kind == DatumKind::control)
+    return refuse("control points and other observations do not hold the datum");
+
+  // First as near to the reference as can be, so that conditions on few coordinates can be met.
+  const Datum inner{DatumKind::inner,
+                    datum.kind == DatumKind::inner ? datum.targets : std::vector<Target>{}};
+  constexpr int max_steps = 50;
+  std::vector<ImageObservation> observations;
+  observations.swap(result.value.observations);  // they are not moved, only carried
+  for (const Datum& stage : {inner, datum}) {
+    for (int step = 0; step < max_steps; ++step) {
+      const auto conditions = conditions_of(reference, layout, stage, defect);
+      if (!conditions) return refuse("the datum's targets do not hold it");
+      MatrixXd slope = MatrixXd::Zero(defect.total(), defect.total());
+      Eigen::VectorXd off = Eigen::VectorXd::Zero(defect.total());
+      for (std::size_t k = 0; k < conditions->targets.size(); ++k) {
+        const Vector3d now = result.value.position_m(conditions->targets[k]);
+        off.head(conditions->rows[k].rows()) +=
+            conditions->rows[k] * (now - reference.position_m(conditions->targets[k]));
+        slope.topRows(conditions->rows[k].rows()) += conditions->rows[k] * moves_of(defect, now);
+      }
+      if (!conditions->distance.empty()) {
+        const Vector3d from = result.value.position_m(conditions->distance[0]);
+        const Vector3d to = result.value.position_m(conditions->distance[1]);
+        const double length = (reference.position_m(conditions->distance[1]) -
+                               reference.position_m(conditions->distance[0]))
+                                  .norm();
+        if (!(length > 0) || !(to != from)) return refuse("the datum's two targets coincide");
+        off[defect.total() - 1] = (to - from).norm() - length;
+        slope.bottomRows<1>() =
+            (to - from).normalized().transpose() * (moves_of(defect, to) - moves_of(defect, from));
+      }
+      const Eigen::VectorXd amount = -slope.fullPivLu().solve(off);
+      if (!amount.allFinite()) return refuse("the datum's targets do not hold it");
+      result.value = moved_along(std::move(result.value), similarity_of(defect, amount));
+      if (amount.norm() < 1e-14) break;
+    }
+  }
+  observations.swap(result.value.observations);
+  return result;
+}
+
+}  // namespace occ

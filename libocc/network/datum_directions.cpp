@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/network/internal/datum_directions.hpp"
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+
+#include "libocc/geometry/so3.hpp"
+#include "libocc/network/internal/scale_centres.hpp"
+
+namespace occ::internal::network {
+
+namespace {
+
+using Eigen::Matrix3Xd;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+
+/// All points and corners that are unknown and known well enough.
+std::vector<Target> unknown_targets(const Network& network, const NetworkLayout& layout) {
+  std::vector<Target> targets;
+  for (std::size_t i = 0; i < network.points.size(); ++i)
+    if (layout.points[i] != none) targets.push_back(Target::of_point(static_cast<int>(i)));
+  for (std::size_t i = 0; i < network.bodies.size(); ++i) {
+    if (layout.bodies[i] == none) continue;
+    for (int k = 0; k < network.bodies[i].corners_m.cols(); ++k)
+      targets.push_back(Target::of_corner(static_cast<int>(i), k));
+  }
+  return targets;
+}
+
+/// Three that are far apart: the one farthest from the middle, the one farthest from that, and the
+/// one farthest from their line.
+std::vector<Target> far_apart(const Network& network, const std::vector<Target>& targets) {
+  if (targets.size() < 3) return targets;
+  std::vector<Vector3d> places;
+  Vector3d middle = Vector3d::Zero();
+  for (const Target& target : targets) {
+    places.push_back(network.position_m(target));
+    middle += places.back() / static_cast<double>(targets.size());
+  }
+  const auto farthest = [&](const auto& distance) {
+    std::size_t best = 0;
+    for (std::size_t k = 1; k < places.size(); ++k)
+      if (distance(places[k]) > distance(places[best])) best = k;
+    return best;
+  };
+  const std::size_t a = farthest([&](const Vector3d& x) { return (x - middle).squaredNorm(); });
+  const std::size_t b = farthest([&](const Vector3d& x) { return (x - places[a]).squaredNorm(); });
+  const Vector3d line = (places[b] - places[a]).normalized();
+  const std::size_t c = farthest([&](const Vector3d& x) {
+    const Vector3d off = x - places[a];
+    return (off - off.dot(line) * line).squaredNorm();
+  });
+  return {targets[a], targets[b], targets[c]};
+}
+
+MatrixXd without_scale(const DatumDefect& defect) {
+  const Eigen::RowVectorXd scale = defect.directions.row(6);
+  if (scale.norm() < 1e-6) return MatrixXd::Identity(scale.size(), scale.size());
+  const Eigen::JacobiSVD<MatrixXd> svd(scale, Eigen::ComputeFullV);
+  return svd.matrixV().rightCols(scale.size() - 1);
+}
+
+DatumConditions inner(const Network& network, const std::vector<Target>& targets,
+                      const DatumDefect& defect, const MatrixXd& directions) {
+  DatumConditions conditions;
+  conditions.targets = targets;
+  for (const Target& target : targets)
+    conditions.rows.push_back(
+        (moves_of(defect, network.position_m(target)) * directions).transpose());
+  return conditions;
+}
+
+std::optional<DatumConditions> minimal(const Network& network, const std::vector<Target>& targets,
+                                       const DatumDefect& defect) {
+  MatrixXd moves(3 * static_cast<Index>(targets.size()), defect.total());
+  for (std::size_t k = 0; k < targets.size(); ++k)
+    moves.middleRows<3>(3 * static_cast<Index>(k)) =
+        moves_of(defect, network.position_m(targets[k]));
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr(moves.transpose());
+  if (qr.rank() < defect.total()) return std::nullopt;
+  DatumConditions conditions;
+  conditions.targets = targets;
+  for (std::size_t k = 0; k < targets.size(); ++k)
+    conditions.rows.emplace_back(MatrixXd::Zero(defect.total(), 3));
+  for (Index k = 0; k < defect.total(); ++k) {
+    const Index chosen = qr.colsPermutation().indices()[k];
+    conditions.rows[chosen / 3](k, chosen % 3) = 1;
+  }
+  return conditions;
+}
+
+}  // namespace
+
+Matrix3Xd moves_of(const DatumDefect& defect, const Vector3d& position_m) {
+  const Vector3d arm = position_m - defect.pivot_m;
+  Eigen::Matrix<double, 3, 7> all;
+  all << -skew(arm), defect.extent_m * Eigen::Matrix3d::Identity(), arm;
+  return all * defect.directions;
+}
+
+MatrixXd open_directions(const Network& network, const NetworkLayout& layout,
+                         const NetworkState& state, const DatumDefect& defect) {
+  MatrixXd moves = MatrixXd::Zero(layout.total, defect.total());
+  if (defect.total() == 0) return moves;
+  const auto turn = defect.directions.topRows<3>();
+  const auto shift = defect.extent_m * defect.directions.middleRows<3>(3);
+  const auto scale = defect.directions.row(6);
+  const ScaleCentres centres = scale_centres(network, state);
+  for (std::size_t i = 0; i < layout.cameras.size(); ++i) {
+    if (layout.cameras[i].offset == none) continue;
+    const std::vector<CameraParameter> parameters = state.cameras[i].parameters();
+    Index row = layout.cameras[i].offset;
+    for (const int k : layout.cameras[i].columns) {
+      const bool held = centres.height_held[i] && parameters[k].name == height_name;
+      if (parameters[k].is_length && !held) moves.row(row) = parameters[k].value * scale;
+      ++row;
+    }
+  }
+  for (std::size_t i = 0; i < layout.mounts.size(); ++i)
+    if (layout.mounts[i] != none)
+      moves.middleRows<3>(layout.mounts[i] + 3) =
+          (state.mounts[i].translation - centres.mount[i]) * scale;
+  for (std::size_t i = 0; i < layout.stations.size(); ++i) {
+    if (layout.stations[i] == none) continue;
+    const Rigid3& pose = state.stations[i];
+    const Vector3d middle = pose * defect.pivot_m;
+    const Matrix3Xd turned = pose.rotation * turn;
+    moves.middleRows<3>(layout.stations[i]) = -turned;
+    moves.middleRows<3>(layout.stations[i] + 3) =
+        (middle - centres.station[i]) * scale - skew(middle) * turned - pose.rotation * shift;
+  }
+  for (std::size_t i = 0; i < layout.points.size(); ++i)
+    if (layout.points[i] != none)
+      moves.middleRows<3>(layout.points[i]) = moves_of(defect, state.points[i]);
+  for (std::size_t i = 0; i < layout.bodies.size(); ++i) {
+    const Index offset = layout.bodies[i];
+    if (offset == none) continue;
+    moves.middleRows<3>(offset) = turn;
+    moves.middleRows<3>(offset + 3) = moves_of(defect, state.bodies[i].translation);
+    if (layout.body_sizes[i] == 7) moves.row(offset + 6) = scale;
+  }
+  return moves;
+}
+
+std::optional<DatumConditions> conditions_of(const Network& network, const NetworkLayout& layout,
+                                             const Datum& datum, const DatumDefect& defect) {
+  const MatrixXd all = MatrixXd::Identity(defect.total(), defect.total());
+  if (defect.total() == 0) return DatumConditions{};
+  std::vector<Target> targets;
+  for (const Target& target : datum.targets)
+    if (layout.knows(target)) targets.push_back(target);
+  const std::vector<Target> every = unknown_targets(network, layout);
+  switch (datum.kind) {
+    case DatumKind::control:
+      return std::nullopt;
+    case DatumKind::minimal:
+      if (datum.targets.empty()) targets = far_apart(network, every);
+      if (targets.size() < 3) return std::nullopt;
+      return minimal(network, targets, defect);
+    case DatumKind::scale_only: {
+      if (datum.targets.empty()) targets = far_apart(network, every);
+      if (targets.size() < 2) return std::nullopt;
+      const MatrixXd unscaled = without_scale(defect);
+      DatumConditions conditions = inner(network, every, defect, unscaled);
+      if (unscaled.cols() < defect.total()) conditions.distance = {targets[0], targets[1]};
+      return conditions;
+    }
+    case DatumKind::inner:
+      break;
+  }
+  if (datum.targets.empty()) targets = every;
+  DatumConditions conditions = inner(network, targets, defect, all);
+  MatrixXd hold = MatrixXd::Zero(defect.total(), defect.total());
+  for (const auto& rows : conditions.rows) hold += rows * rows.transpose();
+  const Eigen::JacobiSVD<MatrixXd> svd(hold);
+  const auto& strengths = svd.singularValues();
+  if (targets.empty() || !(strengths.minCoeff() > 1e-12 * strengths.maxCoeff()))
+    return std::nullopt;
+  return conditions;
+}
+
+MatrixXd over_unknowns(const DatumConditions& conditions, const Network& network,
+                       const NetworkLayout& layout, const NetworkState& state) {
+  const Index count = conditions.rows.empty() ? 0 : conditions.rows[0].rows();
+  MatrixXd all = MatrixXd::Zero(layout.total, count + (conditions.distance.empty() ? 0 : 1));
+  const auto add = [&](const Target& target, Index first, const MatrixXd& rows) {
+    const Index offset = layout.offset_of(target);
+    if (offset == none) return;
+    all.block(offset, first, layout.size_of(target), rows.rows()) +=
+        (rows * target_jacobian(network, layout, state, target)).transpose();
+  };
+  for (std::size_t k = 0; k < conditions.targets.size(); ++k)
+    add(conditions.targets[k], 0, conditions.rows[k]);
+  if (!conditions.distance.empty()) {
+    const Target &from = conditions.distance[0], &to = conditions.distance[1];
+    const Eigen::RowVector3d along =
+        (target_position(network, state, to) - target_position(network, state, from))
+            .normalized()
+            .transpose();
+    add(from, count, -along);
+    add(to, count, along);
+  }
+  return all;
+}
+
+}  // namespace occ::internal::network

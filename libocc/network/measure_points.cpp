@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/network/measure_points.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <limits>
+#include <optional>
+#include <sstream>
+
+#include "libocc/core/require.hpp"
+#include "libocc/geometry/unknown_covariance.hpp"
+#include "libocc/network/internal/intersect_rays.hpp"
+#include "libocc/network/internal/precision_state.hpp"
+
+namespace occ {
+
+using namespace internal::network;
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+void check_sightings(const Network& network, const std::vector<std::vector<Sighting>>& points) {
+  for (std::size_t i = 0; i < points.size(); ++i)
+    for (const Sighting& seen : points[i]) {
+      const std::string name = "points[" + std::to_string(i) + "]";
+      require(seen.image >= 0 && at(seen.image) < network.images.size(), name + ".image",
+              seen.image, "one of the " + std::to_string(network.images.size()) + " images");
+      require_finite(seen.pixel, name + ".pixel");
+      require(seen.sigma_px.minCoeff() > 0 && seen.sigma_px.allFinite(), name + ".sigma_px",
+              seen.sigma_px.transpose(), "positive");
+    }
+}
+
+/// Where a layout of the cameras and stations alone would put the new points' derivatives.
+NetworkLayout layout_for(const Network& probe, const Precision* precision) {
+  NetworkLayout layout;
+  layout.cameras.resize(probe.cameras.size());
+  layout.images.resize(probe.images.size());
+  if (precision) {
+    const NetworkLayout& known = precision->state().free->layout;
+    require(
+        known.cameras.size() == probe.cameras.size() && known.images.size() == probe.images.size(),
+        "precision", known.images.size(), "that of the same network");
+    layout.cameras = known.cameras;
+    layout.images = known.images;
+    layout.reduced = known.reduced;
+  }
+  layout.points.assign(probe.points.size(), 0);  // unknown, wherever
+  return layout;
+}
+
+class Intersection {
+ public:
+  Intersection(const Network& probe, const NetworkLayout& layout,
+               const std::vector<Sighting>& sightings, int point)
+      : probe_(probe), layout_(layout), point_(point), state_(probe) {
+    for (const Sighting& seen : sightings)
+      seen_.push_back({seen.image, Target::of_point(point), seen.pixel, seen.sigma_px, true});
+  }
+
+  /// How it depends on the reduced unknowns; nothing when it was not found.
+  std::optional<MatrixXd> solve(MeasuredPoint& out) {
+    out.covariance_m2 = unknown_covariance<3>();
+    const auto start = first_guess(out);
+    if (!start) return std::nullopt;
+    Vector3d& x = state_.points[point_];
+    x = *start;
+    double damping = 0;
+    std::optional<double> cost = linearise();
+    if (!cost) return fail(out, Status::degenerate);
+    for (int step = 0; step < 100; ++step) {
+      Matrix3d damped = information_;
+      damped.diagonal() *= 1 + damping;
+      const Eigen::LLT<Matrix3d> factor(damped);
+      if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-15))
+        return fail(out, Status::degenerate);
+      const Vector3d move = factor.solve(gradient_);
+      const double decrement = std::sqrt(std::max(0.0, move.dot(gradient_)));
+      const Vector3d before = x;
+      const Matrix3d information = information_;
+      const Vector3d gradient = gradient_;
+      x += move;
+      const std::optional<double> next = linearise();
+      if (next && *next <= *cost * (1 + 1e-12) + 1e-20) {
+        cost = next;
+        damping = damping < 1e-8 ? 0 : damping / 10;
+        if (decrement < 1e-7) return finish(out, *cost);
+        continue;
+      }
+      x = before;
+      information_ = information;
+      gradient_ = gradient;
+      damping = damping > 0 ? 10 * damping : 1e-3;
+      if (damping > 1e12) return fail(out, Status::not_converged);
+    }
+    return fail(out, Status::not_converged);
+  }
+
+ private:
+  static std::nullopt_t fail(MeasuredPoint& out, Status status) {
+    out.status = status;
+    return std::nullopt;
+  }
+
+  std::optional<Vector3d> first_guess(MeasuredPoint& out) const {
+    std::vector<Ray> rays;
+    int images = 0;
+    for (std::size_t k = 0; k < seen_.size(); ++k) {
+      const NetworkImage& image = probe_.images[seen_[k].image];
+      const auto ray = probe_.cameras[image.camera].camera.ray(seen_[k].pixel);
+      const Rigid3 world_from_cam = probe_.cam_from_world(seen_[k].image).inverse();
+      if (ray)
+        rays.push_back({world_from_cam * ray->origin, world_from_cam.rotation * ray->direction});
+      images += std::none_of(seen_.begin(), seen_.begin() + static_cast<std::ptrdiff_t>(k),
+                             [&](const auto& other) { return other.image == seen_[k].image; });
+    }
+    if (images < 2) {
+      out.status = Status::too_few_lamps;
+      return std::nullopt;
+    }
+    for (std::size_t a = 0; a < rays.size(); ++a)
+      for (std::size_t b = 0; b < a; ++b)
+        out.angle_rad =
+            std::max(out.angle_rad, std::atan2(rays[a].direction.cross(rays[b].direction).norm(),
+                                               rays[a].direction.dot(rays[b].direction)));
+    const auto meeting = intersect_rays(rays);
+    if (!meeting) out.status = Status::degenerate;
+    return meeting;
+  }
+
+  /// Half the sum of squares, nothing where an image cannot show the point.
+  std::optional<double> linearise() {
+    information_.setZero();
+    gradient_.setZero();
+    mixed_.setZero(3, layout_.reduced);
+    worst_px_ = 0;
+    double cost = 0;
+    for (const ImageObservation& seen : seen_) {
+      ObservationRows rows;
+      if (!rows_of(probe_, layout_, state_, seen, rows)) return std::nullopt;
+      const ImageBlock& block = layout_.images[seen.image];
+      for (int k = 0; k < 2; ++k) {
+        const Vector3d b(rows.b[k][0], rows.b[k][1], rows.b[k][2]);
+        information_ += b * b.transpose();
+        gradient_ -= b * rows.r[k];
+        cost += 0.5 * rows.r[k] * rows.r[k];
+        worst_px_ = std::max(worst_px_, std::abs(rows.r[k]) * seen.sigma_px[k]);
+        int column = 0;
+        for (std::size_t s = 0; s < at(block.segments); ++s)
+          for (int c = 0; c < block.size[s]; ++c)
+            mixed_.col(block.offset[s] + c) += b * rows.a[k][column++];
+      }
+    }
+    return cost;
+  }
+
+  MatrixXd finish(MeasuredPoint& out, double cost) const {
+    out.position_m = state_.points[point_];
+    out.covariance_m2 = information_.llt().solve(Matrix3d::Identity());
+    const double redundancy = 2 * static_cast<double>(seen_.size()) - 3;
+    out.sigma0 = std::sqrt(2 * cost / redundancy);
+    out.worst_residual_px = worst_px_;
+    return -out.covariance_m2 * mixed_;
+  }
+
+  const Network& probe_;
+  const NetworkLayout& layout_;
+  int point_;
+  NetworkState state_;
+  std::vector<ImageObservation> seen_;
+  Matrix3d information_;
+  Vector3d gradient_;
+  MatrixXd mixed_;
+  double worst_px_ = 0;
+};
+
+}  // namespace
+
+Measurement measure_points(const Network& network, const std::vector<std::vector<Sighting>>& points,
+                           const Precision* precision) {
+  check_network(network);
+  check_sightings(network, points);
+  Network probe = without_observations(network);
+  probe.points.assign(1, {});  // one at a time stands there
+  probe.bodies.clear();
+  const NetworkLayout layout = layout_for(probe, precision);
+  Measurement out;
+  const Eigen::Index size = 3 * static_cast<Eigen::Index>(points.size());
+  out.covariance_m2 = MatrixXd::Zero(size, size);
+  MatrixXd dependence = MatrixXd::Zero(size, layout.reduced);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    MeasuredPoint point;
+    point.sightings = points[i];
+    Intersection intersection(probe, layout, points[i], 0);
+    const auto by_reduced = intersection.solve(point);
+    const Eigen::Index row = 3 * static_cast<Eigen::Index>(i);
+    if (by_reduced) dependence.middleRows<3>(row) = *by_reduced;
+    out.points.push_back(point);
+  }
+  if (precision && layout.reduced > 0) {
+    const MatrixXd q = precision->state().between(0, layout.reduced, 0, layout.reduced);
+    out.covariance_m2.noalias() = dependence * q * dependence.transpose();
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Index row = 3 * static_cast<Eigen::Index>(i);
+    auto own = out.covariance_m2.block<3, 3>(row, row);
+    own += out.points[i].covariance_m2;
+    own = (0.5 * (own + own.transpose())).eval();
+    out.points[i].covariance_m2 = own;
+  }
+  return out;
+}
+
+MeasuredDistance distance_between(const Measurement& measurement, int from, int to) {
+  const auto known = [&](int index) { return index >= 0 && at(index) < measurement.points.size(); };
+  require(known(from), "from", from, "one of the points");
+  require(known(to), "to", to, "one of the points");
+  const MeasuredPoint &a = measurement.points[from], &b = measurement.points[to];
+  MeasuredDistance distance{0, std::numeric_limits<double>::infinity()};
+  if (a.status != Status::ok || b.status != Status::ok) return distance;
+  const Vector3d apart = b.position_m - a.position_m;
+  distance.length_m = apart.norm();
+  if (distance.length_m == 0) return distance;
+  const Vector3d along = apart / distance.length_m;
+  const auto block = [&](int i, int j) {
+    return measurement.covariance_m2.block<3, 3>(3 * i, 3 * j);
+  };
+  const Matrix3d q = block(from, from) + block(to, to) - block(from, to) - block(to, from);
+  distance.sigma_m = std::sqrt(std::max(0.0, along.dot(q * along)));
+  return distance;
+}
+
+std::string points_as_csv(const Measurement& measurement, const std::vector<std::string>& names) {
+  require(names.empty() || names.size() == measurement.points.size(), "names", names.size(),
+          "one for each point, or none");
+  std::ostringstream text;
+  text << std::setprecision(9)
+       << "name,x_m,y_m,z_m,sigma_x_m,sigma_y_m,sigma_z_m,images,worst_residual_px\n";
+  for (std::size_t i = 0; i < measurement.points.size(); ++i) {
+    const MeasuredPoint& point = measurement.points[i];
+    if (point.status != Status::ok) continue;
+    const Vector3d sigma = point.covariance_m2.diagonal().cwiseSqrt();
+    text << (names.empty() ? std::to_string(i) : names[i]);
+    for (int k = 0; k < 3; ++k) text << "," << point.position_m[k];
+    for (int k = 0; k < 3; ++k) text << "," << sigma[k];
+    text << "," << point.sightings.size() << "," << point.worst_residual_px << "\n";
+  }
+  return text.str();
+}
+
+std::string points_as_ply(const Measurement& measurement) {
+  std::ostringstream lines;
+  lines << std::setprecision(9);
+  int count = 0;
+  for (const MeasuredPoint& point : measurement.points) {
+    if (point.status != Status::ok) continue;
+    const Vector3d sigma = point.covariance_m2.diagonal().cwiseSqrt();
+    lines << point.position_m.transpose() << " " << sigma.transpose() << "\n";
+    ++count;
+  }
+  std::ostringstream text;
+  text << "ply\nformat ascii 1.0\nelement vertex " << count << "\n";
+  for (const char* name : {"x", "y", "z", "sigma_x", "sigma_y", "sigma_z"})
+    text << "property double " << name << "\n";
+  text << "end_header\n" << lines.str();
+  return text.str();
+}
+
+}  // namespace occ

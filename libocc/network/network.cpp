@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/network/network.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+#include "libocc/core/require.hpp"
+
+namespace occ {
+
+namespace {
+
+std::string item(const char* list, std::size_t index, const char* field = "") {
+  return std::string(list) + "[" + std::to_string(index) + "]" + field;
+}
+
+void require_index(int index, std::size_t size, const std::string& name, const char* of) {
+  if (index >= 0 && static_cast<std::size_t>(index) < size) return;
+  require(false, name, index, "one of the " + std::to_string(size) + " " + of);
+}
+
+void require_pose(const Rigid3& pose, const std::string& name) {
+  Rigid3::from_matrix(pose.matrix(), name.c_str());
+}
+
+void require_target(const Network& network, const Target& target, const std::string& name) {
+  if (target.body < 0) return require_index(target.point, network.points.size(), name, "points");
+  require(target.point < 0, name, target.point, "a point or a body's corner, not both");
+  require_index(target.body, network.bodies.size(), name, "bodies");
+  const Eigen::Index corners = network.bodies[target.body].corners_m.cols();
+  require_index(target.corner, static_cast<std::size_t>(corners), name, "corners of its body");
+}
+
+template <typename Matrix>
+void require_covariance(const Matrix& covariance, const std::string& name) {
+  require(covariance.allFinite() && covariance.isApprox(covariance.transpose(), 1e-9) &&
+              Eigen::LLT<Matrix>(covariance).info() == Eigen::Success,
+          name, covariance, "symmetric and positive definite");
+}
+
+void check_cameras(const Network& network) {
+  for (std::size_t i = 0; i < network.cameras.size(); ++i) {
+    const std::vector<CameraParameter> known = network.cameras[i].camera.parameters();
+    const std::vector<std::string>& free = network.cameras[i].free_parameters;
+    for (std::size_t k = 0; k < free.size(); ++k) {
+      const auto named = [&](const CameraParameter& p) { return p.name == free[k]; };
+      require(std::any_of(known.begin(), known.end(), named),
+              item("cameras", i, ".free_parameters"), free[k], "a parameter of its camera");
+      require(std::count(free.begin(), free.end(), free[k]) == 1,
+              item("cameras", i, ".free_parameters"), free[k], "listed once");
+    }
+  }
+}
+
+void check_places(const Network& network) {
+  for (std::size_t i = 0; i < network.stations.size(); ++i)
+    require_pose(network.stations[i].station_from_world, item("stations", i));
+  for (std::size_t i = 0; i < network.mounts.size(); ++i)
+    require_pose(network.mounts[i].cam_from_station, item("mounts", i));
+  for (std::size_t i = 0; i < network.points.size(); ++i)
+    require_finite(network.points[i].position_m, item("points", i));
+  for (std::size_t i = 0; i < network.bodies.size(); ++i) {
+    const NetworkBody& body = network.bodies[i];
+    require(body.corners_m.cols() > 0, item("bodies", i, ".corners_m"), body.corners_m.cols(),
+            "one corner or more");
+    require_finite(body.corners_m, item("bodies", i, ".corners_m"));
+    require_pose(body.world_from_body, item("bodies", i));
+    require(body.scale > 0 && std::isfinite(body.scale), item("bodies", i, ".scale"), body.scale,
+            "positive");
+  }
+}
+
+void check_images(const Network& network) {
+  for (std::size_t i = 0; i < network.images.size(); ++i) {
+    const NetworkImage& image = network.images[i];
+    require_index(image.camera, network.cameras.size(), item("images", i, ".camera"), "cameras");
+    require_index(image.station, network.stations.size(), item("images", i, ".station"),
+                  "stations");
+    if (image.mount != -1)
+      require_index(image.mount, network.mounts.size(), item("images", i, ".mount"), "mounts");
+  }
+}
+
+/// Nothing to say about an observation: decided without a word, as there are many.
+bool is_sound(const Network& network, const ImageObservation& seen) {
+  const auto below = [](int index, std::size_t size) {
+    return index >= 0 && static_cast<std::size_t>(index) < size;
+  };
+  const Target& target = seen.target;
+  const bool named = target.body < 0
+                         ? below(target.point, network.points.size())
+                         : target.point < 0 && below(target.body, network.bodies.size()) &&
+                               target.corner >= 0 &&
+                               target.corner < network.bodies[target.body].corners_m.cols();
+  return named && below(seen.image, network.images.size()) && seen.pixel.allFinite() &&
+         seen.sigma_px.minCoeff() > 0 && seen.sigma_px.allFinite();
+}
+
+void check_observations(const Network& network) {
+  for (std::size_t i = 0; i < network.observations.size(); ++i) {
+    const ImageObservation& seen = network.observations[i];
+    if (is_sound(network, seen)) continue;
+    require_index(seen.image, network.images.size(), item("observations", i, ".image"), "images");
+    require_target(network, seen.target, item("observations", i, ".target"));
+    require_finite(seen.pixel, item("observations", i, ".pixel"));
+    require(seen.sigma_px.minCoeff() > 0 && seen.sigma_px.allFinite(),
+            item("observations", i, ".sigma_px"), seen.sigma_px.transpose(), "positive");
+  }
+  for (std::size_t i = 0; i < network.distances.size(); ++i) {
+    const DistanceObservation& known = network.distances[i];
+    require_target(network, known.from, item("distances", i, ".from"));
+    require_target(network, known.to, item("distances", i, ".to"));
+    require(!(known.from == known.to), item("distances", i), network.name_of(known.to),
+            "between two points");
+    require(known.length_m > 0 && std::isfinite(known.length_m), item("distances", i, ".length_m"),
+            known.length_m, "positive");
+    require(known.sigma_m > 0 && std::isfinite(known.sigma_m), item("distances", i, ".sigma_m"),
+            known.sigma_m, "positive");
+  }
+}
+
+void check_knowledge(const Network& network) {
+  for (std::size_t i = 0; i < network.control.size(); ++i) {
+    require_target(network, network.control[i].target, item("control", i, ".target"));
+    require_finite(network.control[i].position_m, item("control", i, ".position_m"));
+    require_covariance(network.control[i].covariance_m2, item("control", i, ".covariance_m2"));
+  }
+  for (std::size_t i = 0; i < network.parameter_priors.size(); ++i) {
+    const ParameterPrior& prior = network.parameter_priors[i];
+    require_index(prior.camera, network.cameras.size(), item("parameter_priors", i, ".camera"),
+                  "cameras");
+    const std::vector<std::string>& free = network.cameras[prior.camera].free_parameters;
+    require(std::find(free.begin(), free.end(), prior.parameter) != free.end(),
+            item("parameter_priors", i, ".parameter"), prior.parameter,
+            "a free parameter of its camera");
+    require(std::isfinite(prior.value), item("parameter_priors", i, ".value"), prior.value,
+            "finite");
+    require(prior.sigma > 0 && std::isfinite(prior.sigma), item("parameter_priors", i, ".sigma"),
+            prior.sigma, "positive");
+  }
+  for (std::size_t i = 0; i < network.pose_priors.size(); ++i) {
+    const PosePrior& prior = network.pose_priors[i];
+    require_index(prior.station, network.stations.size(), item("pose_priors", i, ".station"),
+                  "stations");
+    require_pose(prior.station_from_world, item("pose_priors", i));
+    require_covariance(prior.covariance, item("pose_priors", i, ".covariance"));
+  }
+}
+
+}  // namespace
+
+Eigen::Vector3d Network::position_m(const Target& target) const {
+  require_target(*this, target, "target");
+  if (target.body < 0) return points[target.point].position_m;
+  const NetworkBody& body = bodies[target.body];
+  return body.world_from_body * Eigen::Vector3d(body.scale * body.corners_m.col(target.corner));
+}
+
+Rigid3 Network::cam_from_world(int image) const {
+  require_index(image, images.size(), "image", "images");
+  const NetworkImage& taken = images[image];
+  const Rigid3& station = stations[taken.station].station_from_world;
+  if (taken.mount < 0) return station;
+  return mounts[taken.mount].cam_from_station * station;
+}
+
+std::string Network::name_of(const Target& target) const {
+  require_target(*this, target, "target");
+  if (target.body < 0) {
+    const std::string& name = points[target.point].name;
+    return name.empty() ? "point " + std::to_string(target.point) : name;
+  }
+  const std::string& name = bodies[target.body].name;
+  return (name.empty() ? "body " + std::to_string(target.body) : name) + "." +
+         std::to_string(target.corner);
+}
+
+int Network::add_image(const std::string& name, int camera, const Rigid3& cam_from_world) {
+  stations.push_back({name, cam_from_world, false});
+  images.push_back({name, camera, static_cast<int>(stations.size()) - 1, -1});
+  return static_cast<int>(images.size()) - 1;
+}
+
+void check_network(const Network& network) {
+  check_cameras(network);
+  check_places(network);
+  check_images(network);
+  check_observations(network);
+  check_knowledge(network);
+}
+
+}  // namespace occ

@@ -1,0 +1,376 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/network/internal/network_layout.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+
+#include "libocc/geometry/so3.hpp"
+
+namespace occ::internal::network {
+
+namespace {
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+constexpr Index batch_columns = 192;  // enough for the product of matrices to run at full speed
+
+/// Observations of each point and body that count.
+struct Sightings {
+  std::vector<std::vector<int>> of_point, of_body;
+
+  explicit Sightings(const Network& network)
+      : of_point(network.points.size()), of_body(network.bodies.size()) {
+    for (std::size_t i = 0; i < network.observations.size(); ++i) {
+      const ImageObservation& seen = network.observations[i];
+      if (!seen.used) continue;
+      (seen.target.body < 0 ? of_point[seen.target.point] : of_body[seen.target.body])
+          .push_back(static_cast<int>(i));
+    }
+  }
+};
+
+/// How many images, counted to three.
+std::size_t images_in(const Network& network, const std::vector<int>& observations) {
+  std::vector<int> images;
+  for (const int i : observations) {
+    const int image = network.observations[i].image;
+    if (std::find(images.begin(), images.end(), image) == images.end()) images.push_back(image);
+    if (images.size() == 3) break;  // nobody asks for more
+  }
+  return images.size();
+}
+
+/// Three corners in one image or more hold a body; with two images fewer might.
+bool holds_body(const Network& network, const NetworkBody& body,
+                const std::vector<int>& observations) {
+  const std::size_t images = images_in(network, observations);
+  const std::size_t needed = body.scale_free ? 4 : 3;
+  return observations.size() >= needed && images >= (body.scale_free ? 2U : 1U);
+}
+
+void find_determined(const Network& network, const Sightings& sightings, NetworkLayout& layout) {
+  std::vector<char> controlled_point(network.points.size()), controlled_body(network.bodies.size());
+  for (const ControlPoint& known : network.control)
+    (known.target.body < 0 ? controlled_point[known.target.point]
+                           : controlled_body[known.target.body]) = 1;
+  for (std::size_t i = 0; i < network.points.size(); ++i) {
+    const std::size_t images = images_in(network, sightings.of_point[i]);
+    const bool known = network.points[i].fixed || controlled_point[i] || images >= 2;
+    layout.determined_point.push_back(known);
+    if (!known && images == 1)
+      layout.left_out.push_back(network.name_of(Target::of_point(static_cast<int>(i))) +
+                                " was seen in one image only and is left out");
+  }
+  for (std::size_t i = 0; i < network.bodies.size(); ++i) {
+    const NetworkBody& body = network.bodies[i];
+    const bool known = body.fixed || holds_body(network, body, sightings.of_body[i]) ||
+                       (controlled_body[i] && !sightings.of_body[i].empty());
+    layout.determined_body.push_back(known);
+    if (!known && !sightings.of_body[i].empty())
+      layout.left_out.push_back("of body " + (body.name.empty() ? std::to_string(i) : body.name) +
+                                " too few corners were seen; it is left out");
+  }
+}
+
+void place_reduced(const Network& network, NetworkLayout& layout) {
+  std::vector<char> camera_used(network.cameras.size()), mount_used(network.mounts.size()),
+      station_used(network.stations.size());
+  for (const ImageObservation& seen : network.observations) {
+    if (!seen.used || !layout.knows(seen.target)) continue;
+    const NetworkImage& image = network.images[seen.image];
+    camera_used[image.camera] = station_used[image.station] = 1;
+    if (image.mount >= 0) mount_used[image.mount] = 1;
+  }
+  for (const ParameterPrior& prior : network.parameter_priors) camera_used[prior.camera] = 1;
+  for (const PosePrior& prior : network.pose_priors) station_used[prior.station] = 1;
+
+  Index offset = 0;
+  for (std::size_t i = 0; i < network.cameras.size(); ++i) {
+    CameraBlock block;
+    const std::vector<CameraParameter> parameters = network.cameras[i].camera.parameters();
+    if (camera_used[i])
+      for (const std::string& name : network.cameras[i].free_parameters)
+        for (std::size_t k = 0; k < parameters.size(); ++k)
+          if (parameters[k].name == name) block.columns.push_back(static_cast<int>(k));
+    if (!block.columns.empty()) {
+      block.offset = offset;
+      offset += static_cast<Index>(block.columns.size());
+    }
+    layout.cameras.push_back(block);
+  }
+  for (std::size_t i = 0; i < network.mounts.size(); ++i) {
+    const bool unknown = mount_used[i] && !network.mounts[i].fixed;
+    layout.mounts.push_back(unknown ? offset : none);
+    if (unknown) offset += 6;
+  }
+  for (std::size_t i = 0; i < network.stations.size(); ++i) {
+    const bool unknown = station_used[i] && !network.stations[i].fixed;
+    layout.stations.push_back(unknown ? offset : none);
+    if (unknown) offset += 6;
+  }
+  layout.reduced = offset;
+}
+
+ImageBlock image_block(const NetworkLayout& layout, const NetworkImage& image) {
+  ImageBlock block;
+  const auto add = [&](Index offset, int size) {
+    if (offset == none) return -1;
+    block.offset[block.segments] = offset;
+    block.size[block.segments++] = size;
+    block.width += size;
+    return block.width - size;
+  };
+  const CameraBlock& camera = layout.cameras[image.camera];
+  add(camera.offset, static_cast<int>(camera.columns.size()));
+  if (image.mount >= 0) block.mount_column = add(layout.mounts[image.mount], 6);
+  block.station_column = add(layout.stations[image.station], 6);
+  return block;
+}
+
+/// Points and bodies that a distance joins stay among the reduced unknowns.
+void place_joined(const Network& network, NetworkLayout& layout) {
+  const auto keep = [&](const Target& target) {
+    if (!layout.knows(target)) return;
+    const bool fixed =
+        target.body < 0 ? network.points[target.point].fixed : network.bodies[target.body].fixed;
+    Index& offset = target.body < 0 ? layout.points[target.point] : layout.bodies[target.body];
+    if (fixed || offset != none) return;
+    offset = layout.reduced;
+    layout.reduced += layout.size_of(target);
+  };
+  for (const DistanceObservation& known : network.distances) {
+    if (!known.used || !layout.knows(known.from) || !layout.knows(known.to)) continue;
+    keep(known.from);
+    keep(known.to);
+  }
+}
+
+std::vector<int> images_of(const Network& network, const Group& group) {
+  std::vector<int> images;
+  for (const int i : group.observations) images.push_back(network.observations[i].image);
+  std::sort(images.begin(), images.end());
+  images.erase(std::unique(images.begin(), images.end()), images.end());
+  return images;
+}
+
+void add_groups(const Network& network, Sightings& sightings, NetworkLayout& layout) {
+  const auto add = [&](const Target& block, bool fixed, bool known, std::vector<int>& seen) {
+    if (!known) return;
+    if (!fixed && layout.offset_of(block) == none)
+      layout.groups.push_back({block, 0, layout.size_of(block), std::move(seen)});
+    else
+      layout.loose.insert(layout.loose.end(), seen.begin(), seen.end());
+  };
+  for (std::size_t i = 0; i < network.points.size(); ++i)
+    add(Target::of_point(static_cast<int>(i)), network.points[i].fixed, layout.determined_point[i],
+        sightings.of_point[i]);
+  for (std::size_t i = 0; i < network.bodies.size(); ++i)
+    add(Target::of_corner(static_cast<int>(i), 0), network.bodies[i].fixed,
+        layout.determined_body[i], sightings.of_body[i]);
+  std::sort(layout.loose.begin(), layout.loose.end());
+}
+
+void mark_rows(const NetworkLayout& layout, const std::vector<int>& images, std::vector<char>& rows,
+               Index& count) {
+  for (const int image : images) {
+    const ImageBlock& block = layout.images[image];
+    for (std::size_t s = 0; s < at(block.segments); ++s)
+      for (Index k = block.offset[s]; k < block.offset[s] + block.size[s]; ++k)
+        if (!rows[k]) {
+          rows[k] = 1;
+          ++count;
+        }
+  }
+}
+
+void close_batch(const std::vector<char>& rows, Index count, NetworkLayout& layout, Batch& batch) {
+  if (count < layout.reduced) {
+    batch.position.assign(rows.size(), none);
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      if (rows[k]) {
+        batch.position[k] = static_cast<Index>(batch.rows.size());
+        batch.rows.push_back(static_cast<Index>(k));
+      }
+  }
+  layout.batches.push_back(batch);
+}
+
+/// Groups in the order of the images they are seen in; a batch ends when it is large, or when its
+/// images would have far more unknowns together than those of its next group.
+void make_batches(const Network& network, NetworkLayout& layout) {
+  std::vector<std::vector<int>> images;
+  for (const Group& group : layout.groups) images.push_back(images_of(network, group));
+  std::vector<std::size_t> order(layout.groups.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return images[a] < images[b]; });
+  std::vector<Group> groups;
+  for (const std::size_t k : order) groups.push_back(std::move(layout.groups[k]));
+  layout.groups = std::move(groups);
+
+  const std::size_t n = static_cast<std::size_t>(layout.reduced);
+  Batch batch;
+  std::vector<char> rows(n, 0);
+  Index count = 0;
+  for (std::size_t g = 0; g < layout.groups.size(); ++g) {
+    std::vector<char> own(n, 0), both = rows;
+    Index own_count = 0, both_count = count;
+    const std::vector<int>& seen_in = images[order[g]];
+    mark_rows(layout, seen_in, both, both_count);
+    if (batch.columns > 0 && both_count > count) mark_rows(layout, seen_in, own, own_count);
+    const bool grows = batch.columns > 0 && both_count > count && 2 * both_count > 3 * own_count;
+    if (grows || batch.columns + layout.groups[g].size > batch_columns) {
+      batch.last = g;
+      close_batch(rows, count, layout, batch);
+      batch = {};
+      batch.first = g;
+      std::fill(both.begin(), both.end(), char{0});
+      both_count = 0;
+      mark_rows(layout, seen_in, both, both_count);
+    }
+    rows.swap(both);
+    count = both_count;
+    batch.columns += layout.groups[g].size;
+  }
+  if (batch.columns > 0) {
+    batch.last = layout.groups.size();
+    close_batch(rows, count, layout, batch);
+  }
+}
+
+void place_groups(NetworkLayout& layout) {
+  layout.total = layout.reduced;
+  for (Group& group : layout.groups) {
+    group.offset = layout.total;
+    layout.total += group.size;
+    (group.block.body < 0 ? layout.points[group.block.point] : layout.bodies[group.block.body]) =
+        group.offset;
+  }
+}
+
+}  // namespace
+
+NetworkState::NetworkState(const Network& network) {
+  for (const NetworkCamera& camera : network.cameras) cameras.push_back(camera.camera);
+  for (const NetworkStation& station : network.stations)
+    stations.push_back(station.station_from_world);
+  for (const NetworkMount& mount : network.mounts) mounts.push_back(mount.cam_from_station);
+  for (const NetworkPoint& point : network.points) points.push_back(point.position_m);
+  for (const NetworkBody& body : network.bodies) {
+    bodies.push_back(body.world_from_body);
+    scales.push_back(body.scale);
+  }
+}
+
+void NetworkState::put_into(Network& network) const {
+  for (std::size_t i = 0; i < cameras.size(); ++i) network.cameras[i].camera = cameras[i];
+  for (std::size_t i = 0; i < stations.size(); ++i)
+    network.stations[i].station_from_world = {nearest_rotation(stations[i].rotation),
+                                              stations[i].translation};
+  for (std::size_t i = 0; i < mounts.size(); ++i)
+    network.mounts[i].cam_from_station = {nearest_rotation(mounts[i].rotation),
+                                          mounts[i].translation};
+  for (std::size_t i = 0; i < points.size(); ++i) network.points[i].position_m = points[i];
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    network.bodies[i].world_from_body = {nearest_rotation(bodies[i].rotation),
+                                         bodies[i].translation};
+    network.bodies[i].scale = scales[i];
+  }
+}
+
+Network without_observations(const Network& network) {
+  Network copy;
+  copy.cameras = network.cameras;
+  copy.stations = network.stations;
+  copy.mounts = network.mounts;
+  copy.images = network.images;
+  copy.points = network.points;
+  copy.bodies = network.bodies;
+  return copy;
+}
+
+bool NetworkLayout::knows(const Target& target) const {
+  return target.body < 0 ? determined_point[target.point] : determined_body[target.body];
+}
+
+NetworkLayout layout_of(const Network& network) {
+  NetworkLayout layout;
+  Sightings sightings(network);
+  find_determined(network, sightings, layout);
+  layout.points.assign(network.points.size(), none);
+  layout.bodies.assign(network.bodies.size(), none);
+  for (const NetworkBody& body : network.bodies)
+    layout.body_sizes.push_back(body.scale_free ? 7 : 6);
+  place_reduced(network, layout);
+  for (const NetworkImage& image : network.images)
+    layout.images.push_back(image_block(layout, image));
+  place_joined(network, layout);
+  add_groups(network, sightings, layout);
+  make_batches(network, layout);
+  place_groups(layout);
+  return layout;
+}
+
+Eigen::Vector3d target_position(const Network& network, const NetworkState& state,
+                                const Target& target) {
+  if (target.body < 0) return state.points[target.point];
+  const std::size_t body = at(target.body);
+  return state.bodies[body] *
+         Eigen::Vector3d(state.scales[body] * network.bodies[body].corners_m.col(target.corner));
+}
+
+Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, max_group> target_jacobian(
+    const Network& network, const NetworkLayout& layout, const NetworkState& state,
+    const Target& target) {
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, max_group> jacobian(
+      3, layout.size_of(target));
+  if (target.body < 0) {
+    jacobian = Eigen::Matrix3d::Identity();
+    return jacobian;
+  }
+  const Eigen::Vector3d arm =
+      target_position(network, state, target) - state.bodies[target.body].translation;
+  jacobian.leftCols<3>() = -skew(arm);
+  jacobian.middleCols<3>(3).setIdentity();
+  if (jacobian.cols() == 7) jacobian.col(6) = arm;
+  return jacobian;
+}
+
+std::optional<NetworkState> moved(const NetworkLayout& layout, const NetworkState& state,
+                                  const Eigen::VectorXd& step) {
+  NetworkState next = state;
+  for (std::size_t i = 0; i < next.cameras.size(); ++i) {
+    const CameraBlock& block = layout.cameras[i];
+    if (block.offset == none) continue;
+    const std::vector<CameraParameter> parameters = state.cameras[i].parameters();
+    Eigen::VectorXd values(static_cast<Index>(parameters.size()));
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+      values[static_cast<Index>(k)] = parameters[k].value;
+    for (std::size_t k = 0; k < block.columns.size(); ++k)
+      values[block.columns[k]] += step[block.offset + static_cast<Index>(k)];
+    try {
+      next.cameras[i] = state.cameras[i].with_parameters(values);
+    } catch (const std::invalid_argument&) {
+      return std::nullopt;
+    }
+  }
+  const auto move_poses = [&](const std::vector<Index>& offsets, std::vector<Rigid3>& poses) {
+    for (std::size_t i = 0; i < poses.size(); ++i)
+      if (offsets[i] != none) poses[i] = perturb(poses[i], step.segment<6>(offsets[i]));
+  };
+  move_poses(layout.mounts, next.mounts);
+  move_poses(layout.stations, next.stations);
+  for (std::size_t i = 0; i < next.points.size(); ++i)
+    if (layout.points[i] != none) next.points[i] += step.segment<3>(layout.points[i]);
+  for (std::size_t i = 0; i < next.bodies.size(); ++i) {
+    const Index offset = layout.bodies[i];
+    if (offset == none) continue;
+    next.bodies[i].rotation = so3_exp(step.segment<3>(offset)) * next.bodies[i].rotation;
+    next.bodies[i].translation += step.segment<3>(offset + 3);
+    if (layout.body_sizes[i] == 7) next.scales[i] *= std::exp(step[offset + 6]);
+  }
+  return next;
+}
+
+}  // namespace occ::internal::network

@@ -1,0 +1,431 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/network/internal/normal_equations.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+#include "libocc/geometry/so3.hpp"
+
+namespace occ::internal::network {
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+std::size_t at(Index index) { return static_cast<std::size_t>(index); }
+
+constexpr int lanes = 2;
+
+/// What one lane has summed. The part of S from images alone is summed for each image, where its
+/// unknowns are neighbours, and put in place at the end.
+struct Lane {
+  double cost = 0;
+  int lost = 0;
+  MatrixXd reduced;
+  VectorXd rhs, diagonal;
+  std::vector<MatrixXd> of_image;  ///< lower triangles, transposed: columns hold rows
+  std::vector<VectorXd> rhs_of_image;
+  std::vector<std::size_t> loose_groups;
+};
+
+/// r and the rows times the root of the robust weight.
+void weigh(const Loss& loss, ObservationRows& rows, Lane& lane) {
+  const double squared = rows.r[0] * rows.r[0] + rows.r[1] * rows.r[1];
+  lane.cost += loss.rho(squared);
+  const double root = std::sqrt(loss.weight(squared));
+  if (root == 1) return;
+  for (int k = 0; k < 2; ++k) {
+    rows.r[k] *= root;
+    for (int i = 0; i < rows.width; ++i) rows.a[k][i] *= root;
+    for (int i = 0; i < rows.size; ++i) rows.b[k][i] *= root;
+  }
+}
+
+void add_image_part(const ObservationRows& rows, MatrixXd& sum, VectorXd& rhs) {
+  const double *a0 = rows.a[0], *a1 = rows.a[1];
+  double* column = sum.data();
+  for (int i = 0; i < rows.width; ++i, column += rows.width) {
+    const double f0 = a0[i], f1 = a1[i];
+    for (int j = 0; j <= i; ++j) column[j] += f0 * a0[j] + f1 * a1[j];
+    rhs[i] -= f0 * rows.r[0] + f1 * rows.r[1];
+  }
+}
+
+void place_image_parts(const NetworkLayout& layout, Lane& lane) {
+  for (std::size_t image = 0; image < layout.images.size(); ++image) {
+    const ImageBlock& block = layout.images[image];
+    const MatrixXd& sum = lane.of_image[image];
+    int row_start = 0;
+    for (std::size_t s = 0; s < at(block.segments); row_start += block.size[s++])
+      for (int i = 0; i < block.size[s]; ++i) {
+        const Index row = block.offset[s] + i;
+        lane.rhs[row] += lane.rhs_of_image[image][row_start + i];
+        lane.diagonal[row] += sum(row_start + i, row_start + i);
+        int column_start = 0;  // segments are in the order of their offsets
+        for (std::size_t t = 0; t <= s; column_start += block.size[t++])
+          for (int j = 0; j < block.size[t] && column_start + j <= row_start + i; ++j)
+            lane.reduced(row, block.offset[t] + j) += sum(column_start + j, row_start + i);
+      }
+  }
+}
+
+/// L with V = L L^T in place; a direction that nothing determines gets no step.
+bool factorise(SmallMatrix& v, const Eigen::Ref<const VectorXd>& before) {
+  bool sound = true;
+  const Index n = v.rows();
+  for (Index c = 0; c < n; ++c) {
+    double pivot = v(c, c);
+    for (Index k = 0; k < c; ++k) pivot -= v(c, k) * v(c, k);
+    if (!(pivot > 1e-14 * before[c])) {
+      sound = false;
+      pivot = 1e280;
+    }
+    const double root = std::sqrt(pivot);
+    v(c, c) = root;
+    for (Index r = c + 1; r < n; ++r) {
+      double sum = v(r, c);
+      for (Index k = 0; k < c; ++k) sum -= v(r, k) * v(c, k);
+      v(r, c) = sum / root;
+    }
+  }
+  return sound;
+}
+
+class Builder {
+ public:
+  Builder(const Network& network, const NetworkLayout& layout, const NetworkState& state,
+          const Loss& loss, double damping, NormalEquations& normal)
+      : network_(network),
+        layout_(layout),
+        state_(state),
+        loss_(loss),
+        damping_(damping),
+        normal_(normal) {
+    control_of_group_.resize(layout.groups.size());
+    for (std::size_t i = 0; i < network.control.size(); ++i) {
+      const Target& target = network.control[i].target;
+      if (!layout.knows(target)) continue;
+      const Index offset = layout.offset_of(target);
+      if (offset >= layout.reduced)
+        control_of_group_[group_at(offset)].push_back(i);
+      else
+        control_of_rest_.push_back(i);
+    }
+  }
+
+  void run(int number, Lane& lane) {
+    const Index n = layout_.reduced;
+    lane.reduced = MatrixXd::Zero(n, n);
+    lane.rhs = lane.diagonal = VectorXd::Zero(n);
+    lane.of_image.resize(layout_.images.size());
+    lane.rhs_of_image.resize(layout_.images.size());
+    for (std::size_t i = 0; i < layout_.images.size(); ++i) {
+      lane.of_image[i] = MatrixXd::Zero(layout_.images[i].width, layout_.images[i].width);
+      lane.rhs_of_image[i] = VectorXd::Zero(layout_.images[i].width);
+    }
+    for (std::size_t b = at(number); b < layout_.batches.size(); b += lanes) add_batch(b, lane);
+    for (std::size_t k = at(number); k < layout_.loose.size(); k += lanes)
+      add_loose(network_.observations[layout_.loose[k]], lane);
+    place_image_parts(layout_, lane);
+    if (number == 0) add_knowledge(lane);
+  }
+
+ private:
+  std::size_t group_at(Index offset) const {
+    const auto after =
+        std::upper_bound(layout_.groups.begin(), layout_.groups.end(), offset,
+                         [](Index value, const Group& group) { return value < group.offset; });
+    return at(after - layout_.groups.begin() - 1);
+  }
+
+  void lose(Lane& lane) const {
+    ++lane.lost;
+    lane.cost += loss_.rho(lost_residual * lost_residual);
+  }
+
+  void add_batch(std::size_t number, Lane& lane) {
+    const Batch& batch = layout_.batches[number];
+    EliminatedBatch& out = normal_.batches[number];
+    const Index rows = batch.rows.empty() ? layout_.reduced : static_cast<Index>(batch.rows.size());
+    out.w.setZero(rows, batch.columns);
+    out.y.setZero(batch.columns);
+    out.factors.resize(batch.last - batch.first);
+    Index column = 0;
+    for (std::size_t g = batch.first; g < batch.last; ++g) {
+      add_group(g, batch, column, out, lane);
+      column += layout_.groups[g].size;
+    }
+    subtract(batch, out, lane);
+  }
+
+  void add_group(std::size_t number, const Batch& batch, Index column, EliminatedBatch& out,
+                 Lane& lane) {
+    const Group& group = layout_.groups[number];
+    SmallMatrix& v = out.factors[number - batch.first];
+    v.setZero(group.size, group.size);
+    auto y = out.y.segment(column, group.size);
+    for (const int i : group.observations) {
+      const ImageObservation& seen = network_.observations[i];
+      ObservationRows rows;
+      if (!rows_of(network_, layout_, state_, seen, rows)) {
+        lose(lane);
+        continue;
+      }
+      weigh(loss_, rows, lane);
+      const std::size_t image = at(seen.image);
+      add_image_part(rows, lane.of_image[image], lane.rhs_of_image[image]);
+      for (Index c = 0; c < group.size; ++c) {
+        const double b0 = rows.b[0][c], b1 = rows.b[1][c];
+        y[c] -= b0 * rows.r[0] + b1 * rows.r[1];
+        for (Index k = c; k < group.size; ++k) v(k, c) += b0 * rows.b[0][k] + b1 * rows.b[1][k];
+        add_mixed(batch, layout_.images[image], rows, b0, b1, out.w.col(column + c).data());
+      }
+    }
+    for (const std::size_t i : control_of_group_[number]) add_control(i, v, y, lane);
+
+    const VectorXd before = v.diagonal();
+    v.diagonal() *= 1 + damping_;
+    if (!factorise(v, before)) lane.loose_groups.push_back(number);
+    for (Index c = 0; c < group.size; ++c) {
+      auto own = out.w.col(column + c);
+      for (Index k = 0; k < c; ++k) {
+        own -= v(c, k) * out.w.col(column + k);
+        y[c] -= v(c, k) * y[k];
+      }
+      own /= v(c, c);
+      y[c] /= v(c, c);
+    }
+  }
+
+  void add_mixed(const Batch& batch, const ImageBlock& block, const ObservationRows& rows,
+                 double b0, double b1, double* column) const {
+    const double *a0 = rows.a[0], *a1 = rows.a[1];
+    for (std::size_t s = 0; s < at(block.segments); ++s) {
+      const Index start = batch.rows.empty() ? block.offset[s] : batch.position[block.offset[s]];
+      double* e = column + start;
+      for (int k = 0; k < block.size[s]; ++k) e[k] += a0[k] * b0 + a1[k] * b1;
+      a0 += block.size[s];
+      a1 += block.size[s];
+    }
+  }
+
+  void subtract(const Batch& batch, const EliminatedBatch& out, Lane& lane) const {
+    if (out.w.rows() == 0) return;  // nothing but points is unknown
+    const VectorXd down = out.w * out.y;
+    if (batch.rows.empty()) {
+      lane.reduced.selfadjointView<Eigen::Lower>().rankUpdate(out.w, -1);
+      lane.rhs -= down;
+      return;
+    }
+    const Index rows = out.w.rows();
+    MatrixXd product = MatrixXd::Zero(rows, rows);
+    product.selfadjointView<Eigen::Lower>().rankUpdate(out.w, -1);
+    for (Index c = 0; c < rows; ++c) {
+      lane.rhs[batch.rows[c]] -= down[c];
+      for (Index r = c; r < rows; ++r) lane.reduced(batch.rows[r], batch.rows[c]) += product(r, c);
+    }
+  }
+
+  template <typename Vector>
+  void add_control(std::size_t index, SmallMatrix& v, Vector& rhs, Lane& lane) const {
+    const ControlPoint& known = network_.control[index];
+    const Eigen::Matrix3d weight = known.covariance_m2.inverse();
+    const Eigen::Vector3d off = target_position(network_, state_, known.target) - known.position_m;
+    lane.cost += 0.5 * off.dot(weight * off);
+    const auto jacobian = target_jacobian(network_, layout_, state_, known.target);
+    v += jacobian.transpose() * weight * jacobian;
+    rhs -= jacobian.transpose() * (weight * off);
+  }
+
+  /// A target that is fixed, or kept among the reduced unknowns.
+  void add_loose(const ImageObservation& seen, Lane& lane) const {
+    ObservationRows rows;
+    if (!rows_of(network_, layout_, state_, seen, rows)) return lose(lane);
+    weigh(loss_, rows, lane);
+    const std::size_t image = at(seen.image);
+    add_image_part(rows, lane.of_image[image], lane.rhs_of_image[image]);
+    if (rows.size == 0) return;
+    const Index offset = layout_.offset_of(seen.target);
+    const ImageBlock& block = layout_.images[image];
+    for (Index c = 0; c < rows.size; ++c) {
+      const double b0 = rows.b[0][c], b1 = rows.b[1][c];
+      lane.rhs[offset + c] -= b0 * rows.r[0] + b1 * rows.r[1];
+      lane.diagonal[offset + c] += b0 * b0 + b1 * b1;
+      for (Index k = c; k < rows.size; ++k)
+        lane.reduced(offset + k, offset + c) += b0 * rows.b[0][k] + b1 * rows.b[1][k];
+      int start = 0;  // kept targets come after all images' unknowns: the lower triangle
+      for (std::size_t s = 0; s < at(block.segments); start += block.size[s++])
+        for (int k = 0; k < block.size[s]; ++k)
+          lane.reduced(offset + c, block.offset[s] + k) +=
+              b0 * rows.a[0][start + k] + b1 * rows.a[1][start + k];
+    }
+  }
+
+  /// An observation given by its rows over some reduced unknowns.
+  void add_rows(const std::vector<Index>& unknowns, const MatrixXd& jacobian, const VectorXd& r,
+                Lane& lane) const {
+    lane.cost += 0.5 * r.squaredNorm();
+    for (std::size_t i = 0; i < unknowns.size(); ++i) {
+      if (unknowns[i] == none) continue;
+      const auto own = jacobian.col(static_cast<Index>(i));
+      lane.rhs[unknowns[i]] -= own.dot(r);
+      lane.diagonal[unknowns[i]] += own.squaredNorm();
+      for (std::size_t j = 0; j < unknowns.size(); ++j)
+        if (unknowns[j] != none && unknowns[j] <= unknowns[i])
+          lane.reduced(unknowns[i], unknowns[j]) += own.dot(jacobian.col(static_cast<Index>(j)));
+    }
+  }
+
+  void add_distance(const DistanceObservation& known, Lane& lane) const {
+    const Eigen::Vector3d apart =
+        target_position(network_, state_, known.to) - target_position(network_, state_, known.from);
+    const double length = apart.norm();
+    if (length == 0) return lose(lane);
+    const bool same_body = known.from.body >= 0 && known.from.body == known.to.body;
+    std::vector<Index> unknowns;
+    MatrixXd jacobian(1, 2 * max_group);
+    Index columns = 0;
+    const auto add = [&](const Target& target, double sign) {
+      const Index offset = layout_.offset_of(target);
+      if (offset == none) return;
+      const Eigen::RowVectorXd row = (sign / (known.sigma_m * length)) * apart.transpose() *
+                                     target_jacobian(network_, layout_, state_, target);
+      const bool again = same_body && columns > 0;
+      for (Index k = 0; k < row.size(); ++k) {
+        if (again) {
+          jacobian(0, k) += row[k];
+          continue;
+        }
+        jacobian(0, columns++) = row[k];
+        unknowns.push_back(offset + k);
+      }
+    };
+    add(known.from, -1);
+    add(known.to, 1);
+    const double off = (length - known.length_m) / known.sigma_m;
+    const double weight = loss_.weight(off * off), root = std::sqrt(weight);
+    lane.cost += loss_.rho(off * off) - 0.5 * weight * off * off;  // add_rows adds the rest
+    add_rows(unknowns, root * jacobian.leftCols(columns), VectorXd::Constant(1, root * off), lane);
+  }
+
+  void add_pose_prior(const PosePrior& prior, Lane& lane) const {
+    const std::size_t station = at(prior.station);
+    const Rigid3& pose = state_.stations[station];
+    const Vector6 off = difference(pose, prior.station_from_world);
+    Matrix6 jacobian = Matrix6::Identity();
+    jacobian.topLeftCorner<3, 3>() = so3_left_jacobian(off.head<3>()).inverse();
+    jacobian.bottomLeftCorner<3, 3>() = -skew(off.tail<3>());
+    const Eigen::LLT<Matrix6> factor(prior.covariance);
+    const MatrixXd whitened = factor.matrixL().solve(jacobian);
+    const VectorXd r = factor.matrixL().solve(off);
+    std::vector<Index> unknowns;
+    for (Index k = 0; k < 6; ++k)
+      unknowns.push_back(layout_.stations[station] == none ? none : layout_.stations[station] + k);
+    add_rows(unknowns, whitened, r, lane);
+  }
+
+  void add_parameter_prior(const ParameterPrior& prior, Lane& lane) const {
+    const std::vector<CameraParameter> parameters = state_.cameras[prior.camera].parameters();
+    const CameraBlock& block = layout_.cameras[prior.camera];
+    for (std::size_t k = 0; k < block.columns.size(); ++k) {
+      const CameraParameter& parameter = parameters[block.columns[k]];
+      if (parameter.name != prior.parameter) continue;
+      add_rows({block.offset + static_cast<Index>(k)}, MatrixXd::Constant(1, 1, 1 / prior.sigma),
+               VectorXd::Constant(1, (parameter.value - prior.value) / prior.sigma), lane);
+    }
+  }
+
+  void add_knowledge(Lane& lane) const {
+    for (const std::size_t i : control_of_rest_) {
+      const Target& target = network_.control[i].target;
+      const Index offset = layout_.offset_of(target);
+      SmallMatrix v = SmallMatrix::Zero(layout_.size_of(target), layout_.size_of(target));
+      VectorXd rhs = VectorXd::Zero(v.rows());
+      add_control(i, v, rhs, lane);
+      if (offset == none) continue;
+      lane.rhs.segment(offset, v.rows()) += rhs;
+      lane.diagonal.segment(offset, v.rows()) += v.diagonal();
+      lane.reduced.block(offset, offset, v.rows(), v.cols()) += v;
+    }
+    for (const DistanceObservation& known : network_.distances)
+      if (known.used && layout_.knows(known.from) && layout_.knows(known.to))
+        add_distance(known, lane);
+    for (const ParameterPrior& prior : network_.parameter_priors) add_parameter_prior(prior, lane);
+    for (const PosePrior& prior : network_.pose_priors) add_pose_prior(prior, lane);
+  }
+
+  const Network& network_;
+  const NetworkLayout& layout_;
+  const NetworkState& state_;
+  const Loss& loss_;
+  double damping_;
+  NormalEquations& normal_;
+  std::vector<std::vector<std::size_t>> control_of_group_;
+  std::vector<std::size_t> control_of_rest_;
+};
+
+}  // namespace
+
+void build(const Network& network, const NetworkLayout& layout, const NetworkState& state,
+           const Loss& loss, double damping, int threads, NormalEquations& normal) {
+  normal.batches.resize(layout.batches.size());
+  Builder builder(network, layout, state, loss, damping, normal);
+  Lane parts[lanes];
+  if (threads > 1) {
+    std::thread other([&] { builder.run(1, parts[1]); });
+    builder.run(0, parts[0]);
+    other.join();
+  } else {
+    for (int k = 0; k < lanes; ++k) builder.run(k, parts[k]);
+  }
+  normal.cost = parts[0].cost + parts[1].cost;
+  normal.lost = parts[0].lost + parts[1].lost;
+  normal.reduced = parts[0].reduced + parts[1].reduced;
+  normal.rhs = parts[0].rhs + parts[1].rhs;
+  normal.diagonal = parts[0].diagonal + parts[1].diagonal;
+  normal.reduced.diagonal() += damping * normal.diagonal;
+  normal.loose_groups = parts[0].loose_groups;
+  normal.loose_groups.insert(normal.loose_groups.end(), parts[1].loose_groups.begin(),
+                             parts[1].loose_groups.end());
+}
+
+MatrixXd rows_in(const Batch& batch, const MatrixXd& over_reduced) {
+  if (batch.rows.empty()) return over_reduced;
+  MatrixXd rows(static_cast<Index>(batch.rows.size()), over_reduced.cols());
+  for (std::size_t k = 0; k < batch.rows.size(); ++k)
+    rows.row(static_cast<Index>(k)) = over_reduced.row(batch.rows[k]);
+  return rows;
+}
+
+VectorXd back_substitute(const NetworkLayout& layout, const NormalEquations& normal,
+                         const VectorXd& reduced_step) {
+  VectorXd step(layout.total);
+  step.head(layout.reduced) = reduced_step;
+  for (std::size_t b = 0; b < layout.batches.size(); ++b) {
+    const Batch& batch = layout.batches[b];
+    const EliminatedBatch& part = normal.batches[b];
+    VectorXd x = part.y;
+    if (layout.reduced > 0) x.noalias() -= part.w.transpose() * rows_in(batch, reduced_step).col(0);
+    Index column = 0;
+    for (std::size_t g = batch.first; g < batch.last; ++g) {
+      const Group& group = layout.groups[g];
+      auto own = x.segment(column, group.size);
+      part.factors[g - batch.first].triangularView<Eigen::Lower>().transpose().solveInPlace(own);
+      step.segment(group.offset, group.size) = own;
+      column += group.size;
+    }
+  }
+  return step;
+}
+
+double decrement_squared(const NormalEquations& normal, const VectorXd& reduced_step) {
+  double sum = normal.rhs.dot(reduced_step);
+  for (const EliminatedBatch& batch : normal.batches) sum += batch.y.squaredNorm();
+  return sum;
+}
+
+}  // namespace occ::internal::network

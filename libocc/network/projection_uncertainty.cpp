@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <cmath>
+#include <limits>
+
+#include "libocc/core/require.hpp"
+#include "libocc/geometry/so3.hpp"
+#include "libocc/network/network_statistics.hpp"
+
+namespace occ {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+struct GridPoint {
+  Index row, column;
+  Eigen::Matrix<double, 2, Eigen::Dynamic> by_parameters;
+  Eigen::Matrix<double, 2, Eigen::Dynamic> by_pose;  ///< turn, and shift at a finite range
+};
+
+}  // namespace
+
+ProjectionUncertainty projection_uncertainty(const Camera& camera,
+                                             const std::vector<std::string>& free,
+                                             const MatrixXd& covariance, int columns, int rows,
+                                             double range_m) {
+  require(columns >= 2, "columns", columns, "at least 2");
+  require(rows >= 2, "rows", rows, "at least 2");
+  require(range_m > 0, "range_m", range_m, "positive");
+  const Index count = static_cast<Index>(free.size());
+  require(covariance.rows() == count && covariance.cols() == count && covariance.allFinite(),
+          "covariance", covariance.rows(), "finite, one row for each free parameter");
+  std::vector<Index> places;
+  const std::vector<CameraParameter> all = camera.parameters();
+  for (const std::string& name : free) {
+    for (std::size_t k = 0; k < all.size(); ++k)
+      if (all[k].name == name) places.push_back(static_cast<Index>(k));
+    require(places.size() == static_cast<std::size_t>(&name - free.data()) + 1, "free", name,
+            "a parameter of the camera");
+  }
+
+  const bool shifts = std::isfinite(range_m);
+  const double distance = shifts ? range_m : 1e6;  // beyond it nothing of a camera's size shows
+  ProjectionUncertainty out;
+  out.x_px.resize(rows, columns);
+  out.y_px.resize(rows, columns);
+  out.sigma_px = MatrixXd::Constant(rows, columns, std::numeric_limits<double>::infinity());
+  std::vector<GridPoint> points;
+  for (Index r = 0; r < rows; ++r)
+    for (Index c = 0; c < columns; ++c) {
+      const Eigen::Vector2d pixel((static_cast<double>(c) + 0.5) * camera.width() / columns - 0.5,
+                                  (static_cast<double>(r) + 0.5) * camera.height() / rows - 0.5);
+      out.x_px(r, c) = pixel.x();
+      out.y_px(r, c) = pixel.y();
+      const auto ray = camera.ray(pixel);
+      if (!ray) continue;
+      const Eigen::Vector3d x = ray->origin + distance * ray->direction;
+      Eigen::Matrix<double, 2, 3> d_point;
+      Camera::ParameterJacobian d_parameters;
+      if (!camera.project(x, &d_point, &d_parameters)) continue;
+      GridPoint point{r, c, {}, {}};
+      point.by_parameters.resize(2, count);
+      for (Index k = 0; k < count; ++k) point.by_parameters.col(k) = d_parameters.col(places[k]);
+      point.by_pose.resize(2, shifts ? 6 : 3);
+      point.by_pose.leftCols<3>() = -d_point * skew(x);
+      if (shifts) point.by_pose.rightCols<3>() = d_point * distance;
+      points.push_back(point);
+    }
+  if (points.empty()) return out;
+
+  const Index pose = shifts ? 6 : 3;
+  MatrixXd normal = MatrixXd::Zero(pose, pose), mixed = MatrixXd::Zero(pose, count);
+  for (const GridPoint& point : points) {
+    normal += point.by_pose.transpose() * point.by_pose;
+    mixed += point.by_pose.transpose() * point.by_parameters;
+  }
+  // A panorama's shift along what it cannot see, for example: the least step does.
+  const MatrixXd compensation = -normal.completeOrthogonalDecomposition().solve(mixed);
+  double sum = 0;
+  for (const GridPoint& point : points) {
+    const MatrixXd left = point.by_parameters + point.by_pose * compensation;
+    const Eigen::Matrix2d q = left * covariance * left.transpose();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(0.5 * (q + q.transpose()));
+    const double sigma = std::sqrt(std::max(0.0, eigen.eigenvalues()[1]));
+    out.sigma_px(point.row, point.column) = sigma;
+    out.worst_px = std::max(out.worst_px, sigma);
+    sum += sigma;
+  }
+  out.mean_px = sum / static_cast<double>(points.size());
+  return out;
+}
+
+}  // namespace occ

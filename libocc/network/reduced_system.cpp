@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+
+#include "libocc/network/internal/normal_equations.hpp"
+
+namespace occ::internal::network {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+std::size_t at(Index index) { return static_cast<std::size_t>(index); }
+
+}  // namespace
+
+ReducedSystem::ReducedSystem(const NormalEquations& normal, const MatrixXd& gauge) {
+  const Index n = normal.reduced.rows();
+  if (n == 0) return;
+  // A diagonal element that cancels altogether is noise, and counts as such.
+  const VectorXd diagonal =
+      normal.reduced.diagonal().cwiseMax(1e-13 * normal.diagonal).cwiseMax(1e-300);
+  scale_ = diagonal.cwiseSqrt().cwiseInverse();
+  scaled_ = scale_.asDiagonal() * normal.reduced.selfadjointView<Eigen::Lower>().toDenseMatrix() *
+            scale_.asDiagonal();
+  if (gauge.cols() > 0) {
+    const MatrixXd unscaled = scale_.cwiseInverse().asDiagonal() * gauge;
+    null_ = Eigen::HouseholderQR<MatrixXd>(unscaled).householderQ() *
+            MatrixXd::Identity(n, gauge.cols());
+    scaled_.noalias() += null_ * null_.transpose();
+  }
+  const Eigen::LLT<MatrixXd> factor(scaled_);
+  solvable_ = factor.info() == Eigen::Success;
+  if (solvable_) factor_ = factor.matrixL();
+  const VectorXd noise = 1e-13 * normal.diagonal.cwiseQuotient(diagonal).cwiseMax(10);
+  constexpr double singular = 1e-12;  // rounding makes it 1e-13 where it should be zero
+  bool sound = solvable_ && factor.rcond() > singular;
+  for (Index k = 0; sound && k < n; ++k) sound = factor_(k, k) * factor_(k, k) > noise[k];
+  if (!sound) undetermined_ = weakest();
+}
+
+std::vector<Index> ReducedSystem::weakest() const {
+  constexpr Index largest = 600;  // beyond, its eigenvectors take too long
+  const Index n = scaled_.rows();
+  if (n == 0) return {};
+  VectorXd direction = VectorXd::Zero(n);
+  if (n <= largest) {
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled_);
+    direction = eigen.eigenvectors().col(0).cwiseAbs();
+  } else {
+    const Eigen::LDLT<MatrixXd> factor(scaled_);
+    Index worst = 0;
+    factor.vectorD().minCoeff(&worst);
+    const VectorXd order = VectorXd::LinSpaced(n, 0, static_cast<double>(n - 1));
+    const VectorXd permuted = factor.transpositionsP() * order;
+    direction[static_cast<Index>(permuted[worst])] = 1;
+  }
+  std::vector<Index> all(at(n)), foremost;
+  for (Index k = 0; k < n; ++k) all[k] = k;
+  std::stable_sort(all.begin(), all.end(),
+                   [&](Index a, Index b) { return direction[a] > direction[b]; });
+  for (const Index k : all)
+    if (direction[k] > 0.2 * direction[all[0]]) foremost.push_back(k);
+  return foremost;
+}
+
+VectorXd ReducedSystem::solve(const VectorXd& rhs) const {
+  if (rhs.size() == 0) return rhs;
+  VectorXd x = scale_.cwiseProduct(rhs);
+  const auto lower = factor_.triangularView<Eigen::Lower>();
+  lower.solveInPlace(x);
+  lower.transpose().solveInPlace(x);
+  if (null_.cols() > 0) x -= null_ * (null_.transpose() * x);
+  return scale_.cwiseProduct(x);
+}
+
+MatrixXd ReducedSystem::covariance() const {
+  const Index n = scale_.size();
+  if (n == 0) return {};
+  MatrixXd inverse = factor_.triangularView<Eigen::Lower>().solve(MatrixXd::Identity(n, n));
+  MatrixXd q = MatrixXd::Zero(n, n);
+  q.selfadjointView<Eigen::Lower>().rankUpdate(inverse.transpose());
+  if (null_.cols() > 0) q.selfadjointView<Eigen::Lower>().rankUpdate(null_, -1);
+  return scale_.asDiagonal() * q.selfadjointView<Eigen::Lower>().toDenseMatrix() *
+         scale_.asDiagonal();
+}
+
+}  // namespace occ::internal::network

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/network/internal/residual_cofactors.hpp"
+
+#include <algorithm>
+#include <thread>
+
+namespace occ::internal::network {
+
+namespace {
+
+using Eigen::MatrixXd;
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+MatrixXd block_in(const Batch& batch, const MatrixXd& covariance) {
+  if (batch.rows.empty()) return covariance;
+  const Index n = static_cast<Index>(batch.rows.size());
+  MatrixXd block(n, n);
+  for (Index c = 0; c < n; ++c)
+    for (Index r = 0; r < n; ++r) block(r, c) = covariance(batch.rows[r], batch.rows[c]);
+  return block;
+}
+
+/// Rows of an observation over reduced unknowns, times a matrix given at those unknowns.
+struct ReducedRows {
+  std::vector<Index> unknowns;
+  Eigen::Matrix<double, 2, Eigen::Dynamic> values;
+
+  ReducedRows(const NetworkLayout& layout, const ImageObservation& seen,
+              const ObservationRows& rows, bool with_target) {
+    const ImageBlock& block = layout.images[seen.image];
+    const int width = block.width + (with_target ? rows.size : 0);
+    values.resize(2, width);
+    for (std::size_t s = 0; s < at(block.segments); ++s)
+      for (int k = 0; k < block.size[s]; ++k) unknowns.push_back(block.offset[s] + k);
+    for (int k = 0; k < block.width; ++k) values.col(k) << rows.a[0][k], rows.a[1][k];
+    for (int k = block.width; k < width; ++k) {
+      unknowns.push_back(layout.offset_of(seen.target) + k - block.width);
+      values.col(k) << rows.b[0][k - block.width], rows.b[1][k - block.width];
+    }
+  }
+
+  Eigen::Matrix2d quadratic(const MatrixXd& covariance) const {
+    const Index n = values.cols();
+    MatrixXd block(n, n);
+    for (Index c = 0; c < n; ++c)
+      for (Index r = 0; r < n; ++r) block(r, c) = covariance(unknowns[r], unknowns[c]);
+    return values * block * values.transpose();
+  }
+};
+
+}  // namespace
+
+std::vector<ResidualCofactor> residual_cofactors(const Network& network,
+                                                 const NetworkLayout& layout,
+                                                 const NetworkState& state,
+                                                 const NormalEquations& normal,
+                                                 const MatrixXd& covariance, int threads) {
+  std::vector<ResidualCofactor> all(network.observations.size());
+  const auto put = [&](int index, const ObservationRows& rows, const Eigen::Matrix2d& fitted) {
+    ResidualCofactor& one = all[index];
+    one.used = true;
+    one.residual << rows.r[0], rows.r[1];
+    one.fitted = 0.5 * (fitted + fitted.transpose());
+  };
+  const auto eliminated = [&](std::size_t b) {
+    const Batch& batch = layout.batches[b];
+    const EliminatedBatch& part = normal.batches[b];
+    const MatrixXd own = block_in(batch, covariance);
+    const MatrixXd across = own * part.w;
+    Index column = 0;
+    for (std::size_t g = batch.first; g < batch.last; ++g) {
+      const Group& group = layout.groups[g];
+      const auto lower = part.factors[g - batch.first].triangularView<Eigen::Lower>();
+      const auto w = part.w.middleCols(column, group.size);
+      const auto qw = across.middleCols(column, group.size);
+      const MatrixXd inner = MatrixXd::Identity(group.size, group.size) + w.transpose() * qw;
+      const MatrixXd inverse = lower.solve(MatrixXd::Identity(group.size, group.size));
+      const MatrixXd of_group = inverse.transpose() * inner * inverse;
+      const MatrixXd mixed = -qw * inverse;  // of reduced unknowns with the group's
+      for (const int i : group.observations) {
+        const ImageObservation& seen = network.observations[i];
+        ObservationRows rows;
+        if (!rows_of(network, layout, state, seen, rows)) continue;
+        const ReducedRows reduced(layout, seen, rows, false);
+        Eigen::Matrix<double, 2, Eigen::Dynamic> target(2, group.size);
+        for (int k = 0; k < group.size; ++k) target.col(k) << rows.b[0][k], rows.b[1][k];
+        MatrixXd at_rows(static_cast<Index>(reduced.unknowns.size()), group.size);
+        for (std::size_t k = 0; k < reduced.unknowns.size(); ++k) {
+          const Index row =
+              batch.rows.empty() ? reduced.unknowns[k] : batch.position[reduced.unknowns[k]];
+          at_rows.row(static_cast<Index>(k)) = mixed.row(row);
+        }
+        const Eigen::Matrix2d cross = reduced.values * at_rows * target.transpose();
+        put(i, rows,
+            reduced.quadratic(covariance) + cross + cross.transpose() +
+                target * of_group * target.transpose());
+      }
+      column += group.size;
+    }
+  };
+  const auto lane = [&](std::size_t first) {
+    for (std::size_t b = first; b < layout.batches.size(); b += 2) eliminated(b);
+  };
+  if (threads > 1) {
+    std::thread other(lane, std::size_t{1});
+    lane(0);
+    other.join();
+  } else {
+    lane(0);
+    lane(1);
+  }
+  for (const int i : layout.loose) {
+    const ImageObservation& seen = network.observations[i];
+    ObservationRows rows;
+    if (!rows_of(network, layout, state, seen, rows)) continue;
+    put(i, rows, ReducedRows(layout, seen, rows, true).quadratic(covariance));
+  }
+  return all;
+}
+
+DistanceCofactor distance_cofactor(const Network& network, const NetworkLayout& layout,
+                                   const NetworkState& state, const DistanceObservation& known,
+                                   const MatrixXd& covariance) {
+  DistanceCofactor one;
+  const Eigen::Vector3d apart =
+      target_position(network, state, known.to) - target_position(network, state, known.from);
+  one.used = known.used && layout.knows(known.from) && layout.knows(known.to) && apart.norm() > 0;
+  if (!one.used) return one;
+  one.residual = (apart.norm() - known.length_m) / known.sigma_m;
+  Eigen::VectorXd row = Eigen::VectorXd::Zero(layout.reduced);
+  const auto add = [&](const Target& target, double sign) {
+    if (layout.offset_of(target) == none) return;
+    row.segment(layout.offset_of(target), layout.size_of(target)) +=
+        sign / known.sigma_m *
+        (apart.normalized().transpose() * target_jacobian(network, layout, state, target))
+            .transpose();
+  };
+  add(known.from, -1);
+  add(known.to, 1);
+  one.left = std::clamp(1 - row.dot(covariance * row), 0.0, 1.0);
+  return one;
+}
+
+}  // namespace occ::internal::network

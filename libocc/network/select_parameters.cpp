@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "libocc/core/require.hpp"
+#include "libocc/network/internal/normal_quantile.hpp"
+#include "libocc/network/network_statistics.hpp"
+
+namespace occ {
+
+using namespace internal::network;
+
+namespace {
+
+using Eigen::Index;
+
+CameraParameter named(const Camera& camera, const std::string& name) {
+  for (const CameraParameter& parameter : camera.parameters())
+    if (parameter.name == name) return parameter;
+  throw std::invalid_argument("nominal: camera without parameter " + name);
+}
+
+/// Fixes a parameter at the value it has in another network.
+void drop(Network& network, int camera, const std::string& name, const Network& nominal) {
+  NetworkCamera& owner = network.cameras[camera];
+  owner.free_parameters.erase(
+      std::find(owner.free_parameters.begin(), owner.free_parameters.end(), name));
+  const std::vector<CameraParameter> all = owner.camera.parameters();
+  Eigen::VectorXd values(static_cast<Index>(all.size()));
+  for (std::size_t k = 0; k < all.size(); ++k)
+    values[static_cast<Index>(k)] =
+        all[k].name == name ? named(nominal.cameras[camera].camera, name).value : all[k].value;
+  owner.camera = owner.camera.with_parameters(values);
+  auto& priors = network.parameter_priors;
+  priors.erase(std::remove_if(priors.begin(), priors.end(),
+                              [&](const ParameterPrior& prior) {
+                                return prior.camera == camera && prior.parameter == name;
+                              }),
+               priors.end());
+}
+
+struct Drop {
+  int camera;
+  std::string name, reason;
+};
+
+}  // namespace
+
+std::vector<ParameterStatistics> parameter_statistics(const Network& adjusted,
+                                                      const Network& nominal,
+                                                      const Precision& precision) {
+  require(adjusted.cameras.size() == nominal.cameras.size(), "nominal", nominal.cameras.size(),
+          "a network of the same cameras");
+  constexpr double significant_t = 2.5758, entangled = 0.9;
+  std::vector<ParameterStatistics> all;
+  for (int camera = 0; camera < static_cast<int>(adjusted.cameras.size()); ++camera) {
+    const NetworkCamera& owner = adjusted.cameras[camera];
+    const Eigen::MatrixXd covariance = precision.parameters(camera);
+    const Eigen::MatrixXd correlation = precision.parameter_correlation(camera);
+    require(covariance.rows() == static_cast<Index>(owner.free_parameters.size()), "precision",
+            covariance.rows(), "that of the adjusted network");
+    for (Index k = 0; k < covariance.rows(); ++k) {
+      ParameterStatistics one;
+      const CameraParameter now = named(owner.camera, owner.free_parameters[k]);
+      one.camera = camera;
+      one.name = now.name;
+      one.unit = now.unit;
+      one.value = now.value;
+      one.nominal = named(nominal.cameras[camera].camera, now.name).value;
+      one.sigma = std::sqrt(covariance(k, k));
+      const double off = std::abs(one.value - one.nominal);
+      one.t = one.sigma > 0 ? off / one.sigma : 0;
+      one.significant = one.t > significant_t;
+      for (Index other = 0; other < covariance.rows(); ++other)
+        if (other != k && std::abs(correlation(k, other)) > std::abs(one.correlation)) {
+          one.correlation = correlation(k, other);
+          one.correlated_with = owner.free_parameters[other];
+        }
+      one.entangled = std::abs(one.correlation) > entangled;
+      all.push_back(one);
+    }
+  }
+  return all;
+}
+
+Result<Selection> select_parameters(const Network& network, const SelectOptions& options) {
+  require(options.false_alarm > 0 && options.false_alarm < 1, "false_alarm", options.false_alarm,
+          "between 0 and 1");
+  require(options.max_correlation > 0 && options.max_correlation <= 1, "max_correlation",
+          options.max_correlation, "in (0, 1]");
+  const double critical = normal_quantile(1 - options.false_alarm / 2);
+  Result<Selection> result;
+  Selection& out = result.value;
+  Network start = network;
+  Drop last{0, "", ""};
+  const auto kept = [&](const std::string& name) {
+    return std::find(options.keep.begin(), options.keep.end(), name) != options.keep.end();
+  };
+  for (;;) {
+    Result<Adjustment> adjusted = adjust(start, options.adjust);
+    result.status = adjusted.status;
+    result.message = adjusted.message;
+    out.adjustment = std::move(adjusted.value);
+    int free = 0;
+    for (const NetworkCamera& camera : start.cameras)
+      free += static_cast<int>(camera.free_parameters.size());
+    out.steps.push_back(
+        {last.name.empty() ? "" : last.name + " of " + network.cameras[last.camera].name,
+         last.reason, out.adjustment.sigma0,
+         2 * out.adjustment.cost + free * std::log(std::max(1, out.adjustment.observations))});
+
+    std::optional<Drop> next;
+    if (!result.ok()) {
+      // What nothing determines, or what hinders convergence, is named in the message.
+      for (int camera = 0; camera < static_cast<int>(start.cameras.size()) && !next; ++camera)
+        for (const std::string& name : start.cameras[camera].free_parameters)
+          if (!next && !kept(name) && result.message.find(name + " of ") != std::string::npos)
+            next = Drop{camera, name, "not determined"};
+      if (!next) return result;
+    } else {
+      const Result<Precision> precise =
+          precision(out.adjustment.network, {}, options.adjust.threads);
+      if (!precise.ok()) return result;
+      const double factor = std::pow(std::max(1.0, out.adjustment.sigma0), 2);
+      double worst = critical;
+      const auto parameters =
+          parameter_statistics(out.adjustment.network, network, precise->scaled(factor));
+      for (const ParameterStatistics& one : parameters)
+        if (!kept(one.name) && one.t < worst) {
+          worst = one.t;
+          next = Drop{one.camera, one.name, "not significant"};
+        }
+      if (!next) {
+        double least = std::numeric_limits<double>::infinity();
+        for (const ParameterStatistics& one : parameters)
+          if (!kept(one.name) && std::abs(one.correlation) > options.max_correlation &&
+              one.t < least) {
+            least = one.t;
+            next = Drop{one.camera, one.name, "as good as " + one.correlated_with};
+          }
+        if (next) {  // only where the fit does not ask for both
+          Network without = start;
+          drop(without, next->camera, next->name, network);
+          const Result<Adjustment> trial = adjust(without, options.adjust);
+          const double penalty = std::log(std::max(1, out.adjustment.observations));
+          if (!trial.ok() || 2 * (trial->cost - out.adjustment.cost) / factor > penalty)
+            next.reset();
+        }
+      }
+      if (!next) return result;
+    }
+    last = *next;
+    drop(start, last.camera, last.name, network);
+  }
+}
+
+}  // namespace occ

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/pose/internal/posit.hpp"
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "libocc/geometry/so3.hpp"
+#include "libocc/pose/internal/pinhole_frame.hpp"
+#include "libocc/pose/internal/point_layout.hpp"
+
+namespace occ::internal::pose {
+namespace {
+
+constexpr int max_steps = 200;
+constexpr double settled = 1e-14;  // change of the perspective corrections
+
+}  // namespace
+
+// With w_i = 1 + r3 . p_i / t_z, the corrected image (w_i u_i, w_i v_i) is the scaled orthographic
+// one: w_i u_i = (r1 . p_i + t_x) / t_z.
+void solve_posit(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
+  const std::optional<PinholeFrame> frame = pinhole_frame(problem);
+  const Eigen::Index n = problem.points.cols();
+  if (!frame || n < 4 || !spans_space(point_layout(problem.points))) return;
+  const Eigen::MatrixX4d model = problem.points.colwise().homogeneous().transpose();
+  const Eigen::HouseholderQR<Eigen::MatrixX4d> solver(model);
+  Eigen::VectorXd w = Eigen::VectorXd::Ones(n);
+  Rigid3 pose;
+  for (int step = 0; step < max_steps; ++step) {
+    const Eigen::Matrix<double, 4, 2> scaled =
+        solver.solve((frame->image.transpose().array().colwise() * w.array()).matrix());
+    const Eigen::Vector3d i = scaled.col(0).head<3>(), j = scaled.col(1).head<3>();
+    const double z = 1 / std::sqrt(i.norm() * j.norm());
+    pose.rotation.row(0) = i.normalized();
+    pose.rotation.row(1) = j.normalized();
+    pose.rotation.row(2) = pose.rotation.row(0).cross(pose.rotation.row(1)).normalized();
+    pose.translation << scaled(3, 0) * z, scaled(3, 1) * z, z;
+    const Eigen::VectorXd next =
+        ((pose.rotation.row(2) * problem.points).array() / z + 1).transpose();
+    const double change = (next - w).cwiseAbs().maxCoeff();
+    w = next;
+    if (!(change > settled)) break;
+  }
+  if (!pose.rotation.allFinite()) return;
+  pose.rotation = nearest_rotation(pose.rotation);
+  candidates.push_back(frame->cam_from_world(pose));
+}
+
+}  // namespace occ::internal::pose

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/pose/internal/triangle.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace occ::internal::pose {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+constexpr int samples = 128;          // of the angle searched over, on each of two branches
+constexpr double same = 1e-8;         // angles [rad] nearer than this are one root
+constexpr int max_steps = 100;        // of a bracket's refinement
+constexpr double widest_bend = 0.05;  // twice the spacing of the samples [rad]
+constexpr double flat = 0.02;         // a misfit below this beside a root may have two more
+constexpr double touching = 1e-4;     // of the squared side: a minimum this near to zero is a root
+
+// The camera's centre O, a corner C and another corner A: `view` is the angle COA, `side` = |CA|.
+struct Wedge {
+  double view, side;
+
+  // With the triangle's angle at A: |OC|, |OA| and their difference, which keeps its digits at
+  // narrow views.
+  double to_corner(double angle) const { return side * std::sin(angle) / std::sin(view); }
+  double to_other(double angle) const { return side * std::sin(angle + view) / std::sin(view); }
+  double other_minus_corner(double angle) const {
+    return side * std::cos(angle + view / 2) / std::cos(view / 2);
+  }
+};
+
+// Wedge `a` is that whose |OC| is bounded more tightly, so that every angle of it leaves both
+// branches of the other.
+struct Search {
+  int corner, to_a, to_b;  // columns of the problem
+  Wedge a, b;
+  double chord2, side2;  // squared, between the bearings and the points A and B
+  double reach;          // sin of the angle at B over sin of that at A, at most 1
+
+  double narrowest_view() const { return std::min(a.view, b.view); }
+  double other_angle(double angle, bool obtuse) const {
+    const double acute = std::asin(std::min(1.0, reach * std::sin(angle)));
+    return obtuse ? pi - acute : acute;
+  }
+  // (|AB|^2 as it follows from the angle) / (as it is) - 1.
+  double misfit(double angle, bool obtuse) const {
+    const double angle_b = other_angle(angle, obtuse);
+    const double step = a.other_minus_corner(angle) - b.other_minus_corner(angle_b);
+    return (step * step + a.to_other(angle) * b.to_other(angle_b) * chord2) / side2 - 1;
+  }
+};
+
+double angle_between(const Eigen::Vector3d& f, const Eigen::Vector3d& g) {
+  return 2 * std::atan2((f - g).norm(), (f + g).norm());
+}
+
+Search make_search(const PoseProblem& problem, int corner) {
+  const auto wedge = [&](int other) -> Wedge {
+    return {angle_between(problem.bearings.col(corner), problem.bearings.col(other)),
+            (problem.points.col(corner) - problem.points.col(other)).norm()};
+  };
+  int a = (corner + 1) % 3, b = (corner + 2) % 3;
+  const auto bound = [&](int other) { return wedge(other).side / std::sin(wedge(other).view); };
+  if (bound(b) < bound(a)) std::swap(a, b);
+  return {corner,
+          a,
+          b,
+          wedge(a),
+          wedge(b),
+          (problem.bearings.col(a) - problem.bearings.col(b)).squaredNorm(),
+          (problem.points.col(a) - problem.points.col(b)).squaredNorm(),
+          bound(a) / bound(b)};
+}
+
+// Of the corners whose views are about as wide as can be, for they are divided by, that where the
+// two branches are farthest from touching, which they do with a kink when the reach is 1.
+Search best_search(const PoseProblem& problem) {
+  const std::array<Search, 3> searches = {make_search(problem, 0), make_search(problem, 1),
+                                          make_search(problem, 2)};
+  double widest = 0;
+  for (const Search& search : searches) widest = std::max(widest, search.narrowest_view());
+  const Search* best = nullptr;
+  for (const Search& search : searches)
+    if (search.narrowest_view() >= 0.5 * widest && (!best || search.reach < best->reach))
+      best = &search;
+  return best ? *best : searches[0];
+}
+
+// Root of f between two angles at which its signs differ: false position with halving of a stale
+// end (Dowell and Jarratt's "Illinois" rule).
+template <typename Function>
+double root_between(const Function& f, double low, double high) {
+  double at_low = f(low), at_high = f(high);
+  int stale = 0;  // end that has not moved
+  double angle = low;
+  for (int step = 0; step < max_steps; ++step) {
+    angle = (low * at_high - high * at_low) / (at_high - at_low);
+    if (!(angle > low && angle < high)) angle = 0.5 * (low + high);
+    if (angle == low || angle == high) break;
+    const double at = f(angle);
+    if (at == 0) break;
+    if ((at < 0) == (at_low < 0)) {
+      low = angle, at_low = at;
+      if (stale == 1) at_high /= 2;
+      stale = 1;
+    } else {
+      high = angle, at_high = at;
+      if (stale == -1) at_low /= 2;
+      stale = -1;
+    }
+  }
+  return angle;
+}
+
+// Where f is least between two angles, by the golden section; or wherever it is negative.
+template <typename Function>
+double lowest_between(const Function& f, double low, double high) {
+  const double golden = 0.5 * (std::sqrt(5.0) - 1);
+  double left = high - golden * (high - low), right = low + golden * (high - low);
+  double at_left = f(left), at_right = f(right);
+  for (int step = 0; step < max_steps && high - low > 1e-12; ++step) {
+    if (at_left < 0) return left;
+    if (at_right < 0) return right;
+    if (at_left < at_right) {
+      high = right, right = left, at_right = at_left;
+      left = high - golden * (high - low);
+      at_left = f(left);
+    } else {
+      low = left, left = right, at_left = at_right;
+      right = low + golden * (high - low);
+      at_right = f(right);
+    }
+  }
+  return 0.5 * (low + high);
+}
+
+void add_angle(double angle, std::vector<double>& angles) {
+  for (const double known : angles)
+    if (std::abs(known - angle) < same) return;
+  angles.push_back(angle);
+}
+
+// Two roots of f, or one where it almost touches zero, between angles at which it is positive.
+template <typename Function>
+void add_pair(const Function& f, double low, double high, std::vector<double>& angles) {
+  const double lowest = lowest_between(f, low, high), at = f(lowest);
+  if (at < 0) {
+    add_angle(root_between(f, low, lowest), angles);
+    add_angle(root_between(f, lowest, high), angles);
+  } else if (at < touching) {
+    add_angle(lowest, angles);
+  }
+}
+
+// Denser at the ends, where a depth goes to zero, and at a right angle as far as a reach near 1
+// bends the branches there.
+std::vector<double> sample_angles(const Search& search) {
+  const double end = pi - search.a.view;
+  std::vector<double> angles;
+  for (int i = 0; i <= samples; ++i) angles.push_back(end * 0.5 * (1 - std::cos(pi * i / samples)));
+  const double bend = std::sqrt(std::max(1e-12, (1 - search.reach) * (1 + search.reach)));
+  for (double off = bend / 4; off < widest_bend; off *= 1.5)
+    for (const double angle : {pi / 2 - off, pi / 2 + off})
+      if (angle < end) angles.push_back(angle);
+  std::sort(angles.begin(), angles.end());
+  return angles;
+}
+
+void add_angles(const Search& search, bool obtuse, std::vector<double>& angles) {
+  const auto misfit = [&](double angle) { return search.misfit(angle, obtuse); };
+  const std::vector<double> angle = sample_angles(search);
+  const std::size_t last = angle.size() - 1;
+  std::vector<double> at;
+  for (const double sample : angle) at.push_back(misfit(sample));
+  for (std::size_t i = 0; i < last; ++i) {
+    if ((at[i] < 0) == (at[i + 1] < 0)) continue;
+    const double root = root_between(misfit, angle[i], angle[i + 1]);
+    add_angle(root, angles);
+    // Two more may be near it, which change no sign: roots of misfit / (angle - root).
+    const std::size_t low = i > 2 ? i - 2 : 0, high = std::min(i + 3, last);
+    if (std::min(std::abs(at[low]), std::abs(at[high])) > flat) continue;
+    const double sign = at[i + 1] < 0 ? -1 : 1;
+    add_pair([&](double x) { return sign * misfit(x) / (x - root); }, angle[low], angle[high],
+             angles);
+  }
+  for (std::size_t i = 1; i < last; ++i) {
+    const double sign = at[i] < 0 ? -1 : 1;
+    const double here = sign * at[i], before = sign * at[i - 1], after = sign * at[i + 1];
+    if (here > before || here > after || before < 0 || after < 0) continue;
+    add_pair([&](double x) { return sign * misfit(x); }, angle[i - 1], angle[i + 1], angles);
+  }
+}
+
+Eigen::Matrix3d frame(const Eigen::Matrix3d& corners) {
+  Eigen::Matrix3d axes;
+  axes.col(0) = (corners.col(1) - corners.col(0)).normalized();
+  axes.col(2) = axes.col(0).cross(corners.col(2) - corners.col(0)).normalized();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  return axes;
+}
+
+Rigid3 pose_of(const PoseProblem& problem, const Eigen::Matrix3d& in_cam) {
+  Rigid3 pose;
+  pose.rotation = frame(in_cam) * frame(problem.points).transpose();
+  pose.translation = in_cam.rowwise().mean() - pose.rotation * problem.points.rowwise().mean();
+  return pose;
+}
+
+}  // namespace
+
+void solve_triangle(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
+  if (problem.size() < 3) return;
+  const Search search = best_search(problem);
+  if (!(search.narrowest_view() > 0 && search.side2 > 0 && search.reach > 0)) return;
+  for (const bool obtuse : {false, true}) {
+    std::vector<double> angles;
+    add_angles(search, obtuse, angles);
+    for (const double angle : angles) {
+      Eigen::Vector3d depths;
+      depths[search.corner] = search.a.to_corner(angle);
+      depths[search.to_a] = search.a.to_other(angle);
+      depths[search.to_b] = search.b.to_other(search.other_angle(angle, obtuse));
+      if (depths.minCoeff() > 0)
+        candidates.push_back(pose_of(problem, problem.bearings * depths.asDiagonal()));
+    }
+  }
+}
+
+}  // namespace occ::internal::pose

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/pose/internal/upright_p2p.hpp"
+
+#include <Eigen/Dense>
+#include <cmath>
+
+namespace occ::internal::pose {
+namespace {
+
+// A heading just outside the reach of rounding is a double root.
+constexpr double rounding = 1e-12;
+
+// Smallest horizontal part that fixes a heading, of unit vectors.
+constexpr double min_horizontal = 1e-10;
+
+}  // namespace
+
+// With R = A Rz(heading), A taking z to `up`, the side D = P_1 - P_2 and the normal n of the plane
+// of both bearings obey n . (R D) = n . (o_1 - o_2), hence
+//     a cos(heading) + b sin(heading) + c = 0,
+// solved as an angle: tan(heading / 2) of the paper is infinite at pi.
+void solve_upright_p2p(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
+  if (!problem.up_in_cam || problem.size() < 2) return;
+  const Eigen::Vector3d f0 = problem.bearings.col(0), f1 = problem.bearings.col(1);
+  const Eigen::Vector3d side = problem.points.col(0) - problem.points.col(1);
+  Eigen::Vector3d o0 = Eigen::Vector3d::Zero(), o1 = o0;
+  if (problem.origins.cols() >= 2) o0 = problem.origins.col(0), o1 = problem.origins.col(1);
+  const Eigen::Matrix3d cam_from_upright =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), *problem.up_in_cam)
+          .toRotationMatrix();
+  const Eigen::Vector3d normal_in_cam = f0.cross(f1);
+  const Eigen::Vector3d n = cam_from_upright.transpose() * normal_in_cam;
+  const double a = n.head<2>().dot(side.head<2>());
+  const double b = n.y() * side.x() - n.x() * side.y();
+  const double c = n.z() * side.z() - normal_in_cam.dot(o0 - o1);
+  const double reach = std::hypot(a, b);
+  if (!(reach > min_horizontal * n.norm() * side.norm())) return;
+  if (!(std::abs(c) <= reach * (1 + rounding))) return;
+  const double centre = std::atan2(b, a);
+  const double half = std::atan2(std::sqrt(std::max(0.0, (reach - c) * (reach + c))), -c);
+  for (const double heading : {centre + half, centre - half}) {
+    Rigid3 pose;
+    pose.rotation =
+        cam_from_upright * Eigen::AngleAxisd(heading, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    Eigen::Matrix<double, 3, 2> rays;
+    rays << f0, -f1;
+    const Eigen::Vector2d depths = rays.householderQr().solve(pose.rotation * side - (o0 - o1));
+    pose.translation = 0.5 * (depths[0] * f0 + o0 + depths[1] * f1 + o1) -
+                       0.5 * (pose.rotation * (problem.points.col(0) + problem.points.col(1)));
+    candidates.push_back(pose);
+  }
+}
+
+}  // namespace occ::internal::pose

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/refine/internal/lamp_sizes.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <sstream>
+
+#include "libocc/formation/rim.hpp"
+
+namespace occ::internal::refine {
+namespace {
+
+/// Errors of the lens or the map move a lamp's rim but hardly change its shape. Parts of its size.
+constexpr double rim_misfit = 0.05, rim_misfit_of_three = 0.02;
+constexpr double rim_misfit_sigma = 5;
+
+/// Without a rim, the axes of the blob's second moments say less.
+constexpr double axis_misfit = 0.15, axis_misfit_px = 1.5;
+constexpr double min_semi_minor_px = 3;  ///< a smaller disc is a spot
+
+bool is_whole(const Blob& blob) { return !blob.cut_by_border && !blob.merged; }
+
+bool rim_misses(const LampResidual& residual, const Blob& blob, bool only_three) {
+  double variance = 0;
+  for (const RimPoint& point : blob.rim) variance += point.sigma_px * point.sigma_px;
+  const double noise_px = std::sqrt(variance / static_cast<double>(blob.rim.size()));
+  const double size_px = std::sqrt(blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px);
+  const double part = only_three ? rim_misfit_of_three : rim_misfit;
+  return residual.rms_px > std::max(part * size_px, rim_misfit_sigma * noise_px);
+}
+
+/// Semi-axes (minor, major) of a disc's predicted image, from points evenly spaced on its rim.
+std::optional<Eigen::Array2d> predicted_axes_px(const Lamp& lamp, const Rigid3& cam_from_world,
+                                                const Camera& camera) {
+  const auto rim = project_rim(lamp, cam_from_world, camera, 16);
+  if (!rim) return std::nullopt;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  for (const Eigen::Vector2d& px : *rim) {
+    mean += px / static_cast<double>(rim->size());
+    squares += px * px.transpose() / static_cast<double>(rim->size());
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(squares - mean * mean.transpose());
+  return (2 * eigen.eigenvalues().array()).max(0).sqrt();
+}
+
+/// A disc large enough to have a rim, half hidden perhaps, or no lamp at all.
+bool axes_miss(const Lamp& lamp, const Blob& blob, const Refined& refined, const Camera& camera) {
+  if (lamp.shape != LampShape::disc || blob.striped) return false;
+  const auto predicted = predicted_axes_px(lamp, refined.cam_from_world, camera);
+  if (!predicted) return true;
+  const Eigen::Array2d seen(blob.ellipse.semi_minor_px, blob.ellipse.semi_major_px);
+  if (!((*predicted)[0] > min_semi_minor_px)) return false;
+  return ((seen - *predicted).abs() > axis_misfit * *predicted + axis_misfit_px).any();
+}
+
+std::string message(const Lamp& lamp, const Blob& blob, const LampResidual& residual) {
+  std::ostringstream text;
+  text << "no pose explains both where the lamps are and how large: lamp " << lamp.id;
+  if (blob.rim.empty())
+    text << " is not what the blob at " << blob.centroid_px.transpose() << " px looks like";
+  else
+    text << "'s rim misses by " << residual.rms_px << " px";
+  return text.str();
+}
+
+}  // namespace
+
+std::string size_contradiction(const Refined& refined, const std::vector<Blob>& blobs,
+                               const Scene& scene) {
+  const auto blob_of = [&](const LampResidual& residual) -> const Blob& {
+    return blobs[residual.match.blob];
+  };
+  const auto whole =
+      std::count_if(refined.lamps.begin(), refined.lamps.end(),
+                    [&](const LampResidual& residual) { return is_whole(blob_of(residual)); });
+  for (const LampResidual& residual : refined.lamps) {
+    const Lamp& lamp = scene.lamps[residual.match.lamp];
+    const Blob& blob = blob_of(residual);
+    const bool coded = lamp.frequency_hz && blob.frequency_hz;
+    if (coded || blob.saturated || residual.contradicts) continue;
+    const bool three = whole <= 3;
+    const bool misses =
+        blob.rim.empty() ? three && is_whole(blob) && axes_miss(lamp, blob, refined, scene.camera)
+                         : rim_misses(residual, blob, three);
+    if (misses) return message(lamp, blob, residual);
+  }
+  return {};
+}
+
+}  // namespace occ::internal::refine

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a rung of the refinement costs, as measured: a line for each rung,
+//     time = fixed + per lamp + per rim point + per pixel.
+// `libocc ladder --costs FILE.yaml` measures one on the machine at hand.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libocc/core/abi.hpp"
+#include "libocc/core/blob.hpp"
+#include "libocc/pose/match.hpp"
+#include "libocc/refine/refine.hpp"
+
+namespace occ {
+
+/// What there is to refine one pose by.
+struct RungWork {
+  int lamps = 0;
+  int rim_points = 0;
+  int pixels = 0;  ///< in the boxes around the blobs, the dark margin of 4 px that is used included
+};
+
+LIBOCC_API RungWork work_of(const std::vector<Match>& matches, const std::vector<Blob>& blobs);
+
+struct LIBOCC_API RungCost {
+  double fixed_s = 0, per_lamp_s = 0, per_rim_point_s = 0, per_pixel_s = 0;
+
+  double predicted_s(const RungWork& work) const;
+  bool operator==(const RungCost& other) const;
+};
+
+/// One pose each. The defaults were measured by `libocc ladder --costs` (irregular_six, three to
+/// six lamps of 13 to 29 px) on one core of an x86-64 server of about 2.5 GHz.
+struct LIBOCC_API RungCosts {
+  RungCost points{7e-6, 0.55e-6, 0, 0};
+  RungCost centres{7e-6, 0.6e-6, 0, 0};
+  RungCost rims{16e-6, 0, 0.28e-6, 0};
+  RungCost direct{80e-6, 20e-6, 0, 0.11e-6};
+
+  const RungCost& of(Rung rung) const;
+  bool operator==(const RungCosts& other) const;
+  void validate() const;  ///< throws std::invalid_argument: finite, not negative
+};
+
+/// A YAML file with a mapping for each rung. Reading throws std::runtime_error "FILE:LINE: key
+/// `direct.per_lamp_s`: must be zero or positive, got -1", writing one that names the file; it is
+/// written whole or not at all.
+LIBOCC_API RungCosts read_rung_costs(const std::string& path);
+LIBOCC_API RungCosts parse_rung_costs(const std::string& text, const std::string& name = "<text>");
+LIBOCC_API std::string format_rung_costs(const RungCosts& costs);
+LIBOCC_API void write_rung_costs(const std::string& path, const RungCosts& costs);
+
+}  // namespace occ

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/smooth/internal/chain_start.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "libocc/locate/robust_pose.hpp"
+#include "libocc/locate/solve_pose.hpp"
+#include "libocc/pose/candidates.hpp"
+
+namespace occ::internal::smooth {
+namespace {
+
+struct Seen {
+  Eigen::Matrix3Xd points;
+  Eigen::Matrix2Xd px;
+  std::vector<double> sigmas_px;
+};
+
+/// What a solver may be given: pixels inside the camera's domain, each point once.
+Seen solvable(const View& view) {
+  Seen out;
+  std::vector<std::size_t> used;
+  for (std::size_t i = 0; i < view.frame.sightings.size(); ++i)
+    if (view.frame.camera.unproject(view.frame.sightings[i].px)) used.push_back(i);
+  const auto count = static_cast<Eigen::Index>(used.size());
+  out.points.resize(3, count);
+  out.px.resize(2, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const PointSighting& s = view.frame.sightings[used[i]];
+    out.points.col(i) = s.point_in_world;
+    out.px.col(i) = s.px;
+    out.sigmas_px.push_back(std::sqrt(0.5 * s.covariance_px2.trace()));
+  }
+  return out;
+}
+
+std::vector<Rigid3> poses_of(const View& view) {
+  const Seen seen = solvable(view);
+  std::vector<Rigid3> out;
+  if (seen.points.cols() < 3) return out;
+  SolvePoseOptions options;
+  options.sigmas_px = seen.sigmas_px;
+  const Result<Fix> fix = solve_pose(seen.points, seen.px, view.frame.camera, options);
+  for (const Candidate& candidate : fix->candidates) out.push_back(candidate.cam_from_world);
+  if (!fix.ok() && fix.status != Status::ambiguous && seen.points.cols() >= 5) {
+    RobustPoseOptions robust;  // a wrong match among many
+    robust.sigma_px = *std::max_element(seen.sigmas_px.begin(), seen.sigmas_px.end());
+    const Result<RobustPose> found = robust_pose(seen.points, seen.px, view.frame.camera, robust);
+    if (found.ok()) return {found->fix.cam_from_world};
+  }
+  return out;
+}
+
+/// Of an upright body from the two sightings that are furthest apart in the image.
+std::vector<Rigid3> upright_poses_of(const View& view) {
+  const Seen seen = solvable(view);
+  std::vector<Rigid3> out;
+  Eigen::Index first = 0, second = 0;
+  double furthest = 0;
+  for (Eigen::Index i = 0; i < seen.px.cols(); ++i) {
+    for (Eigen::Index j = i + 1; j < seen.px.cols(); ++j) {
+      const double apart = (seen.px.col(i) - seen.px.col(j)).norm();
+      if (apart <= furthest) continue;
+      furthest = apart;
+      first = i;
+      second = j;
+    }
+  }
+  if (furthest == 0 || !view.frame.camera.is_central()) return out;
+  PoseProblem problem;
+  problem.bearings.resize(3, 2);
+  problem.points.resize(3, 2);
+  problem.bearings << *view.frame.camera.unproject(seen.px.col(first)),
+      *view.frame.camera.unproject(seen.px.col(second));
+  problem.points << seen.points.col(first), seen.points.col(second);
+  problem.up_in_cam = view.frame.cam_from_body.rotation.col(2);
+  CandidateOptions anything;
+  anything.tolerance_rad = 3;
+  for (const PoseCandidate& candidate : pose_candidates(problem, "upright_p2p", anything).value)
+    out.push_back(candidate.cam_from_world);
+  return out;
+}
+
+template <class Body>
+double misfit(const Body& body, const Node<Body>& node, const typename Body::Pose& pose) {
+  constexpr double outside = 1e12;  // more than any sighting in the image could say
+  const Rigid3 spatial = body.body_from_world(pose);
+  double sum = 0;
+  for (const View& view : node.views) {
+    for (std::size_t i = 0; i < view.root.size(); ++i) {
+      const auto residual = sighting_residual(view, i, spatial);
+      sum += residual ? residual->norm() : outside;  // not squared: one wrong one does not decide
+    }
+  }
+  return sum;
+}
+
+template <class Body>
+std::size_t sightings_of(const Node<Body>& node) {
+  std::size_t count = 0;
+  for (const View& view : node.views) count += view.root.size();
+  return count;
+}
+
+std::vector<Rigid3> candidates_of(const SpatialBody&, const View& view) { return poses_of(view); }
+
+std::vector<Rigid3> candidates_of(const PlanarBody&, const View& view) {
+  std::vector<Rigid3> out = poses_of(view);
+  for (const Rigid3& pose : upright_poses_of(view)) out.push_back(pose);
+  return out;
+}
+
+double distance(const SpatialBody&, const Rigid3& a, const Rigid3& b) {
+  return (a.origin_in_source() - b.origin_in_source()).norm() + (a.rotation - b.rotation).norm();
+}
+
+double distance(const PlanarBody&, const PlanarPose& a, const PlanarPose& b) {
+  return difference(a, b).norm();
+}
+
+}  // namespace
+
+template <class Body>
+bool fits(const Body& body, const Node<Body>& node, const typename Body::Pose& pose,
+          double sigmas) {
+  return misfit(body, node, pose) <= sigmas * static_cast<double>(sightings_of(node));
+}
+
+template <class Body>
+std::optional<typename Body::Pose> pose_alone(const Body& body, const Node<Body>& node,
+                                              const typename Body::Pose* expected) {
+  using Pose = typename Body::Pose;
+  std::vector<std::pair<double, Pose>> found;
+  for (const View& view : node.views) {
+    for (const Rigid3& cam_from_world : candidates_of(body, view)) {
+      const Pose pose = body.pose_of(view.frame.cam_from_body.inverse() * cam_from_world);
+      if (Body::finite(pose)) found.emplace_back(misfit(body, node, pose), pose);
+    }
+  }
+  // Some sigmas more say nothing about which of two poses is right.
+  const auto alike = 3.0 * static_cast<double>(sightings_of(node));
+  std::optional<Pose> best;
+  double least = 0;
+  for (const auto& [off, pose] : found) least = best ? std::min(least, off) : off, best = pose;
+  if (best) {
+    double min_score = 0;
+    bool first = true;
+    for (const auto& [off, pose] : found) {
+      if (off > least + alike) continue;
+      const double score = expected != nullptr ? distance(body, pose, *expected) : off;
+      if (!first && score >= min_score) continue;
+      first = false;
+      min_score = score;
+      best = pose;
+    }
+    return best;
+  }
+  // A pose that was observed; one or two lamps leave it undetermined.
+  for (const auto& reading : node.readings)
+    if (reading.root.rows() >= 6) return body.pose_of(reading.about);
+  for (const auto& prior : node.priors)
+    if (prior.root.rows() >= Body::size) return prior.about;
+  return std::nullopt;
+}
+
+template <class Body>
+std::vector<typename Body::Pose> start_poses(const Chain<Body>& chain) {
+  using Pose = typename Body::Pose;
+  const std::size_t count = chain.nodes.size();
+  std::vector<Pose> poses(count);
+  std::vector<bool> known(count, false);
+  for (std::size_t k = 0; k < count; ++k) {
+    std::optional<Pose> expected;
+    if (k > 0 && known[k - 1])
+      expected = chain.links[k - 1].exists ? Body::after(poses[k - 1], chain.links[k - 1].step)
+                                           : poses[k - 1];
+    auto alone = pose_alone(chain.body, chain.nodes[k], expected ? &*expected : nullptr);
+    if (!alone && expected && chain.links[k - 1].exists) alone = expected;
+    if (!alone) continue;
+    poses[k] = *alone;
+    known[k] = true;
+  }
+  for (std::size_t k = count; k-- > 1;) {
+    if (known[k - 1] || !known[k]) continue;
+    poses[k - 1] =
+        chain.links[k - 1].exists ? Body::before(poses[k], chain.links[k - 1].step) : poses[k];
+    known[k - 1] = true;
+  }
+  for (std::size_t k = 1; k < count; ++k)  // nothing tells; the last place is as good as any
+    if (!known[k]) poses[k] = poses[k - 1];
+  return poses;
+}
+
+template std::optional<Rigid3> pose_alone(const SpatialBody&, const Node<SpatialBody>&,
+                                          const Rigid3*);
+template std::optional<PlanarPose> pose_alone(const PlanarBody&, const Node<PlanarBody>&,
+                                              const PlanarPose*);
+template std::vector<Rigid3> start_poses(const Chain<SpatialBody>&);
+template std::vector<PlanarPose> start_poses(const Chain<PlanarBody>&);
+template bool fits(const SpatialBody&, const Node<SpatialBody>&, const Rigid3&, double);
+template bool fits(const PlanarBody&, const Node<PlanarBody>&, const PlanarPose&, double);
+
+}  // namespace occ::internal::smooth

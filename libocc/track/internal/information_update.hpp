@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kalman's update by a measurement of the first states in information form, which may be singular:
+// half of its chi2 at a state moved by d from the predicted one is g . d + d . L d / 2. With P the
+// covariance of these states, P = S S^T, and the eigenvalues a of S^T L S = V diag(a) V^T
+//     P+ = S V diag(1 / (1 + a)) V^T S^T,    d = -S V diag(1 / (1 + a)) V^T S^T g,
+//     NIS = sum (V^T S^T g)^2 / (a (1 + a)) over the directions that are measured.
+// The other states follow by their correlation. Covariances stay positive definite.
+// Source: the matrix inversion lemma; NIS: Bar-Shalom, Li, Kirubarajan, Estimation with
+// Applications to Tracking and Navigation, 2001, sec. 5.4.
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/core/abi.hpp"
+
+namespace occ::internal::track {
+
+template <int states, int measured>
+class InformationUpdate {
+ public:
+  using Covariance = Eigen::Matrix<double, states, states>;
+  using Information = Eigen::Matrix<double, measured, measured>;
+  using Gradient = Eigen::Matrix<double, measured, 1>;
+
+  InformationUpdate(const Covariance& covariance, const Information& information,
+                    const Gradient& gradient)
+      : covariance_(covariance) {
+    const Eigen::LLT<Information> root(
+        Information(covariance.template topLeftCorner<measured, measured>()));
+    const Information s = root.matrixL();
+    const Eigen::SelfAdjointEigenSolver<Information> eigen(s.transpose() * information * s);
+    gain_ = eigen.eigenvalues().cwiseMax(0);
+    seen_ = eigen.eigenvectors().transpose() * (s.transpose() * gradient);
+    // P(:, measured) S^-T V
+    across_ = root.matrixL().solve(covariance.template topRows<measured>()).transpose().eval() *
+              eigen.eigenvectors();
+    const double least = std::max(measurable, rounding * gain_.maxCoeff());
+    for (int i = 0; i < measured; ++i) {
+      if (!(gain_[i] > least)) continue;
+      ++dof_;
+      nis_ += seen_[i] * seen_[i] / (gain_[i] * (1 + gain_[i]));
+    }
+  }
+
+  int dof() const { return dof_; }
+  double nis() const { return nis_; }
+
+  Eigen::Matrix<double, states, 1> step() const {
+    return -across_ * (seen_.array() / (1 + gain_.array())).matrix();
+  }
+
+  Covariance covariance() const {
+    const Gradient less = (gain_.array() / (1 + gain_.array())).matrix();
+    const Covariance updated = covariance_ - across_ * less.asDiagonal() * across_.transpose();
+    return 0.5 * (updated + updated.transpose());
+  }
+
+ private:
+  // Information of less than a millionth of the prediction's is none.
+  static constexpr double measurable = 1e-6, rounding = 1e-12;
+
+  const Covariance& covariance_;
+  Gradient gain_, seen_;
+  Eigen::Matrix<double, states, measured> across_;
+  double nis_ = 0;
+  int dof_ = 0;
+};
+
+}  // namespace occ::internal::track

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// The inside of Tracker.
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "libocc/core/abi.hpp"
+#include "libocc/track/internal/expected_lamps.hpp"
+#include "libocc/track/internal/motion_filter.hpp"
+#include "libocc/track/tracker.hpp"
+
+namespace occ::internal::track {
+
+class TrackerImpl {
+ public:
+  TrackerImpl(const Scene& scene, const TrackerOptions& options, const Rigid3& cam_from_body);
+
+  int add_camera(const Scene& scene, const Rigid3& cam_from_body);
+  void start(double time_s, const Rigid3& body_from_world, const Matrix6& covariance);
+  TrackedFrame add_image(const ImageView& image, double time_s, const FrameSource& source);
+  std::optional<PosePrediction> predict(double time_s) const;
+
+  MotionFilter& filter() { return filter_; }
+  const MotionFilter& filter() const { return filter_; }
+  TrackerState state() const { return state_; }
+
+ private:
+  struct View {  // a camera, and what its clock has shown
+    Scene scene;
+    Rigid3 cam_from_body;
+    double last_s = -std::numeric_limits<double>::infinity();
+    double last_refused_s = -std::numeric_limits<double>::infinity();
+    int refused = 0;
+  };
+
+  /// An image that is worked on.
+  struct Job {
+    const ImageView& image;
+    View& view;
+    Rigid3 cam_from_body;
+    TrackedFrame frame;
+    std::string note;       ///< said whatever else there is to say
+    bool searched = false;  ///< the whole image, in vain or not
+    bool dark = false;      ///< no lamp was found, and none had to be
+    double seen_s = 0;      ///< mean time of the lines that show its lamps
+  };
+
+  /// Lamps that were found, and whose blobs.
+  struct Found {
+    std::vector<Match> matches;
+    std::vector<Blob> blobs;
+  };
+
+  /// A pose that was not predicted.
+  struct Jump {
+    double time_s = 0;
+    Rigid3 body_from_world;
+    Matrix6 covariance = Matrix6::Zero();
+  };
+
+  bool in_order(Job& job);
+  void set_back(Job& job);
+  bool believable(const PosePrediction& predicted) const;
+  PredictedCamera camera_at(const PosePrediction& predicted, const Job& job) const;
+
+  void begin(Job& job);
+  bool follow(Job& job, const PosePrediction& predicted);
+  bool correct(Job& job, Found found);
+  std::vector<Blob> detect_at(Job& job, const std::vector<ExpectedLamp>& expected) const;
+  bool search(Job& job, const PosePrediction& predicted);
+  bool take(Job& job, const PosePrediction& predicted, const Fix& fix);
+  bool confirm(Job& job, const PosePrediction& predicted, const Jump& jump);
+  bool agrees_with_jumps(const Jump& jump) const;
+  void begin_at_jumps();
+  static double seen_at(const Fix& fix, const Job& job);
+  Prior lasting_prior(const Job& job) const;
+  Result<Fix> locate_in(Job& job, const std::optional<Prior>& prior) const;
+  void seen(const Job& job);
+  void unseen(Job& job, const PosePrediction& predicted);
+  void fill_pose(Job& job) const;
+
+  TrackerOptions options_;
+  DetectOptions detect_;
+  std::vector<View> views_;
+  MotionFilter filter_;
+  TrackerState state_ = TrackerState::searching;
+  double last_seen_s_ = -std::numeric_limits<double>::infinity();
+  std::vector<Jump> jumps_;  // of the last images, that agree with one another
+};
+
+}  // namespace occ::internal::track

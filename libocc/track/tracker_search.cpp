@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where lamps are not where they are expected: the search of the whole image, and what is believed
+// of what it finds.
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+#include "libocc/core/statistics.hpp"
+#include "libocc/track/internal/tracker_impl.hpp"
+
+namespace occ::internal::track {
+
+namespace {
+
+/// By how much lamps may be out of place when the camera's velocity is not known.
+constexpr double bent_sigma_px = 2;
+
+double square(double value) { return value * value; }
+
+Matrix6 loosened(Matrix6 covariance, double sigma_rad, double sigma_m) {
+  covariance.diagonal().head<3>().array() += square(sigma_rad);
+  covariance.diagonal().tail<3>().array() += square(sigma_m);
+  return covariance;
+}
+
+bool agree(const Rigid3& a, const Rigid3& b, const Matrix6& covariance, double gate_sigma) {
+  const Vector6 apart = difference(a, b);
+  return apart.dot(covariance.llt().solve(apart)) <= gate_chi2(gate_sigma, 6);
+}
+
+/// Of body_from_world, from that of cam_from_world.
+Matrix6 body_covariance(const Matrix6& covariance, const Rigid3& cam_from_body) {
+  const Matrix6 moves = adjoint(cam_from_body.inverse());
+  return moves * covariance * moves.transpose();
+}
+
+}  // namespace
+
+/// What holds for ever: the camera's height and its tilt, as it was told or as the floor has it.
+Prior TrackerImpl::lasting_prior(const Job& job) const {
+  Prior lasting;
+  if (const std::optional<Prior>& given = options_.locate.prior) {
+    lasting.height_m = given->height_m;
+    lasting.height_sigma_m = given->height_sigma_m;
+    lasting.gravity_in_cam = given->gravity_in_cam;
+    lasting.gravity_sigma_rad = given->gravity_sigma_rad;
+  }
+  if (!options_.floor) return lasting;
+  const Rigid3 upright_cam = job.cam_from_body * body_from_world({}, options_.floor->height_m);
+  lasting.height_m = upright_cam.origin_in_source().z();
+  lasting.height_sigma_m = options_.floor->height_sigma_m;
+  lasting.gravity_in_cam = -job.cam_from_body.rotation.col(2);
+  lasting.gravity_sigma_rad = options_.floor->tilt_sigma_rad;
+  return lasting;
+}
+
+Result<Fix> TrackerImpl::locate_in(Job& job, const std::optional<Prior>& prior) const {
+  LocateOptions options = options_.locate;
+  options.prior = prior && !prior->empty() ? prior : std::nullopt;
+  options.refine.prior = options.identify.prior = options.prior;
+  Result<Fix> fix = locate(job.image, job.view.scene, options);
+  if (fix.status == Status::no_pose && job.view.scene.sensor.row_time_s > 0) {
+    // The camera's motion while lines were read bends the image, which rims would not let pass.
+    options.detect.rims = false;
+    options.refine.model_sigma_px = std::max(options.refine.model_sigma_px, bent_sigma_px);
+    options.identify.model_sigma_px = std::max(options.identify.model_sigma_px, bent_sigma_px);
+    fix = locate(job.image, job.view.scene, options);
+  }
+  job.frame.full_search = true;
+  job.frame.timing_s.detect_s += fix->timing_s.detect_s;
+  job.frame.timing_s.identify_s += fix->timing_s.identify_s;
+  job.frame.timing_s.refine_s += fix->timing_s.refine_s;
+  return fix;
+}
+
+/// Mean time of the lines that show a fix's lamps.
+double TrackerImpl::seen_at(const Fix& fix, const Job& job) {
+  double sum_s = 0;
+  for (const auto& [id, blob] : fix.lamps)
+    sum_s += readout_delay_s(job.view.scene.sensor, blob.centroid_px);
+  return job.frame.time_s + sum_s / static_cast<double>(std::max<std::size_t>(1, fix.lamps.size()));
+}
+
+void TrackerImpl::begin(Job& job) {
+  Prior prior = options_.locate.prior.value_or(Prior{});
+  if (options_.floor) {
+    const Prior lasting = lasting_prior(job);
+    prior.height_m = lasting.height_m;
+    prior.height_sigma_m = lasting.height_sigma_m;
+    prior.gravity_in_cam = lasting.gravity_in_cam;
+    prior.gravity_sigma_rad = lasting.gravity_sigma_rad;
+  }
+  const Result<Fix> fix = locate_in(job, prior);
+  if (!fix.ok()) {
+    job.frame.reason = fix.message.empty() ? to_string(fix.status) : fix.message;
+    return;
+  }
+  job.seen_s = seen_at(*fix, job);
+  filter_.start(job.seen_s, job.cam_from_body.inverse() * fix->cam_from_world,
+                body_covariance(fix->covariance, job.cam_from_body));
+  job.frame.lamps = fix->lamps;
+  seen(job);
+}
+
+bool TrackerImpl::search(Job& job, const PosePrediction& predicted) {
+  if (std::exchange(job.searched, true)) return false;
+  const PredictedCamera camera = camera_at(predicted, job);
+  Prior near = lasting_prior(job);
+  near.last_pose =
+      PriorPose{camera.cam_from_world,
+                loosened(camera.covariance, options_.drift_sigma_rad, options_.drift_sigma_m)};
+  Result<Fix> fix = locate_in(job, near);
+  if (!fix.ok()) fix = locate_in(job, lasting_prior(job));
+  if (fix.ok()) return take(job, predicted, *fix);
+  job.frame.reason = fix.message.empty() ? to_string(fix.status) : fix.message;
+  jumps_.clear();
+  return false;
+}
+
+/// A fix where it is expected corrects the filter; any other has to be confirmed.
+bool TrackerImpl::take(Job& job, const PosePrediction& predicted, const Fix& fix) {
+  const Rigid3 body = job.cam_from_body.inverse() * fix.cam_from_world;
+  const Matrix6 covariance = body_covariance(fix.covariance, job.cam_from_body);
+  if (agree(body, predicted.body_from_world, predicted.covariance + covariance,
+            filter_.gate_sigma())) {
+    Found found;
+    for (std::size_t i = 0; i < job.view.scene.lamps.size(); ++i) {
+      const auto lamp = fix.lamps.find(job.view.scene.lamps[i].id);
+      if (lamp == fix.lamps.end()) continue;
+      found.matches.push_back({static_cast<int>(i), static_cast<int>(found.blobs.size())});
+      found.blobs.push_back(lamp->second);
+    }
+    if (correct(job, std::move(found))) return true;
+  }
+  job.frame.lamps = fix.lamps;
+  return confirm(job, predicted, {seen_at(fix, job), body, covariance});
+}
+
+bool TrackerImpl::agrees_with_jumps(const Jump& jump) const {
+  if (jumps_.empty()) return true;
+  const Jump& last = jumps_.back();
+  const double dt = jump.time_s - last.time_s;
+  const Matrix6 apart =
+      loosened(jump.covariance + last.covariance, options_.filter.start_turn_sigma_rad_s * dt,
+               options_.filter.start_speed_sigma_m_s * dt);
+  return agree(jump.body_from_world, last.body_from_world, apart, filter_.gate_sigma());
+}
+
+/// All of them tell the velocity, too.
+void TrackerImpl::begin_at_jumps() {
+  const Jump& first = jumps_.front();
+  filter_.start(first.time_s, first.body_from_world, first.covariance);
+  for (std::size_t i = 1; i < jumps_.size(); ++i)
+    filter_.add(PoseObservation::of_pose(jumps_[i].time_s, jumps_[i].body_from_world,
+                                         jumps_[i].covariance));
+}
+
+bool TrackerImpl::confirm(Job& job, const PosePrediction& predicted, const Jump& jump) {
+  const double away_m =
+      (jump.body_from_world.origin_in_source() - predicted.body_from_world.origin_in_source())
+          .norm();
+  if (!agrees_with_jumps(jump)) jumps_.clear();
+  jumps_.push_back(jump);
+  std::ostringstream text;
+  text << "seen " << std::round(1e3 * away_m) / 1e3 << " m from where it was expected";
+  const int seen_so_far = static_cast<int>(jumps_.size());
+  if (seen_so_far < options_.confirmations) {
+    text << ": " << seen_so_far << " of " << options_.confirmations << " images that must agree";
+    job.frame.reason = text.str();
+    return false;
+  }
+  begin_at_jumps();
+  job.seen_s = jump.time_s;
+  text << ", confirmed by " << options_.confirmations << " images";
+  job.frame.reason = text.str();
+  job.frame.relocated = true;
+  seen(job);
+  return true;
+}
+
+}  // namespace occ::internal::track

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+
+#include "libocc/codes/budget.hpp"
+#include "libocc/codes/c_ook.hpp"
+#include "libocc/codes/crc.hpp"
+#include "libocc/codes/line_code.hpp"
+#include "libocc/codes/s2psk.hpp"
+#include "libocc/codes/slot_code.hpp"
+#include "libocc/codes/ufsook.hpp"
+#include "libocc/core/random.hpp"
+#include "tests/support/support.hpp"
+
+namespace occ {
+namespace {
+
+using test::complaint;
+
+Bits bits_of_text(const std::string& text) {
+  Bits bits;
+  for (const char c : text) {
+    const Bits byte = bits_of(static_cast<std::uint8_t>(c), 8);
+    bits.insert(bits.end(), byte.begin(), byte.end());
+  }
+  return bits;
+}
+
+Bits with_checksum(Checksum kind, std::uint32_t id, int id_bits) {
+  Bits bits = bits_of(id, id_bits);
+  const Bits check = bits_of(checksum(kind, bits), checksum_bits(kind));
+  bits.insert(bits.end(), check.begin(), check.end());
+  return bits;
+}
+
+bool holds(Checksum kind, const Bits& bits) {
+  const auto id_bits = static_cast<std::ptrdiff_t>(bits.size()) - checksum_bits(kind);
+  return value_of(Bits(bits.begin() + id_bits, bits.end())) ==
+         checksum(kind, Bits(bits.begin(), bits.begin() + id_bits));
+}
+
+std::vector<Code> all_codes() {
+  Code manchester, words, ufsook, s2psk, csk;
+  words.line = LineCode::code_4b6b;
+  ufsook.kind = CodeKind::ufsook;
+  s2psk.kind = CodeKind::s2psk;
+  csk.kind = CodeKind::csk;
+  return {manchester, words, ufsook, s2psk, csk};
+}
+
+TEST(Checksum, PublishedCheckValues) {
+  EXPECT_EQ(checksum(Checksum::crc16, bits_of_text("123456789")), 0x29B1u);
+  EXPECT_EQ(checksum(Checksum::crc8, bits_of_text("123456789")), 0xA1u);
+}
+
+TEST(Checksum, FindsBurstsOddErrorsAndSilence) {
+  Random random(1);
+  for (const Checksum kind : {Checksum::crc8, Checksum::crc16}) {
+    const int width = checksum_bits(kind);
+    for (int trial = 0; trial < 300; ++trial) {
+      const Bits sent = with_checksum(kind, static_cast<std::uint32_t>(random.below(256)), 8);
+      Bits burst = sent;
+      const int length = 1 + random.below(width);
+      const int from = random.below(static_cast<int>(sent.size()) - length + 1);
+      for (int i = from; i < from + length; ++i) {
+        const bool end = i == from || i == from + length - 1;
+        if (end || random.below(2)) burst[i] ^= 1;
+      }
+      EXPECT_TRUE(holds(kind, sent));
+      EXPECT_FALSE(holds(kind, burst));
+      std::set<int> odd;
+      const std::size_t wrong = 2 * static_cast<std::size_t>(random.below(4)) + 1;
+      while (odd.size() < wrong) odd.insert(random.below(static_cast<int>(sent.size())));
+      Bits flipped = sent;
+      for (const int i : odd) flipped[i] ^= 1;
+      EXPECT_FALSE(holds(kind, flipped));
+    }
+    EXPECT_FALSE(holds(kind, Bits(static_cast<std::size_t>(8 + width), 0)));
+  }
+}
+
+TEST(LineCode, RoundTripsBalancedWithShortRuns) {
+  for (const LineCode code : {LineCode::manchester, LineCode::code_4b6b}) {
+    const int longest = code == LineCode::manchester ? 2 : 4;
+    const int words = 1 << bits_per_word(code);
+    for (int a = 0; a < words; ++a)
+      for (int b = 0; b < words; ++b) {
+        Bits bits = bits_of(static_cast<std::uint32_t>(a), bits_per_word(code));
+        const Bits second = bits_of(static_cast<std::uint32_t>(b), bits_per_word(code));
+        bits.insert(bits.end(), second.begin(), second.end());
+        const Chips chips = line_encode(code, bits);
+        EXPECT_EQ(line_decode(code, chips), bits);
+        EXPECT_EQ(2 * std::count(chips.begin(), chips.end(), 1),
+                  static_cast<std::ptrdiff_t>(chips.size()));
+        EXPECT_LE(longest_run(chips), longest);
+      }
+    EXPECT_GT(longest_run(c_ook_preamble(code)), longest) << "else data could look like it";
+  }
+}
+
+TEST(LineCode, RefusesWhatIsNoWord) {
+  EXPECT_EQ(line_decode(LineCode::manchester, {1, 1}), std::nullopt);
+  EXPECT_EQ(line_decode(LineCode::code_4b6b, {1, 1, 1, 0, 0, 0}), std::nullopt);
+  EXPECT_NE(complaint([] {
+              line_encode(LineCode::code_4b6b, {1, 0, 1});
+            }).find("multiple of 4"),
+            std::string::npos);
+  EXPECT_NE(complaint([] { line_decode(LineCode::manchester, {1}); }).find("multiple of 2"),
+            std::string::npos);
+}
+
+TEST(Code, LightIsLitForAboutHalfThePeriodAndWithinRange) {
+  for (const Code& code : all_codes())
+    for (const std::uint32_t id : {0u, 85u, 255u}) {
+      const Waveform wave = encode_id(id, code);
+      double sum = 0;
+      std::size_t count = 0;
+      for (const auto& channel : wave.chips)
+        for (const double light : channel) {
+          EXPECT_TRUE(light >= 0 && light <= 1);
+          sum += light;
+          ++count;
+        }
+      const double wanted = code.kind == CodeKind::csk ? 11.0 / 12 / 3 : 0.5;
+      const double off = code.kind == CodeKind::s2psk ? 0.02 : 1e-9;  // odd numbers of half periods
+      EXPECT_NEAR(sum / static_cast<double>(count), wanted, off) << to_string(code.kind);
+    }
+}
+
+TEST(Code, ColoursOfOneSymbolHaveOnePower) {
+  Code code;
+  code.kind = CodeKind::csk;
+  const Waveform wave = encode_id(0b11100100, code);
+  for (std::size_t i = 1; i < wave.chips[0].size(); ++i)
+    EXPECT_NEAR(wave.chips[0][i] + wave.chips[1][i] + wave.chips[2][i], 1, 1e-12);
+}
+
+TEST(Ufsook, TonesAreThoseOfThePaperAtThirtyFrames) {
+  Code code;
+  code.kind = CodeKind::ufsook;
+  const UfsookTones tones = ufsook_tones(code);
+  EXPECT_NEAR(tones.mark_hz, 120, 1e-9);
+  EXPECT_NEAR(tones.space_hz, 105, 1e-9);
+}
+
+TEST(Ufsook, TonesAliasToSameAndOppositeAtAnyFrameRate) {
+  for (const double fps : {10.0, 24.0, 25.0, 30.0, 50.0, 60.0, 240.0}) {
+    Code code;
+    code.kind = CodeKind::ufsook;
+    code.frame_rate_hz = fps;
+    const UfsookTones tones = ufsook_tones(code);
+    const double per_frame = tones.mark_hz / fps;
+    EXPECT_NEAR(per_frame, std::round(per_frame), 1e-9);
+    EXPECT_NEAR(tones.mark_hz - tones.space_hz, fps / 2, 1e-9);
+    EXPECT_GT(tones.space_hz, code.min_hz);
+    EXPECT_LE(tones.space_hz, code.min_hz + fps);
+  }
+}
+
+TEST(S2psk, FramesOfABitAreAQuarterPeriodApartAndTheReferenceNeverBreaks) {
+  for (const double fps : {10.0, 25.0, 30.0, 60.0}) {
+    Code code;
+    code.kind = CodeKind::s2psk;
+    code.frame_rate_hz = fps;
+    const double per_frame = s2psk_hz(code) / fps;
+    EXPECT_NEAR(per_frame - std::floor(per_frame), 0.75, 1e-9);
+    EXPECT_GT(s2psk_hz(code), code.min_hz);
+    const Waveform wave = encode_id(77, code);
+    const auto half = static_cast<std::size_t>(std::round(wave.chip_rate_hz / s2psk_hz(code) / 2));
+    for (std::size_t i = 0; i < wave.chips[1].size(); ++i)
+      EXPECT_EQ(wave.chips[1][i], (i / half) % 2 == 0 ? 1 : 0);
+  }
+}
+
+TEST(CameraOok, SubPacketIsWithinThePeriod) {
+  for (const LineCode line : {LineCode::manchester, LineCode::code_4b6b}) {
+    Code code;
+    code.line = line;
+    const SlotCode whole = c_ook_slots(code), part = c_ook_sub_packet_slots(code);
+    EXPECT_EQ(part.chips, c_ook_sub_packet_chips(code));
+    EXPECT_EQ(whole.chips, part.chips * c_ook_sub_packets(code) * code.repeats);
+    const Bits payload = payload_bits(173, code);
+    Bits bits = bits_of(2, c_ook_sequence_bits(code));
+    bits.insert(bits.end(), payload.begin() + 8, payload.begin() + 12);
+    const Waveform expected = part.waveform(symbols_of(bits, part.bits_per_symbol));
+    const Waveform sent = encode_id(173, code);
+    const auto from = sent.chips[0].begin() + 2 * code.repeats * part.chips;
+    EXPECT_TRUE(std::equal(expected.chips[0].begin(), expected.chips[0].end(), from));
+  }
+}
+
+TEST(Code, RefusesWhatItCannotSay) {
+  Code code;
+  EXPECT_NE(complaint([&] { encode_id(256, code); }).find("id must be below 256"),
+            std::string::npos);
+  code.id_bits = 7;
+  EXPECT_NE(complaint([&] { encode_id(1, code); }).find("id_bits"), std::string::npos);
+  code = {};
+  code.clock_hz = 0;
+  EXPECT_NE(complaint([&] { encode_id(1, code); }).find("clock_hz"), std::string::npos);
+  code = {};
+  code.frame_rate_hz = std::nan("");
+  EXPECT_NE(complaint([&] { encode_id(1, code); }).find("frame_rate_hz"), std::string::npos);
+  code = {};
+  code.repeats = 0;
+  EXPECT_NE(complaint([&] { encode_id(1, code); }).find("repeats"), std::string::npos);
+}
+
+TEST(Budget, CountsChipsAndRefusesWithTheNumbers) {
+  Code code;  // 18 chips at 10 kHz: 1.8 ms, 90 rows of 20 us
+  const CodeBudget fits = code_budget(code, 100, 2e-5, 2e-5);
+  EXPECT_TRUE(fits.fits) << fits.message;
+  EXPECT_NEAR(fits.chips_in_view, 20, 1e-9);
+  EXPECT_NEAR(fits.chips_needed, 18, 1e-9);
+  const CodeBudget small = code_budget(code, 60, 2e-5, 2e-5);
+  EXPECT_FALSE(small.fits);
+  EXPECT_EQ(small.message, "the lamp's image holds 12 chips, c_ook needs 18");
+  EXPECT_NE(code_budget(code, 100, 2e-5, 3e-4).message.find("exposure is 3 of the chips"),
+            std::string::npos);
+  EXPECT_NE(code_budget(code, 1000, 1e-4, 2e-5).message.find("rows are 1 chips apart"),
+            std::string::npos);
+  EXPECT_FALSE(code_budget(code, 100, 0, 2e-5).fits) << "a global shutter holds no chips";
+  EXPECT_NE(complaint([&] { require_fits(code, 60, 2e-5, 2e-5); }).find("12 chips"),
+            std::string::npos);
+  EXPECT_TRUE(code_budget(code, 20, 2e-5, 2e-5, true).fits) << "joined by exact times";
+  code.kind = CodeKind::ufsook;
+  EXPECT_EQ(code_budget(code, 1, 0, 1e-4).frames_needed, 34);
+  EXPECT_TRUE(code_budget(code, 1, 0, 1e-4).fits) << "any lamp will do";
+  EXPECT_FALSE(code_budget(code, 1, 0, 5e-3).fits);
+  EXPECT_NE(complaint([&] { code_budget(code, -1, 0, 1e-4); }).find("rows"), std::string::npos);
+}
+
+TEST(Budget, FindsFramesInStepWithPackets) {
+  Code code;
+  EXPECT_LT(code_budget(code, 100, 2e-5, 2e-5).frames_needed, 20);
+  code.clock_hz = 288 * 30;  // a packet a frame: always the same sub-packet
+  EXPECT_NE(code_budget(code, 120, 2e-5, 2e-5).message.find("always fall on the same parts"),
+            std::string::npos);
+  code.clock_hz = 288 * 30 * 2 / 3.0;  // three places
+  EXPECT_FALSE(code_budget(code, 200, 2e-5, 2e-5).fits);
+}
+
+}  // namespace
+}  // namespace occ

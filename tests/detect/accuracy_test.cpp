@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+// How well detection measures: against the truth without noise, against the Cramer-Rao bound with
+// it, and whether the stated covariances are true.
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "libocc/detect/detect.hpp"
+#include "libocc/simulate/simulate.hpp"
+#include "tests/detect/detect_support.hpp"
+#include "tests/support/support.hpp"
+
+namespace occ {
+namespace {
+
+using test::Canvas;
+
+/// The centre of a Gaussian spot of this flux in pixels of constant noise plus shot noise: variance
+/// of each coordinate at the Cramer-Rao bound, flux known or not (they are uncorrelated).
+double spot_bound_px2(double sigma_px, double flux_e, double read_e) {
+  constexpr double step = 0.02;  // finer than any pixel: the bound hardly depends on where it lies
+  double information = 0;
+  Canvas canvas(41, 41), shifted(41, 41);
+  canvas.add_spot({20, 20}, sigma_px, flux_e);
+  shifted.add_spot({20 + step, 20}, sigma_px, flux_e);
+  for (int y = 0; y < 41; ++y) {
+    for (int x = 0; x < 41; ++x) {
+      const double slope = (shifted.at(x, y) - canvas.at(x, y)) / step;
+      information += slope * slope / (canvas.at(x, y) + read_e * read_e);
+    }
+  }
+  return 1 / information;
+}
+
+TEST(DetectAccuracy, SpotsWithoutNoise) {
+  Random random(1);
+  Canvas::Noise fine;
+  fine.full_scale_dn = 65535;
+  fine.gain_dn_per_e = 1;
+  for (const double sigma : {0.6, 0.9, 1.5, 2.5}) {
+    for (int trial = 0; trial < 20; ++trial) {
+      Canvas canvas(60, 60, 100);
+      const Eigen::Vector2d truth(random.uniform(25, 35), random.uniform(25, 35));
+      canvas.add_spot(truth, sigma, 3e5 * sigma * sigma);
+      const auto blobs = detect(canvas.image(fine, nullptr).view());
+      ASSERT_EQ(blobs.size(), 1u);
+      EXPECT_LT((blobs[0].centroid_px - truth).norm(), 3e-3) << "sigma " << sigma;
+      EXPECT_NEAR(blobs[0].flux_dn / (3e5 * sigma * sigma), 1, 0.01) << "sigma " << sigma;
+    }
+  }
+}
+
+// With a sensor the noise is known; without it is read from the image.
+TEST(DetectAccuracy, SpotsReachTheBoundAndSayHowWell) {
+  for (const bool with_sensor : {true, false}) {
+    for (const double flux_e : {4000.0, 12000.0}) {
+      Random random(2);
+      const Canvas::Noise noise;
+      const double sigma = 0.9;
+      DetectOptions options;
+      if (with_sensor) options.sensor = Canvas::sensor(noise, sigma);
+      double squares = 0, nees = 0;
+      constexpr int trials = 1500;
+      for (int trial = 0; trial < trials; ++trial) {
+        Canvas canvas(60, 60, 40);
+        const Eigen::Vector2d truth(random.uniform(25, 35), random.uniform(25, 35));
+        canvas.add_spot(truth, sigma, flux_e);
+        const auto blobs = detect(canvas.image(noise, &random).view(), options);
+        ASSERT_EQ(blobs.size(), 1u);
+        const Eigen::Vector2d error = blobs[0].centroid_px - truth;
+        squares += error.squaredNorm();
+        nees += error.dot(blobs[0].covariance_px2.inverse() * error);
+      }
+      const double quantised_read_e = std::sqrt(
+          noise.read_e * noise.read_e + 40 + 1 / (12 * noise.gain_dn_per_e * noise.gain_dn_per_e));
+      const double ratio =
+          std::sqrt(squares / trials / (2 * spot_bound_px2(sigma, flux_e, quantised_read_e)));
+      EXPECT_LT(ratio, 1.06) << flux_e << (with_sensor ? " sensor" : "");
+      EXPECT_GT(ratio, 0.94) << flux_e << (with_sensor ? " sensor" : "");
+      EXPECT_NEAR(nees / (2 * trials), 1, with_sensor ? 0.12 : 0.25) << flux_e;
+    }
+  }
+}
+
+struct DiscErrors {
+  double bias_px = 0;     ///< length of the mean error of the centre
+  double sigma_px = 0;    ///< standard deviation of the centre, per coordinate
+  double nees = 0;        ///< of the centre, over 2
+  double rim_chi2 = 0;    ///< of rim points about the true rim, per point
+  double size_ratio = 0;  ///< measured over true, geometric mean of the axes
+};
+
+DiscErrors disc_errors(double major, double minor, double level_e, int trials) {
+  Random random(3);
+  const Canvas::Noise noise;
+  DetectOptions options;
+  options.sensor = Canvas::sensor(noise, 0.8);
+  DiscErrors out;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double squares = 0, points = 0;
+  for (int trial = 0; trial < trials; ++trial) {
+    const int size = 60 + static_cast<int>(2 * major);
+    Canvas canvas(size, size, 40);
+    const double middle = 0.5 * size;
+    const Eigen::Vector2d truth(middle + random.uniform(-1, 1), middle + random.uniform(-1, 1));
+    const double angle = random.uniform(-1.5, 1.5);
+    canvas.add_disc(truth, major, minor, angle, 0.8, level_e);
+    const auto blobs = detect(canvas.image(noise, &random).view(), options);
+    if (blobs.size() != 1 || blobs[0].rim.empty()) {
+      ADD_FAILURE() << "no rim";
+      return out;
+    }
+    const Eigen::Vector2d error = blobs[0].centroid_px - truth;
+    sum += error;
+    squares += error.squaredNorm();
+    out.nees += error.dot(blobs[0].covariance_px2.inverse() * error) / (2 * trials);
+    const Ellipse& e = blobs[0].ellipse;
+    out.size_ratio += std::sqrt(e.semi_major_px * e.semi_minor_px / (major * minor)) / trials;
+    for (const RimPoint& p : blobs[0].rim) {
+      // Distance from the ellipse to first order: (f - 1) / |grad f|, f = |S p|^2.
+      const Eigen::Vector2d d = p.px - truth;
+      const double c = std::cos(angle), s = std::sin(angle);
+      const Eigen::Vector2d local(c * d.x() + s * d.y(), -s * d.x() + c * d.y());
+      const Eigen::Vector2d g(local.x() / (major * major), local.y() / (minor * minor));
+      const double distance = (local.dot(g) - 1) / (2 * g.norm());
+      out.rim_chi2 += distance * distance / (p.sigma_px * p.sigma_px);
+      points += 1;
+    }
+  }
+  out.bias_px = (sum / trials).norm();
+  out.sigma_px = std::sqrt(squares / (2 * trials));
+  out.rim_chi2 /= points;
+  return out;
+}
+
+TEST(DetectAccuracy, RimsOfDiscsAreUnbiasedAndSayHowWell) {
+  for (const auto& [major, minor] : {std::pair{8.0, 6.0}, {15.0, 15.0}, {20.0, 9.0}}) {
+    constexpr int trials = 300;
+    const DiscErrors e = disc_errors(major, minor, 3000, trials);
+    SCOPED_TRACE(std::to_string(major) + " x " + std::to_string(minor));
+    EXPECT_LT(e.bias_px, 4 * e.sigma_px / std::sqrt(trials));
+    EXPECT_LT(e.sigma_px, 0.02);
+    EXPECT_NEAR(e.nees, 1, 0.3);
+    EXPECT_NEAR(e.rim_chi2, 1.05, 0.2);  // errors common to a rim included
+    EXPECT_NEAR(e.size_ratio, 1, 1e-3);
+  }
+}
+
+/// How many of a disc's centres, with another of random size, brightness and place beside it, are
+/// off by more than six of their sigmas and not marked as merged.
+int unnoticed_errors(double min_radius_px, double largest_radius_px, int trials) {
+  Random random(5);
+  const Canvas::Noise noise;
+  DetectOptions options;
+  options.sensor = Canvas::sensor(noise, 0.8);
+  int unnoticed = 0;
+  for (int trial = 0; trial < trials; ++trial) {
+    Canvas canvas(110, 110, 40);
+    const double radii[] = {random.uniform(min_radius_px, largest_radius_px),
+                            random.uniform(min_radius_px, largest_radius_px)};
+    const double angle = random.uniform(-3.14, 3.14);
+    const double apart = radii[0] + radii[1] + random.uniform(0.7, 10);
+    Eigen::Vector2d centres[2];
+    centres[0] = Eigen::Vector2d(random.uniform(54, 56), random.uniform(54, 56));
+    centres[1] = centres[0] + apart * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    for (int i = 0; i < 2; ++i)
+      canvas.add_disc(centres[i], radii[i], radii[i], 0, 0.8,
+                      i == 0 ? 3000 : random.uniform(700, 3000));
+    for (const Blob& blob : detect(canvas.image(noise, &random).view(), options)) {
+      const Eigen::Vector2d first = blob.centroid_px - centres[0];
+      const Eigen::Vector2d second = blob.centroid_px - centres[1];
+      const Eigen::Vector2d error = first.norm() < second.norm() ? first : second;
+      unnoticed += !blob.merged && error.dot(blob.covariance_px2.inverse() * error) > 36;
+    }
+  }
+  return unnoticed;
+}
+
+TEST(DetectAccuracy, ANeighbourIsSeenOrAllowedFor) {
+  EXPECT_LE(unnoticed_errors(2.5, 6, 300), 1);
+  EXPECT_LE(unnoticed_errors(5, 14, 100), 1);
+}
+
+// Across a large image of a lamp in a wide view light falls off by more than a paraboloid says.
+TEST(DetectAccuracy, LargeDiscsInAWideViewAreUnbiased) {
+  Random random(3);
+  Scene scene;
+  scene.camera = Camera::pinhole(640, 480, 600, 600, 319.5, 239.5);
+  scene.lamps = {test::disc_lamp(0, Eigen::Vector3d::Zero(), 1.0 / 3)};  // 100 px at 2 m
+  scene.lamps[0].power_w = 17 * M_PI * scene.lamps[0].area_m2();
+  DetectOptions options;
+  options.sensor = scene.sensor;
+  double nees = 0;
+  constexpr int trials = 30;
+  for (std::uint64_t seed = 0; seed < trials; ++seed) {
+    const Eigen::Vector3d place(random.uniform(-0.7, 0.7), random.uniform(-0.4, 0.4), 2);
+    SimulateOptions simulation;
+    simulation.seed = seed;
+    const Rendered frame = simulate(scene, {Eigen::Matrix3d::Identity(), place}, simulation);
+    const auto blobs = detect(frame.image.view(), options);
+    ASSERT_FALSE(blobs.empty());
+    ASSERT_FALSE(blobs[0].rim.empty());
+    const Eigen::Vector2d error = blobs[0].centroid_px - frame.lamps[0].image_centre_px;
+    nees += error.dot(blobs[0].covariance_px2.inverse() * error);
+  }
+  const auto interval = test::chi2_interval(2.0 * trials);
+  EXPECT_GT(nees, interval.first);
+  EXPECT_LT(nees, interval.second);
+}
+
+TEST(DetectAccuracy, ADiscHalfHiddenByAnEdgeSaysItIsVague) {
+  Random random(4);
+  for (const int hidden : {3, 6, 10}) {
+    Canvas canvas(100, 100, 40);
+    const Eigen::Vector2d truth(50.3, 49.6);
+    canvas.add_disc(truth, 15, 15, 0, 0.8, 3000);
+    for (int y = 0; y < 100; ++y)
+      for (int x = 0; x < 35 + hidden; ++x) canvas.at(x, y) = 40;
+    const auto blobs = detect(canvas.image({}, &random).view());
+    ASSERT_EQ(blobs.size(), 1u);
+    const Eigen::Vector2d error = blobs[0].centroid_px - truth;
+    EXPECT_LT(error.dot(blobs[0].covariance_px2.inverse() * error), 11.8)  // three sigma
+        << hidden << " px hidden, off by " << error.transpose();
+  }
+}
+
+}  // namespace
+}  // namespace occ

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lamps from the smallest that have a rim to one that nearly fills the image: each is one blob,
+// measured without bias, with true covariances; and what only looks like a large lamp is none.
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "libocc/detect/detect.hpp"
+#include "libocc/simulate/simulate.hpp"
+#include "tests/detect/detect_support.hpp"
+#include "tests/support/support.hpp"
+
+namespace occ {
+namespace {
+
+using test::Canvas;
+
+constexpr int width = 1280, height = 960;
+
+/// Sums of normalised squared errors over discs.
+struct Nees {
+  double centre = 0, radius = 0;
+  int discs = 0, rims = 0;
+
+  void add(const Blob& blob, const Eigen::Vector2d& truth, double radius_px) {
+    const Eigen::Vector2d error = blob.centroid_px - truth;
+    centre += error.dot(blob.covariance_px2.inverse() * error);
+    ++discs;
+    if (blob.rim.empty()) return;
+    double weights = 0, sum = 0;
+    for (const RimPoint& point : blob.rim) {
+      const double weight = 1 / (point.sigma_px * point.sigma_px);
+      weights += weight;
+      sum += weight * ((point.px - truth).norm() - radius_px);
+    }
+    radius += std::pow(sum / weights, 2) / (1 / weights + blob.rim_covariance_px2(0, 0));
+    ++rims;
+  }
+
+  void expect_true(bool radii) const {
+    const auto two = test::chi2_interval(2.0 * discs);
+    EXPECT_GT(centre, two.first);
+    EXPECT_LT(centre, two.second);
+    if (!radii) return;
+    const auto one = test::chi2_interval(rims);
+    EXPECT_GT(radius, one.first);
+    EXPECT_LT(radius, one.second);
+  }
+};
+
+struct Case {
+  double level_e = 3000, psf_px = 0.8;
+  bool with_sensor = true;
+  double off_centre = 0;  ///< radii to the right of the middle
+};
+
+Nees measure_discs(const Case& c, const std::vector<double>& radii_px, int trials,
+                   std::uint64_t seed) {
+  Random random(seed);
+  const Canvas::Noise noise;
+  DetectOptions options;
+  if (c.with_sensor) options.sensor = Canvas::sensor(noise, c.psf_px);
+  Nees nees;
+  for (const double radius : radii_px) {
+    for (int trial = 0; trial < trials; ++trial) {
+      const int size = 100 + static_cast<int>(2 * radius);
+      const bool whole_frame = size > height || c.off_centre > 0;
+      Canvas canvas(whole_frame ? width : size, whole_frame ? height : size, 40);
+      const Eigen::Vector2d truth(
+          0.5 * (whole_frame ? width : size) + c.off_centre * radius + random.uniform(-2, 2),
+          0.5 * canvas.height() + random.uniform(-2, 2));
+      canvas.add_disc(truth, radius, radius, 0, c.psf_px, c.level_e);
+      const auto blobs = detect(canvas.image(noise, &random).view(), options);
+      EXPECT_EQ(blobs.size(), 1u) << radius;
+      if (blobs.empty()) continue;
+      EXPECT_TRUE(!blobs[0].rim.empty() || radius < 12) << radius;
+      nees.add(blobs[0], truth, radius);
+    }
+  }
+  return nees;
+}
+
+TEST(DetectLargeDiscs, AreOneBlob) {
+  for (const double level_e : {200.0, 3000.0, 20000.0}) {
+    const Nees nees = measure_discs({level_e, 0.8, true, level_e > 200 ? 0 : 0.6}, {300}, 1, 1);
+    EXPECT_LT(nees.centre, 14) << level_e;
+  }
+}
+
+TEST(SlowDetectLargeDiscs, CentreAndRadiusAreTrueFromThreeToFourHundredPixels) {
+  const std::vector<double> radii = {3.6, 6, 12, 30, 75, 110, 150, 220, 300, 400};
+  for (const Case& c : {Case{3000, 0.8, true, 0}, Case{3000, 0.8, false, 0},
+                        Case{600, 1.5, true, 0}, Case{1500, 0.6, true, 0}}) {
+    SCOPED_TRACE(std::to_string(c.level_e) + " e, psf " + std::to_string(c.psf_px) + " px");
+    measure_discs(c, radii, 8, 2).expect_true(true);
+  }
+}
+
+TEST(SlowDetectLargeDiscs, CutByTheBorderToo) {
+  for (const double off_centre : {0.9, 1.4})
+    measure_discs({3000, 0.8, true, off_centre}, {350, 400}, 8, 3).expect_true(true);
+}
+
+// Saturated, a rim has grown: its centre has not moved.
+TEST(SlowDetectLargeDiscs, SaturatedCentresAreTrue) {
+  for (const double level_e : {8000.0, 40000.0})
+    measure_discs({level_e, 0.8, true, 0}, {6, 12, 30, 75, 150, 300, 400}, 6, 4).expect_true(false);
+}
+
+// Seen from near, the light of a lamp falls off by half towards its rim.
+TEST(SlowDetectLargeDiscs, LightFallsOffAcrossThem) {
+  Random random(3);
+  Scene scene;
+  scene.camera = Camera::pinhole(width, height, 700, 700, 639.5, 479.5);
+  DetectOptions options;
+  options.sensor = scene.sensor;
+  Nees nees;
+  for (const double radius_px : {120.0, 200.0, 300.0, 400.0}) {
+    scene.lamps = {test::disc_lamp(0, Eigen::Vector3d::Zero(), 2 * radius_px / 700)};
+    scene.lamps[0].power_w = 17 * M_PI * scene.lamps[0].area_m2();
+    for (std::uint64_t seed = 0; seed < 8; ++seed) {
+      const double room = (470 - radius_px) / 350;
+      const Eigen::Vector3d place(random.uniform(-room, room), random.uniform(-room, room), 2);
+      SimulateOptions simulation;
+      simulation.seed = seed;
+      const Rendered frame = simulate(scene, {Eigen::Matrix3d::Identity(), place}, simulation);
+      const auto blobs = detect(frame.image.view(), options);
+      ASSERT_EQ(blobs.size(), 1u);
+      ASSERT_FALSE(blobs[0].rim.empty());
+      nees.add(blobs[0], frame.lamps[0].image_centre_px, radius_px);  // parallel: a circle
+    }
+  }
+  nees.expect_true(true);
+}
+
+/// Signal of a wall that ends within so many pixels, left of the middle.
+Canvas half_lit(double blur_px, double level_e) {
+  Canvas canvas(width, height, 40);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      canvas.at(x, y) += level_e * 0.5 * std::erfc((x - 0.5 * width) / (blur_px * M_SQRT2));
+  return canvas;
+}
+
+TEST(DetectLargeDiscs, AWallThatIsLitSmoothlyIsBackground) {
+  Random random(5);
+  EXPECT_TRUE(detect(half_lit(200, 1500).image({}, &random).view()).empty());
+}
+
+TEST(DetectLargeDiscs, LampsAreFoundInFrontOfABrightWall) {
+  Random random(6);
+  Canvas canvas = half_lit(1, 1500);
+  const Eigen::Vector2d lamps[] = {{200.3, 250.8}, {420.7, 600.2}};
+  for (const Eigen::Vector2d& lamp : lamps) canvas.add_disc(lamp, 12, 12, 0, 0.8, 2500);
+  const auto blobs = detect(canvas.image({}, &random).view());
+  for (const Eigen::Vector2d& lamp : lamps) {
+    double nearest = 1e9;
+    for (const Blob& blob : blobs) nearest = std::min(nearest, (blob.centroid_px - lamp).norm());
+    EXPECT_LT(nearest, 0.1);
+  }
+}
+
+}  // namespace
+}  // namespace occ

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Chessboards: rendered inner corners are found where they are, within what is said of them.
+#include "libocc/landmarks/chessboard.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "libocc/simulate/targets.hpp"
+#include "tests/support/support.hpp"
+
+namespace occ::test {
+namespace {
+
+struct Seen {
+  int boards = 0, corners = 0;
+  double rms_px = 0, normalised = 0;
+};
+
+Seen errors_of(double noise_dn, int trials) {
+  const Camera camera = Camera::pinhole(640, 480, 520, 523, 322.3, 236.1, {-0.22, 0.08, 0, 0});
+  Random random(6);
+  Seen seen;
+  for (int t = 0; t < trials; ++t) {
+    ChessboardTarget board;
+    board.square_m = 0.03;
+    board.world_from_board.rotation =
+        so3_exp({random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.3, 0.3)});
+    board.world_from_board.translation =
+        Eigen::Vector3d(random.uniform(-0.05, 0.05), random.uniform(-0.03, 0.03), 0.5) -
+        board.world_from_board.rotation * Eigen::Vector3d(0.12, 0.075, 0);
+    TargetField field;
+    field.boards = {board};
+    TargetImageOptions options;
+    options.noise_dn = noise_dn;
+    options.seed = static_cast<std::uint64_t>(t);
+    const TargetRenderer renderer(field, camera, {}, options);
+    if (!renderer.truth().boards[0].whole) continue;
+    const Eigen::Matrix2Xd& truth = renderer.truth().boards[0].corners_px;
+    const auto found = find_chessboard(renderer.window({0, 0, 640, 480}).view());
+    EXPECT_TRUE(found) << t;
+    if (!found) continue;
+    ++seen.boards;
+    const bool turned = (found->px.col(0) - truth.col(0)).norm() > 5;
+    for (Eigen::Index k = 0; k < truth.cols(); ++k) {
+      const Eigen::Index i = turned ? truth.cols() - 1 - k : k;
+      const Eigen::Vector2d off = found->px.col(i) - truth.col(k);
+      seen.rms_px += off.squaredNorm();
+      seen.normalised += off.dot(found->covariance_px2[i].inverse() * off);
+      ++seen.corners;
+    }
+  }
+  seen.rms_px = std::sqrt(seen.rms_px / (2 * seen.corners));
+  seen.normalised /= 2 * seen.corners;
+  return seen;
+}
+
+TEST(Chessboard, CornersAreWhereTheyWereRendered) {
+  const Seen seen = errors_of(0, 8);
+  EXPECT_GE(seen.boards, 6);
+  EXPECT_LT(seen.rms_px, 0.02);
+}
+
+TEST(Chessboard, NoiseDoesWhatItsCovarianceSays) {
+  const Seen seen = errors_of(6, 10);
+  EXPECT_GE(seen.boards, 7);
+  EXPECT_GT(seen.rms_px, 0.02);
+  EXPECT_GT(seen.normalised, 0.5);
+  EXPECT_LT(seen.normalised, 1.6);
+}
+
+TEST(Chessboard, NoneIsNone) {
+  Image image;
+  image.width = 120;
+  image.height = 90;
+  image.u8.assign(120 * 90, 128);
+  EXPECT_FALSE(find_chessboard(image.view()));
+  image.width = image.height = 4;
+  image.u8.assign(16, 128);
+  EXPECT_FALSE(find_chessboard(image.view()));
+  ChessboardOptions options;
+  options.columns = 2;
+  EXPECT_NE(complaint([&] { find_chessboard(image.view(), options); }).find("columns"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace occ::test

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+// The adjustment of a network by ceres::Problem with analytic derivatives: an engine of its own, as
+// a peer in tests and benchmarks. Points, bodies of known size, stations without mounts, distances,
+// free camera parameters; every observation that is used, squared loss.
+#pragma once
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Geometry>
+#include <memory>
+#include <vector>
+
+#include "libocc/core/abi.hpp"
+#include "libocc/geometry/so3.hpp"
+#include "libocc/network/network.hpp"
+
+namespace occ::test {
+
+struct CeresResult {
+  Network network;
+  double cost = 0;
+  int iterations = 0;
+  bool converged = false;
+};
+
+namespace ceres_peer {
+
+inline std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+/// What blocks of six are a step from: turn and shift of a pose.
+struct Bases : ceres::EvaluationCallback {
+  const Network& network;
+  std::vector<std::vector<int>> free_columns;  // of each camera
+  std::vector<std::vector<double>> values;     // of them
+  std::vector<Camera> cameras;                 // with these values, once for each evaluation
+  bool sound = true;
+
+  void PrepareForEvaluation(bool, bool) override {
+    sound = true;
+    try {
+      for (std::size_t i = 0; i < cameras.size(); ++i)
+        cameras[i] = camera(static_cast<int>(i), values[i].data());
+    } catch (const std::invalid_argument&) {
+      sound = false;
+    }
+  }
+
+  explicit Bases(const Network& from) : network(from) {
+    for (const NetworkCamera& camera : from.cameras) {
+      free_columns.emplace_back();
+      const auto all = camera.camera.parameters();
+      for (const std::string& name : camera.free_parameters)
+        for (std::size_t k = 0; k < all.size(); ++k)
+          if (all[k].name == name) free_columns.back().push_back(static_cast<int>(k));
+      values.emplace_back();
+      for (const int k : free_columns.back()) values.back().push_back(all[k].value);
+      cameras.push_back(camera.camera);
+    }
+  }
+  Camera camera(int index, const double* now) const {
+    const Camera& base = network.cameras[index].camera;
+    const auto all = base.parameters();
+    Eigen::VectorXd v(static_cast<Eigen::Index>(all.size()));
+    for (std::size_t k = 0; k < all.size(); ++k) v[static_cast<Eigen::Index>(k)] = all[k].value;
+    const auto& columns = free_columns[index];
+    for (std::size_t k = 0; k < columns.size(); ++k) v[columns[k]] = now[k];
+    return base.with_parameters(v);
+  }
+};
+
+/// Blocks: camera's free parameters (if any), station, then point or body.
+class ImageCost : public ceres::CostFunction {
+ public:
+  ImageCost(const Bases& bases, const ImageObservation& seen) : bases_(bases), seen_(seen) {
+    const NetworkImage& image = bases.network.images[seen.image];
+    camera_ = image.camera;
+    station_ = bases.network.stations[image.station].station_from_world;
+    free_ = static_cast<int>(bases.free_columns[camera_].size());
+    if (free_ > 0) mutable_parameter_block_sizes()->push_back(free_);
+    mutable_parameter_block_sizes()->push_back(6);
+    mutable_parameter_block_sizes()->push_back(seen.target.body < 0 ? 3 : 6);
+    set_num_residuals(2);
+  }
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    using RowMajor6 = Eigen::Matrix<double, 2, 6, Eigen::RowMajor>;
+    const int first = free_ > 0 ? 1 : 0;
+    if (!bases_.sound) return false;
+    const Camera& camera = bases_.cameras[camera_];
+    const Eigen::Map<const Vector6> step(blocks[first]);
+    const double* target = blocks[first + 1];
+    Eigen::Vector3d x(target[0], target[1], target[2]), arm = Eigen::Vector3d::Zero();
+    if (seen_.target.body >= 0) {
+      const NetworkBody& body = bases_.network.bodies[seen_.target.body];
+      arm = so3_exp(x) * (body.world_from_body.rotation *
+                          (body.scale * body.corners_m.col(seen_.target.corner)));
+      x = arm + body.world_from_body.translation + Eigen::Vector3d(target[3], target[4], target[5]);
+    }
+    const Eigen::Matrix3d turn = so3_exp(step.head<3>());
+    const Eigen::Vector3d turned = turn * (station_ * x);
+    const Eigen::Vector3d in_cam = turned + step.tail<3>();
+    Eigen::Matrix<double, 2, 3> d_point;
+    Camera::ParameterJacobian d_parameters;
+    const auto pixel = camera.project(in_cam, jacobians ? &d_point : nullptr,
+                                      jacobians && free_ > 0 ? &d_parameters : nullptr);
+    if (!pixel) return false;
+    const Eigen::Vector2d inverse = seen_.sigma_px.cwiseInverse();
+    const Eigen::Vector2d off = camera.difference_px(*pixel, seen_.pixel).cwiseProduct(inverse);
+    residuals[0] = off[0];
+    residuals[1] = off[1];
+    if (!jacobians) return true;
+    d_point = inverse.asDiagonal() * d_point;
+    if (free_ > 0 && jacobians[0]) {
+      const auto& columns = bases_.free_columns[camera_];
+      for (int r = 0; r < 2; ++r)
+        for (int k = 0; k < free_; ++k)
+          jacobians[0][r * free_ + k] = inverse[r] * d_parameters(r, columns[k]);
+    }
+    if (jacobians[first]) {
+      Eigen::Map<RowMajor6> j{jacobians[first]};
+      j.leftCols<3>() = -d_point * skew(turned) * so3_left_jacobian(step.head<3>());
+      j.rightCols<3>() = d_point;
+    }
+    if (jacobians[first + 1]) {
+      const Eigen::Matrix<double, 2, 3> by_world = d_point * turn * station_.rotation;
+      if (seen_.target.body < 0) {
+        Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> j{jacobians[first + 1]};
+        j = by_world;
+      } else {
+        Eigen::Map<RowMajor6> j{jacobians[first + 1]};
+        j.leftCols<3>() = -by_world * skew(arm) *
+                          so3_left_jacobian(Eigen::Vector3d(target[0], target[1], target[2]));
+        j.rightCols<3>() = by_world;
+      }
+    }
+    return true;
+  }
+
+ private:
+  const Bases& bases_;
+  const ImageObservation& seen_;
+  Rigid3 station_;
+  int camera_ = 0, free_ = 0;
+};
+
+class DistanceCost : public ceres::SizedCostFunction<1, 3, 3> {
+ public:
+  explicit DistanceCost(const DistanceObservation& known) : known_(known) {}
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const Eigen::Vector3d apart =
+        Eigen::Map<const Eigen::Vector3d>(blocks[1]) - Eigen::Map<const Eigen::Vector3d>(blocks[0]);
+    residuals[0] = (apart.norm() - known_.length_m) / known_.sigma_m;
+    for (int k = 0; jacobians && k < 2; ++k) {
+      const Eigen::Vector3d along = (k == 0 ? -1 : 1) / known_.sigma_m * apart.normalized();
+      for (int c = 0; jacobians[k] && c < 3; ++c) jacobians[k][c] = along[c];
+    }
+    return true;
+  }
+
+ private:
+  const DistanceObservation& known_;
+};
+
+}  // namespace ceres_peer
+
+/// `tolerance` 0: as far as it goes.
+inline CeresResult ceres_adjust(const Network& network, int threads = 1, int max_iterations = 200,
+                                double tolerance = 0) {
+  using namespace ceres_peer;
+  Bases bases(network);
+  std::vector<std::vector<double>>& cameras = bases.values;
+  std::vector<std::vector<double>> stations(network.stations.size(), std::vector<double>(6, 0.0)),
+      targets;
+  for (const NetworkPoint& point : network.points)
+    targets.push_back({point.position_m.x(), point.position_m.y(), point.position_m.z()});
+  const std::size_t bodies = targets.size();
+  targets.resize(bodies + network.bodies.size(), std::vector<double>(6, 0.0));
+  const auto block = [&](const Target& target) {
+    return (target.body < 0 ? targets[target.point] : targets[bodies + at(target.body)]).data();
+  };
+
+  ceres::Problem::Options owned;
+  owned.evaluation_callback = &bases;
+  ceres::Problem problem(owned);
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  for (const ImageObservation& seen : network.observations) {
+    if (!seen.used) continue;
+    const NetworkImage& image = network.images[seen.image];
+    std::vector<double*> blocks;
+    if (!cameras[image.camera].empty()) blocks.push_back(cameras[image.camera].data());
+    blocks.push_back(stations[image.station].data());
+    blocks.push_back(block(seen.target));
+    problem.AddResidualBlock(new ImageCost(bases, seen), nullptr, blocks);
+    for (double* own : blocks) ordering->AddElementToGroup(own, own == blocks.back() ? 0 : 1);
+  }
+  for (const DistanceObservation& known : network.distances) {
+    if (!known.used) continue;
+    problem.AddResidualBlock(new DistanceCost(known), nullptr, block(known.from), block(known.to));
+    ordering->AddElementToGroup(block(known.from), 1);
+    ordering->AddElementToGroup(block(known.to), 1);
+  }
+  for (std::size_t i = 0; i < stations.size(); ++i)
+    if (network.stations[i].fixed && problem.HasParameterBlock(stations[i].data()))
+      problem.SetParameterBlockConstant(stations[i].data());
+  for (std::size_t i = 0; i < network.points.size(); ++i)
+    if (network.points[i].fixed && problem.HasParameterBlock(targets[i].data()))
+      problem.SetParameterBlockConstant(targets[i].data());
+  for (std::size_t i = 0; i < network.bodies.size(); ++i)
+    if (network.bodies[i].fixed && problem.HasParameterBlock(targets[bodies + i].data()))
+      problem.SetParameterBlockConstant(targets[bodies + i].data());
+
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_SCHUR;
+  options.linear_solver_ordering = ordering;
+  options.num_threads = threads;
+  options.max_num_iterations = max_iterations;
+  options.function_tolerance = tolerance > 0 ? tolerance : 1e-30;
+  options.parameter_tolerance = tolerance > 0 ? tolerance : 1e-15;
+  options.gradient_tolerance = 1e-30;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+
+  CeresResult result;
+  result.network = network;
+  result.cost = summary.final_cost;
+  result.iterations = static_cast<int>(summary.num_successful_steps);
+  result.converged = summary.IsSolutionUsable();
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    if (!cameras[i].empty())
+      result.network.cameras[i].camera = bases.camera(static_cast<int>(i), cameras[i].data());
+  for (std::size_t i = 0; i < stations.size(); ++i)
+    result.network.stations[i].station_from_world =
+        perturb(network.stations[i].station_from_world, Eigen::Map<Vector6>(stations[i].data()));
+  for (std::size_t i = 0; i < network.points.size(); ++i)
+    result.network.points[i].position_m = Eigen::Map<Eigen::Vector3d>(targets[i].data());
+  for (std::size_t i = 0; i < network.bodies.size(); ++i) {
+    const Eigen::Map<Vector6> step(targets[bodies + i].data());
+    Rigid3& pose = result.network.bodies[i].world_from_body;
+    pose = {so3_exp(step.head<3>()) * pose.rotation, pose.translation + step.tail<3>()};
+  }
+  return result;
+}
+
+}  // namespace occ::test
