@@ -78,7 +78,7 @@ PixelNoise::PixelNoise(const Sensor& sensor)
 double PixelNoise::rounding_variance(double mean_e) const {
   if (quantisation_.empty()) return rounding_variance_;
   const double at = std::clamp(mean_e / high_e_, 0.0, 1.0) * quantisation_steps;
-  return quantisation_[at + 0.5];
+  return quantisation_[static_cast<std::size_t>(at + 0.5)];
 }
 
 void PixelNoise::tabulate_rounding(double until_e) {
