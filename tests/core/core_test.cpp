@@ -132,7 +132,7 @@ TEST(Random, UniformFillsItsIntervalEvenly) {
   for (int i = 0; i < n; ++i) {
     const double u = random.uniform();
     ASSERT_TRUE(u >= 0 && u < 1);
-    ++bins[u * 16];
+    ++bins[static_cast<std::size_t>(u * 16)];
   }
   double chi2 = 0;
   for (const int count : bins) chi2 += std::pow(count - n / 16.0, 2) / (n / 16.0);

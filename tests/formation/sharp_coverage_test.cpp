@@ -12,6 +12,7 @@
 namespace {
 
 using namespace occ;
+using namespace occ::internal::formation;
 using namespace occ::test;
 
 double value_at(const Patch& patch, int x, int y) {

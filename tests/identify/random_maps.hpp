@@ -33,7 +33,8 @@ struct View {
 template <class T>
 void shuffle(std::vector<T>& values, Random& random) {
   for (std::size_t i = values.size(); i > 1; --i)
-    std::swap(values[i - 1], values[random.uniform() * static_cast<double>(i)]);
+    std::swap(values[i - 1],
+              values[static_cast<std::size_t>(random.uniform() * static_cast<double>(i))]);
 }
 
 /// Under a ceiling at 3 m with a lamp for each 1.6 m^2.

@@ -61,7 +61,7 @@ TEST(Modulation, AnyWaveformIsItsMeanOverEachExposure) {
         const double time_s =
             start_s + line * scene.sensor.row_time_s + periods / 500 * (i + 0.5) / instants;
         const double at = time_s * 500 + 0.37;
-        sum += waveform[(at - std::floor(at)) * 7];
+        sum += waveform[static_cast<std::size_t>((at - std::floor(at)) * 7)];
       }
       EXPECT_NEAR(light[line], sum / instants, 2e-4) << periods << ' ' << line;
     }
@@ -97,7 +97,7 @@ TEST(Modulation, BoundIsTheLargestRipple) {
     lit.lamps[0].frequency_hz.reset();
     lit.lamps[0].waveform.clear();
     const double full_dn = scene.sensor.gain_dn_per_e * peak_electrons(lit, Rigid3{}) / 1.1;
-    const double bound = plan.effects[Effect::modulation].bound_dn;
+    const double bound = plan.effects[static_cast<std::size_t>(Effect::modulation)].bound_dn;
     EXPECT_LE(ripple * full_dn, bound * 1.001 + 1e-4 * full_dn);
     EXPECT_GE(ripple * full_dn, 0.9 * bound - 1e-3 * full_dn) << "more than the ripple";
   }

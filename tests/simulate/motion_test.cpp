@@ -26,7 +26,7 @@ double level(const Lamp& lamp, double time_s) {
   const double periods = time_s * *lamp.frequency_hz + lamp.phase;
   const double part = periods - std::floor(periods);
   if (lamp.waveform.empty()) return part < lamp.duty;
-  return lamp.waveform[part * static_cast<double>(lamp.waveform.size())];
+  return lamp.waveform[static_cast<std::size_t>(part * static_cast<double>(lamp.waveform.size()))];
 }
 
 // A lamp of 11 px that crosses 8 px in one exposure, and one that does not blink beside it.

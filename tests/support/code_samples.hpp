@@ -20,7 +20,7 @@ inline double mean_light(const Waveform& wave, std::size_t channel, double start
   for (int i = 0; i < parts; ++i) {
     const double at = (start_s + exposure_s * (i + 0.5) / parts) * wave.chip_rate_hz;
     const double n = static_cast<double>(chips.size());
-    sum += chips[at - n * std::floor(at / n)];
+    sum += chips[static_cast<std::size_t>(at - n * std::floor(at / n))];
   }
   return sum / parts;
 }
