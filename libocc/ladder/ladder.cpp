@@ -18,16 +18,19 @@ namespace occ {
 using namespace internal::refine;
 namespace {
 
-constexpr double largest_name_distance_px = 5;
+/// Maximum distance of a blob from the projected centre of its lamp: far above the noise, and below
+/// the distance of any two lamps that the detection separates.
+constexpr double max_assignment_distance_px = 5;
 
-/// This thread's own time: what else the machine does is not counted.
+/// CPU time of this thread, which excludes other load of the machine.
 double now_s() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// Mean time of a call, over twice as many until they take long enough; the first warms caches.
+/// Mean time of a call; the number of calls doubles until they take min_time_s. The first call,
+/// which warms the caches, is not counted.
 template <typename Call>
 double time_of(const Call& call, double min_time_s) {
   call();
@@ -42,18 +45,18 @@ double time_of(const Call& call, double min_time_s) {
 /// Index of the whole blob nearest to a pixel, or -1.
 int blob_near(const std::vector<Blob>& blobs, const Eigen::Vector2d& px) {
   int found = -1;
-  double least = largest_name_distance_px;
+  double min_distance = max_assignment_distance_px;
   for (std::size_t b = 0; b < blobs.size(); ++b) {
     if (blobs[b].cut_by_border || blobs[b].merged) continue;
     const double distance = (blobs[b].centroid_px - px).norm();
-    if (distance >= least) continue;
-    least = distance;
+    if (distance >= min_distance) continue;
+    min_distance = distance;
     found = static_cast<int>(b);
   }
   return found;
 }
 
-void name_blobs(LadderProblem& p) {
+void assign_blobs(LadderProblem& p) {
   for (std::size_t i = 0; i < p.scene.lamps.size(); ++i) {
     const auto centre = project_lamp_centre(p.scene.lamps[i], p.truth, p.scene.camera);
     const int blob = centre ? blob_near(p.blobs, *centre) : -1;
@@ -61,7 +64,7 @@ void name_blobs(LadderProblem& p) {
   }
 }
 
-void take_points(LadderProblem& p) {
+void fill_points(LadderProblem& p) {
   const auto n = static_cast<Eigen::Index>(p.matches.size());
   p.points_in_world.resize(3, n);
   p.points_px.resize(2, n);
@@ -103,8 +106,8 @@ LadderProblem ladder_problem(const ImageView& image, const Scene& scene,
   const double begun = now_s();
   p.blobs = detect(image, options);
   p.detect_s = now_s() - begun;
-  name_blobs(p);
-  take_points(p);
+  assign_blobs(p);
+  fill_points(p);
   return p;
 }
 
@@ -120,7 +123,7 @@ LadderBound ladder_bound(const LadderProblem& p, Rung rung, FluxModel flux) {
   return {by_noise.position_m, by_noise.rotation_rad, expected.position_m, expected.rotation_rad};
 }
 
-LadderOutcome climb(const LadderProblem& problem, const LadderStep& step, double min_time_s) {
+LadderOutcome run_step(const LadderProblem& problem, const LadderStep& step, double min_time_s) {
   require(min_time_s > 0, "min_time_s", min_time_s, "positive");
   require(step.suits(problem), "rung", step.name, "suited to the points and their layout");
   LadderOutcome outcome;

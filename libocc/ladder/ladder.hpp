@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What each way from blobs with names to a pose takes and errs, on one image whose truth is known:
-// closed forms on the centroids, the refinement's rungs, and OpenCV's solvers for comparison. Each
-// is timed here, by the thread's own clock and over as many calls as that needs, from the same
-// measured blobs; those that need a start get it from P3P over triples, within their time.
+// Error and time of each method that computes a pose from assigned blobs, on one image with known
+// truth: closed forms on the centroids, the rungs of the refinement, and OpenCV's solvers for
+// comparison. All methods use the same measured blobs and are timed by the CPU clock of the thread
+// over many calls. Methods that need a start value get it from P3P over triples; the time of that
+// is included.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,52 +21,52 @@
 
 namespace occ {
 
-/// One image, its blobs named by the truth.
+/// One image with its blobs assigned to lamps by the true pose.
 struct LadderProblem {
   Scene scene;      ///< valid
-  ImageView image;  ///< looked at, not copied
-  Rigid3 truth;     ///< cam_from_world
+  ImageView image;  ///< not copied: must outlive the problem
+  Rigid3 truth;     ///< true cam_from_world
   std::vector<Blob> blobs;
-  std::vector<Match> matches;        ///< lamps that are whole in the image
-  Eigen::Matrix3Xd points_in_world;  ///< their centres, a column for each match
-  Eigen::Matrix2Xd points_px;        ///< their centroids
-  double sigma_px = 0;               ///< of these about the projected centres, r.m.s.
+  std::vector<Match> matches;        ///< lamps that are wholly in the image
+  Eigen::Matrix3Xd points_in_world;  ///< centres of the matched lamps [m], 3 x matches
+  Eigen::Matrix2Xd points_px;        ///< centroids of the matched blobs, 2 x matches
+  double sigma_px = 0;  ///< r.m.s. distance per axis of centroids and projected centres
   double detect_s = 0;
 };
 
-/// Detects, and names each blob after the lamp whose image's centre it is nearest to. Throws
-/// std::invalid_argument as locate() does.
+/// Detects blobs and assigns each lamp the blob nearest to the centre of its image under the true
+/// pose. Throws std::invalid_argument like locate().
 LIBOCC_API LadderProblem ladder_problem(const ImageView& image, const Scene& scene,
                                         const Rigid3& cam_from_world);
 
-/// A step of the ladder.
+/// One method of the ladder.
 struct LadderStep {
   const char* name;    ///< e.g. "p3p", "rims"
-  const char* family;  ///< who wrote what it times: "libocc", "OpenGV", "OpenCV"
-  const char* what;    ///< a phrase for people
-  Rung observations;   ///< what it sees, and with it its bound: points, rims, ...
+  const char* family;  ///< package of the implementation: "libocc", "OpenGV", "OpenCV"
+  const char* what;    ///< description for tables
+  Rung observations;   ///< observations that it uses; they determine its bound
   FluxModel flux;
 
-  /// Whether number and layout of the points allow it.
+  /// Returns true if the number and the layout of the points allow it.
   bool (*suits)(const LadderProblem& problem);
-  /// Any status but ok: no answer.
+  /// Returns the pose; a status other than ok means no answer.
   Result<Rigid3> (*run)(const LadderProblem& problem);
 };
 
-/// All, roughly in the order of their time.
+/// All methods, roughly from the fastest to the slowest.
 LIBOCC_API const std::vector<LadderStep>& ladder_steps();
 
-/// Throws std::invalid_argument naming those that exist.
+/// Returns the method of that name. Throws std::invalid_argument that lists all names.
 LIBOCC_API const LadderStep& ladder_step_named(const std::string& name);
 
-/// Root mean squares at the truth; zero where there is no bound.
+/// Root mean square errors at the true pose; zero if there is no bound.
 struct LadderBound {
   double position_m = 0, rotation_rad = 0;  ///< Cramer-Rao bound
-  /// The same with the bias of points, which take a lamp's centre for that of its image.
+  /// Bound plus the bias of the rung `points`, which uses the lamp's centre for that of its image.
   double position_expected_m = 0, rotation_expected_rad = 0;
 };
 
-/// Of what the blobs and the image at hand offer to a rung.
+/// Bound of the observations that a rung uses in this image.
 LIBOCC_API LadderBound ladder_bound(const LadderProblem& problem, Rung rung,
                                     FluxModel flux = FluxModel::ignore);
 
@@ -73,19 +74,19 @@ struct LadderOutcome {
   const char* name = "";
   bool answered = false;
   Rigid3 cam_from_world;
-  double time_s = 0;  ///< of one call, the mean over as many as take `min_time_s`
+  double time_s = 0;  ///< mean time of a call, over as many calls as take `min_time_s`
   double position_error_m = 0, rotation_error_rad = 0;
-  LadderBound bound;  ///< of what the step sees
+  LadderBound bound;  ///< bound of its observations
 };
 
-/// Runs one step. Throws std::invalid_argument unless it suits.
-LIBOCC_API LadderOutcome climb(const LadderProblem& problem, const LadderStep& step,
-                               double min_time_s = 5e-5);
+/// Runs and times one method. Throws std::invalid_argument if it does not suit the problem.
+LIBOCC_API LadderOutcome run_step(const LadderProblem& problem, const LadderStep& step,
+                                  double min_time_s = 5e-5);
 
-/// What refining takes by itself, from a pose a centimetre and half a degree off: to fit RungCosts.
+/// Time of a refinement alone, from a pose 9 mm and 0.6 degrees off; the data to fit RungCosts.
 struct RefineTime {
   RungWork work;
-  double time_s = 0;  ///< zero when it did not succeed
+  double time_s = 0;  ///< zero if it failed
 };
 LIBOCC_API RefineTime time_refine(const LadderProblem& problem, Rung rung, double min_time_s);
 

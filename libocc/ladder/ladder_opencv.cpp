@@ -26,7 +26,7 @@ Result<Rigid3> solved(const LadderProblem& p, const ImagePoints& points, int met
   result.status = Status::no_pose;
   const Camera& c = p.scene.camera;
   if (!c.is_pinhole()) {
-    result.message = "OpenCV's solvers take a pinhole";
+    result.message = "OpenCV's solvers require a pinhole camera";
     return result;
   }
   const cv::Matx33d matrix(c.fx_px(), c.skew_px(), c.cx_px(), 0, c.fy_px(), c.cy_px(), 0, 0, 1);
@@ -36,7 +36,7 @@ Result<Rigid3> solved(const LadderProblem& p, const ImagePoints& points, int met
                       method)) {
       return result;
     }
-  } catch (const cv::Exception&) {  // its way to refuse a layout
+  } catch (const cv::Exception&) {  // thrown for a layout that the method refuses
     return result;
   }
   result.value = {so3_exp({turn[0], turn[1], turn[2]}), {shift[0], shift[1], shift[2]}};
@@ -51,7 +51,7 @@ Result<Rigid3> by_all_points(const LadderProblem& p) {
   return solved(p, points, method);
 }
 
-/// It takes exactly four: a wide triple, and the first of the others to choose by.
+/// AP3P takes exactly four points: a wide triple, and the first other point to select the root.
 Result<Rigid3> by_ap3p(const LadderProblem& p) {
   const Triple triple = spread_triple(p.points_in_world);
   ImagePoints points;

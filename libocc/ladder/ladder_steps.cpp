@@ -19,7 +19,7 @@ using namespace internal::ladder;
 using namespace internal::pose;
 namespace {
 
-/// By three of the points; the others choose among its candidates.
+/// Solves three of the points; all points select among the candidates.
 template <void (*solve)(const PoseProblem&, std::vector<Rigid3>&)>
 Result<Rigid3> by_three(const LadderProblem& p) {
   const Triple triple = spread_triple(p.points_in_world);
@@ -42,7 +42,7 @@ void own_p3p(const PoseProblem& three, std::vector<Rigid3>& candidates) {
   p3p(three.bearings, three.points, candidates);
 }
 
-/// The bare solver, with the frame that it expects.
+/// Runs the bare solver in the normalised frame that it expects.
 Result<Rigid3> by_solver(const LadderProblem& p, const char* name) {
   PoseProblem problem = bearings_of(p);
   const UnitFrame frame = normalise(problem.points);
@@ -62,13 +62,13 @@ Result<Rigid3> by_dlt(const LadderProblem& p) { return by_solver(p, "dlt"); }
 
 Result<Rigid3> guarded(const LadderProblem& p) {
   CandidateOptions options;
-  options.tolerance_rad = 0.05;  // noisy bearings, and no wrong names
+  options.tolerance_rad = 0.05;  // wide: bearings are noisy, and all correspondences are right
   const auto found = pose_candidates(bearings_of(p), "auto", options);
   if (!found.ok()) return {{}, found.status, found.message};
   return {found->front().cam_from_world, Status::ok, ""};
 }
 
-/// Its best pose also where another one fits nearly as well.
+/// Counts an ambiguous answer by its best pose.
 Result<Rigid3> by_solve_pose(const LadderProblem& p) {
   SolvePoseOptions options;
   options.sigma_px = p.sigma_px;
@@ -141,7 +141,7 @@ Result<Rigid3> internal::ladder::nearest_candidate(const LadderProblem& p,
                                                    const std::vector<Rigid3>& candidates) {
   Result<Rigid3> best;
   best.status = Status::no_pose;
-  double least = std::numeric_limits<double>::infinity();
+  double min_sum = std::numeric_limits<double>::infinity();
   for (const Rigid3& pose : candidates) {
     double sum = 0;
     for (Eigen::Index i = 0; i < p.points_px.cols(); ++i) {
@@ -149,8 +149,8 @@ Result<Rigid3> internal::ladder::nearest_candidate(const LadderProblem& p,
       sum +=
           px ? (*px - p.points_px.col(i)).squaredNorm() : std::numeric_limits<double>::infinity();
     }
-    if (!(sum < least)) continue;
-    least = sum;
+    if (!(sum < min_sum)) continue;
+    min_sum = sum;
     best = {pose, Status::ok, ""};
   }
   return best;

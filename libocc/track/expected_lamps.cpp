@@ -14,14 +14,14 @@
 namespace occ::internal::track {
 namespace {
 
-/// Beyond a lamp's image and gate, for its blur and the background.
+/// Margin of a window around a lamp's image and gate, for blur and background.
 constexpr double margin_px = 16;
-/// A window is so many times as wide as the lamp, so that the background shows.
+/// Minimum width of a window over that of the lamp, so that it contains background.
 constexpr double widths = 2.5;
-/// Cosine of the angle from its normal at which a lamp is not to be overlooked.
+/// Minimum cosine of the angle from its normal at which a lamp must be detected.
 constexpr double sure_cos = 0.1;
 
-double largest_sigma(const Eigen::Matrix2d& covariance) {
+double max_sigma(const Eigen::Matrix2d& covariance) {
   const double half = covariance.trace() / 2, d = covariance.determinant();
   return std::sqrt(half + std::sqrt(std::max(0.0, half * half - d)));
 }
@@ -31,26 +31,27 @@ bool hidden(const Scene& scene, const Lamp& lamp, const Eigen::Vector3d& camera)
                      [&](const Box& box) { return box.hides(lamp.centre_m, camera); });
 }
 
-/// For how long a lamp is dark at most; 0 for one that does not blink.
+/// Returns the longest time for which a lamp is dark; 0 for one that does not blink.
 double longest_dark_s(const Lamp& lamp) {
   if (!lamp.frequency_hz) return 0;
   if (lamp.waveform.empty()) return (1 - lamp.duty) / *lamp.frequency_hz;
   const std::size_t n = lamp.waveform.size();
   std::size_t run = 0, longest = 0;
-  for (std::size_t i = 0; i < 2 * n; ++i) {  // the wave goes on from its end
+  for (std::size_t i = 0; i < 2 * n; ++i) {  // twice, because the waveform is periodic
     run = lamp.waveform[i % n] > 0 ? 0 : run + 1;
     longest = std::max(longest, run);
   }
   return static_cast<double>(std::min(longest, n)) / (static_cast<double>(n) * *lamp.frequency_hz);
 }
 
-/// How far a disc about a point reaches along an image axis, of which d_axis is the derivative.
+/// Returns half the extent of a disc's image along an image axis; d_axis: derivative of that image
+/// coordinate by the disc's centre.
 double reach_px(const Eigen::Vector3d& d_axis, const Eigen::Vector3d& normal, double radius_m) {
   const double across = d_axis.dot(normal);
   return radius_m * std::sqrt(std::max(0.0, d_axis.squaredNorm() - across * across));
 }
 
-/// Lines that a blob lacks of those that the lamp has: it came on or went off while it was read.
+/// Returns true if a blob has fewer lines than its lamp, which was switched while it was read out.
 bool lacks_lines(const ExpectedLamp& lamp, const Blob& blob, Readout readout) {
   constexpr double blur_px = 2.5, share = 0.1;
   if (!lamp.cut) return false;
@@ -58,7 +59,7 @@ bool lacks_lines(const ExpectedLamp& lamp, const Blob& blob, Readout readout) {
   return lines < lamp.lines_px * (1 - share) - blur_px;
 }
 
-/// How far a pixel is inside the picture; negative outside.
+/// Distance of a pixel from the border of the image; negative outside.
 double inside_px(const Camera& camera, const Eigen::Vector2d& px) {
   return std::min({px.x(), px.y(), camera.width() - 1 - px.x(), camera.height() - 1 - px.y()});
 }
@@ -71,14 +72,14 @@ Eigen::Matrix<double, 2, 6> by_pose(const Eigen::Matrix<double, 2, 3>& d_point,
   return out;
 }
 
-/// By how much a rim may be sheared that its velocity's error explains.
+/// Standard deviation of the shear of a rim that follows from the error of the velocity.
 double shear_px(const Blob& blob, const Sensor& sensor, const Eigen::Matrix2d& per_s2) {
   const bool columns = sensor.readout == Readout::columns;
   const int lines = columns ? blob.x1 - blob.x0 + 1 : blob.y1 - blob.y0 + 1;
-  return largest_sigma(per_s2) * sensor.row_time_s * lines / 2;
+  return max_sigma(per_s2) * sensor.row_time_s * lines / 2;
 }
 
-/// Of the shape of a rim: its points' noise averages out.
+/// Standard deviation of the shape of a rim, averaged over its points.
 double rim_noise_px(const Blob& blob) {
   double information = 0;
   for (const RimPoint& point : blob.rim) information += 1 / (point.sigma_px * point.sigma_px);
@@ -119,7 +120,7 @@ std::optional<ExpectedLamp> expect(const Scene& scene, const Lamp& lamp,
 
 bool frequencies_agree(const Lamp& lamp, const Blob& blob) {
   if (!lamp.frequency_hz || !blob.frequency_hz) return true;
-  constexpr double tolerance = 0.02, sigmas = 4;  // as identify() has them
+  constexpr double tolerance = 0.02, sigmas = 4;  // those of identify()
   return std::abs(*blob.frequency_hz - *lamp.frequency_hz) <=
          tolerance * *lamp.frequency_hz + sigmas * blob.frequency_sigma_hz;
 }
@@ -141,9 +142,8 @@ std::vector<Pair> pairs_within(const std::vector<ExpectedLamp>& expected,
       const Eigen::Vector2d off = scene.camera.difference_px(blob.centroid_px, expected[e].px);
       const Eigen::Matrix2d covariance = expected[e].covariance_px2 + blob.covariance_px2;
       const double chi2 = off.dot(covariance.llt().solve(off));
-      // The centroid of what is left of a lamp that the border cuts is off by up to its radius.
-      const double slack =
-          blob.cut_by_border ? expected[e].radius_px / largest_sigma(covariance) : 0;
+      // The centroid of a lamp that the border cuts is displaced by up to its radius.
+      const double slack = blob.cut_by_border ? expected[e].radius_px / max_sigma(covariance) : 0;
       if (std::sqrt(chi2) <= gate_sigma + slack)
         pairs.push_back({chi2, static_cast<int>(e), static_cast<int>(b)});
     }
@@ -167,7 +167,7 @@ std::vector<ExpectedLamp> expected_lamps(const Scene& scene, const PredictedCame
   for (std::size_t i = 0; i < scene.lamps.size(); ++i) {
     std::optional<ExpectedLamp> lamp = expect(scene, scene.lamps[i], predicted, model_sigma_px);
     if (!lamp) continue;
-    const double reach = lamp->radius_px + gate_sigma * largest_sigma(lamp->covariance_px2);
+    const double reach = lamp->radius_px + gate_sigma * max_sigma(lamp->covariance_px2);
     const double inside = inside_px(scene.camera, lamp->px);
     if (inside < -reach) continue;
     lamp->sure = lamp->sure && inside > reach;
@@ -180,7 +180,7 @@ std::vector<ExpectedLamp> expected_lamps(const Scene& scene, const PredictedCame
 std::vector<PixelWindow> windows_of(const std::vector<ExpectedLamp>& expected, double gate_sigma) {
   std::vector<PixelWindow> windows;
   for (const ExpectedLamp& lamp : expected) {
-    const double gate = gate_sigma * largest_sigma(lamp.covariance_px2);
+    const double gate = gate_sigma * max_sigma(lamp.covariance_px2);
     const double half = std::max(lamp.radius_px + gate + margin_px, widths * lamp.radius_px);
     const Eigen::Array2d low = (lamp.px.array() - half).floor();
     const Eigen::Array2d high = (lamp.px.array() + half).ceil();
@@ -201,11 +201,11 @@ std::vector<Match> match_expected(const std::vector<ExpectedLamp>& expected,
     const auto e = static_cast<std::size_t>(pair.expected), b = static_cast<std::size_t>(pair.blob);
     if (taken[e] || used[b]) continue;
     taken[e] = 1;
-    const bool either = std::any_of(pairs.begin(), pairs.end(), [&](const Pair& other) {
+    const bool undecided = std::any_of(pairs.begin(), pairs.end(), [&](const Pair& other) {
       return other.expected == pair.expected && other.blob != pair.blob && !used[other.blob] &&
              other.chi2 < pair.chi2 + unlike;
     });
-    if (either || blobs[b].merged) continue;
+    if (undecided || blobs[b].merged) continue;
     if (lacks_lines(expected[e], blobs[b], scene.sensor.readout)) continue;
     used[b] = 1;
     matches.push_back({expected[e].lamp, pair.blob});
@@ -238,7 +238,7 @@ void to_time_of(const PredictedCamera& predicted, const Scene& scene,
     if (!then || !seen) continue;
     const Eigen::Matrix<double, 2, 6> d_pose = by_pose(d_point, point);
     const Eigen::Vector2d by = scene.camera.difference_px(*then, *seen);
-    // A rim's lines are later than the middle's or earlier: a moving disc's image is sheared.
+    // The lines of a rim are read before or after the middle, which shears a moving disc's image.
     const Eigen::Vector2d px_per_s = d_pose * predicted.velocity;
     for (RimPoint& on_rim : blob.rim) {
       const double later_s = readout_delay_s(scene.sensor, on_rim.px) -

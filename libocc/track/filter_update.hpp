@@ -1,25 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a filter made of a measurement.
+// Results of the filters: the outcome of one measurement, and a predicted pose.
 #pragma once
 
-#include <string>
+#include "libocc/core/abi.hpp"
+#include "libocc/geometry/rigid.hpp"
+#include "libocc/geometry/unknown_covariance.hpp"
 
 namespace occ {
 
 enum class FilterOutcome {
   accepted,
-  gated,        ///< contradicts the prediction: left out
-  too_old,      ///< from before what the filter remembers
-  overlapping,  ///< odometry of a time that odometry has told already
-  not_started,  ///< the filter has no pose yet
+  gated,        ///< rejected: contradicts the prediction
+  too_old,      ///< rejected: older than the filter's history
+  overlapping,  ///< rejected: earlier odometry covers part of its time
+  not_started,  ///< ignored: the filter has no pose yet
 };
 
 struct FilterUpdate {
   FilterOutcome outcome = FilterOutcome::not_started;
-  double nis = 0;   ///< normalised innovation squared, chi-square of nis_dof when all is well
-  int nis_dof = 0;  ///< directions of the pose that the measurement says something of
+  double nis = 0;   ///< normalised innovation squared; chi-square with nis_dof for right models
+  int nis_dof = 0;  ///< number of directions of the pose that the measurement determines
 
   bool accepted() const { return outcome == FilterOutcome::accepted; }
+};
+
+/// Pose and velocity of a body, predicted to a time.
+struct PosePrediction {
+  double time_s = 0;
+  Rigid3 body_from_world;
+  Matrix6 covariance = unknown_covariance<6>();  ///< see geometry/rigid.hpp
+  Vector6 velocity = Vector6::Zero();            ///< see geometry/motion.hpp
+  Matrix6 velocity_covariance = unknown_covariance<6>();
 };
 
 }  // namespace occ

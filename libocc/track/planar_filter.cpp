@@ -16,7 +16,7 @@ namespace occ {
 using namespace internal::track;
 namespace {
 
-// Order of the state: pose along the world's axes, velocity along the body's, bias.
+// Order of the state: pose along the axes of the world, velocity along those of the body, bias.
 constexpr int states = 7, velocity = 3, bias = 6;
 using Covariance = Eigen::Matrix<double, states, states>;
 using Matrix63 = Eigen::Matrix<double, 6, 3>;
@@ -86,14 +86,14 @@ class PlanarModel {
     return update;
   }
 
-  /// Of roll, pitch, height.
+  /// Variances of roll, pitch and height.
   Eigen::Vector3d floor_variances() const {
     const double tilt = square(options_.tilt_sigma_rad);
     return {tilt, tilt, square(options_.height_sigma_m)};
   }
 
  private:
-  /// The velocity over the stretch is that of the wheels, whose noise replaces the state's.
+  /// Replaces the velocity and its covariance by those of the wheels.
   static void follow_wheels(const Step& step, State& state, Covariance& f, Covariance& noise) {
     const double dt = step.to_s - step.from_s;
     state.velocity = planar_log(step.increment) / dt;
@@ -112,7 +112,7 @@ class PlanarModel {
     noise(turn, turn) = square(options_.gyro_noise) / dt;
   }
 
-  /// At the velocity, whose errors the covariance holds, for the stretch.
+  /// Moves the pose at the velocity of the state for the stretch and propagates the covariance.
   void move(const Timeline<Step>::Stretch& stretch, State& state) const {
     const double dt = stretch.duration_s;
     const PlanarPose increment = planar_exp(state.velocity * dt);
@@ -121,8 +121,8 @@ class PlanarModel {
     Covariance f = Covariance::Identity();
     f(0, 2) = -(next.y_m - state.pose.y_m);
     f(1, 2) = next.x_m - state.pose.x_m;
-    // A step's error is the sum of independent ones of its parts, while a velocity's would be
-    // common to them: it enters the pose by itself.
+    // The error of an odometry step is the sum of independent errors of its parts. The error of a
+    // velocity would be common to them, so the noise of the step is added to the pose directly.
     Eigen::Matrix3d by_velocity = world_from_body(half) * dt, noise = Eigen::Matrix3d::Zero();
     if (const Step* step = stretch.odometry) {
       by_velocity.leftCols<2>().setZero();
@@ -167,7 +167,7 @@ void require_variances(const Eigen::Matrix3d& covariance, const char* name) {
 
 }  // namespace
 
-class PlanarFilter::Memory : public Replay<PlanarModel> {
+class PlanarFilter::Impl : public Replay<PlanarModel> {
   using Replay::Replay;
 };
 
@@ -196,16 +196,16 @@ void PlanarFilterOptions::validate() const {
 
 PlanarFilter::PlanarFilter(const PlanarFilterOptions& options) {
   options.validate();
-  memory_ = std::make_unique<Memory>(PlanarModel(options), options.history_s, options.imu_hold_s);
+  impl_ = std::make_unique<Impl>(PlanarModel(options), options.history_s, options.imu_hold_s);
 }
 
 PlanarFilter::PlanarFilter(PlanarFilter&&) noexcept = default;
 PlanarFilter& PlanarFilter::operator=(PlanarFilter&&) noexcept = default;
 PlanarFilter::~PlanarFilter() = default;
 
-const PlanarFilterOptions& PlanarFilter::options() const { return memory_->model().options(); }
+const PlanarFilterOptions& PlanarFilter::options() const { return impl_->model().options(); }
 
-bool PlanarFilter::started() const { return memory_->started(); }
+bool PlanarFilter::started() const { return impl_->started(); }
 
 void PlanarFilter::start(double time_s, const PlanarPose& pose, const Eigen::Matrix3d& covariance) {
   require(std::isfinite(time_s), "time_s", time_s, "finite");
@@ -220,7 +220,7 @@ void PlanarFilter::start(double time_s, const PlanarPose& pose, const Eigen::Mat
   state.covariance.diagonal().segment<3>(velocity) << speed, speed,
       square(options().start_turn_sigma_rad_s);
   state.covariance(bias, bias) = square(options().gyro_bias_sigma);
-  memory_->start(state);
+  impl_->start(state);
 }
 
 FilterUpdate PlanarFilter::add(const PlanarOdometry& step) {
@@ -231,24 +231,24 @@ FilterUpdate PlanarFilter::add(const PlanarOdometry& step) {
           Eigen::RowVector3d(step.increment.x_m, step.increment.y_m, step.increment.heading_rad),
           "finite");
   require_variances(step.covariance, "covariance");
-  return memory_->add(step);
+  return impl_->add(step);
 }
 
 FilterUpdate PlanarFilter::add(const ImuSample& sample) {
   require(std::isfinite(sample.time_s), "time_s", sample.time_s, "finite");
   require(std::isfinite(sample.turn_rate_rad_s.z()), "turn_rate_rad_s",
           sample.turn_rate_rad_s.transpose(), "finite");
-  return memory_->add(sample);
+  return impl_->add(sample);
 }
 
 FilterUpdate PlanarFilter::add(const PoseObservation& seen) {
   seen.validate();
-  return memory_->add(seen);
+  return impl_->add(seen);
 }
 
 std::optional<PlanarEstimate> PlanarFilter::at(double time_s) const {
   require(std::isfinite(time_s), "time_s", time_s, "finite");
-  const std::optional<PlanarState> state = memory_->at(time_s);
+  const std::optional<PlanarState> state = impl_->at(time_s);
   if (!state) return std::nullopt;
   return PlanarEstimate{time_s,
                         state->pose,
@@ -267,7 +267,7 @@ std::optional<PosePrediction> PlanarFilter::predict(double time_s) const {
   const Matrix6 directions = planar_perturbation(estimate->pose);
   const Matrix63 along = directions.leftCols<3>(), across = directions.rightCols<3>();
   out.covariance = along * estimate->covariance * along.transpose() +
-                   across * memory_->model().floor_variances().asDiagonal() * across.transpose();
+                   across * impl_->model().floor_variances().asDiagonal() * across.transpose();
   const Eigen::Vector3d& v = estimate->velocity;
   out.velocity << 0, 0, -v[2], -v[0], -v[1], 0;
   Matrix63 rates = Matrix63::Zero();

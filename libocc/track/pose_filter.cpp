@@ -55,8 +55,8 @@ class PoseModel {
 
   FilterUpdate update(State& state, const PoseObservation& seen) const {
     const PoseObservation body = seen.of_body();
-    // Perturbations of what was seen, not of the prediction: where they are far apart and the
-    // image is precise, it is the image about which all must be linear.
+    // Linearises about the observed pose instead of the prediction: where the two are far apart and
+    // the image is precise, the posterior is close to the image.
     const Vector6 off = difference(state.pose, body.cam_from_world);
     const Covariance about_seen = carried(state.covariance, d_difference(off));
     const Vector6 gradient = body.gradient + body.information * off;
@@ -77,7 +77,7 @@ class PoseModel {
   }
 
  private:
-  /// Its first six states by other perturbations.
+  /// Covariance after a linear change of the first six states.
   static Covariance carried(const Covariance& covariance, const Matrix6& by) {
     Covariance out = covariance;
     out.topRows<6>() = by * covariance.topRows<6>();
@@ -89,7 +89,7 @@ class PoseModel {
     return stretch.imu && !stretch.odometry && options_.use_accelerometer;
   }
 
-  /// A sensor's velocity takes the place of the state's: what the error was says nothing more.
+  /// Clears the covariance of velocities that a sensor replaces.
   static void replace_velocity(int first, int count, State& state) {
     state.covariance.middleRows(velocity + first, count).setZero();
     state.covariance.middleCols(velocity + first, count).setZero();
@@ -102,7 +102,7 @@ class PoseModel {
     state.covariance.block<6, 6>(velocity, velocity) = step.covariance / square(dt);
   }
 
-  /// The world turns about the body by the negative of the body's turn rate.
+  /// Replaces the rotational velocity: body_from_world rotates at the negative rate of the body.
   void follow_gyro(const ImuSample& sample, double dt, State& state) const {
     state.velocity.head<3>() = state.gyro_bias - sample.turn_rate_rad_s;
     replace_velocity(0, 3, state);
@@ -136,8 +136,8 @@ class PoseModel {
     f.block<6, 6>(0, velocity) = by_velocity;
     Matrix6 noise = Matrix6::Zero();
     if (const Step* step = stretch.odometry) {
-      // A step's error is the sum of independent ones of its parts, while a velocity's would be
-      // common to them: it enters the pose by itself.
+      // The error of an odometry step is the sum of independent errors of its parts. The error of a
+      // velocity would be common to them, so the noise of the step is added to the pose directly.
       noise = step->covariance * stretch.share;
       f.block<6, 6>(0, velocity).setZero();
       if (stretch.imu) {
@@ -160,7 +160,7 @@ class PoseModel {
     f.block<3, 3>(v, accelerometer) = dt * Eigen::Matrix3d::Identity();
   }
 
-  /// White acceleration, integrated once and twice.
+  /// Adds the covariance of white acceleration, integrated once and twice.
   void accelerate(const Stretch& stretch, State& state) const {
     const double dt = stretch.duration_s;
     const double turn = stretch.imu ? 0 : options_.turn_acceleration_noise;
@@ -186,7 +186,7 @@ void require_pose(const Rigid3& pose, const char* name) {
 
 }  // namespace
 
-class PoseFilter::Memory : public Replay<PoseModel> {
+class PoseFilter::Impl : public Replay<PoseModel> {
   using Replay::Replay;
 };
 
@@ -215,16 +215,16 @@ void PoseFilterOptions::validate() const {
 
 PoseFilter::PoseFilter(const PoseFilterOptions& options) {
   options.validate();
-  memory_ = std::make_unique<Memory>(PoseModel(options), options.history_s, options.imu_hold_s);
+  impl_ = std::make_unique<Impl>(PoseModel(options), options.history_s, options.imu_hold_s);
 }
 
 PoseFilter::PoseFilter(PoseFilter&&) noexcept = default;
 PoseFilter& PoseFilter::operator=(PoseFilter&&) noexcept = default;
 PoseFilter::~PoseFilter() = default;
 
-const PoseFilterOptions& PoseFilter::options() const { return memory_->model().options(); }
+const PoseFilterOptions& PoseFilter::options() const { return impl_->model().options(); }
 
-bool PoseFilter::started() const { return memory_->started(); }
+bool PoseFilter::started() const { return impl_->started(); }
 
 void PoseFilter::start(double time_s, const Rigid3& body_from_world, const Matrix6& covariance) {
   require(std::isfinite(time_s), "time_s", time_s, "finite");
@@ -240,7 +240,7 @@ void PoseFilter::start(double time_s, const Rigid3& body_from_world, const Matri
   variances.segment<3>(velocity + 3).setConstant(square(o.start_speed_sigma_m_s));
   variances.segment<3>(gyro).setConstant(square(o.gyro_bias_sigma));
   variances.segment<3>(accelerometer).setConstant(square(o.accelerometer_bias_sigma));
-  memory_->start(state);
+  impl_->start(state);
 }
 
 FilterUpdate PoseFilter::add(const Odometry& step) {
@@ -250,7 +250,7 @@ FilterUpdate PoseFilter::add(const Odometry& step) {
   require_pose(step.to_from_from, "to_from_from");
   require(step.covariance.allFinite() && step.covariance.diagonal().minCoeff() >= 0, "covariance",
           step.covariance, "finite, with variances that are not negative");
-  return memory_->add(step);
+  return impl_->add(step);
 }
 
 FilterUpdate PoseFilter::add(const ImuSample& sample) {
@@ -259,17 +259,17 @@ FilterUpdate PoseFilter::add(const ImuSample& sample) {
           "finite");
   require(sample.acceleration_m_s2.allFinite(), "acceleration_m_s2",
           sample.acceleration_m_s2.transpose(), "finite");
-  return memory_->add(sample);
+  return impl_->add(sample);
 }
 
 FilterUpdate PoseFilter::add(const PoseObservation& seen) {
   seen.validate();
-  return memory_->add(seen);
+  return impl_->add(seen);
 }
 
 std::optional<PoseEstimate> PoseFilter::at(double time_s) const {
   require(std::isfinite(time_s), "time_s", time_s, "finite");
-  const std::optional<PoseState> state = memory_->at(time_s);
+  const std::optional<PoseState> state = impl_->at(time_s);
   if (!state) return std::nullopt;
   PoseEstimate out;
   out.time_s = time_s;

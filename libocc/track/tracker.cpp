@@ -65,13 +65,14 @@ TrackedFrame Tracker::add_image(const ImageView& image, double time_s, const Fra
 
 FilterUpdate Tracker::add(const Odometry& step) {
   PoseFilter* filter = impl_->filter().in_space();
-  if (!filter) throw std::logic_error("the tracker's body is on a floor: give it PlanarOdometry");
+  if (!filter)
+    throw std::logic_error("the tracker's body is on a floor: add PlanarOdometry instead");
   return filter->add(step);
 }
 
 FilterUpdate Tracker::add(const PlanarOdometry& step) {
   PlanarFilter* filter = impl_->filter().on_floor();
-  if (!filter) throw std::logic_error("the tracker's body moves in space: give it Odometry");
+  if (!filter) throw std::logic_error("the tracker's body moves in space: add Odometry instead");
   return filter->add(step);
 }
 

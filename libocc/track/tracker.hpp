@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// A camera's way through the lamps, image by image. The filter predicts where the camera is; lamps
-// are looked for where that puts them in the image, and what they say of the pose corrects the
-// filter, however few they are. Where they are not found there, the whole image is searched, and
-// what the search finds is believed at once when the prediction allows it, else when several images
-// in a row agree: a kidnapped camera is found again, and the jump is said.
+// Tracks a camera from image to image.
 //
-//   searching   no pose yet                         tracking   the image's lamps hold the pose
-//   coasting    no lamp fits: the pose is predicted     lost   too long or too far: no pose
+// A filter predicts the pose. Lamps are detected in windows around their predicted images, and
+// correct the filter, even a single one. If no lamp is found there, the whole image is searched. A
+// pose found by the search is accepted at once if it is inside the gate of the prediction,
+// otherwise after several consecutive images agree on it: a camera that was moved by hand
+// (kidnapping) is relocalised, and the jump is reported.
 //
-// An image's pose is that at its time, when its first line began its exposure; each lamp is taken
-// at the time of the lines that see it (rolling shutter), the camera's motion being the filter's.
+//   searching   no pose yet                        tracking   the lamps of the image fix the pose
+//   coasting    no lamp fits, the pose is predicted    lost   prediction too old or too uncertain
+//
+// The pose of an image holds at the time of the image, when the exposure of its first line begins.
+// With a rolling shutter, each lamp is evaluated at the time of the lines that show it; the
+// camera's motion is that of the filter.
 #pragma once
 
 #include <map>
@@ -35,21 +38,21 @@ enum class TrackerState { searching, tracking, coasting, lost };
 LIBOCC_API const char* to_string(TrackerState state);
 
 struct LIBOCC_API TrackerOptions {
-  /// How lamps are detected and named and the pose is refined: by Rung::centres four times as fast
-  /// as by Rung::rims, at twice the error (tools/bench/tracker_bench). Its prior is what is known
-  /// of the camera before the first image; height and gravity are taken to hold for ever.
+  /// Options of detection, identification and refinement. Rung::centres is four times as fast as
+  /// Rung::rims, at twice the error (tools/bench/tracker_bench). The prior describes the camera
+  /// before the first image; its height and gravity are used for all images.
   LocateOptions locate;
-  PoseFilterOptions filter;                  ///< of a body that moves in space
-  std::optional<PlanarFilterOptions> floor;  ///< instead: of a vehicle on a floor
-  bool windows = true;          ///< look for lamps where they are expected, not in the whole image
-  double gate_sigma = 4;        ///< a lamp and a blob agree within this
+  PoseFilterOptions filter;                  ///< filter of a body that moves in space
+  std::optional<PlanarFilterOptions> floor;  ///< filter of a vehicle on a floor, used instead
+  bool windows = true;          ///< detect lamps around their predictions, not in the whole image
+  double gate_sigma = 4;        ///< gate between a predicted lamp and a blob
   double model_sigma_px = 0.5;  ///< error of camera and map, added to that gate
-  double coast_s = 1;           ///< without lamps the prediction is believed so long,
-  double coast_sigma_m = 0.5;   ///< and as long as the position's sigma is smaller
-  /// How far off the prediction may be when odometry or a clock errs: among poses that explain an
-  /// image (a square of equal lamps has four) the one within this is taken.
+  double coast_s = 1;           ///< maximum time without lamps for which the prediction is used
+  double coast_sigma_m = 0.5;   ///< maximum standard deviation of its position
+  /// Error of the prediction if odometry or a clock fails. Among several poses that explain an
+  /// image (a square of equal lamps has four) the full search prefers those within it.
   double drift_sigma_m = 0.3, drift_sigma_rad = 0.2;
-  int confirmations = 3;  ///< images in a row that must agree on a pose which was not predicted
+  int confirmations = 3;  ///< consecutive images that must agree on a pose outside the prediction
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
@@ -58,24 +61,24 @@ struct TrackedFrame {
   double time_s = 0;
   int camera = 0;
   TrackerState state = TrackerState::searching;
-  std::string reason;     ///< one sentence; empty while all is as expected
-  Rigid3 cam_from_world;  ///< of no meaning while searching or lost
+  std::string reason;     ///< sentence on what was unexpected; else empty
+  Rigid3 cam_from_world;  ///< undefined while searching or lost
   Matrix6 covariance = unknown_covariance<6>();
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< of the camera in the world
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< camera in the world
   Eigen::Matrix3d position_covariance_m2 = unknown_covariance<3>();
-  std::map<int, Blob> lamps;  ///< lamp id -> blob, of those that the pose was made of
+  std::map<int, Blob> lamps;  ///< lamp id -> blob, for the lamps that the pose was computed from
   std::vector<int> missing;   ///< ids of lamps that should be in view and were not found
   bool full_search = false;   ///< the whole image was searched
-  bool relocated = false;     ///< the pose has jumped to where it was not expected
+  bool relocated = false;     ///< the pose jumped out of the gate of its prediction
   double nis = 0;             ///< normalised innovation squared of the lamps
   int nis_dof = 0;
   Timing timing_s;
 };
 
-/// Where and when an image was taken.
+/// Source of an image.
 struct FrameSource {
-  int camera = 0;                       ///< as add_camera() numbered it
-  std::optional<Rigid3> cam_from_body;  ///< of a camera that pans or tilts: how it stood then
+  int camera = 0;                       ///< number returned by add_camera()
+  std::optional<Rigid3> cam_from_body;  ///< mount at the time of the image, if it pans or tilts
 };
 
 class LIBOCC_API Tracker {
@@ -87,31 +90,31 @@ class LIBOCC_API Tracker {
   Tracker& operator=(Tracker&&) noexcept;
   ~Tracker();
 
-  /// A second camera on the same body: its scene differs by camera, sensor and lens. Returns its
+  /// Adds a camera on the same body; its scene differs by camera, sensor and lens. Returns its
   /// number.
   int add_camera(const Scene& scene, const Rigid3& cam_from_body);
 
-  /// Begins at a known pose instead of by a search.
+  /// Starts at a known pose instead of a search.
   void start(double time_s, const Rigid3& body_from_world, const Matrix6& covariance);
 
-  /// Images of one camera come in the order of their times; one that does not is left out and
-  /// said, unless five in a row show that the clock was set back: then the tracker begins anew at
-  /// the last pose. Between cameras images may be late, as the filter's history allows. Throws
-  /// std::invalid_argument for an image that is not of the camera's size, a time that is not
-  /// finite, or a camera that there is not.
+  /// Adds an image and returns the pose at its time. Times of one camera must increase. An image
+  /// with an earlier time is skipped and reported; after five of them in a row the clock has been
+  /// set back, and the tracker restarts at the last pose. Images of different cameras may be late
+  /// by the history of the filter. Throws std::invalid_argument for an image that does not have the
+  /// camera's size, a time that is not finite, or an unknown camera.
   TrackedFrame add_image(const ImageView& image, double time_s, const FrameSource& source = {});
 
-  /// Odometry of a body in space; of a vehicle on a floor; inertial samples. Throw as the filters
-  /// do, and std::logic_error for odometry of the other kind.
+  /// Add odometry of a body in space, odometry of a vehicle on a floor, or an inertial sample. They
+  /// throw like the filters, and std::logic_error for odometry of the other kind.
   FilterUpdate add(const Odometry& step);
   FilterUpdate add(const PlanarOdometry& step);
   FilterUpdate add(const ImuSample& sample);
 
   TrackerState state() const;
 
-  /// Nothing while there is no pose. Predicted to a time.
+  /// Returns the pose predicted to a time; nullopt while searching or lost.
   std::optional<PosePrediction> predict(double time_s) const;
-  /// The same on the floor; nothing for a body in space.
+  /// Like predict(), for a vehicle on a floor; nullopt for a body in space.
   std::optional<PlanarEstimate> planar(double time_s) const;
 
  private:

@@ -14,8 +14,9 @@ namespace occ::internal::track {
 
 namespace {
 
-/// Images whose times run on from before the last one's, after which the clock was set back.
-constexpr int images_of_a_new_clock = 5;
+/// Consecutive images with increasing times before the last accepted one, after which the clock is
+/// taken to have been set back. A few late images of a congested link stay below it.
+constexpr int max_late_images = 5;
 
 Scene checked(Scene scene) {
   scene.validate();
@@ -63,7 +64,7 @@ TrackedFrame TrackerImpl::add_image(const ImageView& image, double time_s,
           source.camera, "a camera that was added");
   require(std::isfinite(time_s), "time_s", time_s, "finite");
   image.validate();
-  View& view = views_[source.camera];
+  CameraState& view = views_[source.camera];
   const Camera& camera = view.scene.camera;
   if (image.width != camera.width() || image.height != camera.height())
     require(false, "image", std::to_string(image.width) + " x " + std::to_string(image.height),
@@ -77,10 +78,10 @@ TrackedFrame TrackerImpl::add_image(const ImageView& image, double time_s,
     if (!filter_.started()) {
       begin(job);
     } else if (!predicted) {
-      job.frame.reason = "the image is from before what the filter remembers: left out";
-    } else if (!(believable(*predicted) && follow(job, *predicted)) &&
+      job.frame.reason = "the image is older than the history of the filter: skipped";
+    } else if (!(usable(*predicted) && track(job, *predicted)) &&
                (job.dark || !search(job, *predicted))) {
-      unseen(job, *predicted);
+      set_unseen(job, *predicted);
     }
   }
   if (!job.note.empty())
@@ -97,7 +98,7 @@ std::optional<PosePrediction> TrackerImpl::predict(double time_s) const {
 }
 
 bool TrackerImpl::in_order(Job& job) {
-  View& view = job.view;
+  CameraState& view = job.view;
   const double time_s = job.frame.time_s;
   if (time_s > view.last_s) {
     view.last_s = time_s;
@@ -106,26 +107,26 @@ bool TrackerImpl::in_order(Job& job) {
   }
   view.refused = time_s > view.last_refused_s ? view.refused + 1 : 1;
   view.last_refused_s = time_s;
-  if (view.refused >= images_of_a_new_clock) {
-    set_back(job);
+  if (view.refused >= max_late_images) {
+    restart_clock(job);
     return true;
   }
   std::ostringstream text;
   text << (time_s == view.last_s ? "a repeated image" : "the clock went back") << ": time "
-       << time_s << " s is not after " << view.last_s << " s; left out";
+       << time_s << " s is not after " << view.last_s << " s; skipped";
   job.frame.reason = text.str();
   return false;
 }
 
-void TrackerImpl::set_back(Job& job) {
+void TrackerImpl::restart_clock(Job& job) {
   const double by_s = job.view.last_s - job.frame.time_s;
   const std::optional<PosePrediction> last = filter_.predict(job.view.last_s);
-  for (View& view : views_)
+  for (CameraState& view : views_)
     view.last_s = view.last_refused_s = -std::numeric_limits<double>::infinity();
   job.view.last_s = job.frame.time_s;
   job.view.refused = 0;
   std::ostringstream text;
-  text << "the clock was set back by " << by_s << " s: begun anew at the last pose";
+  text << "the clock was set back by " << by_s << " s: restarted at the last pose";
   job.note = text.str();
   if (!last) return;
   Matrix6 covariance = last->covariance;
@@ -135,7 +136,7 @@ void TrackerImpl::set_back(Job& job) {
   last_seen_s_ = job.frame.time_s;
 }
 
-bool TrackerImpl::believable(const PosePrediction& predicted) const {
+bool TrackerImpl::usable(const PosePrediction& predicted) const {
   if (predicted.time_s - last_seen_s_ > options_.coast_s) return false;
   const Eigen::Matrix3d position =
       position_covariance(predicted.body_from_world, predicted.covariance);
@@ -166,7 +167,7 @@ std::vector<Blob> TrackerImpl::detect_at(Job& job,
   return blobs;
 }
 
-bool TrackerImpl::follow(Job& job, const PosePrediction& predicted) {
+bool TrackerImpl::track(Job& job, const PosePrediction& predicted) {
   const PredictedCamera camera = camera_at(predicted, job);
   const Scene& scene = job.view.scene;
   const std::vector<ExpectedLamp> expected =
@@ -188,7 +189,7 @@ bool TrackerImpl::follow(Job& job, const PosePrediction& predicted) {
     if (job.dark) job.frame.reason = "every lamp that should be in view may be dark";
     return false;
   }
-  // Few of many may be where they are by chance.
+  // A few blobs of many lamps may lie in their gates by chance.
   if (2 * found.matches.size() < sure && search(job, predicted)) return true;
   return correct(job, std::move(found));
 }
@@ -230,23 +231,24 @@ bool TrackerImpl::correct(Job& job, Found found) {
   }
   job.frame.reason.clear();
   job.seen_s = seen_s;
-  seen(job);
+  set_tracking(job);
   return true;
 }
 
-void TrackerImpl::seen(const Job& job) {
+void TrackerImpl::set_tracking(const Job& job) {
   state_ = TrackerState::tracking;
   last_seen_s_ = std::max(last_seen_s_, job.frame.time_s);
   jumps_.clear();
 }
 
-void TrackerImpl::unseen(Job& job, const PosePrediction& predicted) {
-  state_ = believable(predicted) ? TrackerState::coasting : TrackerState::lost;
+void TrackerImpl::set_unseen(Job& job, const PosePrediction& predicted) {
+  state_ = usable(predicted) ? TrackerState::coasting : TrackerState::lost;
   job.frame.lamps.clear();
 }
 
 void TrackerImpl::fill_pose(Job& job) const {
-  // The image's own lamps count from when they were seen on: from there back to its beginning.
+  // The lamps of the image update the filter at the time of their lines; from there the pose is
+  // moved back to the time of the image.
   std::optional<PosePrediction> now = predict(job.seen_s);
   if (!now) return;
   const double back_s = job.frame.time_s - job.seen_s;

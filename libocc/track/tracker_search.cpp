@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where lamps are not where they are expected: the search of the whole image, and what is believed
-// of what it finds.
+// Search of the whole image by the tracker, and the confirmation of poses that were not predicted.
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <sstream>
@@ -13,12 +12,12 @@ namespace occ::internal::track {
 
 namespace {
 
-/// By how much lamps may be out of place when the camera's velocity is not known.
+/// Standard deviation of a lamp's place in an image that an unknown motion of the camera bends.
 constexpr double bent_sigma_px = 2;
 
 double square(double value) { return value * value; }
 
-Matrix6 loosened(Matrix6 covariance, double sigma_rad, double sigma_m) {
+Matrix6 inflated(Matrix6 covariance, double sigma_rad, double sigma_m) {
   covariance.diagonal().head<3>().array() += square(sigma_rad);
   covariance.diagonal().tail<3>().array() += square(sigma_m);
   return covariance;
@@ -29,7 +28,7 @@ bool agree(const Rigid3& a, const Rigid3& b, const Matrix6& covariance, double g
   return apart.dot(covariance.llt().solve(apart)) <= gate_chi2(gate_sigma, 6);
 }
 
-/// Of body_from_world, from that of cam_from_world.
+/// Covariance of body_from_world, from that of cam_from_world.
 Matrix6 body_covariance(const Matrix6& covariance, const Rigid3& cam_from_body) {
   const Matrix6 moves = adjoint(cam_from_body.inverse());
   return moves * covariance * moves.transpose();
@@ -37,7 +36,7 @@ Matrix6 body_covariance(const Matrix6& covariance, const Rigid3& cam_from_body) 
 
 }  // namespace
 
-/// What holds for ever: the camera's height and its tilt, as it was told or as the floor has it.
+/// Prior for any time: height and tilt of the camera, from the options or from the floor.
 Prior TrackerImpl::lasting_prior(const Job& job) const {
   Prior lasting;
   if (const std::optional<Prior>& given = options_.locate.prior) {
@@ -61,7 +60,7 @@ Result<Fix> TrackerImpl::locate_in(Job& job, const std::optional<Prior>& prior) 
   options.refine.prior = options.identify.prior = options.prior;
   Result<Fix> fix = locate(job.image, job.view.scene, options);
   if (fix.status == Status::no_pose && job.view.scene.sensor.row_time_s > 0) {
-    // The camera's motion while lines were read bends the image, which rims would not let pass.
+    // The camera's motion during the readout bends the image; rims would reject every pose.
     options.detect.rims = false;
     options.refine.model_sigma_px = std::max(options.refine.model_sigma_px, bent_sigma_px);
     options.identify.model_sigma_px = std::max(options.identify.model_sigma_px, bent_sigma_px);
@@ -100,7 +99,7 @@ void TrackerImpl::begin(Job& job) {
   filter_.start(job.seen_s, job.cam_from_body.inverse() * fix->cam_from_world,
                 body_covariance(fix->covariance, job.cam_from_body));
   job.frame.lamps = fix->lamps;
-  seen(job);
+  set_tracking(job);
 }
 
 bool TrackerImpl::search(Job& job, const PosePrediction& predicted) {
@@ -109,17 +108,17 @@ bool TrackerImpl::search(Job& job, const PosePrediction& predicted) {
   Prior near = lasting_prior(job);
   near.last_pose =
       PriorPose{camera.cam_from_world,
-                loosened(camera.covariance, options_.drift_sigma_rad, options_.drift_sigma_m)};
+                inflated(camera.covariance, options_.drift_sigma_rad, options_.drift_sigma_m)};
   Result<Fix> fix = locate_in(job, near);
   if (!fix.ok()) fix = locate_in(job, lasting_prior(job));
-  if (fix.ok()) return take(job, predicted, *fix);
+  if (fix.ok()) return use_fix(job, predicted, *fix);
   job.frame.reason = fix.message.empty() ? to_string(fix.status) : fix.message;
   jumps_.clear();
   return false;
 }
 
-/// A fix where it is expected corrects the filter; any other has to be confirmed.
-bool TrackerImpl::take(Job& job, const PosePrediction& predicted, const Fix& fix) {
+/// Corrects the filter with a fix inside the gate of the prediction; any other must be confirmed.
+bool TrackerImpl::use_fix(Job& job, const PosePrediction& predicted, const Fix& fix) {
   const Rigid3 body = job.cam_from_body.inverse() * fix.cam_from_world;
   const Matrix6 covariance = body_covariance(fix.covariance, job.cam_from_body);
   if (agree(body, predicted.body_from_world, predicted.covariance + covariance,
@@ -142,12 +141,12 @@ bool TrackerImpl::agrees_with_jumps(const Jump& jump) const {
   const Jump& last = jumps_.back();
   const double dt = jump.time_s - last.time_s;
   const Matrix6 apart =
-      loosened(jump.covariance + last.covariance, options_.filter.start_turn_sigma_rad_s * dt,
+      inflated(jump.covariance + last.covariance, options_.filter.start_turn_sigma_rad_s * dt,
                options_.filter.start_speed_sigma_m_s * dt);
   return agree(jump.body_from_world, last.body_from_world, apart, filter_.gate_sigma());
 }
 
-/// All of them tell the velocity, too.
+/// Starts the filter at the first jump; the following ones determine the velocity.
 void TrackerImpl::begin_at_jumps() {
   const Jump& first = jumps_.front();
   filter_.start(first.time_s, first.body_from_world, first.covariance);
@@ -175,7 +174,7 @@ bool TrackerImpl::confirm(Job& job, const PosePrediction& predicted, const Jump&
   text << ", confirmed by " << options_.confirmations << " images";
   job.frame.reason = text.str();
   job.frame.relocated = true;
-  seen(job);
+  set_tracking(job);
   return true;
 }
 

@@ -127,7 +127,7 @@ LadderFrame ladder_frame(const NumpyImage& image, const Scene& scene, const Rigi
   frame.points = ladder_bound(problem, Rung::points);
   for (const std::string& name : steps) {
     const LadderStep& step = ladder_step_named(name);
-    if (step.suits(problem)) frame.outcomes.push_back(climb(problem, step, min_time_s));
+    if (step.suits(problem)) frame.outcomes.push_back(run_step(problem, step, min_time_s));
   }
   return frame;
 }

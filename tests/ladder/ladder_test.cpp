@@ -56,7 +56,7 @@ TEST(Ladder, RefinedStepsAttainTheirBoundAndClosedFormsDoNotBeatIt) {
     least += std::pow(ladder_bound(frame.problem, Rung::direct).position_m, 2);
     for (const LadderStep& step : ladder_steps()) {
       if (!step.suits(frame.problem)) continue;
-      const LadderOutcome outcome = climb(frame.problem, step, 1e-9);
+      const LadderOutcome outcome = run_step(frame.problem, step, 1e-9);
       if (!outcome.answered && std::string(step.name) == "dlt") continue;  // five are in a plane
       ASSERT_TRUE(outcome.answered) << step.name;
       EXPECT_GT(outcome.time_s, 0);
@@ -94,7 +94,7 @@ TEST(Ladder, StepsSuitTheLayoutTheyAreFor) {
   }
   for (const LadderStep& step : ladder_steps()) {
     if (!step.suits(flat.problem)) continue;
-    EXPECT_TRUE(climb(flat.problem, step, 1e-9).answered) << step.name;
+    EXPECT_TRUE(run_step(flat.problem, step, 1e-9).answered) << step.name;
   }
 }
 
@@ -114,11 +114,11 @@ TEST(Ladder, RefusesWhatDoesNotFit) {
   const Frame frame = frame_of(scene, view(), 0);
   EXPECT_NE(test::complaint([] { ladder_step_named("nosuch"); }).find("nosuch"), std::string::npos);
   EXPECT_NE(test::complaint([&] {
-              climb(frame.problem, ladder_step_named("p3p"), 0);
+              run_step(frame.problem, ladder_step_named("p3p"), 0);
             }).find("min_time_s"),
             std::string::npos);
   EXPECT_NE(
-      test::complaint([&] { climb(frame.problem, ladder_step_named("IPPE"), 1); }).find("IPPE"),
+      test::complaint([&] { run_step(frame.problem, ladder_step_named("IPPE"), 1); }).find("IPPE"),
       std::string::npos);
   Scene other = scene;
   other.camera = Camera::pinhole(320, 240, 200, 200, 159.5, 119.5);

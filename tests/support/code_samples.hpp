@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shared by tests of codes: samples of a waveform as a rolling shutter takes them.
+// Samples of a waveform as a rolling shutter takes them, for the tests of codes.
 #pragma once
 
 #include <cmath>
@@ -10,8 +10,8 @@
 
 namespace occ::test {
 
-/// Mean light over [start_s, start_s + exposure_s] of a waveform that began at time 0, by fine
-/// steps: independent of the library's closed form.
+/// Mean light over [start_s, start_s + exposure_s] of a waveform that begins at time 0. Computed in
+/// fine steps, independently of the closed form in the library.
 inline double mean_light(const Waveform& wave, std::size_t channel, double start_s,
                          double exposure_s) {
   constexpr int parts = 32;
@@ -31,11 +31,11 @@ struct Shutter {
   double row_time_s = 2e-5;
   double exposure_s = 2e-5;
   double frame_rate_hz = 30;
-  double begin_s = 0;      ///< of the first frame, from the beginning of a period
-  double clock_error = 0;  ///< of the lamp
-  double sigma = 0;        ///< of each sample's noise
+  double begin_s = 0;      ///< start of the first frame within a period
+  double clock_error = 0;  ///< relative error of the lamp's clock
+  double sigma = 0;        ///< noise of a sample
   double stated_sigma = 0.02;
-  int other_row_shift = 90;  ///< of further lamps: rows below the first
+  int other_row_shift = 90;  ///< distance of further lamps in rows
 
   std::vector<LightSample> of(const Waveform& wave, std::uint64_t seed = 1,
                               bool colours = false) const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The exact area of a disc in a pixel, in closed form: oracle of images without blur.
+// Exact area of a disc inside a pixel in closed form: the oracle for images without blur.
 #pragma once
 
 #include <Eigen/Core>

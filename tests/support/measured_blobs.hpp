@@ -14,16 +14,16 @@ namespace occ::test {
 
 struct Measurement {
   int rim_points = 0;          ///< per lamp; 0 for centroids only
-  double rim_sigma_px = 0.05;  ///< of a rim point along its normal
+  double rim_sigma_px = 0.05;  ///< standard deviation of a rim point along its normal
   double centroid_sigma_px = 0.03;
   double offset_sigma_px = 0;        ///< common to all that is measured of one lamp
-  double growth_px = 0;              ///< of the rims, which are then of saturated blobs
+  double growth_px = 0;              ///< growth of the rims; blobs are saturated if not zero
   double flux_sigma = 0;             ///< relative; of the measurement alone
-  double own_growth_sigma_px = 0.3;  ///< of saturated blobs, from lamp to lamp
-  double uneven_sigma_px = 0.05;     ///< of theirs, from point to point, and of the centroid
+  double own_growth_sigma_px = 0.3;  ///< variation of the growth from lamp to lamp
+  double uneven_sigma_px = 0.05;     ///< variation along a rim, and of the centroid
 };
 
-/// One blob without noise for each lamp, in the scene's order.
+/// Returns one blob without noise for each lamp, in the order of the scene.
 inline std::vector<Blob> exact_blobs(const Scene& scene, const Rigid3& cam_from_world,
                                      const Measurement& m) {
   std::vector<Blob> blobs;
@@ -49,8 +49,8 @@ inline Eigen::Vector2d noise_2d(Random& random, double sigma) {
   return sigma * Eigen::Vector2d(x, random.normal());
 }
 
-/// The blobs as one image would show them. Powers and offsets are drawn too: they are the same in
-/// every image of one room, but nobody knows them.
+/// Draws the blobs of one image. Powers and offsets are drawn as well; they are common to all
+/// images of a room and unknown to the estimator.
 inline std::vector<Blob> noisy(std::vector<Blob> blobs, const Scene& scene, const Measurement& m,
                                Random& random) {
   for (std::size_t i = 0; i < blobs.size(); ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Simulated frames with what was detected in them and which lamp it is, for tests and benchmarks of
-// the refinement.
+// Simulated frames with their detected blobs and true assignment, for tests and benchmarks of the
+// refinement.
 #pragma once
 
 #include <cstdint>

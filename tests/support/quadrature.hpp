@@ -39,7 +39,7 @@ inline double box_blurred(double u, double sigma) {
   return cumulative(u + 0.5) - cumulative(u - 0.5);
 }
 
-/// A dot of light at `px` over an image of (columns, rows), times `light`, added to `image`.
+/// Adds a point source at `px`, times `light`, to an image of (columns, rows).
 inline void add_dot(Eigen::MatrixXd& image, const Eigen::Vector2d& px, double sigma, double light) {
   const double reach = 8 * sigma + 1;
   const auto from = [&](double at) {

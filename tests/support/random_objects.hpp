@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random bodies with lights on them, and what a camera sees of them.
+// Random bodies with lights, and the blobs that a camera sees of them.
 #pragma once
 
 #include <string>
@@ -42,7 +42,7 @@ inline Object random_object(Random& random, int points, double cone_rad = 1.4) {
   return object;
 }
 
-/// From any side, the object in the middle of the image but for an offset.
+/// Random view from any side, with the object near the middle of the image.
 inline Rigid3 random_pose(Random& random, double distance_m,
                           const Eigen::Vector2d& offset_px = Eigen::Vector2d::Zero()) {
   const Eigen::Vector3d place = *camera().unproject(Eigen::Vector2d(319.5, 239.5) + offset_px);
@@ -72,7 +72,7 @@ inline void add_blob(View& view, const Eigen::Vector2d& px, double sigma_px, con
   view.lights.push_back(light);
 }
 
-/// What is seen of an object, with noise.
+/// Returns the blobs of the visible lights of an object, with noise.
 inline void add_object(View& view, int index, const Object& object, const Rigid3& pose,
                        Random& random, double sigma_px) {
   for (std::size_t i = 0; i < object.points.size(); ++i) {
@@ -103,7 +103,7 @@ inline int lights_of(const View& view, int object) {
   return count;
 }
 
-/// Nearly every match is the object's own.
+/// Expects that nearly every match is right.
 inline bool is_right(const Hypothesis& hypothesis, const View& view, int object) {
   int right = 0;
   for (const Match& m : hypothesis.matches) {

@@ -26,8 +26,8 @@ struct RenderedRoom {
   std::vector<int> whole_lamps;  ///< ids of the lamps entirely in view
 };
 
-/// Truth in a folder of the extra data, of files whose name starts with `prefix`, sorted; none when
-/// they are absent.
+/// Returns the truth files in a folder of the extra data whose names start with `prefix`, sorted;
+/// empty if they are absent.
 inline std::vector<std::filesystem::path> truth_files(const std::string& folder,
                                                       const std::string& prefix) {
   std::vector<std::filesystem::path> found;
@@ -49,8 +49,8 @@ inline Eigen::Vector3d vector3(const YAML::Node& node) {
   return {node[0].as<double>(), node[1].as<double>(), node[2].as<double>()};
 }
 
-/// Camera, sensor and lamps as the truth says. Exposure and lamp power are chosen so that a lamp on
-/// the optical axis gives the grey level that the truth states.
+/// Returns camera, sensor and lamps of the truth. Exposure and lamp power are chosen so that a lamp
+/// on the optical axis gives the grey level that the truth states.
 inline RenderedRoom read_rendered_room(const std::filesystem::path& json) {
   const YAML::Node truth = YAML::LoadFile(json.string());
   RenderedRoom room;

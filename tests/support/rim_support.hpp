@@ -12,7 +12,7 @@
 namespace occ::test {
 
 /// `count` points of the lamp's projected rim with their outward normals, moved along them by
-/// `growth_px`; a rectangle's corners are left out. Empty when the rim does not project.
+/// `growth_px`, without the corners of a rectangle. Empty if the rim does not project.
 inline std::vector<RimPoint> exact_rim(const Lamp& lamp, const Rigid3& cam_from_world,
                                        const Camera& camera, int count, double sigma_px,
                                        double growth_px = 0) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shared by the tests of the renderer: images without noise, finely quantised.
+// Images without noise and with fine quantisation, for the tests of the renderer.
 #pragma once
 
 #include "libocc/formation/light.hpp"
@@ -34,7 +34,7 @@ inline Eigen::MatrixXd mean_electrons(Scene scene, const Rigid3& pose, double pe
   return electrons;
 }
 
-/// Somewhat more than any pixel of the scene has, whatever its lamps' phases.
+/// Upper bound of the electrons of any pixel of the scene, for any phase of its lamps.
 inline double peak_electrons(Scene scene, const Rigid3& pose) {
   double peak_e = 0;
   for (Lamp& lamp : scene.lamps) {

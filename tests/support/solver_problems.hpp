@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Noise-free problems whose answer is known, for the tests of pose solvers.
+// Noise-free problems with known answers, for the tests of pose solvers.
 #pragma once
 
 #include <Eigen/Dense>
@@ -28,7 +28,7 @@ struct ProblemKind {
   double widest = 0.15;  ///< least cosine between a bearing and the direction to the centroid
 };
 
-/// Uniform over SO(3).
+/// Random rotation, uniform over SO(3).
 inline Eigen::Matrix3d random_rotation(Random& random) {
   const Eigen::Vector4d q(random.normal(), random.normal(), random.normal(), random.normal());
   return Eigen::Quaterniond(q).normalized().toRotationMatrix();
@@ -41,7 +41,8 @@ inline Eigen::Matrix3d half_turn(Random& random) {
   return so3_exp(3.14159265358979323846 * about);
 }
 
-/// About their centroid, r.m.s. distance 1, not thinner than a fifth of their width (flat or not).
+/// Random points about their centroid with r.m.s. distance 1; their smallest extent (in the plane,
+/// if they are flat) is at least a fifth of the largest.
 inline Eigen::Matrix3Xd random_points(Random& random, int count, bool flat) {
   const int thin = count < 3 ? 0 : (flat || count == 3 ? 1 : 2);
   for (;;) {
@@ -56,7 +57,7 @@ inline Eigen::Matrix3Xd random_points(Random& random, int count, bool flat) {
   }
 }
 
-/// Seen along any direction, by default all points within 81 degrees of the one to their centroid.
+/// Random view; by default all points are within 81 degrees of the direction to their centroid.
 inline KnownProblem random_problem(Random& random, int count, const ProblemKind& kind) {
   KnownProblem known;
   PoseProblem& problem = known.problem;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shared by the C++ tests: numerical Jacobians, random poses, a room, chi-square intervals.
+// Helpers of the C++ tests: numerical Jacobians, random poses, a room, chi-square intervals.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -33,7 +33,8 @@ inline Eigen::MatrixXd numerical_jacobian(
   return jacobian;
 }
 
-/// Whether an analytic Jacobian agrees with central differences, relative to its largest entry.
+/// Returns true if an analytic Jacobian agrees with central differences, relative to its largest
+/// entry.
 inline ::testing::AssertionResult jacobian_agrees(const Eigen::MatrixXd& analytic,
                                                   const Eigen::MatrixXd& numeric,
                                                   double relative = 1e-6) {
@@ -45,7 +46,7 @@ inline ::testing::AssertionResult jacobian_agrees(const Eigen::MatrixXd& analyti
                                        << numeric;
 }
 
-/// What `call` complained of by throwing an Error; empty when it did not.
+/// Returns the message of the Error that `call` throws; empty if it does not throw.
 template <typename Error = std::invalid_argument>
 std::string complaint(const std::function<void()>& call) {
   try {
@@ -92,7 +93,7 @@ inline Scene square_room() {
   return scene;
 }
 
-/// A camera near the floor that looks up, tilted by up to tilt_rad, at a random place and heading.
+/// Random pose of a camera near the floor that looks up, tilted by up to tilt_rad.
 inline Rigid3 random_room_pose(Random& random, double tilt_rad = 0.25) {
   const Eigen::Vector3d position(random.uniform(1.5, 2.5), random.uniform(1.5, 2.5),
                                  random.uniform(0.2, 0.8));

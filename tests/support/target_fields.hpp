@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fields of AprilTags for tests, and cameras that look at them.
+// Fields of AprilTags for tests, with cameras that look at them.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -22,7 +22,8 @@ inline Tag field_tag(int id, const Eigen::Vector3d& centre_m, const Eigen::Vecto
   return tag;
 }
 
-/// About the origin on the plane y = 0, seen from negative y; a few stand out of it and are tilted.
+/// Field near the origin on the plane y = 0, seen from negative y; a few tags stand off the plane
+/// and are tilted.
 inline TargetField tags_on_a_wall(int columns, int rows, double size_m = 0.16) {
   TargetField field;
   for (int row = 0; row < rows; ++row)
@@ -44,8 +45,8 @@ inline Rigid3 towards_wall(const Eigen::Vector3d& position, double roll_rad = 0)
   return roll * look_at(position, {0, 0, 0}, Eigen::Vector3d::UnitZ());
 }
 
-/// On the four walls of 6 x 5 x 3 m, about one a metre, at different heights, and some on boards
-/// that stand in the room.
+/// Field on the four walls of a room of 6 x 5 x 3 m, about one tag per metre at different heights,
+/// and on boards in the room.
 inline TargetField tags_in_a_room(double size_m = 0.3, int per_wall = 6) {
   TargetField field;
   int id = 0;
@@ -64,7 +65,7 @@ inline TargetField tags_in_a_room(double size_m = 0.3, int per_wall = 6) {
   return field;
 }
 
-/// 6000 x 1500 px in small.
+/// Reduced version of a panorama camera of 6000 x 1500 px.
 inline RotatingLine small_line(int width = 3000, int height = 1000) {
   RotatingLine l;
   l.width = width;

@@ -10,7 +10,7 @@
 
 namespace occ::test {
 
-// A folder of its own that goes with the test.
+// Temporary folder that is removed after the test.
 class Folder {
  public:
   Folder() {

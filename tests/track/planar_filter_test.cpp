@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The filter of a vehicle on a floor: order of arrival, consistency, what it refuses.
+// PlanarFilter: order of arrival, consistency, rejected input.
 #include "libocc/track/planar_filter.hpp"
 
 #include <Eigen/Cholesky>
@@ -18,7 +18,7 @@ Eigen::Vector3d noise(Random& random, const Eigen::Matrix3d& covariance) {
   return covariance.llt().matrixL() * test::random_vector(random);
 }
 
-/// A vehicle that drives, its wheels and its images.
+/// Simulates a driving vehicle with its odometry and images.
 struct Drive {
   std::vector<PlanarPose> truth;  // one for each 0.1 s
   std::vector<PlanarOdometry> wheels;
@@ -84,7 +84,7 @@ TEST(PlanarFilter, ErrorsAreAsLargeAsItSays) {
     sum += nees(*filter.at(6), d.truth.back());
     ++count;
   }
-  // 95 % intervals of chi-square over its degrees of freedom, 300 and 6000.
+  // 95 % intervals of chi-square divided by its 300 and 6000 degrees of freedom.
   EXPECT_NEAR(sum / (3 * count), 1, 1.96 * std::sqrt(2.0 / 300));
   EXPECT_EQ(nis_dof, 6000);
   EXPECT_NEAR(nis / nis_dof, 1, 1.96 * std::sqrt(2.0 / 6000));
@@ -123,7 +123,7 @@ TEST(PlanarFilter, AGyroscopeTellsTheTurnsAndItsBiasIsLearned) {
     sample.time_s = i * dt;
     sample.turn_rate_rad_s.z() = rate + bias + 2e-3 / std::sqrt(dt) * random.normal();
     EXPECT_TRUE(filter.add(sample).accepted());
-    // Wheels that know nothing of turns.
+    // The odometry has no information on rotation.
     const Eigen::Matrix3d weak = Eigen::Vector3d(1e-8, 1e-8, 10).asDiagonal();
     EXPECT_TRUE(filter.add(PlanarOdometry{i * dt, (i + 1) * dt, {0.005, 0, 0}, weak}).accepted());
     truth = truth * arc(0.005, rate * dt);
@@ -145,7 +145,7 @@ TEST(PlanarFilter, WhatArrivesLateCountsAsIfItHadNot) {
     ordered.add(d.wheels[i]);
     ordered.add(d.images[i]);
   }
-  // Odometry after the images it leads to, images backwards in threes, none twice.
+  // Odometry arrives after the images that follow it; images arrive in reversed groups of three.
   for (std::size_t i = 0; i < 15; i += 3) {
     for (std::size_t k : {i + 2, i, i + 1}) EXPECT_TRUE(mixed.add(d.images[k]).accepted());
     for (std::size_t k : {i + 1, i + 2, i}) EXPECT_TRUE(mixed.add(d.wheels[k]).accepted());
@@ -205,7 +205,7 @@ TEST(PlanarFilter, OneDirectionSeenCorrectsThatDirection) {
   EXPECT_NEAR(filter.at(0)->pose.x_m, d.truth[0].x_m, 1e-4);
   // Tilt and heading move the camera, which stands 0.3 m above the body and 0.1 m before it.
   EXPECT_LT(filter.at(0)->covariance(0, 0), 1e-6);
-  // Along y nothing was seen but what the heading, which turns the camera's lever, brings along.
+  // The position along y is determined by the heading only, through the lever arm of the camera.
   EXPECT_NEAR(filter.at(0)->covariance(1, 1), 1e-4, 1e-6);
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images that are precise and far from where a loose prediction puts the body: the first ones of a
-// body whose velocity is not known.
+// Precise images far from an uncertain prediction, as at the start with unknown velocity.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -49,7 +48,7 @@ TEST(PoseFilterFar, AnImageThatSaysNothingLeavesThePrediction) {
 }
 
 TEST(PoseFilterFar, TheSecondImageOfAMovingBodyIsConsistent) {
-  // A body sets off unexpectedly: what the filter takes for a step of 0.1 m and 0.06 rad.
+  // The body accelerates unexpectedly: a step of 0.1 m and 0.06 rad for the filter.
   double sum = 0;
   constexpr int runs = 200;
   for (std::uint64_t run = 0; run < runs; ++run) {

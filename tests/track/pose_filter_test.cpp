@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The filter of a body in space: consistency with each kind of motion sensor, order of arrival.
+// PoseFilter: consistency with each kind of motion sensor, order of arrival.
 #include "libocc/track/pose_filter.hpp"
 
 #include <Eigen/Cholesky>
@@ -39,7 +39,7 @@ PoseFilter started(const Rigid3& truth, Random& random, const PoseFilterOptions&
   return filter;
 }
 
-/// Mean NEES of a pose over 300 runs within its 95 % interval.
+/// Expects the mean NEES of a pose over 300 runs within its 95 % interval.
 void expect_consistent(double sum, int runs) {
   EXPECT_NEAR(sum / (6 * runs), 1, 1.96 * std::sqrt(2.0 / (6 * runs)));
 }
@@ -90,7 +90,7 @@ TEST(PoseFilter, WithoutSensorsTheMotionIsWhiteAcceleration) {
   expect_consistent(sum, 300);
 }
 
-/// A body that swings and turns; what its inertial sensors read is in closed form.
+/// Body that swings and rotates, with the readings of its inertial sensors in closed form.
 struct Swing {
   Eigen::Vector3d position(double t) const {
     return {std::sin(t), 0.5 * std::sin(2 * t), 0.2 * std::cos(t)};
@@ -192,7 +192,7 @@ TEST(PoseFilter, APoseIsWeighedByItsCovariance) {
   filter.add(PoseObservation::of_pose(0, perturb(truth, off), start_covariance));
   const Vector6 half = difference(filter.at(0)->body_from_world, truth);
   EXPECT_LT((half - off / 2).norm(), 1e-12);
-  // The same pose's perturbations at two places differ by the part of the way that is between.
+  // The perturbations of one pose at two times differ by the motion in between.
   EXPECT_LT((filter.at(0)->covariance - start_covariance / 2).norm(), 0.02 * 1e-4);
 }
 

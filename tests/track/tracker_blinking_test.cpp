@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lamps that say their ids by going on and off slowly: in an image each may be dark, or lit on some
-// of the lines that show it. Neither may move the pose, nor make the tracker search.
+// Lamps that blink their ids slowly: in an image a lamp may be dark, or lit on some of its lines
+// only. Neither may move the pose or start a full search.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -21,7 +21,7 @@ constexpr double frame_s = 1.0 / 30;
 
 Scene square() { return read_scene(std::string(LIBOCC_DATA) + "/scenes/ufsook_four.yaml"); }
 
-/// Half a metre a second below the middle of the square, turning.
+/// Motion below the middle of the square at 0.5 m/s with rotation.
 Trajectory walk() {
   const Rigid3 from = look_at({1.7, 2.0, 0.3}, {1.75, 2.05, 3}, {0, 1, 0});
   const Rigid3 to = look_at({2.4, 2.1, 0.32}, {2.3, 2.0, 3}, {0.3, 1, 0});

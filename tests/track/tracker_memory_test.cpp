@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An hour of video, odometry and inertial samples takes no more memory than its first minutes.
+// The memory of a tracker does not grow over an hour of video, odometry and inertial samples.
 #include <fstream>
 
 #include "libocc/scene/scene_file.hpp"
@@ -10,7 +10,7 @@
 namespace occ {
 namespace {
 
-/// Of the process [KiB].
+/// Resident memory of the process [KiB].
 long resident_kib() {
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;) {
@@ -28,7 +28,7 @@ Rigid3 pose_at(double time_s) {
          body_from_world({1.8 + 0.5 * std::sin(0.4 * time_s), 2 + 0.3 * std::sin(0.7 * time_s), 0});
 }
 
-/// Growth of memory from the first part to the end of a stream, lamps dark now and then.
+/// Growth of memory from the first part to the end of a stream with some dark images.
 long growth_kib(int frames, int first) {
   const Scene scene = read_scene(std::string(LIBOCC_DATA) + "/scenes/irregular_six.yaml");
   Renderer renderer(scene);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A camera's way through rendered lamps: what the tracker makes of lamps that come and go, of
-// images that come late, twice or not at all, and of a camera that is carried off.
+// Tracker on rendered images: lamps that enter and leave the view, late, repeated and missing
+// images, and a kidnapped camera.
 #include "libocc/track/tracker.hpp"
 
 #include <cmath>
@@ -108,7 +108,7 @@ TEST(Tracker, OneLampHoldsAPoseThatIsKnown) {
   EXPECT_EQ(last.missing.size(), 3u);
 }
 
-/// Largest error of a camera that drives and turns under a rolling shutter, and mean NEES.
+/// Maximum error and mean NEES of a camera that drives and rotates under a rolling shutter.
 struct RollingDrive {
   double worst_m = 0, mean_nees = 0;
 };
@@ -231,7 +231,7 @@ TEST(Tracker, ClocksThatRepeatOrGoBackAreSaid) {
   EXPECT_NE(anew.reason.find("set back by"), std::string::npos) << anew.reason;
   EXPECT_EQ(anew.state, TrackerState::tracking);
   EXPECT_EQ(at(50 + 5 * frame_s).reason, "");
-  // A jump ahead: too long without lamps to believe the prediction, then found again.
+  // A jump ahead: the prediction is too old to be used, then the camera is relocalised.
   TrackedFrame later;
   for (int i = 0; i < 5; ++i) later = at(1000 + i * frame_s);
   EXPECT_EQ(later.state, TrackerState::tracking);

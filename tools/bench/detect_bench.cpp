@@ -16,7 +16,7 @@ namespace {
 constexpr int width = 1280, height = 960;
 constexpr double gain_dn_per_e = 0.025, read_dn = 0.25, black_dn = 2, psf_px = 0.85;
 
-/// Noise of a sensor that the light reaches; pixels outside the lamps share one short random tile.
+/// Adds shot and read noise; pixels outside the lamps share one short random tile.
 cv::Mat frame(const std::vector<cv::Point2d>& centres, double radius_px, double level_dn) {
   occ::Random random(1);
   cv::Mat image(height, width, CV_8U);
@@ -71,7 +71,7 @@ void spots_libocc_no_rims(benchmark::State& state) { run(state, spots(), false, 
 void discs_libocc(benchmark::State& state) { run(state, discs(), true, 6); }
 void discs_libocc_no_rims(benchmark::State& state) { run(state, discs(), false, 6); }
 
-/// The threshold that the other side is given for free: libocc finds its own.
+/// Threshold given to OpenCV, at no cost; libocc determines its own.
 constexpr double threshold_dn = 5;
 
 void contours_and_moments(benchmark::State& state, const cv::Mat& image, std::size_t expected) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Naming lamps, one thread, blobs made from the truth: small rooms, and random maps of many lamps.
+// Identification of lamps, one thread, with blobs made from the truth: small rooms and random maps.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -41,7 +41,8 @@ Blob spot(const Vector2d& px, double flux_dn) {
   return blob;
 }
 
-/// `lamps` lamps of which the first `seen` are in the image, and `false_lights` more blobs.
+/// Map of `lamps` lamps, of which the first `seen` are in the image, with `false_lights` more
+/// blobs.
 View make_view(int lamps, int seen, int false_lights) {
   const std::array<Vector3d, 8> places{{{1.3, 1.4, 3},
                                         {2.6, 1.3, 3},
@@ -117,8 +118,8 @@ void BM_IdentifyWithPositionPrior(benchmark::State& state) {
 }
 BENCHMARK(BM_IdentifyWithPositionPrior)->Unit(benchmark::kMicrosecond);
 
-/// Times of views in turn: the median says what a typical image takes, the mean is drawn by a few
-/// long searches.
+/// Times the views one after the other. The median is that of a typical image; a few long searches
+/// dominate the mean.
 void run_in_turn(benchmark::State& state, const std::vector<maps::View>& seen,
                  const std::vector<IdentifyOptions>& options) {
   std::vector<double> times_s;
@@ -137,7 +138,7 @@ void run_in_turn(benchmark::State& state, const std::vector<maps::View>& seen,
   state.counters["right"] = static_cast<double>(right) / static_cast<double>(times_s.size());
 }
 
-/// A camera on wheels that knows gravity, and its height to 2 cm or not, in a map of many lamps.
+/// Camera on wheels with known gravity, with or without its height to 2 cm, in a map of many lamps.
 void BM_IdentifyByGravityAndHeight(benchmark::State& state) {
   maps::Options map;
   map.lamps = static_cast<int>(state.range(0));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Image to pose, one thread, beside what one would write with OpenCV alone: threshold, contours,
-// moments and solvePnP. The peer is told which lamp is which; `locate` finds out.
+// Image to pose, one thread, beside a program of OpenCV functions: threshold, contours, moments and
+// solvePnP. The peer gets the true assignment of blobs to lamps; `locate` has to find it.
 #include <benchmark/benchmark.h>
 
 #include <opencv2/calib3d.hpp>
@@ -31,7 +31,7 @@ Scene room() {
   return scene;
 }
 
-/// A frame in which all six lamps are whole.
+/// Renders a frame that contains all six lamps wholly.
 Rendered frame() {
   const Rigid3 pose = look_at({2.0, 1.9, 0.3}, {2.1, 1.95, 3}, Eigen::Vector3d::UnitY());
   return simulate(room(), pose);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the library's refinement of image points is measured against: Levenberg-Marquardt by hand,
-// a pinhole without distortion, 6x6 normal equations solved by Cholesky's decomposition.
+// Peer of the refinement of image points: a hand-written Levenberg-Marquardt for a pinhole without
+// distortion, with 6x6 normal equations solved by Cholesky decomposition.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -19,7 +19,7 @@ struct PinholePoints {
   const std::vector<Eigen::Vector2d>& px;
 };
 
-/// Sum of squares; normal equations when asked for.
+/// Returns the sum of squares and, on request, the normal equations.
 inline double squares(const PinholePoints& problem, const Rigid3& pose, Matrix6* information,
                       Vector6* gradient) {
   double sum = 0;

@@ -46,7 +46,7 @@ std::vector<ThreePoints> random_problems(int count) {
   return problems;
 }
 
-/// Into a vector that is kept: what a loop pays.
+/// Times the solver with a result vector that is reused, as in a loop.
 void p3p_own(benchmark::State& state) {
   const std::vector<ThreePoints> problems = random_problems(1000);
   std::vector<Rigid3> poses;
@@ -68,7 +68,7 @@ void p3p_own_checked(benchmark::State& state) {
 }
 BENCHMARK(p3p_own_checked);
 
-/// As identification calls it: neither checked nor polished.
+/// Times P3P without check and polishing, as the identification calls it.
 void p3p_own_within(benchmark::State& state) {
   const std::vector<ThreePoints> problems = random_problems(1000);
   std::array<Rigid3, 4> poses;
@@ -205,7 +205,7 @@ BOTH(6, 6, false);
 BOTH(20, 20, false);
 BOTH(100, 100, false);
 
-/// From a start 0.3 degrees and 1 % of the distance off.
+/// Starts 0.3 degrees and 1 % of the distance off.
 Rigid3 start_near(const Rigid3& truth) {
   Vector6 off;
   off << 0.005, -0.005, 0.005, 0.02, -0.02, 0.03;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rendering, one thread: 1280 x 960, lamps of 20 px across, PSF 1.5 px. The camera moves between
-// images. `absent` measures in pairs what effects cost that a scene says all of but switches off.
+// images. `absent` measures in pairs the cost of effects that a scene describes and
+// switches off.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -32,7 +33,7 @@ Scene ceiling(int across, int down) {
   return scene;
 }
 
-/// A walk during which every lamp stays in view.
+/// Motion of the camera during which every lamp stays in view.
 std::vector<Rigid3> poses() {
   std::vector<Rigid3> all;
   for (int i = 0; i < 16; ++i) {
@@ -69,7 +70,7 @@ void render(benchmark::State& state, const Scene& scene, Noise noise, Simd simd)
       benchmark::Counter(static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
 }
 
-/// Says all that every effect follows from, or nothing; the effects are off either way.
+/// Scene that describes every effect, or none; all effects are off in both.
 Scene without_effects(bool says_all) {
   Scene scene = ceiling(2, 2);
   if (!says_all) return scene;
@@ -98,7 +99,7 @@ Scene without_effects(bool says_all) {
 
 SimulateOptions moving(bool moves) {
   SimulateOptions options = options_for(Noise::none);
-  // Far too slow to be seen: without blur the image is that of the middle of the exposure.
+  // The motion is too slow to be visible: without blur, the image is that of mid-exposure.
   if (moves) options.velocity << 1e-6, 0, 0, 0, 1e-6, 0;
   return options;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// From image to fused pose, frame by frame of a stream of 1280 x 960 that shows six lamps, one
-// thread: the tracker by rims, by centroids, without windows; beside it what one would write with
-// OpenCV alone, names given by the last frame: threshold, contours, moments, solvePnP from the last
-// pose, nothing fused. Median and 99th percentile are over frames.
+// Image to fused pose for each frame of a stream of 1280 x 960 with six lamps, one thread: the
+// tracker by rims, by centroids, and without windows. The peer is a program of OpenCV functions
+// with the assignment of the last frame: threshold, contours, moments, solvePnP from the last pose,
+// no fusion. Median and 99th percentile are over frames.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -49,7 +49,7 @@ Rigid3 pose_at(double time_s) {
   return camera * body_from_world({x, y, 0.2 * std::sin(time_s)});
 }
 
-/// Ten seconds, a closed path.
+/// Closed path of ten seconds.
 const std::vector<Frame>& stream() {
   static const std::vector<Frame> frames = [] {
     std::vector<Frame> out;
@@ -66,7 +66,7 @@ const std::vector<Frame>& stream() {
   return frames;
 }
 
-/// Times each frame by itself.
+/// Times each frame separately.
 class Times {
  public:
   template <typename Work>
@@ -128,7 +128,7 @@ void BM_TrackerOfWholeImages(benchmark::State& state) {
 }
 BENCHMARK(BM_TrackerOfWholeImages)->Unit(benchmark::kMillisecond);
 
-/// Centres of what is brighter than half of full scale.
+/// Returns the centres of regions brighter than half of full scale.
 std::vector<cv::Point2f> bright_spots(const Image& image) {
   const cv::Mat pixels(image.height, image.width, CV_8U,
                        const_cast<std::uint8_t*>(image.u8.data()));

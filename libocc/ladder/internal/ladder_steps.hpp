@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: helpers that the ladder's steps share.
+// Helpers of the methods of the ladder.
 #pragma once
 
 #include <vector>
@@ -10,18 +10,18 @@
 
 namespace occ::internal::ladder {
 
-/// The centroids' bearings, points as they are.
+/// Returns the bearings of the centroids with the points as they are, not normalised.
 PoseProblem bearings_of(const LadderProblem& problem);
 
-/// The candidate that projects the points nearest to where they were seen; no_pose when none has
-/// all of them in front.
+/// Returns the candidate with the smallest reprojection error; no_pose if every candidate has a
+/// point that does not project.
 Result<Rigid3> nearest_candidate(const LadderProblem& problem,
                                  const std::vector<Rigid3>& candidates);
 
 bool is_flat(const LadderProblem& problem);
 bool is_deep(const LadderProblem& problem);
 
-/// OpenCV's solvers, called as its users do: image points, camera matrix, distortion.
+/// OpenCV's solvers, called like its users call them: image points, camera matrix, distortion.
 std::vector<LadderStep> opencv_steps();
 
 }  // namespace occ::internal::ladder

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which lamps a predicted pose puts where in the image, and which blobs they are.
+// Predicts the images of lamps from a predicted pose, and assigns blobs to them.
 #pragma once
 
 #include <vector>
@@ -13,9 +13,9 @@
 
 namespace occ::internal::track {
 
-/// A camera's motion about the time of its image.
+/// Predicted pose and velocity of a camera near the time of its image.
 struct PredictedCamera {
-  double after_s = 0;  ///< that the first line began its exposure
+  double after_s = 0;  ///< time of the pose after the exposure of the first line began
   Rigid3 cam_from_world;
   Matrix6 covariance = Matrix6::Zero();
   Vector6 velocity = Vector6::Zero();
@@ -23,38 +23,39 @@ struct PredictedCamera {
 };
 
 struct ExpectedLamp {
-  int lamp = 0;  ///< index
+  int lamp = 0;  ///< index in the scene
   Eigen::Vector2d px = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Zero();  ///< model's error included
+  Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Zero();  ///< with the error of the model
   double radius_px = 0;
   double lines_px = 0;  ///< extent of its image across the lines of a rolling shutter
-  bool sure = false;    ///< whole, well inside the image, not seen too obliquely, and not dark
-  bool dark = false;    ///< it may be, on all of its lines
-  bool cut = false;     ///< it may blink while its lines are exposed: some show it, some do not
+  bool sure = false;    ///< must be detected: wholly inside the image, not oblique, not dark
+  bool dark = false;    ///< all of its lines may be dark, because it blinks
+  bool cut = false;     ///< some of its lines may be dark, because it blinks while they are exposed
 };
 
-/// Lamps whose image may reach into the picture.
+/// Predicts all lamps whose image may overlap the picture.
 std::vector<ExpectedLamp> expected_lamps(const Scene& scene, const PredictedCamera& predicted,
                                          double gate_sigma, double model_sigma_px);
 
-/// Where they must be, with room for the background about them.
+/// Returns the windows that contain the lamps within the gate, with a margin of background.
 std::vector<PixelWindow> windows_of(const std::vector<ExpectedLamp>& expected, double gate_sigma);
 
-/// One blob for each lamp within the gate, the nearest pairs first; a lamp that might be either of
-/// two blobs has none.
+/// Assigns at most one blob to each lamp, nearest pairs first, within the gate. A lamp with two
+/// similarly near blobs stays unassigned.
 std::vector<Match> match_expected(const std::vector<ExpectedLamp>& expected,
                                   const std::vector<Blob>& blobs, const Scene& scene,
                                   double gate_sigma);
 
-/// From when the first line begins its exposure to the middle of that of the line at a pixel.
+/// Time from the start of the first line's exposure to the middle of the exposure of the line at a
+/// pixel.
 double readout_delay_s(const Sensor& sensor, const Eigen::Vector2d& px);
 
-/// Mean of that over the matched blobs.
+/// Mean of readout_delay_s over the matched blobs.
 double mean_delay_s(const Sensor& sensor, const std::vector<Match>& matches,
                     const std::vector<Blob>& blobs);
 
-/// Moves each matched blob from where it was seen to where it would have been seen at the
-/// prediction's time; what the velocity's error makes of that is added to its covariances.
+/// Moves each matched blob to its place at the time of the prediction. The error of the velocity is
+/// propagated to the covariances of the blob.
 void to_time_of(const PredictedCamera& predicted, const Scene& scene,
                 const std::vector<Match>& matches, std::vector<Blob>& blobs);
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kalman's update by a measurement of the first states in information form, which may be singular:
-// half of its chi2 at a state moved by d from the predicted one is g . d + d . L d / 2. With P the
-// covariance of these states, P = S S^T, and the eigenvalues a of S^T L S = V diag(a) V^T
+// Kalman update with a measurement of the first states in information form, which may be singular.
+// Half the chi2 of the measurement at a state moved by d from the prediction is g . d + d . L d
+// / 2. With the covariance P = S S^T of these states and the eigenvalues a of S^T L S = V diag(a)
+// V^T:
 //     P+ = S V diag(1 / (1 + a)) V^T S^T,    d = -S V diag(1 / (1 + a)) V^T S^T g,
-//     NIS = sum (V^T S^T g)^2 / (a (1 + a)) over the directions that are measured.
-// The other states follow by their correlation. Covariances stay positive definite.
+//     NIS = sum (V^T S^T g)^2 / (a (1 + a)) over the measured directions.
+// The other states are updated by their correlation. Covariances stay positive definite.
 // Source: the matrix inversion lemma; NIS: Bar-Shalom, Li, Kirubarajan, Estimation with
 // Applications to Tracking and Navigation, 2001, sec. 5.4.
 #pragma once
@@ -37,9 +38,9 @@ class InformationUpdate {
     // P(:, measured) S^-T V
     across_ = root.matrixL().solve(covariance.template topRows<measured>()).transpose().eval() *
               eigen.eigenvectors();
-    const double least = std::max(measurable, rounding * gain_.maxCoeff());
+    const double min_gain = std::max(measurable, rounding * gain_.maxCoeff());
     for (int i = 0; i < measured; ++i) {
-      if (!(gain_[i] > least)) continue;
+      if (!(gain_[i] > min_gain)) continue;
       ++dof_;
       nis_ += seen_[i] * seen_[i] / (gain_[i] * (1 + gain_[i]));
     }
@@ -59,7 +60,8 @@ class InformationUpdate {
   }
 
  private:
-  // Information of less than a millionth of the prediction's is none.
+  // Eigenvalues below 1e-6 of the information of the prediction (1 in these coordinates), or within
+  // the rounding error of the largest one, are treated as zero.
   static constexpr double measurable = 1e-6, rounding = 1e-12;
 
   const Covariance& covariance_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One of the two filters: of a body in space, or of a vehicle on a floor.
+// Holds one of the two filters: PoseFilter for a body in space, PlanarFilter for a vehicle.
 #pragma once
 
 #include <optional>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A filter's memory. Measurements of the last seconds are kept, each with the state after it, so
-// that one which arrives late (or odometry that does) is put in its place and what came after it is
-// done again: the result is that of the right order, to rounding.
+// History of a filter. It keeps the measurements of the last seconds, each with the state after it.
+// A late measurement is inserted at its time and all later ones are processed again, so the result
+// is that of the right order up to rounding errors.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +15,8 @@
 
 namespace occ::internal::track {
 
-/// Model: types State (with time_s) and Step (odometry); propagate(State&, const Stretch&);
-/// update(State&, const PoseObservation&) -> FilterUpdate.
+/// Requirements on Model: the types State (with time_s) and Step (odometry);
+/// propagate(State&, const Stretch&); update(State&, const PoseObservation&) -> FilterUpdate.
 template <typename Model>
 class Replay {
  public:
@@ -29,11 +29,11 @@ class Replay {
   const Model& model() const { return model_; }
   bool started() const { return !entries_.empty(); }
 
-  /// Forgets all measurements and what the motion was before.
+  /// Drops all measurements and the motion before the state.
   void start(const State& state) {
     entries_.clear();
     entries_.push_back({std::nullopt, state, {}});
-    timeline_.forget_before(state.time_s);
+    timeline_.drop_before(state.time_s);
     newest_s_ = state.time_s;
   }
 
@@ -44,9 +44,9 @@ class Replay {
     const auto next = std::upper_bound(entries_.begin(), entries_.end(), seen.time_s, later);
     const auto place = entries_.insert(next, Entry{seen, (next - 1)->after, {}});
     const auto index = static_cast<std::size_t>(place - entries_.begin());
-    redo_from(index);
+    reprocess_from(index);
     const FilterUpdate update = entries_[index].update;
-    remember(seen.time_s);
+    advance(seen.time_s);
     return update;
   }
 
@@ -54,20 +54,20 @@ class Replay {
     if (!started()) return {};
     if (step.to_s <= entries_.front().after.time_s) return {FilterOutcome::too_old};
     if (!timeline_.add(step)) return {FilterOutcome::overlapping};
-    redo_after(step.from_s);
-    remember(step.to_s);
+    reprocess_after(step.from_s);
+    advance(step.to_s);
     return {FilterOutcome::accepted};
   }
 
   FilterUpdate add(const ImuSample& sample) {
     if (!started()) return {};
     timeline_.add(sample);
-    redo_after(sample.time_s);
-    remember(sample.time_s);
+    reprocess_after(sample.time_s);
+    advance(sample.time_s);
     return {FilterOutcome::accepted};
   }
 
-  /// Nothing before the start, and of a time that is forgotten.
+  /// Returns the state predicted to a time; nullopt before the start and before the history.
   std::optional<State> at(double time_s) const {
     if (!started() || time_s < entries_.front().after.time_s) return std::nullopt;
     const auto later = [](double time, const Entry& e) { return time < e.after.time_s; };
@@ -75,12 +75,9 @@ class Replay {
     return propagated((next - 1)->after, time_s);
   }
 
-  /// Of the newest measurement.
-  double newest_s() const { return newest_s_; }
-
  private:
   struct Entry {
-    std::optional<PoseObservation> seen;  // none: the beginning
+    std::optional<PoseObservation> seen;  // empty for the first entry
     State after;
     FilterUpdate update;
   };
@@ -92,7 +89,7 @@ class Replay {
     return state;
   }
 
-  void redo_from(std::size_t index) {
+  void reprocess_from(std::size_t index) {
     for (std::size_t i = index; i < entries_.size(); ++i) {
       Entry& entry = entries_[i];
       entry.after = propagated(entries_[i - 1].after, entry.seen->time_s);
@@ -100,30 +97,30 @@ class Replay {
     }
   }
 
-  void redo_after(double time_s) {
+  void reprocess_after(double time_s) {
     std::size_t index = entries_.size();
     while (index > 1 && entries_[index - 1].after.time_s > time_s) --index;
-    redo_from(index);
+    reprocess_from(index);
   }
 
-  /// What is older than the memory becomes the beginning.
-  void remember(double time_s) {
+  /// Moves the first entry to the beginning of the history before the newest measurement.
+  void advance(double time_s) {
     newest_s_ = std::max(newest_s_, time_s);
     const double horizon_s = newest_s_ - history_s_;
     while (entries_.size() > 1 && entries_[1].after.time_s <= horizon_s) entries_.pop_front();
     Entry& first = entries_.front();
     first.seen.reset();
-    // Without measurements for long the beginning moves on by itself: memory is bounded.
+    // Without images the first entry is predicted forward, which bounds the memory of the timeline.
     if (first.after.time_s < horizon_s - history_s_)
       first.after = propagated(first.after, horizon_s);
-    timeline_.forget_before(first.after.time_s);
+    timeline_.drop_before(first.after.time_s);
   }
 
   Model model_;
   double history_s_;
   double newest_s_ = 0;
   Timeline<Step> timeline_;
-  std::deque<Entry> entries_;  // in the order of their times; the first is the beginning
+  std::deque<Entry> entries_;  // sorted by time; the first has no measurement
 };
 
 }  // namespace occ::internal::track

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Odometry and inertial samples in the order of their times, cut into stretches over which both are
-// constant. They may arrive late, as long as odometry does not overlap.
+// Sorts odometry and inertial samples by time and cuts them into stretches over which both are
+// constant. They may arrive late and in any order; odometry may not overlap.
 #pragma once
 
 #include <algorithm>
@@ -18,14 +18,14 @@ class Timeline {
  public:
   struct Stretch {
     double duration_s = 0;
-    const Step* odometry = nullptr;  ///< none: the wheels say nothing of it
-    double share = 0;                ///< of the odometry's duration
-    const ImuSample* imu = nullptr;
+    const Step* odometry = nullptr;  ///< null where there is none
+    double share = 0;                ///< duration over that of the odometry
+    const ImuSample* imu = nullptr;  ///< null where there is none
   };
 
   explicit Timeline(double imu_hold_s) : imu_hold_s_(imu_hold_s) {}
 
-  /// False, and nothing kept, when it overlaps with what is there.
+  /// Returns false and drops the step if it overlaps an earlier one.
   bool add(const Step& step) {
     const auto next =
         std::upper_bound(steps_.begin(), steps_.end(), step.from_s,
@@ -43,7 +43,7 @@ class Timeline {
     samples_.insert(next, sample);
   }
 
-  /// Calls visit(Stretch) for each stretch of [from_s, to_s), in their order.
+  /// Calls visit(Stretch) for each stretch of [from_s, to_s), in order of time.
   template <typename Visit>
   void walk(double from_s, double to_s, Visit&& visit) const {
     double time_s = from_s;
@@ -60,21 +60,16 @@ class Timeline {
     }
   }
 
-  void forget_before(double time_s) {
+  void drop_before(double time_s) {
     while (!steps_.empty() && steps_.front().to_s <= time_s) steps_.pop_front();
-    // The last sample before is held on.
+    // The last sample before that time still holds after it.
     while (samples_.size() > 1 && samples_[1].time_s <= time_s) samples_.pop_front();
-  }
-
-  void clear() {
-    steps_.clear();
-    samples_.clear();
   }
 
  private:
   static constexpr double rounding_s = 1e-9;
 
-  /// The step that covers a time, and at `end_s` (lowered) where that ceases to be so.
+  /// Returns the step that covers a time, or null; lowers `end_s` to where that changes.
   const Step* odometry_at(double time_s, double& end_s) const {
     const auto next =
         std::upper_bound(steps_.begin(), steps_.end(), time_s,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The inside of Tracker.
+// Implementation of Tracker.
 #pragma once
 
 #include <limits>
@@ -28,7 +28,7 @@ class TrackerImpl {
   TrackerState state() const { return state_; }
 
  private:
-  struct View {  // a camera, and what its clock has shown
+  struct CameraState {  // a camera and the times of its images
     Scene scene;
     Rigid3 cam_from_body;
     double last_s = -std::numeric_limits<double>::infinity();
@@ -36,25 +36,25 @@ class TrackerImpl {
     int refused = 0;
   };
 
-  /// An image that is worked on.
+  /// The image that is being processed.
   struct Job {
     const ImageView& image;
-    View& view;
+    CameraState& view;
     Rigid3 cam_from_body;
     TrackedFrame frame;
-    std::string note;       ///< said whatever else there is to say
-    bool searched = false;  ///< the whole image, in vain or not
-    bool dark = false;      ///< no lamp was found, and none had to be
+    std::string note;       ///< prepended to the reason of the frame
+    bool searched = false;  ///< the whole image was searched, with or without success
+    bool dark = false;      ///< no lamp was found, and all expected ones may be dark
     double seen_s = 0;      ///< mean time of the lines that show its lamps
   };
 
-  /// Lamps that were found, and whose blobs.
+  /// Lamps that were found, with their blobs.
   struct Found {
     std::vector<Match> matches;
     std::vector<Blob> blobs;
   };
 
-  /// A pose that was not predicted.
+  /// A pose outside the gate of its prediction.
   struct Jump {
     double time_s = 0;
     Rigid3 body_from_world;
@@ -62,33 +62,33 @@ class TrackerImpl {
   };
 
   bool in_order(Job& job);
-  void set_back(Job& job);
-  bool believable(const PosePrediction& predicted) const;
+  void restart_clock(Job& job);
+  bool usable(const PosePrediction& predicted) const;
   PredictedCamera camera_at(const PosePrediction& predicted, const Job& job) const;
 
   void begin(Job& job);
-  bool follow(Job& job, const PosePrediction& predicted);
+  bool track(Job& job, const PosePrediction& predicted);
   bool correct(Job& job, Found found);
   std::vector<Blob> detect_at(Job& job, const std::vector<ExpectedLamp>& expected) const;
   bool search(Job& job, const PosePrediction& predicted);
-  bool take(Job& job, const PosePrediction& predicted, const Fix& fix);
+  bool use_fix(Job& job, const PosePrediction& predicted, const Fix& fix);
   bool confirm(Job& job, const PosePrediction& predicted, const Jump& jump);
   bool agrees_with_jumps(const Jump& jump) const;
   void begin_at_jumps();
   static double seen_at(const Fix& fix, const Job& job);
   Prior lasting_prior(const Job& job) const;
   Result<Fix> locate_in(Job& job, const std::optional<Prior>& prior) const;
-  void seen(const Job& job);
-  void unseen(Job& job, const PosePrediction& predicted);
+  void set_tracking(const Job& job);
+  void set_unseen(Job& job, const PosePrediction& predicted);
   void fill_pose(Job& job) const;
 
   TrackerOptions options_;
   DetectOptions detect_;
-  std::vector<View> views_;
+  std::vector<CameraState> views_;
   MotionFilter filter_;
   TrackerState state_ = TrackerState::searching;
   double last_seen_s_ = -std::numeric_limits<double>::infinity();
-  std::vector<Jump> jumps_;  // of the last images, that agree with one another
+  std::vector<Jump> jumps_;  // of consecutive images, which agree with each other
 };
 
 }  // namespace occ::internal::track
