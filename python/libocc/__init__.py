@@ -10,6 +10,7 @@ Metres, radians, pixels; pixel (0, 0) is the centre of the first pixel. World: Z
 y down, z forward. `cam_from_world` is a 4x4 matrix that takes points in the world to the camera.
 """
 
+from . import _moved
 from ._core import (
     Adjustment,
     AmbientImage,
@@ -111,7 +112,6 @@ from ._core import (
     PanTiltPlan,
     PanTiltResult,
     ParameterStatistics,
-    PlanStatus,
     PlanarEstimate,
     PlanarFilter,
     PlanarFilterOptions,
@@ -121,6 +121,7 @@ from ._core import (
     PlanarSmoothing,
     PlanarWindowEstimate,
     PlanarWindowSmoother,
+    PlanStatus,
     PointValue,
     PoseBound,
     PoseCandidate,
@@ -285,6 +286,8 @@ from ._core import (
 )
 from .maps import PowerMap, power_map
 from .meshes import read_mesh
+
+_moved.install()
 
 __all__ = [
     "Adjustment", "AmbientImage", "AmbientLight", "AprilTag", "Blob", "Box", "CalibratedLight", "Camera",

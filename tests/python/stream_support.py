@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 
 import libocc as occ
-from libocc.poses import upward_pose
+from libocc.cli.poses import upward_pose
 
 FPS = 20
 BEGIN_S = 5.0

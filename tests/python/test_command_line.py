@@ -247,7 +247,7 @@ def test_the_installed_command_runs_as_a_process(tmp_path: Path):
 def test_locating_waits_for_no_picture_or_table_library(tmp_path: Path):
     """matplotlib and rich cost more than a fix: only what draws or prints tables imports them."""
     program = (
-        "import sys\nimport libocc.commands.locate, libocc.commands.detect\n"
+        "import sys\nimport libocc.cli.commands.locate, libocc.cli.commands.detect\n"
         "print([m for m in ('matplotlib', 'rich') if m in sys.modules])"
     )
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path)

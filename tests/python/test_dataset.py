@@ -11,15 +11,16 @@ from matplotlib.path import Path as Outline
 from small_room import small_scene
 
 import libocc as occ
-from libocc.dataset.bop import Bop, rim_in_lamp_m, world_from_lamp
-from libocc.dataset.coco import Coco
-from libocc.dataset.frames import duration_s, frames_of
-from libocc.dataset.images import FORMATS, check_format, image_bytes, load_image
-from libocc.dataset.masks import Silhouette, box_of, fill, from_run_lengths, run_lengths
-from libocc.dataset.plain import Plain
-from libocc.dataset.waypoints import waypoints_of
-from libocc.dataset.write import write_frames, write_set_files
-from libocc.result_folder import ResultFolder
+from libocc.cli.dataset.bop import Bop, rim_in_lamp_m, world_from_lamp
+from libocc.cli.dataset.coco import Coco
+from libocc.cli.dataset.frames import duration_s, frames_of
+from libocc.cli.dataset.images import FORMATS, check_format, image_bytes, load_image
+from libocc.cli.dataset.masks import Silhouette, box_of, fill, from_run_lengths, run_lengths
+from libocc.cli.dataset.plain import Plain
+from libocc.cli.dataset.waypoints import waypoints_of
+from libocc.cli.dataset.write import write_frames, write_set_files
+from libocc.cli.result_folder import ResultFolder
+
 
 def advance(steps: int = 1) -> None:
     """Nobody looks at the bar."""
@@ -311,7 +312,7 @@ def test_pycocotools_reads_the_annotations(room, walk, tmp_path):
 
 
 def test_coco_polygons_end_at_the_border():
-    from libocc.dataset.coco import clipped
+    from libocc.cli.dataset.coco import clipped
 
     square = [[-10, -10], [4, -10], [4, 4], [-10, 4]]
     outline = np.reshape(clipped(square, 20, 10), (-1, 2))

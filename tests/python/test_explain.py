@@ -8,7 +8,7 @@ from click.testing import CliRunner
 import libocc as occ
 from libocc import samples
 from libocc.cli import main
-from libocc.poses import facing_pose
+from libocc.cli.poses import facing_pose
 
 SCENE = """\
 schema: libocc-scene/1

@@ -126,7 +126,7 @@ def test_what_is_wrong_is_said_with_file_key_and_value(tmp_path, change, complai
 
 
 def test_a_full_disk_keeps_what_is_there(experiment, tmp_path, monkeypatch):
-    from libocc import result_folder
+    from libocc.cli import result_folder
 
     real = result_folder.whole_file
 

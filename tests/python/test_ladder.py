@@ -15,10 +15,10 @@ from click.testing import CliRunner
 
 import libocc as occ
 from libocc.cli import main
-from libocc.files import whole_file
-from libocc.ladder import costs, measure, plot
-from libocc.ladder.experiment import Experiment, noisier
-from libocc.ladder.figures import Row, advice, rows_of
+from libocc.cli.files import whole_file
+from libocc.cli.ladder import costs, measure, plot
+from libocc.cli.ladder.experiment import Experiment, noisier
+from libocc.cli.ladder.figures import Row, advice, rows_of
 
 
 @pytest.fixture

@@ -298,7 +298,7 @@ def test_bad_input_is_one_line_and_exit_code_2(run, arguments, text):
 
 
 def test_what_is_done_stays_when_a_run_breaks_off(run, monkeypatch):
-    import libocc.commands.map as command
+    import libocc.cli.commands.map as command
 
     calls = []
 

@@ -10,9 +10,9 @@ import pytest
 from click.testing import CliRunner
 
 import libocc as occ
-from libocc.calibration.network_file import network_files, read_network
-from libocc.calibration.run import ladder
 from libocc.cli import main
+from libocc.cli.calibration.run import ladder
+from libocc.network.files import network_files, read_network
 
 PANORAMA = Path(__file__).parents[2] / "data/calibration/panorama"
 TRUTH = {"c_px": 4371.0, "cy_px": 5105.5, "tilt_x_rad": 2e-3, "tilt_y_rad": -1.5e-3, "ex_m": 0.011, "ey_m": -0.007,

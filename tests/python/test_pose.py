@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import libocc as occ
-from libocc import report
+from libocc.cli import report
 
 CAMERA = occ.Camera.pinhole(width=1280, height=960, fx_px=800, fy_px=800, cx_px=639.5, cy_px=479.5)
 CAM_FROM_WORLD = occ.look_at([0.4, -0.3, -5], [0, 0, 0], [0, -1, 0])

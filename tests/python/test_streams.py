@@ -15,18 +15,18 @@ import pytest
 from stream_support import FPS, raw_image, render, write_bag, write_folder
 
 import libocc as occ
-from libocc.streams import outputs as outputs_module
+from libocc.cli.position import outputs as outputs_module
+from libocc.cli.position.clock import FrameOrder
+from libocc.cli.position.lamp_table import lamps_of_table
+from libocc.cli.position.latest import Latest
+from libocc.cli.position.outputs import JsonLines, Outputs, Tum
+from libocc.cli.position.record import Pose, Record, record_dict, record_text
+from libocc.cli.position.ros_messages import ros_covariance
+from libocc.cli.position.summary import Summary
 from libocc.streams.bags import BagSource, pixels_of, pixels_of_file
-from libocc.streams.clock import FrameOrder
 from libocc.streams.folder import FolderSource
 from libocc.streams.frames import StreamFrame
-from libocc.streams.lamp_table import lamps_of_table
-from libocc.streams.latest import Latest
 from libocc.streams.open_source import open_source
-from libocc.streams.outputs import JsonLines, Outputs, Tum
-from libocc.streams.record import Pose, Record, record_dict, record_text
-from libocc.streams.ros_messages import ros_covariance
-from libocc.streams.summary import Summary
 
 PIXELS = np.arange(12, dtype=np.uint8).reshape(3, 4)
 

@@ -12,14 +12,13 @@ from click.testing import CliRunner
 from small_room import SWEEP, contents, write_all
 
 import libocc as occ
-from libocc import workers
-from libocc.cli import main
-from libocc.sweep import run as sweep_run
-from libocc.sweep.paths import set_path, steps_of
-from libocc.sweep.plan import read_sweep, scene_and_pose
-from libocc.sweep.point import compute_point
-from libocc.sweep.ranges import values_of
-from libocc.sweep.run import points_of
+from libocc.cli import main, workers
+from libocc.cli.sweep import run as sweep_run
+from libocc.cli.sweep.paths import set_path, steps_of
+from libocc.cli.sweep.plan import read_sweep, scene_and_pose
+from libocc.cli.sweep.point import compute_point
+from libocc.cli.sweep.ranges import values_of
+from libocc.cli.sweep.run import points_of
 
 
 @pytest.fixture

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Experiments with a vehicle that drives by its lamps: files, runs, tests, pictures."""
+"""Experiments with a vehicle that is guided by its position fixes."""
