@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Former module paths, importable for one version with a DeprecationWarning."""
+"""Names and modules of version 0.1 that have moved: usable for one version with a DeprecationWarning."""
 
 import sys
 import warnings
@@ -8,6 +8,12 @@ from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
+from typing import Any
+
+# Submodules that received names of `libocc`, in the order in which they are searched.
+NEW_HOMES = (
+    "network", "guide", "codes", "smoothing", "targets", "photometry", "objects", "pose", "rendering", "bench",
+)
 
 # Former path below `libocc` -> present path. The longest matching prefix applies.
 MODULES = {
@@ -41,6 +47,17 @@ MODULES = {
     "tags_plot": "cli.tags_plot",
     "workers": "cli.workers",
 }
+
+
+def find_name(name: str) -> Any:
+    """Attribute `name` that was in `libocc` and is now in a submodule. Raises: AttributeError when there is none."""
+    if not name.startswith("_"):
+        for place in NEW_HOMES:
+            module = import_module(f"libocc.{place}")
+            if name in module.__all__:
+                warnings.warn(f"libocc.{name} has moved to libocc.{place}.{name}", DeprecationWarning, stacklevel=3)
+                return getattr(module, name)
+    raise AttributeError(f"module 'libocc' has no attribute {name!r}", name=name, obj=sys.modules["libocc"])
 
 
 def present_path(path: str) -> str | None:

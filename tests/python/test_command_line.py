@@ -166,7 +166,7 @@ def test_simulate_turns_the_camera(run, options, heading_deg, axis):
     assert pose[2, :3] == pytest.approx(axis, abs=1e-3)
     assert np.linalg.inv(pose)[:3, 3] == pytest.approx([1.7, 2.1, 0.5], abs=1e-12)
     if heading_deg is not None:
-        assert np.degrees(occ.heading_rad(pose)) == pytest.approx(heading_deg, abs=1e-9)
+        assert np.degrees(occ.guide.heading_rad(pose)) == pytest.approx(heading_deg, abs=1e-9)
 
 
 def test_overlays_are_pictures(run, room):

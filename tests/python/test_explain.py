@@ -41,7 +41,7 @@ def test_json_is_what_the_api_says(run):
     for printed, effect in zip(data["effects"], said.effects, strict=True):
         assert printed["bound_dn"] == effect.bound_dn and printed["applied"] == effect.applied
         assert printed["cost_s"] is None
-    plan = occ.plan_render(scene, pose)
+    plan = occ.rendering.plan_render(scene, pose)
     assert [e.applied for e in plan] == [e.applied for e in said.effects]
     by_name = {e.effect: e for e in said.effects}
     assert by_name["psf"].called_for and not by_name["psf"].applied and by_name["psf"].reason == "off"

@@ -364,7 +364,7 @@ def test_covariances_are_ros_s_own(pose):
     found = ros_covariance(Pose(0.0, pose, covariance, np.zeros(3), np.eye(3)))
     drawn = []
     for delta in (root @ rng.standard_normal((6, 20000))).T:
-        moved = occ.moved_pose(pose, delta, 1.0)
+        moved = occ.smoothing.moved_pose(pose, delta, 1.0)
         turn = moved[:3, :3].T @ pose[:3, :3]
         place = -moved[:3, :3].T @ moved[:3, 3] + pose[:3, :3].T @ pose[:3, 3]
         drawn.append([*place, turn[2, 1], turn[0, 2], turn[1, 0]])
@@ -382,7 +382,7 @@ def test_a_table_says_where_lamps_hang(root: Path, tmp_path: Path):
     room = occ.Scene.load(root / "data" / "scenes" / "ufsook_four.yaml")
     table = tmp_path / "lamps.csv"
     table.write_text("id,x,y,z\n# a comment\n7,1,1,3\n\n9,3,1,2.5\n")
-    made = lamps_of_table(str(table), room, occ.Code(kind=occ.CodeKind.ufsook))
+    made = lamps_of_table(str(table), room, occ.codes.Code(kind=occ.codes.CodeKind.ufsook))
     assert [lamp.id for lamp in made.lamps] == [7, 9] and made.lamps[1].centre_m.tolist() == [3, 1, 2.5]
     assert made.lamps[0].radius_m == room.lamps[0].radius_m and made.lamps[0].code.id == 7
 
@@ -407,7 +407,7 @@ def test_a_bad_table_is_refused_by_line(root: Path, tmp_path: Path, text, said):
     table = tmp_path / "lamps.csv"
     table.write_text(text)
     with pytest.raises(ValueError, match=f"lamps.csv{said}"):
-        lamps_of_table(str(table), room, occ.Code(kind=occ.CodeKind.ufsook))
+        lamps_of_table(str(table), room, occ.codes.Code(kind=occ.codes.CodeKind.ufsook))
 
 
 # --- the summary

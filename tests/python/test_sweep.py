@@ -79,7 +79,7 @@ def test_a_point_is_the_scene_with_its_values(run):
     }
     scene, pose = scene_and_pose(sweep.base, values)
     assert scene.sensor.exposure_s == 2e-5 and scene.lamps[2].centre_m[0] == 0.25
-    assert {lamp.power_w for lamp in scene.lamps} == {0.5} and scene.effects.use["noise"] is occ.Use.off
+    assert {lamp.power_w for lamp in scene.lamps} == {0.5} and scene.effects.use["noise"] is occ.rendering.Use.off
     assert np.linalg.inv(pose)[2, 3] == pytest.approx(0.3)
     assert math.degrees(math.acos(pose[2, 2])) == pytest.approx(4)
 

@@ -37,7 +37,7 @@ def start_camera(
     middle = {"cx_px": (width - 1) / 2, "cy_px": (height - 1) / 2}
     notes = []
     if focal_px is None and model == "pinhole":
-        pinhole, status, message = occ.start_pinhole(views, width, height)
+        pinhole, status, message = occ.network.start_pinhole(views, width, height)
         focal_px = pinhole.fx_px
         if status is not occ.Status.ok:
             notes.append(f"the start of the focal length is a guess: {message}")
@@ -52,7 +52,7 @@ def start_camera(
     return occ.Camera.pinhole(**common, distortion=[0.0] * coefficients), notes
 
 
-def plane_of_tag(tag: occ.AprilTag) -> tuple[Any, Any]:
+def plane_of_tag(tag: occ.targets.AprilTag) -> tuple[Any, Any]:
     return np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]]), tag.corners_px
 
 
@@ -131,6 +131,6 @@ def command(
     notes += begun.warnings
     network = begun.network
     add_distances(network, distance)
-    finish(ctx, network, occ.Datum(kind=occ.DatumKind[datum_kind or "inner"]), out=out,
+    finish(ctx, network, occ.network.Datum(kind=occ.network.DatumKind[datum_kind or "inner"]), out=out,
            title=f"Camera from {len(images)} pictures", select=select, ladder=ladder, robust=robust, as_json=as_json,
            settings=settings, notes=notes, before=start)

@@ -70,17 +70,17 @@ def command(
                 notes.append(f"{image}: {why}; left out")
             seen.append((image, 0, lamps))
             advance()
-    begun = occ.lamp_network([("camera", scene.camera, parameters)], scene, seen)
+    begun = occ.network.lamp_network([("camera", scene.camera, parameters)], scene, seen)
     if not begun.ok:
         raise Failure(f"{begun.status.name}: {begun.message} {' '.join(notes)}")
     add_distances(begun.network, distance)
-    finish(ctx, begun.network, occ.Datum(), out=out, title=f"Lamps in {len(images)} pictures", select=False,
+    finish(ctx, begun.network, occ.network.Datum(), out=out, title=f"Lamps in {len(images)} pictures", select=False,
            robust=robust, as_json=as_json, notes=notes + begun.warnings,
            settings={"kind": "lamps", "images": list(images), "map": scene_path},
            more=lambda network: {"scene.yaml": surveyed(scene, network).format().encode()})
 
 
-def surveyed(scene: occ.Scene, network: occ.Network) -> occ.Scene:
+def surveyed(scene: occ.Scene, network: occ.network.Network) -> occ.Scene:
     """The scene with the network's lamps in their places, and its camera."""
     places = dict(zip(network.point_names, np.asarray(network.points_m)))
     lamps = [lamp.replace(centre_m=places.get(f"lamp {lamp.id}", lamp.centre_m)) for lamp in scene.lamps]

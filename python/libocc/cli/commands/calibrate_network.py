@@ -29,7 +29,7 @@ def command(
     """
     with blamed_on(file):
         network, given, checks = read_network_and_checks(find_network(file))
-        datum = given if datum_kind is None else occ.Datum(kind=occ.DatumKind[datum_kind])
+        datum = given if datum_kind is None else occ.network.Datum(kind=occ.network.DatumKind[datum_kind])
     finish(ctx, network, datum, out=out, title=f"Network {file}", checks=checks, select=select, ladder=ladder,
            robust=robust, as_json=as_json,
            settings={"kind": "network", "file": file})

@@ -37,14 +37,14 @@ distance_option = click.option(
 )
 
 
-def add_distances(network: occ.Network, distances: Sequence[tuple[str, str, float, float]]) -> None:
+def add_distances(network: occ.network.Network, distances: Sequence[tuple[str, str, float, float]]) -> None:
     for start, end, length_m, sigma_m in distances:
         if not (length_m > 0 and sigma_m > 0):
             raise Failure(f"--distance: length and sigma must be positive, got {length_m:g} and {sigma_m:g}")
         network.add_distance(target_of(network, start), target_of(network, end), length_m, sigma_m)
 
 
-def target_of(network: occ.Network, name: str) -> occ.Target:
+def target_of(network: occ.network.Network, name: str) -> occ.network.Target:
     from ...network.files import target_named
 
     points = {point: i for i, point in enumerate(network.point_names)}
@@ -57,9 +57,9 @@ def target_of(network: occ.Network, name: str) -> occ.Target:
 
 
 def finish(
-    ctx: click.Context, network: occ.Network, datum: occ.Datum, *, out: str, title: str, select: bool, robust: bool,
+    ctx: click.Context, network: occ.network.Network, datum: occ.network.Datum, *, out: str, title: str, select: bool, robust: bool,
     as_json: bool, settings: dict[str, Any], notes: Sequence[str] = (),
-    more: Callable[[occ.Network], dict[str, bytes]] | None = None, ladder: bool = False,
+    more: Callable[[occ.network.Network], dict[str, bytes]] | None = None, ladder: bool = False,
     checks: dict[str, Any] | None = None, before: occ.Camera | None = None,
 ) -> None:
     """Adjusts, writes the folder, says how it went; exit code 1 when it did not end well."""

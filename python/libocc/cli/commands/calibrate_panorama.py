@@ -64,7 +64,7 @@ def command(
     if not begun.ok:
         raise Failure(f"{begun.status.name}: {begun.message}")
     add_distances(begun.network, distance)
-    finish(ctx, begun.network, occ.Datum(kind=occ.DatumKind[datum_kind or "inner"]), out=out,
+    finish(ctx, begun.network, occ.network.Datum(kind=occ.network.DatumKind[datum_kind or "inner"]), out=out,
            title=f"Panorama camera from {len(images)} pictures",
            select=select, ladder=ladder, robust=robust, as_json=as_json, notes=begun.warnings, before=start,
            settings={"kind": "panorama", "images": list(images), "tag_size_m": tag_size_m})

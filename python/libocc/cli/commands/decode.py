@@ -14,9 +14,9 @@ from ..sequence_frames import Frames, load_frames
 from ..stripe_codes import StripedLamp, striped_lamps
 
 JOIN_FRAMES = 15  # half a second at 30 frames/s: lamps are seldom dark for longer
-KINDS = [kind.name for kind in occ.CodeKind]
-LINES = {"manchester": occ.LineCode.manchester, "4b6b": occ.LineCode.code_4b6b}
-CHECKSUMS = {sum_.name: sum_ for sum_ in occ.Checksum}
+KINDS = [kind.name for kind in occ.codes.CodeKind]
+LINES = {"manchester": occ.codes.LineCode.manchester, "4b6b": occ.codes.LineCode.code_4b6b}
+CHECKSUMS = {sum_.name: sum_ for sum_ in occ.codes.Checksum}
 
 
 def chosen(name: str, value: str, known: dict[str, Any]) -> Any:
@@ -35,13 +35,13 @@ def map_of(place: str, wanted: str | None) -> occ.Scene:
         return samples.load_scene(path)
 
 
-def code_of(kind: str | None, scene: occ.Scene, changes: dict[str, Any]) -> occ.Code:
+def code_of(kind: str | None, scene: occ.Scene, changes: dict[str, Any]) -> occ.codes.Code:
     """What the map's lamps speak, as far as the command line does not say otherwise."""
     spoken = [lamp.code.code for lamp in scene.lamps if lamp.code is not None]
     if kind is None and not spoken:
         raise Failure("--code: no lamp of the map has a code, so it must be given")
-    wanted = spoken[0].kind if kind is None else occ.CodeKind[kind]
-    code = next((one for one in spoken if one.kind == wanted), occ.Code(kind=wanted))
+    wanted = spoken[0].kind if kind is None else occ.codes.CodeKind[kind]
+    code = next((one for one in spoken if one.kind == wanted), occ.codes.Code(kind=wanted))
     with blamed_on("--code"):
         return code.replace(**{name: value for name, value in changes.items() if value is not None})
 
@@ -58,7 +58,7 @@ def position_of(blobs: list[occ.Blob], scene: occ.Scene) -> occ.Fix | None:
     return occ.solve_pose(points, seen, scene.camera, sigma_px=max(sigma_px, 0.05))
 
 
-def lamp_dict(lamp: occ.DecodedLamp, blob: occ.Blob) -> dict[str, Any]:
+def lamp_dict(lamp: occ.codes.DecodedLamp, blob: occ.Blob) -> dict[str, Any]:
     return {
         "id": lamp.id,
         "lamp": blob.lamp_id,
@@ -76,7 +76,7 @@ def lamp_dict(lamp: occ.DecodedLamp, blob: occ.Blob) -> dict[str, Any]:
     }
 
 
-def lamps_text(found: occ.Decoded) -> str:
+def lamps_text(found: occ.codes.Decoded) -> str:
     lines = [" n      x px      y px    id  lamp  explained  status"]
     for i, (lamp, blob) in enumerate(zip(found.lamps, found.blobs, strict=True)):
         x, y = blob.centroid_px
@@ -153,7 +153,7 @@ def command(
     }
     code = code_of(kind, scene, changes)
     with blamed_on(frames):
-        found = occ.decode(
+        found = occ.codes.decode(
             loaded.images, loaded.times_s, scene.sensor, code, map=scene, exact_times=exact_times,
             join_frames=0 if still else JOIN_FRAMES,
         )

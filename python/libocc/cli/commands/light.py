@@ -47,7 +47,7 @@ def pose_beside(image: str) -> Any:
         return matrix(yaml.safe_load(path.read_text()), path.name)
 
 
-def lamp_dict(light: occ.LampLight) -> dict[str, Any]:
+def lamp_dict(light: occ.photometry.LampLight) -> dict[str, Any]:
     sigma = np.sqrt(np.diag(light.covariance))
     uses = [flux.use.name for flux in light.fluxes]
     return {
@@ -70,11 +70,11 @@ def line(data: dict[str, Any]) -> str:
     return f"{text}; {data['message']}" if data["message"] else text
 
 
-def factor_dict(factor: occ.CommonFactor) -> dict[str, float]:
+def factor_dict(factor: occ.network.CommonFactor) -> dict[str, float]:
     return {"value": factor.value, "sigma": float(np.sqrt(factor.covariance[0, 0]))}
 
 
-def ambient_dict(ambient: occ.AmbientLight) -> dict[str, Any]:
+def ambient_dict(ambient: occ.photometry.AmbientLight) -> dict[str, Any]:
     return {
         "status": ambient.status.name, "message": ambient.message,
         "irradiance_w_m2": ambient.irradiance_w_m2 if ambient.ok else None,
@@ -94,7 +94,7 @@ def ambient_line(data: dict[str, Any]) -> str:
     return f"{text}; {data['message']}" if data["message"] else text
 
 
-def summary(found: occ.CalibratedLight, ambient: occ.AmbientLight | None) -> dict[str, Any]:
+def summary(found: occ.photometry.CalibratedLight, ambient: occ.photometry.AmbientLight | None) -> dict[str, Any]:
     said: dict[str, Any] = {"status": found.status.name, "message": found.message}
     if found.factor is not None:
         said["factor"] = factor_dict(found.factor)
@@ -115,7 +115,7 @@ def lines(said: dict[str, Any]) -> list[str]:
     return text
 
 
-def with_what_was_found(found: occ.CalibratedLight, ambient: occ.AmbientLight | None) -> occ.Scene | None:
+def with_what_was_found(found: occ.photometry.CalibratedLight, ambient: occ.photometry.AmbientLight | None) -> occ.Scene | None:
     """None: nothing was."""
     if ambient is not None and ambient.ok:
         return found.scene.replace(ambient_w_m2=max(0.0, ambient.irradiance_w_m2))
@@ -127,7 +127,7 @@ def with_what_was_found(found: occ.CalibratedLight, ambient: occ.AmbientLight | 
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @click.option("--poses", "poses_path", metavar="FILE.yaml|json",
               help="cam_from_world of each image, by order or name; else IMAGE's .json beside it.")
-@click.option("--powers", type=click.Choice([*occ.PowerFit.__members__]), default="each", show_default=True,
+@click.option("--powers", type=click.Choice([*occ.photometry.PowerFit.__members__]), default="each", show_default=True,
               help="What is unknown: every lamp's power, or one factor of all that SCENE says.")
 @click.option("--ambient", "with_ambient", is_flag=True, help="Find the ambient light too.")
 @click.option("--gate-px", type=click.FloatRange(0, min_open=True), default=3, show_default=True,
@@ -175,11 +175,11 @@ def command(
                 blobs.append(occ.detect(pixels[-1], sensor=sensor))
             advance()
     with blamed_on(poses_path or "poses"):
-        found = occ.calibrate_light(known, blobs, poses, powers=occ.PowerFit[powers], gate_px=gate_px)
+        found = occ.photometry.calibrate_light(known, blobs, poses, powers=occ.photometry.PowerFit[powers], gate_px=gate_px)
     ambient = None
     if with_ambient:
         with naming(images):
-            ambient = occ.calibrate_ambient(known, pixels, poses)
+            ambient = occ.photometry.calibrate_ambient(known, pixels, poses)
     said = summary(found, ambient)
     if as_json:
         emit_json(said)

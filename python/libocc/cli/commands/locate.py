@@ -45,10 +45,10 @@ def command(
     a scene that comes with libocc. Exit code 0: one pose fits; 1: none, or several, which are
     shown, or not within --budget-ms and --target-mm; 2: bad input.
     """
-    table = occ.RungCosts()
+    table = occ.bench.RungCosts()
     if costs is not None:
         with blamed_on(costs):
-            table = occ.RungCosts.load(costs)
+            table = occ.bench.RungCosts.load(costs)
     with blamed_on(scene):
         lamps = samples.load_scene(scene)
     with blamed_on(image):

@@ -48,7 +48,7 @@ def command(
     found, _ = calibrate(start, datum)
     if not found.ok:
         raise Failure(f"{network}: {found.adjustment.message or found.known.message}")
-    measured = occ.measure_points(found.network, points, found.known)
+    measured = occ.network.measure_points(found.network, points, found.known)
     data = summary(names, measured, pairs)
     good = [i for i, point in enumerate(measured.points) if point.status is occ.Status.ok]
     positions = np.array([measured.points[i].position_m for i in good]).reshape(-1, 3)

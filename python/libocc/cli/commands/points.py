@@ -12,17 +12,17 @@ from ..files import whole_file
 MESHES = (".obj", ".ply", ".stl")
 
 
-def object_of(file_or_name: str) -> occ.Object:
+def object_of(file_or_name: str) -> occ.objects.Object:
     """An object's file or name, or the detectable points of a mesh."""
     if not file_or_name.lower().endswith(MESHES):
         return samples.load_object(file_or_name)
-    points = occ.detectable_points(*occ.read_mesh(file_or_name))
+    points = occ.objects.detectable_points(*occ.objects.read_mesh(file_or_name))
     if not points:
         raise ValueError("has no vertex where long sharp edges meet")
-    return occ.Object(name=file_or_name, points=[found.point for found in points])
+    return occ.objects.Object(name=file_or_name, points=[found.point for found in points])
 
 
-def rows_of(thing: occ.Object, value: occ.LocalisationValue) -> list[dict[str, Any]]:
+def rows_of(thing: occ.objects.Object, value: occ.objects.LocalisationValue) -> list[dict[str, Any]]:
     from ..object_plot import order_of
 
     return [
@@ -78,8 +78,8 @@ def command(
         except ImportError as error:
             raise ValueError(str(error)) from error
     with blamed_on("points"):
-        views = occ.views_around(thing, list(distances or (5.0,)), directions)
-        value = occ.localisation_value(thing, camera, views, sigma_px)
+        views = occ.objects.views_around(thing, list(distances or (5.0,)), directions)
+        value = occ.objects.localisation_value(thing, camera, views, sigma_px)
     if out is not None:
         with blamed_on(out):
             thing.save(out)

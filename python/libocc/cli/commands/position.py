@@ -22,8 +22,8 @@ from ..position.stopping import stopped_by_signals
 from ..prior_options import prior_options
 
 
-def lamp_code(scene: occ.Scene) -> occ.Code:
-    return next((lamp.code.code for lamp in scene.lamps if lamp.code is not None), occ.Code(kind=occ.CodeKind.ufsook))
+def lamp_code(scene: occ.Scene) -> occ.codes.Code:
+    return next((lamp.code.code for lamp in scene.lamps if lamp.code is not None), occ.codes.Code(kind=occ.codes.CodeKind.ufsook))
 
 
 def scene_of(name: str, table: str | None) -> occ.Scene:

@@ -12,7 +12,7 @@ from .. import blamed_on, emit_json, json_option, overlay_option
 from ..prior_options import prior_options
 
 
-def match_dict(match: occ.ObjectMatch, objects: Sequence[occ.Object]) -> dict[str, Any]:
+def match_dict(match: occ.objects.ObjectMatch, objects: Sequence[occ.objects.Object]) -> dict[str, Any]:
     thing = objects[match.object]
     return {
         "object": thing.name,
@@ -30,7 +30,7 @@ def match_dict(match: occ.ObjectMatch, objects: Sequence[occ.Object]) -> dict[st
     }
 
 
-def recognition_dict(found: occ.Recognition, objects: Sequence[occ.Object]) -> dict[str, Any]:
+def recognition_dict(found: occ.objects.Recognition, objects: Sequence[occ.objects.Object]) -> dict[str, Any]:
     chances = zip(objects, found.log10_false_alarms, strict=True)
     return {
         "status": found.status.name,
@@ -49,7 +49,7 @@ def recognition_dict(found: occ.Recognition, objects: Sequence[occ.Object]) -> d
     }
 
 
-def recognition_text(found: occ.Recognition, objects: Sequence[occ.Object]) -> str:
+def recognition_text(found: occ.objects.Recognition, objects: Sequence[occ.objects.Object]) -> str:
     lines = [f"status  {found.status.name}"]
     if found.message:
         lines.append(f"why     {found.message}")
@@ -120,7 +120,7 @@ def command(
         blobs = occ.detect(pixels, sensor=taken_by.sensor)
     options: dict[str, Any] = {} if sigma_px is None else {"gate_model_sigma_px": sigma_px}
     with blamed_on("recognise"):
-        found = occ.recognise(blobs, objects, camera, prior, max_false_alarms=max_false_alarms, **options)
+        found = occ.objects.recognise(blobs, objects, camera, prior, max_false_alarms=max_false_alarms, **options)
     if overlay is not None:
         from ..overlay import draw_recognition
 

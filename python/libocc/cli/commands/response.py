@@ -72,7 +72,7 @@ def times_of(given: str | None, images: tuple[str, ...]) -> list[float]:
         raise Failure(str(error)) from error
 
 
-def sensor_section(response: occ.RecoveredResponse, samples: int) -> dict[str, Any]:
+def sensor_section(response: occ.photometry.RecoveredResponse, samples: int) -> dict[str, Any]:
     """What a scene file's `sensor:` takes over."""
     channels = response.channels
     bits = int(np.log2(channels[0].full_scale_dn + 1).round())
@@ -86,7 +86,7 @@ def sensor_section(response: occ.RecoveredResponse, samples: int) -> dict[str, A
     return {**section, "channels": dict(zip(("red", "green", "blue"), reversed(tables)))}
 
 
-def text_of(response: occ.RecoveredResponse, samples: int) -> str:
+def text_of(response: occ.photometry.RecoveredResponse, samples: int) -> str:
     head = "# SPDX-License-Identifier: Apache-2.0\n# By `libocc response`: put these keys into a scene file's `sensor:`."
     if len(response.channels) == 3:
         head += "\n# A sensor with `channels` has a `mosaic`, which the images do not tell."
@@ -96,7 +96,7 @@ def text_of(response: occ.RecoveredResponse, samples: int) -> str:
     return f"{head}\n{body}"
 
 
-def summary(response: occ.RecoveredResponse) -> dict[str, Any]:
+def summary(response: occ.photometry.RecoveredResponse) -> dict[str, Any]:
     return {
         "status": response.status.name,
         "message": response.message,
@@ -112,7 +112,7 @@ def summary(response: occ.RecoveredResponse) -> dict[str, Any]:
     }
 
 
-def seen(channel: occ.ChannelResponse) -> Any:
+def seen(channel: occ.photometry.ChannelResponse) -> Any:
     return (channel.level_dn >= channel.lowest_dn) & (channel.level_dn <= channel.highest_dn)
 
 
@@ -135,7 +135,7 @@ def with_depth(images: list[Any], bit_depth: int | None) -> int:
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @click.option("--exposures", metavar="T,T,...|FILE.yaml|FILE.csv",
               help="Of each image [s], in their order or by name; else what the images' EXIF says.")
-@click.option("--method", type=click.Choice([*occ.ResponseMethod.__members__]), default="levels",
+@click.option("--method", type=click.Choice([*occ.photometry.ResponseMethod.__members__]), default="levels",
               show_default=True, help="Any curve, or one of few coefficients for two or three exposures.")
 @click.option("--black-level-dn", type=float, default=0, show_default=True, help="Stored level without light.")
 @click.option("--bit-depth", type=click.IntRange(8, 16), help="Of 16-bit images' levels.")
@@ -177,8 +177,8 @@ def command(
             advance()
     depth = with_depth(pixels, bit_depth)
     with naming(images):
-        response = occ.recover_response(
-            pixels, times, method=occ.ResponseMethod[method], black_level_dn=black_level_dn,
+        response = occ.photometry.recover_response(
+            pixels, times, method=occ.photometry.ResponseMethod[method], black_level_dn=black_level_dn,
             bit_depth=depth, basis_functions=basis_functions,
         )
     data = summary(response)

@@ -10,7 +10,7 @@ from .. import blamed_on, emit_json, json_option, overlay_option, report
 from ..files import whole_file
 
 
-def tag_dict(tag: occ.AprilTag) -> dict[str, Any]:
+def tag_dict(tag: occ.targets.AprilTag) -> dict[str, Any]:
     return {
         "family": tag.family,
         "id": tag.id,
@@ -23,7 +23,7 @@ def tag_dict(tag: occ.AprilTag) -> dict[str, Any]:
     }
 
 
-def tags_text(tags: list[occ.AprilTag], known: set[int]) -> str:
+def tags_text(tags: list[occ.targets.AprilTag], known: set[int]) -> str:
     lines = ["   id      x px      y px  side px  sigma px  margin  map"]
     for tag in tags:
         side = float(((tag.corners_px[1] - tag.corners_px[0]) ** 2).sum() ** 0.5)
@@ -61,9 +61,9 @@ def command(
     with blamed_on(image):
         pixels = occ.read_image(samples.find_image(image))
         camera = scene.camera if scene else None
-        tags = occ.detect_april_tags(pixels, family=family, decimate=decimate, camera=camera)
+        tags = occ.targets.detect_april_tags(pixels, family=family, decimate=decimate, camera=camera)
     known = {tag.id for tag in scene.tags if tag.family == family} if scene else set()
-    fix = occ.locate_by_tags(tags, scene) if scene else None
+    fix = occ.targets.locate_by_tags(tags, scene) if scene else None
     if overlay is not None:
         from ..tags_plot import draw
 

@@ -68,7 +68,7 @@ class Experiment:
         camera = self.scene.camera
         last = np.array([camera.width, camera.height]) - 1 - MARGIN_PX
         for lamp in self.scene.lamps:
-            rim = occ.project_rim(lamp, pose, camera, RIM_POINTS)
+            rim = occ.rendering.project_rim(lamp, pose, camera, RIM_POINTS)
             if rim is None or (rim < MARGIN_PX).any() or (rim > last).any():
                 return False
         return True

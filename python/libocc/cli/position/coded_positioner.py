@@ -2,7 +2,7 @@
 """From images of lamps that blink their ids: who is who is read first, then the lamps are tracked.
 
 Nothing has to be known beforehand, not even where the lamps' pattern is its own mirror or turned
-image: the ids tell. They are read from the last two seconds of images (`occ.decode`); as soon as
+image: the ids tell. They are read from the last two seconds of images (`occ.codes.decode`); as soon as
 lamps that say known ids leave one pose, the tracker begins with it in the middle of that time and
 catches up. While it tracks, ids go on being read: when they contradict the pose, or when the tracker
 is lost, it begins again.
