@@ -131,8 +131,10 @@ def test_readme_lists_every_solver(root):
     assert [(c[0], c[1], c[2], c[5], c[6]) for c in cells] == expected
 
 
-def test_stubs_are_up_to_date(root: Path):
-    pytest.importorskip("pybind11_stubgen")
-    command = [sys.executable, root / "tools" / "make_stubs", "--check"]
-    ran = subprocess.run(command, capture_output=True, text=True)
-    assert ran.returncode == 0, ran.stderr
+def test_stubs_declare_every_name_of_the_module():
+    stubs = Path(_core.__file__).with_name("_core.pyi")
+    if not stubs.is_file():
+        pytest.skip("built without pybind11-stubgen")
+    declared = set(re.findall(r"^(?:class|def) (\w+)|^(\w+):", stubs.read_text(), re.MULTILINE))
+    names = {name for pair in declared for name in pair}
+    assert {name for name in vars(_core) if not name.startswith("__")} <= names
