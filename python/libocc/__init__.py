@@ -97,18 +97,18 @@ from .maps import PowerMap, power_map
 
 if TYPE_CHECKING:
     from . import (
-        bench,
-        codes,
-        guide,
-        maps,
-        network,
-        objects,
-        photometry,
-        pose,
-        rendering,
-        smoothing,
-        streams,
-        targets,
+        bench as bench,
+        codes as codes,
+        guide as guide,
+        maps as maps,
+        network as network,
+        objects as objects,
+        photometry as photometry,
+        pose as pose,
+        rendering as rendering,
+        smoothing as smoothing,
+        streams as streams,
+        targets as targets,
     )
 
 __all__ = [

@@ -8,11 +8,9 @@ import re
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from problems import CASES
 
 import libocc as occ
-from libocc.cli import main
 from libocc.cli.commands import hard_cases as module
 from libocc.cli.hard_cases.cases import read_case
 from libocc.cli.hard_cases.methods import Method, peer_methods

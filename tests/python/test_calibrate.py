@@ -14,7 +14,6 @@ from PIL.TiffImagePlugin import IFDRational
 
 import libocc as occ
 from libocc._core import Mosaic
-from libocc.cli import main
 
 
 def wall_of_lamps(**sensor) -> occ.Scene:

@@ -3,11 +3,9 @@ import json
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import libocc as occ
 from libocc import samples
-from libocc.cli import main
 from libocc.cli.poses import facing_pose
 
 SCENE = """\

@@ -10,10 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import libocc as occ
-from libocc.cli import main
 from libocc.maps import looking_up, plane_of, power_map, with_focal_length
 from libocc.samples import load_scene
 

@@ -12,11 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from small_room import contents, write_all
 
 import libocc as occ
-from libocc.cli import main, result_folder
+from libocc.cli import result_folder
 from libocc.cli.dataset import write
 
 LINE = ["sequence", "room.yaml", "walk.yaml", "--fps", 20]

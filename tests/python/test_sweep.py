@@ -8,11 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from small_room import SWEEP, contents, write_all
 
 import libocc as occ
-from libocc.cli import main, workers
+from libocc.cli import workers
 from libocc.cli.sweep import run as sweep_run
 from libocc.cli.sweep.paths import set_path, steps_of
 from libocc.cli.sweep.plan import read_sweep, scene_and_pose

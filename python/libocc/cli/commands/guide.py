@@ -10,7 +10,7 @@ from ... import __version__, samples
 from ...guide.docking_test import DockingTest
 from ...guide.experiment import Experiment, experiment_of
 from ...yaml_files import read_yaml
-from .. import INTERRUPTED, Failure, blamed_on, emit_json, json_option
+from .. import INTERRUPTED, blamed_on, emit_json, json_option
 from ..guide.runs import Job, Run, columns_of, done_runs, is_done, job_data, metrics_table, run_all
 from ..guide.summary import docking_dict, docking_table, summarised, text_of
 from ..progress import progress
