@@ -3,8 +3,8 @@
 
 from functools import lru_cache
 
-from libocc.hard_cases.cases import catalogue
-from libocc.hard_cases.instances import Instance, instances
+from libocc.cli.hard_cases.cases import catalogue
+from libocc.cli.hard_cases.instances import Instance, instances
 
 CASES = {case.name: case for case in catalogue()}
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from problems import CASES, problems
 
-from libocc.hard_cases.cases import FOLDER, GENERATORS, KINDS, catalogue, read_case
-from libocc.hard_cases.instances import instances
-from libocc.hard_cases.judge import Outcome
+from libocc.cli.hard_cases.cases import FOLDER, GENERATORS, KINDS, catalogue, read_case
+from libocc.cli.hard_cases.instances import instances
+from libocc.cli.hard_cases.judge import Outcome
 
 SOURCE = Path(__file__).resolve().parents[2] / "data" / "hard_cases"
 

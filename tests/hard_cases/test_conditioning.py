@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from problems import problems
 
-from libocc.hard_cases.conditioning import EPSILON, Directions, hat, refined, turn
-from libocc.hard_cases.oracle import three_points
+from libocc.cli.hard_cases.conditioning import EPSILON, Directions, hat, refined, turn
+from libocc.cli.hard_cases.oracle import three_points
 
 CENTROID = np.array([0.1, 0.2, 4])
 

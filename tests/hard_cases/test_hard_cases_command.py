@@ -8,14 +8,12 @@ import re
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from problems import CASES
 
 import libocc as occ
-from libocc.cli import main
-from libocc.commands import hard_cases as module
-from libocc.hard_cases.cases import read_case
-from libocc.hard_cases.methods import Method, peer_methods
+from libocc.cli.commands import hard_cases as module
+from libocc.cli.hard_cases.cases import read_case
+from libocc.cli.hard_cases.methods import Method, peer_methods
 
 FEW = ("--case", "no_triangle", "--case", "ceiling_triple_tilted", "--count", "2")
 
@@ -71,7 +69,7 @@ def test_peers_that_are_not_installed_are_named(monkeypatch):
     def missing(name):
         raise ImportError(name)
 
-    monkeypatch.setattr("libocc.hard_cases.methods.importlib.import_module", missing)
+    monkeypatch.setattr("libocc.cli.hard_cases.methods.importlib.import_module", missing)
     assert peer_methods() == ([], ["opencv-python-headless", "poselib"])
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from problems import CASES, problems
 
-from libocc.hard_cases import show
-from libocc.hard_cases.judge import Outcome, judge, misfit_rad
-from libocc.hard_cases.matrix import Cell, by_case, own_harmless, run
-from libocc.hard_cases.methods import Answer, Method
+from libocc.cli.hard_cases import show
+from libocc.cli.hard_cases.judge import Outcome, judge, misfit_rad
+from libocc.cli.hard_cases.matrix import Cell, by_case, own_harmless, run
+from libocc.cli.hard_cases.methods import Answer, Method
 
 
 def pose_of(reference, instance):

@@ -6,10 +6,10 @@ from decimal import Decimal
 import numpy as np
 import pytest
 
-from libocc.hard_cases import exact as ex
-from libocc.hard_cases.clouds import cloud
-from libocc.hard_cases.oracle import three_points
-from libocc.hard_cases.triangles import danger_cylinder
+from libocc.cli.hard_cases import exact as ex
+from libocc.cli.hard_cases.clouds import cloud
+from libocc.cli.hard_cases.oracle import three_points
+from libocc.cli.hard_cases.triangles import danger_cylinder
 
 
 def triangle(a: float, b: float, c: float) -> np.ndarray:

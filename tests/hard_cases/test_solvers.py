@@ -5,8 +5,8 @@ import pytest
 from problems import CASES, problems
 
 import libocc as occ
-from libocc.hard_cases.judge import Outcome, judge
-from libocc.hard_cases.methods import OWN, Method, own_methods
+from libocc.cli.hard_cases.judge import Outcome, judge
+from libocc.cli.hard_cases.methods import OWN, Method, own_methods
 
 METHODS = {method.name: method for method in own_methods()}
 HARMLESS = {Outcome.solved, Outcome.refused, Outcome.dropped}

@@ -34,8 +34,8 @@ class ImageEllipse:
         self.area = float(np.pi * abs(np.linalg.det(self.shape)))
 
         distance = float(np.linalg.norm(middle))
-        order = occ.lambertian_order(lamp.half_power_rad)
-        bright = occ.radiance(lamp.power_w, order, np.pi * lamp.radius_m**2, -normal @ middle / distance)
+        order = occ.photometry.lambertian_order(lamp.half_power_rad)
+        bright = occ.photometry.radiance(lamp.power_w, order, np.pi * lamp.radius_m**2, -normal @ middle / distance)
         sensor = scene.sensor
         irradiance = np.pi / 4 / sensor.f_number**2 * (middle[2] / distance) ** 4 * bright
         photon_j = PLANCK_TIMES_LIGHT / sensor.wavelength_m

@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 
 import libocc as occ
-from libocc.poses import upward_pose
+from libocc.cli.poses import upward_pose
 
 FPS = 20
 BEGIN_S = 5.0
@@ -33,7 +33,7 @@ def render(
         time_s = path.begin_s + i / fps
         pose, velocity = path.cam_from_world(time_s), path.velocity(time_s)
         image, _ = renderer.render(
-            pose, seed=3, frame=i, start_s=time_s, velocity=velocity, noise_area=occ.NoiseArea.around_lamps
+            pose, seed=3, frame=i, start_s=time_s, velocity=velocity, noise_area=occ.rendering.NoiseArea.around_lamps
         )
         made.append((time_s, image.copy(), pose))
     return made

@@ -14,7 +14,6 @@ from PIL.TiffImagePlugin import IFDRational
 
 import libocc as occ
 from libocc._core import Mosaic
-from libocc.cli import main
 
 
 def wall_of_lamps(**sensor) -> occ.Scene:
@@ -66,7 +65,7 @@ def srgb_inverse(stored):
 # Response
 
 def test_the_sensors_response_comes_back(wall, series):
-    found = occ.recover_response(*series)
+    found = occ.photometry.recover_response(*series)
     assert found.ok and found.message == ""
     (channel,) = found.channels
     seen = (channel.level_dn >= channel.lowest_dn) & (channel.level_dn <= channel.highest_dn)
@@ -82,7 +81,7 @@ def test_the_sensors_response_comes_back(wall, series):
 
 
 def test_the_sensor_takes_the_response(wall, series, pose):
-    sensor = occ.recover_response(*series).sensor(wall.sensor)
+    sensor = occ.photometry.recover_response(*series).sensor(wall.sensor)
     assert sensor.response is occ.Response.table and len(sensor.response_table) == 1024
     again, times = exposure_series(wall.replace(sensor=sensor), 1)
     first, _ = exposure_series(wall, 1)
@@ -94,7 +93,7 @@ def test_opencvs_debevec_agrees(series):
     images, times = series
     theirs = cv2.createCalibrateDebevec(samples=400, lambda_=10, random=False)
     curve = theirs.process([cv2.merge([image] * 3) for image in images], np.array(times, np.float32))
-    ours = occ.recover_response(images, times).channels[0]
+    ours = occ.photometry.recover_response(images, times).channels[0]
     levels = np.arange(70, 231)
     difference = np.log(curve[levels, 0, 0]) - ours.log_exposure[levels - 1]
     assert abs(difference - difference.mean()).max() < 0.1
@@ -102,7 +101,7 @@ def test_opencvs_debevec_agrees(series):
 
 def test_colour_has_a_curve_per_channel(series):
     images, times = series
-    found = occ.recover_response([np.dstack([image] * 3) for image in images], times)
+    found = occ.photometry.recover_response([np.dstack([image] * 3) for image in images], times)
     one, two, three = found.channels
     assert np.array_equal(one.log_exposure, three.log_exposure)
     with pytest.raises(ValueError, match="mosaic"):
@@ -112,9 +111,9 @@ def test_colour_has_a_curve_per_channel(series):
 
 def test_what_the_series_does_not_determine_is_said(series):
     images, times = series
-    found = occ.recover_response(images[:2], times[:2])
+    found = occ.photometry.recover_response(images[:2], times[:2])
     assert found.status is occ.Status.degenerate and "2 different exposure times" in found.message
-    found = occ.recover_response(images[:2], times[:2], method=occ.ResponseMethod.basis)
+    found = occ.photometry.recover_response(images[:2], times[:2], method=occ.photometry.ResponseMethod.basis)
     assert found.ok and len(found.channels[0].coefficients) == 3
 
 
@@ -130,7 +129,7 @@ def test_what_the_series_does_not_determine_is_said(series):
 )
 def test_what_does_not_fit_is_named(series, images, times, text):
     with pytest.raises(ValueError, match=text):
-        occ.recover_response(images(series[0]), times)
+        occ.photometry.recover_response(images(series[0]), times)
 
 
 # Light
@@ -159,7 +158,7 @@ def views(beams, poses):
 
 
 def test_lamps_light_comes_back(beams, supposed, views, poses):
-    found = occ.calibrate_light(supposed, views, poses)
+    found = occ.photometry.calibrate_light(supposed, views, poses)
     assert found.ok
     for light, truth, known in zip(found.lamps, beams.lamps, found.scene.lamps):
         assert light.status is occ.Status.ok and len(light.fluxes) == 14
@@ -168,59 +167,59 @@ def test_lamps_light_comes_back(beams, supposed, views, poses):
         assert abs(light.order - 2) < 4 * sigma[1]
         assert known.power_w == light.power_w and known.power_sigma == pytest.approx(sigma[0])
     blobs = [occ.detect(view, sensor=supposed.sensor) for view in views]
-    again = occ.calibrate_light(supposed, blobs, poses)
+    again = occ.photometry.calibrate_light(supposed, blobs, poses)
     assert [light.power_w for light in again.lamps] == [light.power_w for light in found.lamps]
     named = []
     for found_in, pose in zip(blobs, poses):
-        places = [occ.project_lamp_centre(lamp, pose, beams.camera) for lamp in beams.lamps]
+        places = [occ.rendering.project_lamp_centre(lamp, pose, beams.camera) for lamp in beams.lamps]
         named.append([
             occ.Match(lamp=lamp, blob=blob)
             for lamp, place in enumerate(places) for blob, seen in enumerate(found_in)
             if np.hypot(*(seen.centroid_px - place)) < 2
         ])
-    by_name = occ.calibrate_light(supposed, blobs, poses, named)
+    by_name = occ.photometry.calibrate_light(supposed, blobs, poses, named)
     assert [light.status for light in by_name.lamps] == [occ.Status.ok] * 6
 
 
 def test_a_common_factor_of_the_powers(beams, supposed, views, poses):
-    found = occ.calibrate_light(supposed, views, poses, powers=occ.PowerFit.common_factor)
+    found = occ.photometry.calibrate_light(supposed, views, poses, powers=occ.photometry.PowerFit.common_factor)
     assert found.ok and found.factor.covariance.shape == (7, 7)
     sigma = math.sqrt(found.factor.covariance[0, 0])
     assert abs(math.log(found.factor.value / 1.5)) < 4 * sigma < 0.02
     assert {lamp.power_w for lamp in found.scene.lamps} == {0.1 * found.factor.value}
-    assert occ.calibrate_light(supposed, views, poses).factor is None
+    assert occ.photometry.calibrate_light(supposed, views, poses).factor is None
     with pytest.raises(TypeError, match="powers"):
-        occ.calibrate_light(supposed, views, poses, powers="both")
+        occ.photometry.calibrate_light(supposed, views, poses, powers="both")
 
 
 def test_what_is_off_does_not_count(supposed, views, poses):
     cornered = supposed.replace(lens=occ.Lens(vignetting=[-0.5]))
-    off = cornered.replace(effects=occ.Effects(vignetting=occ.Use.off))
+    off = cornered.replace(effects=occ.Effects(vignetting=occ.rendering.Use.off))
     assert off.as_rendered().lens.vignetting == [] and cornered.as_rendered() == cornered
-    powers = [occ.calibrate_light(s, views, poses).lamps[0].power_w for s in (supposed, off, cornered)]
+    powers = [occ.photometry.calibrate_light(s, views, poses).lamps[0].power_w for s in (supposed, off, cornered)]
     assert powers[0] == powers[1] and powers[2] > 1.05 * powers[0]
 
 
 def test_ambient_light_comes_back(beams, poses):
     ambient = beams.replace(ambient_w_m2=0.3)
     views = [occ.simulate(ambient, pose, seed=i)[0] for i, pose in enumerate(poses[:5])]
-    found = occ.calibrate_ambient(beams, views, poses[:5])
+    found = occ.photometry.calibrate_ambient(beams, views, poses[:5])
     sigma = math.sqrt(found.variance_w2_m4)
     assert found.ok and abs(found.irradiance_w_m2 - 0.3) < 4 * sigma < 0.02
     assert found.dof == 4 and all(image.left_out == "" for image in found.images)
     with pytest.raises(ValueError, match="one pose for each of 5 images"):
-        occ.calibrate_ambient(beams, views, poses)
-    white = occ.calibrate_ambient(beams, [np.full_like(views[0], 255)], poses[:1])
+        occ.photometry.calibrate_ambient(beams, views, poses)
+    white = occ.photometry.calibrate_ambient(beams, [np.full_like(views[0], 255)], poses[:1])
     assert white.status is occ.Status.degenerate and "100.0 % of the background is saturated" in white.message
 
 
 def test_one_image_leaves_the_order_open(supposed, views, poses):
-    found = occ.calibrate_light(supposed, views[:1], poses[:1])
+    found = occ.photometry.calibrate_light(supposed, views[:1], poses[:1])
     assert found.status is occ.Status.degenerate
     assert found.lamps[0].status in (occ.Status.degenerate, occ.Status.no_lamps)
     assert found.scene == supposed
     with pytest.raises(ValueError, match="one pose for each of 1 images"):
-        occ.calibrate_light(supposed, views[:1], poses)
+        occ.photometry.calibrate_light(supposed, views[:1], poses)
 
 
 # Command line

@@ -35,7 +35,7 @@ def save(path: Path, pixels: Any) -> Path:
 
 
 def picture(pose: Any, seed: int, **targets: Any) -> Any:
-    return occ.TargetRenderer(CAMERA, pose, **targets, noise_dn=1, seed=seed).window(0, 0, 800, 600)
+    return occ.targets.TargetRenderer(CAMERA, pose, **targets, noise_dn=1, seed=seed).window(0, 0, 800, 600)
 
 
 def wall_of_tags() -> list[occ.Tag]:
@@ -115,7 +115,7 @@ def test_pictures_of_a_chessboard_calibrate_the_camera(tmp_path: Path) -> None:
         at = [0.12 * math.cos(i), 0.12 * math.sin(1.7 * i), -0.42 - 0.03 * (i % 3)]
         up = [0.3 * (i % 3), -1, 0]
         pose = occ.look_at(position_m=[0.12 + at[0], 0.075 + at[1], at[2]], target_m=[0.12, 0.075, 0], up=up)
-        pixels = picture(pose, i, boards=[occ.ChessboardTarget(square_m=0.03)])
+        pixels = picture(pose, i, boards=[occ.targets.ChessboardTarget(square_m=0.03)])
         pictures.append(save(tmp_path / f"board{i}.png", pixels))
     out = tmp_path / "out"
     code, _, told = run("calibrate", "camera", *pictures, "--chessboard", "9x6", "--square", 0.03, "--out", out)
@@ -142,7 +142,7 @@ def test_panoramas_of_tags_calibrate_a_rotating_line(tmp_path: Path) -> None:
         pose = np.eye(4)
         pose[:3, :3] = about_x @ about_z @ down
         pose[:3, 3] = -pose[:3, :3] @ at
-        pixels = occ.TargetRenderer(PANORAMA, pose, tags=tags, noise_dn=1, seed=i).window(0, 0, 4000, 1100)
+        pixels = occ.targets.TargetRenderer(PANORAMA, pose, tags=tags, noise_dn=1, seed=i).window(0, 0, 4000, 1100)
         pictures.append(save(tmp_path / f"station{i}.png", pixels))
     out = tmp_path / "out"
     code, _, told = run("calibrate", "panorama", *pictures, "--tag-size", 0.4, "--c-px", 600, "--out", out)

@@ -10,7 +10,6 @@ from pathlib import Path
 import click
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import libocc as occ
 from libocc.cli import COMMANDS, main
@@ -166,7 +165,7 @@ def test_simulate_turns_the_camera(run, options, heading_deg, axis):
     assert pose[2, :3] == pytest.approx(axis, abs=1e-3)
     assert np.linalg.inv(pose)[:3, 3] == pytest.approx([1.7, 2.1, 0.5], abs=1e-12)
     if heading_deg is not None:
-        assert np.degrees(occ.heading_rad(pose)) == pytest.approx(heading_deg, abs=1e-9)
+        assert np.degrees(occ.guide.heading_rad(pose)) == pytest.approx(heading_deg, abs=1e-9)
 
 
 def test_overlays_are_pictures(run, room):
@@ -247,7 +246,7 @@ def test_the_installed_command_runs_as_a_process(tmp_path: Path):
 def test_locating_waits_for_no_picture_or_table_library(tmp_path: Path):
     """matplotlib and rich cost more than a fix: only what draws or prints tables imports them."""
     program = (
-        "import sys\nimport libocc.commands.locate, libocc.commands.detect\n"
+        "import sys\nimport libocc.cli.commands.locate, libocc.cli.commands.detect\n"
         "print([m for m in ('matplotlib', 'rich') if m in sys.modules])"
     )
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path)

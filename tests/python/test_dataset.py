@@ -11,15 +11,16 @@ from matplotlib.path import Path as Outline
 from small_room import small_scene
 
 import libocc as occ
-from libocc.dataset.bop import Bop, rim_in_lamp_m, world_from_lamp
-from libocc.dataset.coco import Coco
-from libocc.dataset.frames import duration_s, frames_of
-from libocc.dataset.images import FORMATS, check_format, image_bytes, load_image
-from libocc.dataset.masks import Silhouette, box_of, fill, from_run_lengths, run_lengths
-from libocc.dataset.plain import Plain
-from libocc.dataset.waypoints import waypoints_of
-from libocc.dataset.write import write_frames, write_set_files
-from libocc.result_folder import ResultFolder
+from libocc.cli.dataset.bop import Bop, rim_in_lamp_m, world_from_lamp
+from libocc.cli.dataset.coco import Coco
+from libocc.cli.dataset.frames import duration_s, frames_of
+from libocc.cli.dataset.images import FORMATS, check_format, image_bytes, load_image
+from libocc.cli.dataset.masks import Silhouette, box_of, fill, from_run_lengths, run_lengths
+from libocc.cli.dataset.plain import Plain
+from libocc.cli.dataset.waypoints import waypoints_of
+from libocc.cli.dataset.write import write_frames, write_set_files
+from libocc.cli.result_folder import ResultFolder
+
 
 def advance(steps: int = 1) -> None:
     """Nobody looks at the bar."""
@@ -272,7 +273,7 @@ def test_bop_models_are_in_millimetres(room, walk, tmp_path):
         assert np.linalg.det(pose[:3, :3]) == pytest.approx(1)
         rim = rim_in_lamp_m(lamp) @ pose[:3, :2].T + pose[:3, 3]
         px = [np.ravel(room.camera.project(p)) for p in rim]
-        expected = occ.project_rim(lamp, np.eye(4), room.camera, 400)
+        expected = occ.rendering.project_rim(lamp, np.eye(4), room.camera, 400)
         if lamp.shape is not occ.LampShape.point:
             apart = np.linalg.norm(np.array(px)[:, None] - expected[None], axis=2).min(axis=1)
             assert apart.max() < 0.4
@@ -311,7 +312,7 @@ def test_pycocotools_reads_the_annotations(room, walk, tmp_path):
 
 
 def test_coco_polygons_end_at_the_border():
-    from libocc.dataset.coco import clipped
+    from libocc.cli.dataset.coco import clipped
 
     square = [[-10, -10], [4, -10], [4, 4], [-10, 4]]
     outline = np.reshape(clipped(square, 20, 10), (-1, 2))
@@ -330,8 +331,8 @@ def test_a_frame_must_end_before_its_trajectory(room):
 
 @pytest.mark.parametrize("bits, dtype", [(8, np.uint8), (12, np.uint16)])
 def test_colour_images_are_the_raw_mosaic(room, bits, dtype):
-    red = occ.Channel(efficiency=0.1)
-    sensor = room.sensor.replace(mosaic=occ.Mosaic.rggb, channels=[red, occ.Channel(), red], bit_depth=bits)
+    red = occ.rendering.Channel(efficiency=0.1)
+    sensor = room.sensor.replace(mosaic=occ.rendering.Mosaic.rggb, channels=[red, occ.rendering.Channel(), red], bit_depth=bits)
     scene = room.replace(sensor=sensor.replace(gain_dn_per_e=0.006 * 2 ** (bits - 8)))
     image, truth = occ.Renderer(scene).render(np.eye(4), noise=False)
     assert image.shape == (120, 160) and image.dtype == dtype

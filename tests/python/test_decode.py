@@ -47,17 +47,17 @@ def folder(tmp_path: Path, room: occ.Scene, images: list[np.ndarray]) -> Path:
 
 def test_a_lamp_takes_its_light_from_its_code(room):
     lamp = room.lamps[0]
-    wave = occ.encode_id(lamp.id, lamp.code.code)
+    wave = occ.codes.encode_id(lamp.id, lamp.code.code)
     assert lamp.waveform == wave.chips[0]
     assert lamp.frequency_hz == wave.frequency_hz
-    bare = occ.Lamp(id=1, centre_m=[0, 0, 3], radius_m=0.1, code=occ.LampCode(code=lamp.code.code, id=1))
+    bare = occ.Lamp(id=1, centre_m=[0, 0, 3], radius_m=0.1, code=occ.codes.LampCode(code=lamp.code.code, id=1))
     assert bare.waveform == lamp.waveform
     with pytest.raises(ValueError, match="id must be below 256"):
-        bare.replace(code=occ.LampCode(code=lamp.code.code, id=256), waveform=[])
+        bare.replace(code=occ.codes.LampCode(code=lamp.code.code, id=256), waveform=[])
 
 
 def test_four_lamps_are_named_and_the_camera_is_found(room, view, images, times_s):
-    found = occ.decode(images, times_s, room.sensor, room.lamps[0].code.code, map=room, join_frames=0)
+    found = occ.codes.decode(images, times_s, room.sensor, room.lamps[0].code.code, map=room, join_frames=0)
     assert found.ok
     assert sorted(blob.lamp_id for blob in found.blobs) == [1, 2, 3, 4]
     centres = {lamp.id: lamp.centre_m for lamp in room.lamps}
@@ -68,32 +68,32 @@ def test_four_lamps_are_named_and_the_camera_is_found(room, view, images, times_
 
 
 def test_budget_and_samples():
-    code = occ.Code()
-    assert occ.code_budget(code, rows=100, row_time_s=2e-5, exposure_s=2e-5).fits
-    assert "12 chips" in occ.code_budget(code, rows=60, row_time_s=2e-5, exposure_s=2e-5).message
-    silent = occ.decode_samples(code, [], 1e-5, [], 0.1)
-    assert silent.status is occ.CodeStatus.no_signal and silent.id is None
+    code = occ.codes.Code()
+    assert occ.codes.code_budget(code, rows=100, row_time_s=2e-5, exposure_s=2e-5).fits
+    assert "12 chips" in occ.codes.code_budget(code, rows=60, row_time_s=2e-5, exposure_s=2e-5).message
+    silent = occ.codes.decode_samples(code, [], 1e-5, [], 0.1)
+    assert silent.status is occ.codes.CodeStatus.no_signal and silent.id is None
     with pytest.raises(ValueError, match="values must be as many as start_s"):
-        occ.decode_samples(code, [0.0, 1.0], 1e-5, [0.5], 0.1)
+        occ.codes.decode_samples(code, [0.0, 1.0], 1e-5, [0.5], 0.1)
 
 
 def test_frames_out_of_order_are_refused(room, images):
     code = room.lamps[0].code.code
     with pytest.raises(ValueError, match=r"times_s\[2\] must be after the frame before it, at 0.2, got 0.1"):
-        occ.decode(images[:3], [0, 0.2, 0.1], room.sensor, code)
+        occ.codes.decode(images[:3], [0, 0.2, 0.1], room.sensor, code)
     with pytest.raises(ValueError, match=r"times_s\[1\] must be after"):
-        occ.decode(images[:2], [0.1, 0.1], room.sensor, code)
+        occ.codes.decode(images[:2], [0.1, 0.1], room.sensor, code)
     with pytest.raises(ValueError, match="times_s must be as many as images, 2"):
-        occ.decode(images[:2], [0.1], room.sensor, code)
+        occ.codes.decode(images[:2], [0.1], room.sensor, code)
     with pytest.raises(ValueError, match=r"frames\[1\] must be like the first"):
-        occ.decode([images[0], images[1][:, :600].copy()], [0, 1], room.sensor, code)
+        occ.codes.decode([images[0], images[1][:, :600].copy()], [0, 1], room.sensor, code)
     with pytest.raises(ValueError, match="frames must be one at least"):
-        occ.decode([], [], room.sensor, code)
+        occ.codes.decode([], [], room.sensor, code)
 
 
 def test_darkness_is_a_status(room):
     dark = [np.full((480, 640), 2, np.uint8)] * 3
-    found = occ.decode(dark, [0, 1, 2], room.sensor, room.lamps[0].code.code, map=room)
+    found = occ.codes.decode(dark, [0, 1, 2], room.sensor, room.lamps[0].code.code, map=room)
     assert found.status is occ.Status.no_lamps
     assert not found.lamps
 

@@ -3,12 +3,10 @@ import json
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import libocc as occ
 from libocc import samples
-from libocc.cli import main
-from libocc.poses import facing_pose
+from libocc.cli.poses import facing_pose
 
 SCENE = """\
 schema: libocc-scene/1
@@ -41,7 +39,7 @@ def test_json_is_what_the_api_says(run):
     for printed, effect in zip(data["effects"], said.effects, strict=True):
         assert printed["bound_dn"] == effect.bound_dn and printed["applied"] == effect.applied
         assert printed["cost_s"] is None
-    plan = occ.plan_render(scene, pose)
+    plan = occ.rendering.plan_render(scene, pose)
     assert [e.applied for e in plan] == [e.applied for e in said.effects]
     by_name = {e.effect: e for e in said.effects}
     assert by_name["psf"].called_for and not by_name["psf"].applied and by_name["psf"].reason == "off"

@@ -26,23 +26,23 @@ def narrow(scene):
 
 
 def ring(laps=1, **options):
-    return occ.Route(RING, closed=True, laps=laps, corner_radius_m=0.4, **options)
+    return occ.guide.Route(RING, closed=True, laps=laps, corner_radius_m=0.4, **options)
 
 
 def test_a_vehicle_says_what_it_cannot_do():
-    step = occ.drive(occ.Vehicle(), occ.DriveState(), occ.DriveCommand(speed_m_s=9), 0.1)
+    step = occ.guide.drive(occ.guide.Vehicle(), occ.guide.DriveState(), occ.guide.DriveCommand(speed_m_s=9), 0.1)
     assert step.limited.speed and step.limited.acceleration and not step.limited.turn
     assert step.odometry.increment.x_m == pytest.approx(0.5 * 0.5 * 0.1**2)
     with pytest.raises(ValueError, match="command.speed_m_s"):
-        occ.drive(occ.Vehicle(), occ.DriveState(), occ.DriveCommand(speed_m_s=math.nan), 0.1)
+        occ.guide.drive(occ.guide.Vehicle(), occ.guide.DriveState(), occ.guide.DriveCommand(speed_m_s=math.nan), 0.1)
     with pytest.raises(ValueError, match="slip_share"):
-        occ.DriveNoise(slip_share=2)
+        occ.guide.DriveNoise(slip_share=2)
 
 
 def test_noise_follows_the_seed():
-    vehicle = occ.Vehicle(noise=occ.DriveNoise(slip=0.01))
-    moving, ahead = occ.DriveState(speed_m_s=0.5), occ.DriveCommand(speed_m_s=0.5)
-    ends = [occ.drive(vehicle, moving, ahead, 0.1, seed=seed).state.pose.x_m for seed in (1, 1, 2)]
+    vehicle = occ.guide.Vehicle(noise=occ.guide.DriveNoise(slip=0.01))
+    moving, ahead = occ.guide.DriveState(speed_m_s=0.5), occ.guide.DriveCommand(speed_m_s=0.5)
+    ends = [occ.guide.drive(vehicle, moving, ahead, 0.1, seed=seed).state.pose.x_m for seed in (1, 1, 2)]
     assert ends[0] == ends[1] != ends[2]
 
 
@@ -58,65 +58,65 @@ def test_a_route_knows_its_places():
 
 
 def test_a_route_is_pickled():
-    waypoints = [occ.RouteWaypoint(position_m=p, speed_m_s=0.2) for p in RING]
-    route = occ.Route(waypoints, shape=occ.RouteShape.spline, dock=occ.PlanarPose(x_m=1, heading_rad=2))
+    waypoints = [occ.guide.RouteWaypoint(position_m=p, speed_m_s=0.2) for p in RING]
+    route = occ.guide.Route(waypoints, shape=occ.guide.RouteShape.spline, dock=occ.guide.PlanarPose(x_m=1, heading_rad=2))
     again = pickle.loads(pickle.dumps(route))
     np.testing.assert_array_equal(again.sampled(0.1), route.sampled(0.1))
     assert again.dock.heading_rad == 2 and again.at(0).speed_m_s == 0.2
 
 
 def test_a_route_through_a_wall_is_refused(scene):
-    route = occ.Route([[2, 2], [3.9, 2]])
-    (conflict,) = occ.route_conflicts(route, scene, radius_m=0.3, height_m=0.5)
+    route = occ.guide.Route([[2, 2], [3.9, 2]])
+    (conflict,) = occ.guide.route_conflicts(route, scene, radius_m=0.3, height_m=0.5)
     assert conflict.what == "a wall" and conflict.position_m == pytest.approx([3.9, 2])
     with pytest.raises(ValueError, match="a wall"):
-        occ.closed_loop(scene, route)
+        occ.guide.closed_loop(scene, route)
 
 
 def test_controllers_steer_towards_the_route():
-    for control in (occ.pure_pursuit, occ.stanley):
-        right = occ.PlanarPose(x_m=2.0, y_m=1.1)
-        output = control(ring(), occ.Vehicle(), right, 0.4, along_m=0.4)
+    for control in (occ.guide.pure_pursuit, occ.guide.stanley):
+        right = occ.guide.PlanarPose(x_m=2.0, y_m=1.1)
+        output = control(ring(), occ.guide.Vehicle(), right, 0.4, along_m=0.4)
         assert output.command.turn_rate_rad_s > 0 and not output.at_end
-        fast = control(ring(speed_m_s=3), occ.Vehicle(), right, 0.4, along_m=0.4)
+        fast = control(ring(speed_m_s=3), occ.guide.Vehicle(), right, 0.4, along_m=0.4)
         assert fast.speed_limited and fast.command.speed_m_s <= 1
 
 
 def test_docking_ends_where_it_shall():
-    state, phase = occ.DriveState(pose=occ.PlanarPose(x_m=-0.8, y_m=0.1)), occ.DockPhase.approach
+    state, phase = occ.guide.DriveState(pose=occ.guide.PlanarPose(x_m=-0.8, y_m=0.1)), occ.guide.DockPhase.approach
     for _ in range(6000):
-        output = occ.dock(state.pose, state.speed_m_s, occ.PlanarPose(), occ.Vehicle(), phase)
+        output = occ.guide.dock(state.pose, state.speed_m_s, occ.guide.PlanarPose(), occ.guide.Vehicle(), phase)
         phase = output.phase
-        if phase is occ.DockPhase.docked and state.speed_m_s == 0:
+        if phase is occ.guide.DockPhase.docked and state.speed_m_s == 0:
             break
-        state = occ.drive(occ.Vehicle(), state, output.command, 0.01).state
+        state = occ.guide.drive(occ.guide.Vehicle(), state, output.command, 0.01).state
     assert math.hypot(state.pose.x_m, state.pose.y_m) < 1e-3 and abs(state.pose.heading_rad) < 1e-3
 
 
 def test_visibility_of_a_floor(scene, narrow):
     poses = [[2, 2, 0], [1, 1, 0], [-1, 0, 0]]
-    wide = occ.visibility(scene, poses)
+    wide = occ.guide.visibility(scene, poses)
     assert wide.lamps_in_view.tolist() == [4, 3, 0] or wide.lamps_in_view[0] == 4
     assert wide.lamps[2] == [] and math.isinf(wide.position_sigma_m[2])
-    assert occ.visibility(narrow, poses).lamps[:2] == [[], [0]]
+    assert occ.guide.visibility(narrow, poses).lamps[:2] == [[], [0]]
     with pytest.raises(ValueError, match="sigma_px"):
-        occ.visibility(scene, poses, sigma_px=-1)
+        occ.guide.visibility(scene, poses, sigma_px=-1)
 
 
 def test_plans_keep_lamps_in_view_or_say_where_not(narrow):
-    start = occ.PlanarPose(x_m=1, y_m=1)
-    plan = occ.plan_route(narrow, start, [(3, 3)])
-    assert plan.ok and plan.seen_share == 1 and len(occ.view_gaps(narrow, plan.route)) == 0
-    blind = occ.plan_route(narrow, start, [(3, 3)], min_lamps=3)
-    assert blind.status is occ.PlanStatus.blind and blind.gaps.shape[1] == 6 and "without view" in blind.message
-    assert occ.plan_route(narrow, start, [(3.9, 3)]).status is occ.PlanStatus.goal_blocked
+    start = occ.guide.PlanarPose(x_m=1, y_m=1)
+    plan = occ.guide.plan_route(narrow, start, [(3, 3)])
+    assert plan.ok and plan.seen_share == 1 and len(occ.guide.view_gaps(narrow, plan.route)) == 0
+    blind = occ.guide.plan_route(narrow, start, [(3, 3)], min_lamps=3)
+    assert blind.status is occ.guide.PlanStatus.blind and blind.gaps.shape[1] == 6 and "without view" in blind.message
+    assert occ.guide.plan_route(narrow, start, [(3.9, 3)]).status is occ.guide.PlanStatus.goal_blocked
     with pytest.raises(ValueError, match=r"goals\[0\]"):
-        occ.plan_route(narrow, start, [(3,)])
+        occ.guide.plan_route(narrow, start, [(3,)])
 
 
 def test_pan_and_tilt_are_planned(narrow):
-    assert len(occ.view_gaps(narrow, ring())) > 0
-    result = occ.plan_pan_tilt(narrow, ring())
+    assert len(occ.guide.view_gaps(narrow, ring())) > 0
+    result = occ.guide.plan_pan_tilt(narrow, ring())
     assert result.ok and len(result.gaps) == 0
     pan, tilt = result.plan.at(1.0)
     assert -math.pi <= pan <= math.pi and 0 <= tilt <= 0.8
@@ -125,13 +125,13 @@ def test_pan_and_tilt_are_planned(narrow):
 
 
 def test_the_loop_closes(scene):
-    noise = occ.DriveNoise(slip=0.002, odometry=0.001)
-    options = occ.LoopOptions(vehicle=occ.Vehicle(noise=noise), seed=3)
+    noise = occ.guide.DriveNoise(slip=0.002, odometry=0.001)
+    options = occ.guide.LoopOptions(vehicle=occ.guide.Vehicle(noise=noise), seed=3)
     called = []
-    run = occ.closed_loop(
-        scene, ring(dock=occ.PlanarPose(x_m=2.4, y_m=1.2)), options, lambda t, m: called.append((t, m)) or True
+    run = occ.guide.closed_loop(
+        scene, ring(dock=occ.guide.PlanarPose(x_m=2.4, y_m=1.2)), options, lambda t, m: called.append((t, m)) or True
     )
-    assert run.ok and run.outcome is occ.LoopOutcome.arrived, run.message
+    assert run.ok and run.outcome is occ.guide.LoopOutcome.arrived, run.message
     assert run.metrics.cross_track_rmse_m < 5e-3 and run.metrics.final_position_error_m < 2e-3
     records, frames = run.records, run.frames
     assert len({len(column) for column in records.values()}) == 1
@@ -143,23 +143,23 @@ def test_the_loop_closes(scene):
 
 
 def test_an_observer_ends_the_run(scene):
-    run = occ.closed_loop(scene, ring(), observer=lambda time_s, along_m: time_s < 1)
-    assert run.outcome is occ.LoopOutcome.out_of_time and run.metrics.duration_s < 1.2
+    run = occ.guide.closed_loop(scene, ring(), observer=lambda time_s, along_m: time_s < 1)
+    assert run.outcome is occ.guide.LoopOutcome.out_of_time and run.metrics.duration_s < 1.2
 
     def fails(time_s, along_m):
         raise RuntimeError("no more")
 
     with pytest.raises(RuntimeError, match="no more"):
-        occ.closed_loop(scene, ring(), observer=fails)
+        occ.guide.closed_loop(scene, ring(), observer=fails)
 
 
 def test_options_are_values():
-    faults = occ.LoopFaults(lamp_failures=[occ.LampFailure(lamp=1, from_s=20)], latency_s=0.05)
-    options = occ.LoopOptions(faults=faults, seed=4, coast_s=0.5)
+    faults = occ.guide.LoopFaults(lamp_failures=[occ.guide.LampFailure(lamp=1, from_s=20)], latency_s=0.05)
+    options = occ.guide.LoopOptions(faults=faults, seed=4, coast_s=0.5)
     again = pickle.loads(pickle.dumps(options))
     assert again.faults.lamp_failures[0].lamp == 1 and again.coast_s == 0.5 and again.replace(seed=5).seed == 5
     with pytest.raises(ValueError, match="frame_loss"):
-        occ.LoopFaults(frame_loss=2)
+        occ.guide.LoopFaults(frame_loss=2)
 
 
 ROUTE = """schema: libocc-route/1

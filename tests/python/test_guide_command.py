@@ -126,7 +126,7 @@ def test_what_is_wrong_is_said_with_file_key_and_value(tmp_path, change, complai
 
 
 def test_a_full_disk_keeps_what_is_there(experiment, tmp_path, monkeypatch):
-    from libocc import result_folder
+    from libocc.cli import result_folder
 
     real = result_folder.whole_file
 
@@ -155,7 +155,7 @@ def test_angles_are_in_degrees(tmp_path):
     text = SHORT + "camera: {place_m: [0.1, 0, 1.2], tilt_deg: 20}\ncontroller: {kind: stanley, turn_on_spot_deg: 45}\n"
     options = experiment_of(parse_yaml(text), tmp_path).options
     assert math.isclose(options.camera_tilt_rad, math.radians(20))
-    assert options.follower == occ.Follower.stanley
+    assert options.follower == occ.guide.Follower.stanley
     assert math.isclose(options.stanley.turn_on_spot_rad, math.pi / 4)
     assert np.allclose(options.camera_place_m, [0.1, 0, 1.2])
 

@@ -13,7 +13,7 @@ FINE_PARTS = 400  # 2e-8
 
 def even_scene(psf_px: float, radius_px: float = 10, **sensor: object) -> occ.Scene:
     """Two evenly lit discs, nothing else; focal length 300 px, 3 m away."""
-    effects = occ.Effects(light_gradient=occ.Use.off, **({} if psf_px else {"psf": occ.Use.off}))
+    effects = occ.Effects(light_gradient=occ.rendering.Use.off, **({} if psf_px else {"psf": occ.rendering.Use.off}))
     radius_m = radius_px / 100
     lamps = [
         occ.Lamp(id=0, centre_m=[-0.4037, -0.113, 3], radius_m=radius_m),
@@ -104,7 +104,7 @@ def test_truth_is_of_the_image_without_what_is_switched_off():
     bent = occ.Camera.pinhole(
         width=180, height=120, fx_px=300, fy_px=300, cx_px=89.5, cy_px=59.5, distortion=[-0.3, 0.1, 0, 0]
     )
-    straight = occ.Effects(light_gradient=occ.Use.off, distortion=occ.Use.off)
+    straight = occ.Effects(light_gradient=occ.rendering.Use.off, distortion=occ.rendering.Use.off)
     lamp = occ.simulate(scene.replace(camera=bent, effects=straight), pose)[1].lamps[0]
     assert np.array_equal(lamp.rim_px, plain.rim_px) and np.array_equal(lamp.image_centre_px, plain.image_centre_px)
     curved = occ.simulate(scene.replace(camera=bent), pose)[1].lamps[0]

@@ -15,10 +15,10 @@ from click.testing import CliRunner
 
 import libocc as occ
 from libocc.cli import main
-from libocc.files import whole_file
-from libocc.ladder import costs, measure, plot
-from libocc.ladder.experiment import Experiment, noisier
-from libocc.ladder.figures import Row, advice, rows_of
+from libocc.cli.files import whole_file
+from libocc.cli.ladder import costs, measure, plot
+from libocc.cli.ladder.experiment import Experiment, noisier
+from libocc.cli.ladder.figures import Row, advice, rows_of
 
 
 @pytest.fixture
@@ -114,7 +114,7 @@ def test_labels_do_not_overlap():
 def test_costs_are_measured_and_locate_takes_them(run):
     code, out, err = run("--frames", 1, "--rung", "rims", "--costs", "costs.yaml")
     assert code == 0 and "costs.yaml" in err, err
-    table = occ.RungCosts.load("costs.yaml")
+    table = occ.bench.RungCosts.load("costs.yaml")
     assert table.rims.per_rim_point_s > 0 and table.direct.per_pixel_s + table.direct.per_lamp_s > 0
     room = ["simulate", "irregular_six", "--position", 1.7, 2.1, 0.5, "--out", "room.png"]
     assert CliRunner().invoke(main, [str(a) for a in room]).exit_code == 0
@@ -278,7 +278,7 @@ def test_locate_explains_its_choice(scene, image):
     assert occ.locate(image, scene, budget_s=1e3).choice.rung is occ.Rung.direct
     late = occ.locate(image, scene, budget_s=1e-9)
     assert late.status is occ.Status.budget_not_met and late.choice.rung is occ.Rung.points
-    dear = occ.RungCosts(direct=occ.RungCost(fixed_s=1e6))
+    dear = occ.bench.RungCosts(direct=occ.bench.RungCost(fixed_s=1e6))
     assert occ.locate(image, scene, budget_s=1e3, costs=dear).choice.rung is occ.Rung.rims
     assert occ.locate(image, scene, target_sigma_m=0.1).choice.rung is occ.Rung.points
     with pytest.raises(ValueError, match="budget_s must be positive, got 0"):
@@ -288,34 +288,34 @@ def test_locate_explains_its_choice(scene, image):
 
 
 def test_costs_are_values_and_files(tmp_path: Path):
-    table = occ.RungCosts(rims=occ.RungCost(per_rim_point_s=1e-6))
+    table = occ.bench.RungCosts(rims=occ.bench.RungCost(per_rim_point_s=1e-6))
     table.save(tmp_path / "costs.yaml")
-    loaded = occ.RungCosts.load(tmp_path / "costs.yaml")
-    assert repr(loaded) == repr(table) == repr(eval(repr(table), vars(occ))) != repr(occ.RungCosts())
+    loaded = occ.bench.RungCosts.load(tmp_path / "costs.yaml")
+    assert repr(loaded) == repr(table) == repr(eval(repr(table), {**vars(occ), **vars(occ.bench)})) != repr(occ.bench.RungCosts())
     with pytest.raises(FileNotFoundError):
-        occ.RungCosts.load(tmp_path / "nosuch.yaml")
+        occ.bench.RungCosts.load(tmp_path / "nosuch.yaml")
     (tmp_path / "bad.yaml").write_text("schema: libocc-costs/1\npoints: 3\n")
     with pytest.raises(ValueError, match=r"bad\.yaml:2: points must be a mapping"):
-        occ.RungCosts.load(tmp_path / "bad.yaml")
+        occ.bench.RungCosts.load(tmp_path / "bad.yaml")
     with pytest.raises(ValueError, match="costs.rims.fixed_s"):
-        occ.RungCosts(rims=occ.RungCost(fixed_s=-1))
+        occ.bench.RungCosts(rims=occ.bench.RungCost(fixed_s=-1))
 
 
 def test_pose_bound_of_points_and_scenes(scene, pose, image):
     points = np.array([lamp.centre_m for lamp in scene.lamps])
-    one = occ.pose_bound(points, scene.camera, pose, 0.1)
+    one = occ.bench.pose_bound(points, scene.camera, pose, 0.1)
     assert one.ok and one.rank == 6 and one.lamps == 6 and one.covariance.shape == (6, 6)
-    each = occ.pose_bound(points, scene.camera, pose, [0.2] * 6)
+    each = occ.bench.pose_bound(points, scene.camera, pose, [0.2] * 6)
     assert np.allclose(each.covariance, 4 * one.covariance)
-    expected = occ.position_covariance(pose, one.covariance)
+    expected = occ.smoothing.position_covariance(pose, one.covariance)
     assert np.allclose(one.position_covariance_m2, expected)
-    direct = occ.pose_bound(scene, pose)
-    rims = occ.pose_bound(scene, pose, occ.Rung.rims)
+    direct = occ.bench.pose_bound(scene, pose)
+    rims = occ.bench.pose_bound(scene, pose, occ.Rung.rims)
     assert 0 < np.trace(direct.position_covariance_m2) < np.trace(rims.position_covariance_m2)
     fix = occ.locate(image, scene, rung=occ.Rung.direct)
     assert np.allclose(np.diag(fix.covariance), np.diag(direct.covariance), rtol=0.1)
-    none = occ.pose_bound(points[:2], scene.camera, pose, 0.1)
+    none = occ.bench.pose_bound(points[:2], scene.camera, pose, 0.1)
     assert none.status is occ.Status.too_few_lamps and none.rank == 4
     assert np.isinf(np.diag(none.covariance)).all()
     with pytest.raises(ValueError, match="sigma"):
-        occ.pose_bound(points, scene.camera, pose, -1)
+        occ.bench.pose_bound(points, scene.camera, pose, -1)

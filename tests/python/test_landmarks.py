@@ -51,10 +51,10 @@ def test_a_scene_keeps_its_tags():
 
 def test_an_empty_image_has_no_tags(libocc, tmp_path):
     grey = np.full((80, 120), 128, np.uint8)
-    assert occ.detect_april_tags(grey) == []
-    assert "tag36h11" in occ.april_tag_families()
+    assert occ.targets.detect_april_tags(grey) == []
+    assert "tag36h11" in occ.targets.april_tag_families()
     with pytest.raises(ValueError, match="tag36h11"):
-        occ.detect_april_tags(grey, family="none")
+        occ.targets.detect_april_tags(grey, family="none")
     occ.write_image("grey.png", grey)
     occ.Scene(camera=CAMERA, lamps=[], tags=[occ.Tag(id=5, size_m=0.2, centre_m=[1, 2, 3])]).save("room.yaml")
     code, out, _ = libocc("tags", "grey.png", "--map", "room.yaml", "--json", "--overlay", "found.png")
@@ -65,22 +65,22 @@ def test_an_empty_image_has_no_tags(libocc, tmp_path):
 
 def test_headlights_tell_an_interval():
     seen_px = [[600.0, 250.0], [642.0, 250.0]]
-    found = occ.headlight_distance(seen_px, CAMERA, separation_m=1.4)
+    found = occ.objects.headlight_distance(seen_px, CAMERA, separation_m=1.4)
     assert found.ok and found.low_m < found.distance_m < found.high_m
     assert found.yaw_rad.shape == found.distance_of_yaw_m.shape == found.yaw_density.shape
     assert abs(found.distance_of_yaw_m.max() - 1.4 / found.separation_rad) < 0.1
-    heights = occ.RoadHeights(lamps_m=0.65, lamps_sigma_m=0.02, camera_m=1.0, up_sigma_rad=0.001)
+    heights = occ.objects.RoadHeights(lamps_m=0.65, lamps_sigma_m=0.02, camera_m=1.0, up_sigma_rad=0.001)
     assert heights.lamps_sigma_m == 0.02
-    same = occ.headlight_distance([seen_px[0]] * 2, CAMERA)
+    same = occ.objects.headlight_distance([seen_px[0]] * 2, CAMERA)
     assert same.status is occ.Status.degenerate
     with pytest.raises(ValueError, match="yaw_max_rad"):
-        occ.headlight_distance(seen_px, CAMERA, yaw_max_rad=2)
+        occ.objects.headlight_distance(seen_px, CAMERA, yaw_max_rad=2)
 
 
 def test_a_third_lamp_gives_the_yaw():
     lamps_m = np.array([[0, 0.7, 0], [0, -0.7, 0], [-1.2, 0.3, 0.7], [-1.5, -0.4, 0.8]])
     in_cam = lamps_m @ np.array([[0, 1, 0], [0, 0, -1], [-1, 0, 0]]).T + [0, 0.5, 8]
     pixels = 800 * in_cam[:, :2] / in_cam[:, 2:] + [319.5, 239.5]
-    poses = occ.vehicle_poses(lamps_m, pixels, CAMERA, 0.3)
+    poses = occ.objects.vehicle_poses(lamps_m, pixels, CAMERA, 0.3)
     assert poses.ok and abs(poses.value[0].distance_m - np.hypot(8, 0.5)) < 1e-6
     assert abs(poses.value[0].yaw_rad) < 1e-6 and poses.value[0].sigma_m > 0

@@ -37,7 +37,7 @@ def test_fix_has_the_settled_fields(fix, scene):
     camera_in_world = np.linalg.inv(fix.cam_from_world)[:3, 3]
     assert fix.position_m == pytest.approx(camera_in_world, abs=1e-12)
     assert np.allclose(
-        fix.position_covariance_m2, occ.position_covariance(fix.cam_from_world, fix.covariance)
+        fix.position_covariance_m2, occ.smoothing.position_covariance(fix.cam_from_world, fix.covariance)
     )
     assert len(fix.candidates) == 1
     assert np.array_equal(fix.candidates[0].position_m, fix.position_m)
@@ -90,7 +90,7 @@ def test_a_square_is_ambiguous_until_the_heading_is_known(square, pose):
     assert nearest < 2e-3
 
     prior = occ.Prior(
-        heading_rad=occ.heading_rad(pose) + 0.1, heading_sigma_rad=math.radians(20)
+        heading_rad=occ.guide.heading_rad(pose) + 0.1, heading_sigma_rad=math.radians(20)
     )
     told = occ.locate(image, square, prior)
     assert told.ok
@@ -150,9 +150,9 @@ def test_p3p_holds_the_true_pose(pose):
 
 def test_heading_is_the_azimuth_of_image_right():
     up = np.eye(4)
-    assert occ.heading_rad(up) == pytest.approx(0)
+    assert occ.guide.heading_rad(up) == pytest.approx(0)
     turned = np.array([[0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
-    assert occ.heading_rad(turned) == pytest.approx(math.pi / 2)
+    assert occ.guide.heading_rad(turned) == pytest.approx(math.pi / 2)
 
 
 def test_predicted_rims_lie_on_the_measured_ones(fix, scene):
@@ -160,15 +160,15 @@ def test_predicted_rims_lie_on_the_measured_ones(fix, scene):
     for id, blob in fix.lamps.items():
         if blob.cut_by_border:
             continue
-        rim = occ.project_rim(lamps[id], fix.cam_from_world, scene.camera)
+        rim = occ.rendering.project_rim(lamps[id], fix.cam_from_world, scene.camera)
         assert rim.shape == (64, 2)
-        centre = occ.project_lamp_centre(lamps[id], fix.cam_from_world, scene.camera)
+        centre = occ.rendering.project_lamp_centre(lamps[id], fix.cam_from_world, scene.camera)
         assert np.linalg.norm(centre - blob.centroid_px) < 0.2
         radius = np.linalg.norm(rim - centre, axis=1)
         assert radius.min() > 0.9 * blob.ellipse.semi_minor_px
         assert radius.max() < 1.1 * blob.ellipse.semi_major_px
     from_behind = lamps[0].replace(normal=[0, 0, 1])
-    assert occ.project_rim(from_behind, fix.cam_from_world, scene.camera) is None
+    assert occ.rendering.project_rim(from_behind, fix.cam_from_world, scene.camera) is None
 
 
 def test_threads_agree(image, scene, fix):

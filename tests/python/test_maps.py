@@ -10,10 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import libocc as occ
-from libocc.cli import main
 from libocc.maps import looking_up, plane_of, power_map, with_focal_length
 from libocc.samples import load_scene
 
@@ -44,7 +42,7 @@ def axis_of(rotation_deg):
 def test_the_unturned_camera_has_the_worlds_axes():
     pose = looking_up([1, 2, 3])
     assert np.array_equal(pose[:3, :3], np.eye(3)) and pose[:3, 3].tolist() == [-1, -2, -3]
-    assert occ.heading_rad(pose) == 0
+    assert occ.guide.heading_rad(pose) == 0
 
 
 @pytest.mark.parametrize(
@@ -65,7 +63,7 @@ def test_roll_leans_to_minus_y_pitch_to_x_and_yaw_turns_it(rotation_deg, axis):
 def test_yaw_is_the_heading_whatever_the_roll():
     for yaw in (-120, 0, 45):
         pose = looking_up([0, 0, 0], (25, 0, yaw))
-        assert np.degrees(occ.heading_rad(pose)) == pytest.approx(yaw)
+        assert np.degrees(occ.guide.heading_rad(pose)) == pytest.approx(yaw)
 
 
 def test_poses_are_rigid_and_stand_where_they_should():
@@ -107,9 +105,9 @@ def test_what_is_no_rigid_transform_is_named(four):
 
 
 def test_dbm_takes_numbers_and_arrays():
-    assert occ.dbm(1e-3) == 0 and np.array_equal(occ.dbm(np.array([1.0, 0.0])), [30, -math.inf])
+    assert occ.photometry.dbm(1e-3) == 0 and np.array_equal(occ.photometry.dbm(np.array([1.0, 0.0])), [30, -math.inf])
     with pytest.raises(ValueError, match="power_w"):
-        occ.dbm(-1)
+        occ.photometry.dbm(-1)
 
 
 # Maps
@@ -125,7 +123,7 @@ def test_a_map_is_made_of_single_calls(boxed, rotation_deg):
         assert np.array_equal(made.lamp_power_w[row, column], one.lamp_power_w)
         assert made.visible[row, column] == one.visible
         seen = scene.replace(lamps=[lamp for lamp, whole in zip(scene.lamps, one.whole) if whole])
-        bound = occ.pose_bound(seen, pose, rung=occ.Rung.centres)
+        bound = occ.bench.pose_bound(seen, pose, rung=occ.Rung.centres)
         if bound.ok:
             assert made.bound_m[row, column] == pytest.approx(np.trace(bound.position_covariance_m2) ** 0.5)
         else:
@@ -298,7 +296,7 @@ def test_bad_input_is_one_line_and_exit_code_2(run, arguments, text):
 
 
 def test_what_is_done_stays_when_a_run_breaks_off(run, monkeypatch):
-    import libocc.commands.map as command
+    import libocc.cli.commands.map as command
 
     calls = []
 

@@ -10,9 +10,9 @@ import pytest
 from click.testing import CliRunner
 
 import libocc as occ
-from libocc.calibration.network_file import network_files, read_network
-from libocc.calibration.run import ladder
 from libocc.cli import main
+from libocc.cli.calibration.run import ladder
+from libocc.network.files import network_files, read_network
 
 PANORAMA = Path(__file__).parents[2] / "data/calibration/panorama"
 TRUTH = {"c_px": 4371.0, "cy_px": 5105.5, "tilt_x_rad": 2e-3, "tilt_y_rad": -1.5e-3, "ex_m": 0.011, "ey_m": -0.007,
@@ -32,19 +32,19 @@ def network(tmp_path: Path) -> Path:
     return tmp_path / "network" / "network.yaml"
 
 
-def small_field() -> occ.TestField:
-    return occ.simulate_test_field(occ.TestFieldDesign(
-        camera=occ.paper_panorama_camera(), free_parameters=["c_px", "cy_px"], stations=4, targets=40, seed=3,
+def small_field() -> occ.network.TestField:
+    return occ.network.simulate_test_field(occ.network.TestFieldDesign(
+        camera=occ.network.paper_panorama_camera(), free_parameters=["c_px", "cy_px"], stations=4, targets=40, seed=3,
     ))
 
 
 def test_an_adjustment_recovers_the_camera_and_finds_the_gross_errors() -> None:
     network, datum = read_network(PANORAMA / "network.yaml")
-    adjusted = occ.adjust(network, datum=datum)
+    adjusted = occ.network.adjust(network, datum=datum)
     assert adjusted.ok and adjusted.defect == 6
     assert {rejected.observation for rejected in adjusted.rejected} == {40, 100, 222, 301, 402, 490}
     assert 0.9 < adjusted.sigma0 < 1.1
-    known = occ.precision(adjusted.network, datum)
+    known = occ.network.precision(adjusted.network, datum)
     sigmas = np.sqrt(np.diag(known.parameters(0)))
     values = {p.name: p.value for p in adjusted.network.cameras[0].parameters}
     for name, sigma in zip(adjusted.network.free_parameters[0], sigmas):
@@ -54,28 +54,28 @@ def test_an_adjustment_recovers_the_camera_and_finds_the_gross_errors() -> None:
 
 def test_statistics_agree_with_one_another() -> None:
     network, datum = read_network(PANORAMA / "network.yaml")
-    adjusted = occ.adjust(network, datum=datum)
-    statistics = occ.network_statistics(adjusted.network)
+    adjusted = occ.network.adjust(network, datum=datum)
+    statistics = occ.network.network_statistics(adjusted.network)
     assert statistics.sigma0 == pytest.approx(adjusted.sigma0, rel=1e-6)
     used = np.asarray(adjusted.network.observations)[:, 8] > 0
     assert statistics.redundancy[used].min() >= 0 and statistics.redundancy.max() <= 1
     assert statistics.redundancy.sum() < adjusted.redundancy + 1
-    assert np.allclose(statistics.residual_px[used], occ.image_residuals_px(adjusted.network)[used])
+    assert np.allclose(statistics.residual_px[used], occ.network.image_residuals_px(adjusted.network)[used])
     assert (statistics.detectable_px[used] >= 4.1 * 0.19).all()
 
 
 def test_datums_differ_in_points_and_not_in_distances() -> None:
     field = small_field()
-    adjusted = occ.adjust(field.network)
-    inner = occ.precision(adjusted.network)
-    minimal = inner.in_datum(occ.Datum(kind=occ.DatumKind.minimal))
+    adjusted = occ.network.adjust(field.network)
+    inner = occ.network.precision(adjusted.network)
+    minimal = inner.in_datum(occ.network.Datum(kind=occ.network.DatumKind.minimal))
     assert inner.defect == minimal.defect == 7
     trace = [np.trace(known.points().sum(axis=0)) for known in (inner, minimal)]
     assert trace[0] < trace[1]  # inner constraints have the least
-    bar = occ.Target.point(0), occ.Target.point(1)
+    bar = occ.network.Target.point(0), occ.network.Target.point(1)
     network = field.network.copy()
     network.add_distance(*bar, 5.0, 1e-3)
-    with_bar = occ.precision(occ.adjust(network).network)
+    with_bar = occ.network.precision(occ.network.adjust(network).network)
     assert with_bar.defect == 6
     assert with_bar.distance_sigma_m(*bar) == pytest.approx(1e-3, rel=0.02)
 
@@ -87,7 +87,7 @@ def test_progress_can_stop_an_adjustment() -> None:
         calls.append((stage, iteration, cost, rejected))
         return len(calls) < 2
 
-    adjusted = occ.adjust(small_field().network, progress=stop)
+    adjusted = occ.network.adjust(small_field().network, progress=stop)
     assert adjusted.status is occ.Status.not_converged and len(calls) == 2
     assert len(adjusted.network.points_m) == 40
 
@@ -97,7 +97,7 @@ def test_a_network_goes_to_files_and_back(tmp_path: Path) -> None:
     network = field.network.copy()
     corners = 0.1 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
     body = network.add_body("tag 7", corners, np.eye(4))
-    network.observe(0, [occ.Target.corner(body, 2)], [[10, 20]], [0.3, 0.2])
+    network.observe(0, [occ.network.Target.corner(body, 2)], [[10, 20]], [0.3, 0.2])
     for name, content in network_files(network).items():
         (tmp_path / name).write_bytes(content)
     again, _ = read_network(tmp_path / "network.yaml")
@@ -125,16 +125,16 @@ def test_the_command_writes_a_whole_folder(network: Path, tmp_path: Path) -> Non
 
 def test_the_ladder_frees_each_parameter_once() -> None:
     network, datum = read_network(PANORAMA / "network.yaml")
-    names, sigma0 = ladder(network, datum, occ.adjust(network, datum=datum).rejected)
+    names, sigma0 = ladder(network, datum, occ.network.adjust(network, datum=datum).rejected)
     assert names == ["none", "c cy", "ex ey", "tilt_x tilt_y", "angle_per_px", "k1 k2"]
     assert sorted(sigma0, reverse=True) == sigma0 and sigma0[0] > 5 and 0.9 < sigma0[-1] < 1.1
 
 
 def test_select_drops_what_the_pictures_do_not_call_for(tmp_path: Path) -> None:
-    field = occ.simulate_test_field(occ.TestFieldDesign(
-        camera=occ.paper_panorama_camera(), free_parameters=["c_px", "cy_px", "k1", "tumbling1_rad"], targets=60, seed=5,
+    field = occ.network.simulate_test_field(occ.network.TestFieldDesign(
+        camera=occ.network.paper_panorama_camera(), free_parameters=["c_px", "cy_px", "k1", "tumbling1_rad"], targets=60, seed=5,
     ))
-    chosen = occ.select_parameters(field.network, keep=["c_px", "cy_px"])
+    chosen = occ.network.select_parameters(field.network, keep=["c_px", "cy_px"])
     assert chosen.ok
     assert chosen.adjustment.network.free_parameters[0] == ["c_px", "cy_px"]  # the others are truly zero
     assert len(chosen.steps) == 3 and chosen.steps[0].dropped == ""

@@ -19,12 +19,12 @@ VIEW = ("simulate", "parking", "--position", 9, 2, 1.4, "--look-at", 2, 0.9, 0.7
 
 @pytest.fixture
 def car(root):
-    return occ.Object.load(root / "data" / "objects" / "car.yaml")
+    return occ.objects.Object.load(root / "data" / "objects" / "car.yaml")
 
 
 @pytest.fixture
 def beacon(root):
-    return occ.Object.load(root / "data" / "objects" / "beacon.yaml")
+    return occ.objects.Object.load(root / "data" / "objects" / "beacon.yaml")
 
 
 def seen(thing, pose, rng, sigma_px=0.2):
@@ -44,25 +44,25 @@ def seen(thing, pose, rng, sigma_px=0.2):
 
 
 def test_objects_are_values_and_files(car, tmp_path):
-    point = occ.ObjectPoint(id=3, position_m=[1, 2, 3], cone_rad=math.pi, label="top")
+    point = occ.objects.ObjectPoint(id=3, position_m=[1, 2, 3], cone_rad=math.pi, label="top")
     assert repr(point) == repr(pickle.loads(pickle.dumps(point))) and "label='top'" in repr(point)
-    made = occ.Object(name="one", points=[point])
+    made = occ.objects.Object(name="one", points=[point])
     made.save(tmp_path / "one.yaml")
-    assert occ.Object.load(tmp_path / "one.yaml").format() == made.format()
-    assert pickle.loads(pickle.dumps(car)).format() == car.format() == occ.Object.parse(car.format()).format()
+    assert occ.objects.Object.load(tmp_path / "one.yaml").format() == made.format()
+    assert pickle.loads(pickle.dumps(car)).format() == car.format() == occ.objects.Object.parse(car.format()).format()
     assert made.replace(name="two").name == "two" and "18 points" in repr(car)
     with pytest.raises(ValueError, match="id must be of one point only, got 3"):
-        occ.Object(name="one", points=[point, point])
+        occ.objects.Object(name="one", points=[point, point])
     with pytest.raises(ValueError, match=r"cone_deg.*\(0, 180\], got 200"):
-        occ.Object.parse(made.format().replace("cone_deg: 180", "cone_deg: 200"))
+        occ.objects.Object.parse(made.format().replace("cone_deg: 180", "cone_deg: 200"))
     with pytest.raises(FileNotFoundError, match="none.yaml"):
-        occ.Object.load(tmp_path / "none.yaml")
+        occ.objects.Object.load(tmp_path / "none.yaml")
 
 
 def test_identify_object_finds_its_pose(beacon):
     pose = occ.look_at([1.6, 0.5, 0.6], [0.05, 0, 0.3])
     blobs, points = seen(beacon, pose, np.random.default_rng(1))
-    found = occ.identify_object(blobs, beacon, CAMERA, gate_model_sigma_px=0.2)
+    found = occ.objects.identify_object(blobs, beacon, CAMERA, gate_model_sigma_px=0.2)
     assert found.ok and len(points) >= 6
     best = found.hypotheses[0]
     assert sorted(m.lamp for m in best.matches) == points
@@ -71,29 +71,29 @@ def test_identify_object_finds_its_pose(beacon):
 
 def test_recognise_tells_objects_apart(beacon, car):
     blobs, _ = seen(beacon, occ.look_at([1.2, -0.9, 0.7], [0.05, 0, 0.3]), np.random.default_rng(2))
-    found = occ.recognise(blobs, [car, beacon], CAMERA, gate_model_sigma_px=0.2)
+    found = occ.objects.recognise(blobs, [car, beacon], CAMERA, gate_model_sigma_px=0.2)
     assert found.ok and [o.match.object for o in found.found] == [1]
     match = found.found[0].match
     assert match.log10_false_alarms < -3 and match.plausible == 1 and not found.found[0].rivals
     assert found.log10_false_alarms[1] == match.log10_false_alarms < found.log10_false_alarms[0]
-    twins = occ.recognise(blobs, [beacon, beacon.replace(name="twin")], CAMERA, gate_model_sigma_px=0.2)
+    twins = occ.objects.recognise(blobs, [beacon, beacon.replace(name="twin")], CAMERA, gate_model_sigma_px=0.2)
     assert twins.status is occ.Status.ambiguous and len(twins.found[0].rivals) == 1
-    assert occ.recognise(blobs[:3], [car], CAMERA).status is occ.Status.too_few_lamps
+    assert occ.objects.recognise(blobs[:3], [car], CAMERA).status is occ.Status.too_few_lamps
     with pytest.raises(ValueError, match="max_false_alarms"):
-        occ.recognise(blobs, [car], CAMERA, max_false_alarms=0)
+        occ.objects.recognise(blobs, [car], CAMERA, max_false_alarms=0)
 
 
 def test_detectable_points_of_a_box():
-    points = occ.detectable_points(BOX, FACES)
+    points = occ.objects.detectable_points(BOX, FACES)
     assert len(points) == 8 and all(p.edges == 3 and abs(p.edges_m - 6) < 1e-9 for p in points)
     middle = BOX.mean(axis=0)
     for found in points:
         assert (found.point.position_m - middle) @ found.point.normal > 0
         assert 2.1 < found.point.cone_rad < 2.6
     with pytest.raises(ValueError, match=r"faces\[0\]"):
-        occ.detectable_points(BOX, FACES + 8)
+        occ.objects.detectable_points(BOX, FACES + 8)
     with pytest.raises(ValueError, match="sharp_rad"):
-        occ.detectable_points(BOX, FACES, sharp_rad=-1)
+        occ.objects.detectable_points(BOX, FACES, sharp_rad=-1)
 
 
 @pytest.mark.parametrize("kind", ["obj", "ply", "stl"])
@@ -101,19 +101,19 @@ def test_meshes_are_read(kind, tmp_path, libocc):
     trimesh = pytest.importorskip("trimesh")
     path = tmp_path / f"box.{kind}"
     trimesh.Trimesh(BOX, FACES, process=False).export(path)
-    points = occ.detectable_points(*occ.read_mesh(path))
+    points = occ.objects.detectable_points(*occ.objects.read_mesh(path))
     found = sorted(tuple(p.point.position_m.round(6) + 0.0) for p in points)
     assert found == sorted(map(tuple, BOX))
     libocc(*VIEW)
     code, out, _ = libocc("points", path, "--camera", "parking", "--distance", 12, "--out", "box.yaml", "--plot", "box.png")
     assert code == 0 and len(out.splitlines()) == 10
-    assert len(occ.Object.load("box.yaml").points) == 8
+    assert len(occ.objects.Object.load("box.yaml").points) == 8
     assert (tmp_path / "box.png").read_bytes()[:4] == b"\x89PNG"
 
 
 def test_meshes_that_are_none_are_refused(tmp_path, libocc):
     with pytest.raises(OSError, match="nosuch.stl"):
-        occ.read_mesh(tmp_path / "nosuch.stl")
+        occ.objects.read_mesh(tmp_path / "nosuch.stl")
     pytest.importorskip("trimesh")
     (tmp_path / "text.stl").write_text("not a mesh")
     code, _, err = libocc("points", "text.stl", "--camera", "parking")
@@ -121,14 +121,14 @@ def test_meshes_that_are_none_are_refused(tmp_path, libocc):
 
 
 def test_worth_of_points(beacon):
-    value = occ.localisation_value(beacon, CAMERA, occ.views_around(beacon, [2.0], 60), 0.3)
+    value = occ.objects.localisation_value(beacon, CAMERA, occ.objects.views_around(beacon, [2.0], 60), 0.3)
     assert len(value.points) == len(beacon.points) and 0.9 < value.determined <= 1
     arm = value.points[6]
     assert arm.seen == pytest.approx(1) and arm.growth == max(p.growth for p in value.points)
-    near = occ.localisation_value(beacon, CAMERA, occ.views_around(beacon, [1.0], 60), 0.3)
+    near = occ.objects.localisation_value(beacon, CAMERA, occ.objects.views_around(beacon, [1.0], 60), 0.3)
     assert near.sigma_m < value.sigma_m
     with pytest.raises(ValueError, match="sigma_px"):
-        occ.localisation_value(beacon, CAMERA, [np.eye(4)], 0)
+        occ.objects.localisation_value(beacon, CAMERA, [np.eye(4)], 0)
 
 
 def test_command_recognises_car_and_beacon(libocc, tmp_path):

@@ -25,7 +25,7 @@ def room(interreflection: bool) -> occ.Scene:
         occ.Lamp(id=i, centre_m=c, radius_m=r, power_w=p, half_power_rad=np.pi / 3)
         for i, (c, r, p) in enumerate(LAMPS)
     ]
-    use = occ.Use.on if interreflection else occ.Use.off
+    use = occ.rendering.Use.on if interreflection else occ.rendering.Use.off
     camera = occ.Camera.pinhole(
         width=FINER * WIDTH,
         height=FINER * HEIGHT,

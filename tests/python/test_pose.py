@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import libocc as occ
-from libocc import report
+from libocc.cli import report
 
 CAMERA = occ.Camera.pinhole(width=1280, height=960, fx_px=800, fy_px=800, cx_px=639.5, cy_px=479.5)
 CAM_FROM_WORLD = occ.look_at([0.4, -0.3, -5], [0, 0, 0], [0, -1, 0])
@@ -161,8 +161,8 @@ def test_planar_poses_need_two_points_or_a_heading():
     rays = points + pose[:3, 3]
     bearings = rays / np.linalg.norm(rays, axis=1)[:, None]
     known = dict(up_in_cam=up, height_m=0.5)
-    assert occ.planar_poses(bearings, points, **known)[0] == pytest.approx(pose, abs=1e-9)
-    (one,) = occ.planar_poses(bearings[:1], points[:1], **known, heading_rad=0.0)
+    assert occ.pose.planar_poses(bearings, points, **known)[0] == pytest.approx(pose, abs=1e-9)
+    (one,) = occ.pose.planar_poses(bearings[:1], points[:1], **known, heading_rad=0.0)
     assert one == pytest.approx(pose, abs=1e-9)
     with pytest.raises(ValueError, match="two rows, or one with a heading_rad, got 1"):
-        occ.planar_poses(bearings[:1], points[:1], **known)
+        occ.pose.planar_poses(bearings[:1], points[:1], **known)

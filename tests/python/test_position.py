@@ -14,12 +14,12 @@ from stream_support import render, walk, write_bag, write_folder
 
 import libocc as occ
 from libocc import samples
-from libocc.poses import upward_pose
-from libocc.streams.follow import Follower, records
+from libocc.cli.poses import upward_pose
+from libocc.cli.position.follow import Follower, records
+from libocc.cli.position.outputs import JsonLines, Outputs, Tum
+from libocc.cli.position.positioner import TrackerPositioner
+from libocc.cli.position.summary import Summary
 from libocc.streams.frames import StreamFrame
-from libocc.streams.outputs import JsonLines, Outputs, Tum
-from libocc.streams.positioner import TrackerPositioner
-from libocc.streams.summary import Summary
 
 FRAMES = 12
 

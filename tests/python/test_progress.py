@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-from libocc import progress as module
+from libocc.cli import progress as module
 
 
 def test_progress_shows_only_in_a_long_run(monkeypatch, capsys):

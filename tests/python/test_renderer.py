@@ -40,7 +40,7 @@ def test_threads_may_share_a_renderer(scene, pose):
 
 def test_noise_around_lamps_is_that_of_everywhere(scene, pose):
     everywhere, _ = occ.simulate(scene, pose, seed=2)
-    around, _ = occ.simulate(scene, pose, seed=2, noise_area=occ.NoiseArea.around_lamps)
+    around, _ = occ.simulate(scene, pose, seed=2, noise_area=occ.rendering.NoiseArea.around_lamps)
     quiet, _ = occ.simulate(scene, pose, noise=False)
     same = around == everywhere
     assert same[quiet > quiet.min() + 2].all() and not same.all()
@@ -72,9 +72,9 @@ def test_a_trajectory_is_a_value(walk, tmp_path):
 
 def test_a_trajectory_moves_with_its_velocity(walk):
     pose = walk.cam_from_world(0.1)
-    assert np.allclose(occ.moved_pose(pose, walk.velocity(0.1), 0.25), walk.cam_from_world(0.35), atol=1e-13)
+    assert np.allclose(occ.smoothing.moved_pose(pose, walk.velocity(0.1), 0.25), walk.cam_from_world(0.35), atol=1e-13)
     mean = walk.velocity(0.1, 1.7)
-    assert np.allclose(occ.moved_pose(pose, mean, 1.6), walk.cam_from_world(1.7), atol=1e-13)
+    assert np.allclose(occ.smoothing.moved_pose(pose, mean, 1.6), walk.cam_from_world(1.7), atol=1e-13)
     with pytest.raises(ValueError, match="time_s must be from 0.0.* to 2.0.* s, got 2.1"):
         walk.cam_from_world(2.1)
 

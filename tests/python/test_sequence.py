@@ -12,13 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from small_room import contents, write_all
 
 import libocc as occ
-from libocc import result_folder
-from libocc.cli import main
-from libocc.dataset import write
+from libocc.cli import result_folder
+from libocc.cli.dataset import write
 
 LINE = ["sequence", "room.yaml", "walk.yaml", "--fps", 20]
 
@@ -244,7 +242,7 @@ def test_bad_tum_files(run, text, reason):
 
 
 def test_tum_and_waypoints_make_the_same_frames(run):
-    from libocc.dataset.waypoints import load_trajectory
+    from libocc.cli.dataset.waypoints import load_trajectory
 
     load_trajectory("walk.yaml").save("walk.txt")
     for name in ("yaml", "txt"):

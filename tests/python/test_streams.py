@@ -15,18 +15,18 @@ import pytest
 from stream_support import FPS, raw_image, render, write_bag, write_folder
 
 import libocc as occ
-from libocc.streams import outputs as outputs_module
+from libocc.cli.position import outputs as outputs_module
+from libocc.cli.position.clock import FrameOrder
+from libocc.cli.position.lamp_table import lamps_of_table
+from libocc.cli.position.latest import Latest
+from libocc.cli.position.outputs import JsonLines, Outputs, Tum
+from libocc.cli.position.record import Pose, Record, record_dict, record_text
+from libocc.cli.position.ros_messages import ros_covariance
+from libocc.cli.position.summary import Summary
 from libocc.streams.bags import BagSource, pixels_of, pixels_of_file
-from libocc.streams.clock import FrameOrder
 from libocc.streams.folder import FolderSource
 from libocc.streams.frames import StreamFrame
-from libocc.streams.lamp_table import lamps_of_table
-from libocc.streams.latest import Latest
 from libocc.streams.open_source import open_source
-from libocc.streams.outputs import JsonLines, Outputs, Tum
-from libocc.streams.record import Pose, Record, record_dict, record_text
-from libocc.streams.ros_messages import ros_covariance
-from libocc.streams.summary import Summary
 
 PIXELS = np.arange(12, dtype=np.uint8).reshape(3, 4)
 
@@ -364,7 +364,7 @@ def test_covariances_are_ros_s_own(pose):
     found = ros_covariance(Pose(0.0, pose, covariance, np.zeros(3), np.eye(3)))
     drawn = []
     for delta in (root @ rng.standard_normal((6, 20000))).T:
-        moved = occ.moved_pose(pose, delta, 1.0)
+        moved = occ.smoothing.moved_pose(pose, delta, 1.0)
         turn = moved[:3, :3].T @ pose[:3, :3]
         place = -moved[:3, :3].T @ moved[:3, 3] + pose[:3, :3].T @ pose[:3, 3]
         drawn.append([*place, turn[2, 1], turn[0, 2], turn[1, 0]])
@@ -382,7 +382,7 @@ def test_a_table_says_where_lamps_hang(root: Path, tmp_path: Path):
     room = occ.Scene.load(root / "data" / "scenes" / "ufsook_four.yaml")
     table = tmp_path / "lamps.csv"
     table.write_text("id,x,y,z\n# a comment\n7,1,1,3\n\n9,3,1,2.5\n")
-    made = lamps_of_table(str(table), room, occ.Code(kind=occ.CodeKind.ufsook))
+    made = lamps_of_table(str(table), room, occ.codes.Code(kind=occ.codes.CodeKind.ufsook))
     assert [lamp.id for lamp in made.lamps] == [7, 9] and made.lamps[1].centre_m.tolist() == [3, 1, 2.5]
     assert made.lamps[0].radius_m == room.lamps[0].radius_m and made.lamps[0].code.id == 7
 
@@ -407,7 +407,7 @@ def test_a_bad_table_is_refused_by_line(root: Path, tmp_path: Path, text, said):
     table = tmp_path / "lamps.csv"
     table.write_text(text)
     with pytest.raises(ValueError, match=f"lamps.csv{said}"):
-        lamps_of_table(str(table), room, occ.Code(kind=occ.CodeKind.ufsook))
+        lamps_of_table(str(table), room, occ.codes.Code(kind=occ.codes.CodeKind.ufsook))
 
 
 # --- the summary

@@ -8,18 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from small_room import SWEEP, contents, write_all
 
 import libocc as occ
-from libocc import workers
-from libocc.cli import main
-from libocc.sweep import run as sweep_run
-from libocc.sweep.paths import set_path, steps_of
-from libocc.sweep.plan import read_sweep, scene_and_pose
-from libocc.sweep.point import compute_point
-from libocc.sweep.ranges import values_of
-from libocc.sweep.run import points_of
+from libocc.cli import workers
+from libocc.cli.sweep import run as sweep_run
+from libocc.cli.sweep.paths import set_path, steps_of
+from libocc.cli.sweep.plan import read_sweep, scene_and_pose
+from libocc.cli.sweep.point import compute_point
+from libocc.cli.sweep.ranges import values_of
+from libocc.cli.sweep.run import points_of
 
 
 @pytest.fixture
@@ -80,7 +78,7 @@ def test_a_point_is_the_scene_with_its_values(run):
     }
     scene, pose = scene_and_pose(sweep.base, values)
     assert scene.sensor.exposure_s == 2e-5 and scene.lamps[2].centre_m[0] == 0.25
-    assert {lamp.power_w for lamp in scene.lamps} == {0.5} and scene.effects.use["noise"] is occ.Use.off
+    assert {lamp.power_w for lamp in scene.lamps} == {0.5} and scene.effects.use["noise"] is occ.rendering.Use.off
     assert np.linalg.inv(pose)[2, 3] == pytest.approx(0.3)
     assert math.degrees(math.acos(pose[2, 2])) == pytest.approx(4)
 

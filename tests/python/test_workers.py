@@ -4,8 +4,8 @@
 import pytest
 from small_room import die, double
 
-from libocc import progress
-from libocc.workers import run_jobs
+from libocc.cli import progress
+from libocc.cli.workers import run_jobs
 
 
 @pytest.mark.parametrize("workers", [1, 2])

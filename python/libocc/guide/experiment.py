@@ -9,8 +9,8 @@ from .. import samples
 from .._core import (
     ClockJump,
     DockOptions,
-    DriveNoise,
     Drive,
+    DriveNoise,
     Follower,
     Kidnapping,
     LampFailure,
@@ -28,9 +28,8 @@ from .._core import (
     StanleyOptions,
     Vehicle,
 )
-from ..maps.plane import with_focal_length
-from ..suggest import refuse_unknown
-from ..yaml_files import read_yaml
+from ..maps import with_focal_length
+from ..yaml_files import read_yaml, refuse_unknown
 from .docking_test import DockingLimits
 from .planning import Planned, planned_pan_tilt, planned_route
 from .route_file import load_route, route_of

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import PlanarPose, PlanStatus, Route, Scene, Vehicle, plan_pan_tilt, plan_route
-from .sections import made, mapping, values_of, values_by_name
+from .sections import made, mapping, values_by_name, values_of
 
 VIEW = ("margin_px", "sigma_px", "heading_sigma_rad")
 OF_ROUTE = ("min_lamps", "max_sigma_m", "cell_m", "corner_radius_m", "vehicle_height_m", "speed_m_s", "turn_cost_m")

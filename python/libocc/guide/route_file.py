@@ -4,8 +4,7 @@
 from typing import Any
 
 from .._core import PlanarPose, Route, RouteShape, RouteWaypoint
-from ..suggest import refuse_unknown
-from ..yaml_files import read_yaml
+from ..yaml_files import read_yaml, refuse_unknown
 from .sections import chosen, made, mapping, number, values_of
 
 SCHEMA = "libocc-route/1"

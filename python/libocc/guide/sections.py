@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 from enum import Enum
 from typing import Any, TypeVar
 
-from ..poses import number as number
-from ..suggest import suggestion
+from ..yaml_files import number as number, suggestion
 
 Options = TypeVar("Options")
 

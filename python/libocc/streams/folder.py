@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from .._core import read_image
-from ..sequence_frames import ENDINGS, frame_time_s
+from ..cli.sequence_frames import ENDINGS, frame_time_s
 from .frames import StreamFrame
 
 

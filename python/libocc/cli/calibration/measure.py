@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Points measured in calibrated pictures: their table, summary and report."""
+
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..._core import Measurement, Network, Status
+from ...network.files import SIGMA_PX
+from ...network.tables import read_table
+from . import figures
+from .report import STYLE, number, picture, table
+from .summary import Calibration, finite
+
+Sighting = tuple[int, NDArray[np.float64], NDArray[np.float64]]
+
+
+def read_sightings(path: Path, network: Network) -> tuple[list[str], list[list[Sighting]]]:
+    """Names, and where each point was seen. Raises: OSError; ValueError naming line, column and value."""
+    images = {name: i for i, name in enumerate(network.image_names)}
+    points: dict[str, list[Sighting]] = {}
+    for row in read_table(path, ("point", "image", "x_px", "y_px"), ("sigma_x_px", "sigma_y_px")):
+        if row.text("image") not in images:
+            raise row.fail("image", f"an image of the network ({', '.join(list(images)[:8])})")
+        sigma_x = row.number("sigma_x_px", SIGMA_PX)
+        sigma = np.array([sigma_x, row.number("sigma_y_px", sigma_x)])
+        if not (sigma > 0).all():
+            raise row.fail("sigma_x_px" if not sigma[0] > 0 else "sigma_y_px", "positive")
+        at = np.array([row.number("x_px"), row.number("y_px")])
+        points.setdefault(row.text("point"), []).append((images[row.text("image")], at, sigma))
+    return list(points), list(points.values())
+
+
+def ends_of(distances: Sequence[tuple[str, str]], names: Sequence[str]) -> list[tuple[int, int]]:
+    for pair in distances:
+        for name in pair:
+            if name not in names:
+                raise ValueError(f"--distance: no point is named {name!r}; there are: {', '.join(names[:8])}")
+    return [(names.index(a), names.index(b)) for a, b in distances]
+
+
+def summary(names: Sequence[str], measured: Measurement, pairs: Sequence[tuple[int, int]]) -> dict[str, Any]:
+    points = [
+        {"name": name, "status": point.status.name, "position_m": point.position_m.tolist(),
+         "sigma_m": [finite(s) for s in np.sqrt(np.diag(point.covariance_m2))], "images": point.images,
+         "worst_residual_px": finite(point.worst_residual_px), "angle_deg": float(np.degrees(point.angle_rad))}
+        for name, point in zip(names, measured.points)
+    ]
+    distances = []
+    for a, b in pairs:
+        length, sigma = measured.distance(a, b)
+        distances.append({"from": names[a], "to": names[b], "length_m": finite(length), "sigma_m": finite(sigma)})
+    return {"points": points, "distances": distances}
+
+
+def report_html(c: Calibration, names: Sequence[str], measured: Measurement, data: dict[str, Any]) -> bytes:
+    rows = [
+        (p["name"], p["status"], *(f"{v:.5f}" for v in p["position_m"]),
+         *(number(1e3 * s, 3) if s is not None else "unknown" for s in p["sigma_m"]), p["images"],
+         number(p["worst_residual_px"] or 0, 3), f"{p['angle_deg']:.1f}")
+        for p in data["points"]
+    ]
+    head = ("point", "status", "x [m]", "y [m]", "z [m]", "sigma x [mm]", "sigma y [mm]", "sigma z [mm]", "images",
+            "worst residual [px]", "angle of rays [deg]")
+    parts = [f"<h1>{len(names)} points</h1>", table(head, rows)]
+    if data["distances"]:
+        parts.append("<h2>Distances</h2>" + table(("from", "to", "length [m]", "sigma [mm]"), (
+            (d["from"], d["to"], number(d["length_m"] or np.inf, 8), number(1e3 * (d["sigma_m"] or np.inf), 3))
+            for d in data["distances"]
+        )))
+    good = [p for p in measured.points if p.status is Status.ok]
+    if good:
+        places = np.array([p.position_m for p in good])
+        covariances = np.array([p.covariance_m2 for p in good])
+        parts.append("<h2>Where they are</h2>" + picture(figures.places_map(c, places, covariances), "map"))
+    return (f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape("Measured points")}</title>'
+            f"<style>{STYLE}</style><body>{''.join(parts)}</body></html>").encode()

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From a network with starts to a folder with the result, with progress."""
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..._core import (
+    Camera,
+    CameraFormat,
+    CameraKind,
+    Datum,
+    Network,
+    RejectedObservation,
+    Selection,
+    adjust,
+    format_camera,
+    projection_uncertainty,
+    select_parameters,
+)
+from ...network.files import image_table
+from ..progress import QUIET_S, progress
+from ..result_folder import ResultFolder, json_bytes
+from . import figures, report
+from .export import points_csv, points_ply
+from .summary import Calibration, calibration_of, summary
+
+GRID = 24  # of the uncertainty map, along the longer side
+
+
+class Spinner:
+    """Tells what the adjustment is doing once it turns out to be long."""
+
+    def __init__(self) -> None:
+        from rich.console import Console
+        from rich.status import Status
+
+        self.begun = time.monotonic()
+        self.status = Status("", console=Console(stderr=True))
+        self.shown = False
+
+    def __call__(self, stage: str, iteration: int, cost: float, rejected: int) -> bool:
+        self.status.update(f"{stage}: iteration {iteration}, cost {cost:.6g}, {rejected} rejected")
+        if not self.shown and time.monotonic() - self.begun > QUIET_S:
+            self.status.start()
+            self.shown = True
+        return True
+
+    def __enter__(self) -> "Spinner":
+        return self
+
+    def __exit__(self, *ignored: object) -> None:
+        self.status.stop()
+
+
+def calibrate(
+    network: Network, datum: Datum, *, robust: bool = True, select: bool = False, notes: Sequence[str] = (),
+    checks: dict[str, Any] | None = None, before: Camera | None = None,
+) -> tuple[Calibration, Selection | None]:
+    """Adjusts; with select only the parameters that the observations call for stay unknown. before:
+    what the report compares the first camera with, if not with the network's."""
+    begun = time.monotonic()
+    chosen = None
+    with Spinner() as spinner:
+        if select:
+            chosen = select_parameters(network, datum=datum, robust=robust)
+            adjusted = chosen.adjustment
+        else:
+            adjusted = adjust(network, robust=robust, snooping=robust, datum=datum, progress=spinner)
+    if before is not None:
+        network = network.copy()
+        network.set_camera(0, before, network.free_parameters[0])
+    found = calibration_of(network, adjusted, datum, time.monotonic() - begun, checks)
+    found.notes.extend(notes)
+    return found, chosen
+
+
+# In which order parameters are freed, after those of a camera that is one focal length.
+GROUPS = (
+    ("c_px", "cy_px"), ("fx_px", "fy_px"), ("cx_px", "cy_px"), ("ex_m", "ey_m", "ez_m"), ("tilt_x_rad", "tilt_y_rad"),
+    ("angle_per_px_rad",), ("k1", "k2"), ("p1", "p2"), ("k3", "k4", "k5", "k6"), ("s1", "s2", "s3", "s4"),
+    ("tau_x", "tau_y"), ("xi", "alpha"), ("skew_px",), tuple(f"tumbling{i}_rad" for i in range(1, 7)),
+)
+
+
+def ladder(
+    network: Network, datum: Datum, rejected: Sequence[RejectedObservation]
+) -> tuple[list[str], list[float]]:
+    """sigma0 with no camera parameter, then with one group after the other, each kept. rejected: by
+    the whole model, which alone tells gross errors; they are left out of every rung."""
+    free = network.free_parameters
+    left = {name for names in free for name in names}
+    wanted = []
+    for group in GROUPS:  # a name may stand in groups of several models: the first one has it
+        present = [name for name in group if name in left]
+        left.difference_update(present)
+        if present:
+            wanted.append(present)
+    rest = network.copy()
+    rest.drop([r.observation for r in rejected])
+    names, sigmas = [], []
+    with progress("ladder", len(wanted) + 1) as advance:
+        for k in range(len(wanted) + 1):
+            kept = {name for group in wanted[:k] for name in group}
+            for camera, all_names in enumerate(free):
+                rest.set_camera(camera, network.cameras[camera], [name for name in all_names if name in kept])
+            sigmas.append(adjust(rest, datum=datum, robust=False, snooping=False).sigma0)
+            short = (name.removesuffix("_px").removesuffix("_rad").removesuffix("_m") for name in wanted[k - 1])
+            names.append(" ".join(short) if k > 0 else "none")
+            advance()
+    return names, sigmas
+
+
+def ladder_section(network: Network, datum: Datum, rejected: Sequence[RejectedObservation]) -> str:
+    names, sigmas = ladder(network, datum, rejected)
+    shown = [names[0], *(f"+ {name}" for name in names[1:])]
+    return "<h2>What each group of parameters is worth</h2>" + report.picture(figures.ladder(shown, sigmas), "ladder")
+
+
+def uncertainty(c: Calibration, camera: int) -> Figure | None:
+    """Map of it; none when nothing of it is unknown."""
+    free = c.network.free_parameters[camera]
+    model = c.network.cameras[camera]
+    if not free or not c.known.ok:
+        return None
+    columns = GRID if model.width >= model.height else max(GRID // 2, GRID * model.width // model.height)
+    rows = GRID if model.height >= model.width else max(GRID // 2, GRID * model.height // model.width)
+    sigma, _, _ = projection_uncertainty(model, free, c.known.parameters(camera), columns=columns, rows=rows)
+    return figures.uncertainty_map(np.asarray(sigma), model.width, model.height)
+
+
+def camera_files(name: str, camera: Camera) -> dict[str, bytes]:
+    """libocc's file, and where the model is known there those of OpenCV and ROS."""
+    files = {f"{name}.yaml": format_camera(camera).encode()}
+    if camera.kind in (CameraKind.pinhole, CameraKind.fisheye):
+        files[f"{name}_opencv.yaml"] = format_camera(camera, CameraFormat.opencv).encode()
+        if len(camera.distortion) <= 8:
+            files[f"{name}_ros.yaml"] = format_camera(camera, CameraFormat.ros).encode()
+    return files
+
+
+def write(folder: ResultFolder, c: Calibration, title: str, extra: Sequence[str] = ()) -> dict[str, Any]:
+    """Everything there is, whether the adjustment ended well or not; returns the summary."""
+    data = summary(c)
+    folder.write("result.json", json_bytes(data))
+    for name, camera in zip(c.network.camera_names, c.network.cameras):
+        for file, content in camera_files(name, camera).items():
+            folder.write(file, content)
+    folder.write("images.csv", image_table(c.network))
+    if c.network.point_names:
+        covariances = c.known.points() if c.known.ok else np.full((len(c.network.point_names), 3, 3), np.inf)
+        folder.write("points.csv", points_csv(c.network.point_names, c.network.points_m, covariances))
+        folder.write("points.ply", points_ply(c.network.points_m, covariances))
+    maps = [uncertainty(c, k) for k in range(len(c.network.cameras))]
+    folder.write("report.html", report.html(c, title, extra, maps))
+    return data

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the kinds of calibration share: options, and how they end."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+import click
+
+import libocc as occ
+
+from .. import Failure, blamed_on, emit_json, json_option
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+out_option = click.option("--out", required=True, metavar="FOLDER", help="Gets the report and all files.")
+datum_option = click.option(
+    "--datum", "datum_kind", type=click.Choice(["inner", "minimal", "control", "scale_only"]),
+    help="What holds shift, turn and scale where the observations do not; default inner, over all points.",
+)
+ladder_option = click.option("--ladder", is_flag=True,
+                             help="Show what each group of parameters is worth: adjust without it, then with.")
+select_option = click.option("--select", is_flag=True, help="Keep only parameters that the pictures call for.")
+robust_option = click.option("--robust/--no-robust", default=True, show_default=True,
+                             help="Expect gross errors: robust estimation, then data snooping.")
+
+
+def adjustment_options(command: F) -> F:
+    """What any adjustment of a network has."""
+    for option in reversed((out_option, datum_option, select_option, ladder_option, robust_option, json_option)):
+        command = option(command)
+    return command
+
+
+distance_option = click.option(
+    "--distance", type=(str, str, float, float), multiple=True, metavar="FROM TO M SIGMA",
+    help="A scale bar: between two targets, as \"tag 7.0\" (corner 0) or a point's name.",
+)
+
+
+def add_distances(network: occ.network.Network, distances: Sequence[tuple[str, str, float, float]]) -> None:
+    for start, end, length_m, sigma_m in distances:
+        if not (length_m > 0 and sigma_m > 0):
+            raise Failure(f"--distance: length and sigma must be positive, got {length_m:g} and {sigma_m:g}")
+        network.add_distance(target_of(network, start), target_of(network, end), length_m, sigma_m)
+
+
+def target_of(network: occ.network.Network, name: str) -> occ.network.Target:
+    from ...network.files import target_named
+
+    points = {point: i for i, point in enumerate(network.point_names)}
+    bodies = {body: i for i, body in enumerate(network.body_names)}
+    found = target_named(name, points, bodies, [len(corners) for corners in network.body_corners_m])
+    if found is not None:
+        return found
+    known = ", ".join([*network.point_names, *(f"{body}.0" for body in network.body_names)][:8])
+    raise Failure(f"--distance: no target is named {name!r}; there are: {known}")
+
+
+def finish(
+    ctx: click.Context, network: occ.network.Network, datum: occ.network.Datum, *, out: str, title: str, select: bool, robust: bool,
+    as_json: bool, settings: dict[str, Any], notes: Sequence[str] = (),
+    more: Callable[[occ.network.Network], dict[str, bytes]] | None = None, ladder: bool = False,
+    checks: dict[str, Any] | None = None, before: occ.Camera | None = None,
+) -> None:
+    """Adjusts, writes the folder, says how it went; exit code 1 when it did not end well."""
+    from ..calibration.report import table
+    from ..calibration.run import calibrate, ladder_section, write
+    from ..result_folder import ResultFolder
+
+    with blamed_on(out):
+        folder = ResultFolder(out, {**settings, "select": select, "robust": robust})
+    found, chosen = calibrate(network, datum, robust=robust, select=select, notes=notes, checks=checks, before=before)
+    sections = []
+    if chosen is not None:
+        sections.append("<h2>Parameters chosen</h2>" + table(("dropped", "why", "sigma0", "BIC"), [
+            (step.dropped or "none", step.reason, f"{step.sigma0:.4g}", f"{step.bic:.6g}") for step in chosen.steps
+        ]))
+    with blamed_on(out):
+        if ladder:
+            sections.append(ladder_section(network, datum, found.adjustment.rejected))
+        data = write(folder, found, title, sections)
+        for name, content in (more(found.network) if more else {}).items():
+            folder.write(name, content)
+    if as_json:
+        emit_json(data)
+    else:
+        for line in lines(data):
+            click.echo(line)
+        click.echo(f"{out}/report.html")
+    if not found.ok:
+        click.echo(f"{data['status']}: {data['message']}", err=True)
+        ctx.exit(1)
+
+
+def lines(data: dict[str, Any]) -> list[str]:
+    """For people: sigma0, then a line for each parameter."""
+    told = [
+        f"sigma0 {data['sigma0']:.4g}, {data['observations']} observations, {data['unknowns']} unknowns, "
+        f"redundancy {data['redundancy']}, datum defect {data['datum_defect']}, {len(data['rejected'])} rejected"
+    ]
+    for p in data["parameters"]:
+        sigma = "unknown" if p["sigma"] is None else f"{p['sigma']:.2g}"
+        told.append(f"{p['camera']} {p['name']} {p['value']:.9g} +- {sigma} {p['unit']}")
+    for k in data["variance_components"]:
+        told.append(f"{k['camera']} sigmas of {k['axis']} x {k['factor']:.2f}")
+    if data["check_points"]:
+        check = data["check_points"]
+        told.append(f"check points {1e3 * check['rmse_3d_m']:.2f} mm r.m.s., {1e3 * check['predicted_3d_m']:.2f} predicted")
+    for camera in data["cameras"]:
+        for a, b, rho in camera["strong_correlations"]:
+            told.append(f"{camera['name']}: {a} and {b} are correlated by {rho:+.3f}")
+    return told + [f"warning: {text}" for text in data["warnings"]]

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+from typing import Any
+
+import click
+
+import libocc as occ
+
+from ... import samples
+from .. import blamed_on, emit_json, json_option, overlay_option, report
+from ..prior_options import prior_options
+
+
+@click.command(short_help="Find which lamp is which in an image.")
+@click.argument("image")
+@click.option("--map", "scene", required=True, metavar="SCENE", help="Its lamps and the camera.")
+@click.option("--sigma-px", type=float, help="Error of the camera and the map  [default: 0.5].")
+@click.option("--method", type=click.Choice([m.name for m in occ.IdentifyMethod]), default="automatic",
+              show_default=True, help="How poses are searched for.")
+@prior_options
+@json_option
+@overlay_option
+@click.pass_context
+def command(
+    ctx: click.Context,
+    image: str,
+    scene: str,
+    sigma_px: float | None,
+    method: str,
+    prior: occ.Prior,
+    as_json: bool,
+    overlay: str | None,
+) -> None:
+    """\b
+    $ libocc simulate irregular_six --position 1.7 2.1 0.5 --seed 1 --out room.png
+    ...
+    $ libocc identify room.png --map irregular_six
+    status  ok
+    pose    position [m]               heading   chi2  missed  lamps (blob: lamp)
+    1        1.700     2.100     0.500    0.00     0.0       0  0:5 1:4 2:2 3:3 4:0 5:1
+
+    Finds which blob of IMAGE is which lamp of the map, a YAML file or the name of a scene that
+    comes with libocc, and lists every pose that explains the image as well as any, the likeliest
+    first. Poses are those of the blobs' centroids: libocc locate refines them. Exit code 0: one
+    pose; 1: none, or several; 2: bad input.
+    """
+    with blamed_on(scene):
+        lamps = samples.load_scene(scene)
+    with blamed_on(image):
+        pixels = occ.read_image(image)
+        camera = lamps.camera
+        height, width = pixels.shape[:2]
+        if (width, height) != (camera.width, camera.height):
+            raise ValueError(
+                f"is {width} x {height}, the camera of {scene} {camera.width} x {camera.height}"
+            )
+        blobs = occ.detect(pixels, sensor=lamps.sensor)
+    options: dict[str, Any] = {"method": occ.IdentifyMethod[method]}
+    if sigma_px is not None:
+        options["gate_model_sigma_px"] = sigma_px
+    with blamed_on("--sigma-px"):
+        found = occ.identify(blobs, lamps, prior, **options)
+    if overlay is not None:
+        from ..overlay import draw_identification
+
+        with blamed_on(overlay):
+            draw_identification(overlay, pixels, blobs, found, lamps, title=image)
+    if as_json:
+        emit_json(report.identification_dict(found, lamps))
+    else:
+        click.echo(report.identification_text(found, lamps))
+    if found.status is not occ.Status.ok:
+        ctx.exit(1)

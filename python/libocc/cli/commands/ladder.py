@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: Apache-2.0
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from ... import samples
+from .. import INTERRUPTED, Failure, blamed_on, emit_json, json_option
+from ..files import whole_file
+from ..ladder import costs as cost_table, output
+from ..ladder.experiment import Experiment, noisier
+from ..ladder.figures import Row, advice, rows_of
+from ..ladder.measure import Run, Rung, own_rungs, peer_rungs, run
+from ..ladder.peers import poselib_peers
+from ..progress import progress
+
+PAGE = 120  # columns of text that is not for a terminal
+COST_FRAMES = 8  # of each of the problems that costs are fitted to, at most
+
+
+def experiment_of(
+    scene: str, lamps: int | None, range_m: float, tilt_deg: float, noise: float,
+    read_noise_e: float | None, gain_dn_per_e: float | None, seed: int,
+) -> Experiment:
+    with blamed_on(scene):
+        loaded = samples.load_scene(scene)
+        if lamps is not None:
+            if lamps > len(loaded.lamps):
+                raise ValueError(f"has {len(loaded.lamps)} lamps, got --lamps {lamps}")
+            loaded = loaded.replace(lamps=loaded.lamps[:lamps])
+        if len(loaded.lamps) < 3:
+            raise ValueError(f"a pose takes three lamps, got {len(loaded.lamps)}")
+        sensor = noisier(loaded.sensor, noise)
+        if read_noise_e is not None:
+            sensor = sensor.replace(read_noise_e=read_noise_e)
+        if gain_dn_per_e is not None:
+            sensor = sensor.replace(gain_dn_per_e=gain_dn_per_e)
+        experiment = Experiment(loaded.replace(sensor=sensor), range_m, tilt_deg, seed)
+        experiment.pose(0)
+    return experiment
+
+
+def chosen_rungs(wanted: tuple[str, ...]) -> tuple[list[Rung], list[str]]:
+    """Those of the given names, all without; and which peers are missing."""
+    peers = poselib_peers()
+    rungs = {rung.key: rung for rung in own_rungs() + peer_rungs(peers)}
+    for name in wanted:
+        if name not in rungs:
+            raise Failure(f"--rung: {name!r} is not one of {', '.join(rungs)}")
+    missing = [] if peers or wanted else ["poselib"]
+    return [rung for key, rung in rungs.items() if not wanted or key in wanted], missing
+
+
+def check_outputs(csv_path: str | None, plot_path: str | None, costs_path: str | None) -> None:
+    """Before the work: files that cannot be written, a plot that cannot be drawn."""
+    for path in (csv_path, plot_path, costs_path):
+        if path is None:
+            continue
+        if not Path(path).resolve().parent.is_dir():
+            raise Failure(f"{path}: cannot be written: its folder does not exist")
+        if Path(path).is_dir():
+            raise Failure(f"{path}: cannot be written: is a folder")
+    if plot_path is not None:
+        from ..ladder.plot import ending_of
+
+        with blamed_on(plot_path):
+            ending_of(plot_path)
+
+
+def write_plot(path: str, rows: list[Row], note: str) -> None:
+    from ..ladder import plot
+
+    absent = [row for row in rows if row not in plot.drawable(rows)]
+    if absent:
+        note += f"; never right, not drawn: {', '.join(row.name for row in absent)}"
+    with blamed_on(path), whole_file(path) as file:
+        plot.draw(file, plot.ending_of(path), rows, "What accuracy costs in time", note)
+
+
+def write_costs(path: str, experiment: Experiment, frames: int) -> None:
+    frames = min(frames, COST_FRAMES)
+    with blamed_on(path):
+        with progress("climbing", frames * len(cost_table.problems(experiment))) as advance:
+            measured = cost_table.measure(experiment, frames, 1e-3, advance)
+        measured.save(path)
+    click.echo(f"costs of the refinement's rungs in {path}", err=True)
+
+
+def headline(settings: dict[str, Any], result: Run) -> str:
+    lamps = sorted(set(result.lamps))
+    count = f"{lamps[0]}" if len(lamps) == 1 else f"{lamps[0]} to {lamps[-1]}"
+    noise = "" if settings["noise"] == 1 else f", noise x {settings['noise']:g}"
+    return (
+        f"{settings['scene']}: {count} lamps at {settings['range_m']:g} m, tilt "
+        f"{settings['tilt_deg']:g} deg{noise}, {result.frames} frame"
+        + ("" if result.frames == 1 else "s")
+    )
+
+
+def verdict(best: Row | None, target_mm: float | None, budget_ms: float | None) -> str:
+    asked = [f"{target_mm:g} mm"] if target_mm is not None else []
+    asked += [f"{budget_ms:g} ms"] if budget_ms is not None else []
+    if best is None:
+        return f"no rung meets {' in '.join(asked)}"
+    reached = f"{1e3 * best.position_rmse_m:.3g} mm in {1e3 * best.time_median_s:.3g} ms"
+    return f"for {' in '.join(asked)} take {best.name}: {reached}"
+
+
+@click.command(short_help="Measure what accuracy costs in time.")
+@click.argument("scene", default="irregular_six")
+@click.option("--lamps", type=click.IntRange(3), metavar="N", help="The scene's first N only.")
+@click.option("--range", "range_m", type=click.FloatRange(0, min_open=True), default=2.5,
+              show_default=True, help="From the lamps' centroid to the camera [m].")
+@click.option("--tilt-deg", type=click.FloatRange(0, 89), default=10, show_default=True,
+              help="Of the view from the lamps' normal; azimuth and roll are random.")
+@click.option("--noise", type=click.FloatRange(0, min_open=True), default=1, show_default=True,
+              help="Times the scene's sensor's, at the same brightness.")
+@click.option("--read-noise-e", type=click.FloatRange(0), help="Instead of the scene's [electrons].")
+@click.option("--gain-dn-per-e", type=click.FloatRange(0, min_open=True), help="Instead of the scene's.")
+@click.option("--frames", type=click.IntRange(1), default=200, show_default=True,
+              help="Each with a pose and noise of its own; 200 take some 5 s.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of poses and noise.")
+@click.option("--rung", "wanted", multiple=True, metavar="NAME", help="Only this one; repeatable.")
+@click.option("--min-time-us", type=click.FloatRange(0, min_open=True), default=50, show_default=True,
+              help="Each rung is called for so long, or once.")
+@click.option("--target-mm", type=click.FloatRange(0, min_open=True),
+              help="Say which rung is the fastest that errs no more.")
+@click.option("--budget-ms", type=click.FloatRange(0, min_open=True),
+              help="Say which is the most accurate that takes no longer.")
+@json_option
+@click.option("--csv", "csv_path", metavar="FILE.csv", help="Write the table.")
+@click.option("--plot", "plot_path", metavar="FILE.png|svg", help="Draw time against error.")
+@click.option("--costs", "costs_path", metavar="FILE.yaml",
+              help="Also measure a cost table for locate --costs.")
+@click.pass_context
+def command(
+    ctx: click.Context, scene: str, lamps: int | None, range_m: float, tilt_deg: float, noise: float,
+    read_noise_e: float | None, gain_dn_per_e: float | None, frames: int, seed: int,
+    wanted: tuple[str, ...], min_time_us: float, target_mm: float | None, budget_ms: float | None,
+    as_json: bool, csv_path: str | None, plot_path: str | None, costs_path: str | None,
+) -> None:
+    """\b
+    $ libocc ladder --frames 5 --rung solve_pose --rung rims --rung direct
+    irregular_six: 6 lamps at 2.5 m, tilt 10 deg, 5 frames
+    ...
+
+    Runs every way from named blobs to a pose on the same simulated images of SCENE, a YAML file or
+    the name of a scene that comes with libocc: closed forms on the lamps' centroids, the refinement
+    by points, centres, rims and all pixels, and as peers OpenCV's solvers and, where it is
+    installed, PoseLib's. Shows for each its time, its error, the ratio to the Cramer-Rao bounds, and
+    how often it fails (no answer) or is wrong (off by more than 10 times its bound, the bias of
+    points included). Times want a quiet machine; a longer run is more precise. Ctrl-C ends a run
+    and shows what there is. Exit code 0: measured; 1: no rung meets --target-mm and --budget-ms; 2:
+    bad input.
+    """
+    check_outputs(csv_path, plot_path, costs_path)
+    experiment = experiment_of(
+        scene, lamps, range_m, tilt_deg, noise, read_noise_e, gain_dn_per_e, seed
+    )
+    rungs, missing = chosen_rungs(wanted)
+    for package in missing:
+        click.echo(f"not installed, left out: {package} (pip install 'libocc[peers]')", err=True)
+    with blamed_on(scene), progress("climbing", frames) as advance:
+        result = run(experiment, rungs, frames, 1e-6 * min_time_us, advance)
+    rows = rows_of(result)
+    if not rows:
+        if result.interrupted:
+            ctx.exit(INTERRUPTED)
+        raise Failure(f"{scene}: too few lamps are found, or no chosen rung suits them")
+    settings = {
+        "scene": samples.find_scene(scene).stem, "lamps": len(experiment.scene.lamps),
+        "range_m": range_m, "tilt_deg": tilt_deg, "noise": noise, "seed": seed,
+        "read_noise_e": experiment.scene.sensor.read_noise_e,
+        "gain_dn_per_e": experiment.scene.sensor.gain_dn_per_e,
+    }
+    detect_s = float(np.median(result.detect_s))
+    if csv_path is not None:
+        with blamed_on(csv_path), whole_file(csv_path) as file:
+            file.write(output.csv_bytes(rows))
+    if plot_path is not None:
+        note = f"{headline(settings, result)}; detection apart: {1e3 * detect_s:.2g} ms"
+        write_plot(plot_path, rows, note)
+    asked = target_mm is not None or budget_ms is not None
+    best = advice(
+        rows, None if target_mm is None else 1e-3 * target_mm,
+        None if budget_ms is None else 1e-3 * budget_ms,
+    )
+    if as_json:
+        data = output.plain(settings, result, rows, detect_s)
+        emit_json({**data, "missing": missing, "advice": best.name if asked and best else None})
+    else:
+        from rich.console import Console
+
+        click.echo(headline(settings, result) + (" before Ctrl-C" if result.interrupted else ""))
+        console = Console() if Console().is_terminal else Console(width=PAGE)
+        console.print(output.table(rows))
+        click.echo(f"detection, apart from all of these: {1e3 * detect_s:.2g} ms")
+        console.print(output.note(rows), style="dim", highlight=False)
+        if asked:
+            click.echo(verdict(best, target_mm, budget_ms))
+    if result.interrupted:
+        ctx.exit(INTERRUPTED)
+    if costs_path is not None:
+        write_costs(costs_path, experiment, frames)
+    if asked and best is None:
+        ctx.exit(1)

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+import click
+
+import libocc as occ
+
+from ... import samples
+from .. import blamed_on, emit_json, json_option, overlay_option, report
+from ..prior_options import prior_options
+
+
+@click.command(short_help="Find where the camera was that took an image.")
+@click.argument("image")
+@click.argument("scene")
+@prior_options
+@click.option("--budget-ms", type=float, help="Time for all: take the most accurate rung that fits.")
+@click.option("--target-mm", type=float, help="Error of the position: take the cheapest that meets it.")
+@click.option("--costs", metavar="FILE.yaml", help="What rungs take here: see libocc ladder --costs.")
+@json_option
+@overlay_option
+@click.pass_context
+def command(
+    ctx: click.Context,
+    image: str,
+    scene: str,
+    prior: occ.Prior,
+    budget_ms: float | None,
+    target_mm: float | None,
+    costs: str | None,
+    as_json: bool,
+    overlay: str | None,
+) -> None:
+    """\b
+    $ libocc simulate irregular_six --position 1.7 2.1 0.5 --seed 1 --out room.png
+    ...
+    $ libocc locate room.png irregular_six
+    status    ok
+    position    1.7000   2.1000   0.5000 m
+    sigma         0.05     0.05     0.02 mm
+    heading       0.00 deg
+    lamps     0 1 2 3 4 5
+    rms       0.006 px
+    time      1.2 ms (detect 0.7, identify 0.2, refine 0.3)
+
+    Finds where the camera was when it took IMAGE of the lamps of SCENE, a YAML file or the name of
+    a scene that comes with libocc. Exit code 0: one pose fits; 1: none, or several, which are
+    shown, or not within --budget-ms and --target-mm; 2: bad input.
+    """
+    table = occ.bench.RungCosts()
+    if costs is not None:
+        with blamed_on(costs):
+            table = occ.bench.RungCosts.load(costs)
+    with blamed_on(scene):
+        lamps = samples.load_scene(scene)
+    with blamed_on(image):
+        pixels = occ.read_image(image)
+        fix = occ.locate(
+            pixels, lamps, prior, costs=table,
+            budget_s=None if budget_ms is None else 1e-3 * budget_ms,
+            target_sigma_m=None if target_mm is None else 1e-3 * target_mm,
+        )
+    if overlay is not None:
+        from ..overlay import draw_fix
+
+        with blamed_on(overlay):
+            draw_fix(overlay, pixels, fix, lamps, title=image)
+    if as_json:
+        emit_json(report.fix_dict(fix))
+    else:
+        click.echo(report.fix_text(fix, explain=budget_ms is not None or target_mm is not None))
+    if not fix.ok:
+        ctx.exit(1)

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+import libocc as occ
+
+from ... import samples
+from .. import Failure, blamed_on, emit_json, json_option, overlay_option, report
+from ..pose_options import pose_options
+
+
+@click.command(short_help="Render what a camera sees of a scene's lamps.")
+@click.argument("scene")
+@pose_options
+@click.option("--exposure-s", type=click.FloatRange(0, min_open=True), help="Instead of the scene's.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the noise.")
+@click.option("--noise/--no-noise", default=True, show_default=True)
+@click.option("--out", default="image.png", show_default=True, help="Image; .json beside it: truth.")
+@json_option
+@overlay_option
+def command(
+    scene: str,
+    cam_from_world: Any,
+    exposure_s: float | None,
+    seed: int,
+    noise: bool,
+    out: str,
+    as_json: bool,
+    overlay: str | None,
+) -> None:
+    """\b
+    $ libocc simulate irregular_six --position 1.7 2.1 0.5 --seed 1 --out room.png
+    room.png: 640 x 480, uint8; truth in room.json
+    lamps in view: 0 1 2 3 4 5
+
+    Renders what the camera of SCENE sees of its lamps, and writes the truth beside it. The camera
+    looks up unless told otherwise. SCENE is a YAML file or the name of a scene that comes with
+    libocc: coded_four, irregular_six, kookmin_colour, kookmin_four_lamps, kookmin_one_lamp,
+    square_four.
+    """
+    if cam_from_world is None:
+        raise Failure("give either --position X Y Z or --pose FILE")
+    with blamed_on(scene):
+        lamps = samples.load_scene(scene)
+        if exposure_s is not None:
+            lamps = lamps.replace(sensor=lamps.sensor.replace(exposure_s=exposure_s))
+    with blamed_on("pose"):
+        image, truth = occ.simulate(lamps, cam_from_world, seed=seed, noise=noise)
+
+    truth_path = Path(out).with_suffix(".json")
+    known = {"image": Path(out).name, "scene": samples.find_scene(scene).stem, "seed": seed}
+    data = {**known, **report.truth_dict(truth)}
+    with blamed_on(out):
+        occ.write_image(out, image)
+    with blamed_on(truth_path):
+        truth_path.write_text(json.dumps(data, indent=1) + "\n")
+    if overlay is not None:
+        from ..overlay import draw_truth
+
+        with blamed_on(overlay):
+            draw_truth(overlay, image, truth, title=out)
+    if as_json:
+        emit_json(data)
+        return
+    whole = " ".join(str(lamp.id) for lamp in truth.lamps if lamp.whole)
+    cut = " ".join(str(lamp.id) for lamp in truth.lamps if lamp.in_view and not lamp.whole)
+    click.echo(f"{out}: {image.shape[1]} x {image.shape[0]}, {image.dtype}; truth in {truth_path}")
+    click.echo(f"lamps in view: {whole or 'none'}" + (f"; cut by the border: {cut}" if cut else ""))

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is true of a frame, as plain data."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..._core import EffectPlan, Lamp, LampTruth, Scene, Truth, moved_pose
+from .masks import Silhouette, hidden_pixels, run_lengths
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def effect_dict(plan: EffectPlan) -> dict[str, Any]:
+    """What was made of an effect; a bound that none is known of is null."""
+    return {
+        "effect": plan.effect,
+        "use": plan.use.name,
+        "called_for": plan.called_for,
+        "applied": plan.applied,
+        "bound_dn": _finite(plan.bound_dn),
+        "bound_px": _finite(plan.bound_px),
+        "reason": plan.reason,
+    }
+
+
+def seen_after_s(scene: Scene, pixel: Any) -> float:
+    """From the beginning of the first row's exposure to the middle of that of a pixel's row."""
+    by_columns = scene.sensor.readout.name == "columns"
+    lines = scene.camera.width if by_columns else scene.camera.height
+    line = min(max(float(pixel[0 if by_columns else 1]), 0.0), lines - 1.0)
+    return line * scene.sensor.row_time_s + 0.5 * scene.sensor.exposure_s
+
+
+def lamp_dict(lamp: Lamp, truth: LampTruth, scene: Scene, pose: Any) -> dict[str, Any]:
+    """pose: from which the lamp's centre is seen."""
+    data: dict[str, Any] = {
+        "id": truth.id,
+        "in_view": truth.in_view,
+        "whole": truth.whole,
+        "centre_px": np.ravel(truth.centre_px).tolist(),
+        "image_centre_px": np.ravel(truth.image_centre_px).tolist(),
+        "electrons": truth.electrons,
+        "hidden": truth.hidden,
+        "cam_from_world": np.asarray(pose).tolist(),
+        "rim_px": np.asarray(truth.rim_px).tolist(),
+    }
+    if truth.in_view:
+        silhouette = Silhouette(np.asarray(truth.rim_px), np.ravel(truth.image_centre_px))
+        mask = silhouette.within(scene.camera.width, scene.camera.height)
+        data["silhouette"] = {"pixels": int(silhouette.pixels.sum()), "box_px": silhouette.box()}
+        data["mask"] = data["mask_visible"] = run_lengths(mask)
+        if truth.hidden > 0:
+            hidden = hidden_pixels(mask, lamp, scene, np.asarray(pose))
+            data["mask_visible"] = run_lengths(mask & ~hidden)
+    return data
+
+
+def frame_dict(scene: Scene, truth: Truth, time_s: float, velocity: Any) -> dict[str, Any]:
+    """The pose is that of the beginning of the first row's exposure; each lamp has the one from which
+    its row sees it, too."""
+    lamps = []
+    for lamp, seen in zip(scene.lamps, truth.lamps, strict=True):
+        after_s = seen_after_s(scene, np.ravel(seen.centre_px))
+        pose = moved_pose(truth.cam_from_world, velocity, after_s)
+        lamps.append(lamp_dict(lamp, seen, scene, pose))
+    return {
+        "time_s": time_s,
+        "cam_from_world": truth.cam_from_world.tolist(),
+        "velocity": np.ravel(velocity).tolist(),
+        "position_m": np.ravel(truth.position_m).tolist(),
+        "lamps": lamps,
+        "effects": [effect_dict(plan) for plan in truth.effects],
+    }

@@ -1,0 +1,383 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Annotated pictures: what was found in an image, which lamp is which, and how well it fits."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Ellipse
+from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
+
+from .._core import (
+    Blob,
+    Camera,
+    Decoded,
+    Fix,
+    Identification,
+    Object,
+    Recognition,
+    Scene,
+    Truth,
+    project_lamp_centre,
+    project_rim,
+)
+from . import report
+
+Pixels = NDArray[np.uint8 | np.uint16]
+Array = NDArray[np.float64]
+
+MEASURED, PREDICTED, RESIDUAL, UNUSED = "#40c4ff", "#7cff6b", "#ff5c8a", "#ffb340"
+OUTLINE = [withStroke(linewidth=3, foreground="black")]
+LARGEST_SIDE_PX = 1600  # more than a picture of this size can show
+MOST_CLOSE_UPS = 6
+BACKGROUND, WIDTH_IN, CLOSE_UP_IN = "#181818", 9.6, 1.6
+
+
+@dataclass
+class Mark:
+    """One lamp in a picture: as measured, as predicted, or both."""
+
+    label: str
+    centre_px: Array
+    radius_px: float
+    blob: Blob | None = None
+    rim_px: Array | None = None
+    predicted_px: Array | None = None
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def residual_px(self) -> Array | None:
+        """None for a lamp that is cut: the centre of its visible part is no measurement."""
+        if self.blob is None or self.predicted_px is None or self.blob.cut_by_border:
+            return None
+        return np.asarray(self.blob.centroid_px - self.predicted_px)
+
+
+def draw(
+    path: str | PathLike[str], image: Pixels, *, blobs: Sequence[Blob], title: str = ""
+) -> None:
+    """Writes a picture of an image's blobs, numbered in their order (PNG by the name's ending).
+
+    image: as for detect(). Raises: OSError when it cannot be written.
+    """
+    marks = [_blob_mark(str(i), blob) for i, blob in enumerate(blobs)]
+    for mark in marks:
+        assert mark.blob is not None
+        mark.notes = [f"± {report.sigma_px(mark.blob):.3f} px", ", ".join(report.flags(mark.blob))]
+    _picture(path, image, marks, [], title, "blue: measured ellipse and rim points")
+
+
+def draw_decoded(
+    path: str | PathLike[str], image: Pixels, found: Decoded, *, title: str = ""
+) -> None:
+    """Writes a picture of the lights of a sequence with the ids that they say.
+
+    image: such as the brightest of all frames. Raises: OSError when it cannot be written.
+    """
+    marks = []
+    for lamp, blob in zip(found.lamps, found.blobs, strict=True):
+        said = lamp.code.status.name if lamp.id is None else f"id {lamp.id}"
+        mark = _blob_mark(said if blob.lamp_id is None else f"{said}: lamp {blob.lamp_id}", blob)
+        mark.notes = [f"{100 * lamp.code.explained:.0f} % of its light explained"]
+        marks.append(mark)
+    _picture(path, image, marks, [], title, "blue: where each light is; brightest of all frames")
+
+
+def draw_fix(
+    path: str | PathLike[str], image: Pixels, fix: Fix, scene: Scene, *, title: str = ""
+) -> None:
+    """Writes a picture of a fix: lamps with their ids, predicted rims, residuals, unused blobs.
+
+    Raises: OSError when it cannot be written.
+    """
+    marks = []
+    if fix.candidates:
+        lamps = {lamp.id: lamp for lamp in scene.lamps}
+        for id, blob in fix.lamps.items():
+            mark = _blob_mark(f"lamp {id}", blob)
+            mark.rim_px = project_rim(lamps[id], fix.cam_from_world, scene.camera, 90)
+            mark.predicted_px = project_lamp_centre(lamps[id], fix.cam_from_world, scene.camera)
+            residual = mark.residual_px
+            if residual is not None:
+                mark.notes = [f"off by {np.hypot(*residual):.3f} ± {report.sigma_px(blob):.3f} px"]
+            mark.notes.append(", ".join(report.flags(blob)))
+            marks.append(mark)
+    used = [blob.centroid_px for blob in fix.lamps.values()]
+    unused = [b for b in fix.blobs if not any(np.array_equal(b.centroid_px, u) for u in used)]
+    _picture(path, image, marks, unused, f"{title}   {_fix_line(fix)}", _fix_caption(fix))
+
+
+def draw_identification(
+    path: str | PathLike[str],
+    image: Pixels,
+    blobs: Sequence[Blob],
+    found: Identification,
+    scene: Scene,
+    *,
+    title: str = "",
+) -> None:
+    """Writes a picture of an image's blobs with the lamps that they are in the likeliest pose.
+
+    Raises: OSError when it cannot be written.
+    """
+    marks: list[Mark] = []
+    named: set[int] = set()
+    if found.hypotheses:
+        best = found.hypotheses[0]
+        for match in best.matches:
+            lamp = scene.lamps[match.lamp]
+            mark = _blob_mark(f"lamp {lamp.id}", blobs[match.blob])
+            mark.predicted_px = project_lamp_centre(lamp, best.cam_from_world, scene.camera)
+            marks.append(mark)
+            named.add(match.blob)
+    unused = [blob for i, blob in enumerate(blobs) if i not in named]
+    verdict = found.status.name + (f": {found.message}" if found.message else "")
+    caption = f"{len(found.hypotheses)} pose(s)   blue: measured, orange: no lamp"
+    _picture(path, image, marks, unused, f"{title}   {verdict}", caption)
+
+
+def draw_recognition(
+    path: str | PathLike[str],
+    image: Pixels,
+    blobs: Sequence[Blob],
+    found: Recognition,
+    objects: Sequence[Object],
+    camera: Camera,
+    *,
+    title: str = "",
+) -> None:
+    """Writes a picture of an image's blobs with the objects and points that they are.
+
+    Raises: OSError when it cannot be written.
+    """
+    marks: list[Mark] = []
+    named: set[int] = set()
+    for recognised in found.found:
+        thing, best = objects[recognised.match.object], recognised.match.poses[0]
+        top = min(best.matches, key=lambda m: float(blobs[m.blob].centroid_px[1]))
+        for match in best.matches:
+            point = thing.points[match.lamp]
+            name = f"{thing.name}: {point.id}" if match is top else str(point.id)
+            mark = _blob_mark(name, blobs[match.blob])
+            in_cam = best.cam_from_world[:3, :3] @ point.position_m + best.cam_from_world[:3, 3]
+            mark.predicted_px = camera.project(in_cam)
+            mark.notes = [f"{thing.name}: {point.label}" if point.label else thing.name]
+            marks.append(mark)
+            named.add(match.blob)
+    unused = [blob for i, blob in enumerate(blobs) if i not in named]
+    verdict = found.status.name + (f": {found.message}" if found.message else "")
+    chances = ", ".join(
+        f"{objects[o.match.object].name} 10^{o.match.log10_false_alarms:.0f}" for o in found.found
+    )
+    caption = f"by chance: {chances or '-'}   blue: measured, orange: of no object"
+    _picture(path, image, marks, unused, f"{title}   {verdict}", caption)
+
+
+def draw_truth(
+    path: str | PathLike[str], image: Pixels, truth: Truth, *, title: str = ""
+) -> None:
+    """Writes a picture of a rendered image with the true rims and ids.
+
+    Raises: OSError when it cannot be written.
+    """
+    marks = []
+    for lamp in truth.lamps:
+        if lamp.in_view:
+            centre = np.asarray(lamp.image_centre_px)
+            reach = np.abs(lamp.rim_px - centre).max() if len(lamp.rim_px) else 3.0
+            notes = [] if lamp.whole else ["cut by the border"]
+            rim = lamp.rim_px if len(lamp.rim_px) > 1 else None
+            mark = Mark(f"lamp {lamp.id}", centre, float(reach), rim_px=rim, notes=notes)
+            marks.append(mark)
+    x, y, z = truth.position_m
+    _picture(path, image, marks, [], f"{title}   camera at {x:.3f} {y:.3f} {z:.3f} m", "green: truth")
+
+
+def _fix_line(fix: Fix) -> str:
+    return fix.status.name if fix.ok else f"{fix.status.name}: {fix.message}"
+
+
+def _fix_caption(fix: Fix) -> str:
+    if not fix.candidates:
+        return "no pose"
+    eigenvalues = np.linalg.eigvalsh(fix.position_covariance_m2)[::-1]
+    axes = " x ".join(f"{np.sqrt(max(v, 0)) * 1e3:.2f}" for v in eigenvalues)
+    position = " ".join(f"{v:.4f}" for v in fix.position_m)
+    sigmas = " ".join(f"{s:.2f}" for s in report.sigmas_mm(fix))
+    return (
+        f"position {position} m   sigma {sigmas} mm   1-sigma ellipsoid {axes} mm\n"
+        f"rms {fix.rms_px:.3f} px   {len(fix.candidates)} pose(s)   "
+        "blue: measured, green: predicted, orange: not used"
+    )
+
+
+def _blob_mark(label: str, blob: Blob) -> Mark:
+    reach = max(blob.x1 - blob.x0, blob.y1 - blob.y0) / 2 + 1
+    return Mark(label, np.asarray(blob.centroid_px), float(reach), blob=blob)
+
+
+def _picture(
+    path: str | PathLike[str],
+    image: Pixels,
+    marks: list[Mark],
+    unused: Sequence[Blob],
+    title: str,
+    caption: str,
+) -> None:
+    height, width = image.shape[:2]
+    close_ups = marks[:MOST_CLOSE_UPS]
+    frame_in = WIDTH_IN * min(height / width, 1.4)
+    strip_in = CLOSE_UP_IN if close_ups else 0.0
+    height_in = frame_in + strip_in + 1.4
+    figure = Figure(figsize=(WIDTH_IN / 0.96, height_in), dpi=110, facecolor=BACKGROUND)
+    canvas = FigureCanvasAgg(figure)
+    rows = figure.add_gridspec(
+        2 if close_ups else 1,
+        max(len(close_ups), 1),
+        height_ratios=[frame_in, strip_in] if close_ups else None,
+        left=0.02,
+        right=0.98,
+        top=1 - 0.4 / height_in,
+        bottom=0.95 / height_in,
+        hspace=0.1 / (frame_in + strip_in),
+        wspace=0.06,
+    )
+    frame = figure.add_subplot(rows[0, :])
+    magnified = _draw_frame(frame, image, marks, unused)
+    for i, mark in enumerate(close_ups):
+        _draw_close_up(figure.add_subplot(rows[1, i]), image, mark)
+    figure.text(0.02, 1 - 0.28 / height_in, title, color="white", fontsize=11)
+    if magnified:
+        caption += f"   arrows: residuals x {magnified:g}"
+    figure.text(0.02, 0.12 / height_in, caption, color="#d0d0d0", fontsize=9)
+    canvas.print_figure(path, facecolor=BACKGROUND)
+
+
+def _grey(image: Pixels) -> Array:
+    """Grey levels 0..1 of the image's own range, with the shadows lifted."""
+    grey = image if image.ndim == 2 else image[..., :3].mean(axis=2)
+    top = max(float(grey.max()), 1.0)
+    return np.asarray((grey / top) ** 0.6)
+
+
+def _shrunk(image: Pixels) -> Pixels:
+    """Brightest of each block, so that a large image is no larger than the picture."""
+    step = -(-max(image.shape[:2]) // LARGEST_SIDE_PX)
+    if step == 1:
+        return image
+    height, width = image.shape[0] // step * step, image.shape[1] // step * step
+    first = image[:height, :width] if image.ndim == 2 else image[:height, :width, 1]
+    blocks = first.reshape(height // step, step, width // step, step)
+    return np.asarray(blocks.max(axis=(1, 3)))
+
+
+def _bare(axes: Axes) -> None:
+    axes.set_facecolor("#303030")
+    axes.set_xticks([])
+    axes.set_yticks([])
+    for spine in axes.spines.values():
+        spine.set_color("#606060")
+
+
+def _draw_frame(axes: Axes, image: Pixels, marks: list[Mark], unused: Sequence[Blob]) -> float:
+    height, width = image.shape[:2]
+    extent = (-0.5, width - 0.5, height - 0.5, -0.5)
+    axes.imshow(_grey(_shrunk(image)), cmap="gray", vmin=0, vmax=1, extent=extent)
+    axes.set_xlim(extent[:2])
+    axes.set_ylim(extent[2:])
+    _bare(axes)
+    for blob in unused:
+        _draw_ellipse(axes, blob, UNUSED)
+    for mark in marks:
+        _draw_outline(axes, mark, 1.2)
+        below = mark.centre_px[1] < 0.1 * height
+        axes.annotate(
+            mark.label,
+            (mark.centre_px[0], mark.centre_px[1] + mark.radius_px * (1 if below else -1)),
+            xytext=(0, -4 if below else 4),
+            textcoords="offset points",
+            ha="center",
+            va="top" if below else "bottom",
+            color="white",
+            fontsize=10,
+            path_effects=OUTLINE,
+            annotation_clip=True,
+        )
+    return _draw_residuals(axes, marks, 0.05 * width)
+
+
+def _draw_residuals(axes: Axes, marks: list[Mark], wanted_px: float) -> float:
+    """Arrows from predicted to measured centre; returns by how much they are magnified, or 0."""
+    residuals = [m.residual_px for m in marks if m.residual_px is not None]
+    longest = max((float(np.hypot(*r)) for r in residuals), default=0.0)
+    if longest <= 0:
+        return 0.0
+    magnified = _round_below(max(wanted_px / longest, 1.0))
+    for mark in marks:
+        residual = mark.residual_px
+        if residual is None or mark.predicted_px is None:
+            continue
+        tip = mark.predicted_px + magnified * residual
+        axes.annotate(
+            "",
+            xy=(tip[0], tip[1]),
+            xytext=(mark.predicted_px[0], mark.predicted_px[1]),
+            arrowprops={"arrowstyle": "-|>", "color": RESIDUAL, "lw": 1.6, "shrinkA": 0, "shrinkB": 0},
+        )
+    return magnified
+
+
+def _round_below(value: float) -> float:
+    """The largest of 1, 2, 5, 10, 20, ... that is not above value >= 1."""
+    power = float(10 ** np.floor(np.log10(value)))
+    return power * max(step for step in (1, 2, 5) if step * power <= value)
+
+
+def _draw_outline(axes: Axes, mark: Mark, width: float) -> None:
+    if mark.blob is not None:
+        _draw_ellipse(axes, mark.blob, MEASURED)
+        axes.plot(*mark.blob.centroid_px, "+", color=MEASURED, ms=6, mew=1)
+    if mark.rim_px is not None:
+        closed = np.vstack([mark.rim_px, mark.rim_px[:1]])
+        axes.plot(closed[:, 0], closed[:, 1], "-", color=PREDICTED, lw=width)
+
+
+def _draw_ellipse(axes: Axes, blob: Blob, colour: str) -> None:
+    ellipse = blob.ellipse
+    patch: Any = Ellipse(
+        (float(ellipse.centre_px[0]), float(ellipse.centre_px[1])),
+        2 * ellipse.semi_major_px,
+        2 * ellipse.semi_minor_px,
+        angle=float(np.degrees(ellipse.angle_rad)),
+        fill=False,
+        edgecolor=colour,
+        linewidth=1.2,
+    )
+    axes.add_patch(patch)
+
+
+def _draw_close_up(axes: Axes, image: Pixels, mark: Mark) -> None:
+    height, width = image.shape[:2]
+    reach = 1.35 * mark.radius_px + 2
+    x, y = mark.centre_px
+    x0, x1 = int(max(x - reach, 0)), int(min(x + reach + 2, width))
+    y0, y1 = int(max(y - reach, 0)), int(min(y + reach + 2, height))
+    if x1 > x0 and y1 > y0:
+        part = _grey(_shrunk(image[y0:y1, x0:x1]))
+        extent = (x0 - 0.5, x1 - 0.5, y1 - 0.5, y0 - 0.5)
+        axes.imshow(part, cmap="gray", vmin=0, vmax=1, extent=extent, interpolation="nearest")
+    if mark.blob is not None and len(mark.blob.rim):
+        axes.plot(mark.blob.rim[:, 0], mark.blob.rim[:, 1], ".", color=MEASURED, ms=4)
+        mark = replace(mark, blob=None)
+    _draw_outline(axes, mark, 0.8)
+    axes.set_xlim(x - reach, x + reach)
+    axes.set_ylim(y + reach, y - reach)
+    _bare(axes)
+    text = "\n".join([mark.label, *mark.notes])
+    axes.set_xlabel(text, color="#e0e0e0", fontsize=8)

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Options of a command that say what is known of the pose before the image is looked at."""
+
+import functools
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import Prior
+from . import blamed_on
+
+Array = NDArray[np.float64]
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+OPTIONS = (
+    click.option("--prior-position", type=float, nargs=3, metavar="X Y Z", help="About where [m]."),
+    click.option("--prior-position-sigma", type=float, default=0.5, show_default=True, help="[m]"),
+    click.option("--prior-height", type=float, metavar="Z", help="About how high [m]."),
+    click.option("--prior-height-sigma", type=float, default=0.05, show_default=True, help="[m]"),
+    click.option("--prior-heading-deg", type=float, help="About which azimuth of the image's right."),
+    click.option("--prior-heading-sigma-deg", type=float, default=20, show_default=True),
+    click.option("--prior-gravity", type=float, nargs=3, metavar="X Y Z", help="Down, camera frame."),
+    click.option("--prior-gravity-sigma-deg", type=float, default=1, show_default=True),
+    click.option("--prior-last-pose", metavar="FIX", help="The last fix: what libocc locate --json said."),
+    click.option("--prior-moved", type=float, default=0.3, show_default=True, help="Since then, sigma [m]."),
+    click.option("--prior-turned-deg", type=float, default=10, show_default=True, help="Likewise."),
+)
+
+
+def moved_fix(path: str, moved_m: float, turned_rad: float) -> tuple[Array, Array]:
+    """The pose and covariance of a fix, from which the camera has moved by an unknown bit."""
+    fix = json.loads(Path(path).read_text(encoding="utf-8"))
+    for key in ("cam_from_world", "covariance"):
+        if not isinstance(fix, dict) or fix.get(key) is None:
+            raise ValueError(f"has no {key}; write it by libocc locate --json")
+    grown = np.diag([turned_rad**2] * 3 + [moved_m**2] * 3)
+    return np.array(fix["cam_from_world"], float), np.array(fix["covariance"], float) + grown
+
+
+def prior_options(function: Function) -> Function:
+    """Adds the options to a command, which gets them as `prior`."""
+
+    @functools.wraps(function)
+    def command(
+        *arguments: Any,
+        prior_position: tuple[float, float, float] | None,
+        prior_position_sigma: float,
+        prior_height: float | None,
+        prior_height_sigma: float,
+        prior_heading_deg: float | None,
+        prior_heading_sigma_deg: float,
+        prior_gravity: tuple[float, float, float] | None,
+        prior_gravity_sigma_deg: float,
+        prior_last_pose: str | None,
+        prior_moved: float,
+        prior_turned_deg: float,
+        **others: Any,
+    ) -> Any:
+        last = None
+        if prior_last_pose is not None:
+            with blamed_on(prior_last_pose):
+                last = moved_fix(prior_last_pose, prior_moved, math.radians(prior_turned_deg))
+        with blamed_on("prior"):
+            prior = Prior(
+                position_m=prior_position,
+                position_sigma_m=prior_position_sigma,
+                height_m=prior_height,
+                height_sigma_m=prior_height_sigma,
+                heading_rad=None if prior_heading_deg is None else math.radians(prior_heading_deg),
+                heading_sigma_rad=math.radians(prior_heading_sigma_deg),
+                gravity_in_cam=prior_gravity,
+                gravity_sigma_rad=math.radians(prior_gravity_sigma_deg),
+                last_pose=last,
+            )
+        return function(*arguments, prior=prior, **others)
+
+    for option in reversed(OPTIONS):
+        command = option(command)
+    return command  # type: ignore[return-value]
