@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/locate/solve_pose.hpp"
 
@@ -15,7 +16,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double pi = 3.14159265358979323846;
 constexpr int nodes = 181;  // of the yaw
 
 // The two bearings and how far apart they are.

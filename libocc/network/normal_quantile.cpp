@@ -4,11 +4,11 @@
 #include <cmath>
 #include <initializer_list>
 
+#include "libocc/core/math.hpp"
+
 namespace occ::internal::network {
 
 namespace {
-
-const double pi = std::acos(-1.0);
 
 /// Continued fraction of the incomplete beta function (Lentz; Press et al., "Numerical recipes",
 /// section 6.4).

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
+
 namespace occ::internal::refine {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// Ends of the range further away than this many sigmas do not matter.
 constexpr double near_sigma = 4;

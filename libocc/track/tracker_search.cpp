@@ -6,6 +6,7 @@
 #include <sstream>
 #include <utility>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/track/internal/tracker_impl.hpp"
 
@@ -15,8 +16,6 @@ namespace {
 
 /// By how much lamps may be out of place when the camera's velocity is not known.
 constexpr double bent_sigma_px = 2;
-
-double square(double value) { return value * value; }
 
 Matrix6 loosened(Matrix6 covariance, double sigma_rad, double sigma_m) {
   covariance.diagonal().head<3>().array() += square(sigma_rad);

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <set>
 
+#include "libocc/core/math.hpp"
 #include "tests/network/ceres_adjust.hpp"
 #include "tests/network/network_support.hpp"
 
@@ -162,7 +163,7 @@ std::set<int> spoil(Network& network, double part, std::uint64_t seed) {
   std::set<int> spoiled;
   for (std::size_t i = 0; i < network.observations.size(); ++i) {
     if (random.uniform() >= part) continue;
-    const double angle = random.uniform(0, 2 * M_PI), far = std::exp(random.uniform(1.6, 5.3));
+    const double angle = random.uniform(0, 2 * pi), far = std::exp(random.uniform(1.6, 5.3));
     network.observations[i].pixel += far * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     spoiled.insert(static_cast<int>(i));
   }
