@@ -11,6 +11,7 @@
 #include "libocc/calibrate/internal/pixel_fit.hpp"
 #include "libocc/core/random.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/pose/candidates.hpp"
 #include "libocc/pose/solvers/p3p.hpp"

@@ -5,12 +5,9 @@
 #include <cmath>
 
 #include "libocc/camera/internal/polynomial.hpp"
+#include "libocc/core/math.hpp"
 
 namespace occ::internal::camera {
-
-namespace {
-constexpr double pi = 3.14159265358979323846;
-}
 
 FisheyeModel::FisheyeModel(int width, int height, const PlaneMap& map, const std::vector<double>& k)
     : width_(width), height_(height), map_(map), coefficients_(k.size()), max_angle_(pi) {

@@ -5,12 +5,9 @@
 
 #include "libocc/camera/internal/line_model.hpp"
 #include "libocc/camera/internal/polynomial.hpp"
+#include "libocc/core/math.hpp"
 
 namespace occ::internal::camera {
-
-namespace {
-constexpr double pi = 3.14159265358979323846;
-}
 
 LineBase::LineBase(const RotatingLine& line, double seam)
     : line_(line), seam_(seam), max_eta_(std::numeric_limits<double>::infinity()) {

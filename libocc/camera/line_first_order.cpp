@@ -7,12 +7,12 @@
 #include <cmath>
 
 #include "libocc/camera/internal/line_model.hpp"
+#include "libocc/core/math.hpp"
 
 namespace occ::internal::camera {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr int size = 3 + 10;  // the point and all parameters but tumbling
 using Jet = ceres::Jet<double, size>;
 

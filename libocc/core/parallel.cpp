@@ -10,11 +10,15 @@
 
 namespace occ::internal::core {
 
-void for_each_index(std::size_t count, const std::function<void(std::size_t)>& work) {
+int hardware_threads() {
+  return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+}
+
+void for_each_index(std::size_t count, const std::function<void(std::size_t)>& work, int threads) {
   std::atomic<std::size_t> next{0};
   std::exception_ptr failure;
   std::mutex failing;
-  const auto lane = [&] {
+  const auto run = [&] {
     for (std::size_t i = next++; i < count; i = next++) {
       try {
         work(i);
@@ -25,11 +29,10 @@ void for_each_index(std::size_t count, const std::function<void(std::size_t)>& w
       }
     }
   };
-  const std::size_t threads =
-      std::min<std::size_t>(std::max(1u, std::thread::hardware_concurrency()), count);
   std::vector<std::thread> others;
-  for (std::size_t i = 1; i < threads; ++i) others.emplace_back(lane);
-  lane();
+  for (std::size_t i = 1; i < count && i < static_cast<std::size_t>(threads); ++i)
+    others.emplace_back(run);
+  run();
   for (std::thread& other : others) other.join();
   if (failure) std::rethrow_exception(failure);
 }

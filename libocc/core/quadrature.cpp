@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "libocc/core/math.hpp"
+
 namespace occ::internal::core {
 namespace {
 
@@ -23,7 +25,6 @@ Legendre legendre(int n, double x) {
 }  // namespace
 
 std::vector<QuadratureNode> gauss_legendre(int count) {
-  constexpr double pi = 3.14159265358979323846;
   std::vector<QuadratureNode> nodes;
   for (int i = 0; i < count; ++i) {
     double x = -std::cos(pi * (i + 0.75) / (count + 0.5));  // good to 1/count^2

@@ -3,13 +3,12 @@
 
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 
 namespace occ {
 
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// High and low half of a * b.
 std::array<std::uint32_t, 2> multiply(std::uint32_t a, std::uint32_t b) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "libocc/core/math.hpp"
 #include "libocc/detect/internal/plane_sums.hpp"
 
 namespace occ::internal::detect {
@@ -14,8 +15,6 @@ namespace {
 constexpr int skirt_px = 2;                  // around the box, where light of the lamp still falls
 constexpr double clip = 3;                   // sigmas, of the ring's pixels about the plane
 constexpr double clipped_variance = 0.9733;  // of a unit normal cut at 3 sigmas
-
-double square(double v) { return v * v; }
 
 std::size_t whole_lanes(std::size_t columns) {
   return (columns + PlaneSums::lanes - 1) / PlaneSums::lanes * PlaneSums::lanes;

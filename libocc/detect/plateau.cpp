@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "libocc/core/math.hpp"
 #include "libocc/detect/internal/plateau_sums.hpp"
 
 namespace occ::internal::detect {
@@ -76,7 +77,7 @@ class RimView {
     Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
     by_place_.setZero();
     for (int k = 0; k < points; ++k) {
-      const double angle = 2 * M_PI * k / points;
+      const double angle = 2 * pi * k / points;
       const Eigen::Vector2d edge = of_circle * Eigen::Vector2d(std::cos(angle), std::sin(angle));
       const Eigen::Vector2d at = edge - depth_px * (conic.shape * edge).normalized();
       const Eigen::Vector2d px = conic.centre + at;
@@ -123,7 +124,7 @@ std::optional<Plateau> Plateau::fit(const Patch& patch, const FittedConic& conic
   const Ellipse ellipse = conic.ellipse();
   const double shrink = 1 - clear_sigmas * blur_px / ellipse.semi_minor_px;
   if (!(shrink > 0)) return std::nullopt;
-  const double area = M_PI * ellipse.semi_major_px * ellipse.semi_minor_px * shrink * shrink;
+  const double area = pi * ellipse.semi_major_px * ellipse.semi_minor_px * shrink * shrink;
   if (area < cubic_pixels) return fit_surface<2>(patch, conic, blur_px, shrink, 0);
   if (area < quintic_pixels) return fit_surface<3>(patch, conic, blur_px, shrink, 0);
   return fit_surface<5>(patch, conic, blur_px, shrink, ring_hollow);
@@ -143,7 +144,7 @@ std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const FittedConi
   });
   if (sums.pixels < min_pixels) return std::nullopt;
   const double ring =
-      M_PI * (shrink * shrink - hollow * hollow) / std::sqrt(conic.shape.determinant());
+      pi * (shrink * shrink - hollow * hollow) / std::sqrt(conic.shape.determinant());
   plateau.degree_ = Degree > 3 && sums.pixels < min_visible * ring ? 3
                     : Degree > 2                                   ? Degree
                     : sums.pixels < plane_pixels                   ? 0

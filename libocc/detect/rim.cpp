@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "libocc/core/math.hpp"
 #include "libocc/detect/internal/normal_table.hpp"
 #include "libocc/detect/internal/outline.hpp"
 #include "libocc/detect/internal/plateau.hpp"
@@ -20,8 +21,6 @@ constexpr double settled_px = 0.005;  // changes of the ellipse's centre and siz
 constexpr double min_blur_px = 0.3, max_blur_px = 4;
 constexpr double max_misfit = 0.05;  // of the profiles, root mean square over the plateau
 constexpr double min_minor_px = 3;
-
-double square(double v) { return v * v; }
 
 /// Geometric mean of the semi-axes.
 double size_of(const FittedConic& conic) { return std::pow(conic.shape.determinant(), -0.25); }

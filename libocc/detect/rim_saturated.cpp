@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/detect/internal/outline.hpp"
 #include "libocc/detect/internal/rim.hpp"
 #include "libocc/detect/internal/rim_line.hpp"
@@ -19,8 +20,6 @@ constexpr double rim_level = 0.5;                             // of full scale
 constexpr int max_passes = 8;
 constexpr double settled_px = 0.003;
 constexpr double min_minor_px = 2;
-
-double square(double v) { return v * v; }
 
 /// ln(signal / level at the rim) = offset - slope t - bend t^2, t pixels outside the rim.
 struct Tail {

@@ -5,13 +5,12 @@
 #include <cmath>
 
 #include "libocc/core/internal/quadrature.hpp"
+#include "libocc/core/math.hpp"
 
 namespace occ::internal::formation {
 
 using namespace internal::core;
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 void add_ring(double radius_px, double weight, double turn, int count,
               std::vector<BlurShift>& shifts) {

@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
+
 namespace occ {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr Eigen::Index samples = 512;
 
 // From here on the filter is a derivative but for a factor, good to 1e-6, and fitting it anew would

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
 
 namespace occ {
 namespace {
@@ -23,7 +24,7 @@ Integrals gaussian_integrals(double sigma, double first_u, double step_u, std::s
   for (std::size_t i = 0; i < size; ++i) {
     const double u = first_u + static_cast<double>(i) * step_u;
     const double z = u / sigma;
-    const double cumulative = 0.5 * std::erfc(-z * std::sqrt(0.5));
+    const double cumulative = normal_probability(z);
     const double density = sigma * std::exp(-0.5 * z * z) * 0.3989422804014327;
     integrals.density.push_back(density / (sigma * sigma));
     integrals.once.push_back(cumulative);

@@ -3,10 +3,10 @@
 
 #include <cmath>
 
+#include "libocc/core/math.hpp"
+
 namespace occ {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// sin(a) / a: the chord of an arc over its length, a being half of the turn.
 double sinc(double a) { return std::abs(a) < 1e-8 ? 1 : std::sin(a) / a; }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libocc/core/abi.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/guide/pan_tilt_plan.hpp"
 #include "libocc/guide/plan_route.hpp"
 #include "libocc/guide/route.hpp"
@@ -18,7 +19,7 @@ namespace occ {
 struct LIBOCC_API PanTiltOptions {
   VisibilityOptions view;  ///< its pan and tilt are not looked at
   int min_lamps = 1;       ///< in view everywhere
-  double min_pan_rad = -3.141592653589793, max_pan_rad = 3.141592653589793;
+  double min_pan_rad = -pi, max_pan_rad = pi;
   double min_tilt_rad = 0, max_tilt_rad = 0.8;
   int pans = 25, tilts = 9;  ///< of the grid, both ends included; 1: the axis stays at its least
   double pan_rate_rad_s = 1, tilt_rate_rad_s = 1;

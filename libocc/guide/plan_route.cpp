@@ -7,6 +7,7 @@
 #include <sstream>
 #include <tuple>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/guide/internal/route_view.hpp"
 
@@ -15,7 +16,6 @@ namespace occ {
 using namespace internal::guide;
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr int headings = 8;
 constexpr int steps[headings][2] = {{1, 0},  {1, 1},   {0, 1},  {-1, 1},
                                     {-1, 0}, {-1, -1}, {0, -1}, {1, -1}};

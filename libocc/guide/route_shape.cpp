@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 
 namespace occ::internal::guide {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double shortest_m = 1e-9;  // pieces below this are rounding
 
 double direction_of(const Eigen::Vector2d& v) { return std::atan2(v.y(), v.x()); }

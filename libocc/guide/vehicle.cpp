@@ -4,12 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 
 namespace occ {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// From `now` towards `asked` at a limited rate: where it gets to, and its mean on the way.
 struct Ramp {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "libocc/core/internal/parallel.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/perturbation.hpp"
 #include "libocc/geometry/so3.hpp"
@@ -19,7 +20,6 @@ using namespace internal::core;
 using namespace internal::guide;
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr int rim_points = 12;
 
 /// A circle about the centre that holds the face.

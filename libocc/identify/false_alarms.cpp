@@ -6,12 +6,12 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/math.hpp"
 #include "libocc/identify/internal/explain.hpp"
 
 namespace occ::internal::identify {
 namespace {
 
-constexpr double pi = 3.141592653589793;
 constexpr double never = std::numeric_limits<double>::infinity();
 
 double log_factorial(double n) { return std::lgamma(n + 1); }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/pose/internal/spread.hpp"
 
@@ -29,7 +30,7 @@ bool on_a_line(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
 std::vector<Rigid3> turns_by_prior(const AssignmentProblem& problem, const Naming& naming,
                                    const Rigid3& pose) {
   constexpr std::size_t count = 72;  // the prior is smooth over 5 degrees
-  constexpr double step_rad = 2 * 3.141592653589793 / count;
+  constexpr double step_rad = 2 * pi / count;
   Eigen::Matrix3d ends;
   for (int i = 0; i < 3; ++i) ends.col(i) = problem.target(naming[i].target).centre;
   const Triple spread = spread_triple(ends);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "libocc/core/math.hpp"
 #include "libocc/geometry/so3.hpp"
 
 namespace occ::internal::identify {
@@ -80,7 +81,7 @@ Screw screw_of(const Rigid3& moved, const Eigen::Vector3d& turn, const Eigen::Ve
 }
 
 std::string text_of(const Screw& s, bool moves_along) {
-  constexpr double vertical = 0.9999, deg = 180 / 3.141592653589793;
+  constexpr double vertical = 0.9999, deg = 180 / pi;
   std::ostringstream text;
   const double angle_deg = std::round(10 * deg * s.angle_rad) / 10;
   text << "turn by " << (angle_deg == -180 ? 180 : angle_deg) << " deg about the ";

@@ -6,6 +6,8 @@
 #include <Eigen/LU>
 #include <limits>
 
+#include "libocc/core/internal/least_squares.hpp"
+
 namespace occ::internal::identify {
 namespace {
 
@@ -93,22 +95,22 @@ FittedPose fit(const AssignmentProblem& problem, const Rigid3& start,
   FittedPose best;
   best.pose = start;
   NormalEquations n = equations_at(start);
-  double damping = 0;
+  core::LevenbergMarquardt damping;
   for (int i = 0; i < max_steps; ++i) {
     Matrix6 damped = with_floor(problem, n.information);
-    damped.diagonal() *= 1 + damping;
+    damped.diagonal() *= 1 + damping.lambda();
     const Vector6 step = -damped.llt().solve(n.gradient);
     const Rigid3 moved = perturb(best.pose, step);
     const NormalEquations after = equations_at(moved);
     if (after.chi2 <= n.chi2) {
       best.pose = moved;
       n = after;
-      damping /= 10;
+      damping.accept();
       if (step.dot(n.information * step) < negligible) break;
     } else if (step.dot(n.information * step) < negligible) {
       break;
     } else {
-      damping = damping > 0 ? 10 * damping : 1e-3;
+      damping.reject();
     }
   }
   best.chi2 = n.chi2;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 
+#include "libocc/core/math.hpp"
 #include "libocc/scene/internal/vignetting.hpp"
 
 namespace occ::internal::identify {
@@ -41,7 +42,7 @@ std::vector<MapPoint> targets_of(const std::vector<Lamp>& lamps) {
 }
 
 std::vector<MapPoint> targets_of(const Object& object) {
-  constexpr double pi = 3.141592653589793, everywhere = -2;
+  constexpr double everywhere = -2;
   constexpr double sure_rad = 0.1;  // so near to the cone's edge a point may be overlooked
   std::vector<MapPoint> targets;
   for (const ObjectPoint& point : object.points) {
@@ -121,7 +122,7 @@ void measure_flux(const Blob& blob, const Scene& scene, BearingObservation& s) {
 
 // Whether enough of a lamp is inside the image that the ellipse through its rim has its centre.
 bool is_almost_whole(const Blob& blob) {
-  constexpr double share = 0.7, pi = 3.141592653589793;
+  constexpr double share = 0.7;
   return !blob.rim.empty() && !blob.merged &&
          blob.area_px > share * pi * blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px;
 }

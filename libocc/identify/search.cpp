@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/identify/internal/line_turns.hpp"
 #include "libocc/identify/internal/visibility.hpp"
 #include "libocc/pose/solvers/p3p.hpp"
@@ -50,7 +51,6 @@ double gate_share(const AssignmentProblem& problem) {
   for (const BearingObservation& s : problem.sightings)
     ellipses += std::sqrt(s.covariance.determinant());
   const double gate = problem.options->gate_sigma;
-  const double pi = std::acos(-1.0);
   return 2 * pi * gate * gate * ellipses / (static_cast<double>(problem.sightings.size()) * image);
 }
 

@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/pose/internal/spread.hpp"
 
 namespace occ::internal::locate {
 
 using namespace internal::pose;
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 // How many pixels of other points are within the gate, on average over the inliers.
 double neighbours(const Eigen::Matrix2Xd& pixels, double gate_px, const std::vector<int>& inliers) {

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <string>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
 #include "libocc/locate/solve_pose.hpp"
 
 namespace occ {
@@ -15,7 +17,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double pi = 3.14159265358979323846;
 constexpr int nodes = 181;  // of the yaw
 
 // The two bearings and how far apart they are.
@@ -61,8 +62,6 @@ struct Part {
   double weight = 0, mean = 0, sigma = 0;
 };
 
-double normal_cdf(double z) { return 0.5 * std::erfc(-z / std::sqrt(2.0)); }
-
 struct Mixture {
   std::vector<Part> parts;
   double best_misfit = 0;  // sigmas by which the nearest part misses the heights
@@ -70,7 +69,7 @@ struct Mixture {
   double below(double value) const {
     double sum = 0;
     for (const Part& part : parts)
-      sum += part.weight * normal_cdf((value - part.mean) / part.sigma);
+      sum += part.weight * normal_probability((value - part.mean) / part.sigma);
     return sum;
   }
 

@@ -13,7 +13,6 @@
 #include "libocc/network/internal/body_agreement.hpp"
 #include "libocc/network/internal/minimise_network.hpp"
 #include "libocc/network/internal/network_checks.hpp"
-#include "libocc/network/internal/normal_quantile.hpp"
 #include "libocc/network/internal/point_agreement.hpp"
 #include "libocc/network/internal/residual_cofactors.hpp"
 
@@ -393,7 +392,7 @@ void AdjustOptions::validate() const {
   require(false_alarm > 0 && false_alarm < 1, "false_alarm", false_alarm, "between 0 and 1");
   require(max_iterations >= 1, "max_iterations", max_iterations, "at least 1");
   require(tolerance_sigma > 0, "tolerance_sigma", tolerance_sigma, "positive");
-  require(threads == 1 || threads == 2, "threads", threads, "1 or 2");
+  require(threads >= 1, "threads", threads, "at least 1");
 }
 
 Result<Adjustment> adjust(const Network& network, const AdjustOptions& options,

@@ -30,7 +30,7 @@ struct AdjustOptions {
   double false_alarm = 0.01;      ///< probability that snooping takes any good observation away
   int max_iterations = 100;       ///< of each stage
   double tolerance_sigma = 1e-6;  ///< it ends when a step is shorter, all unknowns together
-  int threads = 2;                ///< 1 or 2; the result's bits are the same
+  int threads = 2;                ///< at least 1; any number gives the same bits
   Datum datum;                    ///< in which the result is given; nearest to the start
 
   LIBOCC_API void validate() const;

@@ -10,6 +10,7 @@
 #include <optional>
 #include <sstream>
 
+#include "libocc/core/internal/least_squares.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/unknown_covariance.hpp"
 #include "libocc/network/internal/intersect_rays.hpp"
@@ -18,6 +19,7 @@
 namespace occ {
 
 using namespace internal::network;
+namespace core = internal::core;
 
 namespace {
 
@@ -71,37 +73,42 @@ class Intersection {
     out.covariance_m2 = unknown_covariance<3>();
     const auto start = first_guess(out);
     if (!start) return std::nullopt;
-    Vector3d& x = state_.points[point_];
-    x = *start;
-    double damping = 0;
-    std::optional<double> cost = linearise();
-    if (!cost) return fail(out, Status::degenerate);
-    for (int step = 0; step < 100; ++step) {
-      Matrix3d damped = information_;
-      damped.diagonal() *= 1 + damping;
-      const Eigen::LLT<Matrix3d> factor(damped);
-      if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-15))
-        return fail(out, Status::degenerate);
-      const Vector3d move = factor.solve(gradient_);
-      const double decrement = std::sqrt(std::max(0.0, move.dot(gradient_)));
-      const Vector3d before = x;
-      const Matrix3d information = information_;
-      const Vector3d gradient = gradient_;
-      x += move;
-      const std::optional<double> next = linearise();
-      if (next && *next <= *cost * (1 + 1e-12) + 1e-20) {
-        cost = next;
-        damping = damping < 1e-8 ? 0 : damping / 10;
-        if (decrement < 1e-7) return finish(out, *cost);
-        continue;
+    Vector3d x = *start;
+    core::LeastSquaresOptions options;
+    options.max_iterations = 100;
+    options.step_tolerance = 1e-9;
+    options.chi2_tolerance = 1e-20;
+    const core::LeastSquaresResult result = core::minimise_sums(*this, x, options);
+    core::NormalSums<3> sums_there;
+    if (!sums(x, sums_there)) return fail(out, Status::degenerate);
+    const Eigen::LLT<Matrix3d> factor(sums_there.information);
+    if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-15))
+      return fail(out, Status::degenerate);
+    if (!result.converged) return fail(out, Status::not_converged);
+    return finish(out, sums_there);
+  }
+
+  // The problem in the point's coordinates, for core::minimise_sums().
+  static constexpr int unknowns = 3;
+  double chi2(const Vector3d& x) {
+    core::NormalSums<3> at_x;
+    return sums(x, at_x) ? at_x.chi2 : std::numeric_limits<double>::infinity();
+  }
+  /// False where an image cannot show the point.
+  bool sums(const Vector3d& x, core::NormalSums<3>& sums) {
+    state_.points[point_] = x;
+    sums.set_zero(3);
+    for (const ImageObservation& seen : seen_) {
+      ObservationRows rows;
+      if (!rows_of(probe_, layout_, state_, seen, rows)) return false;
+      for (int k = 0; k < 2; ++k) {
+        const Vector3d b(rows.b[k][0], rows.b[k][1], rows.b[k][2]);
+        sums.information += b * b.transpose();
+        sums.gradient += b * rows.r[k];
+        sums.chi2 += rows.r[k] * rows.r[k];
       }
-      x = before;
-      information_ = information;
-      gradient_ = gradient;
-      damping = damping > 0 ? 10 * damping : 1e-3;
-      if (damping > 1e12) return fail(out, Status::not_converged);
     }
-    return fail(out, Status::not_converged);
+    return true;
   }
 
  private:
@@ -136,39 +143,28 @@ class Intersection {
     return meeting;
   }
 
-  /// Half the sum of squares, nothing where an image cannot show the point.
-  std::optional<double> linearise() {
-    information_.setZero();
-    gradient_.setZero();
-    mixed_.setZero(3, layout_.reduced);
-    worst_px_ = 0;
-    double cost = 0;
+  MatrixXd finish(MeasuredPoint& out, const core::NormalSums<3>& sums) const {
+    out.position_m = state_.points[point_];
+    out.covariance_m2 = sums.information.llt().solve(Matrix3d::Identity());
+    const double redundancy = 2 * static_cast<double>(seen_.size()) - 3;
+    out.sigma0 = std::sqrt(sums.chi2 / redundancy);
+    out.worst_residual_px = 0;
+    MatrixXd mixed = MatrixXd::Zero(3, layout_.reduced);
     for (const ImageObservation& seen : seen_) {
       ObservationRows rows;
-      if (!rows_of(probe_, layout_, state_, seen, rows)) return std::nullopt;
+      rows_of(probe_, layout_, state_, seen, rows);
       const ImageBlock& block = layout_.images[seen.image];
       for (int k = 0; k < 2; ++k) {
+        out.worst_residual_px =
+            std::max(out.worst_residual_px, std::abs(rows.r[k]) * seen.sigma_px[k]);
         const Vector3d b(rows.b[k][0], rows.b[k][1], rows.b[k][2]);
-        information_ += b * b.transpose();
-        gradient_ -= b * rows.r[k];
-        cost += 0.5 * rows.r[k] * rows.r[k];
-        worst_px_ = std::max(worst_px_, std::abs(rows.r[k]) * seen.sigma_px[k]);
         int column = 0;
-        for (std::size_t s = 0; s < at(block.segments); ++s)
+        for (int s = 0; s < block.segments; ++s)
           for (int c = 0; c < block.size[s]; ++c)
-            mixed_.col(block.offset[s] + c) += b * rows.a[k][column++];
+            mixed.col(block.offset[s] + c) += b * rows.a[k][column++];
       }
     }
-    return cost;
-  }
-
-  MatrixXd finish(MeasuredPoint& out, double cost) const {
-    out.position_m = state_.points[point_];
-    out.covariance_m2 = information_.llt().solve(Matrix3d::Identity());
-    const double redundancy = 2 * static_cast<double>(seen_.size()) - 3;
-    out.sigma0 = std::sqrt(2 * cost / redundancy);
-    out.worst_residual_px = worst_px_;
-    return -out.covariance_m2 * mixed_;
+    return -out.covariance_m2 * mixed;
   }
 
   const Network& probe_;
@@ -176,10 +172,6 @@ class Intersection {
   int point_;
   NetworkState state_;
   std::vector<ImageObservation> seen_;
-  Matrix3d information_;
-  Vector3d gradient_;
-  MatrixXd mixed_;
-  double worst_px_ = 0;
 };
 
 }  // namespace

@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "libocc/core/require.hpp"
+#include "libocc/core/statistics.hpp"
 #include "libocc/network/internal/datum_directions.hpp"
 #include "libocc/network/internal/minimise_network.hpp"
 #include "libocc/network/internal/network_checks.hpp"
-#include "libocc/network/internal/normal_quantile.hpp"
 #include "libocc/network/internal/residual_cofactors.hpp"
 
 namespace occ {
@@ -58,13 +58,6 @@ DistanceStatistics statistics_of(const DistanceObservation& known,
   return one;
 }
 
-/// Quantile of chi-square / dof (Wilson, Hilferty 1931).
-double chi2_ratio(double dof, double z) {
-  if (dof <= 0) return 1;
-  const double a = 2 / (9 * dof);
-  return std::pow(std::max(0.0, 1 - a + z * std::sqrt(a)), 3);
-}
-
 double tau_critical(double false_alarm, int tests, double redundancy) {
   const int dof = static_cast<int>(redundancy) - 1;
   if (dof < 1 || tests < 1) return std::numeric_limits<double>::infinity();
@@ -76,7 +69,7 @@ double tau_critical(double false_alarm, int tests, double redundancy) {
 
 Result<NetworkStatistics> network_statistics(const Network& adjusted, int threads) {
   check_network(adjusted);
-  require(threads == 1 || threads == 2, "threads", threads, "1 or 2");
+  require(threads >= 1, "threads", threads, "at least 1");
   Result<NetworkStatistics> result;
   NetworkStatistics& out = result.value;
   const NetworkLayout layout = layout_of(adjusted);
@@ -101,8 +94,11 @@ Result<NetworkStatistics> network_statistics(const Network& adjusted, int thread
   out.redundancy = out.observations - out.unknowns + out.defect;
   if (out.redundancy > 0) out.sigma0 = std::sqrt(2 * normal.cost / out.redundancy);
   constexpr double z = 1.959964;  // 95 %
-  out.sigma0_low = std::sqrt(chi2_ratio(out.redundancy, -z));
-  out.sigma0_high = std::sqrt(chi2_ratio(out.redundancy, z));
+  const auto sigma0_at = [&](double normal) {
+    return out.redundancy > 0 ? std::sqrt(gate_chi2(normal, out.redundancy) / out.redundancy) : 1;
+  };
+  out.sigma0_low = sigma0_at(-z);
+  out.sigma0_high = sigma0_at(z);
 
   const Eigen::MatrixXd covariance = system.covariance();
   const auto cofactors = residual_cofactors(adjusted, layout, state, normal, covariance, threads);

@@ -5,8 +5,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <thread>
 
+#include "libocc/core/internal/parallel.hpp"
 #include "libocc/geometry/so3.hpp"
 
 namespace occ::internal::network {
@@ -18,10 +18,18 @@ using Eigen::VectorXd;
 
 std::size_t at(Index index) { return static_cast<std::size_t>(index); }
 
-constexpr int lanes = 2;
+/// Number of partial sums. It follows from the network alone, so that the number of threads does
+/// not change the order of additions. A partial sum of n x n should hold at least four batches, and
+/// all of them together at most 256 MB.
+int lanes_of(const NetworkLayout& layout) {
+  constexpr double max_elements = 32e6;
+  const double n = static_cast<double>(std::max<Index>(layout.reduced, 1));
+  const double by_work = static_cast<double>(layout.batches.size()) / 4;
+  return static_cast<int>(std::clamp(std::min(by_work, max_elements / (n * n)), 2.0, 8.0));
+}
 
-/// What one lane has summed. The part of S from images alone is summed for each image, where its
-/// unknowns are neighbours, and put in place at the end.
+/// One partial sum. The part of S from images alone is summed for each image, where its unknowns
+/// are neighbours, and put in place at the end.
 struct Lane {
   double cost = 0;
   int lost = 0;
@@ -98,12 +106,13 @@ bool factorise(SmallMatrix& v, const Eigen::Ref<const VectorXd>& before) {
 class Builder {
  public:
   Builder(const Network& network, const NetworkLayout& layout, const NetworkState& state,
-          const Loss& loss, double damping, NormalEquations& normal)
+          const Loss& loss, double damping, int lanes, NormalEquations& normal)
       : network_(network),
         layout_(layout),
         state_(state),
         loss_(loss),
         damping_(damping),
+        lanes_(at(lanes)),
         normal_(normal) {
     control_of_group_.resize(layout.groups.size());
     for (std::size_t i = 0; i < network.control.size(); ++i) {
@@ -117,7 +126,7 @@ class Builder {
     }
   }
 
-  void run(int number, Lane& lane) {
+  void run(std::size_t number, Lane& lane) {
     const Index n = layout_.reduced;
     lane.reduced = MatrixXd::Zero(n, n);
     lane.rhs = lane.diagonal = VectorXd::Zero(n);
@@ -127,8 +136,8 @@ class Builder {
       lane.of_image[i] = MatrixXd::Zero(layout_.images[i].width, layout_.images[i].width);
       lane.rhs_of_image[i] = VectorXd::Zero(layout_.images[i].width);
     }
-    for (std::size_t b = at(number); b < layout_.batches.size(); b += lanes) add_batch(b, lane);
-    for (std::size_t k = at(number); k < layout_.loose.size(); k += lanes)
+    for (std::size_t b = number; b < layout_.batches.size(); b += lanes_) add_batch(b, lane);
+    for (std::size_t k = number; k < layout_.loose.size(); k += lanes_)
       add_loose(network_.observations[layout_.loose[k]], lane);
     place_image_parts(layout_, lane);
     if (number == 0) add_knowledge(lane);
@@ -363,6 +372,7 @@ class Builder {
   const NetworkState& state_;
   const Loss& loss_;
   double damping_;
+  std::size_t lanes_;
   NormalEquations& normal_;
   std::vector<std::vector<std::size_t>> control_of_group_;
   std::vector<std::size_t> control_of_rest_;
@@ -373,24 +383,28 @@ class Builder {
 void build(const Network& network, const NetworkLayout& layout, const NetworkState& state,
            const Loss& loss, double damping, int threads, NormalEquations& normal) {
   normal.batches.resize(layout.batches.size());
-  Builder builder(network, layout, state, loss, damping, normal);
-  Lane parts[lanes];
-  if (threads > 1) {
-    std::thread other([&] { builder.run(1, parts[1]); });
-    builder.run(0, parts[0]);
-    other.join();
-  } else {
-    for (int k = 0; k < lanes; ++k) builder.run(k, parts[k]);
+  std::vector<Lane> parts(at(lanes_of(layout)));
+  Builder builder(network, layout, state, loss, damping, static_cast<int>(parts.size()), normal);
+  core::for_each_index(
+      parts.size(), [&](std::size_t k) { builder.run(k, parts[k]); }, threads);
+  Lane& sum = parts[0];
+  for (std::size_t k = 1; k < parts.size(); ++k) {
+    const Lane& part = parts[k];
+    sum.cost += part.cost;
+    sum.lost += part.lost;
+    sum.reduced += part.reduced;
+    sum.rhs += part.rhs;
+    sum.diagonal += part.diagonal;
+    sum.loose_groups.insert(sum.loose_groups.end(), part.loose_groups.begin(),
+                            part.loose_groups.end());
   }
-  normal.cost = parts[0].cost + parts[1].cost;
-  normal.lost = parts[0].lost + parts[1].lost;
-  normal.reduced = parts[0].reduced + parts[1].reduced;
-  normal.rhs = parts[0].rhs + parts[1].rhs;
-  normal.diagonal = parts[0].diagonal + parts[1].diagonal;
+  normal.cost = sum.cost;
+  normal.lost = sum.lost;
+  normal.reduced = std::move(sum.reduced);
+  normal.rhs = std::move(sum.rhs);
+  normal.diagonal = std::move(sum.diagonal);
   normal.reduced.diagonal() += damping * normal.diagonal;
-  normal.loose_groups = parts[0].loose_groups;
-  normal.loose_groups.insert(normal.loose_groups.end(), parts[1].loose_groups.begin(),
-                             parts[1].loose_groups.end());
+  normal.loose_groups = std::move(sum.loose_groups);
 }
 
 MatrixXd rows_in(const Batch& batch, const MatrixXd& over_reduced) {

@@ -5,8 +5,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <limits>
-#include <thread>
 
+#include "libocc/core/internal/parallel.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/geometry/unknown_covariance.hpp"
@@ -178,17 +178,8 @@ std::vector<Matrix3d> Precision::points() const {
   const FreePrecision& free = *state_->free;
   const NetworkLayout& layout = free.layout;
   std::vector<Matrix3d> all(layout.points.size(), Matrix3d::Zero());
-  const auto lane = [&](std::size_t first) {
-    for (std::size_t b = first; b < layout.batches.size(); b += 2) add_points(free, b, all);
-  };
-  if (free.threads > 1 && layout.batches.size() > 1) {
-    std::thread other(lane, std::size_t{1});
-    lane(0);
-    other.join();
-  } else {
-    lane(0);
-    lane(1);
-  }
+  internal::core::for_each_index(
+      layout.batches.size(), [&](std::size_t b) { add_points(free, b, all); }, free.threads);
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Index offset = layout.points[i];
     if (!layout.determined_point[i]) {
@@ -371,7 +362,7 @@ Precision Precision::scaled(double variance_factor) const {
 Result<Precision> precision(const Network& network, const Datum& datum, int threads) {
   check_network(network);
   check_datum(network, datum);
-  require(threads == 1 || threads == 2, "threads", threads, "1 or 2");
+  require(threads >= 1, "threads", threads, "at least 1");
   Result<Precision> result;
   auto free = std::make_shared<FreePrecision>(network);
   free->network = without_observations(network);

@@ -2,7 +2,8 @@
 #include "libocc/network/internal/residual_cofactors.hpp"
 
 #include <algorithm>
-#include <thread>
+
+#include "libocc/core/internal/parallel.hpp"
 
 namespace occ::internal::network {
 
@@ -99,17 +100,7 @@ std::vector<ResidualCofactor> residual_cofactors(const Network& network,
       column += group.size;
     }
   };
-  const auto lane = [&](std::size_t first) {
-    for (std::size_t b = first; b < layout.batches.size(); b += 2) eliminated(b);
-  };
-  if (threads > 1) {
-    std::thread other(lane, std::size_t{1});
-    lane(0);
-    other.join();
-  } else {
-    lane(0);
-    lane(1);
-  }
+  core::for_each_index(layout.batches.size(), eliminated, threads);
   for (const int i : layout.loose) {
     const ImageObservation& seen = network.observations[i];
     ObservationRows rows;

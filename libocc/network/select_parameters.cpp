@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "libocc/core/require.hpp"
-#include "libocc/network/internal/normal_quantile.hpp"
+#include "libocc/core/statistics.hpp"
 #include "libocc/network/network_statistics.hpp"
 
 namespace occ {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "libocc/camera/rotating_line.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/core/random.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/so3.hpp"
@@ -17,7 +18,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-const double pi = std::acos(-1.0);
 constexpr double nearest_m = 0.5;
 
 Vector3d gaussian(Random& random) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/detect/detect.hpp"
@@ -116,7 +117,6 @@ std::string why_left_out(const Background& background) {
 
 /// Variance [linear grey levels^2] that rounding leaves to the mean of many pixels.
 double rounding_variance(const Background& background, const Sensor& sensor, double slope) {
-  constexpr double pi = 3.14159265358979323846;
   const double electrons = std::max(0.0, background.mean_dn / sensor.gain_dn_per_e);
   const double noise_dn =
       sensor.gain_dn_per_e * std::hypot(sensor.read_noise_e, std::sqrt(electrons));

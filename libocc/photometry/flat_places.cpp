@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "libocc/core/math.hpp"
+
 namespace occ::internal::photometry {
 namespace {
 
@@ -16,7 +18,7 @@ constexpr int max_candidates = 20000;
 constexpr double textured = 2;    // times the noise variance: not flat
 constexpr double clip_sigma = 4;  // pixels further than this from black and white are not clipped
 constexpr int noise_groups = 24;
-constexpr double four_pi_squared = 4 * 3.141592653589793 * 3.141592653589793;
+constexpr double four_pi_squared = 4 * pi * pi;
 
 struct Spread {
   double mean = 0;

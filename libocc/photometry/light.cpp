@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/formation/internal/shadow.hpp"
 #include "libocc/formation/light.hpp"
@@ -78,7 +79,7 @@ std::string angles_of(const LampLight& light) {
     ++count;
   }
   const auto degrees = [](double cosine) {
-    return std::to_string(std::lround(std::acos(std::min(1.0, cosine)) * 180 / M_PI));
+    return std::to_string(std::lround(std::acos(std::min(1.0, cosine)) * 180 / pi));
   };
   return std::to_string(count) + " fluxes at " + degrees(most) + " to " + degrees(least) +
          " degrees";

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/pose/internal/point_fit.hpp"
 
-#include <ceres/tiny_solver.h>
-
 #include <Eigen/Dense>
 #include <cmath>
 #include <limits>
+
+#include "libocc/core/internal/least_squares.hpp"
+#include "libocc/geometry/so3.hpp"
 
 namespace occ::internal::pose {
 namespace {
@@ -76,61 +77,33 @@ Eigen::Matrix3d cayley(const Eigen::Vector3d& w) {
   return r;
 }
 
-// The fit as TinySolver takes it: instead of 2 n residuals seven with the same J^T J, J^T r and
-// r^T r, from Cholesky's factor of the normal equations.
-struct SquareRoot {
-  using Scalar = double;
-  enum { NUM_RESIDUALS = 7, NUM_PARAMETERS = 6 };
-  static constexpr double refused = 1e150;  // its square is finite
+// The fit in the unknowns of a step from a base pose: Cayley's parameters, then a translation.
+struct PointProblem {
+  static constexpr int unknowns = 6;
   const SeenPoints& seen;
-  const Rigid3& base;
-  double enough;       // of a step, squared length in sigmas
-  Vector6* last_step;  // where the equations were last taken, without the derivative of w below
-  PointEquations* last;
+  const Rigid3 base;
+  Vector6 last_step = Vector6::Zero();  // where the equations were last taken
+  PointEquations last;                  // with respect to a rotation vector at last_step
 
-  Rigid3 pose_at(const double* step) const {
-    const Eigen::Map<const Vector6> s(step);
-    return {cayley(s.head<3>()) * base.rotation, base.translation + s.tail<3>()};
+  Rigid3 pose_at(const Vector6& step) const {
+    return {cayley(step.head<3>()) * base.rotation, base.translation + step.tail<3>()};
   }
 
-  bool operator()(const double* step, double* residuals, double* jacobian) const {
-    Eigen::Map<Eigen::Matrix<double, 7, 1>> r(residuals);
-    const Rigid3 pose = pose_at(step);
-    if (!jacobian) {
-      r.setZero();
-      const double chi2 = point_chi2(seen, pose);
-      r[6] = chi2 < refused ? std::sqrt(chi2) : refused;
-      return true;
-    }
-    *last_step = Eigen::Map<const Vector6>(step);
-    *last = point_equations(seen, pose);
-    PointEquations e = *last;
-    // A change of w turns by (I + [w/2]) dw / (1 + |w/2|^2).
-    const Eigen::Vector3d half = 0.5 * Eigen::Map<const Eigen::Vector3d>(step);
-    if (!half.isZero(0)) {
-      Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-      turn +=
-          (Eigen::Matrix3d() << 0, -half[2], half[1], half[2], 0, -half[0], -half[1], half[0], 0)
-              .finished();
-      turn /= 1 + half.squaredNorm();
-      e.information.leftCols<3>() = (e.information.leftCols<3>() * turn).eval();
-      e.information.topRows<3>() = (turn.transpose() * e.information.topRows<3>()).eval();
-      e.gradient.head<3>() = (turn.transpose() * e.gradient.head<3>()).eval();
-    }
-    Eigen::Map<Eigen::Matrix<double, 7, 6>> j(jacobian);
-    const Eigen::LLT<Matrix6> llt(e.information);
-    if (llt.info() != Eigen::Success || !std::isfinite(e.chi2)) {
-      r.setZero();  // no gradient: the solver stops here
-      j.setZero();
-      return true;
-    }
-    j.topRows<6>() = llt.matrixU();
-    j.row(6).setZero();
-    // As long as a Gauss-Newton step in sigmas: what is left. Below rounding chi2 cannot fall.
-    r.head<6>() = llt.matrixL().solve(e.gradient);
-    const double step2 = r.head<6>().squaredNorm();
-    r[6] = std::sqrt(std::max(0.0, e.chi2 - step2));
-    if (step2 <= std::max(enough, rounding * e.chi2)) r.head<6>().setZero();
+  double chi2(const Vector6& step) const { return point_chi2(seen, pose_at(step)); }
+
+  bool sums(const Vector6& step, core::NormalSums<6>& sums) {
+    last_step = step;
+    last = point_equations(seen, pose_at(step));
+    if (!std::isfinite(last.chi2)) return false;
+    sums = {last.information, last.gradient, last.chi2};
+    // A change dw of Cayley's parameters rotates by (I + [w/2]) dw / (1 + |w/2|^2).
+    const Eigen::Vector3d half = 0.5 * step.head<3>();
+    if (half.isZero(0)) return true;
+    const Eigen::Matrix3d rotation =
+        (Eigen::Matrix3d::Identity() + skew(half)) / (1 + half.squaredNorm());
+    sums.information.leftCols<3>() = (sums.information.leftCols<3>() * rotation).eval();
+    sums.information.topRows<3>() = (rotation.transpose() * sums.information.topRows<3>()).eval();
+    sums.gradient.head<3>() = (rotation.transpose() * sums.gradient.head<3>()).eval();
     return true;
   }
 };
@@ -243,22 +216,20 @@ bool by_gauss_newton(const SeenPoints& seen, int max_iterations, double toleranc
   return false;
 }
 
-void by_tiny_solver(const SeenPoints& seen, int max_iterations, double tolerance, PointFit& fit) {
-  const Rigid3 start = fit.pose;
-  ceres::TinySolver<SquareRoot> solver;
-  solver.options.max_num_iterations = max_iterations + 1;  // it counts the evaluation at the start
-  solver.options.parameter_tolerance = 0;
-  solver.options.cost_threshold = 0;
-  solver.options.function_tolerance = tolerance * tolerance;
-  solver.options.gradient_tolerance = std::numeric_limits<double>::min();  // none
-  solver.options.initial_trust_region_radius = 100;  // where plain Gauss-Newton failed
-  Vector6 step = Vector6::Zero(), last_step;
-  const SquareRoot function{seen, start, tolerance * tolerance, &last_step, &fit.equations};
-  solver.Solve(function, &step);
-  fit.pose = function.pose_at(step.data());
-  if (step != last_step) fit.equations = point_equations(seen, fit.pose);
-  fit.iterations += solver.summary.iterations;
-  fit.converged = solver.summary.status != decltype(solver)::HIT_MAX_ITERATIONS;
+// Levenberg-Marquardt, where plain Gauss-Newton failed.
+void by_trust_region(const SeenPoints& seen, int max_iterations, double tolerance, PointFit& fit) {
+  core::LeastSquaresOptions options;
+  options.max_iterations = max_iterations;
+  options.step_tolerance = tolerance;
+  options.chi2_tolerance = tolerance * tolerance;
+  options.trust_radius = 100;  // shorter than a Gauss-Newton step, which was too long
+  Vector6 step = Vector6::Zero();
+  PointProblem problem{seen, fit.pose, step, {}};
+  const core::LeastSquaresResult result = core::minimise_sums(problem, step, options);
+  fit.pose = problem.pose_at(step);
+  fit.equations = step == problem.last_step ? problem.last : point_equations(seen, fit.pose);
+  fit.iterations += result.iterations;
+  fit.converged = result.converged;
 }
 
 }  // namespace
@@ -267,7 +238,7 @@ PointFit fit_points(const SeenPoints& seen, const Rigid3& start, int max_iterati
                     double tolerance) {
   PointFit fit{start, {}, 0, false};
   if (!by_gauss_newton(seen, max_iterations, tolerance, fit))
-    by_tiny_solver(seen, max_iterations - fit.iterations, tolerance, fit);
+    by_trust_region(seen, max_iterations - fit.iterations, tolerance, fit);
   return fit;
 }
 

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 
 namespace occ {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double grazing_cos = 0.01;  // radiance of m < 1 is held at this cosine below it
 
 // The test comes first because these functions run once per rim sample: no text is built for a good

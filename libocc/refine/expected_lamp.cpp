@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/statistics.hpp"
 #include "libocc/formation/internal/lens_blur.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/refine/internal/predicted_place.hpp"
@@ -73,7 +74,7 @@ double ExpectedLamps::edge_information(double background_e, double full_e) const
   const double sigma = std::sqrt(psf_.sigma_px() * psf_.sigma_px() + 1.0 / 12);
   double sum = 0;
   for (double z = -reach; z <= reach; z += step) {
-    const double covered = 0.5 * std::erfc(-z * std::sqrt(0.5));
+    const double covered = normal_probability(z);
     const double slope = full_e / sigma * 0.3989422804014327 * std::exp(-0.5 * z * z);
     const PixelMoments moments = noise_.at(background_e + full_e * covered);
     if (moments.tells) sum += slope * slope * moments.slope * moments.slope / moments.variance;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/internal/robust_loss.hpp"
 #include "libocc/refine/internal/predicted_place.hpp"
 
 namespace occ::internal::refine {
@@ -83,7 +84,7 @@ void LampRim::weigh_points(double huber_sigma) {
   threshold_ = huber_sigma * std::max(1.0, scatter(left));
   for (std::size_t i = 0; i < left.size(); ++i) {
     double& weight = weights_[static_cast<Eigen::Index>(i)];
-    if (weight > 0) weight = huber_weight(left[i], threshold_);
+    if (weight > 0) weight = core::huber_weight(left[i] * left[i], threshold_);
   }
 }
 

@@ -6,14 +6,13 @@
 #include <cmath>
 #include <string>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/refine/bound.hpp"
 
 namespace occ {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 std::vector<int> points_in_view(const Object& object, const Camera& camera, const Rigid3& pose) {
   std::vector<int> seen;

@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/refine/internal/minimise.hpp"
 
-#include <ceres/tiny_solver.h>
-
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/internal/least_squares.hpp"
+
 namespace occ::internal::refine {
 namespace {
-
-/// Length of the residuals where a lamp cannot be seen: never accepted, and its square is finite.
-constexpr double refused = 1e100;
 
 /// How well a lamp's image is usually placed: turns pixels into the solver's units, sigmas.
 constexpr double typical_sigma_px = 0.01;
@@ -32,7 +29,22 @@ class Steps {
     linearise(Vector8::Zero());
   }
   State state_at(const Vector8& step) const { return moved(base_, base_pivot_, step); }
-  double chi2_at(const Vector8& step) const { return problem_.chi2(state_at(step)); }
+
+  // The problem in the unknowns `step`, for core::minimise_sums().
+  static constexpr int unknowns = 8;
+  double chi2(const Vector8& step) const { return problem_.chi2(state_at(step)); }
+  bool sums(const Vector8& step, core::NormalSums<8>& sums) {
+    linearise_at(step);
+    if (!defined_) return false;
+    sums.information = normal_.information;
+    sums.gradient = normal_.gradient;
+    const Eigen::Matrix3d turn = so3_left_jacobian(step.head<3>());
+    sums.information.leftCols<3>() = sums.information.leftCols<3>() * turn;
+    sums.information.topRows<3>() = turn.transpose() * sums.information.topRows<3>();
+    sums.gradient.head<3>() = turn.transpose() * sums.gradient.head<3>();
+    sums.chi2 = normal_.chi2;
+    return true;
+  }
 
   void linearise_at(const Vector8& step) {
     if (step != step_) linearise(step);
@@ -54,57 +66,6 @@ class Steps {
   bool defined_ = false;
 };
 
-/// The problem as TinySolver takes it. Instead of hundreds of residuals it gets nine with the same
-/// J^T J, J^T r and r^T r: the square root D^1/2 L^T P of the normal equations.
-struct SquareRoot {
-  using Scalar = double;
-  enum { NUM_RESIDUALS = 9, NUM_PARAMETERS = 8 };
-  using Residuals = Eigen::Matrix<double, NUM_RESIDUALS, 1>;
-  using Jacobian = Eigen::Matrix<double, NUM_RESIDUALS, NUM_PARAMETERS>;
-
-  Steps* steps;
-
-  bool operator()(const double* parameters, double* residuals, double* jacobian) const {
-    const Vector8 step = Eigen::Map<const Vector8>(parameters);
-    Eigen::Map<Residuals> r(residuals);
-    r.setZero();
-    if (!jacobian) {
-      const double chi2 = steps->chi2_at(step);
-      r[8] = chi2 < refused ? std::sqrt(std::max(0.0, chi2)) : refused;
-      return true;
-    }
-    steps->linearise_at(step);
-    if (!steps->defined()) return false;
-    Matrix8 information = steps->normal().information;
-    Vector8 gradient = steps->normal().gradient;
-    const Eigen::Matrix3d turn = so3_left_jacobian(step.head<3>());
-    information.leftCols<3>() = information.leftCols<3>() * turn;
-    information.topRows<3>() = turn.transpose() * information.topRows<3>();
-    gradient.head<3>() = turn.transpose() * gradient.head<3>();
-    factor(information, gradient, steps->normal().chi2, r, Eigen::Map<Jacobian>(jacobian));
-    return true;
-  }
-
-  static void factor(const Matrix8& information, const Vector8& gradient, double chi2,
-                     Eigen::Map<Residuals> r, Eigen::Map<Jacobian> j) {
-    const Eigen::LDLT<Matrix8> ldlt(information);
-    const Vector8 d = ldlt.vectorD();
-    const double least = 1e-15 * d.cwiseAbs().maxCoeff();
-    const Matrix8 upper = ldlt.matrixU();
-    const Vector8 permuted = ldlt.transpositionsP() * gradient;
-    const Vector8 solved = ldlt.matrixL().solve(permuted);
-    j.setZero();
-    for (int i = 0; i < 8; ++i) {
-      if (!(d[i] > least)) continue;
-      j.row(i) = std::sqrt(d[i]) * upper.row(i);
-      r[i] = solved[i] / std::sqrt(d[i]);
-    }
-    const Matrix8 lower = j.topRows<8>().transpose();
-    j.topRows<8>() = (ldlt.transpositionsP().transpose() * lower).transpose();
-    r[8] = std::sqrt(std::max(0.0, chi2 - r.head<8>().squaredNorm()));
-  }
-};
-
 Vector8 gauss_newton_step(const Normal& normal) {
   const Vector8 scale = normal.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Matrix8 scaled = scale.asDiagonal() * normal.information * scale.asDiagonal();
@@ -112,20 +73,18 @@ Vector8 gauss_newton_step(const Normal& normal) {
   return -scale.cwiseProduct(solved);
 }
 
-/// Runs until the gradient is far below its noise or costs change by less than rounding shows.
+/// Runs until the gradient is far below its noise, or chi2 changes by less than rounding.
 int levenberg_marquardt(Steps& steps, int max_iterations, double tolerance_px) {
-  ceres::TinySolver<SquareRoot> solver;
-  solver.options.max_num_iterations = max_iterations + 1;  // it counts the evaluation at the start
-  solver.options.gradient_tolerance = tolerance_px / typical_sigma_px;
-  solver.options.function_tolerance = 1e-9;
-  solver.options.parameter_tolerance = 0;
-  solver.options.cost_threshold = 0;
+  core::LeastSquaresOptions options;
+  options.max_iterations = max_iterations;
+  options.gradient_tolerance = tolerance_px / typical_sigma_px;
+  options.chi2_tolerance = 1e-9;
   // Starts are close: plain Gauss-Newton until a step fails, also along weak directions.
-  solver.options.initial_trust_region_radius = 1e8;
+  options.trust_radius = 1e8;
   Vector8 step = Vector8::Zero();
-  solver.Solve(SquareRoot{&steps}, &step);
+  const core::LeastSquaresResult result = core::minimise_sums(steps, step, options);
   steps.linearise_at(step);
-  return std::min(solver.summary.iterations, max_iterations);
+  return result.iterations;
 }
 
 /// Plain Gauss-Newton steps until one moves no lamp further than the tolerance.

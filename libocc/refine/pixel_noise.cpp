@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
+#include "libocc/core/statistics.hpp"
+
 namespace occ::internal::refine {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// Ends of the range further away than this many sigmas do not matter.
 constexpr double near_sigma = 4;
@@ -23,7 +24,6 @@ constexpr int rounding_steps =
     16;  // to a grey level; linear interpolation then errs by 0.002 of it
 
 double density(double z) { return std::exp(-0.5 * z * z) * 0.3989422804014327; }
-double cumulative(double z) { return 0.5 * std::erfc(-z * std::sqrt(0.5)); }
 
 /// By the first terms of their Fourier series in the place m of the mean between grey levels, v the
 /// variance: E = m + s1, Var = v + 2 v s1' + 1/12 + s2 - s1^2.
@@ -126,7 +126,7 @@ void PixelNoise::clip(double deviation, PixelMoments& moments) const {
   const double room = sign * ((below ? low_e_ : high_e_) - moments.mean);
   if (room > near_sigma * deviation || !(deviation > 0)) return;
   const double z = room / deviation;
-  const double inside = cumulative(z), outside = 1 - inside, edge = density(z);
+  const double inside = normal_probability(z), outside = 1 - inside, edge = density(z);
   const double mean = z * outside - edge;
   const double square = inside - z * edge + z * z * outside;
   moments.mean += sign * deviation * mean;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/internal/robust_loss.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/refine/internal/predicted_place.hpp"
 #include "libocc/refine/internal/prior_rows.hpp"
@@ -138,7 +139,7 @@ bool RefineProblem::add_flux(const LampObservation& lamp, const State& state,
   centre_row(row, pivot);
   row[log_factor_index] = estimates_log_factor() ? -1 : 0;
   row *= lamp.flux_inverse_sigma;
-  weight = huber_weight(std::abs(*residual), options_.huber_sigma);
+  weight = core::huber_weight(*residual * *residual, options_.huber_sigma);
   normal.add(std::sqrt(weight) * row, std::sqrt(weight) * *residual);
   normal.robust_chi2 += weight * (1 - weight) * *residual * *residual;
   return true;

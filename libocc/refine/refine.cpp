@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "libocc/core/internal/robust_loss.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/refine/internal/minimise.hpp"
@@ -105,7 +106,7 @@ double contradiction_chi2(const Observations& observations, const Scene& scene, 
     if (!centre) continue;
     const Eigen::Vector2d residual = lamp.blob->centroid_px - *centre;
     const double chi2 = residual.dot(lamp.place_information * residual);
-    const double weight = huber_weight(std::sqrt(chi2), huber_sigma);
+    const double weight = internal::core::huber_weight(chi2, huber_sigma);
     sum += weight * (2 - weight) * chi2;
   }
   return sum;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/scene/internal/mesh_edges.hpp"
 
@@ -15,8 +16,6 @@ using namespace internal::scene;
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double pi = 3.14159265358979323846;
 
 struct Corner {
   int vertex = 0, edges = 0;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/radiometry/lambertian.hpp"
 #include "libocc/scene/internal/vector_text.hpp"
@@ -14,8 +15,6 @@ namespace occ {
 
 using namespace internal::scene;
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 // Left alone when it is unit to rounding already, so that validating twice changes no bit.
 Eigen::Vector3d unit(const Eigen::Vector3d& v) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/scene/internal/vector_text.hpp"
 
@@ -14,7 +15,6 @@ namespace occ {
 using namespace internal::scene;
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr std::size_t max_points = 1000;
 
 void validate_point(ObjectPoint& p) {

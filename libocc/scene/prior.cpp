@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/scene/internal/vector_text.hpp"
 
@@ -13,8 +14,6 @@ namespace occ {
 
 using namespace internal::scene;
 namespace {
-
-double square(double value) { return value * value; }
 
 void require_positive(double value, const char* name) {
   require(value > 0 && std::isfinite(value), name, value, "positive");

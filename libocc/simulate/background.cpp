@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/radiometry/lambertian.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
@@ -12,8 +13,6 @@
 
 namespace occ::internal::simulate {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 double brightest_wall(const SceneView& view) {
   if (view.brightest_wall_w_m2) return *view.brightest_wall_w_m2;

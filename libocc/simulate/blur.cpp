@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/internal/lens_blur.hpp"
 
 namespace occ::internal::simulate {
 
 using namespace internal::formation;
 namespace {
-constexpr double pi = 3.14159265358979323846;
 constexpr double root_e = 1.6487212707001282;
 }  // namespace
 

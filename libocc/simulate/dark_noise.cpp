@@ -8,6 +8,7 @@
 
 #include "libocc/core/internal/multiversion.hpp"
 #include "libocc/core/random.hpp"
+#include "libocc/core/statistics.hpp"
 
 namespace occ::internal::simulate {
 namespace {
@@ -15,8 +16,6 @@ namespace {
 constexpr int numbers = 1 << 16;
 constexpr std::size_t max_levels = 4096;  // more, and most numbers need refining
 constexpr std::size_t max_compared = 40;  // more, and looking up is faster
-
-double normal_probability(double z) { return 0.5 * std::erfc(-z * std::sqrt(0.5)); }
 
 /// Distribution of a pixel's electrons: Poisson, clipped at the full well, and read noise.
 class PixelDistribution {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "libocc/core/internal/quadrature.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/radiometry/lambertian.hpp"
@@ -22,8 +23,6 @@ using namespace internal::formation;
 using namespace internal::core;
 using namespace internal::simulate;
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// The face of a lamp with a size as the square [0, 1]^2: chords along x_axis, as many as the sine
 /// of an even angle puts across it, which is smooth where a round face's chords end.

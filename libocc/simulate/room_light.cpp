@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/internal/shadow.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/simulate/internal/check_place.hpp"
@@ -19,8 +20,6 @@ namespace occ::internal::simulate {
 using namespace internal::scene;
 using namespace internal::formation;
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// Electrons that pixels get from the surfaces, and which surface they see.
 class WallImage {

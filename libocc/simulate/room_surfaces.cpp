@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/internal/shadow.hpp"
 #include "libocc/radiometry/lambertian.hpp"
 
@@ -14,7 +15,6 @@ namespace occ::internal::simulate {
 using namespace internal::formation;
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr int tiles_per_side = 10, nodes_per_side = 17;  // of a surface
 
 int axis_of(int face) { return face / 2; }

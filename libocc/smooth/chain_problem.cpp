@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/internal/robust_loss.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/so3.hpp"
 
@@ -15,14 +16,6 @@ namespace occ::internal::smooth {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-
-/// Half of Huber's rho of a squared residual, and its weight.
-double huber(double squared, double corner2, double& weight) {
-  weight = 1;
-  if (!(corner2 > 0) || squared <= corner2) return 0.5 * squared;
-  weight = std::sqrt(corner2 / squared);
-  return std::sqrt(corner2 * squared) - 0.5 * corner2;
-}
 
 }  // namespace
 
@@ -95,9 +88,10 @@ double Chain<Body>::node_cost(std::size_t k, const Pose& pose, typename Body::Bl
       const auto residual =
           sighting_residual(view, i, spatial, information != nullptr ? &d_body : nullptr);
       if (!residual) return infinite;
-      double weight = 1;
-      cost += huber(residual->squaredNorm(), huber_sigmas * huber_sigmas, weight);
+      const double squared = residual->squaredNorm();
+      cost += core::huber_loss(squared, sighting_corner);
       if (information == nullptr) continue;
+      const double weight = core::huber_weight(squared, sighting_corner);
       information6.noalias() += weight * d_body.transpose() * d_body;
       gradient6.noalias() += weight * d_body.transpose() * *residual;
     }
@@ -136,9 +130,7 @@ double Chain<Body>::link_cost(std::size_t k, const std::vector<Pose>& poses) con
   if (!link.exists) return 0;
   const typename Body::Part residual =
       link.root * Body::residual(poses[k], poses[k + 1], link.step, nullptr, nullptr);
-  double weight = 1;
-  return huber(residual.squaredNorm() / link.report.factor, link.report.odometry ? link_sigmas2 : 0,
-               weight);
+  return core::huber_loss(residual.squaredNorm() / link.report.factor, corner_of(link));
 }
 
 template <class Body>
@@ -149,9 +141,9 @@ LinkTerms<Body> Chain<Body>::link_terms(std::size_t k, const std::vector<Pose>& 
   out.residual = (link.root * out.residual).eval();
   out.d_from = (link.root * out.d_from).eval();
   out.d_to = (link.root * out.d_to).eval();
-  huber(out.residual.squaredNorm() / link.report.factor, link.report.odometry ? link_sigmas2 : 0,
-        out.weight);
-  out.weight /= link.report.factor;
+  out.weight =
+      core::huber_weight(out.residual.squaredNorm() / link.report.factor, corner_of(link)) /
+      link.report.factor;
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "libocc/core/internal/least_squares.hpp"
 #include "libocc/core/statistics.hpp"
 
 namespace occ::internal::smooth {
@@ -39,16 +40,17 @@ double predicted_fall(const ChainNormals<size>& normals,
 template <class Body>
 void minimise(const Chain<Body>& chain, const SmootherOptions& options,
               ChainSolution<Body>& solution) {
-  double damping = 1e-7;
+  // The least damping keeps poses that nothing determines where they are.
+  core::LevenbergMarquardt damping(1e-7, 1e-12);
   solution.cost = chain.cost(solution.poses);
   solution.converged = false;
   std::vector<typename Body::Part> delta;
   for (int i = 0; i < options.max_iterations; ++i) {
     const auto normals = chain.normals(solution.poses);
     ++solution.iterations;
-    bool better = false;
-    for (; !better && damping < 1e12; damping *= 10) {
-      if (!solve(normals, damping, delta)) continue;
+    bool better = false, hopeless = false;
+    for (; !better && !hopeless; hopeless = !better && !damping.reject()) {
+      if (!solve(normals, damping.lambda(), delta)) continue;
       auto trial = moved<Body>(solution.poses, delta);
       const double cost = chain.cost(trial);
       const double fall = predicted_fall(normals, delta);
@@ -64,10 +66,10 @@ void minimise(const Chain<Body>& chain, const SmootherOptions& options,
       better = true;
       solution.poses = std::move(trial);
       solution.cost = cost;
-      damping = std::max(1e-12, damping / 100);
+      damping.accept();
     }
     if (!better) {  // rounding of the cost hides what is left
-      solution.converged = damping >= 1e12 && solution.cost < 1e300;
+      solution.converged = solution.cost < 1e300;
       return;
     }
   }
@@ -190,7 +192,7 @@ void measure_sightings(const Chain<Body>& chain, const ChainSolution<Body>& solu
         s.outside += !residual;
         if (!residual) continue;
         out.residual_sigmas.back()[i] = residual->norm();
-        s.beyond += chain.huber_sigmas > 0 && residual->norm() > chain.huber_sigmas;
+        s.beyond += residual->norm() > chain.sighting_corner;
         squares += view.root[i].inverse().operator*(*residual).squaredNorm();
       }
     }
@@ -204,8 +206,9 @@ void measure_sightings(const Chain<Body>& chain, const ChainSolution<Body>& solu
 template <class Body>
 ChainSolution<Body> solved(Chain<Body>& chain, std::vector<typename Body::Pose> poses,
                            const SmootherOptions& options) {
-  chain.huber_sigmas = options.huber_sigmas;
-  chain.link_sigmas2 = options.link_gate > 0 ? chi2_quantile(1 - options.link_gate, Body::size) : 0;
+  if (options.huber_sigmas > 0) chain.sighting_corner = options.huber_sigmas;
+  if (options.link_gate > 0)
+    chain.odometry_corner = std::sqrt(chi2_quantile(1 - options.link_gate, Body::size));
   ChainSolution<Body> solution;
   solution.poses = std::move(poses);
   chain.set_aside(solution.poses);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/geometry/perturbation.hpp"
@@ -20,8 +21,6 @@ namespace {
 constexpr int states = 7, velocity = 3, bias = 6;
 using Covariance = Eigen::Matrix<double, states, states>;
 using Matrix63 = Eigen::Matrix<double, 6, 3>;
-
-double square(double value) { return value * value; }
 
 struct PlanarState {
   double time_s = 0;

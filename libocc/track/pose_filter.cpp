@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/geometry/motion.hpp"
@@ -21,8 +22,6 @@ namespace {
 // Order of the errors: pose and velocity, each [rotation, translation], biases.
 constexpr int states = 18, velocity = 6, gyro = 12, accelerometer = 15;
 using Covariance = Eigen::Matrix<double, states, states>;
-
-double square(double value) { return value * value; }
 
 struct PoseState {
   double time_s = 0;

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <utility>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/motion.hpp"
 
@@ -22,8 +23,6 @@ Scene checked(Scene scene) {
   scene.validate();
   return scene.as_rendered();
 }
-
-double square(double value) { return value * value; }
 
 MotionFilter make_filter(const TrackerOptions& options) {
   options.validate();

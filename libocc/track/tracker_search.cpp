@@ -5,6 +5,7 @@
 #include <sstream>
 #include <utility>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/track/internal/tracker_impl.hpp"
 
@@ -14,8 +15,6 @@ namespace {
 
 /// Standard deviation of a lamp's place in an image that an unknown motion of the camera bends.
 constexpr double bent_sigma_px = 2;
-
-double square(double value) { return value * value; }
 
 Matrix6 inflated(Matrix6 covariance, double sigma_rad, double sigma_m) {
   covariance.diagonal().head<3>().array() += square(sigma_rad);

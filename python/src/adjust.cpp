@@ -22,7 +22,7 @@ auto adjust_fields() {
       field("false_alarm", &O::false_alarm, "chance that any good observation is taken away"),
       field("max_iterations", &O::max_iterations, "of each stage"),
       field("tolerance_sigma", &O::tolerance_sigma, "of the last step"),
-      field("threads", &O::threads, "1 or 2; the bits are the same"),
+      field("threads", &O::threads, "at least 1; any number gives the same bits"),
       field("datum", &O::datum, "in which the result is given"));
 }
 

@@ -17,6 +17,7 @@
 #include "libocc/calibrate/start_network.hpp"
 #include "libocc/camera/rotating_line.hpp"
 #include "libocc/core/image_file.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/detect/detect.hpp"
 #include "libocc/landmarks/chessboard.hpp"
 #include "libocc/network/adjust.hpp"
@@ -26,8 +27,6 @@
 
 namespace occ::test {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 std::vector<Image> photographed(const TargetField& field, const Camera& camera,
                                 const std::vector<Rigid3>& poses, double noise_dn = 2,

@@ -13,6 +13,7 @@
 #include "libocc/calibrate/lamp_network.hpp"
 #include "libocc/calibrate/resection.hpp"
 #include "libocc/camera/rotating_line.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/formation/rim.hpp"
 #include "libocc/network/adjust.hpp"
 #include "tests/support/support.hpp"
@@ -20,8 +21,6 @@
 
 namespace occ::test {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 AprilTag seen_as(const TagTruth& truth, double sigma_px, Random& random) {
   AprilTag tag;

@@ -6,12 +6,11 @@
 
 #include "libocc/camera/camera.hpp"
 #include "libocc/camera/rotating_line.hpp"
+#include "libocc/core/math.hpp"
 #include "tests/support/support.hpp"
 
 namespace occ {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 RotatingLine line() {
   RotatingLine l;

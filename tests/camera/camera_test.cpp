@@ -6,12 +6,11 @@
 #include <limits>
 #include <opencv2/calib3d.hpp>
 
+#include "libocc/core/math.hpp"
 #include "tests/support/support.hpp"
 
 namespace occ {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// A lens with every effect at once, cut to n coefficients.
 std::vector<double> lens(std::size_t n) {

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/detect/detect.hpp"
 #include "libocc/simulate/simulate.hpp"
 #include "tests/detect/detect_support.hpp"
@@ -188,7 +189,7 @@ TEST(DetectAccuracy, LargeDiscsInAWideViewAreUnbiased) {
   Scene scene;
   scene.camera = Camera::pinhole(640, 480, 600, 600, 319.5, 239.5);
   scene.lamps = {test::disc_lamp(0, Eigen::Vector3d::Zero(), 1.0 / 3)};  // 100 px at 2 m
-  scene.lamps[0].power_w = 17 * M_PI * scene.lamps[0].area_m2();
+  scene.lamps[0].power_w = 17 * pi * scene.lamps[0].area_m2();
   DetectOptions options;
   options.sensor = scene.sensor;
   double nees = 0;

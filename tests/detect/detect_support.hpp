@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "libocc/core/image.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/core/random.hpp"
 #include "libocc/formation/coverage.hpp"
 #include "libocc/radiometry/sensor.hpp"
@@ -40,7 +41,7 @@ class Canvas {
     std::vector<Eigen::Vector2d> rim;
     const int count = 64 + static_cast<int>(20 * semi_major_px / psf_px);
     for (int i = 0; i < count; ++i) {
-      const double t = 2 * M_PI * i / count;
+      const double t = 2 * pi * i / count;
       const double u = semi_major_px * std::cos(t), v = semi_minor_px * std::sin(t);
       rim.push_back(px + Eigen::Vector2d(u * std::cos(angle_rad) - v * std::sin(angle_rad),
                                          u * std::sin(angle_rad) + v * std::cos(angle_rad)));

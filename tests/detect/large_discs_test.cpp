@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/detect/detect.hpp"
 #include "libocc/simulate/simulate.hpp"
 #include "tests/detect/detect_support.hpp"
@@ -118,7 +119,7 @@ TEST(SlowDetectLargeDiscs, LightFallsOffAcrossThem) {
   Nees nees;
   for (const double radius_px : {120.0, 200.0, 300.0, 400.0}) {
     scene.lamps = {test::disc_lamp(0, Eigen::Vector3d::Zero(), 2 * radius_px / 700)};
-    scene.lamps[0].power_w = 17 * M_PI * scene.lamps[0].area_m2();
+    scene.lamps[0].power_w = 17 * pi * scene.lamps[0].area_m2();
     for (std::uint64_t seed = 0; seed < 8; ++seed) {
       const double room = (470 - radius_px) / 350;
       const Eigen::Vector3d place(random.uniform(-room, room), random.uniform(-room, room), 2);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "tests/support/quadrature.hpp"
 #include "tests/support/support.hpp"
 
@@ -12,7 +13,6 @@ namespace {
 
 using namespace occ;
 using namespace occ::test;
-constexpr double pi = 3.14159265358979323846;
 
 // A disc's share of the pixel at `offset` from its centre, in polar coordinates about the centre;
 // only the part within reach of the pixel is visited.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/lamp_image.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
@@ -45,8 +46,8 @@ std::vector<Element> elements(const Lamp& lamp, int panels, int rings) {
     for (const Eigen::Vector2d& turn : quadrature(panels)) {
       // Finer towards both ends of the eighth, where the curve bends.
       const double t = turn.x() + 0.5, smooth = t * t * (3 - 2 * t);
-      const double angle = (eighth + smooth) * M_PI / 4;
-      const double speed = 6 * t * (1 - t) * M_PI / 4;
+      const double angle = (eighth + smooth) * pi / 4;
+      const double speed = 6 * t * (1 - t) * pi / 4;
       const double c = std::cos(angle), s = std::sin(angle), n = lamp.exponent;
       const double rim = std::pow(std::pow(std::abs(c), n) + std::pow(std::abs(s), n), -1 / n);
       for (const Eigen::Vector2d& ring : quadrature(rings)) {
@@ -65,7 +66,7 @@ TEST(LameCurve, AreaIsThatOfItsElements) {
     for (const Element& e : elements(lamp, 40, 1)) area += e.area;
     EXPECT_NEAR(area / lamp.area_m2(), 1, 1e-9) << n;
   }
-  EXPECT_NEAR(lame_lamp(2, {0.2, 0.2}).area_m2(), M_PI * 0.01, 1e-15);
+  EXPECT_NEAR(lame_lamp(2, {0.2, 0.2}).area_m2(), pi * 0.01, 1e-15);
   EXPECT_NEAR(lame_lamp(1, {0.2, 0.4}).area_m2(), 0.04, 1e-15);
 }
 

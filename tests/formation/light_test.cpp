@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/coverage.hpp"
 #include "libocc/radiometry/lambertian.hpp"
 #include "tests/support/support.hpp"
@@ -11,7 +12,6 @@
 namespace {
 
 using namespace occ;
-constexpr double pi = 3.14159265358979323846;
 
 // The contribution's lamp 1.5 m above an upright camera: 170 mm, 70 degrees, 1500 mW.
 Lamp contribution_lamp() {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/rim.hpp"
 #include "tests/support/exact_area.hpp"
 #include "tests/support/support.hpp"
@@ -32,8 +33,8 @@ CoverageMoments disc_image(const Eigen::Vector2d& centre, double radius, int wid
 }
 
 TEST(SharpCoverage, TheOracleIsTheAreaOfSimpleCases) {
-  EXPECT_NEAR(disc_in_pixel({0, 0}, {0, 0}, 0.3), M_PI * 0.09, 1e-14);
-  EXPECT_NEAR(disc_in_pixel({0, 0}, {0.5, 0.5}, 0.4), M_PI * 0.04, 1e-14);
+  EXPECT_NEAR(disc_in_pixel({0, 0}, {0, 0}, 0.3), pi * 0.09, 1e-14);
+  EXPECT_NEAR(disc_in_pixel({0, 0}, {0.5, 0.5}, 0.4), pi * 0.04, 1e-14);
   EXPECT_NEAR(disc_in_pixel({5, 0}, {0, 0}, 20), 1, 1e-12);
   EXPECT_NEAR(disc_in_pixel({25, 0}, {0, 0}, 20), 0, 1e-12);
   // 0.9: the circle passes over the pixel's corner; by midpoint sums.

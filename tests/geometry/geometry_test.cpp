@@ -3,12 +3,11 @@
 #include <Eigen/Eigenvalues>
 #include <limits>
 
+#include "libocc/core/math.hpp"
 #include "tests/support/support.hpp"
 
 namespace occ {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 const std::vector<double> angles{0,    1e-300, 1e-12,  1e-8, 1e-4,      0.1, 0.5,
                                  0.99, 1.01,   pi / 2, 3,    pi - 1e-9, pi};

@@ -8,11 +8,12 @@
 #include <cmath>
 #include <random>
 
+#include "libocc/core/math.hpp"
 #include "libocc/geometry/pose_observation.hpp"
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
+using occ::pi;
 
 occ::Rigid3 some_pose(unsigned seed) {
   std::mt19937 random(seed);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/guide/plan_pan_tilt.hpp"
 #include "libocc/guide/plan_route.hpp"
 #include "tests/guide/guide_loop_support.hpp"
@@ -13,13 +14,13 @@
 
 namespace {
 
+using occ::pi;
 using occ::test::complaint;
 using occ::test::four_lamp_room;
 using occ::test::four_lamp_route;
 using occ::test::narrow_room;
 using occ::test::real_options;
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double docked_rad = 0.1 * pi / 180;
 
 occ::LoopResult lap(const occ::LoopOptions& options) {

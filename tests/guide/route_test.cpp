@@ -6,13 +6,13 @@
 
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "tests/support/support.hpp"
 
 namespace {
 
+using occ::pi;
 using occ::test::complaint;
-
-constexpr double pi = 3.14159265358979323846;
 
 std::vector<occ::RouteWaypoint> points(std::initializer_list<Eigen::Vector2d> positions) {
   std::vector<occ::RouteWaypoint> waypoints;

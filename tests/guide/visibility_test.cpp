@@ -7,6 +7,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/guide/mount.hpp"
 #include "libocc/guide/plan_pan_tilt.hpp"
 #include "libocc/guide/plan_route.hpp"
@@ -21,8 +22,6 @@ using occ::test::complaint;
 using occ::test::four_lamp_room;
 using occ::test::four_lamp_route;
 using occ::test::narrow_room;
-
-constexpr double pi = 3.14159265358979323846;
 
 occ::RoutePlanOptions plan_options() {
   occ::RoutePlanOptions options;

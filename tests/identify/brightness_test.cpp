@@ -3,6 +3,7 @@
 // image formation's own formula, and that lights which say nothing are not believed.
 #include <Eigen/Eigenvalues>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/light.hpp"
 #include "tests/identify/identify_support.hpp"
 #include "tests/support/rim_support.hpp"
@@ -13,8 +14,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using test::View;
-
-constexpr double pi = 3.141592653589793;
 
 /// How far lights are from what their lamps' data say.
 struct Errors {

@@ -2,6 +2,7 @@
 // Poses of objects: which points can be seen together, and that only these are tried.
 #include <gtest/gtest.h>
 
+#include "libocc/core/math.hpp"
 #include "libocc/identify/internal/seen_together.hpp"
 #include "libocc/identify/internal/verdict.hpp"
 #include "tests/support/random_objects.hpp"
@@ -13,8 +14,6 @@ namespace {
 
 using bodies::View;
 using Eigen::Vector3d;
-
-constexpr double pi = 3.14159265358979323846;
 
 AssignmentProblem problem_of(const Object& object, const Camera& camera,
                              const IdentifyOptions& options) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libocc/core/abi.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/core/random.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/identify/identify.hpp"
@@ -55,7 +56,7 @@ inline Scene random_scene(Random& random, const Options& options) {
 
 /// 0.3 to 1.2 m above the floor, looking up but for a tilt, any way round.
 inline Rigid3 random_pose(Random& random, const Options& options) {
-  const double side_m = std::sqrt(1.6 * options.lamps), pi = std::acos(-1.0);
+  const double side_m = std::sqrt(1.6 * options.lamps);
   const Eigen::Vector3d eye(random.uniform(0, side_m), random.uniform(0, side_m),
                             random.uniform(0.3, 1.2));
   const double tilt = options.max_tilt_rad * std::sqrt(random.uniform());

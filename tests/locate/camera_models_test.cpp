@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "libocc/camera/rotating_line.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/locate/locate.hpp"
 #include "libocc/locate/solve_pose.hpp"
 #include "libocc/simulate/simulate.hpp"
@@ -14,8 +15,6 @@
 
 namespace occ {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// Lamps on the walls of 6 x 5 x 3 m, irregularly, that shine into the room.
 Scene walls_scene(const Camera& camera) {

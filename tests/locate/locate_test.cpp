@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "libocc/core/math.hpp"
 #include "libocc/simulate/simulate.hpp"
 #include "tests/support/support.hpp"
 
@@ -101,7 +102,7 @@ TEST(Locate, ASquareOfLampsIsAmbiguousUntilAPriorBreaksIt) {
   LocateOptions options;
   options.prior.emplace();
   options.prior->heading_rad = heading_rad(truth) + 0.2;
-  options.prior->heading_sigma_rad = 20 * M_PI / 180;
+  options.prior->heading_sigma_rad = 20 * pi / 180;
   const Result<Fix> with = locate(rendered.image.view(), scene, options);
   ASSERT_EQ(with.status, Status::ok) << with.message;
   EXPECT_LT(position_error_m(*with, truth), 2e-3);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "libocc/core/image_file.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/locate/locate.hpp"
 #include "tests/support/rendered_rooms.hpp"
 #include "tests/support/support.hpp"
@@ -151,7 +152,7 @@ TEST(RenderedRooms, TheSquareIsAmbiguousAndAHeadingPriorSettlesIt) {
     LocateOptions options;
     options.prior.emplace();
     options.prior->heading_rad = heading_rad(room.cam_from_world);
-    options.prior->heading_sigma_rad = 20 * M_PI / 180;
+    options.prior->heading_sigma_rad = 20 * pi / 180;
     const Result<Fix> with = locate(room.image.view(), room.scene, options);
     EXPECT_EQ(with.status, Status::ok) << path.stem() << ": " << with.message;
     EXPECT_LE((with->position_m - room.position_m).norm(), 1.0e-3) << path.stem();

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <set>
 
+#include "libocc/core/math.hpp"
 #include "tests/network/ceres_adjust.hpp"
 #include "tests/network/network_support.hpp"
 
@@ -102,17 +103,28 @@ TEST(Adjust, AgreesWithoutAnyUnknownReduced) {
 }
 
 TEST(Adjust, SameBitsForAnyNumberOfThreads) {
-  Network network = noisy_network(test::line_network(), 4, 0.03);
+  // Eight partial sums and more: 1500 points in some 24 batches.
+  Network network = noisy_network(
+      test::cloud_network(test::small_pinhole(), {"fx_px", "fy_px"}, 6, 1500), 4, 0.03);
   network.observations[7].pixel.y() += 40;
   AdjustOptions options;
   options.threads = 1;
   const auto one = adjust(network, options);
-  options.threads = 2;
-  const auto two = adjust(network, options);
-  ASSERT_TRUE(one.ok() && two.ok());
-  for (std::size_t i = 0; i < network.points.size(); ++i)
-    EXPECT_EQ(one->network.points[i].position_m, two->network.points[i].position_m);
-  EXPECT_EQ(one->cost, two->cost);
+  ASSERT_TRUE(one.ok()) << one.message;
+  const auto points = precision(one->network, {}, 1)->points();
+  const auto statistics = network_statistics(one->network, 1);
+  for (const int threads : {2, 3, 8}) {
+    options.threads = threads;
+    const auto other = adjust(network, options);
+    ASSERT_TRUE(other.ok()) << other.message;
+    EXPECT_EQ(one->cost, other->cost) << threads;
+    for (std::size_t i = 0; i < network.points.size(); ++i)
+      EXPECT_EQ(one->network.points[i].position_m, other->network.points[i].position_m) << threads;
+    EXPECT_TRUE(points == precision(one->network, {}, threads)->points()) << threads;
+    const auto again = network_statistics(one->network, threads);
+    for (std::size_t i = 0; i < network.observations.size(); ++i)
+      EXPECT_EQ(statistics->observations[i].redundancy, again->observations[i].redundancy);
+  }
 }
 
 TEST(Adjust, RigsBodiesAndPriorsComeBack) {
@@ -162,7 +174,7 @@ std::set<int> spoil(Network& network, double part, std::uint64_t seed) {
   std::set<int> spoiled;
   for (std::size_t i = 0; i < network.observations.size(); ++i) {
     if (random.uniform() >= part) continue;
-    const double angle = random.uniform(0, 2 * M_PI), far = std::exp(random.uniform(1.6, 5.3));
+    const double angle = random.uniform(0, 2 * pi), far = std::exp(random.uniform(1.6, 5.3));
     network.observations[i].pixel += far * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     spoiled.insert(static_cast<int>(i));
   }
@@ -488,7 +500,7 @@ TEST(Adjust, RefusesWhatIsNoNetwork) {
             }),
             "control[0].covariance_m2"));
   AdjustOptions options;
-  options.threads = 3;
+  options.threads = 0;
   EXPECT_TRUE(names(test::complaint([&] { adjust(good, options); }), "threads"));
   options = {};
   options.datum = {DatumKind::minimal, {Target::of_point(0)}};

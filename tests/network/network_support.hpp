@@ -3,6 +3,7 @@
 #pragma once
 
 #include "libocc/camera/rotating_line.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/network/adjust.hpp"
 #include "libocc/network/precision.hpp"
 #include "libocc/network/test_field.hpp"
@@ -52,7 +53,7 @@ inline Network cloud_network(const Camera& camera, const std::vector<std::string
          false});
   const bool panorama = camera.kind() == CameraKind::rotating_line;
   for (int i = 0; i < stations; ++i) {
-    const double around = 2 * M_PI * i / stations + 0.2;
+    const double around = 2 * pi * i / stations + 0.2;
     const double distance = panorama ? 3 + 0.4 * (i % 2) : 4.5 + 0.6 * (i % 3);
     const Eigen::Vector3d from =
         middle + Eigen::Vector3d(distance * std::cos(around), distance * std::sin(around),

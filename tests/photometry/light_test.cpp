@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "libocc/core/math.hpp"
 #include "libocc/detect/detect.hpp"
 #include "libocc/radiometry/lambertian.hpp"
 #include "libocc/simulate/simulate.hpp"
@@ -31,7 +32,7 @@ Scene true_room() {
 Scene supposed(Scene scene) {
   for (Lamp& lamp : scene.lamps) {
     lamp.power_w = 0.1;
-    lamp.half_power_rad = M_PI / 3;
+    lamp.half_power_rad = pi / 3;
   }
   return scene;
 }
@@ -158,7 +159,7 @@ TEST(CalibrateLight, RenderedAndDetectedLampsComeBack) {
 Scene scaled(Scene scene, double factor) {
   for (Lamp& lamp : scene.lamps) {
     lamp.power_w /= factor;
-    lamp.half_power_rad = M_PI / 3;
+    lamp.half_power_rad = pi / 3;
   }
   return scene;
 }

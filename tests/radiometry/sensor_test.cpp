@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/random.hpp"
 #include "libocc/radiometry/lambertian.hpp"
 #include "tests/support/support.hpp"
@@ -19,7 +20,6 @@ namespace {
 
 using test::complaint;
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 double degrees(double value) { return value * pi / 180; }
 double dbm(double watt) { return 10 * std::log10(watt / 1e-3); }

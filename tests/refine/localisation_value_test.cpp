@@ -3,6 +3,7 @@
 // where the answer is plain.
 #include "libocc/refine/localisation_value.hpp"
 
+#include "libocc/core/math.hpp"
 #include "libocc/refine/bound.hpp"
 #include "tests/support/random_objects.hpp"
 #include "tests/support/support.hpp"
@@ -21,7 +22,7 @@ TEST(LocalisationValue, GrowthIsThatOfTheInformation) {
   const Camera& camera = bodies::camera();
   constexpr double sigma_px = 0.3;
   for (int i = 0; i < 20; ++i) {
-    const Object object = bodies::random_object(random, 7, 3.14159265358979323846);
+    const Object object = bodies::random_object(random, 7, pi);
     const Rigid3 pose = bodies::random_pose(random, 2.5);
     const LocalisationValue value = localisation_value(object, camera, {pose}, sigma_px);
     EXPECT_EQ(value.determined, 1);
@@ -46,7 +47,7 @@ TEST(LocalisationValue, GrowthIsThatOfTheInformation) {
 
 TEST(LocalisationValue, OfThreePointsEachIsNeeded) {
   Random random(2);
-  Object object = bodies::random_object(random, 3, 3.14159265358979323846);
+  Object object = bodies::random_object(random, 3, pi);
   const auto value =
       localisation_value(object, bodies::camera(), views_around(object, {2.0, 3.0}, 20), 0.2);
   EXPECT_GT(value.determined, 0.9);

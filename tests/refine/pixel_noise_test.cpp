@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "tests/support/support.hpp"
 
 namespace occ {
@@ -81,7 +82,7 @@ TEST(PixelNoise, AFullWellClipsBeforeTheReadNoise) {
   EXPECT_EQ(noise.white_e(), sensor.full_well_e);
   const PixelMoments half = noise.at(sensor.full_well_e);
   EXPECT_NEAR(half.slope, 0.5, 1e-9);
-  EXPECT_NEAR(half.mean, sensor.full_well_e - 100 / std::sqrt(2 * M_PI), 1);
+  EXPECT_NEAR(half.mean, sensor.full_well_e - 100 / std::sqrt(2 * pi), 1);
   EXPECT_GT(half.variance, 100);  // the read noise stays
 }
 

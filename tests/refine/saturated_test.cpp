@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/detect/detect.hpp"
 #include "libocc/refine/refine.hpp"
 #include "tests/support/simulate_support.hpp"
@@ -25,8 +26,8 @@ Scene exposed(const Exposure& e) {
   sensor.psf_sigma_px = e.psf_px;
   sensor.full_well_e = 1e6;
   const double radiance = 17, full_e = (255 - sensor.black_level_dn) / sensor.gain_dn_per_e;
-  for (Lamp& lamp : scene.lamps) lamp.power_w = radiance * M_PI * lamp.area_m2();
-  const double irradiance = M_PI / 4 * radiance / (sensor.f_number * sensor.f_number);
+  for (Lamp& lamp : scene.lamps) lamp.power_w = radiance * pi * lamp.area_m2();
+  const double irradiance = pi / 4 * radiance / (sensor.f_number * sensor.f_number);
   sensor.exposure_s *= e.over * full_e / sensor.electrons(irradiance);
   return scene;
 }

@@ -6,6 +6,7 @@
 #include <set>
 #include <vector>
 
+#include "libocc/core/math.hpp"
 #include "tests/support/support.hpp"
 
 namespace occ {
@@ -13,8 +14,6 @@ namespace {
 
 using Eigen::Vector3d;
 using Eigen::Vector3i;
-
-constexpr double pi = 3.14159265358979323846;
 
 struct Body {
   std::vector<Vector3d> vertices;

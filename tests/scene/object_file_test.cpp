@@ -2,6 +2,7 @@
 // Objects: what is refused and how it is said, cones, and files that read back.
 #include <fstream>
 
+#include "libocc/core/math.hpp"
 #include "libocc/scene/object.hpp"
 #include "tests/support/support.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -10,8 +11,6 @@ namespace occ {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double pi = 3.14159265358979323846;
 
 Object beacon() {
   Object object{"beacon", {}};

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/math.hpp"
 #include "tests/support/support.hpp"
 
 namespace occ {
@@ -95,7 +96,7 @@ TEST(PriorMix, ContradictionsNameBothParts) {
   prior = all_of_it();
   prior.heading_rad = *prior.heading_rad + 2;
   expect_contradiction(prior, "heading_rad", "last_pose");
-  prior.heading_rad = *prior.heading_rad - 2 + 2 * std::acos(-1.0);  // a full turn is none
+  prior.heading_rad = *prior.heading_rad - 2 + 2 * pi;  // a full turn is none
   EXPECT_NO_THROW(prior.validate());
 
   prior = all_of_it();
@@ -103,8 +104,7 @@ TEST(PriorMix, ContradictionsNameBothParts) {
   expect_contradiction(prior, "gravity_in_cam", "last_pose");
   Prior gravity;
   gravity.gravity_in_cam = prior.gravity_in_cam;
-  EXPECT_NEAR(std::sqrt(gravity.chi2(pose)), std::acos(-1.0) / gravity.gravity_sigma_rad, 1e-6)
-      << "upside down";
+  EXPECT_NEAR(std::sqrt(gravity.chi2(pose)), pi / gravity.gravity_sigma_rad, 1e-6) << "upside down";
 }
 
 TEST(PriorMix, ErrorsAsLargeAsStatedAreNoContradiction) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "libocc/core/math.hpp"
 #include "tests/support/support.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -161,7 +162,7 @@ TEST(SceneFile, RoundTripIsExact) {
 
 TEST(SceneFile, WritesPlainNumbers) {
   Scene scene = test::irregular_room();
-  scene.lamps.front().half_power_rad = 70 * 3.14159265358979323846 / 180;
+  scene.lamps.front().half_power_rad = 70 * pi / 180;
   const std::string text = format_scene(scene);
   for (const char* line : {"half_power_deg: 70\n", "half_power_deg: 60\n", "fx_px: 422.5\n",
                            "pixel_pitch_m: 7.1e-06\n", "centre_m: [0.9, 1, 3]\n"})

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "libocc/core/math.hpp"
 #include "libocc/scene/prior.hpp"
 #include "tests/support/support.hpp"
 
@@ -18,7 +19,6 @@ namespace {
 using Eigen::Vector3d;
 using test::complaint;
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 Lamp rectangle_lamp(const Vector3d& normal, const Vector3d& x_axis) {

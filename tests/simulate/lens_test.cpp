@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/light.hpp"
 #include "tests/support/exact_area.hpp"
 #include "tests/support/quadrature.hpp"
@@ -73,7 +74,7 @@ Eigen::MatrixXd mean_of_shifted(Scene scene, double peak_e) {
   const int around = 48;
   for (const Eigen::Vector2d& ring : quadrature(6))
     for (int i = 0; i < around; ++i) {
-      const double r = radius * (ring.x() + 0.5), angle = 2 * M_PI * i / around;
+      const double r = radius * (ring.x() + 0.5), angle = 2 * pi * i / around;
       scene.camera =
           Camera::pinhole(80, 60, 200, 200, 39.5 + r * std::cos(angle), 29.5 + r * std::sin(angle));
       mean += ring.y() * 2 * (ring.x() + 0.5) / around * mean_electrons(scene, pose, peak_e);
@@ -132,7 +133,7 @@ TEST(Defocus, MovesWithTheLampUnderAMovingCamera) {
     Eigen::MatrixXd truth = Eigen::MatrixXd::Zero(80, 60);
     for (const Eigen::Vector2d& ring : quadrature(3))
       for (int i = 0; i < 24; ++i) {
-        const double r = radius * (ring.x() + 0.5), angle = 2 * M_PI * i / 24;
+        const double r = radius * (ring.x() + 0.5), angle = 2 * pi * i / 24;
         const Eigen::Vector2d shift(r * std::cos(angle), r * std::sin(angle));
         scene.camera = Camera::pinhole(80, 60, 200, 200, 39.5 + shift.x(), 29.5 + shift.y());
         // A line's time is that of where the light lands: the camera is shifted, not the lines.
@@ -254,10 +255,10 @@ TEST(LightGradient, ShiftsTheCentroidByItsKnownValue) {
   // cos^4 psi cos^(m-1) phi, psi = phi, so grad ln E = -(m + 3) tan(psi) cos^2(psi) / f, and the
   // image of an R x R' ellipse moves by R^2/4 of it.
   Scene scene;
-  const double f = 422.5, height = 1.5, angle = M_PI / 6;
+  const double f = 422.5, height = 1.5, angle = pi / 6;
   scene.camera = Camera::pinhole(640, 480, f, f, 100, 239.5);
   scene.lamps = {disc_lamp(0, {height * std::tan(angle), 0, height}, 0.085)};
-  scene.lamps[0].half_power_rad = 70 * M_PI / 180;
+  scene.lamps[0].half_power_rad = 70 * pi / 180;
   const auto centroid = [&](Use gradient) {
     scene.effects.set(Effect::light_gradient, gradient);
     const double peak_e = 1.1 * mean_electrons(scene, Rigid3{}, 2e4).maxCoeff();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
 #include "libocc/radiometry/lambertian.hpp"
@@ -18,8 +19,6 @@ using namespace occ;
 using namespace occ::test;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double pi = 3.14159265358979323846;
 
 /// Looks straight up, image right along the world's x.
 Rigid3 upright(double x, double y, double z = 1.5) {

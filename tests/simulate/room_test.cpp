@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/radiometry/lambertian.hpp"
 #include "libocc/simulate/plan.hpp"
@@ -17,8 +18,6 @@ using namespace occ::test;
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double pi = 3.14159265358979323846;
 
 Scene one_lamp(const std::vector<double>& distortion = {}) {
   Scene scene;

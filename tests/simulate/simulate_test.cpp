@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/light.hpp"
 #include "tests/support/quadrature.hpp"
 #include "tests/support/simulate_support.hpp"
@@ -22,7 +23,7 @@ Eigen::MatrixXd sum_over_elements(const Lamp& disc, const Scene& scene, const Ri
   const int around = 96;
   for (const Eigen::Vector2d& ring : quadrature(12))
     for (int i = 0; i < around; ++i) {
-      const double radius = disc.radius_m * (ring.x() + 0.5), angle = 2 * M_PI * i / around;
+      const double radius = disc.radius_m * (ring.x() + 0.5), angle = 2 * pi * i / around;
       Lamp element = disc;
       element.shape = LampShape::point;
       element.centre_m += radius * (std::cos(angle) * across + std::sin(angle) * along);

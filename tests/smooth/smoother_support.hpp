@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "libocc/core/math.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/smooth/smoother.hpp"
 #include "tests/support/support.hpp"
@@ -45,7 +46,7 @@ struct Drive {
 /// met when the camera looks straight up, the pose has six degrees of freedom, and all four lamps
 /// are seen although 640 x 480 pixels would not hold them.
 inline Drive published_drive(std::uint64_t seed, int poses = 80) {
-  constexpr double sigma_px = 2, sigma_m = 0.02, sigma_rad = 2 * 3.14159265358979323846 / 180;
+  constexpr double sigma_px = 2, sigma_m = 0.02, sigma_rad = 2 * pi / 180;
   const std::vector<Eigen::Vector3d> lamps = {{2, 8, 5}, {8, 2, 5}, {2, 2, 5}, {8, 8, 5}};
   Random random(seed, 7);
   Drive drive;

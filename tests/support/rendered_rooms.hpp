@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "libocc/core/image_file.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/scene.hpp"
 
@@ -68,7 +69,7 @@ inline RenderedRoom read_rendered_room(const std::filesystem::path& json) {
   sensor.black_level_dn = number("black_level_dn");
   sensor.full_well_e = 1e6;  // these images clip at full scale
   const double radiance = number("radiance_w_m2_sr");
-  const double on_axis_w_m2 = M_PI / 4 * radiance / (sensor.f_number * sensor.f_number);
+  const double on_axis_w_m2 = pi / 4 * radiance / (sensor.f_number * sensor.f_number);
   const double on_axis_e =
       (number("dn_of_on_axis_lamp") - sensor.black_level_dn) / sensor.gain_dn_per_e;
   sensor.exposure_s *= on_axis_e / sensor.electrons(on_axis_w_m2);
@@ -80,8 +81,8 @@ inline RenderedRoom read_rendered_room(const std::filesystem::path& json) {
     lamp.centre_m.z() -= 0.001;  // the emitting face hangs 1 mm below the listed height
     lamp.radius_m = node["radius_m"].as<double>();
     lamp.normal = vector3(node["normal"]);
-    lamp.half_power_rad = node["half_power_deg"].as<double>() * M_PI / 180;
-    lamp.power_w = M_PI * lamp.area_m2() * radiance;  // of a lamp of uniform radiance
+    lamp.half_power_rad = node["half_power_deg"].as<double>() * pi / 180;
+    lamp.power_w = pi * lamp.area_m2() * radiance;  // of a lamp of uniform radiance
     room.scene.lamps.push_back(lamp);
   }
   for (const YAML::Node& id : truth["visible_lamps"]) room.whole_lamps.push_back(id.as<int>());

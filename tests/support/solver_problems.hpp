@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/random.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/pose/solver.hpp"
@@ -38,7 +39,7 @@ inline Eigen::Matrix3d half_turn(Random& random) {
   const int axis = random.below(6);
   const Eigen::Vector3d about =
       axis < 3 ? Eigen::Vector3d::Unit(axis) : Eigen::Vector3d(random_rotation(random).col(0));
-  return so3_exp(3.14159265358979323846 * about);
+  return so3_exp(pi * about);
 }
 
 /// Random points about their centroid with r.m.s. distance 1; their smallest extent (in the plane,

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 #include "libocc/camera/rotating_line.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/simulate/targets.hpp"
 #include "tests/support/support.hpp"
 
@@ -70,7 +71,7 @@ inline RotatingLine small_line(int width = 3000, int height = 1000) {
   RotatingLine l;
   l.width = width;
   l.height = height;
-  l.angle_per_px_rad = 2 * 3.14159265358979323846 / (width - 12.4);
+  l.angle_per_px_rad = 2 * pi / (width - 12.4);
   l.c_px = 0.16 * width;
   l.cy_px = 0.5 * height - 3.7;
   l.tilt_x_rad = 0.004;

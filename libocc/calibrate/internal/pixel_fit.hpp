@@ -13,9 +13,6 @@
 
 namespace occ::internal::calibrate {
 
-/// Median of distances that counts as a whole; infinite without any.
-double quantile(std::vector<double> values, double part);
-
 /// From a median of distances in the plane to a standard deviation per axis.
 constexpr double sigma_of_median_distance = 0.8493;  // 1 / sqrt(2 ln 2)
 

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
+
 namespace occ::internal::detect {
 
 class NormalTable {
@@ -39,7 +41,7 @@ class NormalTable {
   NormalTable() {
     for (int i = 0; i <= size; ++i) {
       const double z = static_cast<double>(i) / steps - reach;
-      values_[i] = {std::exp(-0.5 * z * z) / std::sqrt(2 * M_PI), 0.5 * std::erfc(-z / M_SQRT2)};
+      values_[i] = {std::exp(-0.5 * z * z) / std::sqrt(2 * pi), 0.5 * std::erfc(-z / M_SQRT2)};
     }
   }
 

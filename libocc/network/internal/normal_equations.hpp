@@ -5,10 +5,11 @@
 //     S = U - W W^T,  rhs = g_c - W y,  y = L^-1 g_p;   S dc = rhs,  dp = L^-T (y - W^T dc)
 //
 // (Brown 1958; Triggs et al., "Bundle adjustment: a modern synthesis", 1999, section 6.1). W is
-// kept for each batch, and its product is one product of dense matrices. Work is divided into two
-// fixed lanes, whose sums are added at the end: the same bits for one thread and for two. What no
-// observation determines (the datum, columns `gauge` of the reduced unknowns) is held by adding to
-// S, scaled to a unit diagonal, the projector onto it: its step is then zero.
+// kept for each batch, and its product is one product of dense matrices. Work is divided into
+// partial sums, as many as the network's size suggests, which are added in a fixed order: the same
+// bits for any number of threads. What no observation determines (the datum, columns `gauge` of the
+// reduced unknowns) is held by adding to S, scaled to a unit diagonal, the projector onto it: its
+// step is then zero.
 #pragma once
 
 #include <Eigen/Core>

@@ -3,8 +3,7 @@
 // over its sigmas. And what robust estimation makes of its length.
 #pragma once
 
-#include <cmath>
-
+#include "libocc/core/internal/robust_loss.hpp"
 #include "libocc/network/internal/network_layout.hpp"
 
 namespace occ::internal::network {
@@ -20,20 +19,14 @@ struct Loss {
   double rho(double squared) const {
     const double t2 = squared / (scale * scale);
     double f = 0.5 * t2;
-    if (kind == Kind::huber && t2 > huber * huber) f = huber * std::sqrt(t2) - 0.5 * huber * huber;
-    if (kind == Kind::tukey) {
-      const double inside = std::max(0.0, 1 - t2 / (tukey * tukey));
-      f = tukey * tukey / 6 * (1 - inside * inside * inside);
-    }
+    if (kind == Kind::huber) f = core::huber_loss(t2, huber);
+    if (kind == Kind::tukey) f = core::tukey_loss(t2, tukey);
     return scale * scale * f;
   }
   double weight(double squared) const {
     const double t2 = squared / (scale * scale);
-    if (kind == Kind::huber && t2 > huber * huber) return huber / std::sqrt(t2);
-    if (kind == Kind::tukey) {
-      const double inside = std::max(0.0, 1 - t2 / (tukey * tukey));
-      return inside * inside;
-    }
+    if (kind == Kind::huber) return core::huber_weight(t2, huber);
+    if (kind == Kind::tukey) return core::tukey_weight(t2, tukey);
     return 1;
   }
 

@@ -2,7 +2,8 @@
 // Internal: the most likely pose for points seen along bearings, from a start. Residuals are taken
 // in the plane that touches the unit sphere at the bearing, r = A x / (f . x), x the point in the
 // camera's frame, f its bearing, A two rows across f over the sigmas: any central camera or rig,
-// any field of view. Levenberg-Marquardt by Ceres' TinySolver on the normal equations.
+// any field of view. Gauss-Newton steps, and
+// Levenberg-Marquardt steps (core/internal/least_squares.hpp) where one of them fails.
 #pragma once
 
 #include <Eigen/Core>

@@ -6,10 +6,11 @@
 #include <array>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
+
 namespace occ::internal::pose {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr int samples = 128;          // of the angle searched over, on each of two branches
 constexpr double same = 1e-8;         // angles [rad] nearer than this are one root
 constexpr int max_steps = 100;        // of a bracket's refinement

@@ -19,11 +19,6 @@
 
 namespace occ::internal::refine {
 
-/// Weight of a residual of this size (over its sigma) in Huber's function.
-inline double huber_weight(double size, double threshold) {
-  return size > threshold ? threshold / size : 1;
-}
-
 class LampRim {
  public:
   /// Empty unless the lamp has a rim. Keeps references.

@@ -4,9 +4,11 @@
 // nearest to it, as in everybody's `degrees * pi / 180`.
 #pragma once
 
+#include "libocc/core/math.hpp"
+
 namespace occ::internal::scene {
 
-constexpr long double radians_per_degree = static_cast<long double>(3.14159265358979323846) / 180;
+constexpr long double radians_per_degree = static_cast<long double>(pi) / 180;
 
 inline double radians(long double degrees) {
   return static_cast<double>(degrees * radians_per_degree);

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/simulate/internal/blur.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
@@ -19,7 +20,6 @@
 namespace occ::internal::simulate {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 bool called_for(const Scene& scene, const SimulateOptions&) {

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/simulate/internal/background.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
 #include "libocc/simulate/internal/gain.hpp"
@@ -18,8 +19,6 @@ namespace occ::internal::simulate {
 
 using namespace internal::radiometry;
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 bool called_for(const Scene& scene, const SimulateOptions&) {
   return scene.sensor.mosaic != Mosaic::none;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
 
 namespace occ::internal::simulate {
@@ -13,7 +14,6 @@ namespace {
 bool called_for(const Scene&, const SimulateOptions& options) { return options.noise; }
 
 Bound bound(const SceneView& view) {
-  constexpr double pi = 3.14159265358979323846;
   constexpr double blur_sigmas = 2;
   const Sensor& sensor = view.scene.sensor;
   const double floor_e2 = sensor.read_noise_e * sensor.read_noise_e + sensor.electrons(0);

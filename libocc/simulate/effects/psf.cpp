@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/internal/lens_blur.hpp"
 #include "libocc/simulate/internal/blur.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
@@ -27,7 +28,6 @@ Bound bound_of(const LampView& seen, const SceneView& view) {
   const bool point = is_point(seen, view);
   const double sampling = sampling_shift_px(seen, 0, point) + sampling_shift_px(seen, sigma, point);
   if (point) return {seen.electrons, sampling};
-  constexpr double pi = 3.14159265358979323846;
   const double depth_m = view.scene.camera.depth_m(view.cam_from_world * seen.lamp->centre_m);
   const double moved =
       std::sqrt(2 / pi) * sigma + 4 / (3 * pi) * defocus_radius_px(view.scene, depth_m);

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/simulate/internal/background.hpp"
 #include "libocc/simulate/internal/blur.hpp"
 #include "libocc/simulate/internal/effect_model.hpp"
@@ -32,7 +33,7 @@ Bound bound_of(const LampView& seen, const SceneView& view) {
   double loss = 1 - centre, steepest = 0;
   for (int i = 0; i < around; ++i)
     for (const double part : {0.5, 1.0}) {
-      const double angle = 2 * 3.14159265358979323846 * i / around;
+      const double angle = 2 * pi * i / around;
       const Eigen::Vector2d px =
           seen.image_centre_px + part * radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
       const double here = vignetting.transmission(px);

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -72,8 +73,9 @@ struct Chain {
   Body body;
   std::vector<Node<Body>> nodes;
   std::vector<Link<Body>> links;  ///< one less than nodes
-  double huber_sigmas = 0;
-  double link_sigmas2 = 0;  ///< Huber's corner of links, squared; 0: none
+  /// Corners of Huber's loss, in sigmas: of point sightings and of odometry.
+  double sighting_corner = std::numeric_limits<double>::infinity();
+  double odometry_corner = std::numeric_limits<double>::infinity();
 
   /// Infinite when a sighting that is not aside is outside its camera's domain.
   double cost(const std::vector<Pose>& poses) const;
@@ -90,6 +92,12 @@ struct Chain {
   bool set_aside(const std::vector<Pose>& poses);
   std::vector<bool> linked() const;
   int rows() const;  ///< residuals, those aside apart
+
+ private:
+  /// Links of the motion model have no robust loss.
+  double corner_of(const Link<Body>& link) const {
+    return link.report.odometry ? odometry_corner : std::numeric_limits<double>::infinity();
+  }
 };
 
 /// Residual of a sighting in its sigmas; nothing outside the camera's domain.
