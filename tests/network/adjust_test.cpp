@@ -6,6 +6,7 @@
 #include <set>
 
 #include "libocc/core/math.hpp"
+#include "libocc/network/network_statistics.hpp"
 #include "tests/network/ceres_adjust.hpp"
 #include "tests/network/network_support.hpp"
 
