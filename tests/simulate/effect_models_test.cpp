@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The list of effects is complete: one model per effect, with a consistent description.
+// Checks that the list of effects is complete: one model per effect, with consistent entries.
 #include <gtest/gtest.h>
 
 #include <algorithm>
