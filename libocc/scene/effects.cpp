@@ -11,20 +11,49 @@ namespace occ {
 
 using namespace internal::scene;
 
+namespace {
+
+struct EffectName {
+  Effect effect;
+  const char* name;
+};
+
+constexpr std::array<EffectName, effect_count> effect_names{
+    {{Effect::extent, "extent"},
+     {Effect::light_gradient, "light_gradient"},
+     {Effect::psf, "psf"},
+     {Effect::distortion, "distortion"},
+     {Effect::vignetting, "vignetting"},
+     {Effect::motion_blur, "motion_blur"},
+     {Effect::rolling_shutter, "rolling_shutter"},
+     {Effect::modulation, "modulation"},
+     {Effect::occlusion, "occlusion"},
+     {Effect::ambient, "ambient"},
+     {Effect::walls, "walls"},
+     {Effect::interreflection, "interreflection"},
+     {Effect::glare, "glare"},
+     {Effect::ghosts, "ghosts"},
+     {Effect::mosaic, "mosaic"},
+     {Effect::gain, "gain"},
+     {Effect::noise, "noise"},
+     {Effect::saturation, "saturation"},
+     {Effect::blooming, "blooming"},
+     {Effect::response, "response"}}};
+
+}  // namespace
+
 const char* effect_name(Effect effect) {
-  static constexpr std::array<const char*, effect_count> names{
-      "extent",      "light_gradient",  "psf",        "distortion", "vignetting",
-      "motion_blur", "rolling_shutter", "modulation", "occlusion",  "ambient",
-      "walls",       "interreflection", "glare",      "ghosts",     "mosaic",
-      "gain",        "noise",           "saturation", "blooming",   "response"};
-  return names[static_cast<std::size_t>(effect)];
+  for (const EffectName& known : effect_names)
+    if (known.effect == effect) return known.name;
+  require(false, "effect", static_cast<int>(effect), "an enumerator of occ::Effect");
+  return nullptr;
 }
 
 Effect effect_named(const std::string& name) {
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < effect_count; ++i) {
-    names.emplace_back(effect_name(static_cast<Effect>(i)));
-    if (names.back() == name) return static_cast<Effect>(i);
+  for (const EffectName& known : effect_names) {
+    if (known.name == name) return known.effect;
+    names.emplace_back(known.name);
   }
   require(false, "effect", name, "a known one; " + suggest_key(name, names));
   return {};

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/simulate/internal/dark_noise.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,16 +6,18 @@
 
 #include "libocc/core/internal/multiversion.hpp"
 #include "libocc/core/random.hpp"
-#include "libocc/core/statistics.hpp"
+#include "libocc/simulate/internal/pixel_noise.hpp"
 
 namespace occ::internal::simulate {
 namespace {
 
-constexpr int numbers = 1 << 16;
-constexpr std::size_t max_levels = 4096;  // more, and most numbers need refining
-constexpr std::size_t max_compared = 40;  // more, and looking up is faster
+constexpr int numbers = 1 << 16;          // values of 16 random bits
+constexpr std::size_t max_levels = 4096;  // with more, most numbers need refinement
+constexpr std::size_t max_compared = 40;  // with more, a table lookup is faster
 
-/// Distribution of a pixel's electrons: Poisson, clipped at the full well, and read noise.
+double normal_probability(double z) { return 0.5 * std::erfc(-z * std::sqrt(0.5)); }
+
+// Distribution of a pixel's electrons: Poisson, clipped at the full well, plus read noise.
 class PixelDistribution {
  public:
   PixelDistribution(const Sensor& sensor, double mean_e)
@@ -50,7 +50,7 @@ struct Steps {
   int count;
 };
 
-// Pixels that are compared side by side.
+// Vector of pixels that are compared together.
 template <Simd>
 struct Batch {
   typedef std::uint16_t Vector __attribute__((vector_size(16)));
@@ -63,12 +63,14 @@ template <>
 struct Batch<Simd::avx512> {
   typedef std::uint16_t Vector __attribute__((vector_size(64)));
 };
-static_assert(sizeof(Batch<Simd::avx512>::Vector) == 2 * DarkNoise::spare);
+static_assert(sizeof(Batch<Simd::avx512>::Vector) == 2 * DarkNoise::padding);
 
-/// Levels by comparing; `unsure` gets the first pixels of batches in which some must be refined.
+// Computes levels by comparison. `inexact` receives the first pixel of each batch in which some
+// numbers need refinement.
 template <Simd simd>
 LIBOCC_INLINE void compare_body(Steps steps, int first_level, const std::uint16_t* numbers,
-                                int count, std::uint16_t* levels, int* unsure, int* unsure_count) {
+                                int count, std::uint16_t* levels, int* inexact,
+                                int* inexact_count) {
   using Vector = typename Batch<simd>::Vector;
   constexpr int batch = sizeof(Vector) / sizeof *numbers;
   for (int i = 0; i < count; i += batch) {
@@ -76,27 +78,28 @@ LIBOCC_INLINE void compare_body(Steps steps, int first_level, const std::uint16_
     std::memcpy(&number, numbers + i, sizeof number);
     for (int k = 0; k < steps.count; ++k) {
       const Vector step = Vector{} + steps.at[k];
-      above -= static_cast<Vector>(number > step);  // true is -1
+      above -= static_cast<Vector>(number > step);  // true counts as -1
       equal |= static_cast<Vector>(number == step);
     }
     std::memcpy(levels + i, &above, sizeof above);
     std::uint64_t parts[sizeof(Vector) / 8], any = 0;
     std::memcpy(parts, &equal, sizeof equal);
     for (const std::uint64_t part : parts) any |= part;
-    if (any != 0) unsure[(*unsure_count)++] = i;
+    if (any != 0) inexact[(*inexact_count)++] = i;
   }
 }
 LIBOCC_MULTIVERSION(compare,
                     (Steps steps, int first_level, const std::uint16_t* numbers, int count,
-                     std::uint16_t* levels, int* unsure, int* unsure_count),
-                    (steps, first_level, numbers, count, levels, unsure, unsure_count))
+                     std::uint16_t* levels, int* inexact, int* inexact_count),
+                    (steps, first_level, numbers, count, levels, inexact, inexact_count))
 
-static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "a word's low half comes first in memory");
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
+              "the low half of a word must come first in memory");
 
 }  // namespace
 
 DarkNoise::DarkNoise(const Sensor& sensor, const Digitiser& digitiser, double mean_e) {
-  // With more electrons than this, building the table costs more than it saves.
+  // With more electrons, building the table costs more than it saves.
   if (!(mean_e < 1000)) return;
   const double deviation = std::sqrt(mean_e + sensor.read_noise_e * sensor.read_noise_e);
   first_level_ = digitiser.grey_level(mean_e - 9 * deviation - 1);
@@ -126,16 +129,17 @@ int DarkNoise::refined(const NoiseKey& key, std::uint32_t pixel, std::uint32_t n
 
 void DarkNoise::draw(Simd simd, const NoiseKey& key, RandomWords random, std::uint32_t first,
                      int count, std::uint16_t* levels) const {
-  for (; count > 0; first += most, levels += most, count -= most) {
-    draw_batch(simd, key, random, first, std::min(count, most), levels);
-    random.words += most / 2;
+  for (; count > 0; first += max_batch, levels += max_batch, count -= max_batch) {
+    draw_batch(simd, key, random, first, std::min(count, max_batch), levels);
+    random.words += max_batch / 2;
   }
 }
 
 void DarkNoise::draw_batch(Simd simd, const NoiseKey& key, const RandomWords& random,
                            std::uint32_t first, int count, std::uint16_t* levels) const {
-  std::array<std::uint16_t, pixels_a_block + most + spare> halves;  // the low one of a word first
-  const std::size_t used = random.skip + static_cast<std::size_t>(count) + spare;
+  std::array<std::uint16_t, pixels_per_block + max_batch + padding>
+      halves;  // low half of each word first
+  const std::size_t used = random.skip + static_cast<std::size_t>(count) + padding;
   std::memcpy(halves.data(), random.words, used * sizeof(std::uint16_t));
   const std::uint16_t* number = halves.data() + random.skip;
   const auto refine = [&](int begin, int end) {
@@ -148,13 +152,13 @@ void DarkNoise::draw_batch(Simd simd, const NoiseKey& key, const RandomWords& ra
     for (int i = 0; i < count; ++i) levels[i] = levels_[number[i]];
     return refine(0, count);
   }
-  std::array<int, most / 8 + 1> unsure;
-  int unsure_count = 0;
+  std::array<int, max_batch / 8 + 1> inexact;
+  int inexact_count = 0;
   compare_for(simd)({steps_.data(), static_cast<int>(steps_.size())}, first_level_, number, count,
-                    levels, unsure.data(), &unsure_count);
-  for (int i = 0; i < unsure_count; ++i) {
-    const int begin = unsure[i];
-    refine(begin, std::min(begin + spare, count));
+                    levels, inexact.data(), &inexact_count);
+  for (int i = 0; i < inexact_count; ++i) {
+    const int begin = inexact[i];
+    refine(begin, std::min(begin + padding, count));
   }
 }
 

@@ -14,7 +14,7 @@ struct Line {
   double gain, offset, top;
 };
 
-// In whole batches: the pixels left over at the end would take as long as all before.
+// Works on whole batches, because single pixels at the end would take as long as the rest.
 template <typename Real>
 LIBOCC_INLINE void line_levels(Line line, const Real* electrons, int count,
                                std::uint16_t* __restrict levels) {
@@ -28,7 +28,7 @@ LIBOCC_INLINE void line_levels(Line line, const Real* electrons, int count,
     }
 }
 
-/// Of electrons that are clipped first, added to `base`.
+// Adds the signal to `base` and clips it at the full well first.
 template <Simd>
 LIBOCC_INLINE void line_of_signal_body(Line line, double base, double full_well,
                                        const double* signal, int count,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every effect does to an image of a scene, and what it costs: for people who decide what to
-// simulate, and who want to know what was left out.
+// Reports for each effect of the simulation how much it changes an image of a scene and how long it
+// takes, as a basis for choosing the effects to render.
 #pragma once
 
 #include <array>
@@ -11,23 +11,24 @@
 namespace occ {
 
 struct ExplainedEffect : EffectPlan {
-  /// How far a position solved from the lamps' centroids moves at most without the effect [m]:
-  /// bound_px times the sum over lamps in view of the largest gain of the unweighted least-squares
-  /// position by a lamp's centroid. Infinite where the lamps in view determine no pose.
+  /// Largest displacement of a position solved from the lamps' centroids when the effect is left
+  /// out [m]: bound_px times the sum over all lamps in view of the largest singular value of
+  /// d position / d centroid (unweighted least squares). Infinite if the lamps in view do not
+  /// determine the pose.
   double position_bound_m = 0;
-  /// Time that the effect takes of rendering one image of many; of one that is left out, would
-  /// take [s]. Zero when it is not called for; a difference of two measured times, so not exact.
+  /// Time that the effect adds to the rendering of one image of many, or would add if it is left
+  /// out [s]. The difference of two measured times, with their noise; 0 if it is not called for.
   double cost_s = 0;
 };
 
 struct Explanation {
-  std::array<ExplainedEffect, effect_count> effects;  ///< in the order of Effect
-  double render_s = 0;                                ///< one image as planned
+  std::array<ExplainedEffect, effect_count> effects;  ///< index: the value of Effect
+  double render_s = 0;  ///< time of one image as planned [s]; 0 if not measured
 };
 
-/// plan_render() with what follows from it. Times are medians of `repetitions` images by one
-/// Renderer with and without each effect; with 0 they are not measured and zero. Throws
-/// std::invalid_argument as plan_render() does, and unless repetitions >= 0.
+/// Extends plan_render() by the bounds on the position and by times. Times are medians of
+/// `repetitions` images by one Renderer, with and without each effect; they are not measured if it
+/// is 0. Throws std::invalid_argument as plan_render() does, and if `repetitions` is negative.
 LIBOCC_API Explanation explain(const Scene& scene, const Rigid3& cam_from_world,
                                const SimulateOptions& options = {}, int repetitions = 9);
 

@@ -9,14 +9,14 @@ namespace occ::internal::simulate {
 namespace {
 
 template <Simd>
-LIBOCC_INLINE void bytes_of_body(const std::uint16_t* levels, int count, std::uint8_t* to) {
+LIBOCC_INLINE void to_bytes_body(const std::uint16_t* levels, int count, std::uint8_t* to) {
   for (int i = 0; i < count; ++i) to[i] = static_cast<std::uint8_t>(levels[i]);
 }
-LIBOCC_MULTIVERSION(bytes_of, (const std::uint16_t* levels, int count, std::uint8_t* to),
+LIBOCC_MULTIVERSION(to_bytes, (const std::uint16_t* levels, int count, std::uint8_t* to),
                     (levels, count, to))
 
 void copy_levels(Simd simd, const std::uint16_t* levels, int count, std::uint8_t* to) {
-  bytes_of_for(simd)(levels, count, to);
+  to_bytes_for(simd)(levels, count, to);
 }
 void copy_levels(Simd, const std::uint16_t* levels, int count, std::uint16_t* to) {
   std::copy_n(levels, count, to);
@@ -68,7 +68,8 @@ class Writer {
       if (const RowPart here = row(part, y); !is_lit(here)) copy(rows_.dark(noise_, here), part, y);
   }
 
-  /// The dark pixels of a lit row, too, are drawn as lit ones are: their noise is the same.
+  /// Pixels of a lit row without signal are drawn by the same method; their distribution is the
+  /// same.
   void write_lit_rows(const PixelRectangle& part) {
     for (int y = part.y0; y < part.y0 + part.height; ++y)
       if (const RowPart here = row(part, y); is_lit(here)) copy(rows_.lit(noise_, here), part, y);
@@ -116,7 +117,7 @@ void write_image(const Signal& signal, const Frame& frame, SensorRows& rows, Ren
   const std::array<int, 4> background = rows.background_dn();
   const bool known = out.background_dn == background && image.width == whole.width &&
                      image.height == whole.height && pixels_of<Pixel>(image).size() == size;
-  out.background_dn.reset();  // until the image is whole again
+  out.background_dn.reset();  // not valid while the image is incomplete
   image.width = whole.width;
   image.height = whole.height;
   pixels_of<Pixel>(image).resize(size);
@@ -133,7 +134,7 @@ void write_image(const Signal& signal, const Frame& frame, SensorRows& rows, Ren
     if (!writer.noisy()) writer.write_signal(part);
     if (writer.noisy() && !writer.noisy_everywhere()) writer.write_unlit_rows(part);
   }
-  if (writer.noisy())  // parts may overlap: what is lit in one of them comes last
+  if (writer.noisy())  // parts may overlap, so lit rows are written last
     for (const PixelRectangle& part : out.lit) writer.write_lit_rows(part);
   if (!writer.noisy_everywhere()) out.background_dn = background;
 }

@@ -12,11 +12,12 @@ namespace {
 using Weights = IrradianceField::Weights;
 constexpr int max_step = IrradianceField::max_step;
 
-// The largest power of two up to a fiftieth of the focal length: cubics then err by about 1e-7.
+// Distance of the nodes: the largest power of two up to 1/50 of the focal length. The error of the
+// cubics is about 1e-7 then.
 int step_of(const Camera& camera) {
-  const double most = std::min(camera.fx_px(), camera.fy_px()) / 50;
+  const double max_px = std::min(camera.fx_px(), camera.fy_px()) / 50;
   int step = 1;
-  while (step < max_step && 2 * step <= most) step *= 2;
+  while (step < max_step && 2 * step <= max_px) step *= 2;
   return step;
 }
 
@@ -35,10 +36,10 @@ Weights weights_from(double first, int step) {
   return weights;
 }
 
-// The four nodes of an interval, as far about it as there are nodes.
+// The four nodes for an interval: centred on it, or shifted at the border.
 struct Stencil {
   int first;
-  std::size_t interval;  // of the three between them
+  std::size_t interval;  // index among the three between the nodes
 };
 LIBOCC_INLINE Stencil stencil_of(int interval, int nodes) {
   int first = interval - 1 < nodes - 4 ? interval - 1 : nodes - 4;
@@ -46,32 +47,32 @@ LIBOCC_INLINE Stencil stencil_of(int interval, int nodes) {
   return {first, static_cast<std::size_t>(interval - first)};
 }
 
-struct Job {
+struct Grid {
   const float* nodes;
   int columns, rows, step, height;
   const Weights* weights;
-  float* lines;  // room for every pixel on every row of nodes
+  float* lines;  // buffer for all pixels on all rows of nodes
 };
 
-/// Along the rows of nodes, then down from these.
-LIBOCC_INLINE void interpolate_all(const Job& job, int step, float* __restrict to) {
-  float* __restrict line = job.lines;
-  for (int row = 0; row < job.rows; ++row)
-    for (int interval = 0; interval + 1 < job.columns; ++interval, line += step) {
-      const Stencil across = stencil_of(interval, job.columns);
-      const float* __restrict w = job.weights[across.interval].data()->data();
-      const float* n = job.nodes + row * job.columns + across.first;
+// Interpolates along the rows of nodes, then between these rows.
+LIBOCC_INLINE void interpolate_all(const Grid& grid, int step, float* __restrict to) {
+  float* __restrict line = grid.lines;
+  for (int row = 0; row < grid.rows; ++row)
+    for (int interval = 0; interval + 1 < grid.columns; ++interval, line += step) {
+      const Stencil across = stencil_of(interval, grid.columns);
+      const float* __restrict w = grid.weights[across.interval].data()->data();
+      const float* n = grid.nodes + row * grid.columns + across.first;
       const float n0 = n[0], n1 = n[1], n2 = n[2], n3 = n[3];
       for (int i = 0; i < step; ++i)
         line[i] =
             w[i] * n0 + w[i + max_step] * n1 + w[i + 2 * max_step] * n2 + w[i + 3 * max_step] * n3;
     }
-  const std::ptrdiff_t width = (job.columns - 1) * step;
-  for (int y = 0; y < job.height; ++y, to += width) {
-    const Stencil down = stencil_of(y / step, job.rows);
-    const float* w = job.weights[down.interval].data()->data() + y % step;
+  const std::ptrdiff_t width = (grid.columns - 1) * step;
+  for (int y = 0; y < grid.height; ++y, to += width) {
+    const Stencil down = stencil_of(y / step, grid.rows);
+    const float* w = grid.weights[down.interval].data()->data() + y % step;
     const float w0 = w[0], w1 = w[max_step], w2 = w[2 * max_step], w3 = w[3 * max_step];
-    const float* __restrict from = job.lines + down.first * width;
+    const float* __restrict from = grid.lines + down.first * width;
     for (std::ptrdiff_t x = 0; x < width; ++x)
       to[x] =
           w0 * from[x] + w1 * from[x + width] + w2 * from[x + 2 * width] + w3 * from[x + 3 * width];
@@ -79,11 +80,12 @@ LIBOCC_INLINE void interpolate_all(const Job& job, int step, float* __restrict t
 }
 
 template <Simd>
-LIBOCC_INLINE void interpolate_body(Job job, float* to) {
-  // The usual step is known to the compiler.
-  job.step == max_step ? interpolate_all(job, max_step, to) : interpolate_all(job, job.step, to);
+LIBOCC_INLINE void interpolate_body(Grid grid, float* to) {
+  // The usual step as a constant lets the compiler unroll the loop.
+  grid.step == max_step ? interpolate_all(grid, max_step, to)
+                        : interpolate_all(grid, grid.step, to);
 }
-LIBOCC_MULTIVERSION(interpolate, (Job job, float* to), (job, to))
+LIBOCC_MULTIVERSION(interpolate, (Grid grid, float* to), (grid, to))
 
 }  // namespace
 

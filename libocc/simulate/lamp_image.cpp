@@ -14,7 +14,7 @@ namespace occ::internal::simulate {
 using namespace internal::formation;
 namespace {
 
-// All light in the pixel that it falls on.
+// Puts all light into the pixel that contains the point.
 Patch sharp_dot(const Eigen::Vector2d& px, int width, int height) {
   const double x = std::floor(px.x() + 0.5), y = std::floor(px.y() + 0.5);
   if (!(x >= 0 && x < width && y >= 0 && y < height)) return {};
@@ -66,8 +66,8 @@ LampRenderer::LampRenderer(const Frame& frame, const Camera& camera)
   spacing_px_ = frame.options.spacing_sigma * psf_->sigma_px();
 }
 
-// A part of the exposure is at most 0.7 sigma of the blurred pixel long, or an eighth of a sharp
-// one.
+// Parts of the exposure per pixel of motion. A part is at most 0.7 sigma of the blurred pixel long,
+// or 1/8 of a pixel without blur.
 double LampRenderer::panels_per_px() const {
   return psf_ ? 1 / (0.7 * std::sqrt(psf_->sigma_px() * psf_->sigma_px() + 0.06)) : 8;
 }
@@ -119,7 +119,7 @@ std::vector<BlurShift> LampRenderer::shifts(const Lamp& lamp, const Rigid3& pose
   return shifts;
 }
 
-// Light from a pose over that of the reference pose's field where the lamp is then.
+// Ratio of the light from a pose to the light field of the reference pose at the lamp's position.
 double LampRenderer::light_change(const Lamp& lamp, const Rigid3& reference,
                                   const Rigid3& pose) const {
   const Sensor& sensor = frame_.scene.sensor;
@@ -133,7 +133,7 @@ double LampRenderer::light_change(const Lamp& lamp, const Rigid3& reference,
   return now > 0 && before > 0 ? now / before : 1;
 }
 
-// In the camera's frame at this pose.
+// Rim in the camera's frame at this pose.
 std::optional<RimContour> LampRenderer::rim(const Lamp& lamp, const Rigid3& pose) const {
   if (!may_be_hidden()) return rim_contour(lamp, pose, camera_, spacing_px_);
   return visible_rim(lamp, visible(lamp, pose), pose, camera_, spacing_px_);
@@ -149,7 +149,7 @@ bool LampRenderer::contour(const Lamp& lamp, const std::vector<LightNode>& nodes
   contour.clear();
   for (const LightNode& node : nodes) {
     const Rigid3 pose = motion_.pose_at(node.time_s);
-    if (may_be_hidden()) steps = rim(lamp, rim_pose = pose);  // what is hidden changes
+    if (may_be_hidden()) steps = rim(lamp, rim_pose = pose);  // the hidden part changes
     if (!steps || !lamp.shows_lit_side(pose.origin_in_source())) return false;
     const Rigid3 moved = pose * rim_pose.inverse();
     const double light = node.weight * light_change(lamp, motion_.still_pose(), pose);
@@ -202,8 +202,8 @@ Patch LampRenderer::with_even_light(const Lamp& lamp, const Rigid3& pose, Patch 
   return image;
 }
 
-// Irradiance over a patch, one pixel more on every side for its derivatives, and maybe more at its
-// right.
+// Irradiance over a patch with one more pixel on each side for derivatives, and possibly more on
+// the right.
 const PatchOf<float>& LampRenderer::light_around(const Lamp& lamp, const Rigid3& pose, int x0,
                                                  int y0, int width, int height) const {
   PatchOf<float>& light = frame_.storage.lamp.light;
@@ -225,7 +225,7 @@ const PatchOf<float>& LampRenderer::light_around(const Lamp& lamp, const Rigid3&
   return light;
 }
 
-// visit(row of the image, its light)
+// Calls visit(row of the image, its light) for each row.
 template <typename AnyPatch, typename Visit>
 void LampRenderer::for_lit_rows(const Lamp& lamp, const Rigid3& pose, const AnyPatch& image,
                                 Visit visit) const {
@@ -270,7 +270,7 @@ bool LampRenderer::sharp_image(const Lamp& lamp, const std::vector<LightNode>& a
 bool LampRenderer::extended_image(const Lamp& lamp, PaddedPatch& image) const {
   image.resize(0, 0, 0, 0);
   const std::vector<LightNode> at = nodes(lamp);
-  if (at.empty()) return true;  // it is dark in all of the exposure
+  if (at.empty()) return true;  // the lamp is dark during the whole exposure
   if (!psf_) return sharp_image(lamp, at, image);
   const Rigid3 pose = motion_.still_pose();
   LampMemory& memory = frame_.storage.lamp;
@@ -316,7 +316,7 @@ std::optional<Patch> LampRenderer::point_image(const Lamp& lamp, const Lamp& fac
   return image.sum();
 }
 
-// The pose in which the lamp is seen gives the field that its light is measured by.
+// Reference pose of the light field: the pose from which the lamp's centre is seen.
 Rigid3 LampRenderer::seen_pose(const Lamp& lamp) const {
   const auto seen = motion_.seen(lamp.centre_m, camera_);
   return seen ? seen->pose : motion_.still_pose();

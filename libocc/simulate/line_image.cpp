@@ -15,19 +15,19 @@ namespace {
 
 constexpr int rim_points = 16;
 
-// In what follows, x runs along a line and y counts the lines.
-Eigen::Vector2d turned(const Eigen::Vector2d& px, bool columns) {
+// In this file, x runs along a line and y counts the lines. Exchanges x and y if lines are columns.
+Eigen::Vector2d transposed(const Eigen::Vector2d& px, bool columns) {
   return columns ? Eigen::Vector2d(px.y(), px.x()) : px;
 }
 
-// Lines that may see some of a lamp, when they do, and where.
+// Lines that may see part of a lamp, the time in which they do, and the range of x.
 struct LineRange {
   int first = std::numeric_limits<int>::max(), end = 0;
   double from_s = 0, to_s = 0;
   double low = std::numeric_limits<double>::infinity(), high = -low;
 };
 
-// Extent of the lamp's image at a time; low > high when it is not seen.
+// Extent of the lamp's image at a time; low > high if it is not visible.
 struct Extent {
   Eigen::Array2d low = Eigen::Array2d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Array2d high = -low;
@@ -41,10 +41,10 @@ Extent extent_at(const LineImageInput& input, double time_s, double reach_px) {
   const auto rim = project_rim(input.lamp, input.motion.pose_at(time_s), input.camera, rim_points);
   if (!rim) return extent;
   for (const Eigen::Vector2d& px : *rim) {
-    const Eigen::Array2d at = turned(px, input.motion.by_columns()).array();
+    const Eigen::Array2d at = transposed(px, input.motion.by_columns()).array();
     extent.include(at, at);
   }
-  // Between its points the rim reaches farther than they do, by 1 - cos(pi / 16) of its radius.
+  // Between two of its 16 points the rim extends farther, by 1 - cos(pi / 16) of its radius.
   const Eigen::Array2d margin = 0.02 * (extent.high - extent.low) + reach_px + 1;
   extent.low -= margin;
   extent.high += margin;
@@ -78,7 +78,7 @@ LineRange lines_that_see(const LineImageInput& input, double reach_px) {
   return range;
 }
 
-Patch dark_lines(const LineRange& range, int width) {
+Patch empty_patch(const LineRange& range, int width) {
   const double x0 = std::max(0.0, std::floor(range.low));
   const double x1 = std::min(width - 1.0, std::ceil(range.high));
   if (range.first >= range.end || !(x0 <= x1)) return {};
@@ -92,28 +92,29 @@ Patch dark_lines(const LineRange& range, int width) {
   return patch;
 }
 
-Patch upright(const Patch& patch, bool columns) {
+Patch transposed(const Patch& patch, bool columns) {
   if (!columns || patch.width == 0) return patch;
-  Patch turned{patch.y0, patch.x0, patch.height, patch.width, {}};
-  for (int y = 0; y < turned.height; ++y)
-    for (int x = 0; x < turned.width; ++x)
-      turned.values.push_back(patch.at(patch.x0 + y, patch.y0 + x));
-  return turned;
+  Patch transposed{patch.y0, patch.x0, patch.height, patch.width, {}};
+  for (int y = 0; y < transposed.height; ++y)
+    for (int x = 0; x < transposed.width; ++x)
+      transposed.values.push_back(patch.at(patch.x0 + y, patch.y0 + x));
+  return transposed;
 }
 
-CoverageMoments upright(const CoverageMoments& moments, bool columns) {
+CoverageMoments transposed(const CoverageMoments& moments, bool columns) {
   if (!columns) return moments;
-  return {upright(moments.c, true), upright(moments.m_y, true), upright(moments.m_x, true)};
+  return {transposed(moments.c, true), transposed(moments.m_y, true),
+          transposed(moments.m_x, true)};
 }
 
-// Lagrange's weights at u of the nodes 0, 1/3, 2/3, 1.
+// Lagrange weights of the nodes 0, 1/3, 2/3, 1 at u.
 using Weights = std::array<double, 4>;
 Weights cubic(double u) {
   const double a = 3 * u, b = a - 1, c = a - 2, d = a - 3;
   return {-b * c * d / 6, a * c * d / 2, -a * b * d / 2, a * b * c / 6};
 }
 
-// The rim's points over the time in which the lamp is seen.
+// Motion of the rim's points over the time in which lines see the lamp.
 class RimTracks {
  public:
   static std::optional<RimTracks> follow(const LineImageInput& input, const LineRange& range) {
@@ -131,8 +132,8 @@ class RimTracks {
         const auto px = input.camera.project(moved * (*rim)[i].point, &d_px);
         if (!px) return std::nullopt;
         const Eigen::Vector2d step = d_px * (moved.rotation * (*rim)[i].step);
-        tracks.points_[i].px[k] = turned(*px, columns);
-        tracks.points_[i].dy[k] = turned(step, columns).y();
+        tracks.points_[i].px[k] = transposed(*px, columns);
+        tracks.points_[i].dy[k] = transposed(step, columns).y();
       }
     }
     return tracks;
@@ -169,7 +170,7 @@ class RimTracks {
   std::vector<Point> points_;
 };
 
-// Adds what one contour point, or one dot of light, gives to one line.
+// Adds the contribution of one contour point, or of one point of light, to one line.
 class LinePainter {
  public:
   LinePainter(const PixelPsf& psf, CoverageMoments& steps) : psf_(psf), steps_(steps) {
@@ -191,7 +192,7 @@ class LinePainter {
     psf_.moment_steps(px.x() - x, moment_across_.data());
     const auto k = static_cast<std::size_t>(line - static_cast<int>(y) + psf_.reach());
     const double weight = dy * weights_[k], moment_weight = dy * moment_weights_[k];
-    // Steps left of the patch are taken in its first column.
+    // Steps left of the patch are added to its first column.
     each_column(line, x, psf_.count() + 1, true, [&](std::size_t at, std::size_t i) {
       steps_.c.values[at] += weight * across_[i];
       steps_.m_x.values[at] += weight * moment_across_[i];
@@ -258,7 +259,7 @@ bool paint_blurred(const LineImageInput& input, const LineRange& range, Coverage
       for (const RimTracks::Point& point : tracks->points()) {
         const double y = point.y(at);
         for (const BlurShift& shift : input.shifts) {
-          const Eigen::Vector2d by = turned(shift.px, columns);
+          const Eigen::Vector2d by = transposed(shift.px, columns);
           if (!painter.reaches(line, y + by.y())) continue;
           painter.paint_rim(line, Eigen::Vector2d(point.x(at), y) + by,
                             light * shift.weight * point.step_y(at));
@@ -269,7 +270,7 @@ bool paint_blurred(const LineImageInput& input, const LineRange& range, Coverage
   return true;
 }
 
-// The rim projected anew from every pose, which takes longer than following its points.
+// Projects the rim from every pose, which is slower than interpolating its motion.
 bool paint_rims(const LineImageInput& input, const LineRange& range, CoverageMoments& moments) {
   const int panels = panels_of(input, range);
   const bool columns = input.motion.by_columns();
@@ -284,9 +285,9 @@ bool paint_rims(const LineImageInput& input, const LineRange& range, CoverageMom
         Eigen::Matrix<double, 2, 3> d_px;
         const auto px = input.camera.project(at.point, &d_px);
         if (!px) return false;
-        const double step = turned(d_px * at.step, columns).y();
+        const double step = transposed(d_px * at.step, columns).y();
         for (const BlurShift& shift : input.shifts) {
-          const Eigen::Vector2d there = turned(*px + shift.px, columns);
+          const Eigen::Vector2d there = transposed(*px + shift.px, columns);
           if (painter.reaches(line, there.y()))
             painter.paint_rim(line, there, light * shift.weight * step);
         }
@@ -296,10 +297,10 @@ bool paint_rims(const LineImageInput& input, const LineRange& range, CoverageMom
   return true;
 }
 
-Chords turned(Chords chords, bool columns) {
+Chords transposed(Chords chords, bool columns) {
   if (!columns) return chords;
   for (RimChord& chord : chords)
-    chord = {turned(chord.from, true), turned(chord.to, true), -chord.bulge_px2};
+    chord = {transposed(chord.from, true), transposed(chord.to, true), -chord.bulge_px2};
   return chords;
 }
 
@@ -309,7 +310,7 @@ bool paint_sharp(const LineImageInput& input, const LineRange& range, CoverageMo
     for (const LightNode& node : input.motion.nodes(input.lamp, line, panels)) {
       const auto chords = input.chords(input.motion.pose_at(node.time_s));
       if (!chords) return false;
-      add_sharp_coverage(turned(*chords, input.motion.by_columns()),
+      add_sharp_coverage(transposed(*chords, input.motion.by_columns()),
                          node.weight * input.light(node.time_s), line, line + 1, moments);
     }
   sum_rows(moments);
@@ -319,10 +320,10 @@ bool paint_sharp(const LineImageInput& input, const LineRange& range, CoverageMo
 // The light of a point lamp that falls into one line from one pose.
 void paint_point(const LineImageInput& input, int line, const Eigen::Vector2d& px, double light,
                  LinePainter* painter, Patch& patch) {
-  const Eigen::Vector2d at = turned(px, input.motion.by_columns());
+  const Eigen::Vector2d at = transposed(px, input.motion.by_columns());
   if (painter) {
     for (const BlurShift& shift : input.shifts) {
-      const Eigen::Vector2d moved = at + turned(shift.px, input.motion.by_columns());
+      const Eigen::Vector2d moved = at + transposed(shift.px, input.motion.by_columns());
       if (painter->reaches(line, moved.y())) painter->paint_dot(line, moved, light * shift.weight);
     }
     return;
@@ -339,20 +340,20 @@ std::optional<CoverageMoments> extended_line_image(const LineImageInput& input) 
   const LineRange range = lines_that_see(input, reach_px(input));
   const bool columns = input.motion.by_columns();
   CoverageMoments moments;
-  moments.c = dark_lines(range, columns ? input.camera.height() : input.camera.width());
+  moments.c = empty_patch(range, columns ? input.camera.height() : input.camera.width());
   moments.m_x = moments.m_y = moments.c;
   if (moments.c.width == 0) return moments;
   const auto paint = !input.psf ? paint_sharp : input.rim ? paint_rims : paint_blurred;
   const bool painted = paint(input, range, moments);
   if (!painted) return std::nullopt;
-  return upright(moments, columns);
+  return transposed(moments, columns);
 }
 
 std::optional<Patch> point_line_image(const LineImageInput& input) {
   const LineRange range = lines_that_see(input, reach_px(input));
   const bool columns = input.motion.by_columns();
   CoverageMoments light;
-  light.c = dark_lines(range, columns ? input.camera.height() : input.camera.width());
+  light.c = empty_patch(range, columns ? input.camera.height() : input.camera.width());
   if (light.c.width == 0) return light.c;
   std::optional<LinePainter> painter;
   if (input.psf) painter.emplace(*input.psf, light);
@@ -364,7 +365,7 @@ std::optional<Patch> point_line_image(const LineImageInput& input) {
       paint_point(input, line, *px, node.weight * input.light(node.time_s),
                   painter ? &*painter : nullptr, light.c);
     }
-  return upright(light.c, columns);
+  return transposed(light.c, columns);
 }
 
 double path_px(const Lamp& lamp, const Motion& motion, const Camera& camera, double from_s,

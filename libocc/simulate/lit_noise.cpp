@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/simulate/internal/lit_noise.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,20 +6,23 @@
 
 #include "libocc/core/random.hpp"
 #include "libocc/simulate/internal/normal_variate.hpp"
+#include "libocc/simulate/internal/pixel_noise.hpp"
 
 namespace occ::internal::simulate {
 namespace {
 
-constexpr double min_read_noise_e = 1;
+constexpr double min_read_noise_e = 1;  // limits of the expansion, see pixel_noise.hpp
 constexpr double max_skewness = 0.1;
-constexpr double certain_deviations = 7;  // from the full well: then clipped, or not, to 1e-12
+// Farther from the full well, a pixel is clipped, or not, with a probability of 1 - 1e-12.
+constexpr double certain_deviations = 7;
 
-// Above this a normal variable differs from a Poisson one by a skewness of less than 1e-4.
+// Above this mean the skewness of a Poisson variable, 1 / sqrt(mean), is below 1e-4: it is drawn as
+// a normal variable.
 constexpr double max_poisson_mean = 1e8;
 
 struct Job {
   float full_well, read_variance;
-  LitNoise::Range skewed, near_full;  // whose pixels are drawn exactly
+  LitNoise::Range skewed, near_full;  // pixels drawn exactly
 };
 
 LIBOCC_INLINE float drawn(const Job& job, float lit, std::uint32_t word) {
@@ -39,27 +40,27 @@ LIBOCC_INLINE float drawn(const Job& job, float lit, std::uint32_t word) {
   return level + deviation * shape;
 }
 
-// In whole vectors: the pixels left over at the end would take as long as all before. `unsure` gets
-// the first pixels of batches in which some are to be drawn exactly.
+// Works on whole vectors, because single pixels at the end would take as long as the rest.
+// `inexact` receives the first pixel of each batch in which some pixels must be drawn exactly.
 template <Simd>
 LIBOCC_INLINE void draw_body(Job job, const float* mean, const std::uint32_t* words, int count,
-                             float* __restrict electrons, int* unsure, int* unsure_count) {
+                             float* __restrict electrons, int* inexact, int* inexact_count) {
   for (int first = 0; first < count; first += LitNoise::batch) {
     for (int i = first; i < first + LitNoise::batch; ++i)
       electrons[i] = drawn(job, mean[i], words[i]);
-    std::int32_t any = 0;  // as wide as the means: both fit the same vectors
+    std::int32_t any = 0;  // as wide as the means, so that both fit the same vectors
     for (int i = first; i < first + LitNoise::batch; ++i) {
       const std::int32_t skewed = (mean[i] > job.skewed.low) & (mean[i] < job.skewed.high);
       const std::int32_t full = (mean[i] > job.near_full.low) & (mean[i] < job.near_full.high);
       any |= skewed | full;
     }
-    if (any != 0) unsure[(*unsure_count)++] = first;
+    if (any != 0) inexact[(*inexact_count)++] = first;
   }
 }
 LIBOCC_MULTIVERSION(draw,
                     (Job job, const float* mean, const std::uint32_t* words, int count,
-                     float* electrons, int* unsure, int* unsure_count),
-                    (job, mean, words, count, electrons, unsure, unsure_count))
+                     float* electrons, int* inexact, int* inexact_count),
+                    (job, mean, words, count, electrons, inexact, inexact_count))
 
 }  // namespace
 
@@ -69,7 +70,7 @@ LitNoise::LitNoise(const Sensor& sensor)
     skewed_ = {-1, std::numeric_limits<float>::infinity()};
     return;
   }
-  // Skewness mean / (mean + read^2)^1.5 is largest at 2 read^2 and falls off on both sides.
+  // Skewness mean / (mean + read^2)^1.5 is largest at 2 read^2 and falls on both sides.
   const double variance = read_noise_e_ * read_noise_e_;
   const auto is_skewed = [&](double mean) {
     return mean > max_skewness * std::pow(mean + variance, 1.5);
@@ -92,7 +93,8 @@ double LitNoise::exact(const NoiseKey& key, std::uint32_t pixel, double mean_e) 
   Random random(key.seed, (static_cast<std::uint64_t>(key.frame) << 32) | pixel);
   const double deviation = std::sqrt(mean_e);
   double electrons = full_well_e_;
-  if (!(mean_e - full_well_e_ > 50 + 12 * deviation)) {  // else clipped to within 1e-30
+  if (!(mean_e - full_well_e_ >
+        50 + 12 * deviation)) {  // otherwise clipped, except with probability 1e-30
     const double count = mean_e < max_poisson_mean
                              ? random.poisson(mean_e)
                              : std::round(mean_e + deviation * random.normal());
@@ -104,18 +106,18 @@ double LitNoise::exact(const NoiseKey& key, std::uint32_t pixel, double mean_e) 
 
 void LitNoise::draw(Simd simd, const NoiseKey& key, const RandomWords& random, std::uint32_t first,
                     int count, const float* mean_e, float* electrons) const {
-  constexpr int most = 64 * batch;
+  constexpr int max_batch = 64 * batch;
   const Job job{static_cast<float>(full_well_e_), static_cast<float>(read_noise_e_ * read_noise_e_),
                 skewed_, near_full_};
   const std::uint32_t* words = random.words + random.skip;
-  for (; count > 0;
-       first += most, mean_e += most, electrons += most, words += most, count -= most) {
-    const int part = std::min(count, most);
-    std::array<int, most / batch> unsure;
-    int unsure_count = 0;
-    draw_for(simd)(job, mean_e, words, part, electrons, unsure.data(), &unsure_count);
-    for (int k = 0; k < unsure_count; ++k) {
-      const int begin = unsure[k];
+  for (; count > 0; first += max_batch, mean_e += max_batch, electrons += max_batch,
+                    words += max_batch, count -= max_batch) {
+    const int part = std::min(count, max_batch);
+    std::array<int, max_batch / batch> inexact;
+    int inexact_count = 0;
+    draw_for(simd)(job, mean_e, words, part, electrons, inexact.data(), &inexact_count);
+    for (int k = 0; k < inexact_count; ++k) {
+      const int begin = inexact[k];
       for (int i = begin; i < std::min(begin + batch, part); ++i)
         if (skewed_.contains(mean_e[i]) || near_full_.contains(mean_e[i]))
           electrons[i] = static_cast<float>(

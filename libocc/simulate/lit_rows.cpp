@@ -10,7 +10,7 @@ namespace {
 
 constexpr int lanes = PaddedPatch::padding;
 
-/// The light of a pixel, blurred, and half its change over two pixels.
+// Irradiance of a pixel after blur, and its differences over two pixels.
 template <typename Real>
 struct PixelLight {
   Real blurred, d_x, d_y;
@@ -33,7 +33,7 @@ LIBOCC_INLINE void by_moments_body(RowLight row, const double* m_x, const double
 LIBOCC_MULTIVERSION(by_moments, (RowLight row, const double* m_x, const double* m_y, double* c),
                     (row, m_x, m_y, c))
 
-/// Times the electrons, and half of those as light changes over two pixels.
+// Taps of a MomentFilter times half the electrons, for differences of the light over two pixels.
 struct Taps {
   float t1, t2, t3, t4;
 };
@@ -54,8 +54,7 @@ LIBOCC_INLINE void light_pixels(const RowLight& row, const float* c, std::ptrdif
   }
 }
 
-// The last whole vector of a row may overlap the one before it: what is left over would take
-// longer.
+// The last whole vector of a row may overlap the one before, which is faster than single pixels.
 template <Simd>
 LIBOCC_INLINE void by_filter_body(RowLight row, const float* c, std::ptrdiff_t stride, Taps taps,
                                   float* to) {

@@ -40,12 +40,12 @@ std::vector<LightNode> Motion::nodes(const Lamp& lamp, int line, int panels) con
   const double light_begin = options_.start_s + line * line_time_s_;
   if (!effects_.blur)
     return {{begin + 0.5 * exposure_s_,
-             seen_light(lamp, effects_.modulation, light_begin, exposure_s_).mean}};
+             light_moments(lamp, effects_.modulation, light_begin, exposure_s_).mean}};
   std::vector<LightNode> nodes;
   const double length = exposure_s_ / panels;
   for (int i = 0; i < panels; ++i) {
     const LightMoments light =
-        seen_light(lamp, effects_.modulation, light_begin + i * length, length);
+        light_moments(lamp, effects_.modulation, light_begin + i * length, length);
     if (!(light.mean > 0)) continue;
     const double middle = begin + i * length + light.mean_time_s;
     const double weight = 0.5 * light.mean / panels;
@@ -57,7 +57,8 @@ std::vector<LightNode> Motion::nodes(const Lamp& lamp, int line, int panels) con
 
 std::optional<Motion::Seen> Motion::seen(const Eigen::Vector3d& point_in_world,
                                          const Camera& camera) const {
-  constexpr int max_steps = 30;  // each divides the error by the lines that a point moves per line
+  constexpr int max_steps =
+      30;  // each multiplies the error by the lines that a point moves per line
   double time_s = still_s();
   Seen seen;
   for (int step = 0; step < max_steps; ++step) {

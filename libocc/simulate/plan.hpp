@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which effects an image of a scene will contain, and what the others would have changed.
+// Plans an image of a scene: the effects it will contain, and bounds on the change by the effects
+// that are left out.
 //
-// An effect is called for when the scene says something that it follows from. With `Use::automatic`
-// it is left out when both its bounds are within the scene's tolerances: how much any pixel of the
-// noise-free image would change [grey levels], and how far any lamp's centroid would move [px].
-// Bounds come from closed forms (simulate/effects/, each with its derivation), not from rendering.
+// An effect is called for if the scene has a setting that causes it (a PSF width, boxes, a
+// waveform). With `Use::automatic` it is left out if both of its bounds are within the scene's
+// tolerances: the largest change of a pixel of the noise-free image [grey levels], and the largest
+// displacement of a lamp's centroid [px]. Bounds are closed forms, derived in simulate/effects/,
+// not renderings.
 #pragma once
 
 #include <array>
@@ -21,20 +23,20 @@ struct EffectPlan {
   Use use = Use::on;
   bool called_for = false;
   bool applied = false;
-  /// What rendering without it would change at most; zero when it is not called for.
+  /// Largest change of the image when it is left out; 0 if it is not called for.
   double bound_dn = 0, bound_px = 0;
-  std::string reason;  ///< for people: why it is applied or not
+  std::string reason;  ///< why it is applied or not, as text
 };
 
 struct LIBOCC_API RenderPlan {
-  std::array<EffectPlan, effect_count> effects;  ///< in the order of Effect
+  std::array<EffectPlan, effect_count> effects;  ///< index: the value of Effect
 
   bool applies(Effect effect) const { return effects[static_cast<std::size_t>(effect)].applied; }
 };
 
-/// The plan that simulate() follows for one image, with all bounds worked out. Throws
-/// std::invalid_argument when the scene, the pose or the options do not validate, effects
-/// contradict each other, or the camera is where simulate() would refuse it.
+/// The plan that simulate() follows for one image, with all bounds. Throws std::invalid_argument if
+/// the scene, the pose or the options do not validate, if effects contradict each other, or if the
+/// camera is at a position that simulate() rejects.
 LIBOCC_API RenderPlan plan_render(const Scene& scene, const Rigid3& cam_from_world,
                                   const SimulateOptions& options = {});
 

@@ -11,21 +11,20 @@
 #include "libocc/core/internal/quadrature.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/formation/internal/shadow.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/radiometry/lambertian.hpp"
-#include "libocc/simulate/internal/occlusion.hpp"
-#include "libocc/simulate/internal/vignetting.hpp"
+#include "libocc/scene/internal/vignetting.hpp"
 
 namespace occ {
 
 using namespace internal::scene;
 using namespace internal::formation;
 using namespace internal::core;
-using namespace internal::simulate;
 namespace {
 
-/// The face of a lamp with a size as the square [0, 1]^2: chords along x_axis, as many as the sine
-/// of an even angle puts across it, which is smooth where a round face's chords end.
+// Maps the square [0, 1]^2 to the face of an extended lamp: u along chords parallel to x_axis, v
+// across them as the sine of a uniform angle. The map is smooth at the ends of a round face.
 class FaceMap {
  public:
   explicit FaceMap(const Lamp& lamp) : face_(lamp) {
@@ -41,7 +40,7 @@ class FaceMap {
     return face_.point({(2 * u - 1) * half_m_.x() * half_chord(across), half_m_.y() * across});
   }
 
-  /// Part of the face per part of the square.
+  // Density of the face's area in the square, relative to the whole face.
   double density(double v) const {
     const double angle = pi * (v - 0.5);
     return box_over_face_ * half_chord(std::sin(angle)) * 0.5 * pi * std::cos(angle);
@@ -61,7 +60,7 @@ class FaceMap {
   bool square_ = false;
 };
 
-/// What of a scene every pose needs.
+// Properties of a scene that all poses share.
 struct Receiver {
   explicit Receiver(const Scene& given)
       : scene(given),
@@ -75,7 +74,7 @@ struct Receiver {
   std::vector<QuadratureNode> nodes;
 };
 
-/// One lamp seen from one pose.
+// One lamp seen from one pose.
 class SeenLamp {
  public:
   SeenLamp(const Receiver& receiver, const Lamp& lamp, const Rigid3& pose)
@@ -83,12 +82,12 @@ class SeenLamp {
         lamp_(lamp),
         order_(lamp.order()),
         pose_(pose),
-        eye_(pose.origin_in_source()) {}
+        position_(pose.origin_in_source()) {}
 
   ReceivedLamp received() {
-    if (!lamp_.shows_lit_side(eye_) || inside_a_box()) return {};
+    if (!lamp_.shows_lit_side(position_) || inside_a_box()) return {};
     if (!receiver_.scene.boxes.empty())
-      hidden_ = 1 - visible_part(lamp_, receiver_.scene.boxes, eye_).share;
+      hidden_ = 1 - visible_part(lamp_, receiver_.scene.boxes, position_).share;
     if (hidden_ == 1) return {};
     if (lamp_.shape == LampShape::point) {
       const double power_w = power_from(lamp_.centre_m);
@@ -108,9 +107,8 @@ class SeenLamp {
     double side, u, v;
   };
   static constexpr int cells_per_side = 4;
-  static constexpr int deepest = 4;
-  /// A box may be narrower than a cell.
-  static constexpr int deep_enough_for_boxes = 3;
+  static constexpr int max_depth = 4;        // subdivisions of a cell that a border cuts
+  static constexpr int min_depth_boxes = 3;  // in case a box is narrower than a cell
 
   void add(const Cell& cell, int depth, const FaceMap& face, ReceivedLamp& sum) const {
     int seen = 0;
@@ -118,7 +116,7 @@ class SeenLamp {
       seen += sees(face.point(cell.u + u * cell.side, cell.v + v * cell.side)) ? 1 : 0;
     const bool mixed = seen != 0 && seen != 5;
     if (seen != 5) sum.whole = false;
-    if (depth < (mixed ? deepest : hidden_ > 0 ? deep_enough_for_boxes : 0)) {
+    if (depth < (mixed ? max_depth : hidden_ > 0 ? min_depth_boxes : 0)) {
       const double half = cell.side / 2;
       for (const double u : {cell.u, cell.u + half})
         for (const double v : {cell.v, cell.v + half}) add({half, u, v}, depth + 1, face, sum);
@@ -146,34 +144,34 @@ class SeenLamp {
     if (!px || !receiver_.scene.camera.contains(*px)) return std::nullopt;
     if (hidden_ > 0)
       for (const Box& box : receiver_.scene.boxes)
-        if (box.hides(point, eye_)) return std::nullopt;
+        if (box.hides(point, position_)) return std::nullopt;
     return px;
   }
 
-  /// As if the whole lamp were at this point.
+  // Received power if the whole lamp were at this point.
   double power_from(const Eigen::Vector3d& point) const {
     const auto px = seen_at(point);
     if (!px) return 0;
-    const Eigen::Vector3d way = eye_ - point;
-    const double distance = way.norm();
+    const Eigen::Vector3d to_camera = position_ - point;
+    const double distance = to_camera.norm();
     const double cos_incidence = receiver_.scene.camera.depth_m(pose_ * point) / distance;
     return receiver_.vignetting.transmission(*px) *
-           aperture_power(lamp_.power_w, order_, way.dot(lamp_.normal) / distance, cos_incidence,
-                          distance, receiver_.lens_m2);
+           aperture_power(lamp_.power_w, order_, to_camera.dot(lamp_.normal) / distance,
+                          cos_incidence, distance, receiver_.lens_m2);
   }
 
   bool inside_a_box() const {
     const std::vector<Box>& boxes = receiver_.scene.boxes;
     return std::any_of(boxes.begin(), boxes.end(),
-                       [&](const Box& box) { return box.contains(eye_); });
+                       [&](const Box& box) { return box.contains(position_); });
   }
 
   const Receiver& receiver_;
   const Lamp& lamp_;
   double order_;
   const Rigid3& pose_;
-  Eigen::Vector3d eye_;
-  double hidden_ = 0;  // part of the face
+  Eigen::Vector3d position_;
+  double hidden_ = 0;  // fraction of the face
 };
 
 }  // namespace

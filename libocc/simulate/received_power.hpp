@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Power of the lamps' light that the lens takes in and that falls on the sensor:
+// Computes the power of the lamps' direct light that enters the lens and falls on the sensor:
 //
 //   P = integral over the lamp's face of  L(phi) cos(phi) A cos(psi) / d^2 dS               [W]
 //
-// of those parts of the face that the camera sees: their projection lies on the sensor (the field
-// of view, lens distortion included), they shine towards the camera, and no box is in between. A
-// lamp seen whole and from afar has the P of the aperture formula at its centre
-// (radiometry/lambertian.hpp) to (size/d)^2; half a lamp in view gives its half. Blinking lamps are
-// taken while they are lit, and the lens's vignetting is in it. What light other than the lamps'
-// own falls on the sensor is not, and `scene.effects`, which is about images, has no say.
+// with the radiance L, the emission angle phi, the lens's aperture area A, the angle of incidence
+// psi and the distance d. The integral covers the parts of the face that the camera sees: they
+// project onto the sensor (lens distortion included), they face the camera, and no box hides them.
+// For a distant lamp seen as a whole, the aperture formula at its centre
+// (radiometry/lambertian.hpp) has a relative error of (size/d)^2. Blinking lamps count with their
+// power while lit. Vignetting is included. Other light is not, and `scene.effects` is ignored
+// because it only concerns images.
 //
-// The face is cut into cells, those at a border into smaller ones: a whole lamp's power is good to
-// 3e-5 (from as near as its size, better from afar), that of a lamp which a border cuts to 1e-3 of
-// the whole lamp's.
+// The face is divided into cells, smaller ones at a border. The relative error is 3e-5 for a whole
+// lamp at a distance of its own size (less for farther lamps), and 1e-3 of the whole lamp's power
+// for a lamp that is cut by a border.
 #pragma once
 
 #include <vector>
@@ -25,18 +26,18 @@ namespace occ {
 
 struct ReceivedLamp {
   double power_w = 0;
-  bool whole = false;  ///< all of its face is seen
+  bool whole = false;  ///< its whole face is visible
 };
 
 struct LIBOCC_API ReceivedPower {
-  std::vector<ReceivedLamp> lamps;  ///< in the scene's order
+  std::vector<ReceivedLamp> lamps;  ///< in the order of the scene
 
   double total_w() const;
-  int visible() const;  ///< lamps of which some light arrives
+  int visible() const;  ///< number of lamps with a positive power
 };
 
-/// For each pose. A camera inside a box sees nothing. Throws std::invalid_argument when the scene
-/// does not validate or a pose is not finite.
+/// Received power for each pose. A camera inside a box receives nothing. Throws
+/// std::invalid_argument if the scene does not validate or a pose is not finite.
 LIBOCC_API std::vector<ReceivedPower> received_power(const Scene& scene,
                                                      const std::vector<Rigid3>& cam_from_world);
 LIBOCC_API ReceivedPower received_power(const Scene& scene, const Rigid3& cam_from_world);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renders many images of one scene: thousands a second where noise is not wanted everywhere. What
-// images have in common (tables of the PSF, of the response and of the noise, memory) is made once.
+// Renders many images of one scene, thousands per second if only the lamps have noise
+// (NoiseArea::around_lamps). Tables of the PSF, the response and the noise, and memory are shared
+// by all images.
 #pragma once
 
 #include <memory>
@@ -12,27 +13,28 @@
 namespace occ {
 
 struct RendererOptions {
-  /// Vector instructions to use: the same bits with all, at different speed. More than the
-  /// processor has would crash.
+  /// Vector instructions to use. All give the same bits at different speed. A set that the
+  /// processor does not have crashes the program.
   Simd simd = widest_simd();
 };
 
-/// For one thread at a time; an image does not depend on those rendered before.
+/// Renders images of a scene. Use one Renderer per thread. An image does not depend on the images
+/// rendered before.
 class LIBOCC_API Renderer {
  public:
-  /// Keeps a copy of the scene. Throws std::invalid_argument when it does not validate.
+  /// Copies the scene. Throws std::invalid_argument if it does not validate.
   explicit Renderer(const Scene& scene, const RendererOptions& options = {});
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
   ~Renderer();
 
-  /// As simulate() does, into `out`: a new one, or one that a Renderer filled before, whose pixels
-  /// are as it left them. Then only the pixels that may change are written.
+  /// Renders the image that simulate() returns into `out`, which is new or was filled by a Renderer
+  /// before and not changed since; then only the pixels that may change are written.
   void render(const Rigid3& cam_from_world, const SimulateOptions& options, Rendered& out);
 
  private:
-  class Workshop;
-  std::unique_ptr<Workshop> workshop_;
+  class Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace occ

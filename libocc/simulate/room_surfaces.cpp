@@ -15,14 +15,16 @@ namespace occ::internal::simulate {
 using namespace internal::formation;
 namespace {
 
-constexpr int tiles_per_side = 10, nodes_per_side = 17;  // of a surface
+// Per side of a surface. Tests compare the light with a path tracer.
+constexpr int tiles_per_side = 10, nodes_per_side = 17;
 
 int axis_of(int face) { return face / 2; }
 int u_of(int face) { return (axis_of(face) + 1) % 3; }
 int v_of(int face) { return (axis_of(face) + 2) % 3; }
 
-/// Irradiance per radiosity that a polygon gives to a point on a surface with this normal, all of
-/// it on the surface's front: Lambert's formula, F = 1 / 2 pi sum of beta_i cos(alpha_i).
+// Irradiance per radiosity that a polygon causes at a point on a surface with this normal. The
+// whole polygon must be in front of the surface. Lambert's formula: F = 1 / (2 pi) sum of beta_i
+// cos(alpha_i).
 double configuration_factor(const std::array<Eigen::Vector3d, 4>& polygon,
                             const Eigen::Vector3d& point, const Eigen::Vector3d& normal) {
   double sum = 0;
@@ -35,7 +37,7 @@ double configuration_factor(const std::array<Eigen::Vector3d, 4>& polygon,
   return std::abs(sum) / (2 * pi);
 }
 
-/// Points of a lamp's face that stand for equal parts of it: rings of equal area.
+// Points that represent equal parts of a lamp's face; for a disc, on rings of equal area.
 std::vector<Eigen::Vector3d> lamp_elements(const Lamp& lamp) {
   if (lamp.shape == LampShape::point) return {lamp.centre_m};
   const Face face(lamp);
@@ -57,21 +59,22 @@ std::vector<Eigen::Vector3d> lamp_elements(const Lamp& lamp) {
   return elements;
 }
 
-/// Where the i-th of n steps along a side begins: short ones near edges, where light changes most.
+// Start of the i-th of n steps along a side. Steps are short near edges, where light changes most.
 double graded(int i, int n) { return 0.5 - 0.5 * std::cos(pi * i / n); }
 
-/// On an edge itself light from the surface across it is not defined.
+// Position of a node along a side. Light by the adjacent surface is undefined on the edge itself.
 double node(int i) {
   constexpr double off_edge = 1e-4;
   return std::clamp(graded(i, nodes_per_side - 1), off_edge, 1 - off_edge);
 }
 
-struct Between {
+// Interval between two nodes, and the position in it from 0 to 1.
+struct NodeInterval {
   int low;
-  double part;
+  double fraction;
 };
-Between between(double part) {
-  const double inside = std::clamp(part, node(0), node(nodes_per_side - 1));
+NodeInterval interval_at(double position) {
+  const double inside = std::clamp(position, node(0), node(nodes_per_side - 1));
   const double steps = std::acos(1 - 2 * inside) / pi * (nodes_per_side - 1);
   const int low = std::clamp(static_cast<int>(steps), 0, nodes_per_side - 2);
   return {low, (inside - node(low)) / (node(low + 1) - node(low))};
@@ -125,7 +128,7 @@ double RoomSurfaces::direct(int face, const Eigen::Vector3d& point) const {
   return sum;
 }
 
-double RoomSurfaces::largest_direct() const {
+double RoomSurfaces::max_direct() const {
   constexpr int samples = 24;
   double largest = 0;
   for (int face = 0; face < 6; ++face)
@@ -133,7 +136,7 @@ double RoomSurfaces::largest_direct() const {
       for (int j = 0; j <= samples; ++j)
         largest = std::max(largest, direct(face, at(face, static_cast<double>(i) / samples,
                                                     static_cast<double>(j) / samples)));
-  for (const Element& element : elements_) {  // where a lamp shines straight at a surface close by
+  for (const Element& element : elements_) {  // a lamp may face a near surface
     const Hit ahead = hit(element.at, element.normal);
     largest = std::max(largest, direct(ahead.face, ahead.point));
     for (int face = 0; face < 6; ++face) {
@@ -177,7 +180,7 @@ double RoomSurfaces::from_tiles(const std::vector<Tile>& tiles, int face,
 }
 
 void RoomSurfaces::solve_interreflection() {
-  constexpr double settled = 1e-6;
+  constexpr double converged = 1e-6;  // relative change per iteration
   std::vector<Tile> all = tiles();
   const std::size_t count = all.size();
   std::vector<double> first(count), factors(count * count);
@@ -189,7 +192,7 @@ void RoomSurfaces::solve_interreflection() {
         factors[i * count + j] =
             configuration_factor(all[j].corners, all[i].centre, normal(all[i].face));
   }
-  for (double change = 1; change > settled;) {  // falls by the reflectance each time
+  for (double change = 1; change > converged;) {  // decreases by the reflectance per iteration
     change = 0;
     for (std::size_t i = 0; i < count; ++i) {
       double light = first[i];
@@ -210,13 +213,13 @@ void RoomSurfaces::solve_interreflection() {
 double RoomSurfaces::indirect(int face, const Eigen::Vector3d& point) const {
   const std::vector<double>& nodes = nodes_[face];
   if (nodes.empty()) return 0;
-  const Between u = between(point[u_of(face)] / room_.size_m[u_of(face)]);
-  const Between v = between(point[v_of(face)] / room_.size_m[v_of(face)]);
+  const NodeInterval u = interval_at(point[u_of(face)] / room_.size_m[u_of(face)]);
+  const NodeInterval v = interval_at(point[v_of(face)] / room_.size_m[v_of(face)]);
   const auto row = [&](int i) {
     const double* from = &nodes[i * nodes_per_side + v.low];
-    return from[0] + v.part * (from[1] - from[0]);
+    return from[0] + v.fraction * (from[1] - from[0]);
   };
-  return row(u.low) + u.part * (row(u.low + 1) - row(u.low));
+  return row(u.low) + u.fraction * (row(u.low + 1) - row(u.low));
 }
 
 }  // namespace occ::internal::simulate

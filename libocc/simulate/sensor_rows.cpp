@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/simulate/internal/sensor_rows.hpp"
-
 #include <algorithm>
 #include <tuple>
 
 #include "libocc/core/internal/multiversion.hpp"
+#include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/simulate/internal/expose.hpp"
 #include "libocc/simulate/internal/mosaic.hpp"
 
 namespace occ::internal::simulate {
@@ -12,21 +12,17 @@ namespace occ::internal::simulate {
 using namespace internal::radiometry;
 namespace {
 
-/// The sensor without the effects that the plan leaves out.
+// The sensor without the effects that the plan leaves out.
 Sensor simplified(const Frame& frame) {
   Sensor sensor = frame.scene.sensor;
-  if (!frame.plan.applies(Effect::mosaic)) sensor.mosaic = Mosaic::none;
-  if (!frame.plan.applies(Effect::saturation)) sensor.full_well_e = 1e30;
-  if (!frame.plan.applies(Effect::response)) {
-    sensor.response = Response::linear;
-    for (Channel& channel : sensor.channels) channel.response = Response::linear;
-  }
+  for (const EffectModel* model : effect_models())
+    if (model->remove && !frame.plan.applies(model->effect)) model->remove(sensor);
   return sensor;
 }
 
-// Beyond `count` up to a whole batch, as all that works on rows may.
+// Functions on rows may write beyond `count`, up to a whole batch.
 constexpr int batch = Digitiser::batch;
-static_assert(batch <= Signal::spare && batch <= LitNoise::batch && batch <= DarkNoise::spare);
+static_assert(batch <= Signal::padding && batch <= LitNoise::batch && batch <= DarkNoise::padding);
 
 template <Simd>
 LIBOCC_INLINE void with_base_body(const double* signal, double even, double odd, int count,
@@ -75,8 +71,8 @@ SensorRows::SensorRows(Simd simd, const Frame& frame, const Key& key)
   const std::size_t width = width_;
   mean_e_.resize(width + LitNoise::batch);
   drawn_e_.resize(width + LitNoise::batch);
-  levels_.resize(width + DarkNoise::spare);
-  others_.resize(width + DarkNoise::spare);
+  levels_.resize(width + DarkNoise::padding);
+  others_.resize(width + DarkNoise::padding);
 }
 
 std::array<int, 4> SensorRows::background_dn() const {
@@ -87,9 +83,10 @@ std::array<int, 4> SensorRows::background_dn() const {
   return levels;
 }
 
-/// levels_of(kind, to) gives all pixels as if they were of one kind; a row has two at most.
+// Combines the levels of the two kinds of pixels that a row has at most. levels_of(kind, to)
+// computes all pixels as if they were of one kind.
 template <typename Levels>
-const std::vector<std::uint16_t>& SensorRows::of_kinds(const RowPart& part, Levels levels_of) {
+const std::vector<std::uint16_t>& SensorRows::for_kinds(const RowPart& part, Levels levels_of) {
   const Kind &first = kind(part.x0, part.y), &second = kind(part.x0 + 1, part.y);
   levels_of(first, levels_.data());
   if (&first == &second) return levels_;
@@ -99,19 +96,19 @@ const std::vector<std::uint16_t>& SensorRows::of_kinds(const RowPart& part, Leve
 }
 
 const std::vector<std::uint16_t>& SensorRows::without_noise(const RowPart& part) {
-  return of_kinds(part, [&](const Kind& kind, std::uint16_t* levels) {
+  return for_kinds(part, [&](const Kind& kind, std::uint16_t* levels) {
     kind.digitiser.grey_levels(simd_, kind.base_e, full_well_e_, part.signal, part.count, levels);
   });
 }
 
-/// Electrons of pixels with mean_e_.
+// Draws electrons for the means in mean_e_.
 void SensorRows::draw_lit(const NoiseKey& noise, const RowPart& part) {
   lit_noise_.draw(simd_, noise, lit_words_.of(simd_, noise, pixels_of(part)), part.first,
                   part.count, mean_e_.data(), drawn_e_.data());
 }
 
 const std::vector<std::uint16_t>& SensorRows::dark(const NoiseKey& noise, const RowPart& part) {
-  return of_kinds(part, [&](const Kind& kind, std::uint16_t* levels) {
+  return for_kinds(part, [&](const Kind& kind, std::uint16_t* levels) {
     if (kind.dark->tabulated())
       return kind.dark->draw(simd_, noise, dark_words_.of(simd_, noise, pixels_of(part)),
                              part.first, part.count, levels);
@@ -125,7 +122,7 @@ const std::vector<std::uint16_t>& SensorRows::lit(const NoiseKey& noise, const R
   with_base_for(simd_)(part.signal, kind(part.x0, part.y).base_e, kind(part.x0 + 1, part.y).base_e,
                        part.count, mean_e_.data());
   draw_lit(noise, part);
-  return of_kinds(part, [&](const Kind& kind, std::uint16_t* levels) {
+  return for_kinds(part, [&](const Kind& kind, std::uint16_t* levels) {
     kind.digitiser.grey_levels(simd_, drawn_e_.data(), part.count, levels);
   });
 }

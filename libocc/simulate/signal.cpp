@@ -37,7 +37,7 @@ std::vector<Signal::Run> Signal::runs(int y) const {
   return merged;
 }
 
-void Signal::take_in_everywhere() {
+void Signal::move_everywhere_to_rows() {
   if (everywhere_ == ByPlace{}) return;
   touch_everything();
   for (int y = 0; y < height_; ++y) {

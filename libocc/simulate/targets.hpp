@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renders calibration targets for test pictures: printed AprilTags and circular targets as any
-// camera sees them, with the truth. Sheets of paper before an even ground; a pixel is
+// Renders calibration targets for test images, with the ground truth: printed AprilTags, circular
+// targets and chessboards, seen by any camera model. Targets are sheets of paper in front of an
+// even ground. Sheets are painted from far to near; a sheet changes the grey level of a pixel to
 //
-//   grey = sum over sheets, far ones first, of  grey (1 - c_0) + level_0 c_0 + sum of
-//          (level_k - level_(k-1)) c_k  + noise
+//   grey (1 - c_0) + level_0 c_0 + sum over k >= 1 of (level_k - level_(k-1)) c_k,
 //
-// with c_k the coverage of its k-th layer (paper, print), the area under the pixel's box and a
-// Gaussian PSF (formation/coverage.hpp) from the outline's projection: a contour integral whose
-// points and tangents are projected by the camera itself, so that lens distortion costs nothing.
-// Good to 1e-4 of full contrast. Sheets that show their back are not drawn, nor those of which a
-// part is outside the camera's domain. A picture that shows more than a turn shows a sheet again.
-// Noise is a function of (seed, frame, pixel): a window holds the same bits as the whole image, and
-// takes no more memory than its own pixels.
+// with c_k the coverage of its k-th layer (paper, print); noise is added at the end. Coverage is
+// the area under the pixel's box and a Gaussian PSF (formation/coverage.hpp), a contour integral
+// along the projected outline. The camera model projects its points and tangents, so lens
+// distortion is exact. The error is 1e-4 of full contrast.
+//
+// Sheets seen from behind are not drawn, nor sheets that are partly outside the camera's domain. An
+// image of more than 360 degrees shows a sheet more than once. Noise is a function of (seed, frame,
+// pixel): a window has the same bits as the whole image, and needs memory for its own pixels only.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,30 +30,30 @@
 
 namespace occ {
 
-/// A disc on a square sheet of the other tone.
+/// A disc on a square sheet of the opposite tone.
 struct LIBOCC_API CircularTarget {
   int id = 0;
   double radius_m = 0;
-  double sheet_m = 0;  ///< side of the sheet; 0: four radii
-  bool dark = false;   ///< a black disc on white; else a white one on black
+  double sheet_m = 0;  ///< side of the sheet; 0 selects four radii
+  bool dark = false;   ///< true: black disc on white; false: white disc on black
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d normal = -Eigen::Vector3d::UnitZ();  ///< towards the printed side
+  Eigen::Vector3d normal = -Eigen::Vector3d::UnitZ();  ///< direction that the printed side faces
 
-  /// Makes the normal unit; throws std::invalid_argument naming the field and its value.
+  /// Normalises `normal`. Throws std::invalid_argument, naming the field and its value.
   void validate();
 };
 
-/// A chessboard of (columns + 1) x (rows + 1) squares, that of its first corner black. Inner
-/// corners are at (column, row) * square_m of its frame, whose z axis points away from the viewer:
-/// columns to the right, rows down.
+/// A chessboard of (columns + 1) x (rows + 1) squares, of which the first, at the upper left, is
+/// black. Inner corners are at (column, row) * square_m in the board's frame: x to the right, y
+/// down, z away from the viewer.
 struct LIBOCC_API ChessboardTarget {
-  int columns = 9, rows = 6;  ///< of inner corners
+  int columns = 9, rows = 6;  ///< numbers of inner corners
   double square_m = 0;
   Rigid3 world_from_board;
 
-  void validate() const;  ///< throws std::invalid_argument naming the field and its value
+  void validate() const;  ///< throws std::invalid_argument, naming the field and its value
 
-  /// Inner corners in its own frame [m], row by row.
+  /// Inner corners in the board's frame [m], row by row.
   Eigen::Matrix3Xd corners_m() const;
 };
 
@@ -65,20 +66,20 @@ struct TargetField {
 struct LIBOCC_API TargetImageOptions {
   double psf_sigma_px = 0.6;
   double black_dn = 30, white_dn = 200, ground_dn = 110;
-  double margin_cells = 0.5;  ///< of white paper around a tag's own print or a board, in its cells
-  double noise_dn = 0;        ///< standard deviation of a pixel
+  double margin_cells = 0.5;  ///< white paper around the print of a tag or board [cells]
+  double noise_dn = 0;        ///< standard deviation of the noise of a pixel
   std::uint64_t seed = 0;
-  std::uint32_t frame = 0;  ///< noise differs from frame to frame under one seed
+  std::uint32_t frame = 0;  ///< index of the image; images of one seed differ in noise
 
-  void validate() const;  ///< throws std::invalid_argument naming the field and its value
+  void validate() const;  ///< throws std::invalid_argument, naming the field and its value
 };
 
-/// Pixels are those of the camera, near the target's centre: across the seam of a camera that sees
-/// all around they go on.
+/// Truth of one tag. Pixels are those of the camera. In an image of 360 degrees they are continuous
+/// across the seam, relative to the target's centre.
 struct TagTruth {
   int id = 0;
-  bool in_view = false;  ///< drawn, and some of it lies on the image
-  bool whole = false;    ///< all of its sheet lies on the image
+  bool in_view = false;  ///< it is drawn, and part of it lies on the image
+  bool whole = false;    ///< its whole sheet lies on the image
   std::array<Eigen::Vector2d, 4> corners_px{Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero(),
                                             Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
 };
@@ -86,13 +87,13 @@ struct TagTruth {
 struct CircleTruth {
   int id = 0;
   bool in_view = false, whole = false;
-  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();        ///< the centre's projection
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();        ///< projection of the centre
   Eigen::Vector2d image_centre_px = Eigen::Vector2d::Zero();  ///< centroid of the disc's image
 };
 
 struct ChessboardTruth {
   bool in_view = false, whole = false;
-  Eigen::Matrix2Xd corners_px;  ///< inner corners, row by row; none when it is not drawn
+  Eigen::Matrix2Xd corners_px;  ///< inner corners, row by row; empty if it is not drawn
 };
 
 struct TargetTruth {
@@ -101,10 +102,11 @@ struct TargetTruth {
   std::vector<ChessboardTruth> boards;
 };
 
+/// Renders windows of one image.
 class LIBOCC_API TargetRenderer {
  public:
-  /// Throws std::invalid_argument naming what does not validate: a tag of an unknown family, an id
-  /// that the family does not have, a pose that is not finite.
+  /// Projects all targets. Throws std::invalid_argument if a target or the options do not validate,
+  /// a tag has an unknown family or an id that the family does not have, or the pose is not finite.
   TargetRenderer(TargetField field, const Camera& camera, const Rigid3& cam_from_world,
                  const TargetImageOptions& options = {});
   TargetRenderer(TargetRenderer&&) noexcept;
@@ -113,17 +115,12 @@ class LIBOCC_API TargetRenderer {
 
   const TargetTruth& truth() const;
 
-  /// Eight bits. Throws std::invalid_argument for a window that is empty or leaves the image.
+  /// Image of 8 bits. Throws std::invalid_argument if the window is empty or not inside the image.
   Image window(const PixelRectangle& window) const;
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
-
-/// The whole image.
-LIBOCC_API Image render_targets(const TargetField& field, const Camera& camera,
-                                const Rigid3& cam_from_world,
-                                const TargetImageOptions& options = {});
 
 }  // namespace occ

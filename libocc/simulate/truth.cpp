@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/simulate/internal/truth.hpp"
-
 #include <algorithm>
 
 #include "libocc/formation/rim.hpp"
-#include "libocc/simulate/internal/motion.hpp"
-#include "libocc/simulate/internal/occlusion.hpp"
+#include "libocc/simulate/internal/lamp_image.hpp"
 
 namespace occ::internal::simulate {
 
@@ -14,7 +11,7 @@ namespace {
 
 constexpr int rim_points = 64;
 
-// Whether the closed polygon winds around the point.
+// True if the point is inside the closed polygon.
 bool surrounds(const std::vector<Eigen::Vector2d>& rim, const Eigen::Vector2d& point) {
   bool inside = false;
   for (std::size_t i = 0; i < rim.size(); ++i) {
@@ -25,8 +22,8 @@ bool surrounds(const std::vector<Eigen::Vector2d>& rim, const Eigen::Vector2d& p
   return inside;
 }
 
-std::optional<std::vector<Eigen::Vector2d>> seen_rim(const Lamp& lamp, const Motion& motion,
-                                                     const Camera& camera) {
+std::optional<std::vector<Eigen::Vector2d>> projected_rim(const Lamp& lamp, const Motion& motion,
+                                                          const Camera& camera) {
   if (!motion.rolls()) return project_rim(lamp, motion.still_pose(), camera, rim_points);
   std::vector<Eigen::Vector3d> rim = rim_in_world(lamp, rim_points);
   if (rim.empty()) rim.push_back(lamp.centre_m);
@@ -47,7 +44,7 @@ LampTruth lamp_truth(const Lamp& lamp, const Frame& frame, const Motion& motion,
   truth.id = lamp.id;
   const auto centre = motion.seen(lamp.centre_m, camera);
   if (centre) truth.centre_px = centre->px;
-  const auto rim = seen_rim(lamp, motion, camera);
+  const auto rim = projected_rim(lamp, motion, camera);
   if (!rim || !centre) return truth;
   if (const auto px = project_lamp_centre(lamp, centre->pose, camera)) truth.image_centre_px = *px;
   const auto inside = std::count_if(rim->begin(), rim->end(),

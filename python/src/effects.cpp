@@ -50,20 +50,21 @@ std::string effects_repr(const Effects& effects) {
 }  // namespace
 
 void define_effects(py::module_& m) {
-  py::native_enum<Use>(m, "Use", "enum.Enum",
-                       "Of an effect that the scene calls for: rendered always, never, or when its "
-                       "bounds exceed the tolerances.")
+  py::native_enum<Use>(
+      m, "Use", "enum.Enum",
+      "Use of an effect that the scene calls for: rendered always, never, or if its "
+      "bounds exceed the tolerances.")
       .value("on", Use::on)
       .value("off", Use::off)
       .value("automatic", Use::automatic)
       .finalize();
   const Effects standard;
   py::class_<Effects>(m, "Effects",
-                      R"(Which effects simulate() renders, of those the scene calls for.
+                      R"(Selects the effects that simulate() renders if the scene calls for them.
 
 default: Use of the effects that are not named. Further keywords: effects by name, see `use`.
-tolerance_dn, tolerance_px: with Use.automatic an effect is left out that changes no pixel's grey
-level and moves no lamp's centroid by more.
+tolerance_dn, tolerance_px: with Use.automatic, an effect is left out if it changes no pixel by more
+grey levels and moves no lamp's centroid by more pixels.
 Raises: ValueError for an unknown effect, naming the nearest known one.
 
 >>> import libocc as occ
@@ -72,9 +73,11 @@ Raises: ValueError for an unknown effect, naming the nearest known one.
       .def(py::init(&make_effects), py::arg_v("default", Use::on, "Use.on"), py::kw_only(),
            py::arg("tolerance_dn") = standard.tolerance_dn,
            py::arg("tolerance_px") = standard.tolerance_px)
-      .def_property_readonly("use", &uses_of, "Use by effect's name.")
-      .def_readonly("tolerance_dn", &Effects::tolerance_dn, "Grey levels.")
-      .def_readonly("tolerance_px", &Effects::tolerance_px, "Pixels.")
+      .def_property_readonly("use", &uses_of, "Use of each effect, by name.")
+      .def_readonly("tolerance_dn", &Effects::tolerance_dn,
+                    "Largest change of a pixel [grey levels].")
+      .def_readonly("tolerance_px", &Effects::tolerance_px,
+                    "Largest displacement of a centroid [px].")
       .def("__repr__", &effects_repr)
       .def("__eq__",
            [](const Effects& a, const py::object& b) {

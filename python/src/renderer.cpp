@@ -14,13 +14,13 @@
 namespace occ::python {
 namespace {
 
-/// A Renderer that threads may share: one renders, the others wait.
+/// A Renderer that threads may share: one thread renders, the others wait.
 class SharedRenderer {
  public:
   explicit SharedRenderer(const Scene& scene)
       : scene_(std::make_shared<const Scene>(scene)), renderer_(scene) {}
 
-  /// Without the GIL, which no one holds who waits here.
+  /// Releases the GIL before it waits for the lock.
   std::pair<Image, Truth> render(const Rigid3& cam_from_world, const SimulateOptions& options) {
     py::gil_scoped_release unlocked;
     const std::lock_guard<std::mutex> one(busy_);
@@ -28,17 +28,17 @@ class SharedRenderer {
     return {rendered_.image, {scene_, options, rendered_.cam_from_world, rendered_.lamps}};
   }
 
-  /// Seconds an image takes inside the library, on average over at least so long.
+  /// Mean time of an image inside the library [s], measured over at least min_time_s.
   double time(const Rigid3& cam_from_world, double min_time_s, SimulateOptions options) {
     using Clock = std::chrono::steady_clock;
     require(min_time_s > 0 && std::isfinite(min_time_s), "min_time_s", min_time_s, "positive");
     py::gil_scoped_release unlocked;
     const std::lock_guard<std::mutex> one(busy_);
-    const auto begun = Clock::now();
+    const auto begin = Clock::now();
     for (int images = 1;; ++images, ++options.frame) {
       renderer_.render(cam_from_world, options, rendered_);
-      const double gone_s = std::chrono::duration<double>(Clock::now() - begun).count();
-      if (gone_s >= min_time_s) return gone_s / images;
+      const double elapsed_s = std::chrono::duration<double>(Clock::now() - begin).count();
+      if (elapsed_s >= min_time_s) return elapsed_s / images;
     }
   }
 
@@ -56,11 +56,12 @@ class SharedRenderer {
 void define_renderer(py::module_& m) {
   const auto fields = options_fields();
   DefaultTexts texts;
-  py::class_<SharedRenderer> cls(m, "Renderer",
-                                 R"(Renders many images of one scene; the same bits as simulate().
+  py::class_<SharedRenderer> cls(
+      m, "Renderer",
+      R"(Renders many images of one scene, with the same bits as simulate().
 
-What images have in common is made once: thousands a second where noise is not wanted everywhere.
-Threads that share one wait for each other; give each its own.
+Tables are shared by all images: thousands of images per second if only the lamps have noise.
+Threads that share a Renderer wait for each other; use one per thread.
 
 >>> import libocc as occ
 >>> camera = occ.Camera.pinhole(width=64, height=48, fx_px=40, fy_px=40, cx_px=31.5, cy_px=23.5)
@@ -69,7 +70,7 @@ Threads that share one wait for each other; give each its own.
 >>> [int(renderer.render(pose, noise=False)[0].max()) for pose in poses]
 [62, 71])");
   cls.def(py::init<const Scene&>(), py::arg("scene"));
-  cls.def_property_readonly("scene", &SharedRenderer::scene, "Scene.");
+  cls.def_property_readonly("scene", &SharedRenderer::scene, "Scene of the images.");
   std::apply(
       [&](const auto&... f) {
         cls.def(
@@ -82,7 +83,7 @@ Threads that share one wait for each other; give each its own.
               return py::make_tuple(to_numpy(std::move(image)), std::move(truth));
             },
             py::arg("cam_from_world"), py::kw_only(), argument(f, texts)...,
-            ("(image, truth) as simulate() returns them." + fields_doc(fields, "Options")).c_str());
+            ("Returns (image, truth) like simulate()." + fields_doc(fields, "Options")).c_str());
         cls.def(
             "time",
             [fields](SharedRenderer& renderer, const Rigid3& cam_from_world, double min_time_s,
@@ -91,9 +92,8 @@ Threads that share one wait for each other; give each its own.
                                    from_values<SimulateOptions>(fields, values...));
             },
             py::arg("cam_from_world"), py::arg("min_time_s"), py::kw_only(), argument(f, texts)...,
-            ("Seconds that an image takes, without its way to Python: the mean over min_time_s "
-             "at "
-             "least, frames counting up." +
+            ("Mean time of an image without conversion to Python [s], measured over at least "
+             "min_time_s with increasing frame numbers." +
              fields_doc(fields, "Options"))
                 .c_str());
       },

@@ -21,39 +21,38 @@ std::string lamp_truth_repr(const LampTruth& lamp) {
 }
 
 void define_truth(py::module_& m) {
-  py::class_<LampTruth>(m, "LampTruth", "What is true of one lamp in a rendered image.")
-      .def_readonly("id", &LampTruth::id, "Of the lamp.")
-      .def_readonly("in_view", &LampTruth::in_view, "Some of its image lies on the sensor.")
-      .def_readonly("whole", &LampTruth::whole, "All of its rim does.")
+  py::class_<LampTruth>(m, "LampTruth", "Ground truth of one lamp in a rendered image.")
+      .def_readonly("id", &LampTruth::id, "Id of the lamp.")
+      .def_readonly("in_view", &LampTruth::in_view, "Part of its image lies on the sensor.")
+      .def_readonly("whole", &LampTruth::whole, "Its whole rim lies on the sensor.")
       .def_readonly("centre_px", &LampTruth::centre_px, "(2,) projection of the lamp's centre.")
       .def_readonly("image_centre_px", &LampTruth::image_centre_px,
-                    "(2,) centre of the lamp's image: of the ellipse of a disc.")
-      .def_readonly("hidden", &LampTruth::hidden, "Share of its face that boxes hide.")
+                    "(2,) centre of the lamp's image; for a disc, of the ellipse.")
+      .def_readonly("hidden", &LampTruth::hidden, "Fraction of its face that boxes hide.")
       .def_readonly("electrons", &LampTruth::electrons, "Signal electrons of its image.")
       .def_property_readonly(
           "rim_px", [](const LampTruth& lamp) { return rows_of(lamp.rim_px); },
-          "(n, 2) its rim; empty out of view.")
+          "(n, 2) rim; empty if the lamp is out of view.")
       .def("__repr__", &lamp_truth_repr);
 
-  py::class_<Truth>(m, "Truth", "What is true of a rendered image: the pose and every lamp.")
+  py::class_<Truth>(m, "Truth", "Ground truth of a rendered image: the pose and all lamps.")
       .def_readonly("cam_from_world", &Truth::cam_from_world, "Pose, 4x4.")
       .def_property_readonly(
           "position_m", [](const Truth& t) { return t.cam_from_world.origin_in_source(); },
-          "(3,) of the camera [m, world].")
+          "(3,) position of the camera [m, world].")
       .def_property_readonly(
           "lamps",
           [](const Truth& t) -> py::typing::Tuple<LampTruth, py::ellipsis> {
             return py::tuple(py::cast(t.lamps));
           },
-          "A LampTruth for each lamp of the scene, in its order.")
+          "A LampTruth for each lamp, in the order of the scene.")
       .def_property_readonly(
           "effects",
           [](const Truth& t) {
             const RenderPlan plan = plan_render(*t.scene, t.cam_from_world, t.options);
             return std::vector<EffectPlan>(plan.effects.begin(), plan.effects.end());
           },
-          "An EffectPlan for each effect, as plan_render() returns them; worked out when asked "
-          "for.")
+          "An EffectPlan for each effect, as plan_render() returns them; computed at each access.")
       .def("__repr__", [](const Truth& t) {
         return "<Truth: camera at " + value_repr(t.cam_from_world.origin_in_source()) + " m, " +
                std::to_string(t.lamps.size()) + " lamps>";
@@ -61,36 +60,39 @@ void define_truth(py::module_& m) {
 }
 
 void define_plan(py::module_& m) {
-  py::class_<EffectPlan>(m, "EffectPlan", "What plan_render() makes of one effect.")
+  py::class_<EffectPlan>(m, "EffectPlan", "Plan of one effect, from plan_render().")
       .def_property_readonly(
-          "effect", [](const EffectPlan& p) { return effect_name(p.effect); }, "Its name.")
-      .def_readonly("use", &EffectPlan::use, "What the scene says of it.")
-      .def_readonly("called_for", &EffectPlan::called_for, "The scene says what it follows from.")
+          "effect", [](const EffectPlan& p) { return effect_name(p.effect); },
+          "Name of the effect.")
+      .def_readonly("use", &EffectPlan::use, "Use of the effect in the scene.")
+      .def_readonly("called_for", &EffectPlan::called_for,
+                    "The scene has a setting that causes the effect.")
       .def_readonly("applied", &EffectPlan::applied, "simulate() renders it.")
       .def_readonly("bound_dn", &EffectPlan::bound_dn,
-                    "Grey levels that any pixel changes without it, at most.")
+                    "Largest change of a pixel when it is left out [grey levels].")
       .def_readonly("bound_px", &EffectPlan::bound_px,
-                    "How far any lamp's centroid moves without it, at most [px].")
-      .def_readonly("reason", &EffectPlan::reason, "For people.")
+                    "Largest displacement of a lamp's centroid when it is left out [px].")
+      .def_readonly("reason", &EffectPlan::reason, "Why it is applied or not, as text.")
       .def("__repr__", [](const EffectPlan& p) {
         return std::string("<EffectPlan ") + effect_name(p.effect) +
                (p.applied ? ": applied" : ": left out") + ", " + p.reason + ">";
       });
   py::class_<ExplainedEffect, EffectPlan>(m, "ExplainedEffect",
-                                          "What explain() says of one effect.")
+                                          "Result of explain() for one effect.")
       .def_readonly("position_bound_m", &ExplainedEffect::position_bound_m,
-                    "How far a position from the lamps' centroids moves without it, at most [m]; "
-                    "infinite where the lamps in view determine no pose.")
-      .def_readonly("cost_s", &ExplainedEffect::cost_s,
-                    "Of rendering one image of many, the difference of two measured times [s].");
-  py::class_<Explanation>(m, "Explanation", "What every effect does to an image and costs.")
+                    "Largest displacement of a position solved from the lamps' centroids when it "
+                    "is left out [m]; infinite if the lamps in view do not determine the pose.")
+      .def_readonly(
+          "cost_s", &ExplainedEffect::cost_s,
+          "Time that it adds to one image of many [s], the difference of two measured times.");
+  py::class_<Explanation>(m, "Explanation", "Changes of an image by the effects, and their times.")
       .def_property_readonly(
           "effects",
           [](const Explanation& e) {
             return std::vector<ExplainedEffect>(e.effects.begin(), e.effects.end());
           },
-          "An ExplainedEffect each, in the order in which light meets them.")
-      .def_readonly("render_s", &Explanation::render_s, "One image as planned [s].")
+          "An ExplainedEffect for each effect, in the order of Effects.use.")
+      .def_readonly("render_s", &Explanation::render_s, "Time of one image as planned [s].")
       .def("__repr__", [](const Explanation& e) {
         const auto count = std::count_if(e.effects.begin(), e.effects.end(),
                                          [](const EffectPlan& p) { return p.applied; });
@@ -111,9 +113,9 @@ void define_plan(py::module_& m) {
             },
             py::arg("scene"), py::arg("cam_from_world"), py::kw_only(), py::arg("repetitions") = 9,
             argument(f, texts)...,
-            R"(What every effect does to an image of the scene, and what it costs.
+            R"(Reports how much each effect changes an image of the scene, and how long it takes.
 
-repetitions: images per measured time, whose median counts; 0: times are not measured.
+repetitions: images per measured time, of which the median is taken; 0: times are not measured.
 Further keywords as for simulate(). Raises: ValueError as simulate() does.
 
 >>> import libocc as occ
@@ -131,9 +133,9 @@ Further keywords as for simulate(). Raises: ValueError as simulate() does.
               return std::vector<EffectPlan>(plan.effects.begin(), plan.effects.end());
             },
             py::arg("scene"), py::arg("cam_from_world"), py::kw_only(), argument(f, texts)...,
-            R"(Which effects simulate() renders with the same arguments, and what the others would change.
+            R"(Plans which effects simulate() renders with the same arguments, with bounds on their changes.
 
-Returns: an EffectPlan for each effect, in the order in which light meets them.
+Returns: an EffectPlan for each effect, in the order of Effects.use.
 Raises: ValueError as simulate() does.)");
       },
       fields);
@@ -142,7 +144,7 @@ Raises: ValueError as simulate() does.)");
 }  // namespace
 
 void define_simulate(py::module_& m) {
-  py::native_enum<NoiseArea>(m, "NoiseArea", "enum.Enum", "Which pixels have noise.")
+  py::native_enum<NoiseArea>(m, "NoiseArea", "enum.Enum", "Pixels that have noise.")
       .value("everywhere", NoiseArea::everywhere)
       .value("around_lamps", NoiseArea::around_lamps)
       .finalize();
@@ -171,7 +173,7 @@ void define_simulate(py::module_& m) {
 
 cam_from_world: 4x4, see look_at(). Returns (image, truth): a (height, width) array, uint8 or
 uint16 by the sensor's bit depth, and a Truth.
-Raises: ValueError when the pose is not a rigid transform.
+Raises: ValueError if the pose is not a rigid transform.
 
 >>> import libocc as occ
 >>> camera = occ.Camera.pinhole(width=64, height=48, fx_px=40, fy_px=40, cx_px=31.5, cy_px=23.5)

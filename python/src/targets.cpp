@@ -15,29 +15,31 @@ py::array_t<double> rows_of(const Eigen::Matrix2Xd& columns) {
 void define_kinds(py::module_& m) {
   using C = CircularTarget;
   define_documented<C>(
-      m, "CircularTarget", "A disc on a square sheet of the other tone.",
-      std::make_tuple(required_field("id", &C::id, "its number"),
-                      required_field("radius_m", &C::radius_m, "[m]"),
-                      required_field("centre_m", &C::centre_m, "(3,) [m, world]"),
-                      field("sheet_m", &C::sheet_m, "side of the sheet [m]; 0: four radii"),
-                      field("dark", &C::dark, "a black disc on white"),
-                      field("normal", &C::normal, "(3,) towards the printed side")));
+      m, "CircularTarget", "A disc on a square sheet of the opposite tone.",
+      std::make_tuple(
+          required_field("id", &C::id, "id of the target"),
+          required_field("radius_m", &C::radius_m, "radius of the disc [m]"),
+          required_field("centre_m", &C::centre_m, "(3,) centre [m, world]"),
+          field("sheet_m", &C::sheet_m, "side of the sheet [m]; 0 selects four radii"),
+          field("dark", &C::dark, "true: black disc on white; false: white disc on black"),
+          field("normal", &C::normal, "(3,) direction that the printed side faces")));
   using B = ChessboardTarget;
   define_documented<B>(
       m, "ChessboardTarget",
-      "A chessboard of (columns + 1) x (rows + 1) squares, the first corner's black.",
-      std::make_tuple(required_field("square_m", &B::square_m, "side of a square [m]"),
-                      field("columns", &B::columns, "of inner corners"),
-                      field("rows", &B::rows, "of inner corners"),
-                      field("world_from_board", &B::world_from_board,
-                            "4x4; its z axis points away from the viewer, y down")));
+      "A chessboard of (columns + 1) x (rows + 1) squares; the first, at the upper left, is black.",
+      std::make_tuple(
+          required_field("square_m", &B::square_m, "side of a square [m]"),
+          field("columns", &B::columns, "number of columns of inner corners"),
+          field("rows", &B::rows, "number of rows of inner corners"),
+          field("world_from_board", &B::world_from_board,
+                "4x4 pose of the board: x to the right, y down, z away from the viewer")));
 }
 
 void define_truth(py::module_& m) {
-  py::class_<TagTruth>(m, "TagTruth", "Where a tag is in a rendered image.")
-      .def_readonly("id", &TagTruth::id, "Of the tag.")
-      .def_readonly("in_view", &TagTruth::in_view, "Drawn, and some of it lies on the image.")
-      .def_readonly("whole", &TagTruth::whole, "All of its sheet lies on the image.")
+  py::class_<TagTruth>(m, "TagTruth", "Ground truth of a tag in a rendered image.")
+      .def_readonly("id", &TagTruth::id, "Id of the tag.")
+      .def_readonly("in_view", &TagTruth::in_view, "It is drawn, and part of it lies on the image.")
+      .def_readonly("whole", &TagTruth::whole, "Its whole sheet lies on the image.")
       .def_property_readonly(
           "corners_px",
           [](const TagTruth& t) {
@@ -45,16 +47,20 @@ void define_truth(py::module_& m) {
             for (int i = 0; i < 4; ++i) rows.row(i) = t.corners_px[i].transpose();
             return rows;
           },
-          "(4, 2) as detect_april_tags() has them.");
-  py::class_<CircleTruth>(m, "CircleTruth", "Where a circular target is in a rendered image.")
-      .def_readonly("id", &CircleTruth::id, "Of the target.")
-      .def_readonly("in_view", &CircleTruth::in_view, "Drawn, and some of it on the image.")
-      .def_readonly("whole", &CircleTruth::whole, "All of its sheet lies on the image.")
-      .def_readonly("centre_px", &CircleTruth::centre_px, "The centre's projection.")
-      .def_readonly("image_centre_px", &CircleTruth::image_centre_px, "The image's centroid.");
-  py::class_<ChessboardTruth>(m, "ChessboardTruth", "Where a board is in a rendered image.")
-      .def_readonly("in_view", &ChessboardTruth::in_view, "Drawn, and some of it on the image.")
-      .def_readonly("whole", &ChessboardTruth::whole, "All of it lies on the image.")
+          "(4, 2) corners in the order of detect_april_tags().");
+  py::class_<CircleTruth>(m, "CircleTruth",
+                          "Ground truth of a circular target in a rendered image.")
+      .def_readonly("id", &CircleTruth::id, "Id of the target.")
+      .def_readonly("in_view", &CircleTruth::in_view,
+                    "It is drawn, and part of it lies on the image.")
+      .def_readonly("whole", &CircleTruth::whole, "Its whole sheet lies on the image.")
+      .def_readonly("centre_px", &CircleTruth::centre_px, "(2,) projection of the centre.")
+      .def_readonly("image_centre_px", &CircleTruth::image_centre_px,
+                    "(2,) centroid of the disc's image.");
+  py::class_<ChessboardTruth>(m, "ChessboardTruth", "Ground truth of a board in a rendered image.")
+      .def_readonly("in_view", &ChessboardTruth::in_view,
+                    "It is drawn, and part of it lies on the image.")
+      .def_readonly("whole", &ChessboardTruth::whole, "The whole board lies on the image.")
       .def_property_readonly(
           "corners_px", [](const ChessboardTruth& t) { return rows_of(t.corners_px); },
           "(n, 2) inner corners, row by row.");
@@ -63,13 +69,14 @@ void define_truth(py::module_& m) {
 auto option_fields() {
   using O = TargetImageOptions;
   return std::make_tuple(
-      field("psf_sigma_px", &O::psf_sigma_px, "of the Gaussian lens blur"),
+      field("psf_sigma_px", &O::psf_sigma_px, "standard deviation of the Gaussian lens blur"),
       field("black_dn", &O::black_dn, "grey level of black print"),
-      field("white_dn", &O::white_dn, "of paper"), field("ground_dn", &O::ground_dn, "of the wall"),
-      field("margin_cells", &O::margin_cells, "of white paper around a print, in its cells"),
-      field("noise_dn", &O::noise_dn, "standard deviation of a pixel"),
-      field("seed", &O::seed, "of the noise"),
-      field("frame", &O::frame, "noise differs from frame to frame under one seed"));
+      field("white_dn", &O::white_dn, "grey level of paper"),
+      field("ground_dn", &O::ground_dn, "grey level of the ground"),
+      field("margin_cells", &O::margin_cells, "white paper around a print [cells]"),
+      field("noise_dn", &O::noise_dn, "standard deviation of the noise of a pixel"),
+      field("seed", &O::seed, "seed of the noise"),
+      field("frame", &O::frame, "index of the image; images of one seed differ in noise"));
 }
 
 }  // namespace
@@ -77,10 +84,10 @@ auto option_fields() {
 void define_targets(py::module_& m) {
   define_kinds(m);
   define_truth(m);
-  py::class_<TargetRenderer> renderer(m, "TargetRenderer", R"(Pictures of calibration targets.
+  py::class_<TargetRenderer> renderer(m, "TargetRenderer", R"(Renders images of calibration targets.
 
-Windows of one renderer are parts of one image, to the bit: a panorama that memory does not hold can
-be made piece by piece.)");
+Windows of one renderer have the bits of one image, so a panorama that exceeds the memory can be
+rendered piece by piece.)");
   DefaultTexts texts;
   const auto fields = option_fields();
   std::apply(
@@ -98,17 +105,21 @@ be made piece by piece.)");
             py::arg_v("tags", std::vector<Tag>{}, "[]"),
             py::arg_v("circles", std::vector<CircularTarget>{}, "[]"),
             py::arg_v("boards", std::vector<ChessboardTarget>{}, "[]"), argument(f, texts)...,
-            ("Raises: ValueError naming what does not validate." + fields_doc(fields, "Options"))
+            ("Raises: ValueError, naming the target or option that does not validate." +
+             fields_doc(fields, "Options"))
                 .c_str());
       },
       fields);
   renderer
       .def_property_readonly(
-          "tags", [](const TargetRenderer& r) { return r.truth().tags; }, "TagTruths.")
+          "tags", [](const TargetRenderer& r) { return r.truth().tags; },
+          "A TagTruth for each tag.")
       .def_property_readonly(
-          "circles", [](const TargetRenderer& r) { return r.truth().circles; }, "CircleTruths.")
+          "circles", [](const TargetRenderer& r) { return r.truth().circles; },
+          "A CircleTruth for each circle.")
       .def_property_readonly(
-          "boards", [](const TargetRenderer& r) { return r.truth().boards; }, "ChessboardTruths.")
+          "boards", [](const TargetRenderer& r) { return r.truth().boards; },
+          "A ChessboardTruth for each board.")
       .def(
           "window",
           [](const TargetRenderer& r, int x0, int y0, int width, int height) {
@@ -120,7 +131,8 @@ be made piece by piece.)");
             return to_numpy(std::move(image));
           },
           py::arg("x0"), py::arg("y0"), py::arg("width"), py::arg("height"),
-          "(height, width) uint8. Raises: ValueError for a window that leaves the image.");
+          "Renders a window, (height, width) uint8. Raises: ValueError if it is not inside the "
+          "image.");
 }
 
 }  // namespace occ::python

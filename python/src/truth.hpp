@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What simulate(), plan_render() and Renderer share: their options, and what is true of an image.
+// Options and ground truth, shared by simulate(), plan_render() and Renderer.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@
 
 namespace occ::python {
 
-/// The part of Rendered that is not the image, and what it was rendered from.
+/// Ground truth of an image, and the input that it was rendered from.
 struct Truth {
   std::shared_ptr<const Scene> scene;
   SimulateOptions options;
@@ -22,14 +22,14 @@ struct Truth {
 inline auto options_fields() {
   using O = SimulateOptions;
   return std::make_tuple(
-      field("seed", &O::seed, "of the noise; the same seed gives the same image"),
-      field("frame", &O::frame, "noise differs from frame to frame under one seed"),
+      field("seed", &O::seed, "seed of the noise; the same seed gives the same image"),
+      field("frame", &O::frame, "index of the image; images of one seed differ in noise"),
       field("noise", &O::noise, "shot and read noise"),
-      field("noise_area", &O::noise_area, "around lamps alone it is much faster"),
+      field("noise_area", &O::noise_area, "pixels that have noise; around_lamps is much faster"),
       field("start_s", &O::start_s, "time at which the first row's exposure begins [s]"),
-      field("spacing_sigma", &O::spacing_sigma, "rim samples are this many PSF sigmas apart"),
+      field("spacing_sigma", &O::spacing_sigma, "distance of the samples along a rim [PSF sigmas]"),
       field("velocity", &O::velocity,
-            "(6,) of the camera: d [rotation, translation] / dt of cam_from_world's left "
+            "(6,) velocity of the camera: d [rotation, translation] / dt of cam_from_world's left "
             "perturbation [rad/s, m/s]"));
 }
 

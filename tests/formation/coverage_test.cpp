@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coverage against quadrature over the shape's *area* (the library integrates along its rim).
+// Coverage, compared with quadrature over the shape's *area* (the library integrates along its
+// rim).
 #include "libocc/formation/coverage.hpp"
 
 #include <algorithm>
@@ -14,8 +15,8 @@ namespace {
 using namespace occ;
 using namespace occ::test;
 
-// A disc's share of the pixel at `offset` from its centre, in polar coordinates about the centre;
-// only the part within reach of the pixel is visited.
+// Coverage of the pixel at `offset` from a disc's centre, in polar coordinates about the centre.
+// Only the part within the pixel's reach is integrated.
 double disc_pixel(const Eigen::Vector2d& offset, double radius, double sigma) {
   const double distance = offset.norm(), reach = 1 + 7 * sigma;
   const double bearing = std::atan2(offset.y(), offset.x());
@@ -50,7 +51,7 @@ double sum(const Patch& patch) {
   return total;
 }
 
-// Worst error over pixels on a ring of places at, inside and outside the rim.
+// Largest error over pixels at, inside and outside the rim.
 double worst_disc_error(const Patch& patch, const Eigen::Vector2d& centre, double radius,
                         double sigma) {
   double worst = 0;
@@ -78,13 +79,13 @@ TEST(Coverage, DiscsOfAnySizeAndBlurMatchAreaQuadrature) {
   }
 }
 
-TEST(Coverage, TheCheckSeesAnErrorOfAThousandthOfAPixel) {
+TEST(Coverage, TheComparisonDetectsAThousandthOfAPixel) {
   const Eigen::Vector2d centre(40.2, 40.7), moved(40.201, 40.7);
   const Patch patch = coverage(disc_contour(moved, 12, 0.8), PixelPsf(0.8), 80, 80);
   EXPECT_GT(worst_disc_error(patch, centre, 12, 0.8), 1e-4);
 }
 
-TEST(Coverage, SpacingIsTheDialBetweenAccuracyAndTime) {
+TEST(Coverage, SpacingSetsTheAccuracy) {
   const Eigen::Vector2d centre(40.2, 40.7);
   std::vector<double> errors;
   for (const double spacing : {2.0, 1.5, 1.0})
@@ -119,7 +120,7 @@ TEST(Coverage, SamplesOfASmoothCurveGiveTheSameAsTangents) {
 TEST(Coverage, ClippingToTheImageChangesNoPixel) {
   const PixelPsf psf(0.9);
   const Contour big = disc_contour({30, 25}, 40, 0.9);
-  Contour shifted = big;  // the same in the middle of an image that holds all of it
+  Contour shifted = big;  // the same contour in the middle of a larger image
   for (ContourPoint& point : shifted) point.px += Eigen::Vector2d(100, 100);
   const Patch clipped = coverage(big, psf, 50, 40), whole = coverage(shifted, psf, 300, 300);
   EXPECT_EQ(clipped.width, 50);
@@ -148,12 +149,12 @@ Lamp rectangle(const Eigen::Vector2d& size_m) {
   return lamp;
 }
 
-double integral(double u, double sigma) {  // of the box-blurred Gaussian, by quadrature
+double integral(double u, double sigma) {  // of the Gaussian convolved with the box, by quadrature
   return integrate([&](double v) { return box_blurred(v, sigma); }, -9 * sigma - 1, u, 0.5 * sigma);
 }
 
 TEST(Coverage, UprightRectangleMatchesItsClosedForm) {
-  // Separable: the product of two one-dimensional bars.
+  // Separable: the product of two one-dimensional coverages.
   const double sigma = 0.7, half_x = 9.3, half_y = 3.2, cx = 30.4, cy = 20.9;
   const Camera camera = Camera::pinhole(64, 48, 100, 100, cx, cy);
   const Lamp lamp = rectangle({2 * half_x / 100, 2 * half_y / 100});
@@ -168,9 +169,10 @@ TEST(Coverage, UprightRectangleMatchesItsClosedForm) {
 }
 
 TEST(Coverage, ARimFarLargerThanTheImageIsAHalfPlane) {
-  // A disc of 500000 px whose right end passes through the image; the rim's sagitta is 1e-3 px.
+  // The right end of a disc of 500000 px crosses the image; the sagitta of the rim is 1e-3 px.
   const double sigma = 0.8, end_x = 31.3;
-  for (const double tilt : {0.0, 1.5, 3.0}) {  // the rim's start is on and off the image
+  for (const double tilt :
+       {0.0, 1.5, 3.0}) {  // the start of the rim is inside or outside the image
     Lamp lamp = test::disc_lamp(0, {0, 0, 2}, 1);
     lamp.normal = Eigen::Vector3d(0, 0, -1);
     const Camera camera = Camera::pinhole(64, 48, 1e6, 1e6, end_x - 5e5, 23.5);
@@ -196,7 +198,7 @@ TEST(Coverage, TiltedRectangleBehindALensMatchesQuadratureOverTheLamp) {
   const Patch patch =
       coverage(*project_contour(lamp, pose, camera, sigma), PixelPsf(sigma), 80, 60);
 
-  // Every element of the lamp is a dot of light at its own projection.
+  // Each element of the lamp is a point of light at its own projection.
   Eigen::Matrix<double, 3, 2> sides;
   sides << lamp.size_m.x(), 0, 0, lamp.size_m.y(), 0, 0;
   sides = pose.rotation * sides;
@@ -213,7 +215,7 @@ TEST(Coverage, TiltedRectangleBehindALensMatchesQuadratureOverTheLamp) {
     for (int x = 0; x < 80; ++x) EXPECT_NEAR(value_at(patch, x, y), truth(x, y), 2e-6);
 }
 
-TEST(Contour, HasNoneForADarkSideOrARimBehindTheCamera) {
+TEST(Contour, IsEmptyForADarkSideOrARimBehindTheCamera) {
   const Camera camera;
   const Rigid3 from_above{so3_exp({pi, 0, 0}), {0, 0, 4}};  // looks down at the lamp's back
   EXPECT_FALSE(project_contour(test::disc_lamp(0, {0, 0, 1}), from_above, camera, 0.8));
@@ -246,7 +248,7 @@ TEST(PointCoverage, IsClippedAtTheBorder) {
   EXPECT_EQ(point_coverage({1e15, 10}, 0.8, 64, 48).width, 0);
 }
 
-TEST(PixelPsf, RefusesABlurItCannotTabulate) {
+TEST(PixelPsf, RejectsASigmaOutsideItsRange) {
   for (const double bad : {0.0, -1.0, 1e3, std::nan("")})
     EXPECT_THROW(PixelPsf{bad}, std::invalid_argument);
 }

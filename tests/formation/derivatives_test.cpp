@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The image of a lamp as the refinement renders it: equal to the renderer's, and its derivatives to
+// The image of a lamp for refinement equals the renderer's image, and its derivatives agree with
 // central differences.
 #include <algorithm>
 #include <cmath>
@@ -25,7 +25,8 @@ Scene one_lamp(LampShape shape, const std::vector<double>& distortion = {}) {
   return scene;
 }
 
-/// Pose after a turn of the lamp about its centre and a shift of its centre, in the camera's frame.
+/// Pose after a rotation of the lamp about its centre and a translation of its centre, camera
+/// frame.
 Rigid3 lamp_moved(const Lamp& lamp, const Vector6& motion) {
   const Eigen::Vector3d centre = pose() * lamp.centre_m;
   const Eigen::Matrix3d turn = so3_exp(motion.head<3>());
@@ -39,9 +40,9 @@ LampImage render(const Scene& scene, const Rigid3& at, double sigma) {
   return image;
 }
 
-constexpr int frame_px = 90;  // around the lamp's image
+constexpr int frame_px = 90;  // size of the frame around the lamp's image
 
-/// A layer of the image in one frame, so that patches of different extent compare.
+/// Values of a patch in a fixed frame, so that patches of different extent can be compared.
 Eigen::VectorXd framed(const Patch& patch, const std::vector<double>& values) {
   constexpr int left = 210, top = 110;
   Eigen::VectorXd all = Eigen::VectorXd::Zero(frame_px * frame_px);
@@ -53,7 +54,7 @@ Eigen::VectorXd framed(const Patch& patch, const std::vector<double>& values) {
 
 class LampImages : public ::testing::TestWithParam<LampShape> {};
 
-TEST_P(LampImages, CoverageDerivativesAgreeWithDifferencesAndAWrongOneIsRefused) {
+TEST_P(LampImages, CoverageDerivativesAgreeWithDifferencesAndErrorsAreDetected) {
   for (const std::vector<double>& distortion :
        {std::vector<double>{}, std::vector<double>{-0.2, 0.05, 1e-3, -1e-3}}) {
     const Scene scene = one_lamp(GetParam(), distortion);
@@ -74,11 +75,11 @@ TEST_P(LampImages, CoverageDerivativesAgreeWithDifferencesAndAWrongOneIsRefused)
       for (const auto& row : image.coverage.d) values.push_back(row[k]);
       const Eigen::VectorXd analytic = framed(c, values);
       const auto column = static_cast<Eigen::Index>(k);
-      if (GetParam() == LampShape::point && k < 3) {  // turning a point changes nothing
+      if (GetParam() == LampShape::point && k < 3) {  // a rotation does not change a point
         EXPECT_EQ(analytic.norm(), 0);
         continue;
       }
-      // differences of tabulated kernels and trimmed kernels are good to 1e-3
+      // tabulated and trimmed kernels limit the agreement to 1e-3
       EXPECT_TRUE(test::jacobian_agrees(analytic, numeric.col(column), 2e-3)) << k;
       EXPECT_FALSE(test::jacobian_agrees(1.01 * analytic, numeric.col(column), 2e-3)) << k;
     }
@@ -99,12 +100,12 @@ TEST_P(LampImages, EqualsTheRenderersImage) {
       const double here = image.electrons[y * image.width() + x];
       worst = std::max(worst, std::abs(here - truth(image.x0() + x, image.y0() + y)));
     }
-  EXPECT_LT(worst, 2e-5 * peak);  // of which 0.8e-5 are the rounding of grey levels
+  EXPECT_LT(worst, 2e-5 * peak);  // including 0.8e-5 by rounding of grey levels
   const double rounding_e = 0.5 * peak / 60000;
   for (const double electrons : image.electrons) EXPECT_GE(electrons, -rounding_e);
 }
 
-TEST_P(LampImages, LightChangesAsItsDerivativeSays) {
+TEST_P(LampImages, LightDerivativeAgreesWithDifferences) {
   const Scene scene = one_lamp(GetParam());
   const LampImage image = render(scene, pose(), 0.8);
   const Eigen::Vector2d px = scene.camera.project(pose() * scene.lamps[0].centre_m).value();
@@ -124,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(Shapes, LampImages,
                          ::testing::Values(LampShape::disc, LampShape::rectangle,
                                            LampShape::point));
 
-TEST(LampImage, OfADarkSideIsNone) {
+TEST(LampImage, IsNotRenderedFromTheDarkSide) {
   Scene scene = one_lamp(LampShape::disc);
   scene.lamps[0].normal *= -1;
   LampImage image;

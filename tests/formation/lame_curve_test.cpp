@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lamps whose face is a Lame curve, against sums over the face in polar coordinates.
+// Lamps with the shape of a Lame curve, compared with sums over the face in polar coordinates.
 #include <algorithm>
 #include <cmath>
 
@@ -33,7 +33,7 @@ Lamp lame_lamp(double exponent, const Eigen::Vector2d& size_m = {0.34, 0.2}) {
 const Camera bent = Camera::pinhole(160, 120, 200, 198, 50.2, 80.4, {-0.2, 0.05, 0.002, -0.003});
 Rigid3 some_pose() { return {so3_exp({0.1, -0.15, 0.7}), {0.1, 0.05, 0.2}}; }
 
-/// Elements of the face: place in the world and area.
+/// Elements of the face: position in the world and area.
 struct Element {
   Eigen::Vector3d at;
   double area;
@@ -44,7 +44,7 @@ std::vector<Element> elements(const Lamp& lamp, int panels, int rings) {
   std::vector<Element> all;
   for (int eighth = 0; eighth < 8; ++eighth)
     for (const Eigen::Vector2d& turn : quadrature(panels)) {
-      // Finer towards both ends of the eighth, where the curve bends.
+      // Finer towards both ends of the eighth, where the curvature is large.
       const double t = turn.x() + 0.5, smooth = t * t * (3 - 2 * t);
       const double angle = (eighth + smooth) * pi / 4;
       const double speed = 6 * t * (1 - t) * pi / 4;
@@ -59,7 +59,7 @@ std::vector<Element> elements(const Lamp& lamp, int panels, int rings) {
   return all;
 }
 
-TEST(LameCurve, AreaIsThatOfItsElements) {
+TEST(LameCurve, AreaIsTheSumOfItsElements) {
   for (const double n : exponents) {
     const Lamp lamp = lame_lamp(n);
     double area = 0;
@@ -129,7 +129,7 @@ TEST(LameCurve, OfExponentTwoIsADisc) {
       EXPECT_NEAR(a.at(a.x0 + x, a.y0 + y), b.at(a.x0 + x, a.y0 + y), 1e-6);
 }
 
-TEST(LameCurve, CentreIsTheMeanOfItsImageAndMovesAsItsJacobianSays) {
+TEST(LameCurve, CentreIsTheCentroidOfItsImageWithTheRightJacobian) {
   for (const double n : exponents) {
     const Lamp lamp = lame_lamp(n, {0.5, 0.25});
     for (const Camera& camera : {bent, Camera::pinhole(640, 480, 900, 900, 319.5, 239.5)}) {
@@ -156,7 +156,7 @@ TEST(LameCurve, CentreIsTheMeanOfItsImageAndMovesAsItsJacobianSays) {
   }
 }
 
-TEST(LameCurve, FluxIsThatOfTheApertureFormula) {
+TEST(LameCurve, FluxFollowsTheApertureFormula) {
   Scene scene;
   scene.camera = Camera::pinhole(640, 480, 422.5, 422.5, 319.5, 239.5);
   for (const double n : exponents) {
@@ -166,7 +166,7 @@ TEST(LameCurve, FluxIsThatOfTheApertureFormula) {
   }
 }
 
-TEST(LameCurve, HasNoRimDistanceYet) {
+TEST(LameCurve, HasNoRimDistance) {
   const Lamp lamp = lame_lamp(4);
   const auto px = *project_rim(lamp, some_pose(), bent, 16);
   const auto ray = rim_ray({px[0], {1, 0}, 0.1}, bent);
@@ -175,9 +175,10 @@ TEST(LameCurve, HasNoRimDistanceYet) {
   EXPECT_FALSE(rim_distance_px(lamp, some_pose(), *ray));
 }
 
-// Their blobs' rims are taken for ellipses: what is nearly one is located by its centre; far from
-// one the blob counts as several lamps that touch, as a rectangle's does.
-TEST(LameCurve, LampsAreLocatedByTheirCentresOrNotAtAll) {
+// Detection models the rims of blobs as ellipses. A shape that is nearly an ellipse is located by
+// its centre. A blob that is far from an ellipse counts as several touching lamps, like a
+// rectangle's.
+TEST(LameCurve, LampsAreLocatedByTheirCentresOrNotLocated) {
   for (const double n : {1.3, 1.7, 2.5, 4.0, 10.0}) {
     Scene scene = irregular_room();
     for (Lamp& lamp : scene.lamps) {

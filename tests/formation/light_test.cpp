@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Radiometry of a lamp's image: the aperture formula, the camera equation, and that both agree.
+// Radiometry of a lamp's image: the aperture formula, the camera equation, and their agreement.
 #include "libocc/formation/light.hpp"
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 
 using namespace occ;
 
-// The contribution's lamp 1.5 m above an upright camera: 170 mm, 70 degrees, 1500 mW.
+// Lamp of the conference contribution, 1.5 m above an upright camera: 170 mm, 70 degrees, 1500 mW.
 Lamp contribution_lamp() {
   Lamp lamp = test::disc_lamp(0, {0, 0, 1.5}, 0.085);
   lamp.half_power_rad = 70 * pi / 180;
@@ -48,7 +48,7 @@ TEST(LampElectrons, DarkCurrentIsNotLight) {
               1, 1e-9);
 }
 
-TEST(LampElectrons, NoneFromADarkSideOrFromBehind) {
+TEST(LampElectrons, AreZeroForADarkSideOrBehindTheCamera) {
   Lamp lamp = contribution_lamp();
   const Camera camera;
   Eigen::Matrix<double, 1, 6> jacobian;
@@ -80,7 +80,7 @@ TEST(LampElectrons, JacobianOfTheLogarithm) {
           },
           Eigen::VectorXd::Zero(6));
       EXPECT_TRUE(test::jacobian_agrees(analytic, numeric));
-      analytic[4] *= 1.001;  // the check must see this
+      analytic[4] *= 1.001;  // the check must detect this
       EXPECT_FALSE(test::jacobian_agrees(analytic, numeric));
     }
   }
@@ -95,15 +95,16 @@ TEST(Irradiance, OnAxisIsTheCameraEquation) {
               pi / 4 / 4 * on_axis, 1e-12);
 }
 
-TEST(Irradiance, FallsWithTheFourthPowerOfTheCosineOffAxis) {
-  Lamp lamp = test::disc_lamp(0, {0, 0, 1.5}, 0.4);  // 60 degrees: the same radiance every way
+TEST(Irradiance, DecreasesWithTheFourthPowerOfTheCosineOffAxis) {
+  Lamp lamp =
+      test::disc_lamp(0, {0, 0, 1.5}, 0.4);  // 60 degrees: the same radiance in all directions
   const Camera camera;
   const double on_axis = irradiance_at(lamp, Rigid3{}, camera, Sensor{}, {319.5, 239.5});
   for (const double px : {50.0, 200.0, 400.0}) {
     const double cosine = std::cos(std::atan(px / 500));
     EXPECT_NEAR(irradiance_at(lamp, Rigid3{}, camera, Sensor{}, {319.5 + px, 239.5}) / on_axis,
                 std::pow(cosine, 4), 1e-12);
-    // A lamp of 70 degrees grows brighter off axis: cos^(m-1) of the emission angle, the same here.
+    // The radiance of a lamp of 70 degrees increases off axis, by cos^(m-1) of the emission angle.
     lamp.half_power_rad = 70 * pi / 180;
     EXPECT_NEAR(irradiance_at(lamp, Rigid3{}, camera, Sensor{}, {319.5 + px, 239.5}) /
                     irradiance_at(lamp, Rigid3{}, camera, Sensor{}, {319.5, 239.5}),
@@ -112,13 +113,13 @@ TEST(Irradiance, FallsWithTheFourthPowerOfTheCosineOffAxis) {
   }
 }
 
-TEST(Irradiance, NoneWhereTheRayMissesTheLitSide) {
+TEST(Irradiance, IsZeroWhereTheRayMissesTheLitSide) {
   Lamp lamp = test::disc_lamp(0, {0, 0, 1.5}, 0.4);
   const Camera camera;
   lamp.normal = Eigen::Vector3d::UnitZ();
   EXPECT_EQ(irradiance_at(lamp, Rigid3{}, camera, Sensor{}, {319.5, 239.5}), 0);
   lamp.normal =
-      -Eigen::Vector3d::UnitX();  // a wall lamp to the right: its plane is seen only there
+      -Eigen::Vector3d::UnitX();  // a wall lamp to the right; its plane is visible only there
   lamp.centre_m = {1, 0, 1.5};
   EXPECT_GT(irradiance_at(lamp, Rigid3{}, camera, Sensor{}, {600, 239.5}), 0);
   EXPECT_EQ(irradiance_at(lamp, Rigid3{}, camera, Sensor{}, {100, 239.5}), 0);
@@ -127,7 +128,7 @@ TEST(Irradiance, NoneWhereTheRayMissesTheLitSide) {
                std::invalid_argument);
 }
 
-// Electrons of the lamp's image summed over pixels, over those of the aperture formula.
+// Electrons of the lamp's image summed over pixels, relative to the aperture formula.
 double flux_ratio(Lamp lamp, const Rigid3& pose, const Camera& camera) {
   const Sensor sensor;
   const Patch patch = coverage(*project_contour(lamp, pose, camera, 0.8), PixelPsf(0.8),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Moments that follow from coverage by a filter, against those painted along the rim.
+// Moments computed from coverage by a filter, compared with moments painted along the rim.
 #include "libocc/formation/moment_filter.hpp"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ Contour disc_contour(const Eigen::Vector2d& centre, double radius, double sigma)
   return *project_contour(test::disc_lamp(0, {0, 0, 1}, radius / 1000), Rigid3{}, camera, sigma);
 }
 
-// Worst error of both moments, in parts of the largest.
+// Largest error of both moments, relative to the largest moment.
 double worst_error(const Eigen::Vector2d& centre, double radius, double sigma,
                    const MomentFilter& filter) {
   const PixelPsf psf(sigma);
@@ -47,8 +47,8 @@ double worst_error(const Eigen::Vector2d& centre, double radius, double sigma,
   return worst / most;
 }
 
-// Light that changes by 1/500 over a pixel gives that part of the moment: the image errs by a
-// thousandth of the errors here.
+// If light changes by 1/500 per pixel, an image contains 1/500 of the moments, so its error is
+// below 1/500 of the errors here.
 TEST(MomentFilter, AgreesWithPaintedMoments) {
   const Eigen::Vector2d centre(50.2, 40.7);
   for (const auto& [sigma, bound] :
@@ -58,17 +58,17 @@ TEST(MomentFilter, AgreesWithPaintedMoments) {
           << "sigma " << sigma << ", radius " << radius;
 }
 
-TEST(MomentFilter, IsRightWhereTheImageEndsToo) {
+TEST(MomentFilter, IsCorrectAtTheBorderOfTheImage) {
   for (const Eigen::Vector2d& centre :
        {Eigen::Vector2d(1, 40), {98, 41}, {50, -2}, {49, 80}, {-3, -4}, {103, 82}})
     EXPECT_LT(worst_error(centre, 20, 1.5, MomentFilter(1.5)), 5e-4) << centre.transpose();
 }
 
-TEST(MomentFilter, TheCheckRefusesTheFilterOfAnotherPsf) {
+TEST(MomentFilter, TheComparisonDetectsTheFilterOfAnotherPsf) {
   EXPECT_GT(worst_error({50, 40}, 10, 1.5, MomentFilter(1.51)), 5e-3);
 }
 
-TEST(MomentFilter, DoesNotDoWhereMomentsHaveToBePainted) {
+TEST(MomentFilter, IsNotUsedIfPixelsDoNotResolveThePsf) {
   EXPECT_FALSE(MomentFilter::resolves(1));
   EXPECT_TRUE(MomentFilter::resolves(1.5));
   EXPECT_GT(worst_error({50.2, 40.7}, 10, 1, MomentFilter(1)), 2e-3);

@@ -48,7 +48,7 @@ Eigen::Vector2d conic_centre(const std::vector<Eigen::Vector2d>& points) {
   return mean - scale * hessian.inverse() * gradient;
 }
 
-/// Mean of area of a finely sampled polygon.
+/// Centroid of the area of a finely sampled polygon.
 Eigen::Vector2d polygon_centroid(const std::vector<Eigen::Vector2d>& p) {
   double area = 0;
   Eigen::Vector2d moment = Eigen::Vector2d::Zero();
@@ -102,7 +102,7 @@ TEST(RimInWorld, RectangleKeepsItsCornersForAnyCountAndAspect) {
   }
 }
 
-TEST(RimInWorld, PointHasNoneAndTooFewAreRefused) {
+TEST(RimInWorld, IsEmptyForAPointAndRejectsSmallCounts) {
   Lamp lamp = tilted_disc();
   EXPECT_THROW(rim_in_world(lamp, 7), std::invalid_argument);
   lamp.shape = LampShape::point;
@@ -113,7 +113,7 @@ TEST(RimInWorld, PointHasNoneAndTooFewAreRefused) {
   EXPECT_EQ(pixel->front(), *bent.project(some_pose() * lamp.centre_m));
 }
 
-TEST(ProjectRim, NothingFromTheDarkSideBehindOrOutsideTheDomain) {
+TEST(ProjectRim, IsNulloptForTheDarkSideBehindOrOutsideTheDomain) {
   for (Lamp lamp : {tilted_disc(), tilted_rectangle()}) {
     EXPECT_TRUE(project_rim(lamp, some_pose(), straight, 16));
     EXPECT_TRUE(project_lamp_centre(lamp, some_pose(), straight));
@@ -121,21 +121,21 @@ TEST(ProjectRim, NothingFromTheDarkSideBehindOrOutsideTheDomain) {
     dark.normal = -dark.normal;
     EXPECT_FALSE(project_rim(dark, some_pose(), straight, 16));
     EXPECT_FALSE(project_lamp_centre(dark, some_pose(), straight));
-    Lamp astride = lamp;  // lit side seen, but part of it behind the camera
+    Lamp astride = lamp;  // the lit side is visible, but part of it is behind the camera
     astride.centre_m = {0, 0, 0.02};
     astride.normal = Eigen::Vector3d(-1, 0, -0.1).normalized();
     astride.x_axis = Eigen::Vector3d(-0.1, 0, 1).normalized();
     astride.centre_m.x() = 0.5;
     EXPECT_FALSE(project_rim(astride, Rigid3{}, straight, 16));
     EXPECT_FALSE(project_lamp_centre(astride, Rigid3{}, straight));
-    Lamp far_aside = lamp;  // beyond the radius at which this lens folds back
-    far_aside.centre_m = {9, 0, 2.5};
-    far_aside.normal = -Eigen::Vector3d::UnitZ();
-    far_aside.x_axis = Eigen::Vector3d::UnitX();
-    EXPECT_TRUE(project_rim(far_aside, Rigid3{}, straight, 16));
+    Lamp far_off = lamp;  // beyond the radius at which this lens folds back
+    far_off.centre_m = {9, 0, 2.5};
+    far_off.normal = -Eigen::Vector3d::UnitZ();
+    far_off.x_axis = Eigen::Vector3d::UnitX();
+    EXPECT_TRUE(project_rim(far_off, Rigid3{}, straight, 16));
     const Camera folding = Camera::pinhole(640, 480, 500, 500, 320, 240, {-0.3, 0, 0, 0});
-    EXPECT_FALSE(project_rim(far_aside, Rigid3{}, folding, 16));
-    EXPECT_FALSE(project_lamp_centre(far_aside, Rigid3{}, folding));
+    EXPECT_FALSE(project_rim(far_off, Rigid3{}, folding, 16));
+    EXPECT_FALSE(project_lamp_centre(far_off, Rigid3{}, folding));
   }
 }
 
@@ -153,7 +153,7 @@ TEST(LampCentre, DiscIsTheCentreOfTheConicThroughItsRim) {
   }
 }
 
-TEST(LampCentre, BiasOfADiscsProjectedCentreIsAsInTheTheory) {
+TEST(LampCentre, BiasOfADiscsProjectedCentreFollowsTheory) {
   const Camera camera = Camera::pinhole(1280, 960, 1000, 1000, 640, 480);
   const double tilt = 3.14159265358979 / 6;
   for (const auto& [diameter_m, bias_px] : {std::pair{0.18, 0.56}, {0.6, 6.3}}) {
@@ -166,7 +166,7 @@ TEST(LampCentre, BiasOfADiscsProjectedCentreIsAsInTheTheory) {
   }
 }
 
-TEST(LampCentre, IsTheMeanOfAreaOfTheImage) {
+TEST(LampCentre, IsTheCentroidOfTheImage) {
   for (const Lamp& lamp : {tilted_disc(0.3), tilted_rectangle()}) {
     for (const Camera* camera : {&straight, &bent}) {
       const auto rim = project_rim(lamp, some_pose(), *camera, 40000);
@@ -188,7 +188,7 @@ TEST(LampCentre, ClosedFormAndQuadratureAgree) {
   EXPECT_LT((closed - quadrature).norm(), 1e-8 * closed.norm());
 }
 
-TEST(LampCentre, JacobianAgreesWithDifferencesAndAWrongOneIsRefused) {
+TEST(LampCentre, JacobianAgreesWithDifferencesAndErrorsAreDetected) {
   Lamp point = tilted_disc();
   point.shape = LampShape::point;
   for (const Lamp& lamp : {tilted_disc(0.3), tilted_rectangle(), point}) {
@@ -200,10 +200,10 @@ TEST(LampCentre, JacobianAgreesWithDifferencesAndAWrongOneIsRefused) {
       Eigen::Matrix<double, 2, 6> analytic;
       ASSERT_TRUE(project_lamp_centre(lamp, some_pose(), *camera, &analytic));
       EXPECT_TRUE(test::jacobian_agrees(analytic, numeric));
-      Eigen::Matrix<double, 2, 6> of_the_centre_point;  // forgets that the image is no point
-      ASSERT_TRUE(project_lamp_centre(point, some_pose(), *camera, &of_the_centre_point));
+      Eigen::Matrix<double, 2, 6> point_jacobian;  // of the projected centre, ignoring the shape
+      ASSERT_TRUE(project_lamp_centre(point, some_pose(), *camera, &point_jacobian));
       if (lamp.shape != LampShape::point) {
-        EXPECT_FALSE(test::jacobian_agrees(of_the_centre_point, numeric));
+        EXPECT_FALSE(test::jacobian_agrees(point_jacobian, numeric));
       }
     }
   }
@@ -227,10 +227,10 @@ TEST(RimDistance, IsZeroOnTheRimAndTheOffsetNearIt) {
   }
 }
 
-TEST(RimDistance, JacobianAgreesWithDifferencesAndAWrongOneIsRefused) {
+TEST(RimDistance, JacobianAgreesWithDifferencesAndErrorsAreDetected) {
   for (const Lamp& lamp : {tilted_disc(), tilted_rectangle()}) {
     for (const Camera* camera : {&straight, &bent}) {
-      // 3 px off: the scale's dependence on the pose must show
+      // 3 px off, so that the dependence of the scale on the pose matters
       for (const RimPoint& point : test::exact_rim(lamp, some_pose(), *camera, 16, 0.05, 3)) {
         const auto ray = rim_ray(point, *camera);
         ASSERT_TRUE(ray);
@@ -255,8 +255,8 @@ TEST(RimDistance, RectanglesCornersFollowTheMeasuredSide) {
   lamp.shape = LampShape::rectangle;
   lamp.size_m = {0.4, 0.4};
   const Camera camera = Camera::pinhole(640, 480, 500, 500, 320, 240);
-  // 50 px half side; a point of the right side, 0.2 px from the corner, measured 0.3 px too far in:
-  // it is nearer to the neighbouring side than to its own.
+  // The half side is 50 px. A point of the right side, 0.2 px from the corner, is measured 0.3 px
+  // too far inside, so it is nearer to the neighbouring side than to its own.
   const auto ray = rim_ray({{369.7, 289.8}, {1, 0}, 0.1}, camera);
   ASSERT_TRUE(ray);
   const auto distance = rim_distance_px(lamp, Rigid3{}, *ray);
@@ -264,7 +264,7 @@ TEST(RimDistance, RectanglesCornersFollowTheMeasuredSide) {
   EXPECT_NEAR(*distance, -0.3, 1e-9);
 }
 
-TEST(RimDistance, NothingWhereItHasNoMeaning) {
+TEST(RimDistance, IsNulloptWhereItIsUndefined) {
   const Lamp lamp = test::disc_lamp(0, {0, 0, 2}, 0.1);
   const Camera camera = Camera::pinhole(640, 480, 500, 500, 320, 240);
   const RimRay on_rim = rim_ray({{345, 240}, {1, 0}, 0.1}, camera).value();
@@ -275,7 +275,7 @@ TEST(RimDistance, NothingWhereItHasNoMeaning) {
   Lamp behind = lamp;
   behind.centre_m.z() = -2;
   EXPECT_FALSE(rim_distance_px(behind, Rigid3{}, on_rim));
-  Lamp wall = lamp;  // its plane is met behind the camera
+  Lamp wall = lamp;  // the ray meets its plane behind the camera
   wall.centre_m = {-1, 0, 2};
   wall.normal = {1, 0, 0};
   EXPECT_FALSE(rim_distance_px(wall, Rigid3{}, on_rim));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coverage without blur against exact areas of circles and polygons in pixels.
+// Coverage without blur, compared with exact areas of circles and polygons in pixels.
 #include "libocc/formation/internal/sharp_coverage.hpp"
 
 #include <algorithm>
@@ -37,7 +37,7 @@ TEST(SharpCoverage, TheOracleIsTheAreaOfSimpleCases) {
   EXPECT_NEAR(disc_in_pixel({0, 0}, {0.5, 0.5}, 0.4), pi * 0.04, 1e-14);
   EXPECT_NEAR(disc_in_pixel({5, 0}, {0, 0}, 20), 1, 1e-12);
   EXPECT_NEAR(disc_in_pixel({25, 0}, {0, 0}, 20), 0, 1e-12);
-  // 0.9: the circle passes over the pixel's corner; by midpoint sums.
+  // At 0.9 the circle passes the pixel's corner; the value is from midpoint sums.
   double sum = 0;
   const int n = 2000;
   for (int i = 0; i < n; ++i)
@@ -63,7 +63,7 @@ TEST(SharpCoverage, DiscsMatchExactAreasInEveryPixel) {
     }
 }
 
-TEST(SharpCoverage, MomentsAreThoseOfThePartInThePixel) {
+TEST(SharpCoverage, MomentsBelongToThePartInThePixel) {
   const Eigen::Vector2d centre(20.3, 17.8);
   const double radius = 6.4;
   const CoverageMoments image = disc_image(centre, radius, 40, 36);
@@ -115,7 +115,7 @@ TEST(SharpCoverage, AnUprightRectangleIsAProductOfOverlaps) {
                   1e-12);
 }
 
-// Area of a convex polygon's part in a pixel by clipping (Sutherland and Hodgman, 1974).
+// Area of the part of a convex polygon inside a pixel, by clipping (Sutherland and Hodgman, 1974).
 double polygon_in_pixel(std::vector<Eigen::Vector2d> polygon, const Eigen::Vector2d& pixel) {
   for (int axis = 0; axis < 2; ++axis)
     for (const double side : {-1.0, 1.0}) {
@@ -139,7 +139,7 @@ double polygon_in_pixel(std::vector<Eigen::Vector2d> polygon, const Eigen::Vecto
   return std::abs(area);
 }
 
-TEST(SharpCoverage, BehindALensMatchesPolygonsOfManySides) {
+TEST(SharpCoverage, WithDistortionMatchesPolygonsOfManySides) {
   const Camera bent = Camera::pinhole(80, 60, 70, 72, 40.3, 29.1, {-0.2, 0.05, 0.002, -0.003});
   const Rigid3 pose{so3_exp({0.3, -0.2, 0.5}), {0.1, 0.05, 0.1}};
   for (const LampShape shape : {LampShape::disc, LampShape::rectangle, LampShape::lame})
@@ -162,12 +162,12 @@ TEST(SharpCoverage, BehindALensMatchesPolygonsOfManySides) {
     }
 }
 
-TEST(SharpCoverage, TheComparisonSeesAMillionthOfAPixel) {
+TEST(SharpCoverage, TheComparisonDetectsAMillionthOfAPixel) {
   const CoverageMoments image = disc_image({20.3 + 1e-5, 17.8}, 6.4, 40, 36);
   EXPECT_GT(std::abs(value_at(image.c, 27, 18) - disc_in_pixel({27, 18}, {20.3, 17.8}, 6.4)), 1e-6);
 }
 
-TEST(SharpCoverage, HasNoneForADarkSideOrARimBehindTheCamera) {
+TEST(SharpCoverage, IsEmptyForADarkSideOrARimBehindTheCamera) {
   const Camera camera;
   EXPECT_FALSE(project_chords(disc_lamp(0, {0, 0, -1}), Rigid3{}, camera));
   Lamp upright = disc_lamp(0, {0.05, 0, 0.05}, 0.1);

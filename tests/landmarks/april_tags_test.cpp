@@ -12,8 +12,8 @@
 #include "libocc/locate/tags.hpp"
 #include "libocc/scene/scene_file.hpp"
 #include "libocc/scene/tag.hpp"
-#include "libocc/simulate/targets.hpp"
 #include "tests/support/support.hpp"
+#include "tests/support/target_fields.hpp"
 
 namespace occ::test {
 namespace {

@@ -21,7 +21,7 @@ Scene blinking_scene(double frequency_hz, double duty) {
   return scene;
 }
 
-// Signal of every pixel over that of the same lamp always lit.
+// Signal of each pixel, relative to the signal of the same lamp always lit.
 Eigen::MatrixXd modulation(const Scene& scene, double start_s = 0) {
   Scene lit = scene;
   for (Lamp& lamp : lit.lamps) lamp.frequency_hz.reset();
@@ -30,7 +30,7 @@ Eigen::MatrixXd modulation(const Scene& scene, double start_s = 0) {
   return (mean_electrons(scene, Rigid3{}, peak, noiseless(start_s)).array() / steady.array());
 }
 
-// Lit share of an exposure by counting instants.
+// Lit fraction of an exposure, counted over many instants.
 double lit_share(const Lamp& lamp, double begin_s, double length_s) {
   const int instants = 20000;
   int lit = 0;
@@ -60,7 +60,7 @@ TEST(RollingShutter, EveryLineIsTheMeanOverItsExposure) {
 }
 
 TEST(RollingShutter, StripesHaveTheLampsPeriodAndPhase) {
-  // 1 kHz in rows of 20 us: 50 rows a period. A short exposure: lit rows are 0 ... 24.
+  // 1 kHz and rows of 20 us give 50 rows per period. With a short exposure, rows 0 ... 24 are lit.
   Scene scene = blinking_scene(1000, 0.5);
   scene.sensor.exposure_s = 1e-6;
   const Eigen::MatrixXd seen = modulation(scene);
@@ -76,7 +76,7 @@ TEST(RollingShutter, UnknownReadoutIsRenderedAsRows) {
   EXPECT_EQ(simulate(scene, Rigid3{}).image.u8, rows.u8);
 }
 
-TEST(RollingShutter, AnExposureOfWholePeriodsShowsNoStripes) {
+TEST(RollingShutter, AnExposureOfWholePeriodsHasNoStripes) {
   Scene scene = blinking_scene(2000, 0.4);
   scene.sensor.exposure_s = 3 / 2000.0;
   const Eigen::MatrixXd seen = modulation(scene, 0.01234);
@@ -104,7 +104,7 @@ TEST(GlobalShutter, AllRowsShareOneExposure) {
   }
 }
 
-TEST(RollingShutter, TruthCountsTheElectronsThatWereSeen) {
+TEST(RollingShutter, TruthCountsTheElectronsInTheImage) {
   Scene scene = blinking_scene(1000, 0.5);
   const Eigen::MatrixXd electrons = mean_electrons(scene, Rigid3{}, 300);
   EXPECT_NEAR(simulate(scene, Rigid3{}).lamps[0].electrons / electrons.sum(), 1, 1e-4);

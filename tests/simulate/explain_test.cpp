@@ -17,7 +17,7 @@ const ExplainedEffect& of(const Explanation& explanation, Effect effect) {
   return explanation.effects[static_cast<std::size_t>(effect)];
 }
 
-/// Position of the camera that sees the lamps' centres at these pixels: Gauss and Newton's steps.
+/// Position of the camera that sees the lamps' centres at these pixels, by Gauss-Newton steps.
 Eigen::Vector3d solved_position(const Scene& scene, const Rigid3& start,
                                 const std::vector<Eigen::Vector2d>& px) {
   Rigid3 pose = start;
@@ -38,7 +38,7 @@ Eigen::Vector3d solved_position(const Scene& scene, const Rigid3& start,
   return pose.origin_in_source();
 }
 
-TEST(Explain, HasThePlanOfTheImage) {
+TEST(Explain, ContainsThePlanOfTheImage) {
   const Scene scene = test::irregular_room();
   const RenderPlan plan = plan_render(scene, room_pose());
   const Explanation explanation = explain(scene, room_pose(), {}, 0);
@@ -51,9 +51,9 @@ TEST(Explain, HasThePlanOfTheImage) {
   }
 }
 
-// Whatever centroids do within their bound, the position does not leave its own; and some such
-// change moves it by a good part of that.
-TEST(Explain, PositionsMoveNoFartherThanTheirBound) {
+// Centroids that move within their bound do not move the position beyond its bound, and some of
+// these displacements move it by a large part of the bound.
+TEST(Explain, PositionsStayWithinTheirBound) {
   const Scene scene = test::irregular_room();
   const ExplainedEffect effect = of(explain(scene, room_pose(), {}, 0), Effect::light_gradient);
   ASSERT_GT(effect.bound_px, 0);
@@ -81,7 +81,7 @@ TEST(Explain, LampsThatDetermineNoPoseBoundNothing) {
   EXPECT_EQ(of(explanation, Effect::walls).position_bound_m, 0);
 }
 
-TEST(Explain, MeasuresWhatEffectsCost) {
+TEST(Explain, MeasuresTheTimeOfEffects) {
   Scene scene = test::irregular_room();
   scene.room = Room{{4, 4, 3.5}, 0.5};
   scene.sensor.full_well_e = 1e6;
@@ -92,7 +92,7 @@ TEST(Explain, MeasuresWhatEffectsCost) {
   EXPECT_GT(explanation.render_s, 0);
   EXPECT_NE(of(explanation, Effect::noise).cost_s, 0);
   EXPECT_FALSE(of(explanation, Effect::walls).applied);
-  EXPECT_NE(of(explanation, Effect::walls).cost_s, 0);  // would cost
+  EXPECT_NE(of(explanation, Effect::walls).cost_s, 0);  // left out, but measured
   EXPECT_EQ(of(explanation, Effect::mosaic).cost_s, 0);
   EXPECT_THROW(explain(scene, room_pose(), {}, -1), std::invalid_argument);
 }

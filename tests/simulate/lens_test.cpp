@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the lens does to a lamp's image: diffraction, defocus, no blur at all, vignetting, cos^4.
+// Effects of the lens on a lamp's image: diffraction, defocus, no blur, vignetting, cos^4.
 #include <algorithm>
 #include <cmath>
 
@@ -48,8 +48,8 @@ TEST(Diffraction, IsAGaussianOfTheAiryDiscsCore) {
       worst(mean_electrons(with, pose, peak_e) - mean_electrons(without, pose, peak_e), peak_e), 0);
 }
 
-// Radius by the lens equation: the lens, focused at z_f, images z at v_z; the cone from a lens of
-// diameter D to there meets the sensor at v.
+// Radius by the lens equation. A lens focused at z_f images a point at z at the distance v_z. The
+// cone of light from a lens of diameter D to that image meets the sensor at v.
 double confusion_radius_px(const Scene& scene, double depth_m) {
   const double pitch = scene.sensor.pixel_pitch_m, v = scene.camera.fx_px() * pitch;
   const double diameter = v / scene.sensor.f_number;
@@ -58,15 +58,15 @@ double confusion_radius_px(const Scene& scene, double depth_m) {
   return 0.5 * diameter * std::abs(v - v_z) / v_z / pitch;
 }
 
-// A focus at which the lamp is blurred by a disc of this radius; a wide lens, for `scene`'s is not.
+// Sets a focus that blurs the lamp by a disc of this radius, and a wide lens, which `scene` lacks.
 void blur_by(double radius_px, Scene& scene) {
-  scene.sensor.f_number = 0.01;  // unnatural, but so is a blurred lamp behind a lens of 1.4 mm
+  scene.sensor.f_number = 0.01;  // not realistic, but a lens of 1.4 mm does not blur the lamp
   scene.lens.focus_distance_m = 1e3;
   const double all = confusion_radius_px(scene, (pose * scene.lamps[0].centre_m).z());
   scene.sensor.f_number *= all / radius_px;
 }
 
-// Mean of images by lenses that all see the lamp shifted within the disc of confusion.
+// Mean of images with the lamp shifted over the disc of confusion.
 Eigen::MatrixXd mean_of_shifted(Scene scene, double peak_e) {
   const double radius = confusion_radius_px(scene, (pose * scene.lamps[0].centre_m).z());
   scene.lens.focus_distance_m.reset();
@@ -99,7 +99,7 @@ TEST(Defocus, IsTheMeanOverTheDiscOfConfusion) {
     }
 }
 
-TEST(Defocus, TheComparisonSeesARadiusWrongByAFiftieth) {
+TEST(Defocus, TheComparisonDetectsARadiusErrorOfTwoPercent) {
   Scene scene = lens_scene();
   blur_by(4, scene);
   const double peak_e = 1.3 * peak_of(scene);
@@ -118,7 +118,7 @@ TEST(Defocus, AtTheLampsDepthChangesNoBit) {
 }
 
 TEST(Defocus, MovesWithTheLampUnderAMovingCamera) {
-  // The mean over motion of the mean over the disc: as shifted images of the moving camera.
+  // Expected is the mean over shifted images of the moving camera.
   for (const double row_time_s : {0.0, 1e-4}) {
     Scene scene = lens_scene();
     blur_by(2.5, scene);
@@ -136,7 +136,8 @@ TEST(Defocus, MovesWithTheLampUnderAMovingCamera) {
         const double r = radius * (ring.x() + 0.5), angle = 2 * pi * i / 24;
         const Eigen::Vector2d shift(r * std::cos(angle), r * std::sin(angle));
         scene.camera = Camera::pinhole(80, 60, 200, 200, 39.5 + shift.x(), 29.5 + shift.y());
-        // A line's time is that of where the light lands: the camera is shifted, not the lines.
+        // The time belongs to the line that receives the light, so the camera is shifted, not the
+        // lines.
         truth += ring.y() * 2 * (ring.x() + 0.5) / 24 *
                  mean_electrons(scene, pose, 1.5 * peak_e, options);
       }
@@ -163,7 +164,7 @@ TEST(NoBlur, WithTheGradientIsTheSumOverSmallElements) {
   const double peak_e = peak_of(scene);
   const Eigen::MatrixXd image = mean_electrons(scene, pose, peak_e);
   const Lamp& lamp = scene.lamps[0];
-  // Irradiance over each pixel's part in the image, by points.
+  // Sum of the irradiance over points of each pixel inside the image.
   const double per_irradiance = scene.sensor.electrons(1) - scene.sensor.electrons(0);
   const Eigen::Vector3d centre = pose * lamp.centre_m, normal = pose.rotation * lamp.normal;
   double off = 0;
@@ -184,7 +185,7 @@ TEST(NoBlur, WithTheGradientIsTheSumOverSmallElements) {
         }
       off = std::max(off, std::abs(sum * per_irradiance - image(x, y)));
     }
-  EXPECT_LT(off / peak_e, 5e-4);  // what the points resolve of the rim
+  EXPECT_LT(off / peak_e, 5e-4);  // resolution of the rim by the points
 }
 
 TEST(NoBlur, APointIsInOnePixel) {
@@ -199,7 +200,8 @@ TEST(NoBlur, APointIsInOnePixel) {
 
 double transmission(const Scene& scene, const Eigen::Vector2d& px) {
   const Eigen::Vector2d centre(scene.camera.cx_px(), scene.camera.cy_px());
-  const Eigen::Vector2d corner(scene.camera.width() - 0.5, -0.5);  // the farthest from the centre
+  const Eigen::Vector2d corner(scene.camera.width() - 0.5,
+                               -0.5);  // farthest corner from the centre
   const double q2 = (px - centre).squaredNorm() / (corner - centre).squaredNorm();
   return 1 + scene.lens.vignetting[0] * q2 + scene.lens.vignetting[1] * q2 * q2;
 }
@@ -222,7 +224,7 @@ TEST(Vignetting, IsAFactorAtEachPixel) {
   }
 }
 
-TEST(Vignetting, OfAPointAndUnderMotionIsThatOfWhereItIs) {
+TEST(Vignetting, IsTakenAtThePositionOfAPointAlsoUnderMotion) {
   for (const LampShape shape : {LampShape::point, LampShape::disc}) {
     Scene scene = lens_scene(shape);
     scene.lamps[0].radius_m = 0.01;
@@ -243,7 +245,7 @@ TEST(Vignetting, OfAPointAndUnderMotionIsThatOfWhereItIs) {
   }
 }
 
-TEST(Vignetting, OfNoneChangesNoBit) {
+TEST(Vignetting, WithZeroCoefficientsChangesNoBit) {
   Scene scene = lens_scene();
   const Image without = simulate(scene, pose).image;
   scene.lens.vignetting = {0, 0};
@@ -251,9 +253,10 @@ TEST(Vignetting, OfNoneChangesNoBit) {
 }
 
 TEST(LightGradient, ShiftsTheCentroidByItsKnownValue) {
-  // A ceiling lamp 30 degrees off the axis of an upright camera, of order m = 0.646: E falls with
-  // cos^4 psi cos^(m-1) phi, psi = phi, so grad ln E = -(m + 3) tan(psi) cos^2(psi) / f, and the
-  // image of an R x R' ellipse moves by R^2/4 of it.
+  // A ceiling lamp of order m = 0.646 is 30 degrees off the axis of an upright camera. E is
+  // proportional to cos^4 psi cos^(m-1) phi with psi = phi, so
+  // grad ln E = -(m + 3) tan(psi) cos^2(psi) / f. The centroid of an R x R' ellipse moves by R^2/4
+  // times this gradient.
   Scene scene;
   const double f = 422.5, height = 1.5, angle = pi / 6;
   scene.camera = Camera::pinhole(640, 480, f, f, 100, 239.5);
@@ -275,7 +278,7 @@ TEST(LightGradient, ShiftsTheCentroidByItsKnownValue) {
   EXPECT_NEAR((centroid(Use::off) - centroid(Use::on)) / expected, 1, 0.01);
 }
 
-TEST(LightGradient, FluxIsTheAperturesToTheSquareOfSizeOverDistance) {
+TEST(LightGradient, FluxFollowsTheApertureFormulaToSecondOrderInSize) {
   Scene scene = lens_scene();
   for (const double ratio : {0.04, 0.02, 0.01}) {
     Lamp& lamp = scene.lamps[0];

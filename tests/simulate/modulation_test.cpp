@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blinking lamps: the ripple of pulse-width modulation, codes, any waveform.
+// Blinking lamps: ripple of pulse-width modulation, codes, arbitrary waveforms.
 #include <algorithm>
 #include <cmath>
 
@@ -18,12 +18,12 @@ Scene lines_scene(double frequency_hz, double exposure_s) {
   scene.lamps = {disc_lamp(0, {0, 0, 2}, 1)};
   scene.lamps[0].frequency_hz = frequency_hz;
   scene.sensor.exposure_s = exposure_s;
-  // Lines that come at all phases.
+  // A line time that covers all phases.
   scene.sensor.row_time_s = 0.6180339887 * 0.01 / frequency_hz;
   return scene;
 }
 
-// Light of each line over that of the lamp while lit.
+// Light of each line, relative to the lamp while lit.
 Eigen::VectorXd light_by_line(const Scene& scene, double start_s = 0) {
   Scene lit = scene;
   lit.lamps[0].frequency_hz.reset();
@@ -34,7 +34,7 @@ Eigen::VectorXd light_by_line(const Scene& scene, double start_s = 0) {
   return (seen.row(1).array() / steady.row(1).array()).transpose();
 }
 
-TEST(Modulation, RippleOfPulseWidthsIsTheKnownOne) {
+TEST(Modulation, RippleOfPulseWidthModulationFollowsItsFormula) {
   for (const double periods : {0.3, 0.75, 1.0, 1.25, 2.5, 7.9})
     for (const double duty : {0.1, 0.5, 0.8}) {
       Scene scene = lines_scene(1000, periods / 1000);
@@ -68,8 +68,8 @@ TEST(Modulation, AnyWaveformIsItsMeanOverEachExposure) {
   }
 }
 
-TEST(Modulation, ChipsOfACodeAreSeenOneByOne) {
-  // On-off keying with two lines a chip and an exposure that is short.
+TEST(Modulation, ChipsOfACodeAreResolved) {
+  // On-off keying with two lines per chip and a short exposure.
   const std::vector<double> code = {1, 0, 1, 1, 0, 0, 1, 0};
   Scene scene = lines_scene(1000 / 8.0, 1e-6);
   scene.sensor.row_time_s = 0.5e-3;

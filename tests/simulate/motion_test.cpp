@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A camera that moves while the image is taken, against means and rows of still images.
+// Images of a moving camera, compared with means and rows of still images.
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +11,7 @@ namespace {
 using namespace occ;
 using namespace occ::test;
 
-// Pose after a time under a constant twist: exponential series of the 4x4 matrix.
+// Pose after a time under a constant twist, by the exponential series of the 4x4 matrix.
 Rigid3 pose_after(const Rigid3& pose, const Vector6& velocity, double time_s) {
   Eigen::Matrix4d twist = Eigen::Matrix4d::Zero();
   twist.topLeftCorner<3, 3>() = skew(velocity.head<3>());
@@ -29,7 +29,7 @@ double level(const Lamp& lamp, double time_s) {
   return lamp.waveform[static_cast<std::size_t>(part * static_cast<double>(lamp.waveform.size()))];
 }
 
-// A lamp of 11 px that crosses 8 px in one exposure, and one that does not blink beside it.
+// A lamp of 11 px that moves by 8 px in one exposure, and beside it a lamp that does not blink.
 Scene moving_scene(LampShape shape = LampShape::disc) {
   Scene scene;
   scene.camera = Camera::pinhole(80, 60, 200, 200, 39.5, 29.5);
@@ -56,8 +56,8 @@ SimulateOptions moving(const Vector6& velocity, double start_s = 0) {
 
 double peak_of(const Scene& scene) { return 1.5 * peak_electrons(scene, start); }
 
-// Mean of still images over the exposure, weighted with the light of each instant; with a rolling
-// shutter each line from images of its own time, one in line_step of them.
+// Mean of still images over the exposure, weighted by the light of each instant. With a rolling
+// shutter, each line is the mean of images of its own time; only one line in line_step is computed.
 Eigen::MatrixXd mean_of_stills(const Scene& scene, const Vector6& velocity, double start_s,
                                double peak_e, int instants, int line_step = 1) {
   Scene lit = scene;
@@ -86,7 +86,7 @@ Eigen::MatrixXd mean_of_stills(const Scene& scene, const Vector6& velocity, doub
   return mean;
 }
 
-// Worst difference between the renderer's image and the mean of stills, over the peak.
+// Largest difference between the rendered image and the mean of still images, relative to the peak.
 double worst_error(const Scene& scene, const Vector6& velocity, double start_s, int instants,
                    int line_step = 1) {
   const double peak_e = peak_of(scene);
@@ -109,7 +109,7 @@ TEST(MotionBlur, IsTheMeanOverTheExposure) {
   }
 }
 
-TEST(MotionBlur, BehindALensAndWithoutGradientOrBlurToo) {
+TEST(MotionBlur, HoldsWithDistortionAndWithoutGradientOrBlur) {
   Scene scene = moving_scene();
   scene.camera = Camera::pinhole(80, 60, 200, 200, 39.5, 29.5, {-0.3, 0.1, 0.003, -0.002});
   EXPECT_LT(worst_error(scene, quick, 0, 128), 2.5e-4);
@@ -122,7 +122,7 @@ TEST(MotionBlur, BehindALensAndWithoutGradientOrBlurToo) {
   EXPECT_LT(worst_error(scene, quick, 0, 128), 2.5e-4);
 }
 
-TEST(MotionBlur, TheComparisonSeesAnExposureWrongByAHundredth) {
+TEST(MotionBlur, TheComparisonDetectsAnExposureErrorOfOnePercent) {
   Scene scene = moving_scene();
   const double peak_e = peak_of(scene);
   const Eigen::MatrixXd truth = mean_of_stills(scene, quick, 0, peak_e, 64);
@@ -130,7 +130,7 @@ TEST(MotionBlur, TheComparisonSeesAnExposureWrongByAHundredth) {
   EXPECT_GT((image - truth).cwiseAbs().maxCoeff() / peak_e, 1e-3);
 }
 
-TEST(MotionBlur, OfALampThatBlinksIsLitInItsOwnTime) {
+TEST(MotionBlur, OfABlinkingLampIsWeightedByItsLight) {
   for (const LampShape shape : {LampShape::disc, LampShape::point})
     for (const double frequency_hz : {35.0, 130.0, 900.0}) {
       Scene scene = moving_scene(shape);
@@ -144,7 +144,7 @@ TEST(MotionBlur, OfALampThatBlinksIsLitInItsOwnTime) {
     }
 }
 
-TEST(MotionBlur, ALampThatIsDarkInTheExposureIsNotSeen) {
+TEST(MotionBlur, ALampThatIsDarkDuringTheExposureIsNotInTheImage) {
   Scene scene = moving_scene();
   scene.lamps[0].frequency_hz = 1;
   scene.lamps[0].duty = 0.5;
@@ -159,13 +159,13 @@ TEST(RollingMotion, EveryLineSeesItsOwnPose) {
          {LampShape::disc, LampShape::rectangle, LampShape::lame, LampShape::point}) {
       Scene scene = moving_scene(shape);
       scene.sensor.readout = readout;
-      scene.sensor.exposure_s = 1e-6;  // an instant
+      scene.sensor.exposure_s = 1e-6;  // practically instantaneous
       scene.sensor.row_time_s = 2e-4;
       EXPECT_LT(worst_error(scene, quick, 0, 1), 1e-4) << static_cast<int>(shape);
     }
 }
 
-TEST(RollingMotion, WithBlurAndBlinkingToo) {
+TEST(RollingMotion, HoldsWithBlurAndBlinking) {
   Scene scene = moving_scene();
   scene.sensor.exposure_s = 0.004;
   scene.sensor.row_time_s = 2e-4;
@@ -178,7 +178,7 @@ TEST(RollingMotion, WithBlurAndBlinkingToo) {
 }
 
 TEST(RollingMotion, BlurOfALampThatBlinksByLinesWithoutRollingPoses) {
-  // The lines' poses are left out, their light is not.
+  // The poses of the lines are left out, but not their light.
   Scene scene = moving_scene();
   scene.sensor.exposure_s = 0.004;
   scene.sensor.row_time_s = 2e-4;
@@ -190,7 +190,7 @@ TEST(RollingMotion, BlurOfALampThatBlinksByLinesWithoutRollingPoses) {
   lit.lamps[0].frequency_hz.reset();
   const Eigen::MatrixXd steady = mean_electrons(lit, start, peak_e, moving(quick));
   for (int y = 0; y < 60; ++y) {
-    // Exposures that are lit or dark throughout.
+    // Exposures during which the lamp is lit or dark throughout.
     const double phase = std::fmod(y * 2e-4 * 100, 1);
     if (phase > 0.5 && phase < 0.59) {
       EXPECT_EQ(image.col(y).maxCoeff(), 0) << y;
@@ -200,7 +200,7 @@ TEST(RollingMotion, BlurOfALampThatBlinksByLinesWithoutRollingPoses) {
   }
 }
 
-TEST(RollingMotion, TruthIsWhereTheLinesSeeIt) {
+TEST(RollingMotion, TruthIsTheProjectionAtTheTimeOfEachLine) {
   for (const Readout readout : {Readout::rows, Readout::columns}) {
     Scene scene = moving_scene();
     scene.sensor.readout = readout;
@@ -214,7 +214,7 @@ TEST(RollingMotion, TruthIsWhereTheLinesSeeIt) {
     EXPECT_LT((truth.centre_px - seen_at(scene.lamps[0].centre_m, truth.centre_px)).norm(), 1e-6);
     EXPECT_GT((truth.centre_px - *scene.camera.project(start * scene.lamps[0].centre_m)).norm(), 1);
     ASSERT_TRUE(truth.whole);
-    // The image's centroid is where the truth has its centre, as near as it is without motion.
+    // The centroid of the image agrees with the centre in the truth as well as without motion.
     scene.effects.set(Effect::light_gradient, Use::off);
     const double peak_e = peak_of(scene);
     const Eigen::MatrixXd image = mean_electrons(scene, start, peak_e, moving(quick));
@@ -242,7 +242,7 @@ TEST(Motion, LeftOutIsTheImageFromTheMiddleOfTheFirstLinesExposure) {
   EXPECT_LT(difference.cwiseAbs().maxCoeff() / peak_e, 2e-5);
 }
 
-TEST(Motion, ACameraThatStandsStillChangesNoBit) {
+TEST(Motion, ZeroVelocityChangesNoBit) {
   Scene scene = moving_scene();
   scene.sensor.row_time_s = 2e-4;
   scene.lamps[0].frequency_hz = 300;
@@ -256,7 +256,7 @@ TEST(Motion, ACameraThatStandsStillChangesNoBit) {
   EXPECT_FALSE(plan.applies(Effect::rolling_shutter));
 }
 
-TEST(Motion, ALampThatLeavesTheLensDomainMeanwhileIsNotRendered) {
+TEST(Motion, ALampThatLeavesTheLensDomainIsNotRendered) {
   Scene scene = moving_scene();
   scene.camera = Camera::pinhole(80, 60, 40, 40, 39.5, 29.5, {-0.5, 0, 0, 0});
   Vector6 turn = Vector6::Zero();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Noise of the renderer: its distribution against the sensor model, and what it depends on.
+// Noise of the renderer: its distribution, compared with the sensor model, and its dependencies.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -25,7 +25,7 @@ Levels render(const Scene& scene, std::uint64_t seed, std::uint32_t frame = 0) {
   return levels_of(simulate(scene, Rigid3{}, options).image);
 }
 
-// A lamp that fills the image, almost evenly.
+// A lamp that fills the image almost evenly.
 Scene bright_scene(double electrons) {
   Scene scene;
   scene.camera = Camera::pinhole(160, 120, 5000, 5000, 79.5, 59.5);
@@ -47,8 +47,8 @@ Scene dark_scene() {
 
 double normal_below(double z) { return 0.5 * std::erfc(-z * std::sqrt(0.5)); }
 
-// Probability of each grey level of a pixel with `mean` electrons and a linear response, by summing
-// over electrons.
+// Probability of each grey level of a pixel with `mean` electrons and a linear response, by
+// summation over electrons.
 std::vector<double> level_probabilities(const Sensor& sensor, double mean) {
   std::vector<double> probability(static_cast<std::size_t>(sensor.full_scale_dn()) + 1);
   for (int n = 0; n < mean + 12 * std::sqrt(mean) + 30; ++n) {
@@ -67,7 +67,7 @@ std::vector<double> level_probabilities(const Sensor& sensor, double mean) {
   return probability;
 }
 
-// Pearson's chi-square of the levels against their probabilities; rare levels are pooled.
+// Pearson's chi-square of the levels for these probabilities; rare levels are pooled.
 testing::AssertionResult follows(const Levels& levels, const std::vector<double>& probability) {
   std::vector<double> count(probability.size());
   for (const int level : levels) ++count[level];
@@ -88,7 +88,8 @@ testing::AssertionResult follows(const Levels& levels, const std::vector<double>
 
 TEST(DarkPixels, FollowTheSensorModel) {
   Scene scene = dark_scene();
-  for (const double dark_electrons : {0.0, 0.7, 30.0, 2000.0}) {  // the last without a table
+  for (const double dark_electrons :
+       {0.0, 0.7, 30.0, 2000.0}) {  // the last one is drawn without a table
     scene.sensor.read_noise_e = 8;
     scene.sensor.dark_current_e_per_s = dark_electrons / scene.sensor.exposure_s;
     scene.sensor.black_level_dn = dark_electrons > 1000 ? 0 : 6;
@@ -103,7 +104,7 @@ TEST(DarkPixels, FollowTheSensorModel) {
 }
 
 TEST(DarkPixels, HaveTailsBeyondTheTablesSixteenBits) {
-  // 4.5 sigma: 3.4e-6 of the pixels, less than one number of 16 bits can say.
+  // 4.5 sigma is exceeded by 3.4e-6 of the pixels, less than the resolution of 16 bits.
   Scene scene = dark_scene();
   scene.sensor.read_noise_e = 10;
   scene.sensor.gain_dn_per_e = 0.25;
@@ -125,7 +126,7 @@ TEST(DarkPixels, WithoutReadNoiseOrDarkCurrentAreAllEqual) {
 }
 
 TEST(DarkPixels, FollowACurvedResponse) {
-  // Levels of a monotone response are those of the linear signal, renamed.
+  // A monotone response maps the levels of the linear signal to other levels.
   Scene scene = dark_scene();
   scene.sensor.read_noise_e = 200;
   scene.sensor.black_level_dn = 20;
@@ -145,7 +146,7 @@ TEST(DarkPixels, FollowACurvedResponse) {
 TEST(LitPixels, FollowTheSensorModel) {
   for (const double electrons : {3.0, 40.0}) {
     Scene scene = bright_scene(electrons);
-    scene.camera = Camera::pinhole(160, 120, 1e6, 1e6, 79.5, 59.5);  // quite evenly lit
+    scene.camera = Camera::pinhole(160, 120, 1e6, 1e6, 79.5, 59.5);  // nearly even light
     const double mean = mean_electrons(scene, Rigid3{}, 1000).mean();
     EXPECT_NEAR(mean, electrons, 0.01 * electrons);
     EXPECT_TRUE(follows(render(scene, 1), level_probabilities(scene.sensor, mean)));
@@ -154,7 +155,8 @@ TEST(LitPixels, FollowTheSensorModel) {
 }
 
 TEST(LitPixels, PhotonTransferHasTheSlopeOfTheGain) {
-  // Variance against mean over exposures; pairs of frames cancel what differs between pixels.
+  // Variance against mean over exposures; differences of two frames cancel fixed differences of
+  // pixels.
   Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
   Eigen::Vector2d right = Eigen::Vector2d::Zero();
   Sensor sensor;
@@ -177,10 +179,11 @@ TEST(LitPixels, PhotonTransferHasTheSlopeOfTheGain) {
   EXPECT_NEAR(fit[0], sensor.gain_dn_per_e, 4 * std::sqrt(covariance(0, 0)));
   const double dark = std::pow(sensor.noise_dn(0), 2);
   EXPECT_NEAR(fit[1], dark, 4 * std::sqrt(covariance(1, 1)));
-  EXPECT_LT(std::sqrt(covariance(0, 0)), 0.01 * sensor.gain_dn_per_e);  // else nothing was tested
+  EXPECT_LT(std::sqrt(covariance(0, 0)),
+            0.01 * sensor.gain_dn_per_e);  // otherwise the test has no power
 }
 
-TEST(LitPixels, OfEnormousWellsKeepTheirVariance) {
+TEST(LitPixels, WithVeryLargeWellsKeepTheirVariance) {
   Scene scene = bright_scene(3e8);
   scene.sensor.full_well_e = 1e9;
   scene.sensor.bit_depth = 16;
@@ -207,7 +210,7 @@ TEST(LitPixels, ClipAtTheFullWellBeforeReadNoise) {
   EXPECT_NEAR(std::sqrt(square), std::hypot(read_dn, std::sqrt(1.0 / 12)), 0.05);
 }
 
-TEST(Seed, GivesTheSameBitsAgainAndOthersOtherwise) {
+TEST(Seed, DeterminesTheBits) {
   const Scene scene = bright_scene(500);
   const Levels first = render(scene, 1, 2);
   EXPECT_EQ(first, render(scene, 1, 2));

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the plan says that leaving an effect out changes at most is what it changes at most: images
-// with and without over random scenes and poses, in fine quantisation. Effects that form a lamp's
-// image.
+// Bounds of the plan for the effects that form a lamp's image. Images with and without an effect,
+// with fine quantisation, must not differ by more than the bounds, over random scenes and poses.
 #include <algorithm>
 #include <cmath>
 #include <iostream>
@@ -30,7 +29,7 @@ void add_lamps(Random& random, int count, double size, Scene& scene) {
     lamp.normal = Eigen::Vector3d(0.4 * random.normal(), 0.4 * random.normal(), -1);
     lamp.x_axis = {1, random.normal(), 0};
     lamp.half_power_rad = random.uniform(0.3, 1.4);
-    // Extended lamps are alike in brightness, not in power.
+    // Extended lamps have similar brightness, not similar power.
     lamp.power_w = lamp.shape == LampShape::point ? 0.01 : 100 * lamp.area_m2();
     scene.lamps.push_back(lamp);
   }
@@ -50,7 +49,7 @@ Case random_case(Random& random, int lamps, double size) {
   return c;
 }
 
-/// A finely quantised sensor that nothing in the scene saturates.
+/// A finely quantised sensor that the scene does not saturate.
 void quantise_finely(Effect effect, Case& c) {
   Sensor& sensor = c.scene.sensor;
   double all_e = 1e-3;
@@ -93,7 +92,7 @@ bool is_inside(const Eigen::MatrixXd& image) {
          1;
 }
 
-/// Collects how much larger the bounds are than the changes.
+/// Collects the ratios of the bounds to the changes.
 class Slack {
  public:
   void add(double bound, double change, double least) {
@@ -126,13 +125,13 @@ void compare(Case c, Effect effect, Slacks& slacks) {
     EXPECT_EQ(change, 0);
     return;
   }
-  // Rounding, and the 1e-4 of a lamp's peak that the renderer itself may err by.
+  // Rounding, and the renderer's own error of 1e-4 of a lamp's peak.
   EXPECT_LE(change, 1.001 * plan.bound_dn + 7.5) << effect_name(effect);
   if (std::isfinite(plan.bound_dn)) slacks.dn.add(plan.bound_dn, change, 100);
   if (c.scene.lamps.size() != 1 || !is_inside(with) || !is_inside(without)) return;
   if (!(with.sum() > 20000) || !(without.sum() > 20000)) return;
   const double moved = (centroid(with) - centroid(without)).norm();
-  // Each pixel's rounding moves the centroid.
+  // The rounding of each pixel moves the centroid.
   const double lit = static_cast<double>((with.array() > 0).count());
   const double rounding = 3 * std::sqrt(lit) * 20 / std::min(with.sum(), without.sum());
   EXPECT_LE(moved, 1.001 * plan.bound_px + rounding + 1e-4) << effect_name(effect);
@@ -231,7 +230,7 @@ TEST(OpticsBounds, MotionBlur) {
       Effect::motion_blur, 0.1, [](Random& random, Case& c) { move(random, c, 0.02, 0); }, 20, 20);
 }
 
-TEST(OpticsBounds, MotionBlurUnderARollingShutterOfLampsThatBlink) {
+TEST(OpticsBounds, MotionBlurOfBlinkingLampsUnderARollingShutter) {
   expect_bounds_hold(
       Effect::motion_blur, 0.1,
       [](Random& random, Case& c) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Power through the lens: the contribution's figures, the field of view, lamps cut by its border or
-// by boxes, against brute force over single points, closed forms and the rendered image.
+// Power through the lens: the figures of the conference contribution, the field of view, and lamps
+// cut by its border or by boxes. The oracles are sums over single points, closed forms and the
+// rendered image.
 #include "libocc/simulate/received_power.hpp"
 
 #include <cmath>
 #include <limits>
 
-#include "libocc/core/math.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
 #include "libocc/radiometry/lambertian.hpp"
@@ -20,7 +20,9 @@ using namespace occ::test;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Looks straight up, image right along the world's x.
+constexpr double pi = 3.14159265358979323846;
+
+/// A camera that looks straight up, with its image x axis along the world's x axis.
 Rigid3 upright(double x, double y, double z = 1.5) {
   return {Eigen::Matrix3d::Identity(), -Vector3d(x, y, z)};
 }
@@ -38,7 +40,7 @@ Scene contribution(double focal_m, const std::string& name = "kookmin_one_lamp")
   return scene;
 }
 
-/// Sum over many random points of the face that the camera sees, each tested for itself.
+/// Sum over many random points of the face; each point is tested for visibility.
 double brute_force(const Scene& scene, const Lamp& lamp, const Rigid3& pose,
                    double* seen_share = nullptr) {
   Random random(7);
@@ -91,7 +93,7 @@ TEST(Contribution, PowerThroughTheLens) {
   scene = contribution(3e-3);
   scene.lamps[0].shape = LampShape::point;
   EXPECT_NEAR(total_dbm(scene, upright(2, 2)), -35.11, 5e-3);
-  // Over the disc itself the power is less by about (r/d)^2 (m + 3) / 4 of it.
+  // The power over the disc is lower by a fraction of about (r/d)^2 (m + 3) / 4.
   const double loss = 0.25 * std::pow(0.085 / 1.5, 2) * (0.64606 + 3);
   EXPECT_NEAR(total_dbm(contribution(3e-3), upright(2, 2)),
               total_dbm(scene, upright(2, 2)) + dbm(1e-3 * (1 - loss)), 1e-4);
@@ -121,7 +123,7 @@ TEST(Contribution, FieldOfView) {
   }
 }
 
-// How far an upright camera may stand from the lamp: where the power ends.
+// Largest horizontal distance between an upright camera and the lamp at which power arrives.
 TEST(Contribution, Footprint) {
   for (const View& view : views) {
     Scene scene = contribution(view.focal_m);
@@ -143,7 +145,7 @@ TEST(Contribution, Footprint) {
   }
 }
 
-TEST(ReceivedPower, OfAFaceIsTheSumOfItsPoints) {
+TEST(ReceivedPower, OfAFaceIsTheSumOverItsPoints) {
   Random random(5);
   for (const LampShape shape : {LampShape::disc, LampShape::rectangle, LampShape::lame}) {
     Scene scene = irregular_room();
@@ -166,7 +168,7 @@ TEST(ReceivedPower, OfAFaceIsTheSumOfItsPoints) {
   }
 }
 
-TEST(ReceivedPower, OfASmallLampIsThatOfItsCentre) {
+TEST(ReceivedPower, OfASmallLampFollowsFromItsCentre) {
   Scene scene = irregular_room();
   Scene points = scene;
   for (Lamp& lamp : points.lamps) lamp.shape = LampShape::point;
@@ -185,9 +187,9 @@ TEST(ReceivedPower, OfASmallLampIsThatOfItsCentre) {
   }
 }
 
-// Power is what the image shows: its electrons, by the energy of a photon.
+// The power agrees with the electrons of the image times the energy of a photon.
 TEST(ReceivedPower, IsTheLightInTheRenderedImage) {
-  for (const double x : {2.0, 0.9, 0.82}) {  // whole, cut, nearly gone
+  for (const double x : {2.0, 0.9, 0.82}) {  // whole, cut, nearly outside
     Scene scene = contribution(3e-3);
     scene.lens.vignetting = {-0.3};
     const Rigid3 pose = upright(x, 2.1);
@@ -195,14 +197,15 @@ TEST(ReceivedPower, IsTheLightInTheRenderedImage) {
     const Eigen::MatrixXd electrons = mean_electrons(scene, pose, peak_e);
     const double per_w = electrons_per_w(scene.sensor);
     const ReceivedPower received = received_power(scene, pose);
-    // A blurred rim carries some light across the image's border, either way.
+    // A blurred rim moves some light across the image's border, in both directions.
     EXPECT_NEAR(received.total_w() * per_w / electrons.sum(), 1, x == 2.0 ? 2e-4 : 2e-2) << x;
     EXPECT_EQ(received.lamps[0].whole, x == 2.0);
     EXPECT_EQ(received.visible(), 1);
   }
 }
 
-// A lamp that the border halves gives half: by its centre alone it would give all or nothing.
+// A lamp that is halved by the border gives half of its power; its centre alone would give all or
+// none.
 TEST(ReceivedPower, OfHalfALampIsHalf) {
   Scene scene = contribution(3e-3);
   scene.lamps[0].half_power_rad = pi / 3;
@@ -214,13 +217,13 @@ TEST(ReceivedPower, OfHalfALampIsHalf) {
         Camera::pinhole(1280, 480, scene.camera.fx_px(), scene.camera.fy_px(), 639.5, 239.5);
     const double whole_w = received_power(scene, pose).total_w();
     scene.camera = contribution(3e-3).camera;
-    // The inner half is nearer: 3 m of it is brighter by the slope of the light.
+    // The inner half is nearer and brighter, by the gradient of the light.
     EXPECT_NEAR(cut_w / whole_w, 0.5, 0.03);
     EXPECT_NEAR(cut_w / brute_force(scene, scene.lamps[0], pose), 1, 5e-3);
   }
 }
 
-TEST(ReceivedPower, IsZeroWhereNothingIsSeen) {
+TEST(ReceivedPower, IsZeroIfNothingIsVisible) {
   const Scene scene = contribution(1.4e-3);
   EXPECT_EQ(received_power(scene, upright(2, 2, 3.2)).total_w(), 0) << "behind the lamp";
   EXPECT_EQ(received_power(scene, upright(2, 2, 3)).total_w(), 0) << "at the lamp";
@@ -235,7 +238,8 @@ TEST(ReceivedPower, OfARoundViewDoesNotDependOnTheHeading) {
   const auto at_heading = [&](double angle_rad) {
     return received_power(scene, turned(Vector3d::UnitZ(), angle_rad, {2, 2, 2.2}));
   };
-  // From the middle of the square all four lamps are alike, and the view is square to them.
+  // From the middle of the square, all four lamps are equivalent, and the view is symmetric to
+  // them.
   const Camera& c = scene.camera;
   scene.camera = Camera::pinhole(1600, 1600, c.fx_px(), c.fy_px(), 799.5, 799.5);
   const double straight_w = at_heading(0).total_w();
@@ -294,7 +298,7 @@ TEST(ReceivedPower, BoxesHide) {
   EXPECT_EQ(received_power(scene, pose).total_w(), 0) << "the camera is inside a box";
 }
 
-TEST(ReceivedPower, OfManyPosesIsThatOfEach) {
+TEST(ReceivedPower, OfManyPosesEqualsThatOfSinglePoses) {
   const Scene scene = contribution(3e-3, "kookmin_four_lamps");
   std::vector<Rigid3> poses;
   for (int i = 0; i < 30; ++i) poses.push_back(upright(0.13 * i, 4 - 0.11 * i));
@@ -308,7 +312,7 @@ TEST(ReceivedPower, OfManyPosesIsThatOfEach) {
   }
 }
 
-TEST(ReceivedPower, Refuses) {
+TEST(ReceivedPower, RejectsInvalidInput) {
   Scene scene = contribution(3e-3);
   const Rigid3 bad = upright(std::numeric_limits<double>::quiet_NaN(), 1);
   EXPECT_NE(complaint([&] {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The renderer's pictures of lamps against those of an independent path tracer: the same edges, the
-// same grey levels, and nothing left but the noise.
+// Compares rendered lamps with images of an independent path tracer: edges and grey levels agree,
+// and the residuals are noise.
 #include "tests/support/rendered_rooms.hpp"
 
 #include <Eigen/Dense>
@@ -14,13 +14,13 @@ namespace {
 using namespace occ;
 using namespace occ::test;
 
-// How the picture of one lamp differs from the model's: picture = background + gain * model, moved
-// by `shift_px` and grown outwards by `growth_px`.
+// Fit of the model to the traced image of one lamp: image = background + gain * model, with the
+// model shifted by `shift_px` and enlarged by `growth_px`.
 struct Comparison {
   double background_dn = 0, gain = 0;
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();
   double growth_px = 0, edge_sigma_px = 0;
-  double rms_dn = 0, noise_dn = 0;  // what is left, and what the sensor's noise explains
+  double rms_dn = 0, noise_dn = 0;  // residuals, and the part due to the sensor's noise
 };
 
 // `model_dn`: mean grey levels (x, y) above black.
@@ -82,17 +82,17 @@ std::vector<std::filesystem::path> unsaturated_rooms() {
   return paths;
 }
 
-TEST(RenderedRooms, LampsLookAsThePathTracerDrewThem) {
+TEST(RenderedRooms, LampsAgreeWithThePathTracer) {
   const auto paths = unsaturated_rooms();
-  if (paths.empty()) GTEST_SKIP() << "rendered rooms are not here";
+  if (paths.empty()) GTEST_SKIP() << "rendered rooms are not installed";
   std::vector<Comparison> all;
   for (const auto& path : paths) {
     const RenderedRoom room = read_rendered_room(path);
     const std::vector<Comparison> lamps = compare_lamps(room);
     EXPECT_EQ(lamps.size(), room.whole_lamps.size()) << room.name;
     for (const Comparison& lamp : lamps) {
-      // Light that the walls throw on the ceiling is all that the model leaves out; the path
-      // tracer's own noise is all that the picture has on top of the sensor's.
+      // The model only lacks the light that walls reflect onto the ceiling. The traced image has
+      // the path tracer's noise in addition to the sensor's.
       EXPECT_NEAR(lamp.background_dn, room.scene.sensor.black_level_dn + 0.05, 0.06) << room.name;
       EXPECT_NEAR(lamp.gain, 1, 0.004) << room.name;
       EXPECT_LT(lamp.rms_dn, 1.1 * lamp.noise_dn) << room.name;
@@ -102,7 +102,7 @@ TEST(RenderedRooms, LampsLookAsThePathTracerDrewThem) {
       all.push_back(lamp);
     }
   }
-  // Over all lamps the edges agree to well below a thousandth of a pixel.
+  // On average over all lamps, the edges agree to well below 1e-3 px.
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();
   double growth = 0, gain = 0;
   for (const Comparison& lamp : all) {
@@ -118,9 +118,9 @@ TEST(RenderedRooms, LampsLookAsThePathTracerDrewThem) {
   EXPECT_NEAR(gain, 1, 0.0015);
 }
 
-TEST(RenderedRooms, TheComparisonSeesAHundredthOfAPixel) {
+TEST(RenderedRooms, TheComparisonDetectsAHundredthOfAPixel) {
   const auto paths = rendered_rooms("irregular6");
-  if (paths.empty()) GTEST_SKIP() << "rendered rooms are not here";
+  if (paths.empty()) GTEST_SKIP() << "rendered rooms are not installed";
   RenderedRoom room = read_rendered_room(paths.front());
   const Scene scene = room.scene;
   room.scene.camera = Camera::pinhole(640, 480, scene.camera.fx_px(), scene.camera.fy_px(),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Many images by one Renderer: the bits of each depend on nothing but its own pose and options, and
-// not on the processor's instructions.
+// Many images by one Renderer: the bits of an image depend only on its own pose and options, not on
+// other images or the processor's instructions.
 #include "libocc/simulate/renderer.hpp"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 using namespace occ;
 using namespace occ::test;
 
-/// FNV-1a, 64 bits.
+/// Hash of the image: FNV-1a, 64 bits.
 std::uint64_t hash_of(const Image& image) {
   std::uint64_t hash = 14695981039346656037ull;
   const auto add = [&](unsigned byte) { hash = (hash ^ byte) * 1099511628211ull; };
@@ -37,7 +37,7 @@ Rigid3 room_pose(double turn = 0) {
   return look_at({2 + 0.2 * turn, 2, 0.3}, {2, 2.3 + 0.1 * turn, 3}, Eigen::Vector3d::UnitY());
 }
 
-/// Scenes that take every path through the sensor.
+/// Scenes that together use every branch of the sensor model.
 std::map<std::string, Scene> scenes() {
   std::map<std::string, Scene> all;
   Scene room = irregular_room();
@@ -98,7 +98,7 @@ TEST(Renderer, GivesTheBitsOfSimulate) {
   }
 }
 
-TEST(Renderer, AnImageDoesNotDependOnThoseBefore) {
+TEST(Renderer, AnImageDoesNotDependOnEarlierImages) {
   std::vector<SimulateOptions> options(4);
   options[1].noise_area = NoiseArea::around_lamps;
   options[2].noise = false;
@@ -129,7 +129,7 @@ TEST(Renderer, AnImageDoesNotDependOnThoseBefore) {
   }
 }
 
-TEST(Renderer, FillsAnyImageThatItIsGiven) {
+TEST(Renderer, FillsAnyGivenImage) {
   const auto all = scenes();
   Rendered out;
   for (int round = 0; round < 2; ++round)
@@ -149,7 +149,7 @@ TEST(Renderer, FillsAnyImageThatItIsGiven) {
   EXPECT_EQ(out.image.u8, taken.u8);
 }
 
-TEST(Renderer, AFailedCallLeavesItAsItWas) {
+TEST(Renderer, AFailedCallDoesNotChangeIt) {
   Renderer renderer(scenes().at("plain"));
   Rendered out;
   renderer.render(room_pose(), noiseless(), out);
@@ -204,8 +204,8 @@ TEST(NoiseAroundLamps, IsThatOfNoiseEverywhereAndNoneElsewhere) {
   }
 }
 
-// What the renderer made of these scenes when it was first checked: a change of any bit is meant or
-// a mistake. Noise of lit pixels goes through the C library where it is drawn exactly.
+// Hashes of images of these scenes. A change of any bit must be intended, otherwise it is an error.
+// Exactly drawn noise of lit pixels depends on the C library.
 TEST(Golden, Images) {
   SimulateOptions noisy;
   noisy.seed = 11;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light that is not a lamp's own image, and light that boxes keep away: ambient light, glare,
-// ghosts, the room's surfaces, occlusion; each against an oracle of its own, and the bound of each.
+// Ambient light, glare, ghosts, the room's surfaces and occlusion: each compared with its own
+// oracle, and with its bound.
 #include <algorithm>
 #include <cmath>
 
@@ -52,13 +52,13 @@ Both with_and_without(Scene scene, const Rigid3& pose, Effect effect, double pea
   return both;
 }
 
-// The bound that the plan states, in electrons, against what leaving the effect out changes.
+// Compares the bound of the plan, in electrons, with the change when the effect is left out.
 void expect_bounded(const Scene& scene, const Rigid3& pose, Effect effect, double peak_e,
                     double slack = 30) {
   const Both both = with_and_without(scene, pose, effect, peak_e);
   const double change = (both.with - both.without).cwiseAbs().maxCoeff();
   Scene deep = scene;
-  deep.sensor.bit_depth = 16;  // full scale is no bound
+  deep.sensor.bit_depth = 16;  // so that full scale does not limit the bound
   const EffectPlan plan = plan_render(deep, pose).effects[static_cast<std::size_t>(effect)];
   EXPECT_TRUE(plan.called_for);
   const double bound = plan.bound_dn / scene.sensor.gain_dn_per_e;
@@ -77,7 +77,7 @@ TEST(AmbientLight, IsTheSameOnEveryPixel) {
   expect_bounded(scene, pose, Effect::ambient, 2 * peak, 1.1);
 }
 
-TEST(VeilingGlare, SpreadsAPartOfTheLampsLightEvenly) {
+TEST(VeilingGlare, SpreadsAFractionOfTheLampsLightEvenly) {
   Scene scene = one_lamp();
   const Rigid3 pose = upward();
   const double peak = lamp_peak(scene, pose);
@@ -90,7 +90,8 @@ TEST(VeilingGlare, SpreadsAPartOfTheLampsLightEvenly) {
   expect_bounded(scene, pose, Effect::glare, 2 * peak, 2);
 }
 
-// Whether a box is on the way: bisection for where the way is deepest in it, a concave function.
+// True if a box intersects the line of sight: bisection for the point deepest inside the box, the
+// maximum of a concave function.
 bool is_hidden(const Box& box, const Vector3d& from, const Vector3d& to) {
   const auto depth = [&](double t) {
     const Vector3d p = from + t * (to - from);
@@ -105,7 +106,7 @@ bool is_hidden(const Box& box, const Vector3d& from, const Vector3d& to) {
   return false;
 }
 
-// Sum over small elements of the disc that no box hides.
+// Sum over small elements of the disc that are not hidden by a box.
 MatrixXd sum_over_seen(const Scene& scene, const Rigid3& pose, double& hidden) {
   const Lamp& disc = scene.lamps.front();
   const Vector3d eye = pose.origin_in_source(), across = disc.x_axis,
@@ -113,7 +114,7 @@ MatrixXd sum_over_seen(const Scene& scene, const Rigid3& pose, double& hidden) {
   MatrixXd image = MatrixXd::Zero(scene.camera.width(), scene.camera.height());
   const int side = 300;
   int seen = 0, all = 0;
-  Random random(3);  // elements in line with a shadow's edge would all be on one side of it
+  Random random(3);  // a regular grid could be parallel to a shadow's edge
   for (int i = 0; i < side; ++i)
     for (int j = 0; j < side; ++j) {
       const Vector2d at(2 * (i + random.uniform()) / side - 1,
@@ -135,12 +136,13 @@ MatrixXd sum_over_seen(const Scene& scene, const Rigid3& pose, double& hidden) {
   return image;
 }
 
-TEST(Occlusion, LeavesWhatTheBoxesDoNotHide) {
+TEST(Occlusion, RendersThePartThatBoxesDoNotHide) {
   const std::vector<std::vector<Box>> cases = {
-      {{{2.02, 1.5, 2}, {3, 2.5, 2.2}}},                                     // half of it
-      {{{1.9, 1.97, 2.3}, {1.96, 2.02, 2.4}}},                               // a hole in it
-      {{{1.5, 1.5, 2.0}, {1.95, 2.5, 2.1}}, {{1.5, 2.02, 2}, {3, 3, 2.5}}},  // two that overlap
-      {{{2.05, 1.0, 0.2}, {2.4, 3.0, 3.5}}}};  // beside the camera, and through the ceiling
+      {{{2.02, 1.5, 2}, {3, 2.5, 2.2}}},        // hides half of the lamp
+      {{{1.9, 1.97, 2.3}, {1.96, 2.02, 2.4}}},  // hides a part inside the lamp
+      {{{1.5, 1.5, 2.0}, {1.95, 2.5, 2.1}},
+       {{1.5, 2.02, 2}, {3, 3, 2.5}}},         // two overlapping boxes
+      {{{2.05, 1.0, 0.2}, {2.4, 3.0, 3.5}}}};  // beside the camera, extends through the ceiling
   for (const std::vector<double>& distortion :
        {std::vector<double>{}, std::vector<double>{-0.2, 0.05, 0.002, -0.001}})
     for (std::size_t i = 0; i < cases.size(); ++i) {
@@ -160,11 +162,12 @@ TEST(Occlusion, LeavesWhatTheBoxesDoNotHide) {
     }
 }
 
-TEST(Occlusion, AllOrNothing) {
+TEST(Occlusion, OfTheWholeLampOrOfNothing) {
   Scene scene = one_lamp();
   const Rigid3 pose = upward();
   const Image clear = simulate(scene, pose).image;
-  scene.boxes = {{{0, 0, 2}, {1, 4, 2.5}}, {{0, 0, 0}, {4, 4, 0.5}}};  // aside, and behind
+  scene.boxes = {{{0, 0, 2}, {1, 4, 2.5}},
+                 {{0, 0, 0}, {4, 4, 0.5}}};  // beside the line of sight, and behind the camera
   EXPECT_EQ(simulate(scene, pose).image.u8, clear.u8);
   scene.boxes = {{{1, 1, 2}, {3, 3, 2.5}}};
   const Rendered dark = simulate(scene, pose, noiseless());
@@ -193,7 +196,7 @@ Spot spot_of(const MatrixXd& image) {
   return spot;
 }
 
-TEST(Ghosts, StandAtTheScaledPlaceWithTheirShareOfTheLight) {
+TEST(Ghosts, AreAtTheScaledPositionWithTheirFractionOfTheLight) {
   for (const double scale : {-0.8, -1.3, 0.5})
     for (const bool point : {false, true}) {
       Scene scene = one_lamp({-0.2, 0.05, 0.003, -0.002});
@@ -222,7 +225,7 @@ Scene white_room(double reflectance) {
   return scene;
 }
 
-// Irradiance of a surface by a lamp that is small for its distance.
+// Irradiance of a surface by a lamp that is small compared with its distance.
 double irradiance_by(const Lamp& lamp, const Vector3d& point, const Vector3d& normal) {
   const Vector3d way = point - lamp.centre_m;
   const double d = way.norm();
@@ -248,7 +251,7 @@ Surface surface_ahead(const Vector3d& from, const Vector3d& direction, const Vec
   return surface;
 }
 
-// What a pixel's electrons say of the irradiance of the diffuse surface that it sees.
+// Irradiance of the diffuse surface that a pixel sees, computed from the pixel's electrons.
 double surface_irradiance(double electrons, const Scene& scene, const Vector2d& px) {
   Eigen::Matrix<double, 3, 2> jacobian;
   const Vector3d bearing = *scene.camera.unproject(px, &jacobian);
@@ -258,7 +261,7 @@ double surface_irradiance(double electrons, const Scene& scene, const Vector2d& 
   return electrons / (scene.sensor.electrons(of_one) - scene.sensor.electrons(0));
 }
 
-// A frame of the walls alone: the lamps are switched off for the camera by subtracting them.
+// Image of the walls alone: the image of the lamps is subtracted.
 MatrixXd wall_light(const Scene& scene, const Rigid3& pose, double peak_e) {
   const Both both = with_and_without(scene, pose, Effect::walls, peak_e);
   return both.with - both.without;
@@ -282,9 +285,8 @@ TEST(Walls, ReflectTheLampsLightOnce) {
   expect_bounded(scene, pose, Effect::walls, 100, 60);
 }
 
-// Irradiance by everything but the lamps themselves, by random walks: at a diffuse surface the
-// indirect irradiance is rho times the mean of the irradiance at the places that directions
-// distributed by their cosine lead to.
+// Indirect irradiance by random walks. At a diffuse surface it is rho times the mean of the
+// irradiance at the points that cosine-distributed directions lead to.
 struct Estimate {
   double mean = 0, error = 0;
 };
@@ -311,7 +313,7 @@ Estimate indirect_by_walks(const Scene& scene, const Surface& start, int walks) 
   return {mean, std::sqrt((squares / walks - mean * mean) / walks)};
 }
 
-TEST(Interreflection, IsThatOfRandomWalks) {
+TEST(Interreflection, AgreesWithRandomWalks) {
   const Scene scene = white_room(0.6);
   const Rigid3 pose = look_at({2, 1.8, 1.2}, {0.5, 0.2, 0.9}, Vector3d::UnitZ());
   const Both both = with_and_without(scene, pose, Effect::interreflection, 100);
@@ -321,15 +323,15 @@ TEST(Interreflection, IsThatOfRandomWalks) {
     const Estimate expected = indirect_by_walks(scene, surface, 60000);
     const int x = static_cast<int>(px.x()), y = static_cast<int>(px.y());
     const double found = surface_irradiance(both.with(x, y) - both.without(x, y), scene, px);
-    const double tiles = 0.01 * expected.mean;  // light is even over each of the surfaces' tiles
+    const double tiles = 0.01 * expected.mean;  // light is assumed even over each tile
     EXPECT_NEAR(found, expected.mean, 4 * expected.error + tiles) << px.transpose();
   }
   expect_bounded(scene, pose, Effect::interreflection, 100, 60);
 }
 
-TEST(Interreflection, AllLightIsAbsorbedInTheEnd) {
+TEST(Interreflection, AllLightIsAbsorbed) {
   Scene scene = white_room(0.7);
-  scene.camera = Camera::pinhole(80, 80, 40, 40, 39.5, 39.5);  // a cube of views
+  scene.camera = Camera::pinhole(80, 80, 40, 40, 39.5, 39.5);  // six views of a cube
   const Vector3d eye(1.9, 2.1, 1.4);
   double absorbed = 0;
   for (int axis = 0; axis < 3; ++axis)
@@ -352,7 +354,7 @@ TEST(Interreflection, AllLightIsAbsorbedInTheEnd) {
   EXPECT_NEAR(absorbed / (2 * scene.lamps[0].power_w), 1, 0.01);
 }
 
-TEST(Walls, ABoxBeforeThemIsBlack) {
+TEST(Walls, ABoxInFrontIsBlack) {
   Scene scene = white_room(0.6);
   const Rigid3 pose = look_at({2, 1.8, 1.2}, {0.5, 0.2, 0.9}, Vector3d::UnitZ());
   const MatrixXd clear = wall_light(scene, pose, 100);
@@ -371,7 +373,7 @@ TEST(Walls, ABoxBeforeThemIsBlack) {
   EXPECT_GT(black, 50);
 }
 
-TEST(RoomLight, RefusesWhatCannotBeRendered) {
+TEST(RoomLight, RejectsInvalidPositionsAndSettings) {
   Scene scene = white_room(0.5);
   const auto said = [&](const Rigid3& pose) { return complaint([&] { simulate(scene, pose); }); };
   const auto from = [](const Vector3d& eye) {
@@ -391,7 +393,7 @@ TEST(RoomLight, RefusesWhatCannotBeRendered) {
             "2.2, 3.2]");
 }
 
-TEST(RoomLight, ThereAreNoFurtherBouncesWithoutTheFirst) {
+TEST(RoomLight, InterreflectionRequiresWalls) {
   Scene scene = white_room(0.5);
   const Rigid3 pose = look_at({3, 3, 0.5}, {3.1, 3, 1.5}, Vector3d::UnitY());
   const auto part = [](const RenderPlan& plan, Effect effect) {
@@ -411,8 +413,8 @@ TEST(RoomLight, ThereAreNoFurtherBouncesWithoutTheFirst) {
   EXPECT_EQ(needed.reason, "for interreflection");
 }
 
-// They go together: dark surfaces do not light each other.
-TEST(RoomLight, TheBoundOfWallsCountsAllBounces) {
+// Without walls there is no interreflection either, because dark surfaces do not light each other.
+TEST(RoomLight, TheBoundOfWallsIncludesInterreflection) {
   const Scene scene = white_room(0.8);
   const Rigid3 pose = look_at({3, 3, 0.5}, {3.1, 3, 1.5}, Vector3d::UnitY());
   Scene once = scene;

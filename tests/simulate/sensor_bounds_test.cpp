@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the plan says that leaving an effect out changes at most is what it changes at most: effects
-// of the sensor and of light that does not come straight from lamps, all together in random rooms.
+// Bounds of the plan for the effects of the sensor and of light that does not come directly from
+// lamps, all together in random rooms.
 #include <algorithm>
 #include <cmath>
 #include <iostream>
@@ -27,7 +27,7 @@ Lamp random_lamp(Random& random, int id, const Eigen::Vector3d& room_m) {
   return lamp;
 }
 
-/// Everything that a room, a lens and a sensor may do at once.
+/// All effects of a room, a lens and a sensor together.
 Scene random_scene(Random& random) {
   Scene scene;
   const double f = random.uniform(60, 120);
@@ -93,7 +93,7 @@ void expect_bound_holds(Effect effect, int min_changes) {
     Scene scene = random_scene(random);
     const Rigid3 pose = random_pose(random, scene);
     const bool lit_by_walls = effect == Effect::interreflection || effect == Effect::walls;
-    if (!lit_by_walls || i % 4 != 0)  // which takes long
+    if (!lit_by_walls || i % 4 != 0)  // slow
       scene.effects.set(Effect::interreflection, Use::off);
     Scene without = scene;
     leave_out(effect, without.effects);
@@ -101,9 +101,9 @@ void expect_bound_holds(Effect effect, int min_changes) {
         plan_render(scene, pose, noiseless()).effects[static_cast<std::size_t>(effect)];
     const double change = largest_change(simulate(scene, pose, noiseless()).image,
                                          simulate(without, pose, noiseless()).image);
-    // Rounding, and the 1e-4 of the peak that the renderer itself may err by.
-    const double most = plan.called_for ? plan.bound_dn + 1 + 1e-4 * 16383 : 0;
-    EXPECT_LE(change, most) << effect_name(effect);
+    // Rounding, and the renderer's own error of 1e-4 of the peak.
+    const double max_dn = plan.called_for ? plan.bound_dn + 1 + 1e-4 * 16383 : 0;
+    EXPECT_LE(change, max_dn) << effect_name(effect);
     changes += change > 3;
     if (::testing::Test::HasFailure()) return;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What pixels do with their light: gains that differ, colour filters, charge that spills.
+// Effects of the sensor: gain non-uniformity, colour filters, blooming.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -37,7 +37,7 @@ Image deep_image(Scene scene, const SimulateOptions& options = noiseless()) {
   return simulate(scene, room_pose(), options).image;
 }
 
-TEST(Gain, IsANormalFactorOfEveryPixelForEver) {
+TEST(Gain, IsAFixedNormalFactorOfEachPixel) {
   Scene scene = evenly_lit();
   scene.sensor.gain_sigma = 0.01;
   scene.sensor.full_well_e = 1e7;
@@ -46,7 +46,8 @@ TEST(Gain, IsANormalFactorOfEveryPixelForEver) {
   other.seed = 5;
   other.frame = 3;
   const Image image = deep_image(scene);
-  EXPECT_EQ(image.u16, deep_image(scene, other).u16);  // of the sensor, not of the frame
+  EXPECT_EQ(image.u16,
+            deep_image(scene, other).u16);  // the gain belongs to the sensor, not to the frame
   double sum = 0, squares = 0, cubes = 0;
   for (const std::uint16_t level : image.u16) {
     const double z = (level / 30000.0 - 1) / 0.01;
@@ -66,7 +67,7 @@ TEST(Gain, IsANormalFactorOfEveryPixelForEver) {
   EXPECT_NEAR(product / n, 0, 4 / std::sqrt(n));
 }
 
-TEST(Mosaic, GivesEachPlaceItsColoursShare) {
+TEST(Mosaic, GivesEachPixelItsFractionOfTheLight) {
   Scene scene = small_room();
   scene.sensor.full_well_e = 1e7;
   scene.sensor.gain_dn_per_e = 2;
@@ -86,7 +87,7 @@ TEST(Mosaic, GivesEachPlaceItsColoursShare) {
   EXPECT_GT(*std::max_element(white.u16.begin(), white.u16.end()), 1000);
 }
 
-TEST(Mosaic, GhostsGlareAmbientLightAndWallsAreColouredToo) {
+TEST(Mosaic, FiltersGhostsGlareAmbientLightAndWalls) {
   Scene scene = small_room();
   scene.sensor.full_well_e = 1e7;
   scene.sensor.gain_dn_per_e = 200;
@@ -104,7 +105,7 @@ TEST(Mosaic, GhostsGlareAmbientLightAndWallsAreColouredToo) {
     for (int x = 0; x < 320; ++x) {
       const auto i = static_cast<std::size_t>(y * 320 + x);
       if (white.u16[i] > 60000) continue;
-      // Glare's colour is that of all light, its amount what the mosaic's pixels happened to catch.
+      // Glare has the colour of all light; its amount depends on the pixels that the lamps cover.
       largest =
           std::max(largest, std::abs(coloured.u16[i] - factors[y % 2][x % 2] * white.u16[i]) - 1);
     }
@@ -112,7 +113,7 @@ TEST(Mosaic, GhostsGlareAmbientLightAndWallsAreColouredToo) {
   EXPECT_GT(*std::min_element(white.u16.begin(), white.u16.end()), 100);
 }
 
-/// Signal electrons of every pixel; one grey level is 0.05 electrons.
+/// Signal electrons of each pixel, to 0.05 electrons (one grey level).
 std::vector<double> electrons_of(const Scene& scene) {
   Scene fine = scene;
   fine.sensor.gain_dn_per_e = 60000 / scene.sensor.full_well_e;
@@ -122,7 +123,7 @@ std::vector<double> electrons_of(const Scene& scene) {
   return all;
 }
 
-TEST(Blooming, CarriesChargeAlongColumnsUntilItIsUsedUp) {
+TEST(Blooming, MovesChargeAlongColumnsUntilNoneIsLeft) {
   Scene scene = small_room();
   scene.lamps.resize(1);
   scene.lamps[0].centre_m = {2.05, 2.05, 3};
@@ -130,12 +131,12 @@ TEST(Blooming, CarriesChargeAlongColumnsUntilItIsUsedUp) {
   const std::vector<double> once = electrons_of(scene);
   const double peak = *std::max_element(once.begin(), once.end());
   ASSERT_LT(peak, full);
-  scene.lamps[0].power_w *= 1.5 * full / peak;  // somewhat more than the well holds
+  scene.lamps[0].power_w *= 1.5 * full / peak;  // exceeds the full well
   const double sum_before = std::accumulate(once.begin(), once.end(), 0.0) * 1.5 * full / peak;
   scene.sensor.blooming = 1;
   const std::vector<double> bloomed = electrons_of(scene);
   const double sum = std::accumulate(bloomed.begin(), bloomed.end(), 0.0);
-  EXPECT_NEAR(sum, sum_before, 1e-3 * sum_before);  // nothing is lost
+  EXPECT_NEAR(sum, sum_before, 1e-3 * sum_before);  // no charge is lost
   scene.sensor.blooming = 0.5;
   scene.effects.set(Effect::blooming, Use::off);
   const std::vector<double> clipped = electrons_of(scene);
@@ -157,7 +158,7 @@ TEST(Blooming, CarriesChargeAlongColumnsUntilItIsUsedUp) {
   }
 }
 
-TEST(SensorEffects, ThoseThatAreOffChangeNoBit) {
+TEST(SensorEffects, EffectsThatAreOffChangeNoBit) {
   const Scene plain = small_room();
   SimulateOptions noisy;
   noisy.seed = 8;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The renderer's expected image: against sums over point sources, and what it says of each lamp.
+// The renderer's mean image, compared with sums over point sources, and the truth of each lamp.
 #include "libocc/simulate/simulate.hpp"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 using namespace occ;
 using namespace occ::test;
 
-// The image of a round lamp cut into small point lamps, each with its share of the power.
+// Image of a round lamp divided into small point lamps that share its power.
 Eigen::MatrixXd sum_over_elements(const Lamp& disc, const Scene& scene, const Rigid3& pose) {
   Eigen::MatrixXd image = Eigen::MatrixXd::Zero(scene.camera.width(), scene.camera.height());
   const Eigen::Vector3d across = disc.x_axis, along = disc.normal.cross(across);
@@ -34,8 +34,8 @@ Eigen::MatrixXd sum_over_elements(const Lamp& disc, const Scene& scene, const Ri
   return image;
 }
 
-// Worst difference between the rendered image of the scene's one disc and the sum over its
-// elements, over the peak. The lamp that is rendered may be given another radius.
+// Largest difference between the rendered image of the scene's only disc and the sum over its
+// elements, relative to the peak. The rendered lamp may have another radius.
 double worst_error(Scene scene, const Rigid3& pose, double radius_factor = 1) {
   scene.validate();
   const Eigen::MatrixXd truth = sum_over_elements(scene.lamps[0], scene, pose);
@@ -48,7 +48,7 @@ Scene small_scene(const std::vector<double>& distortion = {}) {
   Scene scene;
   scene.camera = Camera::pinhole(64, 48, 200, 200, 31.5, 23.5, distortion);
   scene.lamps = {disc_lamp(0, {0, 0, 1.5})};
-  scene.lamps[0].half_power_rad = 1.2217;  // 70 degrees: brighter off axis
+  scene.lamps[0].half_power_rad = 1.2217;  // 70 degrees: radiance increases off axis
   return scene;
 }
 
@@ -72,12 +72,12 @@ TEST(ExpectedImage, IsTheSumOverTheLampsElements) {
   EXPECT_LT(worst_error(small, tilted(0.05)), 1e-4);
 }
 
-TEST(ExpectedImage, TheComparisonSeesARadiusWrongByATenThousandth) {
+TEST(ExpectedImage, TheComparisonDetectsARadiusErrorOfOneInTenThousand) {
   EXPECT_GT(worst_error(small_scene(), tilted(0.05), 1.0002), 3e-4);
 }
 
 TEST(ExpectedImage, OfAGrazingLampIsTheSumOverItsElements) {
-  // A wall lamp seen 80 degrees off its normal; the radiance of this one grows towards grazing.
+  // A wall lamp seen 80 degrees off its normal; its radiance increases towards grazing angles.
   Scene scene = small_scene();
   scene.lamps[0].normal = -Eigen::Vector3d(std::sin(0.8), 0, std::cos(0.8)).normalized();
   EXPECT_LT(worst_error(scene, tilted(0.05)), 1e-4);
@@ -92,7 +92,7 @@ TEST(ExpectedImage, OfAPointLampHoldsItsElectrons) {
   EXPECT_NEAR(simulate(scene, tilted(0.05)).lamps[0].electrons / electrons, 1, 1e-7);
 }
 
-TEST(ExpectedImage, OfATinyDiscIsThatOfAPoint) {
+TEST(ExpectedImage, OfATinyDiscEqualsThatOfAPoint) {
   Scene disc = small_scene();
   disc.lamps[0].radius_m = 2e-5;
   Scene point = disc;
@@ -127,7 +127,7 @@ TEST(ExpectedImage, LampsAdd) {
   EXPECT_LT((mean_electrons(both, tilted(0.05), peak) - sum).cwiseAbs().maxCoeff() / peak, 4e-5);
 }
 
-TEST(ExpectedImage, RimSpacingIsTheDial) {
+TEST(ExpectedImage, RimSpacingSetsTheAccuracy) {
   Scene scene = small_scene();
   SimulateOptions fine, coarse;
   fine.spacing_sigma = 0.5;
@@ -150,7 +150,7 @@ TEST(GreyLevels, SaturateAtTheFullWell) {
   EXPECT_EQ(brightest, std::lround(scene.sensor.grey_level(scene.sensor.full_well_e)));
   EXPECT_GT(std::count(rendered.image.u8.begin(), rendered.image.u8.end(), brightest), 100);
 
-  scene.sensor.gain_dn_per_e *= 2;  // now the converter clips first
+  scene.sensor.gain_dn_per_e *= 2;  // so that the converter clips first
   const Rendered clipped = simulate(scene, tilted(0.05), noiseless());
   EXPECT_EQ(*std::max_element(clipped.image.u8.begin(), clipped.image.u8.end()), 255);
 }
@@ -167,7 +167,8 @@ TEST(GreyLevels, FollowTheResponse) {
     const Rendered rendered = simulate(scene, tilted(0.05), noiseless());
     for (int y = 0; y < 48; ++y)
       for (int x = 0; x < 64; ++x) {
-        // The reference image is rounded to a 60000th of its peak: allow its neighbours.
+        // The reference image is rounded to 1/60000 of its peak, so neighbouring levels are
+        // allowed.
         const double step = 2e4 / 60000;
         const int level = rendered.image.u8[y * 64 + x];
         EXPECT_GE(level, std::lround(sensor.grey_level(electrons(x, y) - step)));
@@ -246,7 +247,7 @@ TEST(Truth, OfLampsOutOfView) {
                  disc_lamp(1, {0.9, 0, -3}),                    // behind the camera
                  disc_lamp(2, {1.5 * std::tan(0.6), 0, 0.01}),  // the camera is inside its rim
                  disc_lamp(3, {0, 0, 1.5})};
-  scene.lamps[3].normal = Eigen::Vector3d::UnitZ();  // shows its dark side
+  scene.lamps[3].normal = Eigen::Vector3d::UnitZ();  // its dark side is visible
   const Rendered rendered = simulate(scene, tilted(0), noiseless());
   for (const LampTruth& truth : rendered.lamps) {
     EXPECT_FALSE(truth.in_view) << truth.id;
@@ -260,7 +261,7 @@ TEST(Truth, OfLampsOutOfView) {
 }
 
 TEST(Truth, OfARimThatLeavesTheLensDomain) {
-  // With k1 = -0.5 the picture folds back beyond 39 degrees: half of this lamp's rim is there.
+  // With k1 = -0.5 the projection folds back beyond 39 degrees, where half of this lamp's rim is.
   Scene scene;
   scene.camera = Camera::pinhole(640, 480, 300, 300, 319.5, 239.5, {-0.5, 0, 0, 0});
   scene.lamps = {disc_lamp(0, {std::tan(scene.camera.max_angle_rad()), 0, 1}, 0.3)};
@@ -277,13 +278,13 @@ TEST(Simulate, AnEmptySceneIsBlack) {
   EXPECT_EQ(std::count(rendered.image.u8.begin(), rendered.image.u8.end(), 2), 64 * 48);
 }
 
-TEST(Simulate, RefusesWhatCannotBe) {
+TEST(Simulate, RejectsInvalidInput) {
   const Scene good = small_scene();
   Scene bad = good;
   bad.lamps[0].radius_m = -1;
   EXPECT_THROW(simulate(bad, Rigid3{}), std::invalid_argument);
   bad = good;
-  bad.lamps.push_back(bad.lamps[0]);  // the same id twice
+  bad.lamps.push_back(bad.lamps[0]);  // duplicate id
   EXPECT_THROW(simulate(bad, Rigid3{}), std::invalid_argument);
   Rigid3 pose;
   pose.translation.x() = std::nan("");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rendered targets: where the detectors find them is where they were drawn, with every camera;
-// windows are parts of the whole; seams, backs and what is in front.
+// Rendered targets: detectors find them at their true positions with every camera model; windows
+// are parts of the whole image; seams, back sides and hidden sheets.
 #include "libocc/simulate/targets.hpp"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ struct Errors {
   Eigen::Vector2d mean_px = Eigen::Vector2d::Zero();
 };
 
-// Tags that are whole against those that are found.
+// Compares the detected tags with the tags that are whole.
 Errors corner_errors(const TargetField& field, const Camera& camera, const Rigid3& pose,
                      const TargetImageOptions& options = {},
                      const AprilTagOptions& detecting = {}) {
@@ -66,23 +66,23 @@ void expect_found(const Errors& e, int least) {
   EXPECT_LT(e.mean_px.norm(), 0.01);
 }
 
-TEST(Targets, TagsAreFoundWhereAPinholeSeesThem) {
+TEST(Targets, TagsAreFoundAtTheirPinholeProjection) {
   expect_found(corner_errors(tags_on_a_wall(5, 3), bent_pinhole(), towards_wall({0.2, -1.9, 0.1})),
                12);
 }
 
-TEST(Targets, TagsAreFoundWhereAFisheyeSeesThem) {
+TEST(Targets, TagsAreFoundAtTheirFisheyeProjection) {
   expect_found(corner_errors(tags_on_a_wall(5, 3), fisheye(), towards_wall({-0.1, -0.9, 0.1})), 12);
 }
 
-TEST(Targets, TagsAreFoundWhereARotatingLineSeesThem) {
+TEST(Targets, TagsAreFoundAtTheirRotatingLineProjection) {
   expect_found(corner_errors(tags_in_a_room(), Camera::rotating_line(small_line()),
                              upright_line({2.6, 1.9, 1.5}, 0.4)),
                15);
 }
 
-// Where the lens need not be measured with the corners, these are better.
-TEST(Targets, AKnownLensMakesCornersBetter) {
+// Corners are more accurate if the lens is known instead of estimated from them.
+TEST(Targets, AKnownLensImprovesCorners) {
   const Camera camera = Camera::fisheye(1000, 1000, 480, 481, 500.4, 497.9, {0.03, -0.005});
   TargetImageOptions noisy;
   noisy.noise_dn = 5;
@@ -92,7 +92,7 @@ TEST(Targets, AKnownLensMakesCornersBetter) {
   for (const double x : {-0.3, 0.0, 0.3}) {
     const Rigid3 pose = towards_wall({x, -0.8, 0.1});
     TargetField field = tags_on_a_wall(3, 3);
-    for (Tag& tag : field.tags) tag.centre_m.y() = 0;  // none hides another
+    for (Tag& tag : field.tags) tag.centre_m.y() = 0;  // so that no tag hides another
     squared += std::pow(corner_errors(field, camera, pose, noisy).rms_px, 2);
     squared_known += std::pow(corner_errors(field, camera, pose, noisy, known).rms_px, 2);
     EXPECT_LT(corner_errors(field, camera, pose, {}, known).rms_px, 0.02);
@@ -126,9 +126,10 @@ int pixel(const Image& image, double x, double y) {
                   static_cast<std::size_t>(std::lround(x))];
 }
 
-TEST(Targets, OneOnTheSeamIsSeenAtBothEnds) {
+TEST(Targets, ATagOnTheSeamIsDrawnAtBothEnds) {
   RotatingLine line = small_line();
-  line.angle_per_px_rad = 6.283185307179586 / (line.width - 40);  // the turn ends 40 px early
+  line.angle_per_px_rad =
+      6.283185307179586 / (line.width - 40);  // 360 degrees end 40 px before the border
   const Camera camera = Camera::rotating_line(line);
   TargetField field;
   CircularTarget disc;
@@ -150,7 +151,7 @@ TEST(Targets, OneOnTheSeamIsSeenAtBothEnds) {
   EXPECT_EQ(pixel(image, 0.5 * period, row), 110);
 }
 
-TEST(Targets, BacksAreNotDrawnAndNearOnesHideFarOnes) {
+TEST(Targets, BackSidesAreNotDrawnAndNearSheetsHideFarOnes) {
   const Camera camera = bent_pinhole();
   TargetField field;
   CircularTarget near;
@@ -172,7 +173,7 @@ TEST(Targets, BacksAreNotDrawnAndNearOnesHideFarOnes) {
   EXPECT_EQ(pixel(renderer.window({0, 0, 640, 480}), 322, 236), 30);
 }
 
-// Also that the centroid is that of formation's rims, which know another way to it.
+// The centroid must also agree with project_lamp_centre, which computes it independently.
 TEST(Targets, DiscsOfBothTonesAreFoundAtTheCentreOfTheirImage) {
   const Camera camera = bent_pinhole();
   for (const bool dark : {false, true}) {
@@ -203,7 +204,7 @@ TEST(Targets, DiscsOfBothTonesAreFoundAtTheCentreOfTheirImage) {
   }
 }
 
-TEST(Targets, NoiseIsAsStatedAndTheSameForASeed) {
+TEST(Targets, NoiseHasItsStandardDeviationAndFollowsTheSeed) {
   TargetImageOptions options;
   options.noise_dn = 4;
   const Camera camera = bent_pinhole();
@@ -221,20 +222,20 @@ TEST(Targets, NoiseIsAsStatedAndTheSameForASeed) {
   EXPECT_NE(one.u8, render_targets({}, camera, {}, options).u8);
 }
 
-TEST(Targets, TellTheCallersMistakes) {
+TEST(Targets, RejectInvalidInput) {
   TargetField field = tags_on_a_wall(1, 1);
   const Camera camera = bent_pinhole();
-  const auto said = [&] { return complaint([&] { render_targets(field, camera, {}); }); };
+  const auto message = [&] { return complaint([&] { render_targets(field, camera, {}); }); };
   field.tags[0].id = 587;
-  EXPECT_NE(said().find("id must be below 587"), std::string::npos) << said();
+  EXPECT_NE(message().find("id must be below 587"), std::string::npos) << message();
   field.tags[0].family = "tag99";
-  EXPECT_NE(said().find("family"), std::string::npos) << said();
+  EXPECT_NE(message().find("family"), std::string::npos) << message();
   field.tags.clear();
   field.circles.emplace_back();
-  EXPECT_NE(said().find("radius_m"), std::string::npos) << said();
+  EXPECT_NE(message().find("radius_m"), std::string::npos) << message();
   field.circles.clear();
   field.boards.emplace_back();
-  EXPECT_NE(said().find("square_m"), std::string::npos) << said();
+  EXPECT_NE(message().find("square_m"), std::string::npos) << message();
   const TargetRenderer renderer({}, camera, {});
   EXPECT_NE(complaint([&] {
               renderer.window({600, 0, 41, 10});

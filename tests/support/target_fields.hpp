@@ -11,6 +11,13 @@
 
 namespace occ::test {
 
+/// The whole image of the targets.
+inline Image render_targets(const TargetField& field, const Camera& camera,
+                            const Rigid3& cam_from_world, const TargetImageOptions& options = {}) {
+  return TargetRenderer(field, camera, cam_from_world, options)
+      .window({0, 0, camera.width(), camera.height()});
+}
+
 inline Tag field_tag(int id, const Eigen::Vector3d& centre_m, const Eigen::Vector3d& normal,
                      double size_m, const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) {
   Tag tag;

@@ -1,18 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light that comes from no lamp, the same on every pixel. Left out, every pixel lacks it; where the
-// lamps' own light is does not change.
-#include "libocc/simulate/internal/background.hpp"
-#include "libocc/simulate/internal/effect_model.hpp"
+// Ambient light: light that comes from no lamp, the same on every pixel. Left out, every pixel
+// lacks it; no lamp's image moves.
+#include "libocc/simulate/internal/bounds.hpp"
+#include "libocc/simulate/internal/mosaic.hpp"
 
 namespace occ::internal::simulate {
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) { return scene.ambient_w_m2 > 0; }
 
-Bound bound(const SceneView& view) { return {view.grey_levels(ambient_electrons(view)), 0}; }
+double background_e(const SceneView& view) {
+  const Sensor& sensor = view.scene.sensor;
+  return max_pixel_factor(view.scene, Eigen::Vector3d::Ones()) *
+         (sensor.electrons(view.scene.ambient_w_m2) - sensor.electrons(0));
+}
+
+Bound bound(const SceneView& view) { return {view.grey_levels(background_e(view)), 0}; }
+
+void render(const Frame& frame, const ByPlace&, Signal& signal) {
+  const Sensor& sensor = frame.scene.sensor;
+  const double ambient = sensor.electrons(frame.scene.ambient_w_m2) - sensor.electrons(0);
+  ByPlace electrons = light_by_place(frame, Eigen::Vector3d::Ones());
+  for (double& value : electrons) value *= ambient;
+  signal.add_everywhere(electrons);
+}
 
 }  // namespace
 
-const EffectModel ambient_model{"ambient_w_m2", called_for, bound};
+const EffectModel ambient_model{Effect::ambient,     Stage::charge, called_for,
+                                "ambient_w_m2 is 0", bound,         {},
+                                background_e,        render};
 
 }  // namespace occ::internal::simulate

@@ -1,19 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blooming: of the mean charge beyond the full well a part (`blooming`) leaves, half up the column
-// and half down; it fills each pixel that it comes to up to the full well and runs on, and what
-// reaches the border is lost. Downwards goes first where both ways fill the same pixel. Left out,
-// nothing changes unless some pixel exceeds the full well. Else a pixel changes by no more than
-// half of all that spills, and by what is left to the full well; the centroid by the way that the
-// charge goes, twice over, weighed by its part of the light. Symmetric images keep their
-// centroids: there the bound is far above what happens.
-#include "libocc/simulate/internal/blooming.hpp"
-
+// Blooming: charge beyond the full well overflows into the neighbours in the column. Of the mean
+// charge beyond the full well, the fraction `blooming` leaves the pixel, half up and half down. It
+// fills each pixel that it reaches up to the full well and moves on; charge that reaches the border
+// is lost. Where both directions fill the same pixel, the downward charge is placed first.
+//
+// Left out, nothing changes unless a pixel exceeds the full well. Otherwise a pixel changes by at
+// most half of all overflow, and at most by a full well. The bound of a centroid is twice the
+// distance that the charge travels. Symmetric images keep their centroids, far below this bound.
 #include <algorithm>
 #include <cmath>
 
-#include "libocc/simulate/internal/background.hpp"
-#include "libocc/simulate/internal/effect_model.hpp"
-#include "libocc/simulate/internal/overlap.hpp"
+#include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
 namespace {
@@ -23,23 +20,24 @@ bool called_for(const Scene& scene, const SimulateOptions&) { return scene.senso
 Bound bound(const SceneView& view) {
   const Sensor& sensor = view.scene.sensor;
   const double base_e = sensor.electrons(0) + background_electrons(view);
-  const double most = base_e + brightest_electrons(view);
+  const double max_e = base_e + max_lamp_electrons(view);
   double spilled = 0, radius = 0;
   for (const LampView& seen : view.lamps) radius = std::max(radius, seen.radius_px);
-  if (!(most > sensor.full_well_e)) return {};
-  const double beyond = 1 - sensor.full_well_e / most;  // part of the light, at most
+  if (!(max_e > sensor.full_well_e)) return {};
+  const double beyond = 1 - sensor.full_well_e / max_e;  // largest fraction of a lamp's light
   for (const LampView& seen : view.lamps)
     spilled += 0.5 * sensor.blooming * beyond * seen.electrons;
   const double room = sensor.full_well_e - base_e;
   const double blur = 3 * sensor.psf_sigma_px + 1;
-  // All that spills in a column as wide as a pixel, at most that of the lamp's full height.
-  const double column_e = 0.5 * sensor.blooming * (most - sensor.full_well_e) * 2 * (radius + blur);
-  const double way = radius + blur + column_e / std::max(room, 1e-9 * sensor.full_well_e);
+  // Overflow of one column of pixels, over the full height of the largest lamp.
+  const double column_e =
+      0.5 * sensor.blooming * (max_e - sensor.full_well_e) * 2 * (radius + blur);
+  const double distance = radius + blur + column_e / std::max(room, 1e-9 * sensor.full_well_e);
   const double height = 0.5 * view.scene.camera.height();
-  return {view.grey_levels(std::min(spilled, sensor.full_well_e)), 2 * std::min(way, height)};
+  return {view.grey_levels(std::min(spilled, sensor.full_well_e)), 2 * std::min(distance, height)};
 }
 
-/// One column: charge carried along y, y + step, ...
+// Charge of one column, carried along y, y + step, ...
 class Column {
  public:
   Column(const Frame& frame, Signal& signal, int x) : signal_(signal), x_(x) {
@@ -52,7 +50,8 @@ class Column {
 
   bool overflows(int y) const { return excess(y) > 0; }
 
-  /// From `first` at least to `last`, as far as charge is left; returns the last pixel reached.
+  // Carries the overflow from `first` to `last` at least, and on while charge is left. Returns the
+  // last pixel reached.
   int run(int first, int last, int step) {
     double carried = 0;
     int y = first;
@@ -79,24 +78,7 @@ class Column {
   double full_well_e_, spilled_, base_e_[2];
 };
 
-}  // namespace
-
-Bound max_spill(const SceneView& view) {
-  const Sensor& sensor = view.scene.sensor;
-  if (!(sensor.blooming > 0) || view.scene.effects.of(Effect::blooming) == Use::off) return {};
-  // Without blur all of a point may be in one pixel.
-  double most = sensor.electrons(0) + background_electrons(view), electrons = 0;
-  for (const LampView& seen : view.lamps) {
-    most += seen.rim_px.empty() ? seen.electrons : std::max(seen.full_e, seen.peak_e);
-    electrons += seen.electrons;
-  }
-  if (!(most > sensor.full_well_e)) return {};
-  const double spilled = 0.5 * sensor.blooming * electrons;
-  return {view.grey_levels(std::min(spilled, sensor.full_well_e)),
-          view.scene.camera.height() * 1.0};
-}
-
-void apply_blooming(const Frame& frame, Signal& signal) {
+void render(const Frame& frame, const ByPlace&, Signal& signal) {
   struct Overflow {
     int first = -1, last = -1;
   };
@@ -119,6 +101,25 @@ void apply_blooming(const Frame& frame, Signal& signal) {
   }
 }
 
-const EffectModel blooming_model{"sensor.blooming", called_for, bound};
+}  // namespace
+
+Bound max_spill(const SceneView& view) {
+  const Sensor& sensor = view.scene.sensor;
+  if (!(sensor.blooming > 0) || view.scene.effects.of(Effect::blooming) == Use::off) return {};
+  // Without blur, all light of a point lamp may be in one pixel.
+  double max_e = sensor.electrons(0) + background_electrons(view), electrons = 0;
+  for (const LampView& seen : view.lamps) {
+    max_e += seen.rim_px.empty() ? seen.electrons : std::max(seen.full_e, seen.peak_e);
+    electrons += seen.electrons;
+  }
+  if (!(max_e > sensor.full_well_e)) return {};
+  const double spilled = 0.5 * sensor.blooming * electrons;
+  return {view.grey_levels(std::min(spilled, sensor.full_well_e)),
+          view.scene.camera.height() * 1.0};
+}
+
+const EffectModel blooming_model{
+    Effect::blooming,   Stage::output, called_for, "sensor.blooming is 0", bound,
+    Effect::saturation, nullptr,       render};
 
 }  // namespace occ::internal::simulate

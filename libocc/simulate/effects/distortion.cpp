@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lens's distortion. Left out, a lamp is where a pinhole sees it: its centroid moves by no more
-// than the farthest-moved point of its rim, a pixel changes what such a move of the image does
-// (internal/blur.hpp), by what the lens concentrates or spreads of the light there, and by all that
-// the room's surfaces send.
+// Lens distortion. Left out, a lamp appears where a pinhole camera sees it. Its centroid moves by
+// at most the largest displacement of a point of its rim. A pixel changes by that displacement of
+// the image (internal/scene_view.hpp), by the light that the lens concentrates or spreads there,
+// and by all light of the room's surfaces.
 #include <algorithm>
 #include <cmath>
 
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
-#include "libocc/simulate/internal/background.hpp"
-#include "libocc/simulate/internal/blur.hpp"
-#include "libocc/simulate/internal/effect_model.hpp"
-#include "libocc/simulate/internal/overlap.hpp"
+#include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
 namespace {
@@ -46,17 +43,18 @@ Bound bound_of(const LampView& seen, const SceneView& view) {
 }
 
 Bound bound(const SceneView& view) {
-  // A lamp that the lens does not see may be in a pinhole's image.
+  // A lamp outside the lens's view may be in the image of a pinhole camera.
   const Camera pinhole = view.scene.camera.without_distortion();
   for (const Lamp* lamp : unseen_lamps(view))
     if (is_seen_from(*lamp, view.cam_from_world, pinhole, view, false)) return {infinity, infinity};
   Bound bound = sum_of_overlapping(view, bound_of);
-  bound.dn += view.grey_levels(lit_wall_electrons(view));
+  bound.dn += view.grey_levels(max_wall_electrons(view));
   return bound;
 }
 
 }  // namespace
 
-const EffectModel distortion_model{"camera.distortion", called_for, bound};
+const EffectModel distortion_model{Effect::distortion, Stage::lamp_image, called_for,
+                                   "all coefficients of camera.distortion are 0", bound};
 
 }  // namespace occ::internal::simulate

@@ -1,21 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lamps have a shape. Left out, a lamp is a point of its power at its centre: its light moves by at
-// most R, by s^2 <= R^2/2 in the mean of squares, so that under a PSF K (width sigma, pixel box
-// included it is smoother) a pixel changes by at most
-//     F s^2/2 max |hess K| + F |m| max |grad K|,   max |hess K| = 1 / (2 pi sigma^4),
-// with max |grad K| = 1 / (2 pi sqrt(e) sigma^3), F the lamp's electrons and m the mean
-// displacement: that of the ellipse's centre and that of the light's gradient over it. The aperture
-// formula of a point is off by about (m + 4) (R/f)^2, the square of the lamp's size over its
-// distance, and by the square of the light's change over it.
-// Pixels place a point and a disc each with an error of their own (internal/blur.hpp).
+// Extent: lamps have a shape. Left out, a lamp is a point of the same power at its centre. Its
+// light moves by at most R, and its mean squared displacement is s^2 <= R^2/2. Under a PSF K of
+// width sigma a pixel changes by at most
+//     F s^2/2 max |hess K| + F |d| max |grad K|,   max |hess K| = 1 / (2 pi sigma^4),
+//     max |grad K| = 1 / (2 pi sqrt(e) sigma^3),
+// with F the lamp's electrons and d the mean displacement, by the offset of the ellipse's centre
+// and by the gradient of the light. (The pixel's box makes the image smoother than K.) For a lamp
+// of Lambertian order m, the aperture formula of a point is wrong by about (m + 4) (R/f)^2, the
+// square of the lamp's size over its distance, and by the square of the light's relative change
+// over it. The sampling errors of a point and of a disc differ (internal/scene_view.hpp).
 #include <algorithm>
 #include <cmath>
 
 #include "libocc/core/math.hpp"
 #include "libocc/formation/light.hpp"
-#include "libocc/simulate/internal/blur.hpp"
-#include "libocc/simulate/internal/effect_model.hpp"
-#include "libocc/simulate/internal/overlap.hpp"
+#include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
 namespace {
@@ -41,7 +40,7 @@ Bound bound_of(const LampView& seen, const SceneView& view) {
   const double spread = (r2 / 4) / (2 * pi * sigma2 * sigma2) +
                         moved / (2 * pi * std::exp(0.5) * std::pow(sigma2, 1.5)) +
                         flux / (2 * pi * sigma2);
-  // No pixel can change by more than what it has, or what the point gives it.
+  // No pixel changes by more than it receives from the lamp or from the point.
   const double of_point = seen.electrons * std::min(1.0, 1 / (2 * pi * sigma2));
   const double sigma = std::sqrt(sigma2);
   const double sampling =
@@ -50,7 +49,7 @@ Bound bound_of(const LampView& seen, const SceneView& view) {
 }
 
 Bound bound(const SceneView& view) {
-  // A lamp whose rim the lens does not see all of is not in the image, but its point is.
+  // A lamp whose rim is partly outside the lens's view is not rendered, but its point is.
   for (const Lamp* lamp : unseen_lamps(view))
     if (is_seen_from(*lamp, view.cam_from_world, view.scene.camera, view, true))
       return {infinity, infinity};
@@ -59,6 +58,7 @@ Bound bound(const SceneView& view) {
 
 }  // namespace
 
-const EffectModel extent_model{"a lamp's shape", called_for, bound};
+const EffectModel extent_model{Effect::extent, Stage::lamp_image, called_for,
+                               "all lamps are points", bound};
 
 }  // namespace occ::internal::simulate

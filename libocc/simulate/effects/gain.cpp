@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gain non-uniformity (PRNU): a pixel's photoelectrons times 1 + p z, z a normal variable of the
-// pixel, the same in every image of a sensor. Left out, a pixel changes by p |z|, and |z| < 6.4
-// (internal/normal_variate.hpp). A centroid moves by the sum of p z w (x - x_c), w the shares of
-// light: a standard deviation of p / (2 sqrt(pi)) for a disc of any size, p / sqrt(8 pi) for a
-// Gaussian spot. The bound is five of them, of the disc.
-#include "libocc/simulate/internal/gain.hpp"
-
+// Gain non-uniformity (PRNU): a pixel has 1 + p z times the photoelectrons, with a normal variable
+// z that belongs to the pixel and is the same in every image of a sensor. Left out, a pixel changes
+// by p |z|, where |z| < 6.4 (internal/normal_variate.hpp). A centroid moves by the sum of p z w (x
+// - x_c), with w each pixel's fraction of the light. The standard deviation of this sum is p / (2
+// sqrt(pi)) for a disc of any size and p / sqrt(8 pi) for a Gaussian spot. The bound is five
+// standard deviations of the disc.
 #include <algorithm>
 #include <cmath>
 
-#include "libocc/simulate/internal/background.hpp"
-#include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/simulate/internal/bounds.hpp"
+#include "libocc/simulate/internal/frame.hpp"
 #include "libocc/simulate/internal/noise_key.hpp"
 #include "libocc/simulate/internal/normal_variate.hpp"
 
@@ -22,12 +21,13 @@ bool called_for(const Scene& scene, const SimulateOptions&) { return scene.senso
 Bound bound(const SceneView& view) {
   constexpr double root_of_pi = 1.7724538509055159, deviations = 5;
   const double p = view.scene.sensor.gain_sigma;
-  const double share = max_deviations * p / (1 + max_deviations * p);  // of the brightest
-  double sum_e = share * background_electrons(view);
+  // As a fraction of the brightest pixel, whose factor LampView::peak_e already includes.
+  const double fraction = max_normal_variate * p / (1 + max_normal_variate * p);
+  double sum_e = fraction * background_electrons(view);
   double elongation = 0;
   for (const LampView& seen : view.lamps) {
-    sum_e += share * seen.peak_e;
-    // Of an ellipse of area pi a b the deviation along a is sqrt(a / b) times that of a disc.
+    sum_e += fraction * seen.peak_e;
+    // For an ellipse of area pi a b, the deviation along a is sqrt(a / b) times that of a disc.
     double shortest = seen.radius_px;
     for (const Eigen::Vector2d& px : seen.rim_px)
       shortest = std::min(shortest, (px - seen.image_centre_px).norm());
@@ -47,15 +47,13 @@ LIBOCC_INLINE void multiply_body(double p, const std::uint32_t* words, int count
 LIBOCC_MULTIVERSION(multiply, (double p, const std::uint32_t* words, int count, double* values),
                     (p, words, count, values))
 
-}  // namespace
-
-void apply_gain(const Frame& frame, Signal& signal) {
-  constexpr std::uint32_t pixels_a_block = 4;
-  RowWords<pixels_a_block> words(gain_use);
+void render(const Frame& frame, const ByPlace&, Signal& signal) {
+  constexpr std::uint32_t pixels_per_block = 4;
+  RowWords<pixels_per_block> words(gain_use);
   const Sensor& sensor = frame.scene.sensor;
   const Simd simd = frame.storage.simd();
   const NoiseKey key{static_cast<std::uint64_t>(sensor.gain_seed), 0};
-  signal.take_in_everywhere();
+  signal.move_everywhere_to_rows();
   signal.for_touched([&](int x0, int y, int count) {
     const auto width = static_cast<std::uint32_t>(signal.width());
     const std::uint32_t first =
@@ -67,6 +65,9 @@ void apply_gain(const Frame& frame, Signal& signal) {
   });
 }
 
-const EffectModel gain_model{"sensor.gain_sigma", called_for, bound};
+}  // namespace
+
+const EffectModel gain_model{
+    Effect::gain, Stage::charge, called_for, "sensor.gain_sigma is 0", bound, {}, nullptr, render};
 
 }  // namespace occ::internal::simulate

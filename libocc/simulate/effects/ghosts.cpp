@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ghosts: second images about the principal point c, a point at p seen at c + s (p - c) too. That
-// is what the same camera sees with |s| times the focal length, turned by 180 degrees about its
-// axis where s < 0 (the even terms of its distortion change sign). Their light is the lamp's times
-// the strength, spread over s^2 of the area; the aperture that goes with the focal length would
-// admit s^2 times the light. Left out, a pixel lacks at most strength / s^2 of a fully covered
-// one's, for every ghost and all lamps whose ghosts overlap.
-#include "libocc/simulate/internal/ghosts.hpp"
-
+// Ghosts: second images of the lamps by reflections inside the lens. A point at p is also seen at
+// c + s (p - c), about the principal point c. A camera with |s| times the focal length, rotated by
+// 180 degrees about its axis if s < 0, sees the ghost as its normal image (the even terms of the
+// distortion change sign then). The light of a ghost is the lamp's times the strength, spread over
+// s^2 of the area. The aperture stays that of the real focal length. Left out, a pixel lacks at
+// most strength / s^2 of a fully covered pixel, for each ghost and all lamps whose ghosts overlap.
 #include <cmath>
 
-#include "libocc/simulate/internal/background.hpp"
-#include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/formation/light.hpp"
+#include "libocc/radiometry/lambertian.hpp"
+#include "libocc/simulate/internal/bounds.hpp"
+#include "libocc/simulate/internal/lamp_image.hpp"
+#include "libocc/simulate/internal/mosaic.hpp"
 
 namespace occ::internal::simulate {
 namespace {
 
 // OpenCV's order: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tx ty.
-std::vector<double> turned(std::vector<double> distortion) {
+std::vector<double> rotated_by_180_degrees(std::vector<double> distortion) {
   for (const std::size_t even : {2u, 3u, 8u, 9u, 10u, 11u, 12u, 13u})
     if (even < distortion.size()) distortion[even] = -distortion[even];
   return distortion;
@@ -25,18 +26,16 @@ std::vector<double> turned(std::vector<double> distortion) {
 Camera ghost_camera(const Camera& c, double scale) {
   const double s = std::abs(scale);
   return Camera::pinhole(c.width(), c.height(), s * c.fx_px(), s * c.fy_px(), c.cx_px(), c.cy_px(),
-                         scale < 0 ? turned(c.distortion()) : c.distortion(), s * c.skew_px());
+                         scale < 0 ? rotated_by_180_degrees(c.distortion()) : c.distortion(),
+                         s * c.skew_px());
 }
 
-bool called_for(const Scene& scene, const SimulateOptions&) {
-  for (const Ghost& ghost : scene.lens.ghosts)
-    if (ghost.strength > 0) return true;
-  return false;
-}
-
-Bound bound(const SceneView& view) { return {view.grey_levels(ghost_electrons(view)), 0}; }
-
-}  // namespace
+// A scene and pose whose normal image is the ghost.
+struct GhostView {
+  Scene scene;
+  Rigid3 cam_from_world;
+  SimulateOptions options;
+};
 
 GhostView ghost_view(const Scene& scene, const Rigid3& cam_from_world,
                      const SimulateOptions& options, const Ghost& ghost) {
@@ -45,15 +44,75 @@ GhostView ghost_view(const Scene& scene, const Rigid3& cam_from_world,
   view.scene.sensor.psf_sigma_px = std::hypot(scene.sensor.psf_sigma_px, ghost.blur_px);
   for (Lamp& lamp : view.scene.lamps) lamp.power_w *= ghost.strength / (ghost.scale * ghost.scale);
   if (ghost.scale < 0) {
-    const Eigen::Vector3d turn(-1, -1, 1);
-    view.cam_from_world.rotation = turn.asDiagonal() * cam_from_world.rotation;
-    view.cam_from_world.translation = turn.asDiagonal() * cam_from_world.translation;
-    view.options.velocity.head<3>() = turn.asDiagonal() * options.velocity.head<3>();
-    view.options.velocity.tail<3>() = turn.asDiagonal() * options.velocity.tail<3>();
+    const Eigen::Vector3d rotation(-1, -1, 1);  // by 180 degrees about the optical axis
+    view.cam_from_world.rotation = rotation.asDiagonal() * cam_from_world.rotation;
+    view.cam_from_world.translation = rotation.asDiagonal() * cam_from_world.translation;
+    view.options.velocity.head<3>() = rotation.asDiagonal() * options.velocity.head<3>();
+    view.options.velocity.tail<3>() = rotation.asDiagonal() * options.velocity.tail<3>();
   }
   return view;
 }
 
-const EffectModel ghosts_model{"lens.ghosts", called_for, bound};
+// Upper limit of the electrons that a lamp brings to a pixel of a camera with s times the focal
+// length.
+double max_electrons(const Lamp& lamp, const SceneView& view, double s2) {
+  constexpr double off_centre = 1.2;  // margin: a lamp's radiance varies over its face
+  const Sensor& sensor = view.scene.sensor;
+  const double whole = lamp_electrons(lamp, view.cam_from_world, view.scene.camera, sensor) *
+                       off_centre * max_pixel_factor(view.scene, lamp.colour);
+  if (lamp.shape == LampShape::point) return whole;
+  const Eigen::Vector3d to_camera = view.cam_from_world.origin_in_source() - lamp.centre_m;
+  const double light =
+      radiance(lamp.power_w, lamp.order(), lamp.area_m2(), to_camera.normalized().dot(lamp.normal));
+  const double covered =
+      (sensor.electrons(sensor_irradiance(light, sensor.f_number, 1)) - sensor.electrons(0)) *
+      max_pixel_factor(view.scene, lamp.colour);
+  return std::min(off_centre * covered / s2, whole);
+}
+
+bool called_for(const Scene& scene, const SimulateOptions&) {
+  for (const Ghost& ghost : scene.lens.ghosts)
+    if (ghost.strength > 0) return true;
+  return false;
+}
+
+double background_e(const SceneView& view) {
+  double electrons = 0;
+  for (const Ghost& ghost : view.scene.lens.ghosts)
+    for (const Lamp& lamp : view.scene.lamps)
+      electrons += ghost.strength * max_electrons(lamp, view, ghost.scale * ghost.scale);
+  return electrons;
+}
+
+Bound bound(const SceneView& view) { return {view.grey_levels(background_e(view)), 0}; }
+
+void render(const Frame& frame, const ByPlace&, Signal& signal) {
+  for (const Ghost& ghost : frame.scene.lens.ghosts) {
+    const GhostView view = ghost_view(frame.scene, frame.cam_from_world, frame.options, ghost);
+    const Frame ghost_frame{view.scene, view.cam_from_world, view.options, frame.plan,
+                            frame.storage};
+    const LampRenderer renderer(ghost_frame);
+    PaddedPatch image;
+    for (const Lamp& lamp : view.scene.lamps)
+      if (renderer.render(lamp, image)) add_lamp(image, lamp, ghost_frame, signal);
+  }
+}
+
+}  // namespace
+
+void add_ghost_bounds(const EffectModel& model, const SceneView& view, Bound& bound) {
+  if (view.scene.effects.of(Effect::ghosts) == Use::off) return;
+  for (const Ghost& ghost : view.scene.lens.ghosts) {
+    if (!(ghost.strength > 0)) continue;
+    GhostView seen = ghost_view(view.scene, view.cam_from_world, view.options, ghost);
+    seen.scene.effects.set(Effect::walls, Use::off);  // ghosts of the walls are not rendered
+    bound.dn += model.bound(make_view(seen.scene, seen.cam_from_world, seen.options)).dn;
+  }
+}
+
+const EffectModel ghosts_model{Effect::ghosts, Stage::charge,
+                               called_for,     "lens.ghosts has no ghost with a positive strength",
+                               bound,          {},
+                               background_e,   render};
 
 }  // namespace occ::internal::simulate

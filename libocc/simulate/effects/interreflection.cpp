@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The room's surfaces light each other. In a closed room each further reflection has at most rho
-// times the light of the one before, so that all of them together add to the irradiance at most
-// rho / (1 - rho) of the largest by the lamps.
-#include "libocc/simulate/internal/background.hpp"
-#include "libocc/simulate/internal/effect_model.hpp"
+// Interreflection: the room's surfaces light each other. In a closed room of reflectance rho, each
+// further reflection has at most rho times the light of the one before. All of them together add at
+// most rho / (1 - rho) of the largest irradiance by the lamps. The light itself is computed by
+// radiosity (internal/room_surfaces.hpp) and rendered with the walls.
+#include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
 namespace {
@@ -12,10 +12,21 @@ bool called_for(const Scene& scene, const SimulateOptions&) {
   return scene.room && scene.room->wall_reflectance > 0;
 }
 
-Bound bound(const SceneView& view) { return {view.grey_levels(interreflected_electrons(view)), 0}; }
+double background_e(const SceneView& view) {
+  const double reflectance = view.scene.room->wall_reflectance;
+  return surface_electrons(view, reflectance / (1 - reflectance));
+}
+
+Bound bound(const SceneView& view) { return {view.grey_levels(background_e(view)), 0}; }
 
 }  // namespace
 
-const EffectModel interreflection_model{"room.wall_reflectance", called_for, bound};
+const EffectModel interreflection_model{Effect::interreflection,
+                                        Stage::charge,
+                                        called_for,
+                                        "there is no room, or room.wall_reflectance is 0",
+                                        bound,
+                                        Effect::walls,
+                                        background_e};
 
 }  // namespace occ::internal::simulate

@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The irradiance E of a lamp varies over its image, by cos^4 and by Lambert's law. Left out, all of
-// the image has the centre's: no pixel changes by more than E does over the image, and the centroid
-// of an ellipse moves by its second moment times grad ln E, at most (R^2/4) |grad ln E|.
+// Light gradient: the irradiance E of a lamp varies over its image, by cos^4 and by Lambert's law.
+// Left out, the whole image has the irradiance of the centre. No pixel changes by more than E
+// varies over the image. The centroid of an ellipse moves by its second moment times grad ln E, at
+// most (R^2/4) |grad ln E|.
 #include <algorithm>
 #include <cmath>
 
 #include "libocc/formation/light.hpp"
-#include "libocc/simulate/internal/blur.hpp"
-#include "libocc/simulate/internal/effect_model.hpp"
-#include "libocc/simulate/internal/overlap.hpp"
+#include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
 namespace {
 
-constexpr double beyond_first_order = 1.2;
+constexpr double beyond_first_order = 1.2;  // margin for the curvature of E
 
 bool called_for(const Scene& scene, const SimulateOptions&) {
   return std::any_of(scene.lamps.begin(), scene.lamps.end(),
@@ -38,7 +37,7 @@ Bound bound_of(const LampView& seen, const SceneView& view) {
       steepest = std::max(steepest, std::abs(std::log(here / centre)) / distance);
   }
   const double relative = beyond_first_order * change / centre;
-  // A corner's second moment: a rectangle's image reaches R at its corners only.
+  // R^2/3 instead of R^2/4 also covers a square, whose image reaches R only at its corners.
   const double second_moment = seen.radius_px * seen.radius_px / 3;
   return {relative * seen.peak_e, beyond_first_order * second_moment * steepest};
 }
@@ -47,6 +46,7 @@ Bound bound(const SceneView& view) { return sum_of_overlapping(view, bound_of); 
 
 }  // namespace
 
-const EffectModel light_gradient_model{"a lamp's shape", called_for, bound};
+const EffectModel light_gradient_model{Effect::light_gradient, Stage::lamp_image, called_for,
+                                       "all lamps are points", bound};
 
 }  // namespace occ::internal::simulate

@@ -1,25 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lamps blink: a line of pixels gets the mean of the waveform over its exposure. Left out, a lamp
-// shines with its waveform's mean; the difference over a line is exact from the waveform, at most
-// min({fT}, 1 - {fT}, D, 1 - D) / (fT) for a square wave of duty D whose period fits fT times in
-// the exposure. Where lines differ, those of one side of a lamp may get r more than the mean m and
-// those of the other r less: its centroid moves by up to the mean distance from the middle, 0.7 R,
-// times r / (m - r).
-#include "libocc/simulate/internal/modulation.hpp"
-
+// Modulation: lamps blink, and a line of pixels receives the mean of the waveform over its
+// exposure. Left out, a lamp shines with the mean of its waveform. The difference is computed
+// exactly from the waveform. For a square wave of frequency f and duty D and an exposure T it is at
+// most min({fT}, 1 - {fT}, D, 1 - D) / (fT), with {} the fractional part. Where lines differ, the
+// lines on one side of a lamp may receive r more than the mean m, and those on the other side r
+// less. The centroid then moves by up to the mean distance from the middle, 0.7 R, times r / (m -
+// r).
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
-#include "libocc/simulate/internal/blur.hpp"
-#include "libocc/simulate/internal/effect_model.hpp"
-#include "libocc/simulate/internal/motion.hpp"
-#include "libocc/simulate/internal/overlap.hpp"
+#include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
 namespace {
 
-// Light until a time, in periods from the beginning of a period.
+// Integral of the light from the beginning of a period to a time in periods.
 double light_until(const Lamp& lamp, double periods) {
   const double whole = std::floor(periods), part = periods - whole;
   if (lamp.waveform.empty()) return whole * lamp.duty + std::min(part, lamp.duty);
@@ -27,14 +23,14 @@ double light_until(const Lamp& lamp, double periods) {
   const auto full = static_cast<std::ptrdiff_t>(part * steps);
   const auto begin = lamp.waveform.begin();
   const double sum = std::accumulate(begin, begin + full, 0.0);
-  const double begun = full < static_cast<std::ptrdiff_t>(lamp.waveform.size())
-                           ? (part * steps - static_cast<double>(full)) * begin[full]
-                           : 0;
-  return whole * lamp.mean_light() + (sum + begun) / steps;
+  const double partial = full < static_cast<std::ptrdiff_t>(lamp.waveform.size())
+                             ? (part * steps - static_cast<double>(full)) * begin[full]
+                             : 0;
+  return whole * lamp.mean_light() + (sum + partial) / steps;
 }
 
-// Integrals of the light and of its products with the time and its square, time from the middle
-// of the stretch.
+// Integrals of the light and of its products with the time and the squared time, counted from the
+// middle of the interval.
 struct PieceSums {
   double light = 0, first = 0, second = 0;
 };
@@ -44,7 +40,8 @@ PieceSums sum_pieces(const Lamp& lamp, double begin_s, double length_s) {
   const double offset_s = (start - std::floor(start)) * period_s;
   const auto steps = lamp.waveform.size();
   PieceSums sums;
-  const auto add = [&](double from_s, double to_s, double level) {  // times in whole periods
+  const auto add = [&](double from_s, double to_s,
+                       double level) {  // from the beginning of a period
     const double a = std::clamp(from_s - offset_s, 0.0, length_s) - 0.5 * length_s;
     const double b = std::clamp(to_s - offset_s, 0.0, length_s) - 0.5 * length_s;
     sums.light += level * (b - a);
@@ -67,10 +64,10 @@ bool called_for(const Scene& scene, const SimulateOptions&) {
                      [](const Lamp& lamp) { return lamp.frequency_hz.has_value(); });
 }
 
-// Largest difference between the mean over a stretch of so many periods and that over whole ones:
-// in between the times at which the stretch begins or ends at a step of the waveform it changes
-// linearly.
-double largest_ripple(const Lamp& lamp, double periods) {
+// Largest difference between the mean light over an interval of `periods` periods and the mean over
+// whole periods. As a function of the interval's start the difference is piecewise linear, with its
+// extremes where the interval begins or ends at a step of the waveform.
+double max_ripple(const Lamp& lamp, double periods) {
   std::vector<double> steps{0, lamp.duty};
   if (!lamp.waveform.empty()) {
     const std::size_t count = lamp.waveform.size();
@@ -92,11 +89,11 @@ Bound bound_of(const LampView& seen, const SceneView& view) {
   const Lamp& lamp = *seen.lamp;
   if (!lamp.frequency_hz) return {};
   const Sensor& sensor = view.scene.sensor;
-  const double ripple = largest_ripple(lamp, *lamp.frequency_hz * sensor.exposure_s);
+  const double ripple = max_ripple(lamp, *lamp.frequency_hz * sensor.exposure_s);
   if (!(sensor.row_time_s > 0)) return {ripple * seen.peak_e, 0};
   const double radius = seen.radius_px + blur_width_px(seen, view) + 0.5;
-  const double least = lamp.mean_light() - ripple;
-  const double shift = least > 0 ? std::min(1.0, 0.7 * ripple / least) : 1;
+  const double min_light = lamp.mean_light() - ripple;
+  const double shift = min_light > 0 ? std::min(1.0, 0.7 * ripple / min_light) : 1;
   return {ripple * seen.peak_e, shift * radius};
 }
 
@@ -113,11 +110,11 @@ double lit_fraction(const Lamp& lamp, double start_s, double exposure_s) {
                     1.0);
 }
 
-LightMoments seen_light(const Lamp& lamp, bool blinks, double begin_s, double length_s) {
+LightMoments light_moments(const Lamp& lamp, bool blinks, double begin_s, double length_s) {
   LightMoments light{lamp.mean_light(), 0.5 * length_s, length_s * std::sqrt(1.0 / 12)};
   if (!lamp.frequency_hz || !blinks) return light;
   light.mean = lit_fraction(lamp, begin_s, length_s);
-  // So many periods that the light falls evenly.
+  // Over so many periods the light is even to 1e-3 of the interval.
   if (length_s * *lamp.frequency_hz > 1000) return light;
   const PieceSums sums = sum_pieces(lamp, begin_s, length_s);
   if (!(sums.light > 0)) return light;
@@ -139,6 +136,7 @@ std::vector<double> lit_fractions(const Lamp& lamp, const Frame& frame, int firs
   return fractions;
 }
 
-const EffectModel modulation_model{"a lamp's frequency_hz", called_for, bound};
+const EffectModel modulation_model{Effect::modulation, Stage::lamp_image, called_for,
+                                   "no lamp has a frequency_hz", bound};
 
 }  // namespace occ::internal::simulate

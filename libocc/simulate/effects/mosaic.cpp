@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// A mosaic of colour filters: a pixel gets the lamp's colour times its channel's efficiency, a
-// factor f by its place. Left out, every pixel gets white light: a pixel changes by |f - 1|, and by
-// what the channels' curves differ. Centroids move because the mosaic samples the image: f is its
-// mean plus waves of half a cycle a pixel, of relative amplitude a each; a wave moves the centroid
-// by a |d/dw W|, W the Fourier transform of the image at w = pi. For a convex shape under a
-// Gaussian of variance s^2 that is at most (4/pi + pi s^2) exp(-pi^2 s^2 / 2).
+// Mosaic of colour filters: a pixel receives the lamp's colour times the efficiency of its channel,
+// a factor f that depends on its place. Left out, every pixel receives white light: a pixel changes
+// by |f - 1| and by the difference of the channels' curves.
+//
+// Centroids move because the mosaic samples the image. f is its mean plus waves of half a cycle per
+// pixel, each of relative amplitude a. A wave moves the centroid by a |d/dw W|, with W the Fourier
+// transform of the image, at w = pi. For a convex shape under a Gaussian of variance s^2 that is at
+// most (4/pi + pi s^2) exp(-pi^2 s^2 / 2).
 #include "libocc/simulate/internal/mosaic.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "libocc/core/math.hpp"
-#include "libocc/simulate/internal/background.hpp"
-#include "libocc/simulate/internal/effect_model.hpp"
-#include "libocc/simulate/internal/gain.hpp"
+#include "libocc/simulate/internal/bounds.hpp"
+#include "libocc/simulate/internal/normal_variate.hpp"
 
 namespace occ::internal::simulate {
 
@@ -24,7 +25,7 @@ bool called_for(const Scene& scene, const SimulateOptions&) {
   return scene.sensor.mosaic != Mosaic::none;
 }
 
-/// Sum of the waves' amplitudes over the mean.
+// Sum of the amplitudes of the waves, relative to the mean.
 double contrast(const ByPlace& f) {
   const double mean = f[0] + f[1] + f[2] + f[3];
   return (std::abs(f[0] - f[1] + f[2] - f[3]) + std::abs(f[0] + f[1] - f[2] - f[3]) +
@@ -32,7 +33,7 @@ double contrast(const ByPlace& f) {
          mean;
 }
 
-/// Largest difference of a channel's curve from the sensor's [grey levels].
+// Largest difference between a channel's response curve and the sensor's [grey levels].
 double curve_change(const Sensor& sensor) {
   constexpr int samples = 256;
   double change = 0;
@@ -58,13 +59,16 @@ Bound bound(const SceneView& view) {
     const ByPlace factors = light_by_place(sensor, seen.lamp->colour);
     double change = 0;
     for (const double f : factors) change = std::max(change, std::abs(f - 1));
-    sum_e += change * seen.peak_e / brightest_factor(view.scene, seen.lamp->colour);
-    const double stored = curves > 0 ? seen.radius_px : 0;  // curves that differ weigh differently
+    sum_e += change * seen.peak_e / max_pixel_factor(view.scene, seen.lamp->colour);
+    // Curves that differ give the same light different weights in a centroid.
+    const double stored = curves > 0 ? seen.radius_px : 0;
     bound.include({0, contrast(factors) * wave + stored});
   }
   bound.dn += view.grey_levels(sum_e + background_electrons(view));
   return bound;
 }
+
+void remove(Sensor& sensor) { sensor.mosaic = Mosaic::none; }
 
 }  // namespace
 
@@ -72,9 +76,9 @@ ByPlace light_by_place(const Sensor& sensor, const Eigen::Vector3d& colour) {
   ByPlace light{1, 1, 1, 1};
   if (sensor.mosaic == Mosaic::none) return light;
   for (std::size_t place = 0; place < light.size(); ++place) {
-    const std::size_t of = colour_at(sensor.mosaic, place);
-    light[place] = colour[static_cast<Eigen::Index>(of)] *
-                   (sensor.channels.empty() ? 1 : sensor.channels[of].efficiency);
+    const std::size_t channel = colour_at(sensor.mosaic, place);
+    light[place] = colour[static_cast<Eigen::Index>(channel)] *
+                   (sensor.channels.empty() ? 1 : sensor.channels[channel].efficiency);
   }
   return light;
 }
@@ -89,12 +93,19 @@ Sensor sensor_at(const Sensor& sensor, std::size_t place) {
   return here;
 }
 
-double brightest_factor(const Scene& scene, const Eigen::Vector3d& colour) {
-  double factor = 1;
-  for (const double light : light_by_place(scene.sensor, colour)) factor = std::max(factor, light);
-  return factor * (1 + max_deviations * scene.sensor.gain_sigma);
+ByPlace light_by_place(const Frame& frame, const Eigen::Vector3d& colour) {
+  if (!frame.plan.applies(Effect::mosaic)) return {1, 1, 1, 1};
+  return light_by_place(frame.scene.sensor, colour);
 }
 
-const EffectModel mosaic_model{"sensor.mosaic", called_for, bound};
+double max_pixel_factor(const Scene& scene, const Eigen::Vector3d& colour) {
+  double factor = 1;
+  for (const double light : light_by_place(scene.sensor, colour)) factor = std::max(factor, light);
+  return factor * (1 + max_normal_variate * scene.sensor.gain_sigma);
+}
+
+const EffectModel mosaic_model{
+    Effect::mosaic, Stage::charge, called_for, "sensor.mosaic is none", bound, {},
+    nullptr,        nullptr,       remove};
 
 }  // namespace occ::internal::simulate

@@ -1,22 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// The camera moves during the exposure: a lamp's image is the mean of those from all of its poses.
-// Left out, it is that from the pose in the exposure's middle. A path of length b that is straight
-// and evenly run through spreads the image by b^2/12 about there, and as f(s) + f(-s) - 2 f(0) is
-// at most s^2 max |f''|, a pixel changes by b^2/24 max |f''|: for a straight edge of height E
-//     b^2/24  E / (sqrt(2 pi e) sigma^2) = 0.0101 b^2 E / sigma^2
-// (internal/blur.hpp for thin lamps and points). What is bent of the path, or unevenly lit because
-// the lamp blinks, moves the image's mean besides; so does light that grows along the path by a
-// factor 1 + q, by b q/12.
+// Motion blur: the camera moves during the exposure, so a lamp's image is the mean of its images
+// from all poses of the exposure. Left out, it is the image from the pose in the middle of the
+// exposure. A straight path of length b, passed at constant speed, spreads the image by a variance
+// of b^2/12. Because f(s) + f(-s) - 2 f(0) is at most s^2 max |f''|, a pixel changes by at most
+// b^2/24 max |f''|. For a straight edge of height E this is
+//     b^2/24  E / (sqrt(2 pi e) sigma^2) = 0.0101 b^2 E / sigma^2;
+// internal/scene_view.hpp has thin lamps and points. The mean of the image also moves if the path
+// is curved or if the lamp blinks, and by b q/12 if the light grows along the path by a factor 1 +
+// q.
 #include <algorithm>
 #include <cmath>
 
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
-#include "libocc/simulate/internal/blur.hpp"
-#include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/simulate/internal/bounds.hpp"
 #include "libocc/simulate/internal/line_image.hpp"
-#include "libocc/simulate/internal/overlap.hpp"
-#include "libocc/simulate/internal/vignetting.hpp"
 
 namespace occ::internal::simulate {
 namespace {
@@ -36,13 +34,13 @@ Motion motion_of(const SceneView& view) {
                 {true, rolls, effects.of(Effect::modulation) != Use::off});
 }
 
-// Mean time of a blinking lamp's light, off the middle of the exposure, in exposures at most: the
-// light's excess over its mean never adds up to more than a quarter of a period.
-double uneven_light(const Lamp& lamp, const SceneView& view) {
+// Largest distance between the mean time of a blinking lamp's light and the middle of the exposure,
+// in exposures. The excess of the light over its mean never adds up to more than 1/4 period.
+double max_time_shift(const Lamp& lamp, const SceneView& view) {
   if (!lamp.frequency_hz || view.scene.effects.of(Effect::modulation) == Use::off) return 0;
   const double excess = 0.25 / (*lamp.frequency_hz * view.scene.sensor.exposure_s);
-  const double least = lamp.mean_light() - excess;
-  return least > 0 ? std::min(0.5, 1.5 * excess / least) : 0.5;
+  const double min_light = lamp.mean_light() - excess;
+  return min_light > 0 ? std::min(0.5, 1.5 * excess / min_light) : 0.5;
 }
 
 Bound bound_of(const LampView& seen, const SceneView& view) {
@@ -59,11 +57,11 @@ Bound bound_of(const LampView& seen, const SceneView& view) {
   const auto before = rim_after(-0.5 * exposure), at = rim_after(0),
              after = rim_after(0.5 * exposure);
   if (!before || !at || !after) return {infinity, infinity};
-  double length = 0, bent = 0;
+  double length = 0, curved = 0;
   for (std::size_t i = 0; i < at->size(); ++i) {
     const Eigen::Vector2d &a = (*before)[i], &b = (*at)[i], &c = (*after)[i];
     length = std::max(length, (b - a).norm() + (c - b).norm());
-    bent = std::max(bent, (a + c - 2 * b).norm() / 6);
+    curved = std::max(curved, (a + c - 2 * b).norm() / 6);
   }
   const auto light = [&](double time_s) {
     const Rigid3 pose = moved_pose(middle->pose, view.options.velocity, time_s);
@@ -73,7 +71,7 @@ Bound bound_of(const LampView& seen, const SceneView& view) {
               : 0;
   };
   const double brighter = std::abs(std::log(light(0.5 * exposure) / light(-0.5 * exposure)));
-  const double moved = bent + uneven_light(*seen.lamp, view) * length + length / 12 * brighter;
+  const double moved = curved + max_time_shift(*seen.lamp, view) * length + length / 12 * brighter;
   return {change_by_spread_e(seen, view, length) + change_by_shift_e(seen, view, moved),
           moved + 2 * sampling_shift_px(seen, view)};
 }
@@ -85,6 +83,7 @@ Bound bound(const SceneView& view) {
 
 }  // namespace
 
-const EffectModel motion_blur_model{"a velocity of the camera", called_for, bound};
+const EffectModel motion_blur_model{Effect::motion_blur, Stage::lamp_image, called_for,
+                                    "the camera has no velocity", bound};
 
 }  // namespace occ::internal::simulate

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shot noise, dark current's noise, read noise. Left out, a pixel has its mean. The bounds are one
-// standard deviation: of the brightest pixel's grey level, and of a lamp's centroid (the largest
-// over lamps), sqrt(sum of (x - x_c)^2 var) / F over the disc of the lamp's image and its blur.
+// Noise: shot noise, noise of the dark current, read noise. Left out, a pixel has its mean. The
+// bounds are one standard deviation of the brightest pixel's grey level and of a lamp's centroid,
+// the largest over all lamps: sqrt(sum of (x - x_c)^2 var) / F over the disc of the lamp's image
+// and its blur, with F the lamp's electrons. Rendered by internal/expose.hpp.
 #include <algorithm>
 #include <cmath>
 
 #include "libocc/core/math.hpp"
-#include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
 namespace {
@@ -21,7 +22,7 @@ Bound bound(const SceneView& view) {
   for (const LampView& seen : view.lamps) {
     const double shot_e2 = std::min(seen.peak_e, sensor.full_well_e);
     const double radius = seen.radius_px + blur_sigmas * sensor.psf_sigma_px + 0.5;
-    // Second moment of a disc about its centre, along one axis: pi r^4 / 4.
+    // The second moment of a disc about its centre along one axis is pi r^4 / 4.
     const double floor_moment = floor_e2 * pi * std::pow(radius, 4) / 4;
     const double shot_moment = seen.electrons * radius * radius / 4;
     bound.include({sensor.gain_dn_per_e * std::sqrt(floor_e2 + shot_e2),
@@ -32,6 +33,7 @@ Bound bound(const SceneView& view) {
 
 }  // namespace
 
-const EffectModel noise_model{"the option noise", called_for, bound};
+const EffectModel noise_model{Effect::noise, Stage::output, called_for, "the option noise is off",
+                              bound};
 
 }  // namespace occ::internal::simulate

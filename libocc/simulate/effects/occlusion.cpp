@@ -1,20 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Boxes hide lamps. From a point, a box casts a convex shadow onto the plane of a lamp's face; what
-// is left of the face is cut into convex pieces, whose image is rendered by the integral along
-// their rims as a whole face's is. Left out, lamps that are partly hidden are whole: nothing
-// changes when no shadow meets a lamp, else everything may.
-#include "libocc/simulate/internal/occlusion.hpp"
-
+// Occlusion: boxes hide lamps. Seen from a point, a box casts a convex shadow onto the plane of a
+// lamp's face. The rest of the face is divided into convex pieces, which are rendered by the
+// integral along their rims like a whole face. Left out, partly hidden lamps are whole. Nothing
+// changes when no shadow meets a lamp; otherwise all of its light may.
 #include "libocc/formation/rim.hpp"
-#include "libocc/simulate/internal/background.hpp"
-#include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/simulate/internal/bounds.hpp"
+#include "libocc/simulate/internal/lamp_image.hpp"
 
 namespace occ::internal::simulate {
 
 using namespace internal::formation;
 namespace {
 
-// Three-point Gauss-Legendre panels along the edge from a to b.
+// Adds three-point Gauss-Legendre panels, each at most 0.75 spacings long, along the edge from a to
+// b.
 bool add_edge(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Camera& camera,
               double spacing_px, RimContour& rim) {
   constexpr double node = 0.7745966692414834, outer = 5.0 / 18, inner = 8.0 / 18;
@@ -49,7 +48,7 @@ Bound bound(const SceneView& view) {
     if (visible_part(*seen.lamp, view.scene.boxes, seen_from).share == 1) continue;
     bound.include({view.grey_levels(seen.peak_e), 2 * seen.radius_px});
   }
-  bound.dn += view.grey_levels(lit_wall_electrons(view));
+  bound.dn += view.grey_levels(max_wall_electrons(view));
   return bound;
 }
 
@@ -76,6 +75,7 @@ std::optional<Chords> visible_chords(const Lamp& lamp, const Visible& visible,
   return chords;
 }
 
-const EffectModel occlusion_model{"boxes", called_for, bound};
+const EffectModel occlusion_model{Effect::occlusion, Stage::lamp_image, called_for,
+                                  "there are no boxes", bound};
 
 }  // namespace occ::internal::simulate

@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blur by the lens (formation/internal/lens_blur.hpp). Left out, a pixel is the exact mean over its
-// box. The blur moves light by s; of a fully covered pixel no more than |s_x| + |s_y| of its area
-// is swept then, at a lamp of just its size, so that it changes by at most
-//     2 E|s_x|,   E|s_x| <= sigma sqrt(2/pi) + 4 rho / (3 pi)
-// for the Gaussian and the disc of radius rho. A point's light may be all in another pixel. The
-// light's centroid does not move, but that of sharp pixels is not the light's (internal/blur.hpp).
+// PSF: blur by the lens (formation/internal/lens_blur.hpp). Left out, a pixel is the exact mean
+// over its box. The blur moves light by s, which sweeps at most |s_x| + |s_y| of a fully covered
+// pixel's area. The pixel changes by at most
+//     2 E|s_x|,   E|s_x| <= sigma sqrt(2/pi) + 4 rho / (3 pi),
+// with E| | the expectation, for the Gaussian of width sigma and the defocus disc of radius rho.
+// All light of a point may move to another pixel. The centroid of the light does not move, but the
+// centroid of sharp pixels differs from it (internal/scene_view.hpp).
 #include <algorithm>
 #include <cmath>
 
 #include "libocc/core/math.hpp"
 #include "libocc/formation/internal/lens_blur.hpp"
-#include "libocc/simulate/internal/blur.hpp"
-#include "libocc/simulate/internal/effect_model.hpp"
-#include "libocc/simulate/internal/overlap.hpp"
+#include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
 
@@ -38,6 +37,8 @@ Bound bound(const SceneView& view) { return sum_of_overlapping(view, bound_of); 
 
 }  // namespace
 
-const EffectModel psf_model{"sensor.psf_sigma_px or the lens", called_for, bound};
+const EffectModel psf_model{
+    Effect::psf, Stage::lamp_image, called_for,
+    "sensor.psf_sigma_px is 0, and the lens has no diffraction and no focus_distance_m", bound};
 
 }  // namespace occ::internal::simulate

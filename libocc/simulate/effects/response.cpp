@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Grey levels are no linear function of the light; under a mosaic each colour may have a curve of
-// its own. Left out, they are: a pixel changes by the largest distance of a curve from its chord,
-// and centroids of grey levels may move by as much of a lamp's radius.
+// Response: grey levels are a non-linear function of the light; under a mosaic each colour may have
+// its own curve. Left out, all curves are linear: a pixel changes by at most the largest distance
+// of a curve from its chord, and centroids of grey levels move by at most that fraction of a lamp's
+// radius.
 #include <algorithm>
 #include <cmath>
 
-#include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/simulate/internal/bounds.hpp"
 #include "libocc/simulate/internal/mosaic.hpp"
 
 namespace occ::internal::simulate {
 namespace {
 
-/// The curves that pixels are stored by.
+// Sensors with the response curves of all pixels.
 std::vector<Sensor> curves(const Sensor& sensor) {
   std::vector<Sensor> all;
   for (std::size_t place = 0; place < 4; ++place) all.push_back(sensor_at(sensor, place));
-  all.push_back(sensor);  // where the mosaic is left out
+  all.push_back(sensor);  // curve when the mosaic is left out
   return all;
 }
 
@@ -41,8 +42,15 @@ Bound bound(const SceneView& view) {
   return {change, radius * std::min(1.0, change / sensor.full_scale_dn())};
 }
 
+void remove(Sensor& sensor) {
+  sensor.response = Response::linear;
+  for (Channel& channel : sensor.channels) channel.response = Response::linear;
+}
+
 }  // namespace
 
-const EffectModel response_model{"sensor.response", called_for, bound};
+const EffectModel response_model{
+    Effect::response, Stage::output, called_for, "sensor.response is linear", bound, {},
+    nullptr,          nullptr,       remove};
 
 }  // namespace occ::internal::simulate

@@ -1,18 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The camera moves between lines: each is exposed row_time_s after the one before. Left out, all
-// lines see the poses of the first one's exposure, so that a lamp moves by as much as the camera
-// has moved its image when the line that sees it begins, v t_row lines, and its light by as much as
-// that changes.
+// Rolling shutter: the camera moves between lines, because each line is exposed row_time_s after
+// the one before. Left out, all lines see the poses of the first line's exposure. A lamp's image
+// moves by the motion of the image until the exposure of the line that sees it, and its light
+// changes by the change until then.
 #include <algorithm>
 #include <cmath>
 
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
-#include "libocc/simulate/internal/blur.hpp"
-#include "libocc/simulate/internal/effect_model.hpp"
-#include "libocc/simulate/internal/motion.hpp"
-#include "libocc/simulate/internal/overlap.hpp"
-#include "libocc/simulate/internal/vignetting.hpp"
+#include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
 namespace {
@@ -57,7 +53,7 @@ Bound bound_of(const LampView& seen, const SceneView& view) {
     const double is = light_at(seen, view, then->pose, then->px);
     brighter = std::max(brighter, std::abs(is / was - 1));
   }
-  // Lines that see but the blur of a point have moved on from where the point itself is seen.
+  // Lines that see only the blur of a point see it from other poses than the point's own line.
   return {change_by_shift_e(seen, view, moved + per_line * reach_px) + brighter * seen.peak_e,
           moved + 2 * sampling_shift_px(seen, view)};
 }
@@ -69,7 +65,8 @@ Bound bound(const SceneView& view) {
 
 }  // namespace
 
-const EffectModel rolling_shutter_model{"a velocity of the camera and sensor.row_time_s",
-                                        called_for, bound};
+const EffectModel rolling_shutter_model{Effect::rolling_shutter, Stage::lamp_image, called_for,
+                                        "the camera has no velocity, or sensor.row_time_s is 0",
+                                        bound};
 
 }  // namespace occ::internal::simulate

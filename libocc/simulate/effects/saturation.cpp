@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// A full well holds no more. Left out, grey levels are clipped at full scale alone: nothing changes
-// unless a pixel's electrons exceed the full well, lamps' images that overlap included. The
-// centroid of a clipped image has moved by no more than the light that is lost, at its radius.
+// Saturation: a pixel holds no more charge than its full well. Left out, grey levels are only
+// clipped at full scale. Nothing changes unless the electrons of a pixel exceed the full well,
+// overlapping images of lamps included. The centroid of a clipped image moves by at most the
+// fraction of the light that is lost, times the radius.
 #include <algorithm>
 
-#include "libocc/simulate/internal/background.hpp"
-#include "libocc/simulate/internal/effect_model.hpp"
+#include "libocc/simulate/internal/bounds.hpp"
 #include "libocc/simulate/internal/mosaic.hpp"
-#include "libocc/simulate/internal/overlap.hpp"
 
 namespace occ::internal::simulate {
 namespace {
@@ -16,12 +15,12 @@ bool called_for(const Scene&, const SimulateOptions&) { return true; }
 
 Bound bound(const SceneView& view) {
   const Sensor& sensor = view.scene.sensor;
-  const double most = sensor.electrons(0) + background_electrons(view) + brightest_electrons(view);
+  const double max_e = sensor.electrons(0) + background_electrons(view) + max_lamp_electrons(view);
   double radius = 0;
   for (const LampView& seen : view.lamps) radius = std::max(radius, seen.radius_px);
-  const double lost = most - sensor.full_well_e;
+  const double lost = max_e - sensor.full_well_e;
   if (!(lost > 0)) return {};
-  double white = 0;  // grey levels that the full well leaves to full scale
+  double white = 0;  // grey levels from the full well to full scale
   for (std::size_t place = 0; place < 4; ++place)
     white = std::max(
         white, sensor.full_scale_dn() - sensor_at(sensor, place).grey_level(sensor.full_well_e));
@@ -29,8 +28,18 @@ Bound bound(const SceneView& view) {
   return {change, change > 0 ? radius * std::min(1.0, lost / sensor.full_well_e) : 0};
 }
 
+void remove(Sensor& sensor) { sensor.full_well_e = 1e30; }
+
 }  // namespace
 
-const EffectModel saturation_model{"sensor.full_well_e", called_for, bound};
+const EffectModel saturation_model{Effect::saturation,
+                                   Stage::charge,
+                                   called_for,
+                                   "every sensor has a full well",
+                                   bound,
+                                   {},
+                                   nullptr,
+                                   nullptr,
+                                   remove};
 
 }  // namespace occ::internal::simulate

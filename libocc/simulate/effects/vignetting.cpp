@@ -1,18 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lens lets less light through to the image's edge. Left out, the transmission is 1: a pixel
-// changes by the largest 1 - V over the lamp's image and its blur, and the centroid of the image
-// moves by its second moment times grad ln V, for which R^2/3 stands in as for the gradient of the
-// light.
-#include "libocc/simulate/internal/vignetting.hpp"
+// Vignetting: the lens transmits less light to the edge of the image, V < 1. Left out, V = 1: a
+// pixel changes by the largest 1 - V over the lamp's image and its blur. The centroid of the image
+// moves by its second moment times grad ln V, with R^2/3 for the second moment as in
+// light_gradient.cpp.
+#include "libocc/scene/internal/vignetting.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "libocc/core/math.hpp"
-#include "libocc/simulate/internal/background.hpp"
-#include "libocc/simulate/internal/blur.hpp"
-#include "libocc/simulate/internal/effect_model.hpp"
-#include "libocc/simulate/internal/overlap.hpp"
+#include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
 
@@ -30,24 +26,25 @@ Bound bound_of(const LampView& seen, const SceneView& view) {
   const Vignetting vignetting(view.scene);
   const double radius = seen.radius_px + blur_sigmas * blur_width_px(seen, view) + 0.5;
   const double centre = vignetting.transmission(seen.image_centre_px);
-  double loss = 1 - centre, steepest = 0;
+  double loss = 1 - centre, max_slope = 0;
   for (int i = 0; i < around; ++i)
-    for (const double part : {0.5, 1.0}) {
-      const double angle = 2 * pi * i / around;
+    for (const double fraction : {0.5, 1.0}) {
+      const double angle = 2 * 3.14159265358979323846 * i / around;
       const Eigen::Vector2d px =
-          seen.image_centre_px + part * radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+          seen.image_centre_px +
+          fraction * radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
       const double here = vignetting.transmission(px);
       loss = std::max(loss, 1 - here);
-      steepest = std::max(steepest, std::abs(std::log(here / centre)) / (part * radius));
+      max_slope = std::max(max_slope, std::abs(std::log(here / centre)) / (fraction * radius));
     }
   const double width = blur_width_px(seen, view);
   const double second_moment = seen.radius_px * seen.radius_px / 3 + width * width + 1.0 / 12;
-  return {loss * seen.peak_e, second_moment * steepest};
+  return {loss * seen.peak_e, second_moment * max_slope};
 }
 
 Bound bound(const SceneView& view) {
   Bound bound = sum_of_overlapping(view, bound_of);
-  bound.dn += view.grey_levels(lit_wall_electrons(view));
+  bound.dn += view.grey_levels(max_wall_electrons(view));
   return bound;
 }
 
@@ -58,6 +55,7 @@ double seen_transmission(const SceneView& view, const Eigen::Vector2d& px) {
   return Vignetting(view.scene).transmission(px);
 }
 
-const EffectModel vignetting_model{"lens.vignetting", called_for, bound};
+const EffectModel vignetting_model{Effect::vignetting, Stage::lamp_image, called_for,
+                                   "all coefficients of lens.vignetting are 0", bound};
 
 }  // namespace occ::internal::simulate

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a pixel's electrons to its grey level: full well, response, quantisation. The inverse of the
-// response (Sensor::linear_dn) says at how many electrons one grey level ends and the next begins.
+// Converts a pixel's electrons to its grey level: full well, response, quantisation. The inverse of
+// the response (Sensor::linear_dn) gives the electrons at which one grey level ends and the next
+// begins.
 #pragma once
 
 #include <cstdint>
@@ -17,23 +18,24 @@ class Digitiser {
 
   int levels() const { return levels_; }
 
-  /// Electrons at which grey level `level` ends, 0 <= level < levels() - 1; noise may make the
-  /// signal negative.
+  /// Electrons at which grey level `level` ends, 0 <= level < levels() - 1. Negative values occur,
+  /// because noise may make the signal negative.
   double upper_bound_e(int level) const;
 
   /// Grey level of a signal that the full well has already clipped, read noise included.
   int grey_level(double electrons) const;
 
-  // The same of many; up to a batch more is read and written.
+  // Grey levels of many pixels. Up to one batch more is read and written.
   static constexpr int batch = 16;
 
-  /// Of pixels with a signal beside `base_e`, which the full well clips here.
+  /// Levels of the sum of `base_e` and a signal, which this function clips at the full well.
   void grey_levels(Simd simd, double base_e, double full_well_e, const double* signal_e, int count,
                    std::uint16_t* levels) const;
+  /// Levels of electrons that are already clipped, read noise included.
   void grey_levels(Simd simd, const float* electrons, int count, std::uint16_t* levels) const;
 
  private:
-  int level_of(double electrons) const;  // by the bounds
+  int level_of(double electrons) const;  // by search in bounds_e_
 
   int levels_ = 0;
   double gain_ = 0, black_ = 0;

@@ -1,36 +1,75 @@
 // SPDX-License-Identifier: Apache-2.0
-// One effect as the plan sees it: when a scene calls for it, and what leaving it out changes at
-// most. Every effect has a file in simulate/effects/ that defines its model, and the code that
-// applies it if it is not part of a lamp's image.
+// Describes one effect of the simulation: when a scene has it, how it changes the image, and a
+// bound on the change when it is left out.
+//
+// Each effect has one file in simulate/effects/, which defines its EffectModel. A new effect needs
+// an enumerator and a name (scene/effects.hpp), that file, and its model in the declaration and in
+// effect_models() below; a test requires exactly one model per effect.
 #pragma once
 
 #include <array>
-#include <limits>
+#include <optional>
 
-#include "libocc/simulate/internal/view.hpp"
+#include "libocc/simulate/internal/scene_view.hpp"
+#include "libocc/simulate/internal/signal.hpp"
 
 namespace occ::internal::simulate {
 
-/// Of the noise-free image: grey levels at any pixel, pixels of any lamp's centroid.
-struct Bound {
-  double dn = 0, px = 0;
+struct Frame;
 
+/// Largest change of the noise-free image.
+struct Bound {
+  double dn = 0;  ///< of any pixel [grey levels]
+  double px = 0;  ///< of the centroid of any lamp's image [px]
+
+  /// Takes the larger value of each; NaN counts as larger than any number.
   void include(const Bound& other) {
     if (!(other.dn <= dn)) dn = other.dn;
     if (!(other.px <= px)) px = other.px;
   }
 };
 
-struct EffectModel {
-  /// What of the scene calls for it, for messages: "sensor.psf_sigma_px".
-  const char* called_for_by;
-  bool (*called_for)(const Scene& scene, const SimulateOptions& options);
-  Bound (*bound)(const SceneView& view);
+/// Part of the rendering in which an effect acts.
+enum class Stage {
+  lamp_image,  ///< image of each lamp; ghosts are further lamp images, so they change as well
+  charge,      ///< charge of a pixel before it overflows, by other light or by the sensor
+  output,      ///< charge that overflows, noise and grey levels
 };
 
-extern const EffectModel extent_model, light_gradient_model, psf_model, distortion_model,
-    vignetting_model, motion_blur_model, rolling_shutter_model, modulation_model, occlusion_model,
-    ambient_model, walls_model, interreflection_model, glare_model, ghosts_model, mosaic_model,
-    gain_model, noise_model, saturation_model, blooming_model, response_model;
+struct EffectModel {
+  Effect effect;
+  Stage stage;
+  /// True if the scene and the options have this effect.
+  bool (*called_for)(const Scene& scene, const SimulateOptions& options);
+  const char* absence;  ///< reason to report when it is not called for: "sensor.blooming is 0"
+  /// Bound on the change when the effect is left out.
+  Bound (*bound)(const SceneView& view);
+  /// Effect without which this one cannot occur.
+  std::optional<Effect> required = {};
+  /// Upper limit of the electrons that the effect adds to a pixel outside the lamps' images.
+  double (*background_e)(const SceneView& view) = nullptr;
+  /// Renders the effect after the lamps' images. `lamp_electrons` is the sum of the lamps'
+  /// electrons over the image, as if all pixels had the same colour filter, for each of the four
+  /// filters.
+  void (*render)(const Frame& frame, const ByPlace& lamp_electrons, Signal& signal) = nullptr;
+  /// Removes the effect from the sensor that converts electrons to grey levels.
+  void (*remove)(Sensor& sensor) = nullptr;
+};
+
+extern const EffectModel ambient_model, blooming_model, distortion_model, extent_model, gain_model,
+    ghosts_model, glare_model, interreflection_model, light_gradient_model, modulation_model,
+    mosaic_model, motion_blur_model, noise_model, occlusion_model, psf_model, response_model,
+    rolling_shutter_model, saturation_model, vignetting_model, walls_model;
+
+/// All models; their order has no meaning.
+LIBOCC_API const std::array<const EffectModel*, effect_count>& effect_models();
+
+/// The model of one effect.
+LIBOCC_API const EffectModel& effect_model(Effect effect);
+
+/// Order of the effects that have `render`. Gain acts on all photoelectrons, and the charge that
+/// overflows includes them all.
+constexpr std::array<Effect, 6> render_order{Effect::ghosts, Effect::walls, Effect::ambient,
+                                             Effect::glare,  Effect::gain,  Effect::blooming};
 
 }  // namespace occ::internal::simulate

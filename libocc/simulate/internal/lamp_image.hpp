@@ -1,49 +1,72 @@
 // SPDX-License-Identifier: Apache-2.0
-// The image of one lamp without noise or clipping: mean signal electrons of each pixel. Blinking is
-// in it when the camera moves meanwhile (internal/motion.hpp), else lit_fractions applies it.
+// Renders the image of one lamp without noise or clipping: mean signal electrons of each pixel. The
+// image includes the lamp's blinking if the camera moves during the exposure (Motion::Kind);
+// otherwise add_lamp applies lit_fractions.
 //
-// An extended lamp's irradiance E varies over its image, so a pixel is the integral of E times the
-// PSF over the shape. Expanded about the pixel, with c the coverage, (m_x, m_y) its first moments
-// and s^2 the variance of PSF and pixel box together, it is
+// The irradiance E of an extended lamp varies over its image. A pixel is the integral of E times
+// the PSF over the shape. Expanded about the pixel, with the coverage c, its first moments (m_x,
+// m_y) and the variance s^2 of PSF and pixel box together, the integral is
 //     (E + s^2/2 laplacian E) c + grad E . (m_x, m_y) + ...
-// Moments follow from c where pixels resolve the PSF (formation/moment_filter.hpp).
-// What is left out changes with the second moment at the rim: 2e-6 to 1e-5 of the peak for focal
-// lengths of 200 px and more and a PSF of 0.8 px, 1e-4 at worst for 2 px (measured).
+// The moments follow from c where pixels resolve the PSF (formation/moment_filter.hpp). The omitted
+// terms vary with the second moment at the rim: 2e-6 to 1e-5 of the peak for focal lengths of 200
+// px and more and a PSF of 0.8 px, and at most 1e-4 for 2 px (measured).
 //
-// Defocus and motion blur are sums of such images, shifted and seen from several poses: contours
-// are put together with weights. Light that a shift s brings to a pixel has left for p - s, so that
-// its weight is that of the shift times 1 - s . grad ln E.
+// Defocus and motion blur are sums of such images, shifted and seen from several poses; their
+// contours are combined with weights. Light that a shift s brings to a pixel p comes from p - s, so
+// its weight is the weight of the shift times 1 - s . grad ln E.
 #pragma once
 
 #include <optional>
 
+#include "libocc/formation/contour.hpp"
 #include "libocc/formation/coverage.hpp"
 #include "libocc/formation/internal/lens_blur.hpp"
+#include "libocc/formation/internal/shadow.hpp"
+#include "libocc/formation/internal/sharp_coverage.hpp"
+#include "libocc/scene/internal/vignetting.hpp"
 #include "libocc/simulate/internal/frame.hpp"
 #include "libocc/simulate/internal/line_image.hpp"
 #include "libocc/simulate/internal/lit_rows.hpp"
 #include "libocc/simulate/internal/motion.hpp"
-#include "libocc/simulate/internal/occlusion.hpp"
-#include "libocc/simulate/internal/vignetting.hpp"
+#include "libocc/simulate/internal/signal.hpp"
 
 namespace occ::internal::simulate {
+
+/// Rim of the visible part of a lamp's face, and the chords of its image, in the camera's frame.
+/// Empty optional under the same conditions as rim_contour and project_chords. Defined in
+/// effects/occlusion.cpp.
+std::optional<RimContour> visible_rim(const Lamp& lamp, const formation::Visible& visible,
+                                      const Rigid3& cam_from_world, const Camera& camera,
+                                      double spacing_px);
+std::optional<formation::Chords> visible_chords(const Lamp& lamp, const formation::Visible& visible,
+                                                const Rigid3& cam_from_world, const Camera& camera);
+
+/// Adds a lamp's image to the signal, with the lamp's blinking for each line and the colour filter
+/// of each pixel. Returns the electrons added.
+double add_lamp(const PaddedPatch& image, const Lamp& lamp, const Frame& frame, Signal& signal);
+
+/// Truth of one lamp, except for its electrons. Only the id and the centre are set for a lamp that
+/// cannot be rendered. Under a moving camera, each point is where the line that sees it sees it in
+/// the middle of its exposure.
+LampTruth lamp_truth(const Lamp& lamp, const Frame& frame, const Motion& motion,
+                     const Camera& camera);
 
 class LampRenderer {
  public:
   explicit LampRenderer(const Frame& frame) : LampRenderer(frame, rendered_camera(frame)) {}
   LampRenderer(const Frame& frame, const Camera& camera);
 
-  /// Empty (width 0) when no light of the lamp reaches the sensor; false when it cannot be rendered
-  /// because part of its rim is outside the camera's domain or it shows its dark side. The image's
-  /// storage is used again.
+  /// Renders the lamp into `image`, whose storage is reused; of width 0 if no light of the lamp
+  /// reaches the sensor. Returns false if part of its rim is outside the camera's domain or its
+  /// dark side is visible.
   bool render(const Lamp& lamp, PaddedPatch& image) const;
 
-  /// That of the image: without distortion when the plan leaves it out.
+  /// The camera of the image: without distortion when the plan leaves it out.
   const Camera& camera() const { return camera_; }
   const Motion& motion() const { return motion_; }
 
  private:
-  // A lamp taken for a point, and the face of which a part may be hidden.
+  // `lamp` is rendered as a point; `face` is the lamp with its shape, which boxes may hide partly.
   std::optional<Patch> point_image(const Lamp& lamp, const Lamp& face) const;
   std::optional<Patch> point_by_lines(const Lamp& lamp, const Lamp& face) const;
   bool extended_image(const Lamp& lamp, PaddedPatch& image) const;
@@ -82,8 +105,8 @@ class LampRenderer {
   Camera camera_;
   Motion motion_;
   std::optional<scene::Vignetting> vignetting_;
-  const Blur* blur_ = nullptr;     // none: sharp
-  const PixelPsf* psf_ = nullptr;  // that of the blur
+  const Blur* blur_ = nullptr;     // null: no blur
+  const PixelPsf* psf_ = nullptr;  // PSF of blur_
   double spacing_px_ = 1;
 };
 

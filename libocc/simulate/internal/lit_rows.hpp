@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A lamp's light, row by row: from coverage to electrons.
+// Converts coverage to electrons for rows of a lamp's image, by the lamp's irradiance.
 #pragma once
 
 #include <array>
@@ -21,29 +21,30 @@ struct PaddedPatch {
   PaddedPatch() = default;
   explicit PaddedPatch(const Patch& patch);
 
-  /// Values are of no meaning but for the zeros; storage is used again.
+  /// Sets the size. Values are undefined except for the zeros; storage is reused.
   void resize(int left, int top, int columns, int rows);
 
   float* row(int y) { return values.data() + y * stride; }
   const float* row(int y) const { return values.data() + y * stride; }
 };
 
-/// The light on a row, from one pixel before the first on: rows above and below say how it changes.
+/// Irradiance on a row and on the rows above and below, from one pixel left of the first.
 struct RowLight {
   const float *here, *above, *below;
-  double electrons;      ///< of a fully covered pixel, for light of 1
-  double half_variance;  ///< of the PSF blurred by the pixel [px^2]
+  double electrons;      ///< electrons of a fully covered pixel per W/m^2
+  double half_variance;  ///< half the variance of the PSF and the pixel's box [px^2]
   int count;
 };
 
-/// Coverage `c` to electrons, with its moments.
+/// Converts coverage `c` to electrons, with the moments m_x and m_y of the coverage.
 void light_row(Simd simd, const RowLight& light, const double* m_x, const double* m_y, double* c);
 
-/// The same with moments by a MomentFilter's taps, from rows of coverage `stride` apart.
+/// The same with moments computed by the taps of a MomentFilter from rows of coverage, `stride`
+/// apart.
 void light_row(Simd simd, const RowLight& light, const float* c, std::ptrdiff_t stride,
                const std::array<double, 4>& taps, float* to);
 
-/// Under even light.
+/// The same under constant irradiance.
 void light_row(Simd simd, double electrons, const float* c, int count, float* to);
 
 }  // namespace occ::internal::simulate

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every random number of an image is a function of (seed, frame, use, pixel), so a pixel's noise
-// does not depend on the lamps elsewhere or on the order of work.
+// Random numbers of an image by a counter-based generator (Philox). Each is a function of (seed,
+// frame, use, pixel), so a pixel's noise does not depend on lamps elsewhere or on the order of
+// computation.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +14,8 @@
 
 namespace occ::internal::simulate {
 
-/// Second word of the Philox counter, after that which counts pixels. `Random`, which draws the
-/// rare pixels that need an exact sampler, has 0 there.
+/// Second word of the Philox counter; the first word counts pixels. 0 is used by `Random`, which
+/// draws the rare pixels that need an exact sampler.
 enum NoiseUse : std::uint32_t {
   dark_use = 1,
   refine_use = 2,
@@ -36,27 +37,28 @@ struct NoiseKey {
   }
 };
 
-/// `count` pixels in each of `rows` rows, of which the first begins with pixel `first` and every
-/// other one `next_row` after that before it.
+/// `count` pixels in each of `rows` rows. The first row begins with pixel `first`, each further row
+/// `next_row` pixels after the one before.
 struct NoisyPixels {
   std::uint32_t first, count, next_row, rows;
 };
 
-/// Random words of pixels, `per_block` of which share a block of four; the first pixel's place in
-/// its block is `skip`. A vector more can be read.
+/// Random words of pixels. `per_block` pixels share a block of four words, and the first pixel has
+/// the index `skip` in its block. One vector more than the pixels' words can be read.
 struct RandomWords {
   const std::uint32_t* words;
   std::uint32_t skip;
 };
 
-/// Draws them for several rows at a time: a row of a lamp's image would leave most of a vector of
-/// blocks unused.
+/// Draws random words for several rows at a time, because one row of a lamp's image would leave
+/// most of a vector of blocks unused.
 template <std::uint32_t per_block>
 class RowWords {
  public:
   explicit RowWords(NoiseUse use) : use_(use) {}
 
-  /// Of the first of the rows; the others are likely to be asked for next. Valid until then.
+  /// Random words of the first of the rows, valid until the next call. The words of the other rows
+  /// are drawn as well, because they are usually needed next.
   RandomWords of(Simd simd, const NoiseKey& key, const NoisyPixels& pixels) {
     const std::uint32_t row = pixels.next_row > 0 ? (pixels.first - first_) / pixels.next_row : 0;
     const bool known = row < begins_.size() && key == key_ && pixels.count == count_ &&
@@ -66,7 +68,7 @@ class RowWords {
   }
 
  private:
-  static constexpr std::uint32_t spare = 32;
+  static constexpr std::uint32_t padding = 32;
   static constexpr std::uint32_t usual_blocks = 8 * core::philox_batch;
 
   void draw(Simd simd, const NoiseKey& key, const NoisyPixels& pixels) {
@@ -75,11 +77,11 @@ class RowWords {
     count_ = pixels.count;
     next_row_ = pixels.next_row;
     begins_.clear();
-    const std::uint32_t most = pixels.count / per_block + 2;  // blocks of a row
-    counters_.resize(std::max(usual_blocks, most) + core::philox_batch);
+    const std::uint32_t max_row = pixels.count / per_block + 2;  // blocks of a row
+    counters_.resize(std::max(usual_blocks, max_row) + core::philox_batch);
     std::uint32_t blocks = 0;
     for (std::uint32_t row = 0; row < pixels.rows; ++row) {
-      if (row > 0 && blocks + most > usual_blocks) break;
+      if (row > 0 && blocks + max_row > usual_blocks) break;
       begins_.push_back(4 * blocks);
       const std::uint32_t first = pixels.first + row * pixels.next_row;
       const std::uint32_t block = first / per_block;
@@ -88,7 +90,7 @@ class RowWords {
       std::iota(begin, begin + in_row, block);
       blocks += in_row;
     }
-    words_.resize(4 * counters_.size() + spare);
+    words_.resize(4 * counters_.size() + padding);
     core::philox_blocks(simd, counters_.data(), blocks, {use_, 0, key.frame}, key.words(),
                         words_.data());
   }
@@ -96,7 +98,7 @@ class RowWords {
   NoiseUse use_;
   NoiseKey key_;
   std::uint32_t first_ = 0, count_ = 0, next_row_ = 0;
-  std::vector<std::uint32_t> begins_;  // of each row, in words_
+  std::vector<std::uint32_t> begins_;  // index in words_ at which each row begins
   std::vector<std::uint32_t> counters_, words_;
 };
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A normal variable from 32 random bits by the inverse of its distribution, in operations that
-// every instruction set does alike and that a compiler can vectorise.
+// Converts 32 random bits to a normal variable z by the inverse of its distribution. All operations
+// give the same bits on every instruction set and can be vectorised.
 //
-// One bit is the sign, 31 the tail probability t/2, 0 < t <= 1. With x = 1 - t and
-// s^2 = -ln(1 - x^2), z / x is a smooth function of s: a rational one here, fitted to 6e-7. Single
-// precision keeps 1 - x^2 = t (2 - t) exact to rounding down to the last bit: |z| reaches 6.3.
+// One bit is the sign; 31 bits give the tail probability t/2, 0 < t <= 1. With x = 1 - t and
+// s^2 = -ln(1 - x^2), z / x is a smooth function of s. It is approximated by a rational function,
+// fitted to 6e-7. 1 - x^2 = t (2 - t) is computed without cancellation, so |z| reaches 6.3.
 #pragma once
 
 #include <cstdint>
@@ -14,9 +14,12 @@
 
 namespace occ::internal::simulate {
 
-/// ln(v) of 0 < v <= 1, to 1e-7 of 1 or of itself, whichever is more.
+/// No normal_variate() is farther from 0.
+constexpr double max_normal_variate = 6.4;
+
+/// ln(v) for 0 < v <= 1, with an error of 1e-7 times the larger of 1 and |ln(v)|.
 LIBOCC_INLINE float natural_logarithm(float v) {
-  constexpr std::int32_t two_thirds = 0x3f2aaaab;  // as bits
+  constexpr std::int32_t two_thirds = 0x3f2aaaab;  // bits of 2/3 as a float
   std::int32_t bits;
   std::memcpy(&bits, &v, sizeof bits);
   const std::int32_t exponent = (bits - two_thirds) >> 23;
@@ -24,13 +27,14 @@ LIBOCC_INLINE float natural_logarithm(float v) {
   float mantissa;  // in [2/3, 4/3)
   std::memcpy(&mantissa, &rest, sizeof mantissa);
   const float u = mantissa - 1;
-  const float u2 = u * u;  // least squares; summed in pairs, so that less waits for less
+  const float u2 = u * u;  // least-squares fit, summed in pairs for parallel execution
   const float p01 = 0.999999453f - 0.499998934f * u, p23 = 0.333404539f - 0.250098265f * u;
   const float p45 = 0.197556447f - 0.163892805f * u, p67 = 0.172894018f - 0.154939305f * u;
   const float p = (p01 + p23 * u2) + (p45 + p67 * u2) * (u2 * u2);
   return static_cast<float>(exponent) * 0.693147181f + p * u;
 }
 
+/// A normal variable of mean 0 and variance 1.
 LIBOCC_INLINE float normal_variate(std::uint32_t bits) {
   const auto magnitude = static_cast<std::int32_t>(bits & 0x7fffffffu);
   const float t = static_cast<float>(magnitude) * 0x1p-31f + 0x1p-32f;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The room's six surfaces and the light on them: diffuse, all of one reflectance. Lamps light them
-// through air alone: boxes cast no shadow on them.
+// Light on the six surfaces of the room. The surfaces are diffuse and have one reflectance. Boxes
+// cast no shadows on them.
 #pragma once
 
 #include <array>
@@ -10,31 +10,32 @@
 
 namespace occ::internal::simulate {
 
-/// The room's inside: six rectangles, of which face 2 k and 2 k + 1 lie across axis k at its lower
-/// and upper end.
+/// Inside of the room: six rectangles. Faces 2 k and 2 k + 1 are perpendicular to axis k, at its
+/// lower and upper end.
 class RoomSurfaces {
  public:
-  /// `lamp_light`: factor of each lamp's light.
+  /// `lamp_light` is a factor on each lamp's light.
   RoomSurfaces(const Scene& scene, const std::vector<double>& lamp_light);
 
   struct Hit {
     int face = 0;
     Eigen::Vector3d point;
   };
-  /// Where a ray from inside meets the surfaces.
+  /// Intersection of a ray from inside with the surfaces.
   Hit hit(const Eigen::Vector3d& from, const Eigen::Vector3d& direction) const;
 
-  /// Irradiance [W/m^2] by the lamps directly.
+  /// Direct irradiance by the lamps [W/m^2].
   double direct(int face, const Eigen::Vector3d& point) const;
 
-  /// By the other surfaces, as they light each other. Zero before solve_interreflection().
+  /// Irradiance by the other surfaces [W/m^2]; 0 before solve_interreflection().
   double indirect(int face, const Eigen::Vector3d& point) const;
 
-  /// Radiosity (Goral, Torrance, Greenberg, Battaile, SIGGRAPH 1984) to convergence.
+  /// Computes the irradiance by the other surfaces: radiosity (Goral, Torrance, Greenberg,
+  /// Battaile, SIGGRAPH 1984), iterated to convergence.
   void solve_interreflection();
 
-  /// No point gets more directly.
-  double largest_direct() const;
+  /// Largest direct irradiance of a grid of points and of the points nearest to the lamps [W/m^2].
+  double max_direct() const;
 
   Eigen::Vector3d normal(int face) const;  ///< inwards
   const Eigen::Vector3d& size_m() const { return room_.size_m; }
@@ -47,7 +48,7 @@ class RoomSurfaces {
     std::array<Eigen::Vector3d, 4> corners;
     double radiosity = 0;
   };
-  Eigen::Vector3d at(int face, double u, double v) const;  // u, v in [0, 1]
+  Eigen::Vector3d at(int face, double u, double v) const;  // u and v in [0, 1]
   std::vector<Tile> tiles() const;
   double from_tiles(const std::vector<Tile>& tiles, int face, const Eigen::Vector3d& point) const;
 
@@ -58,8 +59,8 @@ class RoomSurfaces {
   };
 
   Room room_;
-  std::vector<Element> elements_;  // of the lamps, small
-  /// Indirect irradiance at evenly spaced nodes of each face, its borders included.
+  std::vector<Element> elements_;  // small parts of the lamps
+  // Indirect irradiance at the nodes of each face, its borders included.
   std::array<std::vector<double>, 6> nodes_;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mean signal electrons of every pixel, dark current not included: what lamps add up to on the
-// sensor. Most of it is zero, so it is known which pixels are not.
+// Mean signal electrons of each pixel, without dark current: the sum of all light on the sensor.
+// Most pixels are zero, so the rectangles with other pixels are recorded.
 #pragma once
 
 #include <algorithm>
@@ -24,46 +24,49 @@ class Signal {
       : width_(width),
         height_(height),
         stride_((width + 7) / 8 * 8 | 8),  // an odd number of cache lines: rows share no cache sets
-        electrons_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height) + spare) {}
+        electrons_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height) + padding) {
+  }
 
-  /// So many pixels after any can be read, and have zero added to them.
-  static constexpr int spare = 16;
+  /// Number of values after each pixel that may be read and have zero added to them.
+  static constexpr int padding = 16;
 
   int width() const { return width_; }
   int height() const { return height_; }
   double* row(int y) { return electrons_.data() + y * stride_; }
   const double* row(int y) const { return electrons_.data() + y * stride_; }
 
-  /// Before writing to pixels through row(): those of the rectangle may become other than zero.
+  /// Records that pixels of the rectangle may become non-zero. To be called before row() is
+  /// written.
   void touch(const PixelRectangle& rectangle);
   void touch_everything() { touch({0, 0, width_, height_}); }
 
-  /// Calls visit(x0, y, count) for runs of pixels that may be other than zero, each pixel once,
-  /// down the rows.
+  /// Calls visit(x0, y, count) for runs of pixels that may be non-zero, each pixel once, row by
+  /// row.
   template <typename Visit>
   void for_touched(Visit visit) const;
 
-  /// All pixels that may be other than zero; rectangles may overlap.
+  /// Rectangles with all pixels that may be non-zero; they may overlap.
   const std::vector<PixelRectangle>& touched() const { return touched_; }
 
-  /// Light of every pixel, beside what rows say: costs no pass over the image.
+  /// Adds light that all pixels of a place receive. Kept apart from the rows, without a pass over
+  /// the image.
   void add_everywhere(const ByPlace& electrons) {
     for (std::size_t i = 0; i < electrons.size(); ++i) everywhere_[i] += electrons[i];
   }
   const ByPlace& everywhere() const { return everywhere_; }
 
-  /// Puts the light of every pixel into the rows.
-  void take_in_everywhere();
+  /// Adds the light of all pixels to the rows, and sets it to 0.
+  void move_everywhere_to_rows();
 
-  /// Back to darkness.
+  /// Sets all pixels to 0.
   void clear();
 
  private:
-  /// Columns of a row: merged, from left to right.
+  /// Interval of columns.
   struct Run {
     int begin, end;
   };
-  std::vector<Run> runs(int y) const;
+  std::vector<Run> runs(int y) const;  ///< disjoint, from left to right
 
   int width_, height_;
   std::ptrdiff_t stride_;

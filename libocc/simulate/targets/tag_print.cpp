@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/simulate/internal/tag_print.hpp"
-
 #include <apriltag/apriltag.h>
 
 #include "libocc/core/internal/april_family.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/simulate/internal/target_outline.hpp"
 
 namespace occ::internal::simulate {
 
 using namespace internal::core;
 namespace {
 
-// Borders between black and white along one line of the grid, joined where they go on.
-// `black(i, line)` is of the cell behind the line, `corner(i, line)` a corner of cells;
-// `backwards`: black behind the line is on the left of who walks to smaller i.
+// Adds the borders between black and white along one line of the grid; adjacent borders are joined.
+// `black(i, line)` refers to the cell behind the line, `corner(i, line)` is a corner of cells. With
+// `backwards`, black behind the line is on the left in the direction of decreasing i.
 template <typename Black, typename Corner>
 void add_line(int cells, int line, bool backwards, const Black& black, const Corner& corner,
               std::vector<PrintEdge>& edges) {
@@ -30,8 +29,8 @@ void add_line(int cells, int line, bool backwards, const Black& black, const Cor
   }
 }
 
-// Cells of the print, row by row: a ring of white, beside which the square's border is black (the
-// other way around where it is reversed), and the bits of the code, the first one highest.
+// Cells of the print: a white ring, next to it the black border of the square (inside the ring, or
+// outside if the family's border is reversed), and the bits of the code, the first bit highest.
 Eigen::ArrayXXi white_cells(const apriltag_family_t& family, std::uint64_t code) {
   const int n = family.total_width, border = (n - family.width_at_border) / 2;
   const int ring = family.reversed_border ? border : border - 1;
@@ -66,7 +65,7 @@ std::vector<PrintEdge> cell_outline(int columns, int rows,
 
 TagPrint tag_print(const std::string& family, int id) {
   const AprilFamily codes = make_april_family(family);
-  require(codes != nullptr, "tag: family", family, "one that is known");
+  require(codes != nullptr, "tag: family", family, "a known one");
   require(id >= 0 && id < static_cast<int>(codes->ncodes), "tag: id", id,
           "below " + std::to_string(codes->ncodes) + ", the number of tags of " + family);
   const int n = codes->total_width;

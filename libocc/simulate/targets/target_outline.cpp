@@ -13,7 +13,8 @@ namespace {
 
 constexpr double two_pi = 6.283185307179586;
 constexpr int nodes_of_panel = 16;
-constexpr double panel_spacings = 0.6 * nodes_of_panel;  // longest panel: as formation/contour.cpp
+constexpr double panel_spacings =
+    0.6 * nodes_of_panel;  // longest panel, as in formation/contour.cpp
 
 struct CurvePoint {
   Eigen::Vector3d at, tangent;
@@ -28,7 +29,7 @@ class Piece {
         spacing_px_(spacing_px),
         nodes_(gauss_legendre(nodes_of_panel)) {}
 
-  // False outside the domain, or when longer than `max_length_px`.
+  // Returns false outside the camera's domain or if longer than `max_length_px`.
   template <typename Curve>
   bool add(const Curve& curve, int probes, double max_length_px, Contour& contour) const {
     double length = 0;
@@ -40,7 +41,7 @@ class Piece {
       last = *px;
     }
     if (!(length < max_length_px)) return false;
-    // By a tenth more: perspective makes one end of a piece longer than the other.
+    // 10 % more, because perspective makes one end of a piece longer than the other.
     const int panels = 1 + static_cast<int>(1.1 * length / (panel_spacings * spacing_px_));
     for (int i = 0; i < panels; ++i)
       for (const QuadratureNode& node : nodes_)
@@ -109,8 +110,8 @@ std::optional<Contour> plane_contour(const PlaneOutline& outline, const Rigid3& 
   return contour;
 }
 
-// Integral of x dy; y of the image is down, so that what is counter-clockwise seen from the front
-// is clockwise in these formulas.
+// Integral of x dy. The image's y axis points down, so an outline that is counter-clockwise seen
+// from the front is clockwise here.
 double contour_area(const Contour& contour) {
   if (contour.empty()) return 0;
   const double origin = contour.front().px.x();

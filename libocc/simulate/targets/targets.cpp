@@ -22,8 +22,8 @@ using namespace internal::core;
 using namespace internal::simulate;
 namespace {
 
-// Projected outlines of one sheet, which are painted again for every window: the same bits each
-// time as they are always painted in the frame of the sheet's own pixels.
+// Projected outlines of one sheet. They are painted again for each window, always in the frame of
+// the sheet's own pixels, so that windows have the same bits.
 struct Layer {
   Contour contour;
   double level_dn = 0;
@@ -31,8 +31,8 @@ struct Layer {
 
 struct Sheet {
   double distance_m = 0;
-  int x0 = 0, y0 = 0, width = 0, height = 0;  // pixels touched, on the image
-  std::vector<Layer> layers;                  // in the frame whose origin is (x0, y0)
+  int x0 = 0, y0 = 0, width = 0, height = 0;  // pixels of the image that it changes
+  std::vector<Layer> layers;                  // in the frame with the origin (x0, y0)
 };
 
 struct Bounds {
@@ -47,7 +47,7 @@ struct Bounds {
   }
 };
 
-// A plane figure: what lies on it from below to above.
+// A plane figure with its layers from the lowest to the uppermost.
 struct Figure {
   Rigid3 cam_from_plane;
   std::vector<PlaneOutline> outlines;
@@ -99,7 +99,7 @@ class Painting {
   std::vector<float> dn_;
 };
 
-// Adds noise to part of a row; four pixels share a block of random words.
+// Adds noise to part of a row. Four pixels share a block of random words.
 class Noise {
  public:
   explicit Noise(const TargetImageOptions& options)
@@ -156,7 +156,7 @@ Figure circle_figure(const CircularTarget& circle, const Rigid3& cam_from_world,
 
 Figure board_figure(const ChessboardTarget& board, const Rigid3& cam_from_world,
                     const TargetImageOptions& o) {
-  Rigid3 board_from_plane;  // towards the viewer instead of away
+  Rigid3 board_from_plane;  // z axis towards the viewer instead of away
   board_from_plane.rotation.diagonal() << 1, -1, -1;
   const int columns = board.columns + 1, rows = board.rows + 1;
   board_from_plane.translation =
@@ -176,8 +176,8 @@ Figure board_figure(const ChessboardTarget& board, const Rigid3& cam_from_world,
 
 }  // namespace
 
-struct TargetRenderer::State {
-  State(const Camera& camera_of, const TargetImageOptions& options_of)
+struct TargetRenderer::Impl {
+  Impl(const Camera& camera_of, const TargetImageOptions& options_of)
       : camera(camera_of), options(options_of), psf(options_of.psf_sigma_px) {}
 
   Camera camera;
@@ -186,15 +186,15 @@ struct TargetRenderer::State {
   TargetTruth truth;
   std::vector<Sheet> sheets;
 
-  // What is seen of a figure: contours of its outlines, empty when it is not drawn, and whether its
-  // sheet is in view and whole.
+  // Projection of a figure: contours of its outlines (empty if it is not drawn), and the visibility
+  // of its sheet.
   struct Seen {
     std::vector<Contour> contours;
     bool in_view = false, whole = false;
   };
   Seen add(const Figure& figure);
 
-  /// Pixels of points of a figure that is drawn.
+  // Projections of points of a figure that is drawn, continuous across the seam.
   Eigen::Matrix2Xd near_centre(const Figure& figure, const Rigid3& cam_from_points,
                                const Eigen::Matrix3Xd& points) const;
 
@@ -202,7 +202,7 @@ struct TargetRenderer::State {
   bool add_copy(const Figure& figure, const Seen& seen, const Bounds& bounds, double shift_px);
 };
 
-TargetRenderer::State::Seen TargetRenderer::State::add(const Figure& figure) {
+TargetRenderer::Impl::Seen TargetRenderer::Impl::add(const Figure& figure) {
   Seen seen;
   const auto centre = camera.project(figure.cam_from_plane.translation);
   if (!centre) return seen;
@@ -231,9 +231,9 @@ TargetRenderer::State::Seen TargetRenderer::State::add(const Figure& figure) {
   return seen;
 }
 
-Eigen::Matrix2Xd TargetRenderer::State::near_centre(const Figure& figure,
-                                                    const Rigid3& cam_from_points,
-                                                    const Eigen::Matrix3Xd& points) const {
+Eigen::Matrix2Xd TargetRenderer::Impl::near_centre(const Figure& figure,
+                                                   const Rigid3& cam_from_points,
+                                                   const Eigen::Matrix3Xd& points) const {
   const Eigen::Vector2d centre = camera.project(figure.cam_from_plane.translation).value();
   Eigen::Matrix2Xd px(2, points.cols());
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
@@ -243,8 +243,8 @@ Eigen::Matrix2Xd TargetRenderer::State::near_centre(const Figure& figure,
   return px;
 }
 
-bool TargetRenderer::State::add_copy(const Figure& figure, const Seen& seen, const Bounds& bounds,
-                                     double shift_px) {
+bool TargetRenderer::Impl::add_copy(const Figure& figure, const Seen& seen, const Bounds& bounds,
+                                    double shift_px) {
   const auto clipped = [&](double low, double high, int size) {
     const double first = std::max(0.0, std::floor(low) - psf.reach());
     const double end = std::min<double>(size, std::floor(high) + psf.reach() + 2);
@@ -313,27 +313,27 @@ void TargetImageOptions::validate() const {
 TargetRenderer::TargetRenderer(TargetField field, const Camera& camera,
                                const Rigid3& cam_from_world, const TargetImageOptions& options) {
   options.validate();
-  require(cam_from_world.matrix().allFinite(), "cam_from_world", "a number that is not", "finite");
-  state_ = std::make_unique<State>(camera, options);
+  require(cam_from_world.matrix().allFinite(), "cam_from_world", cam_from_world.matrix(), "finite");
+  impl_ = std::make_unique<Impl>(camera, options);
   for (Tag& tag : field.tags) {
     tag.validate();
     const Figure figure = tag_figure(tag, cam_from_world, options);
-    const State::Seen seen = state_->add(figure);
+    const Impl::Seen seen = impl_->add(figure);
     TagTruth truth;
     truth.id = tag.id;
     truth.in_view = seen.in_view;
     truth.whole = seen.whole;
     if (!seen.contours.empty()) {
       const Eigen::Matrix2Xd px =
-          state_->near_centre(figure, figure.cam_from_plane, tag_corners(tag.size_m));
+          impl_->near_centre(figure, figure.cam_from_plane, tag_corners(tag.size_m));
       for (int k = 0; k < 4; ++k) truth.corners_px[k] = px.col(k);
     }
-    state_->truth.tags.push_back(truth);
+    impl_->truth.tags.push_back(truth);
   }
   for (CircularTarget& circle : field.circles) {
     circle.validate();
     const Figure figure = circle_figure(circle, cam_from_world, options);
-    const State::Seen seen = state_->add(figure);
+    const Impl::Seen seen = impl_->add(figure);
     CircleTruth truth;
     truth.id = circle.id;
     truth.in_view = seen.in_view;
@@ -342,22 +342,22 @@ TargetRenderer::TargetRenderer(TargetField field, const Camera& camera,
       truth.centre_px = *camera.project(figure.cam_from_plane.translation);
       truth.image_centre_px = contour_centroid(seen.contours.back());
     }
-    state_->truth.circles.push_back(truth);
+    impl_->truth.circles.push_back(truth);
   }
   for (const ChessboardTarget& board : field.boards) {
     board.validate();
     const Figure figure = board_figure(board, cam_from_world, options);
-    const State::Seen seen = state_->add(figure);
+    const Impl::Seen seen = impl_->add(figure);
     ChessboardTruth truth;
     truth.in_view = seen.in_view;
     truth.whole = seen.whole;
     if (!seen.contours.empty()) {
       const Rigid3 cam_from_board = cam_from_world * board.world_from_board;
-      truth.corners_px = state_->near_centre(figure, cam_from_board, board.corners_m());
+      truth.corners_px = impl_->near_centre(figure, cam_from_board, board.corners_m());
     }
-    state_->truth.boards.push_back(truth);
+    impl_->truth.boards.push_back(truth);
   }
-  std::stable_sort(state_->sheets.begin(), state_->sheets.end(),
+  std::stable_sort(impl_->sheets.begin(), impl_->sheets.end(),
                    [](const Sheet& a, const Sheet& b) { return a.distance_m > b.distance_m; });
 }
 
@@ -365,24 +365,24 @@ TargetRenderer::TargetRenderer(TargetRenderer&&) noexcept = default;
 TargetRenderer& TargetRenderer::operator=(TargetRenderer&&) noexcept = default;
 TargetRenderer::~TargetRenderer() = default;
 
-const TargetTruth& TargetRenderer::truth() const { return state_->truth; }
+const TargetTruth& TargetRenderer::truth() const { return impl_->truth; }
 
 Image TargetRenderer::window(const PixelRectangle& window) const {
-  require(window.width > 0 && window.x0 >= 0 && window.width <= state_->camera.width() - window.x0,
+  require(window.width > 0 && window.x0 >= 0 && window.width <= impl_->camera.width() - window.x0,
           "window: columns", std::to_string(window.x0) + " + " + std::to_string(window.width),
           "a part of the image");
   require(
-      window.height > 0 && window.y0 >= 0 && window.height <= state_->camera.height() - window.y0,
+      window.height > 0 && window.y0 >= 0 && window.height <= impl_->camera.height() - window.y0,
       "window: rows", std::to_string(window.y0) + " + " + std::to_string(window.height),
       "a part of the image");
-  Painting painting(window, state_->psf, state_->options.ground_dn);
-  for (const Sheet& sheet : state_->sheets) painting.paint(sheet);
+  Painting painting(window, impl_->psf, impl_->options.ground_dn);
+  for (const Sheet& sheet : impl_->sheets) painting.paint(sheet);
   Image image;
   image.width = window.width;
   image.height = window.height;
   image.u8.reserve(static_cast<std::size_t>(window.width) *
                    static_cast<std::size_t>(window.height));
-  Noise noise(state_->options);
+  Noise noise(impl_->options);
   for (int y = window.y0; y < window.y0 + window.height; ++y) {
     float* dn = painting.row(y);
     noise.add(window.x0, y, window.width, dn);
@@ -390,12 +390,6 @@ Image TargetRenderer::window(const PixelRectangle& window) const {
       image.u8.push_back(static_cast<std::uint8_t>(std::clamp(dn[i] + 0.5F, 0.0F, 255.0F)));
   }
   return image;
-}
-
-Image render_targets(const TargetField& field, const Camera& camera, const Rigid3& cam_from_world,
-                     const TargetImageOptions& options) {
-  return TargetRenderer(field, camera, cam_from_world, options)
-      .window({0, 0, camera.width(), camera.height()});
 }
 
 }  // namespace occ

@@ -1,25 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/simulate/internal/check_place.hpp"
-
 #include <Eigen/Geometry>
 #include <cmath>
 #include <string>
 
 #include "libocc/core/require.hpp"
+#include "libocc/simulate/internal/planning.hpp"
 
 namespace occ::internal::simulate {
 namespace {
 
 bool on_face(const Lamp& lamp, const Eigen::Vector3d& position) {
-  constexpr double touching_m = 1e-6;
-  const Eigen::Vector3d way = position - lamp.centre_m;
-  if (!(std::abs(way.dot(lamp.normal)) < touching_m)) return false;
-  const double u = std::abs(way.dot(lamp.x_axis));
-  const double v = std::abs(way.dot(lamp.normal.cross(lamp.x_axis)));
+  constexpr double touching_m = 1e-6;  // rounding of poses
+  const Eigen::Vector3d offset = position - lamp.centre_m;
+  if (!(std::abs(offset.dot(lamp.normal)) < touching_m)) return false;
+  const double u = std::abs(offset.dot(lamp.x_axis));
+  const double v = std::abs(offset.dot(lamp.normal.cross(lamp.x_axis)));
   const Eigen::Vector2d half = 0.5 * lamp.size_m;
   switch (lamp.shape) {
     case LampShape::point:
-      return way.norm() < touching_m;
+      return offset.norm() < touching_m;
     case LampShape::disc:
       return std::hypot(u, v) < lamp.radius_m;
     case LampShape::rectangle:
@@ -32,7 +31,7 @@ bool on_face(const Lamp& lamp, const Eigen::Vector3d& position) {
 
 }  // namespace
 
-void check_place(const Scene& scene, const Eigen::Vector3d& position) {
+void check_camera_position(const Scene& scene, const Eigen::Vector3d& position) {
   for (std::size_t i = 0; i < scene.boxes.size(); ++i)
     if (scene.boxes[i].contains(position))
       require(false, "cam_from_world", position.transpose(),
@@ -43,7 +42,7 @@ void check_place(const Scene& scene, const Eigen::Vector3d& position) {
               "outside lamp " + std::to_string(lamp.id));
 }
 
-void check_in_room(const Eigen::Vector3d& size_m, const Eigen::Vector3d& position) {
+void check_inside_room(const Eigen::Vector3d& size_m, const Eigen::Vector3d& position) {
   if (!(position.minCoeff() > 0 && (size_m - position).minCoeff() > 0))
     require(false, "cam_from_world", position.transpose(), "in the room whose walls are rendered");
 }

@@ -1,23 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/simulate/internal/overlap.hpp"
+#include "libocc/simulate/internal/bounds.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/rim.hpp"
-#include "libocc/simulate/internal/blur.hpp"
+#include "libocc/radiometry/lambertian.hpp"
+#include "libocc/simulate/internal/mosaic.hpp"
+#include "libocc/simulate/internal/room_surfaces.hpp"
 
 namespace occ::internal::simulate {
 namespace {
-constexpr double blur_sigmas = 5;
+
+constexpr double blur_sigmas = 5;  // a Gaussian PSF has 4e-6 of its light farther out
 constexpr int rim_points = 16;
 
 double reach_px(const LampView& seen, const SceneView& view) {
   return seen.radius_px + blur_sigmas * blur_sigma_px(view) + blur_radius_px(seen, view) + 1;
 }
 
-// Of a lamp and those that overlap with it.
+// Adds the electrons of lamp i and of the lamps that overlap with it.
 double sum_around(std::size_t i, const std::vector<double>& electrons,
                   const std::vector<double>& reach, const SceneView& view) {
   double sum = 0;
@@ -27,6 +31,25 @@ double sum_around(std::size_t i, const std::vector<double>& electrons,
   }
   return sum;
 }
+
+double max_wall_irradiance(const SceneView& view) {
+  if (view.max_wall_w_m2) return *view.max_wall_w_m2;
+  constexpr double between_samples = 1.3;  // margin: the irradiance is sampled on a grid
+  const Scene& scene = view.scene;
+  std::vector<double> factors;
+  for (const Lamp& lamp : scene.lamps) factors.push_back(max_pixel_factor(scene, lamp.colour));
+  view.max_wall_w_m2 = between_samples * RoomSurfaces(scene, factors).max_direct();
+  return *view.max_wall_w_m2;
+}
+
+// Background of one effect, 0 when it is off or not called for.
+double background_of(const SceneView& view, Effect effect) {
+  const EffectModel& model = effect_model(effect);
+  const bool present =
+      model.called_for(view.scene, view.options) && view.scene.effects.of(effect) != Use::off;
+  return present ? model.background_e(view) : 0;
+}
+
 }  // namespace
 
 Bound sum_of_overlapping(const SceneView& view,
@@ -44,19 +67,37 @@ Bound sum_of_overlapping(const SceneView& view,
   return worst;
 }
 
-double brightest_electrons(const SceneView& view) {
+double max_lamp_electrons(const SceneView& view) {
   std::vector<double> electrons, reach;
   for (const LampView& seen : view.lamps) {
     electrons.push_back(seen.peak_e);
     reach.push_back(reach_px(seen, view));
   }
-  // Under a moving camera images may come together.
+  // The images of lamps may meet while the camera moves.
   if (!view.options.velocity.isZero(0))
     return std::accumulate(electrons.begin(), electrons.end(), 0.0);
   double brightest = 0;
   for (std::size_t i = 0; i < electrons.size(); ++i)
     brightest = std::max(brightest, sum_around(i, electrons, reach, view));
   return brightest;
+}
+
+double surface_electrons(const SceneView& view, double factor) {
+  const Sensor& sensor = view.scene.sensor;
+  const double exitance = factor * view.scene.room->wall_reflectance * max_wall_irradiance(view);
+  const double irradiance = sensor_irradiance(exitance / pi, sensor.f_number, 1);
+  return sensor.electrons(irradiance) - sensor.electrons(0);
+}
+
+double max_wall_electrons(const SceneView& view) {
+  const double walls = background_of(view, Effect::walls);
+  if (walls == 0) return 0;
+  return walls + background_of(view, Effect::interreflection);
+}
+
+double background_electrons(const SceneView& view) {
+  return background_of(view, Effect::ambient) + max_wall_electrons(view) +
+         background_of(view, Effect::glare) + background_of(view, Effect::ghosts);
 }
 
 std::vector<const Lamp*> unseen_lamps(const SceneView& view) {
@@ -86,10 +127,10 @@ bool is_seen_from(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& 
 
 bool any_comes_into_view(const SceneView& view, const Motion& motion) {
   constexpr int instants = 64;
-  const double whole_s = motion.line_begin_s(motion.lines() - 1) + motion.exposure_s();
+  const double duration_s = motion.line_begin_s(motion.lines() - 1) + motion.exposure_s();
   for (const Lamp* lamp : unseen_lamps(view))
     for (int i = 0; i <= instants; ++i)
-      if (is_seen_from(*lamp, motion.pose_at(whole_s * i / instants), view.scene.camera, view,
+      if (is_seen_from(*lamp, motion.pose_at(duration_s * i / instants), view.scene.camera, view,
                        false))
         return true;
   return false;
