@@ -1,35 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/codes/code.hpp"
 
-#include <array>
-#include <cmath>
-
+#include "libocc/codes/internal/code_fields.hpp"
 #include "libocc/codes/slot_code.hpp"
 #include "libocc/core/require.hpp"
 
 namespace occ {
-namespace {
 
-void require_positive(double value, const char* field) {
-  require(value > 0 && std::isfinite(value), field, value, "positive");
-}
-
-}  // namespace
+using namespace internal::core;
+using namespace internal::codes;
 
 const char* to_string(CodeKind kind) {
-  constexpr std::array<const char*, 4> names{"c_ook", "ufsook", "s2psk", "csk"};
-  return names[static_cast<std::size_t>(kind)];
+  for (const Word<CodeKind>& word : code_kind_words)
+    if (word.value == kind) return word.text;
+  return "unknown";
 }
 
 void Code::validate() const {
-  require(id_bits >= 1 && id_bits <= 16, "id_bits", id_bits, "in [1, 16]");
+  check_fields(*this, code_fields, "");
   require(
       (id_bits + checksum_bits(checksum)) % 4 == 0, "id_bits", id_bits,
       "a multiple of 4 together with the checksum's " + std::to_string(checksum_bits(checksum)));
-  require_positive(clock_hz, "clock_hz");
-  require(repeats >= 1 && repeats <= 64, "repeats", repeats, "in [1, 64]");
-  require_positive(frame_rate_hz, "frame_rate_hz");
-  require_positive(min_hz, "min_hz");
   require(min_hz < 20 * frame_rate_hz, "min_hz", min_hz, "below 20 times frame_rate_hz");
 }
 

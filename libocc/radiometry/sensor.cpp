@@ -5,9 +5,13 @@
 #include <cmath>
 #include <limits>
 
-#include "libocc/core/require.hpp"
+#include "libocc/core/internal/fields.hpp"
+#include "libocc/radiometry/internal/sensor_fields.hpp"
 
 namespace occ {
+
+using namespace internal::core;
+using namespace internal::radiometry;
 namespace {
 
 constexpr double planck_times_light = 6.62607015e-34 * 299792458.0;  // h c [J m], exact in SI
@@ -63,14 +67,6 @@ double decode(const Sensor& sensor, double stored) {
   return stored;
 }
 
-void require_positive(double value, const char* field) {
-  require(value > 0 && std::isfinite(value), std::string("sensor.") + field, value, "positive");
-}
-void require_not_negative(double value, const char* field) {
-  require(value >= 0 && std::isfinite(value), std::string("sensor.") + field, value,
-          "zero or positive");
-}
-
 void validate_table(const std::vector<double>& table, const std::string& name) {
   require(table.size() >= 2, name, table.size(), "a list of at least two values");
   require(table.front() == 0, name, table.front(), "0 at its first entry");
@@ -88,10 +84,7 @@ void validate_channels(const Sensor& sensor) {
   for (std::size_t i = 0; i < channels.size(); ++i) {
     const Channel& channel = channels[i];
     const std::string name = "sensor.channels[" + std::to_string(i) + "].";
-    require(channel.efficiency >= 0 && std::isfinite(channel.efficiency), name + "efficiency",
-            channel.efficiency, "zero or positive");
-    require(channel.gamma > 0 && std::isfinite(channel.gamma), name + "gamma", channel.gamma,
-            "positive");
+    check_fields(channel, channel_fields, name);
     if (channel.response == Response::table || !channel.response_table.empty())
       validate_table(channel.response_table, name + "response_table");
   }
@@ -123,27 +116,11 @@ double Sensor::noise_dn(double electrons) const {
 }
 
 void Sensor::validate() const {
-  require(bit_depth >= 8 && bit_depth <= 16, "sensor.bit_depth", bit_depth, "in [8, 16]");
-  require_positive(pixel_pitch_m, "pixel_pitch_m");
-  require_positive(f_number, "f_number");
-  require_positive(exposure_s, "exposure_s");
-  require(quantum_efficiency > 0 && quantum_efficiency <= 1, "sensor.quantum_efficiency",
-          quantum_efficiency, "in (0, 1]");
-  require_positive(wavelength_m, "wavelength_m");
-  require_positive(full_well_e, "full_well_e");
-  require_positive(gain_dn_per_e, "gain_dn_per_e");
-  require_not_negative(read_noise_e, "read_noise_e");
-  require_not_negative(dark_current_e_per_s, "dark_current_e_per_s");
+  check_fields(*this, sensor_fields, "sensor.");
   require(black_level_dn >= 0 && black_level_dn < full_scale_dn(), "sensor.black_level_dn",
           black_level_dn, "at least 0 and below full scale");
-  require_positive(gamma, "gamma");
   if (response == Response::table || !response_table.empty())
     validate_table(response_table, "sensor.response_table");
-  require_not_negative(row_time_s, "row_time_s");
-  require_positive(psf_sigma_px, "psf_sigma_px");
-  require(gain_sigma >= 0 && gain_sigma <= 0.3, "sensor.gain_sigma", gain_sigma, "in [0, 0.3]");
-  require(gain_seed >= 0, "sensor.gain_seed", gain_seed, "zero or positive");
-  require(blooming >= 0 && blooming <= 1, "sensor.blooming", blooming, "in [0, 1]");
   validate_channels(*this);
 }
 

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/scene/internal/camera_reader.hpp"
-
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <stdexcept>
 
 #include "libocc/camera/rotating_line.hpp"
+#include "libocc/core/internal/fields.hpp"
+#include "libocc/core/internal/yaml_section.hpp"
 #include "libocc/scene/camera_file.hpp"
+#include "libocc/scene/internal/camera_section.hpp"
 
 namespace occ {
 
+using namespace internal::core;
 using namespace internal::scene;
 namespace {
 
@@ -27,15 +30,12 @@ double focal_length_px(YamlSection& camera, YamlSection& root) {
   return focal_length_m / pixel_pitch_m;
 }
 
-const YamlSection::Words<CameraKind>& kind_words() {
-  static const YamlSection::Words<CameraKind> words = [] {
-    YamlSection::Words<CameraKind> all;
-    for (const CameraKind kind :
-         {CameraKind::pinhole, CameraKind::fisheye, CameraKind::double_sphere,
-          CameraKind::rotating_line, CameraKind::rotating_line_first_order})
-      all.emplace_back(name_of(kind), kind);
-    return all;
-  }();
+std::array<Word<CameraKind>, 5> kind_words() {
+  std::array<Word<CameraKind>, 5> words{};
+  std::size_t i = 0;
+  for (const CameraKind kind : {CameraKind::pinhole, CameraKind::fisheye, CameraKind::double_sphere,
+                                CameraKind::rotating_line, CameraKind::rotating_line_first_order})
+    words[i++] = {name_of(kind), kind};
   return words;
 }
 
@@ -105,10 +105,10 @@ Camera read_inline(YamlSection& camera, YamlSection& root) {
   camera.read("model", kind, kind_words());
   camera.need("width_px", width);
   camera.need("height_px", height);
-  const bool turns =
+  const bool is_rotating_line =
       kind == CameraKind::rotating_line || kind == CameraKind::rotating_line_first_order;
-  return turns ? read_line(camera, kind, width, height)
-               : read_plane(camera, root, kind, width, height);
+  return is_rotating_line ? read_line(camera, kind, width, height)
+                          : read_plane(camera, root, kind, width, height);
 }
 
 // `rows`, `cols` and `data` of an OpenCV or ROS matrix, row by row.
@@ -125,7 +125,8 @@ std::vector<double> read_matrix(YamlSection& file, const std::string& key) {
   return data;
 }
 
-// Which of OpenCV's coefficient sets each ROS model stands for: sensor_msgs/distortion_models.h.
+// ROS's distortion models correspond to coefficient sets of OpenCV:
+// sensor_msgs/distortion_models.h.
 bool reads_as_fisheye(YamlSection& file, std::size_t coefficients) {
   std::string model;
   int fisheye = 0;

@@ -4,10 +4,10 @@
 
 #include "libocc/camera/rotating_line.hpp"
 #include "libocc/core/internal/file.hpp"
+#include "libocc/core/internal/yaml_lines.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/scene/camera_file.hpp"
-#include "libocc/scene/internal/camera_reader.hpp"
-#include "libocc/scene/internal/yaml_lines.hpp"
+#include "libocc/scene/internal/camera_section.hpp"
 
 namespace occ {
 

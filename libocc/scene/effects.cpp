@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/scene/effects.hpp"
 
-#include <cmath>
 #include <vector>
 
+#include "libocc/core/internal/fields.hpp"
+#include "libocc/core/internal/yaml_section.hpp"
 #include "libocc/core/require.hpp"
-#include "libocc/scene/internal/yaml_section.hpp"
+#include "libocc/scene/internal/scene_fields.hpp"
 
 namespace occ {
 
+using namespace internal::core;
 using namespace internal::scene;
 
 namespace {
@@ -59,11 +61,6 @@ Effect effect_named(const std::string& name) {
   return {};
 }
 
-void Effects::validate() const {
-  require(tolerance_dn > 0 && std::isfinite(tolerance_dn), "effects.tolerance_dn", tolerance_dn,
-          "positive");
-  require(tolerance_px > 0 && std::isfinite(tolerance_px), "effects.tolerance_px", tolerance_px,
-          "positive");
-}
+void Effects::validate() const { check_fields(*this, effects_fields, "effects."); }
 
 }  // namespace occ

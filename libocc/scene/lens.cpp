@@ -3,13 +3,18 @@
 
 #include <cmath>
 
+#include "libocc/core/internal/fields.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/scene/internal/scene_fields.hpp"
 
 namespace occ {
+
+using namespace internal::core;
+using namespace internal::scene;
 namespace {
 
 void validate_vignetting(const std::vector<double>& coefficients) {
-  constexpr int samples = 100;  // of a smooth curve
+  constexpr int samples = 100;  // dense for a polynomial of a few coefficients
   for (int i = 1; i <= samples; ++i) {
     const double q2 = std::pow(static_cast<double>(i) / samples, 2);
     double transmission = 1, power = 1;
@@ -22,23 +27,14 @@ void validate_vignetting(const std::vector<double>& coefficients) {
 }  // namespace
 
 void Lens::validate() const {
-  if (focus_distance_m)
-    require(*focus_distance_m > 0 && std::isfinite(*focus_distance_m), "lens.focus_distance_m",
-            *focus_distance_m, "positive");
+  check_fields(*this, lens_fields, "lens.");
   validate_vignetting(vignetting);
-  require(veiling_glare >= 0 && veiling_glare < 1, "lens.veiling_glare", veiling_glare,
-          "in [0, 1)");
   for (std::size_t i = 0; i < ghosts.size(); ++i) {
-    const Ghost& ghost = ghosts[i];
-    const auto name = [&](const char* field) {
-      return "lens.ghosts[" + std::to_string(i) + "]." + field;
-    };
-    require(ghost.strength >= 0 && ghost.strength < 1, name("strength"), ghost.strength,
-            "in [0, 1)");
-    require(std::isfinite(ghost.scale) && ghost.scale != 0, name("scale"), ghost.scale,
-            "finite, not zero");
-    require(ghost.blur_px >= 0 && ghost.blur_px <= 50, name("blur_px"), ghost.blur_px,
-            "in [0, 50]");
+    const auto owner = [&] { return "lens.ghosts[" + std::to_string(i) + "]."; };
+    check_fields(ghosts[i], ghost_fields, owner);
+    const double scale = ghosts[i].scale;
+    if (!(std::isfinite(scale) && scale != 0))
+      require(false, owner() + "scale", scale, "finite, not zero");
   }
 }
 

@@ -6,32 +6,26 @@
 #include <limits>
 #include <map>
 
-#include "libocc/core/math.hpp"
+#include "libocc/core/internal/fields.hpp"
+#include "libocc/core/internal/vector_text.hpp"
 #include "libocc/core/require.hpp"
-#include "libocc/scene/internal/vector_text.hpp"
+#include "libocc/scene/internal/scene_fields.hpp"
 
 namespace occ {
 
+using namespace internal::core;
 using namespace internal::scene;
 namespace {
 
-constexpr std::size_t max_points = 1000;
+constexpr std::size_t max_points = 1000;  // check_places() takes quadratic time
 
 void validate_point(ObjectPoint& p) {
-  const std::string name = "point " + std::to_string(p.id) + ": ";
-  const auto check = [&](bool holds, const char* field, const auto& value, const char* rule) {
-    if (!holds) require(false, name + field, value, rule);
-  };
-  check(p.position_m.allFinite(), "position_m", vector_text(p.position_m), "finite");
-  const bool directed = p.normal.allFinite() && p.normal.stableNorm() > 1e-9;
-  check(directed, "normal", vector_text(p.normal), "a direction, not zero");
-  check(p.cone_rad > 0 && p.cone_rad <= pi, "cone_rad", p.cone_rad, "in (0, pi]");
-  check(p.radius_m >= 0 && std::isfinite(p.radius_m), "radius_m", p.radius_m, "zero or positive");
+  check_fields(p, object_point_fields, [&] { return "point " + std::to_string(p.id) + ": "; });
   const double excess = std::abs(p.normal.squaredNorm() - 1);
   if (excess > 8 * std::numeric_limits<double>::epsilon()) p.normal.stableNormalize();
 }
 
-// Of no two points an image shows which is which.
+// Points at one place have one image, so their correspondences would be ambiguous.
 void check_places(const std::vector<ObjectPoint>& points) {
   double size_m = 0;
   for (const ObjectPoint& p : points)

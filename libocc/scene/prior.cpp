@@ -6,29 +6,27 @@
 #include <cmath>
 #include <string>
 
+#include "libocc/core/internal/fields.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
-#include "libocc/scene/internal/vector_text.hpp"
+#include "libocc/scene/internal/scene_fields.hpp"
 
 namespace occ {
 
+using namespace internal::core;
 using namespace internal::scene;
 namespace {
 
-void require_positive(double value, const char* name) {
-  require(value > 0 && std::isfinite(value), name, value, "positive");
-}
-
 void refuse_if_apart(double chi2, int dof, const char* a, const char* b) {
-  constexpr double once_in_a_million[] = {0, 23.93, 27.63, 30.66};  // chi-square's quantiles
-  if (chi2 <= once_in_a_million[dof]) return;
+  constexpr double quantiles[] = {0, 23.93, 27.63, 30.66};  // chi-square, probability 1 - 1e-6
+  if (chi2 <= quantiles[dof]) return;
   std::ostringstream text;
   text << "prior." << a << " and prior." << b << " contradict each other: they are "
        << std::round(10 * std::sqrt(chi2)) / 10 << " sigma apart";
   throw std::invalid_argument(text.str());
 }
 
-/// How far a part of a prior is from the last pose, both being uncertain.
+// Squared Mahalanobis distance between one part of a prior and the last pose; both are uncertain.
 double chi2_apart(const Prior& part, const PriorPose& last) {
   const PriorRows rows = part.rows(last.cam_from_world);
   Eigen::MatrixXd covariance = rows.jacobian * last.covariance * rows.jacobian.transpose();
@@ -85,21 +83,7 @@ int Prior::dof() const {
 }
 
 void Prior::validate() const {
-  if (position_m)
-    require(position_m->allFinite(), "prior.position_m", vector_text(*position_m), "finite");
-  require_positive(position_sigma_m, "prior.position_sigma_m");
-  if (position_sigmas_m)
-    require(position_sigmas_m->minCoeff() > 0, "prior.position_sigmas_m",
-            vector_text(*position_sigmas_m), "positive");
-  if (height_m) require(std::isfinite(*height_m), "prior.height_m", *height_m, "finite");
-  require_positive(height_sigma_m, "prior.height_sigma_m");
-  if (heading_rad)
-    require(std::isfinite(*heading_rad), "prior.heading_rad", *heading_rad, "finite");
-  require_positive(heading_sigma_rad, "prior.heading_sigma_rad");
-  if (gravity_in_cam)
-    require(std::abs(gravity_in_cam->norm() - 1) < 1e-3, "prior.gravity_in_cam",
-            vector_text(*gravity_in_cam), "a unit vector");
-  require_positive(gravity_sigma_rad, "prior.gravity_sigma_rad");
+  check_fields(*this, prior_fields, "prior.");
   compare_heights(*this);
   if (!last_pose) return;
   validate_last_pose(*last_pose);

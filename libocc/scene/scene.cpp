@@ -7,16 +7,19 @@
 #include <string>
 #include <tuple>
 
+#include "libocc/core/internal/fields.hpp"
+#include "libocc/core/internal/vector_text.hpp"
 #include "libocc/core/require.hpp"
-#include "libocc/scene/internal/vector_text.hpp"
+#include "libocc/scene/internal/scene_fields.hpp"
 
 namespace occ {
 
+using namespace internal::core;
 using namespace internal::scene;
-
 namespace {
 
-// Walls that light lamps from behind would be nonsense; dark ones may be a mere note on the plan.
+// Reflecting walls must not light lamps from behind. Dark walls have no effect, so they are allowed
+// anywhere.
 void check_lamps_are_inside(const std::vector<Lamp>& lamps, const Room& room) {
   constexpr double mounting_m = 1e-3;
   if (!(room.wall_reflectance > 0)) return;
@@ -28,16 +31,16 @@ void check_lamps_are_inside(const std::vector<Lamp>& lamps, const Room& room) {
   }
 }
 
-// A lamp may have several emitters that say the same id, but two lamps may not.
+// The emitters (channels) of one lamp share an id; two lamps may not.
 void check_codes(const std::vector<Lamp>& lamps) {
-  std::map<std::tuple<CodeKind, int, int>, int> said_by;
+  std::map<std::tuple<CodeKind, int, int>, int> lamp_of_code;
   for (const Lamp& lamp : lamps) {
     if (!lamp.code) continue;
-    const auto [first, is_new] = said_by.emplace(
+    const auto [first, is_new] = lamp_of_code.emplace(
         std::tuple(lamp.code->code.kind, lamp.code->id, lamp.code->channel), lamp.id);
     if (!is_new)
       require(false, "lamp " + std::to_string(lamp.id) + ": code", lamp.code->id,
-              "an id of its own, lamp " + std::to_string(first->second) + " says it too");
+              "an id of its own, lamp " + std::to_string(first->second) + " has it too");
   }
 }
 
@@ -70,11 +73,8 @@ void Scene::validate() {
               "greater than min_m = " + vector_text(box.min_m) + " in every coordinate");
   }
   if (!room) return;
-  require(room->size_m.allFinite() && room->size_m.minCoeff() > 0, "room.size_m",
-          vector_text(room->size_m), "three positive lengths");
+  check_fields(*room, room_fields, "room.");
   check_lamps_are_inside(lamps, *room);
-  require(room->wall_reflectance >= 0 && room->wall_reflectance < 1, "room.wall_reflectance",
-          room->wall_reflectance, "in [0, 1)");
 }
 
 bool Box::hides(const Eigen::Vector3d& to, const Eigen::Vector3d& from) const {

@@ -1,23 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <map>
 
+#include "libocc/core/internal/yaml_fields.hpp"
 #include "libocc/radiometry/response_basis.hpp"
-#include "libocc/scene/internal/camera_reader.hpp"
-#include "libocc/scene/internal/schema.hpp"
-#include "libocc/scene/internal/words.hpp"
-#include "libocc/scene/internal/yaml_section.hpp"
+#include "libocc/scene/internal/camera_section.hpp"
+#include "libocc/scene/internal/scene_fields.hpp"
 #include "libocc/scene/scene_file.hpp"
 
 namespace occ {
 
+using namespace internal::core;
+using namespace internal::codes;
+using namespace internal::radiometry;
 using namespace internal::scene;
 namespace {
 
+// `response_coefficients` is a key without field: the table of a sensor or channel, as coefficients
+// of the basis of response curves (radiometry/response_basis.hpp).
 template <typename Curve>
-void read_response(YamlSection& section, Curve& curve) {
-  section.read("response", curve.response, response_words());
-  section.read("gamma", curve.gamma);
-  section.read("response_table", curve.response_table);
+void read_response_coefficients(YamlSection& section, Curve& curve) {
   std::vector<double> coefficients;
   section.read("response_coefficients", coefficients);
   if (!section.has("response_coefficients")) return;
@@ -27,97 +28,47 @@ void read_response(YamlSection& section, Curve& curve) {
   curve.response = Response::table;
 }
 
-Channel read_channel(YamlSection section) {
-  Channel channel;
-  section.read("efficiency", channel.efficiency);
-  read_response(section, channel);
-  section.refuse_unknown();
-  return channel;
-}
-
 void read_channels(YamlSection section, Sensor& sensor) {
   for (const char* colour : {"red", "green", "blue"}) {
     if (!section.has(colour)) section.fail_missing(colour);
-    sensor.channels.push_back(read_channel(section.section(colour)));
+    YamlSection part = section.section(colour);
+    Channel& channel = sensor.channels.emplace_back();
+    read_fields(part, channel, channel_fields);
+    read_response_coefficients(part, channel);
+    part.refuse_unknown();
   }
   section.refuse_unknown();
 }
 
 Sensor read_sensor(YamlSection section) {
   Sensor sensor;
-  section.read("pixel_pitch_m", sensor.pixel_pitch_m);
-  section.read("f_number", sensor.f_number);
-  section.read("exposure_s", sensor.exposure_s);
-  section.read("quantum_efficiency", sensor.quantum_efficiency);
-  section.read("wavelength_m", sensor.wavelength_m);
-  section.read("full_well_e", sensor.full_well_e);
-  section.read("gain_dn_per_e", sensor.gain_dn_per_e);
-  section.read("read_noise_e", sensor.read_noise_e);
-  section.read("dark_current_e_per_s", sensor.dark_current_e_per_s);
-  section.read("black_level_dn", sensor.black_level_dn);
-  section.read("bit_depth", sensor.bit_depth);
-  read_response(section, sensor);
-  section.read("row_time_s", sensor.row_time_s);
-  section.read("readout", sensor.readout, readout_words());
-  section.read("psf_sigma_px", sensor.psf_sigma_px);
-  section.read("gain_sigma", sensor.gain_sigma);
-  section.read("gain_seed", sensor.gain_seed);
-  section.read("blooming", sensor.blooming);
-  section.read("mosaic", sensor.mosaic, mosaic_words());
+  read_fields(section, sensor, sensor_fields);
+  read_response_coefficients(section, sensor);
   if (section.has("channels")) read_channels(section.section("channels"), sensor);
   section.refuse_unknown();
   section.check([&] { sensor.validate(); });
   return sensor;
 }
 
-// Keys of a shape are known for that shape alone: a disc with `size_m` is a mistake.
-void read_shape(YamlSection& section, Lamp& lamp) {
-  section.read("shape", lamp.shape, shape_words());
-  if (lamp.shape == LampShape::disc) section.need("radius_m", lamp.radius_m);
-  if (lamp.shape == LampShape::rectangle || lamp.shape == LampShape::lame) {
-    section.need("size_m", lamp.size_m);
-    section.read("x_axis", lamp.x_axis);
-  }
-  if (lamp.shape == LampShape::lame) section.need("exponent", lamp.exponent);
-}
-
+// `code` holds the fields of LampCode and of its Code in one mapping; the id defaults to the
+// lamp's.
 void read_code(YamlSection section, Lamp& lamp) {
-  LampCode said;
-  said.id = lamp.id;
-  if (!section.has("kind")) section.fail_missing("kind");
-  section.read("kind", said.code.kind, code_kind_words());
-  section.read("id", said.id);
-  section.read("channel", said.channel);
-  section.read("id_bits", said.code.id_bits);
-  section.read("checksum", said.code.checksum, checksum_words());
-  section.read("clock_hz", said.code.clock_hz);
-  section.read("line", said.code.line, line_code_words());
-  section.read("repeats", said.code.repeats);
-  section.read("frame_rate_hz", said.code.frame_rate_hz);
-  section.read("min_hz", said.code.min_hz);
+  LampCode lamp_code;
+  lamp_code.id = lamp.id;
+  read_fields(section, lamp_code.code, code_fields);
+  section.read("id", lamp_code.id);
+  section.read("channel", lamp_code.channel);
   section.refuse_unknown();
-  section.check([&] { lamp.set_code(said); });
+  section.check([&] { lamp.set_code(lamp_code); });
 }
 
 Lamp read_lamp(YamlSection section) {
   Lamp lamp;
-  section.need("id", lamp.id);
-  section.read("name", lamp.name);
-  section.need("centre_m", lamp.centre_m);
-  section.read("normal", lamp.normal);
-  section.read("power_w", lamp.power_w);
-  section.read("power_sigma", lamp.power_sigma);
-  section.read_half_angle("half_power_deg", lamp.half_power_rad);
-  if (section.has("code")) read_code(section.section("code"), lamp);
   for (const char* key : {"frequency_hz", "waveform"})
-    if (lamp.code && section.has(key))
+    if (section.has("code") && section.has(key))
       section.fail(key, "must not be beside `code`, which sets it");
-  section.read("frequency_hz", lamp.frequency_hz);
-  section.read("duty", lamp.duty);
-  section.read("waveform", lamp.waveform);
-  section.read("phase", lamp.phase);
-  section.read("colour", lamp.colour);
-  read_shape(section, lamp);
+  read_fields(section, lamp, lamp_fields);
+  if (section.has("code")) read_code(section.section("code"), lamp);
   section.refuse_unknown();
   section.check([&] { lamp.validate(); });
   return lamp;
@@ -136,29 +87,12 @@ std::vector<Lamp> read_lamps(YamlSection& root) {
   return lamps;
 }
 
-void read_room(YamlSection section, Scene& scene) {
-  Room& room = scene.room.emplace();
-  section.read("size_m", room.size_m);
-  section.read("wall_reflectance", room.wall_reflectance);
-  section.refuse_unknown();
-  section.check([&] { scene.validate(); });  // every other part has been checked before
-}
-
 Lens read_lens(YamlSection section) {
   Lens lens;
-  enum class Answer { no, yes } diffraction = Answer::no;
-  section.read("diffraction", diffraction,
-               YamlSection::Words<Answer>{{"false", Answer::no}, {"true", Answer::yes}});
-  lens.diffraction = diffraction == Answer::yes;
-  section.read("focus_distance_m", lens.focus_distance_m);
-  section.read("vignetting", lens.vignetting);
-  section.read("veiling_glare", lens.veiling_glare);
+  read_fields(section, lens, lens_fields);
   if (section.has("ghosts"))
     for (YamlSection& part : section.sections("ghosts")) {
-      Ghost& ghost = lens.ghosts.emplace_back();
-      part.need("strength", ghost.strength);
-      part.read("scale", ghost.scale);
-      part.read("blur_px", ghost.blur_px);
+      read_fields(part, lens.ghosts.emplace_back(), ghost_fields);
       part.refuse_unknown();
     }
   section.refuse_unknown();
@@ -166,49 +100,42 @@ Lens read_lens(YamlSection section) {
   return lens;
 }
 
-void read_boxes(YamlSection& root, Scene& scene) {
-  for (YamlSection& section : root.sections("boxes")) {
-    Box& box = scene.boxes.emplace_back();
-    section.need("min_m", box.min_m);
-    section.need("max_m", box.max_m);
+// Reads a list of parts of a scene. The scene has been valid before each part, so every error of
+// validate() is the part's.
+template <typename Part, typename Fields>
+void read_parts(YamlSection& root, const char* key, std::vector<Part>& parts, const Fields& fields,
+                Scene& scene) {
+  if (!root.has(key)) return;
+  for (YamlSection& section : root.sections(key)) {
+    read_fields(section, parts.emplace_back(), fields);
     section.refuse_unknown();
     section.check([&] { scene.validate(); });
   }
 }
 
+void read_room(YamlSection section, Scene& scene) {
+  read_fields(section, scene.room.emplace(), room_fields);
+  section.refuse_unknown();
+  section.check([&] { scene.validate(); });
+}
+
+// Each effect is a key; `default` is the use of the effects that are not named.
 Effects read_effects(YamlSection section) {
   Effects effects;
   Use standard = Use::on;
-  section.read("default", standard, use_words());
+  section.read("default", standard, use_words);
   effects.use.fill(standard);
-  for (Use& use : effects.use) {
-    const auto effect = static_cast<Effect>(&use - effects.use.data());
-    section.read(effect_name(effect), use, use_words());
-  }
-  section.read("tolerance_dn", effects.tolerance_dn);
-  section.read("tolerance_px", effects.tolerance_px);
+  for (std::size_t i = 0; i < effect_count; ++i)
+    section.read(effect_name(static_cast<Effect>(i)), effects.use[i], use_words);
+  read_fields(section, effects, effects_fields);
   section.refuse_unknown();
   section.check([&] { effects.validate(); });
   return effects;
 }
 
-void read_tags(YamlSection& root, Scene& scene) {
-  for (YamlSection& section : root.sections("tags")) {
-    Tag& tag = scene.tags.emplace_back();
-    section.need("id", tag.id);
-    section.read("family", tag.family);
-    section.need("size_m", tag.size_m);
-    section.need("centre_m", tag.centre_m);
-    section.read("normal", tag.normal);
-    section.read("x_axis", tag.x_axis);
-    section.refuse_unknown();
-    section.check([&] { scene.validate(); });
-  }
-}
-
 Scene read_root(const std::shared_ptr<const YamlNode>& node, const std::string& name) {
   YamlSection root(node, node->line, name, "");
-  refuse_other_schema(root, schema_prefix, scene_schema_version);
+  root.require_schema("libocc-scene/", scene_schema_version);
   Scene scene;
   scene.camera = read_camera_section(root);
   if (root.has("sensor")) scene.sensor = read_sensor(root.section("sensor"));
@@ -216,8 +143,8 @@ Scene read_root(const std::shared_ptr<const YamlNode>& node, const std::string& 
   if (root.has("lens")) scene.lens = read_lens(root.section("lens"));
   root.read("ambient_w_m2", scene.ambient_w_m2);
   root.check([&] { scene.validate(); });
-  if (root.has("boxes")) read_boxes(root, scene);
-  if (root.has("tags")) read_tags(root, scene);
+  read_parts(root, "boxes", scene.boxes, box_fields, scene);
+  read_parts(root, "tags", scene.tags, tag_fields, scene);
   if (root.has("room")) read_room(root.section("room"), scene);
   if (root.has("effects")) scene.effects = read_effects(root.section("effects"));
   root.read("assumed", scene.assumed);

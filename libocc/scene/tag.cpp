@@ -4,11 +4,14 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "libocc/core/internal/fields.hpp"
+#include "libocc/core/internal/vector_text.hpp"
 #include "libocc/core/require.hpp"
-#include "libocc/scene/internal/vector_text.hpp"
+#include "libocc/scene/internal/scene_fields.hpp"
 
 namespace occ {
 
+using namespace internal::core;
 using namespace internal::scene;
 
 Rigid3 Tag::world_from_tag() const {
@@ -19,11 +22,10 @@ Rigid3 Tag::world_from_tag() const {
 }
 
 void Tag::validate() {
-  const std::string name = "tag " + std::to_string(id) + ": ";
   require(id >= 0, "tags: id", id, "zero or positive");
+  const std::string name = "tag " + std::to_string(id) + ": ";
   require(!family.empty(), name + "family", family, "a name such as tag36h11");
-  require(size_m > 0 && std::isfinite(size_m), name + "size_m", size_m, "positive");
-  require(centre_m.allFinite(), name + "centre_m", vector_text(centre_m), "finite");
+  check_fields(*this, tag_fields, name);
   const bool has_normal = normal.allFinite() && normal.norm() > 0;
   require(has_normal, name + "normal", vector_text(normal), "a direction");
   const bool has_x =

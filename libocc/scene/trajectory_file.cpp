@@ -8,13 +8,12 @@
 #include <stdexcept>
 
 #include "libocc/core/internal/file.hpp"
-#include "libocc/scene/internal/yaml_node.hpp"
+#include "libocc/core/internal/yaml_node.hpp"
 #include "libocc/scene/trajectory.hpp"
 
 namespace occ {
 
 using namespace internal::core;
-using namespace internal::scene;
 namespace {
 
 constexpr double unit_tolerance = 1e-2;  // of a quaternion written with two digits

@@ -304,7 +304,7 @@ TEST(NamedBlobs, NamesOnlyWhatOneLightSaysAndTheMapHas) {
   twice.lamps[1].set_code({code, 1, 0});
   EXPECT_NE(complaint([&] { named_blobs(lamps, twice, code); }).find("of one lamp only"),
             std::string::npos);
-  EXPECT_NE(complaint([&] { twice.validate(); }).find("lamp 1 says it too"), std::string::npos);
+  EXPECT_NE(complaint([&] { twice.validate(); }).find("lamp 1 has it too"), std::string::npos);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
 #include "libocc/radiometry/lambertian.hpp"
@@ -19,8 +20,6 @@ using namespace occ;
 using namespace occ::test;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double pi = 3.14159265358979323846;
 
 /// A camera that looks straight up, with its image x axis along the world's x axis.
 Rigid3 upright(double x, double y, double z = 1.5) {

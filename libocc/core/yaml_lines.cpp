@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/scene/internal/yaml_lines.hpp"
+#include "libocc/core/internal/yaml_lines.hpp"
 
 #include <array>
 #include <charconv>
 
-#include "libocc/scene/internal/angle.hpp"
-
-namespace occ::internal::scene {
+namespace occ::internal::core {
 
 std::string text_of(double value) {
   std::array<char, 32> digits{};
@@ -48,4 +46,4 @@ void Lines::add(const std::string& key, const std::string& value) {
   if (const auto dash = indent_.find('-'); dash != std::string::npos) indent_[dash] = ' ';
 }
 
-}  // namespace occ::internal::scene
+}  // namespace occ::internal::core

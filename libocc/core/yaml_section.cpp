@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/scene/internal/yaml_section.hpp"
+#include "libocc/core/internal/yaml_section.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <stdexcept>
 #include <unordered_map>
 
-#include "libocc/scene/internal/angle.hpp"
-
-namespace occ::internal::scene {
+namespace occ::internal::core {
 namespace {
 
 template <typename T>
@@ -29,7 +28,7 @@ std::optional<double> finite_number(const YamlNode& node) {
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
-// "lamp 3: radius_m", "sensor.response_table[2]", "distortion's length" -> the field alone.
+// The field in a message: "lamp 3: radius_m", "sensor.response_table[2]", "distortion's length".
 std::string field_of(std::string name) {
   if (const auto colon = name.rfind(": "); colon != std::string::npos) name.erase(0, colon + 2);
   name.erase(std::min(name.size(), name.find_first_of("[' ")));
@@ -48,7 +47,8 @@ std::string joined(const std::vector<std::string>& words) {
 YamlSection::YamlSection(std::shared_ptr<const YamlNode> node, int line, std::string file,
                          std::string path)
     : node_(std::move(node)), line_(line), file_(std::move(file)), path_(std::move(path)) {
-  std::unordered_map<std::string, int> line_of;  // not find(): a hostile file has many keys
+  std::unordered_map<std::string, int>
+      line_of;  // find() for each of many keys takes quadratic time
   for (const YamlNode::Entry& entry : node_->entries) {
     const auto [first, is_new] = line_of.emplace(entry.key, entry.line);
     if (!is_new) fail(entry.key, "is given twice, first in line " + std::to_string(first->second));
@@ -69,6 +69,11 @@ const std::vector<std::shared_ptr<const YamlNode>>* YamlSection::take_list(
   if (!node) return nullptr;
   if (node->kind != YamlNode::Kind::sequence) fail_value(key, rule);
   return &node->items;
+}
+
+void YamlSection::read(const std::string& key, bool& value) {
+  constexpr std::array<Word<bool>, 2> words{{{"false", false}, {"true", true}}};
+  read(key, value, words);
 }
 
 void YamlSection::read(const std::string& key, int& value) {
@@ -94,11 +99,11 @@ void YamlSection::read(const std::string& key, std::string& value) {
   value = node->text;
 }
 
-void YamlSection::read_exactly(const std::string& key, int count, double* values) {
+void YamlSection::read_exactly(const std::string& key, std::size_t count, double* values) {
   const std::string rule = "must be a list of " + std::to_string(count) + " finite numbers";
   const auto* items = take_list(key, rule);
   if (!items) return;
-  if (items->size() != static_cast<std::size_t>(count)) fail_value(key, rule);
+  if (items->size() != count) fail_value(key, rule);
   for (const auto& item : *items) {
     const auto number = finite_number(*item);
     if (!number) fail(key, rule + ", got " + item->describe() + " in it");
@@ -118,7 +123,7 @@ void YamlSection::read(const std::string& key, std::vector<double>& value) {
   const auto* items = take_list(key, "must be a list of numbers");
   if (!items) return;
   value.resize(items->size());
-  read_exactly(key, static_cast<int>(items->size()), value.data());
+  read_exactly(key, items->size(), value.data());
 }
 
 void YamlSection::read(const std::string& key, std::vector<std::string>& value) {
@@ -133,34 +138,40 @@ void YamlSection::read(const std::string& key, std::vector<std::string>& value) 
 }
 
 std::optional<std::size_t> YamlSection::choice(const std::string& key,
-                                               const std::vector<std::string>& words) {
+                                               const std::vector<std::string>& names) {
   const YamlNode* node = take(key);
   if (!node) return std::nullopt;
-  const auto found = std::find(words.begin(), words.end(), node->text);
-  if (node->kind != YamlNode::Kind::scalar || found == words.end())
-    fail_value(key, "must be one of " + joined(words));
-  return static_cast<std::size_t>(found - words.begin());
+  const auto found = std::find(names.begin(), names.end(), node->text);
+  if (node->kind != YamlNode::Kind::scalar || found == names.end())
+    fail_value(key, "must be one of " + joined(names));
+  return static_cast<std::size_t>(found - names.begin());
 }
 
-// Extended precision, so that every angle in radians has a text in degrees that reads back to it.
-std::optional<long double> YamlSection::read_degrees(const std::string& key) {
+// The number is extended precision, so that every angle in radians has a text in degrees that reads
+// back to it.
+void YamlSection::read_angle(const std::string& key, double& value_rad, int limit_deg, char right) {
   const YamlNode* node = take(key);
-  if (!node) return std::nullopt;
-  return number_of<long double>(*node).value_or(-1);
+  if (!node) return;
+  const long double degrees = number_of<long double>(*node).value_or(-1);
+  const bool is_below = right == ']' ? degrees <= limit_deg : degrees < limit_deg;
+  if (!(degrees > 0 && is_below))
+    fail_value(key, "must be in (0, " + std::to_string(limit_deg) + right);
+  value_rad = radians(degrees);
 }
 
-void YamlSection::read_half_angle(const std::string& key, double& value_rad) {
-  const auto degrees = read_degrees(key);
-  if (!degrees) return;
-  if (!(*degrees > 0 && *degrees < 90)) fail_value(key, "must be in (0, 90)");
-  value_rad = radians(*degrees);
-}
-
-void YamlSection::read_cone(const std::string& key, double& value_rad) {
-  const auto degrees = read_degrees(key);
-  if (!degrees) return;
-  if (!(*degrees > 0 && *degrees <= 180)) fail_value(key, "must be in (0, 180]");
-  value_rad = radians(*degrees);
+void YamlSection::require_schema(const std::string& prefix, int newest) {
+  std::string schema;
+  need("schema", schema);
+  int version = 0;
+  const char* digits = schema.c_str() + std::min(prefix.size(), schema.size());
+  const char* end = schema.c_str() + schema.size();
+  const auto parsed = std::from_chars(digits, end, version);
+  const bool is_schema = schema.compare(0, prefix.size(), prefix) == 0 &&
+                         parsed.ec == std::errc() && parsed.ptr == end && version > 0;
+  const std::string own = prefix + std::to_string(newest);
+  if (!is_schema) fail_value("schema", "must be " + own);
+  if (version > newest)
+    fail_value("schema", "is newer than this library, which reads up to " + own);
 }
 
 YamlSection YamlSection::section(const std::string& key) {
@@ -175,10 +186,9 @@ std::vector<YamlSection> YamlSection::sections(const std::string& key) {
   const auto* items = take_list(key, "must be a list");
   if (!items) fail_missing(key);
   std::vector<YamlSection> made;
-  for (std::size_t i = 0; i < items->size(); ++i) {
-    const auto& item = (*items)[i];
+  for (const auto& item : *items) {
     const std::string path =
-        (path_.empty() ? key : path_ + "." + key) + "[" + std::to_string(i) + "]";
+        (path_.empty() ? key : path_ + "." + key) + "[" + std::to_string(made.size()) + "]";
     if (item->kind != YamlNode::Kind::mapping)
       throw std::runtime_error(file_ + ":" + std::to_string(item->line) + ": key `" + path +
                                "`: must be a mapping of keys, got " + item->describe());
@@ -206,7 +216,7 @@ void YamlSection::refuse_unknown() const {
       fail_unknown(entry, known_);
 }
 
-// A key in another unit says more than that the right one is missing.
+// A key in another unit explains why the right one is missing, so it is reported instead.
 void YamlSection::fail_missing(const std::string& key) const {
   for (const YamlNode::Entry& entry : node_->entries)
     if (differ_in_unit(entry.key, key)) fail_unknown(entry, {key});
@@ -231,4 +241,4 @@ void YamlSection::fail_value(const std::string& key, const std::string& rule) co
   fail(key, rule + ", got " + node_->find(key)->value->describe());
 }
 
-}  // namespace occ::internal::scene
+}  // namespace occ::internal::core

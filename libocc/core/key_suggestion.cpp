@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "libocc/scene/internal/yaml_section.hpp"
+#include "libocc/core/internal/yaml_section.hpp"
 
-namespace occ::internal::scene {
+namespace occ::internal::core {
 namespace {
 
 // Units that keys of a scene file end in.
@@ -80,4 +80,4 @@ std::string suggest_key(const std::string& unknown, const std::vector<std::strin
   return nearest.empty() ? "known here: " + all : "did you mean `" + nearest + "`?";
 }
 
-}  // namespace occ::internal::scene
+}  // namespace occ::internal::core

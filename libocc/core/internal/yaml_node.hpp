@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace occ::internal::scene {
+namespace occ::internal::core {
 
 struct YamlNode {
   enum class Kind { nothing, scalar, sequence, mapping };
@@ -39,4 +39,4 @@ std::shared_ptr<const YamlNode> read_yaml(const std::string& path);
 /// Text fit for a one-line message: shortened, control characters replaced.
 std::string printable(const std::string& text);
 
-}  // namespace occ::internal::scene
+}  // namespace occ::internal::core

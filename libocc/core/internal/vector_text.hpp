@@ -6,7 +6,7 @@
 #include <sstream>
 #include <string>
 
-namespace occ::internal::scene {
+namespace occ::internal::core {
 
 template <typename Vector>
 std::string vector_text(const Vector& vector) {
@@ -17,4 +17,4 @@ std::string vector_text(const Vector& vector) {
   return text.str();
 }
 
-}  // namespace occ::internal::scene
+}  // namespace occ::internal::core

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/scene/internal/yaml_node.hpp"
+#include "libocc/core/internal/yaml_node.hpp"
 
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/exceptions.h>
@@ -13,9 +13,8 @@
 
 #include "libocc/core/internal/file.hpp"
 
-namespace occ::internal::scene {
+namespace occ::internal::core {
 
-using namespace internal::core;
 namespace {
 
 constexpr std::size_t max_bytes = 4u << 20;  // some 50000 lamps
@@ -210,4 +209,4 @@ std::shared_ptr<const YamlNode> read_yaml(const std::string& path) {
   return parse_yaml(read_file(path), path);
 }
 
-}  // namespace occ::internal::scene
+}  // namespace occ::internal::core

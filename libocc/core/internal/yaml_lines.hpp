@@ -1,18 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values as YAML text, and mappings of them line by line.
+// Values as YAML text, and the lines of a mapping.
 #pragma once
 
 #include <Eigen/Core>
 #include <string>
 
-namespace occ::internal::scene {
+namespace occ::internal::core {
 
-/// The fewest digits that read back to the same double; zero has no sign.
+/// Angles are radians in the library and degrees in files. The extended precision gives every angle
+/// in radians a text in degrees that reads back to it. Pi is rounded to double, as in the usual
+/// `degrees * pi / 180`.
+constexpr long double radians_per_degree = static_cast<long double>(3.14159265358979323846) / 180;
+
+inline double radians(long double degrees) {
+  return static_cast<double>(degrees * radians_per_degree);
+}
+
+/// The fewest digits that read back to the same double; -0 becomes 0.
 std::string text_of(double value);
 
 /// The fewest digits in degrees that read back to the same double in radians.
 std::string degrees_text(double value_rad);
 
+/// A YAML string in double quotes, with escapes for quotes, backslashes and control characters.
 std::string quoted(const std::string& text);
 
 template <typename List>
@@ -22,7 +32,7 @@ std::string list_text(const List& values) {
   return "[" + text + "]";
 }
 
-/// Lines `key: value` of one mapping; a mapping inside a list starts with "- ".
+/// Lines `key: value` of one mapping; the first line of a mapping inside a list starts with "- ".
 class Lines {
  public:
   Lines(std::string& out, std::string indent) : out_(out), indent_(std::move(indent)) {}
@@ -37,4 +47,4 @@ class Lines {
   std::string indent_;
 };
 
-}  // namespace occ::internal::scene
+}  // namespace occ::internal::core

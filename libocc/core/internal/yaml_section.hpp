@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// One mapping of a YAML file, read key by key. Every complaint is a std::runtime_error
-// "FILE:LINE: key `PATH`: REASON, got VALUE". Reading a key makes it known; `refuse_unknown` then
-// complains about every other one and suggests a known key.
+// Strict reading of one mapping of a YAML file, key by key. Every error is a std::runtime_error
+// "FILE:LINE: key `PATH`: REASON, got VALUE". A key that has been read is known; `refuse_unknown`
+// then rejects every other key of the mapping and suggests a known one.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,12 +9,11 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "libocc/scene/internal/yaml_node.hpp"
+#include "libocc/core/internal/yaml_node.hpp"
 
-namespace occ::internal::scene {
+namespace occ::internal::core {
 
 class YamlSection {
  public:
@@ -24,7 +23,8 @@ class YamlSection {
   const std::string& file() const { return file_; }
   bool has(const std::string& key) const;
 
-  /// Reads a key into `value` when it is there, else leaves `value` alone.
+  /// Reads a key into `value` if it is present; otherwise `value` keeps its content.
+  void read(const std::string& key, bool& value);
   void read(const std::string& key, int& value);
   void read(const std::string& key, double& value);
   void read(const std::string& key, std::string& value);
@@ -36,49 +36,51 @@ class YamlSection {
   void read(const std::string& key, std::optional<T>& value) {
     if (take(key)) read(key, value.emplace());
   }
-  template <typename T>
-  using Words = std::vector<std::pair<const char*, T>>;
-  template <typename T>
-  void read(const std::string& key, T& value, const Words<T>& words) {
+  /// Reads an enumerator by its name; words: an array of Word<T> (fields.hpp).
+  template <typename T, typename Words>
+  void read(const std::string& key, T& value, const Words& words) {
     std::vector<std::string> names;
-    for (const auto& word : words) names.emplace_back(word.first);
-    if (const auto chosen = choice(key, names)) value = words[*chosen].second;
+    for (const auto& word : words) names.emplace_back(word.text);
+    if (const auto chosen = choice(key, names)) value = words[*chosen].value;
   }
-  /// An angle of 0 to 90 degrees, both ends excluded.
-  void read_half_angle(const std::string& key, double& value_rad);
-  /// The half angle of a cone: 0 (excluded) to 180 degrees.
-  void read_cone(const std::string& key, double& value_rad);
+  /// Reads an angle in degrees: greater than 0 and less than limit_deg, or equal to it where
+  /// `right` is ']'.
+  void read_angle(const std::string& key, double& value_rad, int limit_deg, char right);
 
-  /// The same, but the key must be there.
+  /// Reads a key that must be present.
   template <typename... T>
   void need(const std::string& key, T&... value) {
     if (!has(key)) fail_missing(key);
     read(key, value...);
   }
 
-  /// Sections below this one.
+  /// Reads the key `schema`, a name with a version such as `libocc-scene/1`. Throws for another
+  /// name and for a version greater than `newest`. prefix: the name with its slash.
+  void require_schema(const std::string& prefix, int newest);
+
+  /// The mapping below a key, or the mappings in a list below it. Throws when the key is missing.
   YamlSection section(const std::string& key);
   std::vector<YamlSection> sections(const std::string& key);
 
-  /// Runs `check`, which throws std::invalid_argument as core/require.hpp writes it, and tells the
-  /// key of the field it names, or the key `otherwise` when the field has none.
+  /// Runs `check`. Its std::invalid_argument, worded as in core/require.hpp, becomes an error of
+  /// the key that it names, or of the key `otherwise` when there is no such key.
   void check(const std::function<void()>& check, const std::string& otherwise = "") const;
 
   void refuse_unknown() const;
 
   [[noreturn]] void fail_missing(const std::string& key) const;
   [[noreturn]] void fail(const std::string& key, const std::string& reason) const;
+  /// Fails with the value that the file gives for a present key.
   [[noreturn]] void fail_value(const std::string& key, const std::string& rule) const;
 
  private:
   [[noreturn]] void fail_unknown(const YamlNode::Entry& entry,
                                  const std::vector<std::string>& known) const;
   const YamlNode* take(const std::string& key);
-  std::optional<long double> read_degrees(const std::string& key);
   const std::vector<std::shared_ptr<const YamlNode>>* take_list(const std::string& key,
                                                                 const std::string& rule);
-  std::optional<std::size_t> choice(const std::string& key, const std::vector<std::string>& words);
-  void read_exactly(const std::string& key, int count, double* values);
+  std::optional<std::size_t> choice(const std::string& key, const std::vector<std::string>& names);
+  void read_exactly(const std::string& key, std::size_t count, double* values);
 
   std::shared_ptr<const YamlNode> node_;
   int line_;
@@ -86,11 +88,11 @@ class YamlSection {
   std::vector<std::string> known_;
 };
 
-/// Whether two keys differ in their unit alone, like `radius_mm` and `radius_m`.
+/// Whether two keys differ in their unit only, like `radius_mm` and `radius_m`.
 bool differ_in_unit(const std::string& unknown, const std::string& known);
 
-/// Which known key an unknown one was meant to be, as the end of a sentence: "write `radius_m`, in
-/// metres", "did you mean `normal`?", "known here: ...".
+/// Suggests the known key that an unknown one resembles, as the end of a sentence: "write
+/// `radius_m`, in metres", "did you mean `normal`?", or "known here: ...".
 std::string suggest_key(const std::string& unknown, const std::vector<std::string>& known);
 
-}  // namespace occ::internal::scene
+}  // namespace occ::internal::core
