@@ -168,7 +168,7 @@ TEST(SharpCoverage, TheComparisonSeesAMillionthOfAPixel) {
 }
 
 TEST(SharpCoverage, HasNoneForADarkSideOrARimBehindTheCamera) {
-  const Camera camera;
+  const Camera camera = vga_camera();
   EXPECT_FALSE(project_chords(disc_lamp(0, {0, 0, -1}), Rigid3{}, camera));
   Lamp upright = disc_lamp(0, {0.05, 0, 0.05}, 0.1);
   upright.normal = -Eigen::Vector3d::UnitX();
