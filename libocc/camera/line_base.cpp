@@ -11,6 +11,7 @@
 #include "libocc/core/require.hpp"
 
 namespace occ::internal::camera {
+
 LineBase::Checked LineBase::checked(RotatingLine line) {
   require(line.width > 0, "width", line.width, "positive");
   require(line.height > 0, "height", line.height, "positive");
