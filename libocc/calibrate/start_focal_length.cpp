@@ -66,8 +66,7 @@ double misfit(const std::vector<const PlaneView*>& views, const Camera& camera) 
 Result<Camera> start_focal_length(const std::vector<PlaneView>& views, const Camera& about) {
   require(std::isinf(about.period_px()), "about", name_of(about.kind()),
           "a camera with focal lengths");
-  Result<Camera> result;
-  result.value = about;
+  Result<Camera> result{about, Status::ok, ""};
   std::vector<const PlaneView*> used;
   for (const PlaneView& view : views) {
     require(view.plane.cols() == view.px.cols(), "views: px", view.px.cols(),

@@ -88,9 +88,8 @@ Result<Camera> start_pinhole(const std::vector<PlaneView>& views, int width, int
   const auto camera = [&](double f) {
     return Camera::pinhole(width, height, f, f, middle.x(), middle.y());
   };
-  Result<Camera> result;
   constexpr double usual = 0.866;  // 60 degrees
-  result.value = camera(usual * size);
+  Result<Camera> result{camera(usual * size), Status::ok, ""};
   std::vector<Equation> equations;
   for (const PlaneView& view : views) {
     require(view.plane.cols() == view.px.cols(), "views: px", view.px.cols(),

@@ -30,8 +30,8 @@ Radial radial_at(const DistortionCoefficients& k, double s) {
   return {factor, (above_slope - factor * below_slope) / below};
 }
 
-/// Undistorted radius of a distorted one under the radial part alone, which grows throughout the
-/// domain: Newton's method inside a bracket. At most the domain's edge.
+/// Inverse of the radial part of the distortion, at most the domain's edge. Newton's method inside
+/// a bracket; the radial part grows throughout the domain.
 double undistorted_radius(const DistortionCoefficients& k, double max_radius, double distorted) {
   double low = 0, high = max_radius;
   double r = distorted < high ? distorted : low + (high - low) / 2;
@@ -73,9 +73,10 @@ double domain_radius_squared(const DistortionCoefficients& k) {
   const Polynomial wronskian =
       sum(product(derivative(above), below), -1, product(above, derivative(below)));
   const Polynomial growth = sum(product(above, below), 2, product({0, 1}, wronskian));
-  constexpr double limit = 1e12;  // of r^2: within 1e-6 rad of a right angle
+  constexpr double limit = 1e12;  // r = 1e6: within 1e-6 rad of a right angle
   double first = infinity;
-  for (const Polynomial& p : {growth, below}) {  // a zero of `below` is a pole: beyond it too
+  for (const Polynomial& p :
+       {growth, below}) {  // a zero of `below` is a pole and ends the domain too
     const std::vector<double> roots = sign_changes(p, limit);
     if (!roots.empty()) first = std::min(first, roots.front());
   }
@@ -88,14 +89,14 @@ std::optional<Eigen::Vector2d> undistort(const DistortionCoefficients& k, double
   if (!(radius < infinity)) return std::nullopt;
   if (radius == 0) return distorted;
   const double start = undistorted_radius(k, std::sqrt(max_radius_squared), radius);
-  Eigen::Vector2d point = distorted * (start * (1 - 1e-12) / radius);  // off the domain's edge
+  Eigen::Vector2d point = distorted * (start * (1 - 1e-12) / radius);  // inside the domain's edge
   const double enough = 1e-13 * (1 + radius);
   double before = infinity;
-  for (int i = 0; i < 60; ++i) {  // near the domain's edge the root is nearly double: linear
+  for (int i = 0; i < 60; ++i) {  // slow near the domain's edge, where the root is nearly double
     Eigen::Matrix2d jacobian;
     const Eigen::Vector2d error = distort(k, point, &jacobian) - distorted;
     const double size = error.norm();
-    if (size <= enough && size >= 0.1 * before) break;  // rounding is all that is left
+    if (size <= enough && size >= 0.1 * before) break;  // only rounding is left
     before = size;
     Eigen::Vector2d step = jacobian.inverse() * error;
     for (int j = 0; j < 64 && !((point - step).squaredNorm() < max_radius_squared); ++j) step /= 2;
@@ -130,20 +131,20 @@ Eigen::Matrix<double, 2, 12> distort_by_coefficients(const DistortionCoefficient
 
 namespace {
 
-/// onto_sensor of tilt_homography as a linear function of the turn.
-Eigen::Matrix3d onto_sensor(const Eigen::Matrix3d& turn, double last) {
+/// Projection of the turned plane onto the tilted sensor, linear in the rotation.
+Eigen::Matrix3d onto_sensor(const Eigen::Matrix3d& rotation, double last) {
   Eigen::Matrix3d onto;
-  onto << turn(2, 2), 0, -turn(0, 2), 0, turn(2, 2), -turn(1, 2), 0, 0, last;
+  onto << rotation(2, 2), 0, -rotation(0, 2), 0, rotation(2, 2), -rotation(1, 2), 0, 0, last;
   return onto;
 }
 
 }  // namespace
 
 Eigen::Matrix3d tilt_homography(double tau_x_rad, double tau_y_rad) {
-  const Eigen::Matrix3d turn = (Eigen::AngleAxisd(-tau_y_rad, Eigen::Vector3d::UnitY()) *
-                                Eigen::AngleAxisd(-tau_x_rad, Eigen::Vector3d::UnitX()))
-                                   .toRotationMatrix();
-  return onto_sensor(turn, 1) * turn;
+  const Eigen::Matrix3d rotation = (Eigen::AngleAxisd(-tau_y_rad, Eigen::Vector3d::UnitY()) *
+                                    Eigen::AngleAxisd(-tau_x_rad, Eigen::Vector3d::UnitX()))
+                                       .toRotationMatrix();
+  return onto_sensor(rotation, 1) * rotation;
 }
 
 Eigen::Matrix2d tilt_by_angles(double tau_x_rad, double tau_y_rad, const Eigen::Vector2d& point) {
@@ -151,16 +152,17 @@ Eigen::Matrix2d tilt_by_angles(double tau_x_rad, double tau_y_rad, const Eigen::
       Eigen::AngleAxisd(-tau_x_rad, Eigen::Vector3d::UnitX()).toRotationMatrix();
   const Eigen::Matrix3d about_y =
       Eigen::AngleAxisd(-tau_y_rad, Eigen::Vector3d::UnitY()).toRotationMatrix();
-  const Eigen::Matrix3d turn = about_y * about_x;
+  const Eigen::Matrix3d rotation = about_y * about_x;
   Eigen::Matrix3d cross_x, cross_y;
   cross_x << 0, 0, 0, 0, 0, -1, 0, 1, 0;
   cross_y << 0, 0, 1, 0, 0, 0, -1, 0, 0;
-  const Eigen::Matrix3d d_turn[] = {-about_y * cross_x * about_x, -cross_y * turn};
-  const Eigen::Vector3d v = onto_sensor(turn, 1) * turn * point.homogeneous();
+  const Eigen::Matrix3d d_rotation[] = {-about_y * cross_x * about_x, -cross_y * rotation};
+  const Eigen::Vector3d v = onto_sensor(rotation, 1) * rotation * point.homogeneous();
   Eigen::Matrix2d d;
   for (int i = 0; i < 2; ++i) {
     const Eigen::Vector3d dv =
-        (onto_sensor(d_turn[i], 0) * turn + onto_sensor(turn, 1) * d_turn[i]) * point.homogeneous();
+        (onto_sensor(d_rotation[i], 0) * rotation + onto_sensor(rotation, 1) * d_rotation[i]) *
+        point.homogeneous();
     d.col(i) = (dv.head<2>() - v.head<2>() / v.z() * dv.z()) / v.z();
   }
   return d;

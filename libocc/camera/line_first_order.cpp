@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The additive form of Amiri Parian and Gruen: every term at the image point, as if it were
-// alone (eqs 10-15).
+// The additive first-order form of Amiri Parian and Gruen, eqs 10-15: each term is evaluated at the
+// image point as if the other terms were zero.
 #include <ceres/jet.h>
 
 #include <array>
@@ -8,12 +8,13 @@
 
 #include "libocc/camera/internal/line_model.hpp"
 #include "libocc/core/math.hpp"
+#include "libocc/core/require.hpp"
 
 namespace occ::internal::camera {
 
 namespace {
 
-constexpr int size = 3 + 10;  // the point and all parameters but tumbling
+constexpr int size = 3 + 10;  // the point and all parameters except tumbling
 using Jet = ceres::Jet<double, size>;
 
 template <typename T>
@@ -28,11 +29,11 @@ double value_of(const ceres::Jet<double, n>& x) {
 }
 
 template <typename T, typename U>
-T straightened(const T& eta, const LineValues<U>& v) {
+T undistorted_h(const T& eta, const LineValues<U>& v) {
   return eta - eta * eta * eta * (v.k1 + v.k2 * eta * eta);
 }
 
-/// The ideal h of an undistorted image point: less dy_lx / c and dy_ly / c.
+/// The ideal h of an undistorted image point: h minus dy_lx / c and dy_ly / c.
 template <typename T, typename U>
 T ideal_h(const T& h, const LineValues<U>& v) {
   using std::cos, std::sin, std::sqrt;
@@ -41,12 +42,12 @@ T ideal_h(const T& h, const LineValues<U>& v) {
          sin(v.ly) * (1.0 + h * h) / (cos(v.ly) + h * sin(v.ly));
 }
 
-/// eta whose ideal h this is, by Newton's method.
+/// Inverts eta -> ideal h by Newton's method.
 std::optional<double> eta_of(double h, const LineValues<double>& v) {
   using Scalar = ceres::Jet<double, 1>;
   double eta = h;
   for (int i = 0; i < 50; ++i) {
-    const Scalar f = ideal_h(straightened(Scalar(eta, 0), v), v);
+    const Scalar f = ideal_h(undistorted_h(Scalar(eta, 0), v), v);
     if (!(f.v[0] > 0)) return std::nullopt;
     const double step = (f.a - h) / f.v[0];
     eta -= step;
@@ -56,7 +57,7 @@ std::optional<double> eta_of(double h, const LineValues<double>& v) {
   return std::nullopt;
 }
 
-/// What a point is seen by: the ideal azimuth after the seam, and the ideal h.
+/// Ideal azimuth of a point, counted from the seam, and its ideal h.
 template <typename T>
 std::array<T, 2> azimuth_and_h(const LineValues<T>& v, const std::array<T, 3>& p, double seam,
                                int width) {
@@ -92,13 +93,23 @@ LineValues<Jet> jets_of(const LineValues<double>& v) {
 
 }  // namespace
 
-Camera FirstOrderLineModel::with_parameters(const Eigen::VectorXd& values) const {
-  return Camera::rotating_line_first_order(with_values(values)).with_seam_at(seam_);
+FirstOrderLineModel::FirstOrderLineModel(const RotatingLine& line, double seam)
+    : LineBase(CameraKind::rotating_line_first_order, line, seam) {
+  for (const double term : line_.tumbling_rad)
+    require(term == 0, "tumbling_rad", term, "zero in the first-order form");
 }
 
-std::optional<Eigen::Vector2d> FirstOrderLineModel::project(
-    const Eigen::Vector3d& point, Jacobian23* d_point,
-    Camera::ParameterJacobian* d_parameters) const {
+CameraModel::Pointer FirstOrderLineModel::with_parameters(const Eigen::VectorXd& values) const {
+  return std::make_shared<FirstOrderLineModel>(with_values(values), seam_);
+}
+
+CameraModel::Pointer FirstOrderLineModel::with_seam_at(double column) const {
+  return std::make_shared<FirstOrderLineModel>(line_, column);
+}
+
+std::optional<Eigen::Vector2d> FirstOrderLineModel::project(const Eigen::Vector3d& point,
+                                                            PointJacobian* d_point,
+                                                            ParameterJacobian* d_parameters) const {
   const double reach = line_.eccentricity_m.norm();
   if (!point.allFinite() || !(point.head<2>().norm() > reach)) return std::nullopt;
   const LineValues<double> v = values_of(line_);
@@ -107,7 +118,7 @@ std::optional<Eigen::Vector2d> FirstOrderLineModel::project(
   const std::optional<double> eta = eta_of(h, v);
   if (!eta) return std::nullopt;
   const double sine = std::sin(v.lx);
-  const double theta = azimuth + std::atan(straightened(*eta, v) * sine);
+  const double theta = azimuth + std::atan(undistorted_h(*eta, v) * sine);
   const Eigen::Vector2d pixel(column(theta), v.cy + v.c * *eta);
   if (!pixel.allFinite()) return std::nullopt;
   if (!d_point && !d_parameters) return pixel;
@@ -115,10 +126,10 @@ std::optional<Eigen::Vector2d> FirstOrderLineModel::project(
   const LineValues<Jet> j = jets_of(v);
   const auto [jet_azimuth, jet_h] = azimuth_and_h<Jet>(
       j, {Jet(point.x(), 0), Jet(point.y(), 1), Jet(point.z(), 2)}, seam_, line_.width);
-  // One more step of Newton's method, whose derivatives are those of the root.
-  const ceres::Jet<double, 1> slope = ideal_h(straightened(ceres::Jet<double, 1>(*eta, 0), v), v);
-  const Jet jet_eta = *eta - (ideal_h(straightened(Jet(*eta), j), j) - jet_h) / slope.v[0];
-  const Jet jet_theta = jet_azimuth + atan(straightened(jet_eta, j) * sin(j.lx));
+  // The derivatives of one more step of Newton's method are those of the root.
+  const ceres::Jet<double, 1> slope = ideal_h(undistorted_h(ceres::Jet<double, 1>(*eta, 0), v), v);
+  const Jet jet_eta = *eta - (ideal_h(undistorted_h(Jet(*eta), j), j) - jet_h) / slope.v[0];
+  const Jet jet_theta = jet_azimuth + atan(undistorted_h(jet_eta, j) * sin(j.lx));
   const Jet row = j.cy + j.c * jet_eta;
   Eigen::Matrix<double, 2, size> d;
   d << jet_theta.v.transpose() / v.angle_per_px, row.v.transpose();
@@ -132,10 +143,10 @@ std::optional<Eigen::Vector2d> FirstOrderLineModel::project(
 }
 
 std::optional<Eigen::Vector3d> FirstOrderLineModel::unproject(const Eigen::Vector2d& pixel,
-                                                              Jacobian32* jacobian) const {
+                                                              PixelJacobian* jacobian) const {
   using Scalar = ceres::Jet<double, 1>;
   const LineValues<double> v = values_of(line_);
-  const Scalar seen = straightened(Scalar((pixel.y() - v.cy) / v.c, 0), v);
+  const Scalar seen = undistorted_h(Scalar((pixel.y() - v.cy) / v.c, 0), v);
   const Scalar h = ideal_h(seen, v);
   if (!(h.v[0] > 0)) return std::nullopt;
   const Scalar azimuth = pixel.x() * v.angle_per_px - atan(seen * std::sin(v.lx));

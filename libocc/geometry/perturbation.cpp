@@ -16,7 +16,7 @@ Matrix6 d_difference(const Vector6& delta) {
 
 Matrix6 planar_perturbation(const PlanarPose& pose) {
   Matrix6 jacobian = Matrix6::Zero();
-  jacobian(2, 2) = -1;  // the world turns the other way
+  jacobian(2, 2) = -1;  // body_from_world rotates against the heading
   jacobian.block<1, 2>(3, 0) = -pose.forward().transpose();
   jacobian.block<1, 2>(4, 0) = -pose.left().transpose();
   jacobian(0, 3) = jacobian(1, 4) = 1;

@@ -8,7 +8,7 @@
 namespace occ {
 namespace {
 
-/// sin(a) / a: the chord of an arc over its length, a being half of the turn.
+/// sin(a) / a, the ratio of chord and length of an arc that turns by 2 a.
 double sinc(double a) { return std::abs(a) < 1e-8 ? 1 : std::sin(a) / a; }
 
 }  // namespace

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What one image says of a camera's pose, to second order about a pose: half of its chi2 is
+// Likelihood of a camera's pose from one image, to second order about a pose. Half of chi2 is
 //
 //   gradient . delta + 1/2 delta . information delta,   delta: left perturbation of cam_from_world
 //
-// One lamp or two leave the information singular, and still say something to whoever has a prior.
+// up to a constant. With one or two lamps the information is singular, but still useful together
+// with a prior.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -16,13 +17,15 @@ struct LIBOCC_API PoseObservation {
   Rigid3 cam_from_world;
   Matrix6 information = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();
-  Rigid3 cam_from_body;  ///< how the camera is mounted; constant
+  Rigid3 cam_from_body;  ///< mounting of the camera; constant
 
-  /// A pose with its covariance. Throws std::invalid_argument when that is not positive definite.
+  /// Observation from a pose with its covariance. Throws std::invalid_argument if the covariance is
+  /// not positive definite.
   static PoseObservation of_pose(double time_s, const Rigid3& cam_from_world,
                                  const Matrix6& covariance, const Rigid3& cam_from_body = {});
 
-  /// The same of body_from_world: information and gradient are by its left perturbation.
+  /// Equivalent observation of body_from_world, with gradient and information by its left
+  /// perturbation.
   PoseObservation of_body() const;
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value

@@ -30,14 +30,14 @@ Rigid3 Rigid3::from_matrix(const Eigen::Matrix4d& matrix, const char* name) {
 }
 
 Rigid3 perturb(const Rigid3& transform, const Vector6& delta) {
-  const Eigen::Matrix3d turn = so3_exp(delta.head<3>());
-  return {turn * transform.rotation, turn * transform.translation + delta.tail<3>()};
+  const Eigen::Matrix3d rotation = so3_exp(delta.head<3>());
+  return {rotation * transform.rotation, rotation * transform.translation + delta.tail<3>()};
 }
 
 Vector6 difference(const Rigid3& to, const Rigid3& from) {
-  const Eigen::Matrix3d turn = to.rotation * from.rotation.transpose();
+  const Eigen::Matrix3d rotation = to.rotation * from.rotation.transpose();
   Vector6 delta;
-  delta << so3_log(turn), to.translation - turn * from.translation;
+  delta << so3_log(rotation), to.translation - rotation * from.translation;
   return delta;
 }
 
@@ -53,18 +53,19 @@ Eigen::Matrix3d position_covariance(const Rigid3& cam_from_world, const Matrix6&
   return r.transpose() * covariance.bottomRightCorner<3, 3>() * r;
 }
 
-// The arc leaves its tangent by (w (w . a) - a |w|^2) / 2 - |w|^2 w x a / 6 to third order. The
-// first by Isserlis' theorem for the fourth moments of a Gaussian; the second as if w had one axis,
-// which is no less than it is.
-Eigen::Matrix3d arc_moment(const Eigen::Matrix3d& turn, const Eigen::Vector3d& arm) {
-  const Eigen::Vector3d along = turn * arm;
-  const double trace = turn.trace();
-  const Eigen::Vector3d mixed = trace * along + 2 * (turn * along);
+// To third order the nonlinear part is (w (w . a) - a |w|^2) / 2 - |w|^2 w x a / 6. The moment of
+// the first term follows from Isserlis' theorem for the fourth moments of a Gaussian. That of the
+// second is computed as for a single axis w, which is an upper bound.
+Eigen::Matrix3d arc_moment(const Eigen::Matrix3d& rotation_covariance, const Eigen::Vector3d& arm) {
+  const Eigen::Matrix3d& s = rotation_covariance;
+  const Eigen::Vector3d along = s * arm;
+  const double trace = s.trace();
+  const Eigen::Vector3d mixed = trace * along + 2 * (s * along);
   const Eigen::Matrix3d crossed = mixed * arm.transpose();
-  const Eigen::Matrix3d across = skew(arm) * turn * skew(arm).transpose();
+  const Eigen::Matrix3d across = skew(arm) * s * skew(arm).transpose();
   const Eigen::Matrix3d moment =
-      0.25 * (arm.dot(along) * turn + 2 * along * along.transpose() - 2 * crossed +
-              (trace * trace + 2 * turn.squaredNorm()) * arm * arm.transpose()) +
+      0.25 * (arm.dot(along) * s + 2 * along * along.transpose() - 2 * crossed +
+              (trace * trace + 2 * s.squaredNorm()) * arm * arm.transpose()) +
       15.0 / 36 * trace * trace * across;
   return 0.5 * (moment + moment.transpose());  // crossed is half of a symmetric sum
 }
@@ -86,7 +87,7 @@ Rigid3 look_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target,
 
 double heading_rad(const Rigid3& cam_from_world) {
   const double azimuth = std::atan2(cam_from_world.rotation(0, 1), cam_from_world.rotation(0, 0));
-  return azimuth == -std::atan2(0.0, -1.0) ? -azimuth : azimuth;  // (-pi, pi]: atan2 gives both
+  return azimuth == -std::atan2(0.0, -1.0) ? -azimuth : azimuth;  // atan2 returns both -pi and pi
 }
 
 }  // namespace occ

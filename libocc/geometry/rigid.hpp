@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A rigid transform whose name says what it does: `cam_from_world` takes a point in the world to
-// the camera's frame, and chains as `d_from_b = d_from_c * c_from_b`.
+// Rigid transforms. `cam_from_world` converts a point from the world frame to the camera frame;
+// transforms are chained as `d_from_b = d_from_c * c_from_b`.
 //
 // Covariance of a transform (6x6): order [rotation, translation], *left* perturbation
-//     T(delta) : R -> exp(delta_rot) R,  t -> exp(delta_rot) t + delta_trans,
-// so that a transformed point moves by delta_rot x (R p + t) + delta_trans.
+//     T(delta) : R -> exp(delta_rot) R,  t -> exp(delta_rot) t + delta_trans.
+// A transformed point moves by delta_rot x (R p + t) + delta_trans.
 // World: right-handed, metres, Z up. Camera: x right, y down, z forward.
 #pragma once
 
@@ -28,24 +28,26 @@ struct Rigid3 {
     return {rotation * b_from_a.rotation, rotation * b_from_a.translation + translation};
   }
   Rigid3 inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
-  /// For `cam_from_world`: where the camera's centre is in the world.
+  /// Origin of the target frame in the source frame: for `cam_from_world`, the camera's centre in
+  /// the world.
   Eigen::Vector3d origin_in_source() const { return -(rotation.transpose() * translation); }
 
   LIBOCC_API Eigen::Matrix4d matrix() const;
 
-  /// From a 4x4 matrix. Throws std::invalid_argument when it is not finite, its last row is not
-  /// (0, 0, 0, 1), or its rotation is not orthonormal to 1e-6 with determinant +1.
+  /// Converts a 4x4 matrix. Throws std::invalid_argument, with `name`, if it is not finite, its
+  /// last row is not (0, 0, 0, 1), or its rotation is not orthonormal to 1e-6 with determinant +1.
   LIBOCC_API static Rigid3 from_matrix(const Eigen::Matrix4d& matrix,
                                        const char* name = "cam_from_world");
 };
 
-/// The left perturbation defined above.
+/// Applies the left perturbation defined above.
 LIBOCC_API Rigid3 perturb(const Rigid3& transform, const Vector6& delta);
 
 /// The delta with perturb(from, delta) == to.
 LIBOCC_API Vector6 difference(const Rigid3& to, const Rigid3& from);
 
-/// d (left perturbation of a * b) / d (left perturbation of b). That of a is the identity.
+/// d (left perturbation of a * b) / d (left perturbation of b). The derivative by that of a is the
+/// identity.
 LIBOCC_API Matrix6 adjoint(const Rigid3& a);
 
 /// 3x3 covariance of the camera's *position* in the world, from the 6x6 covariance of
@@ -53,20 +55,21 @@ LIBOCC_API Matrix6 adjoint(const Rigid3& a);
 LIBOCC_API Eigen::Matrix3d position_covariance(const Rigid3& cam_from_world,
                                                const Matrix6& covariance);
 
-/// Turned by w of covariance `turn`, a point at `arm` from the pivot moves by w x arm and on an
-/// arc: the second moment of how far the arc leads from that tangent. Added to the covariance of
-/// the translation, it covers what a covariance cannot follow where the turn about something far
-/// away is hardly known.
-LIBOCC_API Eigen::Matrix3d arc_moment(const Eigen::Matrix3d& turn, const Eigen::Vector3d& arm);
+/// Second moment of the nonlinear part of a rotation: exp(w) arm - arm - w x arm for a Gaussian w
+/// of zero mean and covariance `rotation_covariance` [rad^2], `arm` [m] from the pivot. Added to
+/// the covariance of the translation, it covers the curvature that a linear covariance neglects.
+/// This matters if the rotation about a distant pivot is poorly known.
+LIBOCC_API Eigen::Matrix3d arc_moment(const Eigen::Matrix3d& rotation_covariance,
+                                      const Eigen::Vector3d& arm);
 
-/// Camera that stands at `position` and looks at `target`; the image's up direction is as near to
-/// `up` as it can be. Throws std::invalid_argument when target == position or the view is along
-/// `up`.
+/// cam_from_world of a camera at `position` that looks at `target`. The image's up direction is as
+/// close as possible to `up`. Throws std::invalid_argument if target == position or the view is
+/// along `up`.
 LIBOCC_API Rigid3 look_at(const Eigen::Vector3d& position, const Eigen::Vector3d& target,
                           const Eigen::Vector3d& up);
 
-/// Heading of a camera: azimuth about the world's Z of the camera's +x axis (image right), in (-pi,
-/// pi]. Defined for cameras that look up, down or ahead alike, except when +x is vertical.
+/// Heading of a camera: azimuth of the camera's +x axis (image right) about the world's Z axis, in
+/// (-pi, pi]. Defined for any direction of view, except when +x is vertical.
 LIBOCC_API double heading_rad(const Rigid3& cam_from_world);
 
 }  // namespace occ

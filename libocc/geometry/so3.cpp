@@ -12,13 +12,13 @@ namespace {
 /// sin(t) / t
 double sinc(double t) { return t == 0 ? 1 : std::sin(t) / t; }
 
-/// (1 - cos t) / t^2, from the half angle so that nothing cancels
+/// (1 - cos t) / t^2, computed from the half angle to avoid cancellation
 double versine_ratio(double t) {
   const double half = sinc(t / 2);
   return 0.5 * half * half;
 }
 
-/// (t - sin t) / t^3; the difference cancels at small angles, so there by its series
+/// (t - sin t) / t^3; by its series at small angles, where the difference cancels
 double sine_defect_ratio(double t) {
   const double s = t * t;
   if (s > 1) return (t - std::sin(t)) / (s * t);
@@ -45,7 +45,7 @@ Eigen::Matrix3d so3_exp(const Eigen::Vector3d& rotation_rad) {
 }
 
 Eigen::Vector3d so3_log(const Eigen::Matrix3d& rotation) {
-  const Eigen::Quaterniond q(rotation);  // takes its largest component first: stable at pi
+  const Eigen::Quaterniond q(rotation);  // computed from its largest component: stable at pi
   const double sine = q.vec().stableNorm();
   if (sine == 0) return Eigen::Vector3d::Zero();
   const double sign = q.w() < 0 ? -1 : 1;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rotations in three dimensions: exponential, logarithm, left Jacobian. Rotation vectors are in
-// radians. Source: Sola, Deray, Atchuthan, "A micro Lie theory for state estimation in robotics",
-// arXiv:1812.01537, eqs (132)-(146). Small angles use series, so every function is accurate to
-// rounding for any angle.
+// radians. Every function is accurate to rounding for any angle; small angles use series.
+// Source: Sola, Deray, Atchuthan, "A micro Lie theory for state estimation in robotics",
+// arXiv:1812.01537, eqs (132)-(146).
 #pragma once
 
 #include <Eigen/Core>

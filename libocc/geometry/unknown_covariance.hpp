@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The covariance of what nothing is known of: infinite on the diagonal. A pose that was not found
-// must not look like a certain one.
+// Covariance of an unknown quantity: infinite on the diagonal, so that a pose that was not found
+// differs from a certain one.
 #pragma once
 
 #include <Eigen/Core>

@@ -6,7 +6,7 @@
 
 #include "libocc/core/math.hpp"
 #include "libocc/geometry/so3.hpp"
-#include "libocc/pose/internal/spread.hpp"
+#include "libocc/pose/internal/point_layout.hpp"
 
 namespace occ::internal::identify {
 

@@ -3,7 +3,7 @@
 
 #include "libocc/geometry/so3.hpp"
 #include "libocc/ladder/internal/ladder_steps.hpp"
-#include "libocc/pose/internal/spread.hpp"
+#include "libocc/pose/internal/point_layout.hpp"
 
 namespace occ::internal::ladder {
 

@@ -7,11 +7,10 @@
 
 #include "libocc/locate/solve_pose.hpp"
 #include "libocc/pose/candidates.hpp"
-#include "libocc/pose/internal/p3p_kneip.hpp"
+#include "libocc/pose/internal/frames.hpp"
 #include "libocc/pose/internal/point_layout.hpp"
-#include "libocc/pose/internal/spread.hpp"
-#include "libocc/pose/internal/unit_frame.hpp"
 #include "libocc/pose/solvers/p3p.hpp"
+#include "libocc/pose/solvers/p3p_kneip.hpp"
 
 namespace occ {
 
@@ -20,7 +19,7 @@ using namespace internal::pose;
 namespace {
 
 /// Solves three of the points; all points select among the candidates.
-template <void (*solve)(const PoseProblem&, std::vector<Rigid3>&)>
+template <const Solver& solver>
 Result<Rigid3> by_three(const LadderProblem& p) {
   const Triple triple = spread_triple(p.points_in_world);
   PoseProblem three;
@@ -34,12 +33,8 @@ Result<Rigid3> by_three(const LadderProblem& p) {
     three.bearings.col(k) = *bearing;
   }
   std::vector<Rigid3> candidates;
-  solve(three, candidates);
+  solver.solve(three, candidates);
   return nearest_candidate(p, candidates);
-}
-
-void own_p3p(const PoseProblem& three, std::vector<Rigid3>& candidates) {
-  p3p(three.bearings, three.points, candidates);
 }
 
 /// Runs the bare solver in the normalised frame that it expects.
@@ -99,9 +94,9 @@ std::vector<LadderStep> own_steps() {
   constexpr Rung points = Rung::points, rims = Rung::rims;
   return {
       {"p3p", "libocc", "three points, chosen by the others", points, dark, three,
-       by_three<own_p3p>},
+       by_three<p3p_solver>},
       {"p3p_kneip", "OpenGV", "three points, chosen by the others", points, dark, three,
-       by_three<solve_p3p_kneip>},
+       by_three<p3p_kneip_solver>},
       {"p3p_triples", "libocc", "the best of several triples", points, dark, three, by_p3p_triples},
       {"guard", "libocc", "p3p_triples, checked and polished by all points", points, dark, three,
        guarded},

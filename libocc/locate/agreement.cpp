@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "libocc/core/math.hpp"
-#include "libocc/pose/internal/spread.hpp"
+#include "libocc/pose/internal/point_layout.hpp"
 
 namespace occ::internal::locate {
 
@@ -42,28 +42,29 @@ Eigen::Index furthest_from_line(const Eigen::Matrix3Xd& points) {
 
 }  // namespace
 
-ChancePoses chance_anywhere(const Eigen::Matrix2Xd& pixels, double gate_px, int sample, int poses) {
+FalseAlarmModel chance_anywhere(const Eigen::Matrix2Xd& pixels, double gate_px, int sample,
+                                int poses) {
   const Eigen::Vector2d size = pixels.rowwise().maxCoeff() - pixels.rowwise().minCoeff();
   const double area = std::max(size.x(), 2 * gate_px) * std::max(size.y(), 2 * gate_px);
   return {static_cast<int>(pixels.cols()), sample, poses, pi * gate_px * gate_px / area};
 }
 
-double log_false_alarms(ChancePoses chance, const Eigen::Matrix2Xd& pixels, double gate_px,
+double log_false_alarms(FalseAlarmModel chance, const Eigen::Matrix2Xd& pixels, double gate_px,
                         const std::vector<int>& inliers) {
   const double close = neighbours(pixels, gate_px, inliers);
-  chance.chance = std::max(chance.chance, close / (chance.points - 1));
+  chance.probability = std::max(chance.probability, close / (chance.points - 1));
   chance.points = static_cast<int>(std::ceil(chance.points / (1 + close)));
   const double agree = static_cast<double>(inliers.size()) / (1 + close);
   return log_false_alarms(chance, static_cast<int>(agree));
 }
 
 bool rests_on_a_line(const Eigen::Matrix3Xd& points, const std::vector<int>& inliers, double sigmas,
-                     const ChancePoses& chance, double most) {
+                     const FalseAlarmModel& chance, double most) {
   constexpr int sample = 1, poses = 2;  // that a turn about the line takes and gives
   Eigen::Matrix3Xd left = points(Eigen::all, inliers);
   const auto agree = static_cast<int>(inliers.size());
   for (int off = 0; off < agree - 2; ++off) {
-    const ChancePoses turns{chance.points - (agree - off), sample, poses, chance.chance};
+    const FalseAlarmModel turns{chance.points - (agree - off), sample, poses, chance.probability};
     if (log_false_alarms(turns, off) <= std::log(most)) return false;
     if (sigmas * height_over_line(left) < min_seen_height) return true;
     left.col(furthest_from_line(left)) = left.rightCols<1>();

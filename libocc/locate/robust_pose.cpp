@@ -23,7 +23,7 @@ constexpr double sample_noise = 3;  // gates: by which the pose of a sample miss
 double focal_px(const Camera& camera) { return 0.5 * (camera.fx_px() + camera.fy_px()); }
 
 ConsensusOptions search_options(const RobustPoseOptions& options, const Camera& camera,
-                                const ChancePoses& chance) {
+                                const FalseAlarmModel& chance) {
   ConsensusOptions search;
   search.gate_sigmas = options.gate_sigmas;
   search.sample_sigmas = sample_noise * options.gate_sigmas;
@@ -32,7 +32,7 @@ ConsensusOptions search_options(const RobustPoseOptions& options, const Camera& 
         sample_noise * options.up_sigma_rad * focal_px(camera) / options.sigma_px;
   search.confidence = options.confidence;
   search.max_iterations = options.max_iterations;
-  search.min_inliers = min_agreement(chance, options.max_false_alarms);
+  search.min_inliers = internal::pose::min_inliers(chance, options.max_false_alarms);
   search.seed = options.seed;
   if (options.up_in_cam) search.up_in_cam = options.up_in_cam->normalized();
   return search;
@@ -126,7 +126,7 @@ Result<RobustPose> robust_pose(const Eigen::Matrix3Xd& points_in_world,
     return result;
   }
   const double gate_px = options.gate_sigmas * options.sigma_px;
-  const ChancePoses chance = chance_anywhere(points_px, gate_px, sample, upright ? 2 : 4);
+  const FalseAlarmModel chance = chance_anywhere(points_px, gate_px, sample, upright ? 2 : 4);
   const Consensus consensus = find_consensus(problem.points, problem.bearings, problem.seen,
                                              search_options(options, camera, chance));
   for (const int i : consensus.inliers) result.value.inliers[i] = true;

@@ -35,7 +35,7 @@ struct TestFieldDesign {
   bool ceiling = true;
   int tags = 0;  ///< AprilTags besides, on the walls
   double tag_side_m = 0.15;
-  Camera camera;
+  Camera camera = Camera::pinhole(640, 480, 500, 500, 319.5, 239.5);
   std::vector<std::string> free_parameters;
   Eigen::Vector2d sigma_px{0.5, 0.5};
   double start_error_m =

@@ -8,9 +8,9 @@
 namespace occ::internal::pose {
 namespace {
 
-constexpr double rounding = 1e-16;
-constexpr int max_steps = 100;
-constexpr double settled = 1e-15;  // 1 - cos of the angle between successive vectors
+constexpr double rounding = 1e-16;   // smallest diagonal entry of R, relative to the largest
+constexpr int max_steps = 100;       // not reached unless two singular values nearly coincide
+constexpr double converged = 1e-15;  // 1 - cos of the angle between successive vectors
 
 }  // namespace
 
@@ -28,7 +28,7 @@ Eigen::VectorXd smallest_right_vector(const Eigen::MatrixXd& a) {
   Eigen::MatrixXd r = Eigen::MatrixXd::Zero(columns, columns);
   const Eigen::Index rows = std::min(columns, a.rows());
   r.topRows(rows) = qr.matrixR().topRows(rows).triangularView<Eigen::Upper>();
-  for (Eigen::Index i = 0; i < columns; ++i)  // a null space, to rounding, must not divide by zero
+  for (Eigen::Index i = 0; i < columns; ++i)  // avoids a division by zero for a null space
     if (std::abs(r(i, i)) < rounding * std::abs(r(0, 0))) r(i, i) = rounding * std::abs(r(0, 0));
   Eigen::VectorXd x = Eigen::VectorXd::Unit(columns, columns - 1);
   for (int step = 0; step < max_steps; ++step) {
@@ -36,7 +36,7 @@ Eigen::VectorXd smallest_right_vector(const Eigen::MatrixXd& a) {
     next = r.triangularView<Eigen::Upper>().solve(next).normalized();
     const double change = 1 - std::abs(next.dot(x));
     x = next;
-    if (!(change > settled)) break;
+    if (!(change > converged)) break;
   }
   return qr.colsPermutation() * x;
 }

@@ -8,15 +8,16 @@
 
 #include "libocc/core/random.hpp"
 #include "libocc/pose/internal/consensus_cost.hpp"
-#include "libocc/pose/internal/upright_p2p.hpp"
 #include "libocc/pose/solvers/p3p.hpp"
+#include "libocc/pose/solvers/upright_p2p.hpp"
 
 namespace occ::internal::pose {
 namespace {
 
-constexpr double any_rad = 0.05;  // by which a pose may miss its own sample: the others judge
+// Misfit of a pose to its own sample; the other points rank the poses.
+constexpr double sample_tolerance_rad = 0.05;
 
-// Samples after which one without a wrong match was drawn with the confidence.
+// Number of samples of which, with the demanded confidence, one has no outlier.
 int samples_needed(int inliers, int count, int sample_size, const ConsensusOptions& options) {
   double clean = 1;
   for (int i = 0; i < sample_size; ++i)
@@ -84,7 +85,7 @@ class Search {
       bearings.col(k) = bearings_.col(sample_[k]);
       points.col(k) = points_.col(sample_[k]);
     }
-    return p3p_within(bearings, points, any_rad, poses_);
+    return p3p_within(bearings, points, sample_tolerance_rad, poses_);
   }
 
   int solve_two() {
@@ -93,24 +94,24 @@ class Search {
       two_.points.col(k) = points_.col(sample_[k]);
     }
     two_poses_.clear();
-    solve_upright_p2p(two_, two_poses_);
+    upright_p2p_solver.solve(two_, two_poses_);
     std::copy(two_poses_.begin(), two_poses_.end(), poses_.begin());
     return static_cast<int>(two_poses_.size());
   }
 
-  void agreeing(const Rigid3& pose, double sigmas, std::vector<int>& indices) {
+  void find_inliers(const Rigid3& pose, double sigmas, std::vector<int>& indices) {
     each_chi2(seen_, pose, chi2_);
     indices.clear();
     for (int i = 0; i < seen_.count(); ++i)
       if (chi2_[i] < sigmas * sigmas) indices.push_back(i);
   }
 
-  // Least squares over those who agree, by the wide gate at first, until they stay the same.
+  // Least squares over the inliers, of the wide gate at first, until they no longer change.
   void improve(Rigid3 pose) {
     constexpr int max_rounds = 10, steps = 5;
     constexpr double tolerance = 0.05;
     std::vector<int> indices, before;
-    agreeing(pose, options_.sample_sigmas, indices);
+    find_inliers(pose, options_.sample_sigmas, indices);
     for (int round = 0; round < max_rounds && indices != before; ++round) {
       if (static_cast<int>(indices.size()) < 3) return;
       SeenPoints chosen;
@@ -120,12 +121,12 @@ class Search {
       if (!std::isfinite(fit.equations.chi2) || !fit.pose.translation.allFinite()) break;
       pose = fit.pose;
       before.swap(indices);
-      agreeing(pose, options_.gate_sigmas, indices);
+      find_inliers(pose, options_.gate_sigmas, indices);
     }
-    take(pose, indices);
+    update_best(pose, indices);
   }
 
-  void take(const Rigid3& pose, const std::vector<int>& indices) {
+  void update_best(const Rigid3& pose, const std::vector<int>& indices) {
     double cost = seen_.count();
     for (const int i : indices)
       cost -= 1 - chi2_[i] / (options_.gate_sigmas * options_.gate_sigmas);
@@ -143,7 +144,7 @@ class Search {
   ConsensusCost cost_of_;
   Random random_;
   int sample_size_;
-  float bar_;  // cost of the best so far, by the wide gate
+  float bar_;  // cost of the best pose so far, with the wide gate
   Consensus best_;
   std::array<int, 3> sample_{};
   std::array<Rigid3, 4> poses_;

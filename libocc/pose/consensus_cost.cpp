@@ -38,7 +38,7 @@ LIBOCC_MULTIVERSION(cost,
                     (block, blocks, m, bar, result))
 
 struct PlaneScale {
-  double x, y, squared;  // seen in the plane z = 1, and (sigmas per unit there)^2
+  double x, y, squared;  // observed in the plane z = 1, and (sigmas per unit there)^2
 };
 
 PlaneScale plane_scale(const SeenPoints::Block& block, int lane, const Eigen::Vector3d& bearing) {

@@ -7,6 +7,7 @@
 
 #include "libocc/core/internal/least_squares.hpp"
 #include "libocc/geometry/so3.hpp"
+#include "libocc/pose/internal/bearing_basis.hpp"
 
 namespace occ::internal::pose {
 namespace {
@@ -145,6 +146,18 @@ void SeenPoints::add(const SeenPoints& other, int i) {
   append({b.point[0][lane], b.point[1][lane], b.point[2][lane]},
          {b.bearing[0][lane], b.bearing[1][lane], b.bearing[2][lane]}, across,
          {b.offset[0][lane], b.offset[1][lane]}, b.along[lane]);
+}
+
+SeenPoints seen_along(const PoseProblem& problem) {
+  SeenPoints seen;
+  seen.reserve(problem.size());
+  for (int i = 0; i < problem.size(); ++i) {
+    const Eigen::Vector3d bearing = problem.bearings.col(i);
+    seen.add(problem.points.col(i), bearing, tangent_basis(bearing),
+             problem.origins.cols() > 0 ? Eigen::Vector3d(problem.origins.col(i))
+                                        : Eigen::Vector3d::Zero());
+  }
+  return seen;
 }
 
 PointEquations point_equations(const SeenPoints& seen, const Rigid3& pose) {

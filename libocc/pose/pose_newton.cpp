@@ -15,7 +15,7 @@ namespace {
 inline Eigen::Vector3d point_from_origin(const Eigen::Matrix3Xd& points,
                                          const Eigen::Matrix3Xd& origins, const Rigid3& pose,
                                          Eigen::Index i) {
-  // By hand: a pose that was just stored number by number loads slowly in pairs.
+  // Written out: vector loads of a pose that was just stored as single numbers are slow.
   const double *r = pose.rotation.data(), *t = pose.translation.data();
   const double* p = points.data() + 3 * i;
   Eigen::Vector3d x(r[0] * p[0] + r[3] * p[1] + r[6] * p[2] + t[0],
@@ -25,8 +25,7 @@ inline Eigen::Vector3d point_from_origin(const Eigen::Matrix3Xd& points,
   return x;
 }
 
-// The step that takes the residuals B x / |x| to zero or their least, to first order; B two rows
-// across a bearing.
+// Step that minimises the residuals B x / |x| to first order; B: two rows orthogonal to a bearing.
 template <int rows>
 Vector6 newton_step(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
                     const Eigen::Matrix3Xd& origins, const Rigid3& pose) {
@@ -35,10 +34,10 @@ Vector6 newton_step(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& po
   Eigen::Matrix<double, rows, 1> residual(2 * n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const Eigen::Vector3d x = point_from_origin(points, origins, pose, i);
-    const Eigen::Vector3d turned = pose.rotation * points.col(i);
+    const Eigen::Vector3d rotated = pose.rotation * points.col(i);
     const TangentBasis across = tangent_basis(bearings.col(i)) / x.norm();
     residual.template segment<2>(2 * i) = -across * x;
-    jacobian.template block<2, 3>(2 * i, 0) = -across * skew(turned);
+    jacobian.template block<2, 3>(2 * i, 0) = -across * skew(rotated);
     jacobian.template block<2, 3>(2 * i, 3) = across;
   }
   if constexpr (rows == 6)
@@ -64,10 +63,11 @@ double misfit_rad(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& poin
   return std::sqrt(worst2);
 }
 
-void sharpen(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
-             const Eigen::Matrix3Xd& origins, int max_steps, Rigid3& pose) {
-  // At rounding's level the misfit cannot tell a better pose: one more step is as good as it gets.
-  // After a step as small as the root of rounding there is none: what it leaves is its square.
+void polish_pose(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
+                 const Eigen::Matrix3Xd& origins, int max_steps, Rigid3& pose) {
+  // At the level of rounding the misfit no longer ranks poses; one more step is then the last. The
+  // same holds after a step as small as the root of rounding, because the remaining error is its
+  // square.
   constexpr double rounding = 5e-16;
   double misfit = misfit_rad(bearings, points, origins, pose);
   bool last = false;
@@ -76,7 +76,7 @@ void sharpen(const Eigen::Matrix3Xd& bearings, const Eigen::Matrix3Xd& points,
                              ? newton_step<6>(bearings, points, origins, pose)
                              : newton_step<Eigen::Dynamic>(bearings, points, origins, pose);
     last = misfit < rounding || step.squaredNorm() < rounding;
-    // The turn is about the points' origin: the translation is not turned.
+    // The rotation is about the points' origin, so the translation is not rotated.
     const Rigid3 moved{so3_exp(step.head<3>()) * pose.rotation, pose.translation + step.tail<3>()};
     const double after = misfit_rad(bearings, points, origins, moved);
     if (!(after < std::max(misfit, rounding))) return;

@@ -1,41 +1,58 @@
 // SPDX-License-Identifier: Apache-2.0
-// The list of pose solvers: closed forms and iterations that turn a PoseProblem into candidates for
-// cam_from_world without a start. `Solver::solve` is the bare method: it may return nothing, poses
-// that do not fit or numbers that are not finite, and may miss one. `pose_candidates`
-// (pose/candidates.hpp) runs it behind a guard; use that.
+// Pose solvers: the problem that they take, and the list of them. A solver is a closed form or an
+// iteration that finds cam_from_world without an initial value.
+//
+// Each solver has its own header and source in pose/solvers/. `Solver::solve` is the bare method:
+// it may miss a pose, and may return poses that do not fit or are not finite. `pose_candidates`
+// (pose/candidates.hpp) runs it, checks the results and polishes them; use that.
 #pragma once
 
+#include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "libocc/core/abi.hpp"
-#include "libocc/pose/problem.hpp"
+#include "libocc/geometry/rigid.hpp"
 
 namespace occ {
 
-/// Where the points a solver takes may lie.
+/// Known points and the directions in which they are observed. Column i of each matrix belongs to
+/// point i. For a camera rig, "camera" means the rig's frame.
+struct PoseProblem {
+  Eigen::Matrix3Xd bearings;  ///< unit vectors, camera frame
+  Eigen::Matrix3Xd points;    ///< world frame [m]
+  Eigen::Matrix3Xd origins;   ///< start of each bearing, camera frame [m], for several cameras on a
+                              ///< rig; empty when all bearings start at the camera's centre
+  std::optional<Eigen::Vector3d> up_in_cam;  ///< world's Z axis in the camera frame, unit, if known
+
+  int size() const { return static_cast<int>(points.cols()); }
+};
+
+/// Layouts of points that a solver accepts.
 enum class Layout { any, coplanar, not_coplanar };
 
 struct Solver {
   const char* name;      ///< e.g. "p3p_kneip"
-  int min_points;        ///< fewer are refused
-  int max_points;        ///< uses exactly so many at most; 0: all
-  int max_candidates;    ///< returns so many poses at most
-  Layout layout;         ///< of the points
+  int min_points;        ///< fewer are rejected
+  int max_points;        ///< uses at most this many points; 0: all
+  int max_candidates;    ///< returns at most this many poses
+  Layout layout;         ///< accepted layouts of the points
   bool needs_up;         ///< PoseProblem::up_in_cam must be set
   bool takes_origins;    ///< PoseProblem::origins may be set
-  const char* failures;  ///< where it is known to fail or to be slow, a sentence
-  const char* source;    ///< paper, and package it comes from if not ours
+  const char* failures;  ///< known failures and slow cases
+  const char* source;    ///< paper, and the package if the implementation is not libocc's
 
-  /// Appends candidates. Expects points about their centroid with an r.m.s. distance of 1 from it,
-  /// between min_points and max_points of them, all finite, bearings unit; never throws or prints.
+  /// Appends candidates for cam_from_world. Requires min_points to max_points finite points with
+  /// their centroid at the origin and an r.m.s. distance of 1 from it, and unit bearings. Never
+  /// throws or prints.
   void (*solve)(const PoseProblem& problem, std::vector<Rigid3>& candidates);
 };
 
 /// All solvers, minimal ones first.
 LIBOCC_API const std::vector<Solver>& solvers();
 
-/// Throws std::invalid_argument naming those that exist.
+/// Throws std::invalid_argument that lists the existing names.
 LIBOCC_API const Solver& solver_named(const std::string& name);
 
 }  // namespace occ

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 
 #include "libocc/camera/rotating_line.hpp"
@@ -58,12 +59,12 @@ Camera read_line(YamlSection& camera, CameraKind kind, int width, int height) {
     camera.fail_value("tumbling_rad", "must be a list of 6 numbers");
   std::copy(tumbling.begin(), tumbling.end(), line.tumbling_rad.begin());
   camera.refuse_unknown();
-  Camera made;
+  std::optional<Camera> made;
   camera.check([&] {
     made = kind == CameraKind::rotating_line ? Camera::rotating_line(line)
                                              : Camera::rotating_line_first_order(line);
   });
-  return made;
+  return *made;
 }
 
 Camera read_plane(YamlSection& camera, YamlSection& root, CameraKind kind, int width, int height) {
@@ -87,7 +88,7 @@ Camera read_plane(YamlSection& camera, YamlSection& root, CameraKind kind, int w
     camera.read("distortion", distortion);
   }
   camera.refuse_unknown();
-  Camera made;
+  std::optional<Camera> made;
   camera.check([&] {
     if (kind == CameraKind::double_sphere)
       made = Camera::double_sphere(width, height, fx_px, fy_px, cx_px, cy_px, xi, alpha);
@@ -96,7 +97,7 @@ Camera read_plane(YamlSection& camera, YamlSection& root, CameraKind kind, int w
     else
       made = Camera::pinhole(width, height, fx_px, fy_px, cx_px, cy_px, distortion, skew_px);
   });
-  return made;
+  return *made;
 }
 
 Camera read_inline(YamlSection& camera, YamlSection& root) {
@@ -159,12 +160,12 @@ Camera read_calibration(YamlSection& file) {
     distortion = read_matrix(file, "distortion_coefficients");
   const auto factory =
       reads_as_fisheye(file, distortion.size()) ? &Camera::fisheye : &Camera::pinhole;
-  Camera made;
+  std::optional<Camera> made;
   const auto make = [&] {
     made = factory(width, height, k[0], k[4], k[2], k[5], distortion, k[1]);
   };
   file.check(make, "camera_matrix");
-  return made;
+  return *made;
 }
 
 }  // namespace

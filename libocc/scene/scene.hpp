@@ -34,7 +34,7 @@ struct LIBOCC_API Box {
 };
 
 struct LIBOCC_API Scene {
-  Camera camera;
+  Camera camera = Camera::pinhole(640, 480, 500, 500, 319.5, 239.5);
   Sensor sensor;
   std::vector<Lamp> lamps;
   std::optional<Room> room;

@@ -48,7 +48,7 @@ struct PointSighting {
 /// sightings it asks for the pose at that time.
 struct LIBOCC_API SmootherFrame {
   double time_s = 0;
-  Camera camera;
+  Camera camera = Camera::pinhole(640, 480, 500, 500, 319.5, 239.5);
   Rigid3 cam_from_body;  ///< how the camera is mounted
   std::vector<PointSighting> sightings;
 

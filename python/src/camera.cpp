@@ -13,7 +13,7 @@
 namespace occ::python {
 namespace {
 
-// The factory's keywords beside width and height that differ from their defaults.
+// Keywords of the factory, except width and height, that differ from their defaults.
 std::string line_text(const RotatingLine& line) {
   std::string text = ", c_px=" + value_repr(line.c_px) + ", cy_px=" + value_repr(line.cy_px) +
                      ", angle_per_px_rad=" + value_repr(line.angle_per_px_rad);
@@ -58,7 +58,7 @@ State camera_state(const Camera& c) {
   return py::make_tuple(c.kind(), c.width(), c.height(), c.distortion().size(), values_of(c));
 }
 
-// A camera of the kind, whose parameters are then replaced.
+// A camera of the given kind; its parameters are replaced afterwards.
 Camera blank_camera(CameraKind kind, int width, int height, std::size_t coefficients) {
   const std::vector<double> zeros(coefficients, 0.0);
   RotatingLine line;
@@ -118,32 +118,32 @@ void define_line(py::class_<Camera>& camera, const char* name, const char* doc) 
 }
 
 void define_kinds(py::module_& m) {
-  py::native_enum<CameraKind>(m, "CameraKind", "enum.Enum", "Which model a camera is.")
+  py::native_enum<CameraKind>(m, "CameraKind", "enum.Enum", "Kinds of camera models.")
       .value("pinhole", CameraKind::pinhole)
       .value("fisheye", CameraKind::fisheye)
       .value("double_sphere", CameraKind::double_sphere)
       .value("rotating_line", CameraKind::rotating_line)
       .value("rotating_line_first_order", CameraKind::rotating_line_first_order)
       .finalize();
-  py::native_enum<CameraFormat>(m, "CameraFormat", "enum.Enum", "Of a camera file.")
+  py::native_enum<CameraFormat>(m, "CameraFormat", "enum.Enum", "Formats of a camera file.")
       .value("libocc", CameraFormat::libocc)
       .value("opencv", CameraFormat::opencv)
       .value("ros", CameraFormat::ros)
       .finalize();
   const auto fields = std::make_tuple(
-      field("name", &CameraParameter::name, "as in the factories and camera files"),
+      field("name", &CameraParameter::name, "name in the factories and camera files"),
       field("unit", &CameraParameter::unit, "px, rad, m or 1"),
-      field("value", &CameraParameter::value, "in that unit"),
-      field("is_length", &CameraParameter::is_length, "changes with the scene's scale"));
+      field("value", &CameraParameter::value, "value in that unit"),
+      field("is_length", &CameraParameter::is_length, "true if it scales with the scene"));
   py::class_<CameraParameter> parameter(m, "CameraParameter", "One number of a camera's model.");
   define_properties(parameter, fields);
   define_repr(parameter, "CameraParameter", fields);
-  py::class_<Ray> ray(m, "Ray", "Where a pixel's ray starts and goes, camera frame.");
+  py::class_<Ray> ray(m, "Ray", "Ray of a pixel in the camera frame.");
   ray.def_readonly("origin", &Ray::origin, "[m]; zero for a camera with one centre")
       .def_readonly("direction", &Ray::direction, "unit");
 }
 
-// Of all models but the pinhole.
+// Factories of the models other than the pinhole.
 void define_factories(py::class_<Camera>& camera) {
   camera
       .def_static("fisheye", &Camera::fisheye, py::kw_only(), py::arg("width"), py::arg("height"),
@@ -155,7 +155,7 @@ Raises: ValueError naming the argument and its value.
 
 >>> import libocc as occ
 >>> camera = occ.Camera.fisheye(width=800, height=800, fx_px=250, fy_px=250, cx_px=399.5, cy_px=399.5)
->>> camera.project([1, 0, -0.2]) is None  # behind the image plane, and still seen
+>>> camera.project([1, 0, -0.2]) is None  # behind the image plane, but in the domain
 False)")
       .def_static("double_sphere", &Camera::double_sphere, py::kw_only(), py::arg("width"),
                   py::arg("height"), py::arg("fx_px"), py::arg("fy_px"), py::arg("cx_px"),
@@ -176,17 +176,18 @@ Equations: libocc/camera/rotating_line.hpp. Raises: ValueError naming the argume
 
 >>> import libocc as occ
 >>> camera = occ.Camera.rotating_line(width=3600, height=1000, c_px=573)
->>> camera.project([0, 2, 0]).round(9).tolist()  # a quarter of the way round, on the horizon
+>>> camera.project([0, 2, 0]).round(9).tolist()  # a quarter of a rotation, on the horizon
 [900.0, 499.5])");
   define_line<&Camera::rotating_line_first_order>(
       camera, "rotating_line_first_order",
       "The additive first-order form of rotating_line, for comparison; takes no tumbling_rad.");
 }
 
-// What a camera that is no pinhole has beside project and unproject.
+// Properties and functions of general camera models.
 void define_generality(py::class_<Camera>& camera) {
   camera.def_property_readonly("kind", &Camera::kind, "CameraKind.")
-      .def_property_readonly("is_central", &Camera::is_central, "Whether all rays meet in a point.")
+      .def_property_readonly("is_central", &Camera::is_central,
+                             "True if all rays meet in one point.")
       .def_property_readonly("parameters", &Camera::parameters,
                              "All CameraParameters, in the order of with_parameters.")
       .def(
@@ -199,7 +200,7 @@ void define_generality(py::class_<Camera>& camera) {
       .def_property_readonly("period_px", &Camera::period_px,
                              "Columns after which the image repeats itself, or infinity.")
       .def("difference_px", &Camera::difference_px, py::arg("to"), py::arg("from_"),
-           "to - from_ (2,), the short way around the seam.");
+           "to - from_ (2,), the shorter way around the seam.");
 }
 
 void define_poses(py::module_& m) {
@@ -207,7 +208,7 @@ void define_poses(py::module_& m) {
         py::arg_v("up", Eigen::Vector3d(0, 0, 1), "(0, 0, 1)"),
         R"(cam_from_world (4x4) of a camera at position_m [m, world] that looks at target_m.
 
-The image's up direction is as near to `up` as it can be.
+The image's up direction is as close as possible to `up`.
 Raises: ValueError when target and position coincide or the view is along `up`.
 
 >>> import libocc as occ
@@ -231,7 +232,7 @@ Raises: ValueError when target and position coincide or the view is along `up`.
 
 void define_camera(py::module_& m) {
   define_kinds(m);
-  py::class_<Camera> camera(m, "Camera", R"(Where a point appears, along which ray a pixel looks.
+  py::class_<Camera> camera(m, "Camera", R"(A camera: the pixel of a point and the ray of a pixel.
 
 Made by pinhole (with OpenCV's lens distortion), fisheye, double_sphere or rotating_line.
 
@@ -259,8 +260,9 @@ Raises: ValueError naming the argument and its value.)")
       .def_property_readonly("skew_px", &Camera::skew_px, "Skew [px].")
       .def_property_readonly("distortion", &Camera::distortion, "Coefficients, OpenCV's order.")
       .def_property_readonly("matrix", &Camera::matrix, "K, 3x3.")
-      .def_property_readonly("max_angle_rad", &Camera::max_angle_rad,
-                             "Largest angle from the optical axis the lens model covers [rad].")
+      .def_property_readonly(
+          "max_angle_rad", &Camera::max_angle_rad,
+          "Largest angle from the optical axis inside the lens model's domain [rad].")
       .def(
           "project", [](const Camera& c, const Eigen::Vector3d& p) { return c.project(p); },
           py::arg("point_in_cam_m"),
@@ -268,7 +270,7 @@ Raises: ValueError naming the argument and its value.)")
       .def(
           "unproject", [](const Camera& c, const Eigen::Vector2d& p) { return c.unproject(p); },
           py::arg("pixel"), "Unit bearing (3,) of a pixel (2,); None outside the lens model.")
-      .def("contains", &Camera::contains, py::arg("pixel"), "Whether a pixel is on the sensor.")
+      .def("contains", &Camera::contains, py::arg("pixel"), "True if a pixel is on the sensor.")
       .def("__repr__", &camera_repr)
       .def("__eq__",
            [](const Camera& a, const py::object& b) {

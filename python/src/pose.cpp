@@ -36,30 +36,30 @@ void define_p3p(py::module_& m) {
         return stacked(p3p(bearings.transpose(), points_in_world.transpose()));
       },
       py::arg("bearings"), py::arg("points_in_world"),
-      R"(All poses from which three known points are seen along three bearings.
+      R"(All poses from which three known points are observed along three bearings.
 
 bearings: (3, 3), a unit vector (camera frame) in each row. points_in_world: (3, 3), a point [m] in
-each row. Returns: (k, 4, 4) candidates for cam_from_world, k from 0 to 4, in no order: all fit.
-Raises: ValueError for another number of points, numbers that are not finite or bearings that are
-not unit.)");
+each row. Returns: (k, 4, 4) candidates for cam_from_world, k from 0 to 4, in no particular order;
+all of them fit. Raises: ValueError for another number of points, numbers that are not finite or
+bearings that are not unit.)");
 }
 
 void define_solvers(py::module_& m) {
-  py::native_enum<Layout>(m, "Layout", "enum.Enum", "Where the points that a solver takes may lie.")
+  py::native_enum<Layout>(m, "Layout", "enum.Enum", "Layouts of points that a solver accepts.")
       .value("any", Layout::any)
       .value("coplanar", Layout::coplanar)
       .value("not_coplanar", Layout::not_coplanar)
       .finalize();
-  py::class_<Solver>(m, "Solver", "A pose solver: what it takes and where it fails.")
-      .def_readonly("name", &Solver::name, "For solve_pose() and pose_candidates().")
-      .def_readonly("min_points", &Solver::min_points, "Fewer are refused.")
-      .def_readonly("max_points", &Solver::max_points, "Uses so many at most; 0: all.")
-      .def_readonly("max_candidates", &Solver::max_candidates, "Returns so many poses at most.")
-      .def_readonly("layout", &Solver::layout, "Of the points.")
-      .def_readonly("needs_up", &Solver::needs_up, "Takes the direction of gravity.")
-      .def_readonly("takes_origins", &Solver::takes_origins, "Takes several cameras on a rig.")
-      .def_readonly("failures", &Solver::failures, "Where it is known to fail or to be slow.")
-      .def_readonly("source", &Solver::source, "Paper, and package it comes from.")
+  py::class_<Solver>(m, "Solver", "A pose solver: its requirements and its known failures.")
+      .def_readonly("name", &Solver::name, "Argument of solve_pose() and pose_candidates().")
+      .def_readonly("min_points", &Solver::min_points, "Fewer points are rejected.")
+      .def_readonly("max_points", &Solver::max_points, "Uses at most this many points; 0: all.")
+      .def_readonly("max_candidates", &Solver::max_candidates, "Returns at most this many poses.")
+      .def_readonly("layout", &Solver::layout, "Accepted layouts of the points.")
+      .def_readonly("needs_up", &Solver::needs_up, "Requires the direction of gravity.")
+      .def_readonly("takes_origins", &Solver::takes_origins, "Accepts several cameras on a rig.")
+      .def_readonly("failures", &Solver::failures, "Known failures and slow cases.")
+      .def_readonly("source", &Solver::source, "Paper, and package of the implementation.")
       .def("__repr__", [](const Solver& s) { return "<Solver: " + std::string(s.name) + ">"; });
   m.def("solvers", &solvers, "Every pose solver, those for the fewest points first.");
 }
@@ -107,20 +107,21 @@ std::vector<Rigid3> planar_poses_of(const Rows3& bearings, const Rows3& points,
 }
 
 void define_planar(py::module_& m) {
-  m.def("planar_poses", &planar_poses_of, py::arg("bearings"), py::arg("points_in_world_m"),
-        py::kw_only(), py::arg("up_in_cam"), py::arg("height_m"),
-        py::arg("heading_rad") = py::none(),
-        R"(Poses of a camera whose tilt and height are known, by two points or one and a heading.
+  m.def(
+      "planar_poses", &planar_poses_of, py::arg("bearings"), py::arg("points_in_world_m"),
+      py::kw_only(), py::arg("up_in_cam"), py::arg("height_m"), py::arg("heading_rad") = py::none(),
+      R"(Poses of a camera of known tilt and height, from two points or from one point and a heading.
 
 bearings: (2, 3) or, with heading_rad, (1, 3), unit, camera frame. points_in_world_m: likewise.
 up_in_cam: (3,), the world's Z in the camera's frame. height_m: the camera's z.
-Returns: up to two poses, 4x4, that of the smaller misfit first; none where these tell no heading.
+Returns: up to two poses, 4x4, the one with the smaller misfit first; none if the heading is
+undetermined.
 Raises: ValueError for numbers that are not finite, bearings that are not unit and other counts.)");
 }
 
 void define_candidates(py::module_& m) {
   py::class_<Conditioned>(m, "PoseCandidate",
-                          "A pose from which known points are seen as they are.")
+                          "A pose that reproduces the bearings of known points.")
       .def_property_readonly(
           "cam_from_world", [](const Conditioned& c) { return c.candidate.cam_from_world; },
           "Pose, 4x4.")
@@ -128,13 +129,13 @@ void define_candidates(py::module_& m) {
           "misfit_rad", [](const Conditioned& c) { return c.candidate.misfit_rad; },
           "Largest angle between a bearing and the direction to its point.")
       .def_readonly("condition", &Conditioned::condition,
-                    "Errors of rotation [rad] and position / distance over those of the bearings "
+                    "Errors of rotation [rad] and position / distance, per error of the bearings "
                     "[rad]; infinite at a double root.")
       .def("__repr__", [](const Conditioned& c) {
         return "<PoseCandidate: misfit " + value_repr(c.candidate.misfit_rad) + " rad, condition " +
                value_repr(c.condition) + ">";
       });
-  py::class_<Candidates> candidates(m, "PoseCandidates", "What a solver found, guarded.");
+  py::class_<Candidates> candidates(m, "PoseCandidates", "Checked results of a solver.");
   define_result(candidates);
   candidates
       .def_property_readonly(
@@ -143,21 +144,22 @@ void define_candidates(py::module_& m) {
         return "<PoseCandidates: " + std::string(to_string(c.status)) + ", " +
                std::to_string(c.value.size()) + ">";
       });
-  m.def("pose_candidates", &pose_candidates_of, py::arg("bearings"), py::arg("points_in_world_m"),
-        py::arg("solver") = "auto", py::kw_only(), py::arg("origins_in_cam_m") = py::none(),
-        py::arg("up_in_cam") = py::none(),
-        py::arg("tolerance_rad") = CandidateOptions{}.tolerance_rad,
-        py::arg("polish") = CandidateOptions{}.polish,
-        R"(Every pose from which known points are seen along bearings, by any solver, guarded.
+  m.def(
+      "pose_candidates", &pose_candidates_of, py::arg("bearings"), py::arg("points_in_world_m"),
+      py::arg("solver") = "auto", py::kw_only(), py::arg("origins_in_cam_m") = py::none(),
+      py::arg("up_in_cam") = py::none(),
+      py::arg("tolerance_rad") = CandidateOptions{}.tolerance_rad,
+      py::arg("polish") = CandidateOptions{}.polish,
+      R"(Every pose from which known points are observed along bearings, by any solver, with checks.
 
 bearings: (n, 3), a unit vector (camera frame) in each row. points_in_world_m: (n, 3).
-solver: a name in solvers(), or "auto". origins_in_cam_m: (n, 3), where each bearing starts, for
-several cameras on a rig. up_in_cam: (3,), the world's Z in the camera's frame, when known.
-tolerance_rad: of the misfit; noisy bearings need about 5 of their sigmas. polish: False for poses as
-the solver returns them.
-Returns: PoseCandidates. Their status is ok; too_few_lamps for fewer points than the solver takes;
-degenerate for points that coincide, lie on a line or not as the solver needs them; no_pose when
-none fits (the nearest may be in the value).
+solver: a name in solvers(), or "auto". origins_in_cam_m: (n, 3), the start of each bearing, for
+several cameras on a rig. up_in_cam: (3,), the world's Z in the camera's frame, if known.
+tolerance_rad: limit of the misfit; noisy bearings need about 5 sigmas. polish: False for poses as the
+solver returns them.
+Returns: PoseCandidates. Their status is ok; too_few_lamps for fewer points than the solver needs;
+degenerate for points that coincide, lie on a line or have a layout that the solver does not accept;
+no_pose if none fits (the best pose may be in the value).
 Raises: ValueError for an unknown solver, numbers that are not finite or counts that differ.)");
 }
 
@@ -177,15 +179,14 @@ void define_solve_pose(py::module_& m) {
         py::arg("largest_misfit") = defaults.largest_misfit,
         py::arg("max_iterations") = defaults.max_iterations,
         py::arg("sigmas_px") = std::vector<double>{},
-        R"(The most likely pose from points whose names are known, with its covariance.
+        R"(Maximum-likelihood pose from points and their pixels, with its covariance.
 
-points_in_world_m: (n, 3), n >= 3. points_px: (n, 2), where they were seen. solver: a name in
-solvers(), or "auto". sigma_px: of a pixel coordinate, along each axis. start: 4x4 cam_from_world
-close by, e.g. the last frame's, instead of a solver; other poses that fit are then not looked for.
-largest_misfit: chi2 / dof beyond which nothing is said to fit. sigmas_px: of each point, instead of
-sigma_px.
-Returns: Fix; status ambiguous when another pose fits nearly as well (all are in `candidates`),
-no_pose when none fits, too_few_lamps, degenerate, not_converged.
+points_in_world_m: (n, 3), n >= 3. points_px: (n, 2), their pixels. solver: a name in solvers(), or
+"auto". sigma_px: of a pixel coordinate, along each axis. start: 4x4, initial cam_from_world, e.g. of
+the previous frame, instead of a solver; other poses that fit are then not searched.
+largest_misfit: largest chi2 / dof of a pose that fits. sigmas_px: of each point, instead of sigma_px.
+Returns: Fix; status ambiguous if another pose fits nearly as well (all are in `candidates`), no_pose
+if none fits, too_few_lamps, degenerate, not_converged.
 Raises: ValueError for counts that differ, numbers that are not finite, an unknown solver.)");
 }
 

@@ -87,7 +87,10 @@ Raises: ValueError for counts that differ, numbers that are not finite, no posit
              frame.validate();
              return frame;
            }),
-           py::kw_only(), py::arg("time_s"), py::arg_v("camera", Camera(), "Camera()"),
+           py::kw_only(), py::arg("time_s"),
+           py::arg_v("camera", SmootherFrame{}.camera,
+                     "Camera.pinhole(width=640, height=480, fx_px=500, fy_px=500, cx_px=319.5, "
+                     "cy_px=239.5)"),
            py::arg("points_in_world_m") = py::none(), py::arg("points_px") = py::none(),
            py::arg("sigma_px") = 0.3, py::arg("covariances_px2") = py::none(),
            py::arg_v("cam_from_body", Rigid3{}, "numpy.eye(4)"))

@@ -130,7 +130,7 @@ TEST(Resection, FourPointsInAPlaneHaveTwoPosesFromFar) {
 }
 
 TEST(Resection, SaysWhatIsMissing) {
-  const Camera camera;
+  const Camera camera = vga_camera();
   Random random(6);
   Seen seen = random_points(camera, {}, 3, random);
   EXPECT_EQ(resect(seen.points, seen.px, camera).status, Status::too_few_lamps);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fisheye, double sphere and rotating line: round trips, derivatives, the domain's edges, the seam.
+// Every camera model: round trips, derivatives, edges of the domain; the seam of rotating lines.
 #include <cmath>
 #include <limits>
 #include <opencv2/calib3d.hpp>
@@ -16,7 +16,7 @@ RotatingLine line() {
   RotatingLine l;
   l.width = 6000;
   l.height = 1500;
-  l.angle_per_px_rad = 2 * pi / 5990.3;  // the turn ends before the last column
+  l.angle_per_px_rad = 2 * pi / 5990.3;  // a full rotation ends before the last column
   l.c_px = 980;
   l.cy_px = 752.4;
   l.tilt_x_rad = 0.004;
@@ -74,7 +74,7 @@ class EveryCamera : public ::testing::TestWithParam<Case> {
 INSTANTIATE_TEST_SUITE_P(Models, EveryCamera, ::testing::ValuesIn(cases()),
                          [](const auto& info) { return info.param.name; });
 
-TEST_P(EveryCamera, APointOnThePixelsRayIsThere) {
+TEST_P(EveryCamera, PointsOnThePixelsRayProjectToThePixel) {
   int seen = 0;
   for (int i = 0; i < 2000; ++i) {
     const Eigen::Vector2d pixel = random_pixel();
@@ -112,7 +112,7 @@ TEST_P(EveryCamera, JacobiansAgreeWithCentralDifferences) {
         [&](const Eigen::VectorXd& p) { return off(camera_.project(p)); }, point, 1e-5);
     EXPECT_TRUE(test::jacobian_agrees(d_point, by_point)) << GetParam().name << pixel.transpose();
     ASSERT_EQ(d_parameters.cols(), values.size());
-    const Eigen::Index free = is_first_order() ? 10 : values.size();  // it takes no tumbling
+    const Eigen::Index free = is_first_order() ? 10 : values.size();  // it has no tumbling
     for (Eigen::Index k = 0; k < free; ++k) {
       const double step = k == 0 && std::isfinite(camera_.period_px()) ? 1e-9 : 1e-5;
       Eigen::VectorXd above = values, below = values;
@@ -134,7 +134,7 @@ TEST_P(EveryCamera, JacobiansAgreeWithCentralDifferences) {
   }
 }
 
-TEST_P(EveryCamera, ParametersGoRoundAndHaveUnits) {
+TEST_P(EveryCamera, ParametersSurviveARoundTripAndHaveUnits) {
   const std::vector<CameraParameter> parameters = camera_.parameters();
   Eigen::VectorXd values(static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t i = 0; i < parameters.size(); ++i) {
@@ -151,7 +151,7 @@ TEST_P(EveryCamera, ParametersGoRoundAndHaveUnits) {
             std::string::npos);
 }
 
-TEST_P(EveryCamera, NothingForWhatIsNotFinite) {
+TEST_P(EveryCamera, ReturnsNothingForValuesThatAreNotFinite) {
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()})
     for (int i = 0; i < 3; ++i) {
       Eigen::Vector3d point(1.1, 0.2, 1);
@@ -163,7 +163,7 @@ TEST_P(EveryCamera, NothingForWhatIsNotFinite) {
   EXPECT_FALSE(camera_.project({0, 0, 0}));
 }
 
-TEST(Fisheye, ProjectsAsOpenCvDoes) {
+TEST(Fisheye, ProjectsLikeOpenCv) {
   const std::vector<double> k{0.05, -0.01, 0.004, -0.001};
   const Camera camera = Camera::fisheye(800, 800, 250, 252, 401, 397, k);
   const cv::Matx33d matrix(250, 0, 401, 0, 252, 397, 0, 0, 1);
@@ -179,7 +179,7 @@ TEST(Fisheye, ProjectsAsOpenCvDoes) {
   }
 }
 
-TEST(Fisheye, SeesBehindItselfUpToWhereItsImageStopsGrowing) {
+TEST(Fisheye, CoversPointsBehindUpToTheEdgeOfItsDomain) {
   const Camera camera = Camera::fisheye(800, 800, 250, 250, 400, 400);
   EXPECT_TRUE(camera.project({1, 0, -2}));
   EXPECT_FALSE(camera.project({0, 0, -1}));
@@ -190,7 +190,7 @@ TEST(Fisheye, SeesBehindItselfUpToWhereItsImageStopsGrowing) {
   EXPECT_FALSE(folds.project({std::sin(edge + 1e-6), 0, std::cos(edge + 1e-6)}));
 }
 
-TEST(DoubleSphere, IsAPinholeWithoutItsParameters) {
+TEST(DoubleSphere, IsAPinholeIfItsParametersAreZero) {
   const Camera camera = Camera::double_sphere(640, 480, 400, 410, 320, 240, 0, 0);
   const Camera pinhole = Camera::pinhole(640, 480, 400, 410, 320, 240);
   const Eigen::Vector3d point(0.4, -0.3, 2);
@@ -211,7 +211,7 @@ TEST(RotatingLine, IdealIsAzimuthAndTangent) {
   EXPECT_FALSE(camera.project({0, 0, 1}));  // the pole
 }
 
-// panorama.md: single terms, each exact when the others are zero.
+// Single terms of the model, each exact if the others are zero.
 TEST(RotatingLine, SingleTermsHaveTheirClosedForms) {
   RotatingLine l;
   l.width = 36000;
@@ -239,7 +239,7 @@ TEST(RotatingLine, SingleTermsHaveTheirClosedForms) {
   EXPECT_NEAR(by_ly.x(), ideal.x(), 1e-9);
 }
 
-TEST(RotatingLine, FirstOrderFormErrsByAFewTenthsOfAPixel) {
+TEST(RotatingLine, FirstOrderFormIsWrongByAFewTenthsOfAPixel) {
   RotatingLine l;  // 60 mm lens, 8 um pixels, tilts of half a degree
   l.width = 47124;
   l.height = 10200;
@@ -262,7 +262,7 @@ TEST(RotatingLine, FirstOrderFormErrsByAFewTenthsOfAPixel) {
   EXPECT_LT(worst, 0.6);
 }
 
-TEST(RotatingLine, TheSeamIsNoPlaceForAJump) {
+TEST(RotatingLine, IsContinuousAcrossTheSeam) {
   const Camera camera = Camera::rotating_line(line());
   const double period = camera.period_px();
   const auto at = [&](double column) {
@@ -279,8 +279,8 @@ TEST(RotatingLine, TheSeamIsNoPlaceForAJump) {
   EXPECT_EQ(moved.period_px(), period);
 }
 
-/// d pixel / d point against central differences with steps small beside the distance from the
-/// axis.
+/// Compares d pixel / d point with central differences. The step must be small compared with the
+/// distance from the axis.
 void expect_derivative(const Camera& camera, const Eigen::Vector3d& point, double step) {
   Eigen::Matrix<double, 2, 3> d_point, numeric;
   const Eigen::Vector2d px = camera.project(point, &d_point).value();
@@ -313,7 +313,7 @@ TEST(Fisheye, DerivativesHoldOnTheAxisAndAtTheRim) {
     expect_derivative(camera, {2 * std::sin(angle), 0, 2 * std::cos(angle)}, 1e-6);
 }
 
-TEST(RotatingLine, WrongValuesAreNamed) {
+TEST(RotatingLine, InvalidValuesAreNamed) {
   RotatingLine l = line();
   l.c_px = -1;
   EXPECT_NE(test::complaint([&] { Camera::rotating_line(l); }).find("c_px"), std::string::npos);
@@ -332,10 +332,10 @@ TEST(RotatingLine, WrongValuesAreNamed) {
             std::string::npos);
 }
 
-TEST(AnyCamera, DepthIsAlongTheAperturesView) {
+TEST(AnyCamera, DepthIsAlongTheAperturesDirectionOfView) {
   Eigen::Vector3d by_point;
   const Eigen::Vector3d point(3, 4, 12);
-  EXPECT_EQ(Camera().depth_m(point, &by_point), 12);
+  EXPECT_EQ(test::vga_camera().depth_m(point, &by_point), 12);
   EXPECT_EQ(Camera::fisheye(8, 8, 2, 2, 3, 3).depth_m(point, &by_point), 13);
   EXPECT_LT((by_point - point / 13).norm(), 1e-15);
   EXPECT_EQ(Camera::rotating_line(line()).depth_m(point, &by_point), 5);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The camera model against OpenCV's, against itself, and at the edges of its domain.
+// Pinhole camera: comparison with OpenCV, round trips, derivatives, edges of the domain.
 #include "libocc/camera/camera.hpp"
 
 #include <cmath>
@@ -12,7 +12,7 @@
 namespace occ {
 namespace {
 
-/// A lens with every effect at once, cut to n coefficients.
+/// The first n coefficients of a lens with every kind of distortion.
 std::vector<double> lens(std::size_t n) {
   const std::vector<double> all{-0.2,  0.06, 1.2e-3, -0.8e-3, -0.006, 0.02, 0.01,
                                 -2e-3, 1e-3, -4e-4,  -1.5e-3, 3e-4,   0.03, -0.02};
@@ -35,7 +35,7 @@ class EveryLens : public ::testing::TestWithParam<std::size_t> {
 
 INSTANTIATE_TEST_SUITE_P(Coefficients, EveryLens, ::testing::Values(0, 4, 5, 8, 12, 14));
 
-TEST_P(EveryLens, ProjectsAsOpenCvDoes) {
+TEST_P(EveryLens, ProjectsLikeOpenCv) {
   const Camera camera = camera_with(lens(GetParam()));  // OpenCV has no skew
   const cv::Matx33d k(410, 0, 322.25, 0, 425, 236.5, 0, 0, 1);
   for (int i = 0; i < 500; ++i) {
@@ -50,7 +50,7 @@ TEST_P(EveryLens, ProjectsAsOpenCvDoes) {
   }
 }
 
-TEST_P(EveryLens, UnprojectUndoesProjectAndBack) {
+TEST_P(EveryLens, UnprojectIsTheInverseOfProject) {
   for (int i = 0; i < 2000; ++i) {
     const Eigen::Vector2d pixel = random_pixel();
     const auto bearing = camera_.unproject(pixel);
@@ -90,13 +90,14 @@ TEST_P(EveryLens, JacobiansAgreeWithCentralDifferences) {
   }
 }
 
-TEST_P(EveryLens, NaNAndInfinityGiveNothing) {
+TEST_P(EveryLens, ReturnsNothingForNaNAndInfinity) {
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(),
                            -std::numeric_limits<double>::infinity()}) {
     for (int i = 0; i < 3; ++i) {
       Eigen::Vector3d point(0.1, 0.2, 1);
       point[i] = bad;
-      const bool straight_ahead = i == 2 && bad > 0;  // infinitely far on the axis is a pixel
+      const bool straight_ahead =
+          i == 2 && bad > 0;  // an infinitely distant point on the axis has a pixel
       EXPECT_EQ(camera_.project(point).has_value(), straight_ahead) << point.transpose();
     }
     EXPECT_FALSE(camera_.unproject({bad, 10}));
@@ -105,13 +106,13 @@ TEST_P(EveryLens, NaNAndInfinityGiveNothing) {
   }
 }
 
-TEST_P(EveryLens, NothingBehindTheCamera) {
+TEST_P(EveryLens, ReturnsNothingBehindTheCamera) {
   EXPECT_TRUE(camera_.project({0, 0, 1e-9}));
   EXPECT_FALSE(camera_.project({0, 0, 0}));
   EXPECT_FALSE(camera_.project({0.1, 0, -1}));
 }
 
-TEST(Camera, WithoutDistortionIsItsMatrix) {
+TEST(Camera, WithoutDistortionProjectsByItsMatrix) {
   const Camera camera = camera_with({}, 0.7);
   const Eigen::Vector3d point(0.4, -0.3, 2);
   const Eigen::Vector2d expected = (camera.matrix() * point).hnormalized();
@@ -123,7 +124,7 @@ TEST(Camera, WithoutDistortionIsItsMatrix) {
   EXPECT_FALSE(camera.project({1e300, 0, 1e-300}));  // no finite pixel
 }
 
-TEST(Camera, PixelZeroIsACentre) {
+TEST(Camera, PixelZeroIsThePixelsCentre) {
   const Camera camera = camera_with({});
   EXPECT_TRUE(camera.contains({-0.5, -0.5}));
   EXPECT_TRUE(camera.contains({639.49, 479.49}));
@@ -134,13 +135,14 @@ TEST(Camera, PixelZeroIsACentre) {
 }
 
 /// A barrel whose distorted radius r (1 + k1 r^2) folds back at r = 1 / sqrt(-3 k1).
-TEST(Domain, OfABarrelEndsWhereItFolds) {
+TEST(Domain, EndsWhereABarrelDistortionFolds) {
   const Camera camera = camera_with({-0.3, 0, 0, 0});
   const double edge = 1 / std::sqrt(0.9);
   EXPECT_NEAR(camera.max_angle_rad(), std::atan(edge), 1e-14);
   EXPECT_TRUE(camera.project({edge * (1 - 1e-9), 0, 1}));
   EXPECT_FALSE(camera.project({edge * (1 + 1e-9), 0, 1}));
-  EXPECT_FALSE(camera.project({0, -3 * edge, 1}));  // would fall inside the image again
+  EXPECT_FALSE(
+      camera.project({0, -3 * edge, 1}));  // its formula yields a pixel inside the image again
   // The folded radius is the largest a pixel can have.
   const double largest = edge * (1 - 0.3 * edge * edge);
   EXPECT_TRUE(camera.unproject({322.25 + 410 * largest * (1 - 1e-9), 236.5}));
@@ -164,7 +166,7 @@ TEST(Domain, RoundTripsHoldUpToTheEdge) {
   }
 }
 
-TEST(Domain, OfAPincushionHasNoEnd) {
+TEST(Domain, IsUnlimitedForAPincushionDistortion) {
   const Camera camera = camera_with({0.3, 0.1, 0, 0});
   EXPECT_DOUBLE_EQ(camera.max_angle_rad(), pi / 2);
   for (const double r : {0.1, 1.0, 10.0, 1e3}) {
@@ -174,7 +176,7 @@ TEST(Domain, OfAPincushionHasNoEnd) {
   }
 }
 
-/// k1 > 0 and k3 < 0: grows first, folds later; the first root counts, not the largest.
+/// The distorted radius folds at the first root of several, not at the largest.
 TEST(Domain, EndsAtTheFirstRootOfSeveral) {
   // d(r radial)/dr = 1 + 3 k1 s + 5 k2 s^2 + 7 k3 s^3 = (1 - s/0.5) (1 - s/2) (1 - s/4)
   const double e1 = 1 / 0.5 + 1 / 2.0 + 1 / 4.0, e2 = 1 / 1.0 + 1 / 2.0 + 1 / 8.0, e3 = 1 / 4.0;
@@ -194,7 +196,7 @@ TEST(Domain, EndsBeforeAPoleOfTheRationalModel) {
   }
 }
 
-TEST(Domain, OfATiltedSensorEndsAtItsHorizon) {
+TEST(Domain, EndsAtTheHorizonOfATiltedSensor) {
   std::vector<double> tilt(14, 0.0);
   tilt[13] = 1.2;
   const Camera camera = camera_with(tilt);
@@ -211,9 +213,9 @@ TEST(Domain, OfATiltedSensorEndsAtItsHorizon) {
   EXPECT_GT(unseen, 5);
 }
 
-TEST(Camera, RefusesImpossibleArgumentsByName) {
+TEST(Camera, RejectsInvalidArgumentsByName) {
   const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
-  const auto refuses = [](const std::string& name, auto make) {
+  const auto rejects = [](const std::string& name, auto make) {
     try {
       make();
       ADD_FAILURE() << name << " accepted";
@@ -221,24 +223,24 @@ TEST(Camera, RefusesImpossibleArgumentsByName) {
       EXPECT_EQ(std::string(error.what()).find(name), 0u) << error.what();
     }
   };
-  refuses("width", [] { Camera::pinhole(0, 480, 1, 1, 0, 0); });
-  refuses("height", [] { Camera::pinhole(640, -1, 1, 1, 0, 0); });
+  rejects("width", [] { Camera::pinhole(0, 480, 1, 1, 0, 0); });
+  rejects("height", [] { Camera::pinhole(640, -1, 1, 1, 0, 0); });
   for (const double bad : {0.0, -1.0, nan, infinity}) {
-    refuses("fx_px", [&] { Camera::pinhole(640, 480, bad, 1, 0, 0); });
-    refuses("fy_px", [&] { Camera::pinhole(640, 480, 1, bad, 0, 0); });
+    rejects("fx_px", [&] { Camera::pinhole(640, 480, bad, 1, 0, 0); });
+    rejects("fy_px", [&] { Camera::pinhole(640, 480, 1, bad, 0, 0); });
   }
   for (const double bad : {nan, infinity}) {
-    refuses("cx_px", [&] { Camera::pinhole(640, 480, 1, 1, bad, 0); });
-    refuses("cy_px", [&] { Camera::pinhole(640, 480, 1, 1, 0, bad); });
-    refuses("skew_px", [&] { Camera::pinhole(640, 480, 1, 1, 0, 0, {}, bad); });
-    refuses("distortion[2]", [&] { camera_with({0, 0, bad, 0}); });
+    rejects("cx_px", [&] { Camera::pinhole(640, 480, 1, 1, bad, 0); });
+    rejects("cy_px", [&] { Camera::pinhole(640, 480, 1, 1, 0, bad); });
+    rejects("skew_px", [&] { Camera::pinhole(640, 480, 1, 1, 0, 0, {}, bad); });
+    rejects("distortion[2]", [&] { camera_with({0, 0, bad, 0}); });
   }
   for (const std::size_t n : {1u, 2u, 3u, 6u, 7u, 9u, 13u, 15u}) {
-    refuses("distortion's length", [&] { camera_with(std::vector<double>(n, 0.0)); });
+    rejects("distortion's length", [&] { camera_with(std::vector<double>(n, 0.0)); });
   }
   std::vector<double> flat(14, 0.0);
   flat[12] = pi / 2;
-  refuses("distortion[12]", [&] { camera_with(flat); });
+  rejects("distortion[12]", [&] { camera_with(flat); });
 }
 
 }  // namespace

@@ -216,7 +216,7 @@ TEST(Coverage, TiltedRectangleBehindALensMatchesQuadratureOverTheLamp) {
 }
 
 TEST(Contour, IsEmptyForADarkSideOrARimBehindTheCamera) {
-  const Camera camera;
+  const Camera camera = test::vga_camera();
   const Rigid3 from_above{so3_exp({pi, 0, 0}), {0, 0, 4}};  // looks down at the lamp's back
   EXPECT_FALSE(project_contour(test::disc_lamp(0, {0, 0, 1}), from_above, camera, 0.8));
   EXPECT_FALSE(project_contour(test::disc_lamp(0, {0, 0, -1}), Rigid3{}, camera, 0.8));

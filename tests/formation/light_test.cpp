@@ -42,7 +42,7 @@ TEST(LampElectrons, PowerThroughTheLensHasTheKnownValues) {
 TEST(LampElectrons, DarkCurrentIsNotLight) {
   Sensor dark;
   dark.dark_current_e_per_s = 1e6;
-  const Camera camera;
+  const Camera camera = test::vga_camera();
   EXPECT_NEAR(lamp_electrons(contribution_lamp(), Rigid3{}, camera, dark) /
                   lamp_electrons(contribution_lamp(), Rigid3{}, camera, Sensor{}),
               1, 1e-9);
@@ -50,7 +50,7 @@ TEST(LampElectrons, DarkCurrentIsNotLight) {
 
 TEST(LampElectrons, AreZeroForADarkSideOrBehindTheCamera) {
   Lamp lamp = contribution_lamp();
-  const Camera camera;
+  const Camera camera = test::vga_camera();
   Eigen::Matrix<double, 1, 6> jacobian;
   EXPECT_GT(lamp_electrons(lamp, Rigid3{}, camera, Sensor{}, &jacobian), 0);
   EXPECT_GT(jacobian.norm(), 0);
@@ -62,7 +62,7 @@ TEST(LampElectrons, AreZeroForADarkSideOrBehindTheCamera) {
 }
 
 TEST(LampElectrons, JacobianOfTheLogarithm) {
-  const Camera camera;
+  const Camera camera = test::vga_camera();
   Random random(5);
   for (const LampShape shape : {LampShape::disc, LampShape::point}) {
     Lamp lamp = contribution_lamp();
@@ -98,7 +98,7 @@ TEST(Irradiance, OnAxisIsTheCameraEquation) {
 TEST(Irradiance, DecreasesWithTheFourthPowerOfTheCosineOffAxis) {
   Lamp lamp =
       test::disc_lamp(0, {0, 0, 1.5}, 0.4);  // 60 degrees: the same radiance in all directions
-  const Camera camera;
+  const Camera camera = test::vga_camera();
   const double on_axis = irradiance_at(lamp, Rigid3{}, camera, Sensor{}, {319.5, 239.5});
   for (const double px : {50.0, 200.0, 400.0}) {
     const double cosine = std::cos(std::atan(px / 500));
@@ -115,7 +115,7 @@ TEST(Irradiance, DecreasesWithTheFourthPowerOfTheCosineOffAxis) {
 
 TEST(Irradiance, IsZeroWhereTheRayMissesTheLitSide) {
   Lamp lamp = test::disc_lamp(0, {0, 0, 1.5}, 0.4);
-  const Camera camera;
+  const Camera camera = test::vga_camera();
   lamp.normal = Eigen::Vector3d::UnitZ();
   EXPECT_EQ(irradiance_at(lamp, Rigid3{}, camera, Sensor{}, {319.5, 239.5}), 0);
   lamp.normal =

@@ -168,7 +168,7 @@ TEST(SharpCoverage, TheComparisonDetectsAMillionthOfAPixel) {
 }
 
 TEST(SharpCoverage, IsEmptyForADarkSideOrARimBehindTheCamera) {
-  const Camera camera;
+  const Camera camera = test::vga_camera();
   EXPECT_FALSE(project_chords(disc_lamp(0, {0, 0, -1}), Rigid3{}, camera));
   Lamp upright = disc_lamp(0, {0.05, 0, 0.05}, 0.1);
   upright.normal = -Eigen::Vector3d::UnitX();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rotations and rigid transforms.
+// Tests of rotations and rigid transforms.
 #include <Eigen/Eigenvalues>
 #include <limits>
 
@@ -12,7 +12,7 @@ namespace {
 const std::vector<double> angles{0,    1e-300, 1e-12,  1e-8, 1e-4,      0.1, 0.5,
                                  0.99, 1.01,   pi / 2, 3,    pi - 1e-9, pi};
 
-/// sum over k of skew(w)^k / (k + shift)!: the exponential (0) and the left Jacobian (1).
+/// Sum over k of skew(w)^k / (k + shift)!: exponential (shift 0) and left Jacobian (shift 1).
 Eigen::Matrix3d power_series(const Eigen::Vector3d& w, int shift) {
   Eigen::Matrix3d term = Eigen::Matrix3d::Identity(), sum = term;
   for (int k = 1; k < 60; ++k) {
@@ -39,13 +39,13 @@ TEST(So3, ExponentialAndLeftJacobianEqualTheirPowerSeries) {
   }
 }
 
-TEST(So3, LogarithmUndoesTheExponential) {
+TEST(So3, LogarithmIsTheInverseOfTheExponential) {
   Random random(3);
   for (const double angle : angles) {
     for (int i = 0; i < 50; ++i) {
       const Eigen::Vector3d w = angle * test::random_vector(random).normalized();
       const Eigen::Vector3d back = so3_log(so3_exp(w));
-      // At pi both w and -w are right.
+      // At pi both w and -w are correct.
       const double error =
           std::min((back - w).norm(), angle >= pi - 1e-12 ? (back + w).norm() : 1e300);
       EXPECT_LE(error, angle < 1e-7 ? 1e-14 * angle : 1e-14) << angle;
@@ -62,7 +62,7 @@ TEST(So3, LogarithmAtHalfTurnsAboutTheAxes) {
   }
 }
 
-TEST(So3, LeftJacobianAgainstCentralDifferences) {
+TEST(So3, LeftJacobianAgreesWithCentralDifferences) {
   Random random(4);
   for (int i = 0; i < 20; ++i) {
     const Eigen::Vector3d w = test::random_vector(random);
@@ -103,7 +103,7 @@ TEST(Rigid3, ChainsAndInverts) {
   EXPECT_LT((c_from_b.matrix() * b_from_a.matrix() - (c_from_b * b_from_a).matrix()).norm(), 1e-14);
 }
 
-TEST(Rigid3, FromMatrixTakesRigidMatricesOnly) {
+TEST(Rigid3, FromMatrixAcceptsRigidMatricesOnly) {
   Random random(7);
   const Eigen::Matrix4d good = test::random_pose(random).matrix();
   EXPECT_EQ(Rigid3::from_matrix(good).matrix(), good);
@@ -126,7 +126,7 @@ TEST(Rigid3, FromMatrixTakesRigidMatricesOnly) {
   refuses([](Eigen::Matrix4d& m) { m.setZero(); });
 }
 
-TEST(Rigid3, PerturbMovesPointsAsDefinedAndDifferenceUndoesIt) {
+TEST(Rigid3, PerturbMovesPointsAsDefinedAndDifferenceInvertsIt) {
   Random random(8);
   const Rigid3 pose = test::random_pose(random);
   const Eigen::Vector3d p = test::random_vector(random);
@@ -143,7 +143,7 @@ TEST(Rigid3, PerturbMovesPointsAsDefinedAndDifferenceUndoesIt) {
   }
 }
 
-TEST(Rigid3, PositionCovarianceIsThatOfPerturbedPositions) {
+TEST(Rigid3, PositionCovarianceAgreesWithPerturbedPositions) {
   Random random(9);
   const Rigid3 pose = test::random_pose(random);
   Matrix6 root;
@@ -162,36 +162,36 @@ TEST(Rigid3, PositionCovarianceIsThatOfPerturbedPositions) {
   EXPECT_LT((stated - sampled).norm() / sampled.norm(), 0.03);
 }
 
-// How far the end of an arc is from that of its tangent, over turns drawn at random.
-Eigen::Matrix3d drawn_arc_moment(const Eigen::Matrix3d& root, const Eigen::Vector3d& arm) {
+// Second moment of the nonlinear part of random rotations.
+Eigen::Matrix3d sampled_arc_moment(const Eigen::Matrix3d& root, const Eigen::Vector3d& arm) {
   constexpr int count = 200000;
   Random random(77);
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (int i = 0; i < count; ++i) {
-    const Eigen::Vector3d turn = root * test::random_vector(random);
-    const Eigen::Vector3d off = so3_exp(turn) * arm - arm - turn.cross(arm);
+    const Eigen::Vector3d w = root * test::random_vector(random);
+    const Eigen::Vector3d off = so3_exp(w) * arm - arm - w.cross(arm);
     sum += off * off.transpose() / count;
   }
   return sum;
 }
 
-TEST(ArcMoment, IsThatOfTurnsDrawnAtRandom) {
+TEST(ArcMoment, AgreesWithRandomRotations) {
   const Eigen::Vector3d arm(0.4, -1.1, 2.5);
   Eigen::Matrix3d round, about_one_axis = Eigen::Matrix3d::Zero();
   round << 0.06, 0.01, 0, -0.02, 0.05, 0.01, 0, 0.03, 0.04;
   about_one_axis.col(0) = 0.12 * Eigen::Vector3d(0.6, 0, 0.8);
   for (const Eigen::Matrix3d& root : {round, about_one_axis}) {
-    const Eigen::Matrix3d drawn = drawn_arc_moment(root, arm);
+    const Eigen::Matrix3d sampled = sampled_arc_moment(root, arm);
     const Eigen::Matrix3d moment = arc_moment(root * root.transpose(), arm);
-    EXPECT_LT((moment - drawn).norm(), 0.04 * drawn.norm()) << moment << "\n\n" << drawn;
+    EXPECT_LT((moment - sampled).norm(), 0.04 * sampled.norm()) << moment << "\n\n" << sampled;
   }
 }
 
-TEST(ArcMoment, VanishesWithTheTurnAndAtThePivot) {
+TEST(ArcMoment, VanishesWithTheRotationAndAtThePivot) {
   const Eigen::Vector3d arm(1, 2, 3);
   EXPECT_EQ(arc_moment(Eigen::Matrix3d::Zero(), arm), Eigen::Matrix3d::Zero());
-  const Eigen::Matrix3d turn = Eigen::Vector3d(0.1, 0.2, 0.3).asDiagonal();
-  EXPECT_EQ(arc_moment(turn, Eigen::Vector3d::Zero()), Eigen::Matrix3d::Zero());
+  const Eigen::Matrix3d covariance = Eigen::Vector3d(0.1, 0.2, 0.3).asDiagonal();
+  EXPECT_EQ(arc_moment(covariance, Eigen::Vector3d::Zero()), Eigen::Matrix3d::Zero());
   const Eigen::Matrix3d about_arm = 0.01 * arm * arm.transpose();
   EXPECT_LT(arc_moment(about_arm, arm).norm(), 1e-12);
 }
@@ -209,7 +209,7 @@ TEST(LookAt, PutsTheTargetAheadAndUpUpwards) {
   EXPECT_NO_THROW(Rigid3::from_matrix(pose.matrix()));
 }
 
-TEST(LookAt, RefusesUndefinedViews) {
+TEST(LookAt, RejectsUndefinedViews) {
   const Eigen::Vector3d here(1, 2, 3), z = Eigen::Vector3d::UnitZ();
   EXPECT_THROW(look_at(here, here, z), std::invalid_argument);
   EXPECT_THROW(look_at(here, here + 2 * z, z), std::invalid_argument);
@@ -218,12 +218,12 @@ TEST(LookAt, RefusesUndefinedViews) {
   EXPECT_THROW(look_at(here, Eigen::Vector3d::Constant(std::nan("")), z), std::invalid_argument);
 }
 
-TEST(Heading, IsTheAzimuthOfTheImagesRight) {
+TEST(Heading, IsTheAzimuthOfTheImageXAxis) {
   const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
-  // Looking along +y with z up, the image's right is +x.
+  // For a view along +y with z up, the image's x axis is +x.
   EXPECT_NEAR(heading_rad(look_at({0, 0, 0}, {0, 1, 0}, z)), 0, 1e-15);
   EXPECT_NEAR(heading_rad(look_at({0, 0, 0}, {-1, 0, 0}, z)), pi / 2, 1e-15);
-  // Looking straight up, turned by each angle.
+  // For a view straight up, rotated by each angle.
   for (const double angle : {-3.0, -0.5, 0.0, 1.0, pi}) {
     const Rigid3 world_from_cam{so3_exp({0, 0, angle}), {1, 2, 0}};
     EXPECT_NEAR(heading_rad(world_from_cam.inverse()), angle, 1e-14);

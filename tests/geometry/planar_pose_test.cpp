@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Poses on a floor, and what an image says of a body that carries the camera.
+// Tests of poses on a floor, and of pose observations of a body that carries the camera.
 #include "libocc/geometry/planar_pose.hpp"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ occ::Vector6 unit_step(int axis, double size) {
 
 }  // namespace
 
-TEST(PlanarPose, ChainsAsItsRigidTransformDoes) {
+TEST(PlanarPose, ChainsLikeItsRigidTransform) {
   const occ::PlanarPose a{1, -2, 2.5}, b{0.3, 0.7, 1.4};
   const occ::Rigid3 chained =
       occ::body_from_world(b, 0) * occ::body_from_world(a, 0.5);  // b in a's frame
@@ -50,7 +50,7 @@ TEST(PlanarPose, HeadingsAreWrapped) {
               1e-15);
 }
 
-TEST(PlanarPose, AnArcIsManyShortSteps) {
+TEST(PlanarPose, ArcAgreesWithManyShortSteps) {
   for (const double turn : {0.0, 1e-9, 0.3, -2.0, 3.0}) {
     occ::PlanarPose stepped;
     constexpr int n = 2000;
@@ -62,7 +62,7 @@ TEST(PlanarPose, AnArcIsManyShortSteps) {
   }
 }
 
-TEST(PlanarPose, LogarithmUndoesTheExponential) {
+TEST(PlanarPose, LogarithmIsTheInverseOfTheExponential) {
   for (const double turn : {0.0, 1e-10, 0.4, -3.0, pi}) {
     const Eigen::Vector3d motion(0.7, -0.4, turn);
     EXPECT_NEAR((occ::planar_log(occ::planar_exp(motion)) - motion).norm(), 0, 1e-14) << turn;
@@ -71,7 +71,7 @@ TEST(PlanarPose, LogarithmUndoesTheExponential) {
   }
 }
 
-TEST(Adjoint, CarriesAPerturbationThroughATransform) {
+TEST(Adjoint, IsTheDerivativeOfAChainedTransform) {
   const occ::Rigid3 a = some_pose(1), b = some_pose(2);
   for (int axis = 0; axis < 6; ++axis) {
     const double h = 1e-6;
@@ -82,7 +82,7 @@ TEST(Adjoint, CarriesAPerturbationThroughATransform) {
   }
 }
 
-TEST(PoseObservation, OfABodyHasTheCovarianceOfTheBody) {
+TEST(PoseObservation, OfBodyHasTheCovarianceOfTheBody) {
   const occ::Rigid3 cam_from_body = some_pose(3), cam_from_world = some_pose(4);
   occ::Matrix6 root = occ::Matrix6::Identity();
   root(0, 4) = 0.5;
@@ -91,8 +91,8 @@ TEST(PoseObservation, OfABodyHasTheCovarianceOfTheBody) {
   const occ::PoseObservation seen =
       occ::PoseObservation::of_pose(2, cam_from_world, covariance, cam_from_body);
   const occ::PoseObservation body = seen.of_body();
-  const occ::Matrix6 turned = occ::adjoint(cam_from_body.inverse());
-  const occ::Matrix6 expected = turned * covariance * turned.transpose();
+  const occ::Matrix6 adjoint = occ::adjoint(cam_from_body.inverse());
+  const occ::Matrix6 expected = adjoint * covariance * adjoint.transpose();
   EXPECT_NEAR((body.information * expected - occ::Matrix6::Identity()).norm(), 0, 1e-9);
   EXPECT_NEAR(occ::difference(body.cam_from_world, cam_from_body.inverse() * cam_from_world).norm(),
               0, 1e-14);

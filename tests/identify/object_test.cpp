@@ -23,7 +23,7 @@ AssignmentProblem problem_of(const Object& object, const Camera& camera,
 
 TEST(SeenTogether, NeverDeniesAPlaceThatSeesAll) {
   Random random(1);
-  const Camera camera;
+  const Camera camera = test::vga_camera();
   const IdentifyOptions options;
   int denied = 0, granted = 0;
   for (int i = 0; i < 300; ++i) {
@@ -56,7 +56,7 @@ TEST(SeenTogether, NeverDeniesAPlaceThatSeesAll) {
 // Two cones of half angle a whose axes make the angle b and whose apexes turn away from each other
 // meet exactly when 2 a > b.
 TEST(SeenTogether, IsSharp) {
-  const Camera camera;
+  const Camera camera = test::vga_camera();
   const IdentifyOptions options;
   for (const double between : {0.5, 1.0, 2.0, 3.0})
     for (const double half : {0.4, 0.7, 1.2, 1.55}) {
@@ -77,7 +77,7 @@ TEST(SeenTogether, IsSharp) {
 
 // Faces that look at each other are both seen from between them.
 TEST(SeenTogether, ComprisesPlacesBetweenThePoints) {
-  const Camera camera;
+  const Camera camera = test::vga_camera();
   const IdentifyOptions options;
   for (const double facing : {-1.0, 1.0}) {
     Object object{"gate", {}};

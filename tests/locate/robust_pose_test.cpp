@@ -10,8 +10,8 @@
 
 #include "libocc/geometry/so3.hpp"
 #include "libocc/locate/internal/point_problem.hpp"
-#include "libocc/pose/internal/chance.hpp"
 #include "libocc/pose/internal/consensus_cost.hpp"
+#include "libocc/pose/internal/false_alarms.hpp"
 #include "libocc/refine/bound.hpp"
 #include "tests/support/support.hpp"
 
@@ -29,7 +29,7 @@ Camera vga() { return Camera::pinhole(640, 480, 800, 800, 319.5, 239.5); }
 struct Matched {
   Eigen::Matrix3Xd points;
   Eigen::Matrix2Xd pixels;
-  Camera camera;
+  Camera camera = vga();
   Rigid3 truth;
   int wrong = 0;
 };
@@ -315,12 +315,12 @@ TEST(ConsensusCost, HasTheSameBitsWithEveryInstructionSetAndTheValueOfItsFormula
 
 TEST(Chance, LeastAgreementIsTheFirstThatIsRareEnough) {
   for (const int n : {5, 20, 200, 5000}) {
-    const ChancePoses c{n, 3, 4, 4e-5};
-    const int least = min_agreement(c, 1e-4);
+    const FalseAlarmModel c{n, 3, 4, 4e-5};
+    const int least = min_inliers(c, 1e-4);
     EXPECT_LE(log_false_alarms(c, least), std::log(1e-4) + 1e-9) << n;
     EXPECT_GT(log_false_alarms(c, least - 1), std::log(1e-4)) << n;
   }
-  EXPECT_EQ(min_agreement({200, 3, 4, 1}, 1e-4), 201);
+  EXPECT_EQ(min_inliers({200, 3, 4, 1}, 1e-4), 201);
   // C(6, 5) C(5, 3) = 60 ways, 3 * 4 poses.
   EXPECT_NEAR(std::exp(log_false_alarms({6, 3, 4, 0.01}, 5)), 12 * 60 * 1e-4, 1e-12);
 }

@@ -13,14 +13,14 @@
 
 namespace occ::test {
 
+inline Camera plain_camera() { return Camera::pinhole(1280, 960, 800, 800, 639.5, 479.5); }
+
 struct SeenScene {
   Eigen::Matrix3Xd points;
   Eigen::Matrix2Xd pixels;  ///< exact
-  Camera camera;
+  Camera camera = plain_camera();
   Rigid3 truth;
 };
-
-inline Camera plain_camera() { return Camera::pinhole(1280, 960, 800, 800, 639.5, 479.5); }
 
 /// Eight coefficients and skew.
 inline Camera bent_camera() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The guard around every solver: what comes out fits, is a pose, and does not depend on the world's
-// origin, unit or order of points; what cannot be solved is refused.
+// Checks around every solver: results fit, are poses, and do not depend on the world's origin or
+// unit, or on the order of points. Unsolvable problems are rejected.
 #include "libocc/pose/candidates.hpp"
 
 #include <gtest/gtest.h>
@@ -22,8 +22,8 @@ using Found = Result<std::vector<PoseCandidate>>;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// A problem that the solver takes; which layout, count and rig depend on i.
-KnownProblem suited(const Solver& solver, int i) {
+// A problem that the solver accepts; layout, number of points and rig depend on i.
+KnownProblem suitable(const Solver& solver, int i) {
   Random random(21, static_cast<std::uint64_t>(i));
   const std::string name = solver.name;
   int count = solver.max_points > 0 ? solver.max_points : solver.min_points + i % 5;
@@ -36,7 +36,7 @@ KnownProblem suited(const Solver& solver, int i) {
 }
 
 KnownProblem noisy(const Solver& solver, int i, double sigma_rad = 0.01) {
-  KnownProblem known = suited(solver, i);
+  KnownProblem known = suitable(solver, i);
   Random random(22, static_cast<std::uint64_t>(i));
   for (int k = 0; k < known.problem.size(); ++k)
     known.problem.bearings.col(k) += sigma_rad * random_vector(random);
@@ -44,7 +44,7 @@ KnownProblem noisy(const Solver& solver, int i, double sigma_rad = 0.01) {
   return known;
 }
 
-// Independent of the library's: by the angle itself.
+// Computes the angle itself, independently of the library.
 double worst_angle(const PoseProblem& p, const Rigid3& pose) {
   double worst = 0;
   for (int i = 0; i < p.size(); ++i) {
@@ -66,8 +66,8 @@ std::vector<Rigid3> poses(const Found& found) {
   return list;
 }
 
-// What holds for whatever the guard returns.
-void expect_sound(const Found& found, const PoseProblem& p, double tolerance_rad,
+// Expects the properties of every result of pose_candidates.
+void expect_valid(const Found& found, const PoseProblem& p, double tolerance_rad,
                   const std::string& what) {
   for (std::size_t i = 0; i < found->size(); ++i) {
     const PoseCandidate& c = found.value[i];
@@ -87,7 +87,7 @@ void expect_sound(const Found& found, const PoseProblem& p, double tolerance_rad
   }
 }
 
-// Share of noise-free problems whose truth is among the candidates, by solver; 1 where not named.
+// Share of noise-free problems whose true pose is among the candidates; 1 if not listed.
 double share_solved(const std::string& name) {
   static const std::map<std::string, double> shares = {
       {"p3p_kneip", 0.98}, {"p3p_gao", 0.98}, {"gp3p", 0.95},          {"sqpnp", 0.85},
@@ -101,9 +101,9 @@ TEST(PoseCandidates, FitWithoutNoise) {
   for (const Solver& solver : solvers()) {
     int solved = 0;
     for (int i = 0; i < problems; ++i) {
-      const KnownProblem known = suited(solver, i);
+      const KnownProblem known = suitable(solver, i);
       const Found found = pose_candidates(known.problem, solver.name);
-      expect_sound(found, known.problem, 1e-6, solver.name);
+      expect_valid(found, known.problem, 1e-6, solver.name);
       EXPECT_LE(static_cast<int>(found->size()), solver.max_candidates) << solver.name;
       if (found.ok()) {
         EXPECT_LT(found->front().misfit_rad, 1e-11) << solver.name << i;
@@ -114,16 +114,16 @@ TEST(PoseCandidates, FitWithoutNoise) {
   }
 }
 
-TEST(PoseCandidates, OfThreePointsAllFit) {
+TEST(PoseCandidates, AllFitForThreePoints) {
   for (int i = 0; i < 1000; ++i) {
-    const KnownProblem known = suited(solver_named("p3p"), i);
+    const KnownProblem known = suitable(solver_named("p3p"), i);
     const Found found = pose_candidates(known.problem);
     ASSERT_TRUE(found.ok()) << found.message;
     for (const PoseCandidate& c : *found) EXPECT_LT(c.misfit_rad, 1e-11) << i;
   }
 }
 
-// Every solver, noisy bearings: nothing outside the tolerance passes, whatever the solver says.
+// With noisy bearings, no solver yields a candidate outside the tolerance.
 TEST(PoseCandidates, NoneIsOutsideTheTolerance) {
   for (const Solver& solver : solvers())
     for (int i = 0; i < 60; ++i) {
@@ -131,7 +131,7 @@ TEST(PoseCandidates, NoneIsOutsideTheTolerance) {
       for (const double tolerance : {1e-6, 3e-3, 0.05, 4.0})
         for (const bool polish : {false, true}) {
           const Found found = pose_candidates(known.problem, solver.name, {tolerance, polish});
-          expect_sound(found, known.problem, tolerance, solver.name);
+          expect_valid(found, known.problem, tolerance, solver.name);
           EXPECT_TRUE(found.ok() || found.status == Status::no_pose);
           if (!found.ok() && !found->empty()) {
             EXPECT_EQ(found->size(), 1u);
@@ -141,7 +141,7 @@ TEST(PoseCandidates, NoneIsOutsideTheTolerance) {
     }
 }
 
-TEST(PoseCandidates, ArePolishedOnlyWhenAsked) {
+TEST(PoseCandidates, ArePolishedOnlyIfRequested) {
   int improved = 0;
   for (const char* name : {"ippe", "homography", "dlt"})
     for (int i = 0; i < 50; ++i) {
@@ -160,7 +160,7 @@ TEST(PoseCandidates, ArePolishedOnlyWhenAsked) {
   EXPECT_GT(improved, 50);
 }
 
-// Whether each pose is within `tolerance` of one of the others, and the other way round.
+// True if each pose of either list is within `tolerance` of one of the other list.
 bool same_poses(const std::vector<Rigid3>& a, const std::vector<Rigid3>& b, double tolerance) {
   const auto covered = [&](const std::vector<Rigid3>& some, const std::vector<Rigid3>& all) {
     return std::all_of(some.begin(), some.end(),
@@ -169,7 +169,7 @@ bool same_poses(const std::vector<Rigid3>& a, const std::vector<Rigid3>& b, doub
   return covered(a, b) && covered(b, a);
 }
 
-// The worst conditioned of the candidates; infinite for none.
+// Largest condition number of the candidates; infinite if there are none.
 double worst_condition(const PoseProblem& p, const Found& found) {
   double worst = found->empty() ? infinity : 0;
   for (const PoseCandidate& c : *found)
@@ -177,18 +177,18 @@ double worst_condition(const PoseProblem& p, const Found& found) {
   return worst;
 }
 
-// World moved by an offset and in another unit: the same poses, to what rounding of points allows.
+// Moves the world and changes its unit: poses are equal to within rounding of the points.
 TEST(PoseCandidates, DoNotDependOnTheWorldsOriginAndUnit) {
   for (const Solver& solver : solvers())
     for (const double offset : {0.0, 1e4, 1e7})
       for (const double unit : {1e-6, 1e-3, 1.0, 1e6}) {
-        int same = 0, judged = 0;
+        int same = 0, tested = 0;
         for (int i = 0; i < 12; ++i) {
-          const KnownProblem known = suited(solver, i);
+          const KnownProblem known = suitable(solver, i);
           const Found plain = pose_candidates(known.problem, solver.name);
           const double condition = worst_condition(known.problem, plain);
           if (condition > 1e4) continue;
-          ++judged;
+          ++tested;
           const Eigen::Vector3d shift = offset * Eigen::Vector3d(0.7, -0.5, 0.4);
           PoseProblem moved = known.problem;
           moved.points = unit * (known.problem.points.colwise() + shift);
@@ -199,17 +199,17 @@ TEST(PoseCandidates, DoNotDependOnTheWorldsOriginAndUnit) {
             pose.translation = pose.translation / unit + pose.rotation * shift;
           same += same_poses(back, poses(plain), 100 * condition * (1e-13 + 1e-16 * offset));
         }
-        // a solver that misses poses may miss others
-        EXPECT_GE(same, share_solved(solver.name) == 1 ? judged : judged * 0.8)
+        // a solver that misses poses may miss other poses
+        EXPECT_GE(same, share_solved(solver.name) == 1 ? tested : tested * 0.8)
             << solver.name << " at " << offset << " in " << unit;
       }
 }
 
 TEST(PoseCandidates, DoNotDependOnTheOrderOfPoints) {
   for (const Solver& solver : solvers()) {
-    int same = 0, judged = 0;
+    int same = 0, tested = 0;
     for (int i = 0; i < 40; ++i) {
-      const KnownProblem known = suited(solver, i);
+      const KnownProblem known = suitable(solver, i);
       const int n = known.problem.size();
       PoseProblem turned = known.problem;
       for (int k = 0; k < n; ++k) {
@@ -221,15 +221,15 @@ TEST(PoseCandidates, DoNotDependOnTheOrderOfPoints) {
       const Found plain = pose_candidates(known.problem, solver.name);
       const double condition = worst_condition(known.problem, plain);
       if (condition > 1e4) continue;
-      ++judged;
+      ++tested;
       same +=
           same_poses(poses(pose_candidates(turned, solver.name)), poses(plain), 1e-11 * condition);
     }
-    EXPECT_GE(same, share_solved(solver.name) == 1 ? judged : judged * 0.75) << solver.name;
+    EXPECT_GE(same, share_solved(solver.name) == 1 ? tested : tested * 0.75) << solver.name;
   }
 }
 
-TEST(PoseCandidates, AutoTakesASolverThatSuits) {
+TEST(PoseCandidates, AutoChoosesASuitableSolver) {
   Random random(23);
   ProblemKind rig;
   rig.rig = true;
@@ -242,8 +242,8 @@ TEST(PoseCandidates, AutoTakesASolverThatSuits) {
   EXPECT_TRUE(pose_candidates(random_problem(random, 3, rig).problem).ok());
 }
 
-// A minimal solver given more points takes some; all of them judge.
-TEST(PoseCandidates, OfAMinimalSolverAreJudgedByAllPoints) {
+// A minimal solver uses some of the points; the candidates are tested on all of them.
+TEST(PoseCandidates, OfAMinimalSolverAreTestedOnAllPoints) {
   for (const char* name : {"p3p", "p3p_kneip", "triangle", "upright_p2p"})
     for (int i = 0; i < 100; ++i) {
       Random random(24, static_cast<std::uint64_t>(i));
@@ -255,7 +255,7 @@ TEST(PoseCandidates, OfAMinimalSolverAreJudgedByAllPoints) {
     }
 }
 
-// Two points fit a family of poses: the vertical must stay where it was said to be.
+// Two points fit a family of poses: the vertical must keep its given direction.
 TEST(PoseCandidates, OfTwoPointsKeepTheVertical) {
   for (int i = 0; i < 200; ++i) {
     Random random(25, static_cast<std::uint64_t>(i));
@@ -265,8 +265,8 @@ TEST(PoseCandidates, OfTwoPointsKeepTheVertical) {
     for (const PoseCandidate& c : *found)
       EXPECT_LT((c.cam_from_world.rotation.col(2) - *known.problem.up_in_cam).norm(), 1e-11);
   }
-  // where the two headings meet, rounding of the bearings leaves a misfit that other tilts would
-  // mend
+  // If the two headings coincide, rounding of the bearings causes a misfit that a change of the
+  // tilt would reduce.
   PoseProblem p;
   p.points = (Eigen::Matrix3Xd(3, 2) << 2, 1, 1, 1, 2, 1).finished();
   p.up_in_cam = Eigen::Vector3d::UnitZ();
@@ -287,11 +287,11 @@ TEST(PoseCandidates, OfTwoPointsKeepTheVertical) {
 TEST(PoseCandidates, NoPointIsBehindItsBearing) {
   for (const Solver& solver : solvers())
     for (int i = 0; i < 40; ++i) {
-      PoseProblem behind = suited(solver, i).problem;
+      PoseProblem behind = suitable(solver, i).problem;
       behind.bearings *= -1;
       const Found found = pose_candidates(behind, solver.name);
-      // points in a plane, and few points, have other poses that put them in front
-      expect_sound(found, behind, 1e-6, solver.name);
+      // Points in a plane, and few points, have other poses with all points in front.
+      expect_valid(found, behind, 1e-6, solver.name);
       if (behind.size() > 5 && i % 2 == 0 && solver.layout != Layout::coplanar) {
         EXPECT_EQ(found.status, Status::no_pose) << solver.name;
       }
@@ -306,7 +306,7 @@ TEST(PoseCandidates, BearingsOfOtherPointsFitNoPose) {
     if (solver.max_points > 0) continue;
     int nearest = 0;
     for (int i = 0; i < 40; ++i) {
-      PoseProblem mixed = suited(solver, i).problem;
+      PoseProblem mixed = suitable(solver, i).problem;
       if (mixed.size() < 5) continue;
       mixed.bearings.col(0).swap(mixed.bearings.col(2));
       mixed.bearings.col(1).swap(mixed.bearings.col(4));
@@ -320,7 +320,7 @@ TEST(PoseCandidates, BearingsOfOtherPointsFitNoPose) {
       EXPECT_GT(nearest, 10);
     }
   }
-  // a triangle seen wider than it can be from anywhere
+  // A triangle seen wider than from any position.
   PoseProblem wide;
   wide.points = Eigen::Matrix3Xd::Identity(3, 3);
   wide.points.col(2) << 0.5, 0.5, 1e-3;
@@ -336,10 +336,10 @@ Found with_points(PoseProblem problem, const Eigen::Matrix3Xd& points, const Sol
   return pose_candidates(problem, solver.name);
 }
 
-TEST(PoseCandidates, PointsThatDetermineNothingAreRefused) {
+TEST(PoseCandidates, RejectsPointsThatDetermineNoPose) {
   for (const Solver& solver : solvers())
     for (const double offset : {0.0, 1e4, 1e7}) {
-      const KnownProblem known = suited(solver, 1);
+      const KnownProblem known = suitable(solver, 1);
       const int n = known.problem.size();
       const Eigen::Vector3d at(0.3 + offset, 0.2 - offset, 0.1), along(0.3, -0.7, 0.2);
       const Eigen::Matrix3Xd coincident = at.replicate(1, n);
@@ -360,7 +360,7 @@ TEST(PoseCandidates, PointsThatDetermineNothingAreRefused) {
     }
 }
 
-TEST(PoseCandidates, LayoutsThatASolverDoesNotTakeAreRefused) {
+TEST(PoseCandidates, RejectsLayoutsThatASolverDoesNotAccept) {
   for (const Solver& solver : solvers()) {
     if (solver.layout == Layout::any) continue;
     Random random(26);
@@ -373,7 +373,7 @@ TEST(PoseCandidates, LayoutsThatASolverDoesNotTakeAreRefused) {
   }
 }
 
-TEST(PoseCandidates, TooFewPointsAreRefused) {
+TEST(PoseCandidates, RejectsTooFewPoints) {
   Random random(27);
   for (const Solver& solver : solvers()) {
     PoseProblem few = random_problem(random, solver.min_points, {}).problem;
@@ -390,16 +390,16 @@ TEST(PoseCandidates, TooFewPointsAreRefused) {
   EXPECT_EQ(pose_candidates(two).status, Status::too_few_lamps);
 }
 
-std::string refusal(const PoseProblem& problem, const std::string& solver = "auto",
-                    const CandidateOptions& options = {}) {
+std::string error_message(const PoseProblem& problem, const std::string& solver = "auto",
+                          const CandidateOptions& options = {}) {
   return complaint([&] { pose_candidates(problem, solver, options); });
 }
 
-void expect_said(const std::string& said, const char* what) {
-  EXPECT_NE(said.find(what), std::string::npos) << "said: " << said << ", expected: " << what;
+void expect_contains(const std::string& message, const char* what) {
+  EXPECT_NE(message.find(what), std::string::npos) << message << ", expected: " << what;
 }
 
-TEST(PoseCandidates, CallersMistakesThrow) {
+TEST(PoseCandidates, ThrowsForInvalidArguments) {
   Random random(28);
   const PoseProblem good = random_problem(random, 5, {}).problem;
   ProblemKind kind;
@@ -408,39 +408,39 @@ TEST(PoseCandidates, CallersMistakesThrow) {
   for (const double bad : {nan, infinity, -infinity}) {
     PoseProblem p = good;
     p.points(1, 3) = bad;
-    expect_said(refusal(p), "points[3]");
+    expect_contains(error_message(p), "points[3]");
     p = good;
     p.bearings(0, 2) = bad;
-    expect_said(refusal(p), "bearings[2]");
+    expect_contains(error_message(p), "bearings[2]");
     p = rig;
     p.origins(2, 4) = bad;
-    expect_said(refusal(p), "origins[4]");
+    expect_contains(error_message(p), "origins[4]");
     p = good;
     (*p.up_in_cam)[1] = bad;
-    expect_said(refusal(p), "up_in_cam");
+    expect_contains(error_message(p), "up_in_cam");
   }
   PoseProblem p = good;
   p.bearings.col(4) *= 1 + 2e-6;
-  expect_said(refusal(p), "bearings[4]");
+  expect_contains(error_message(p), "bearings[4]");
   p = good;
   p.bearings.col(4) *= 1 + 5e-7;
-  EXPECT_EQ(refusal(p), "");
+  EXPECT_EQ(error_message(p), "");
   p = good;
   *p.up_in_cam *= 1.1;
-  expect_said(refusal(p), "up_in_cam");
+  expect_contains(error_message(p), "up_in_cam");
   p = good;
   p.bearings.conservativeResize(3, 4);
-  expect_said(refusal(p), "bearings");
+  expect_contains(error_message(p), "bearings");
   p = rig;
   p.origins.conservativeResize(3, 4);
-  expect_said(refusal(p), "origins");
-  expect_said(refusal(rig, "p3p"), "p3p");
-  expect_said(refusal(good, "pnp"), "p3p_triples, ");
+  expect_contains(error_message(p), "origins");
+  expect_contains(error_message(rig, "p3p"), "p3p");
+  expect_contains(error_message(good, "pnp"), "p3p_triples, ");
   p = good;
   p.up_in_cam.reset();
-  expect_said(refusal(p, "upright_p2p"), "up_in_cam");
+  expect_contains(error_message(p, "upright_p2p"), "up_in_cam");
   for (const double bad : {0.0, -1.0, nan})
-    expect_said(refusal(good, "p3p", {bad}), "tolerance_rad");
+    expect_contains(error_message(good, "p3p", {bad}), "tolerance_rad");
 }
 
 }  // namespace

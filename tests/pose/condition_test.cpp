@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How errors of bearings grow into the pose's.
+// Condition number of a pose: growth of the bearings' errors into errors of the pose.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -15,7 +15,7 @@
 namespace occ::test {
 namespace {
 
-TEST(PoseCondition, CallersMistakesThrow) {
+TEST(PoseCondition, ThrowsForInvalidArguments) {
   Random random(29);
   const KnownProblem known = random_problem(random, 4, {});
   PoseProblem p = known.problem;
@@ -27,15 +27,15 @@ TEST(PoseCondition, CallersMistakesThrow) {
             std::string::npos);
 }
 
-// The largest singular value of d(turn, place / distance) / d bearings, by solving again with
-// bearings moved a little.
+// Largest singular value of d(rotation, position / distance) / d bearings by central differences of
+// the solution.
 double condition_by_differences(const PoseProblem& p, const Rigid3& pose) {
   constexpr double step = 1e-7;
   const auto solved = [&](const PoseProblem& moved) {
     Rigid3 nearest;
-    double least = std::numeric_limits<double>::infinity();
+    double smallest = std::numeric_limits<double>::infinity();
     for (const Rigid3& c : p3p(Eigen::Matrix3d(moved.bearings), Eigen::Matrix3d(moved.points)))
-      if (pose_error(c, pose) < least) least = pose_error(nearest = c, pose);
+      if (pose_error(c, pose) < smallest) smallest = pose_error(nearest = c, pose);
     Vector6 pose_vector;
     pose_vector << so3_log(nearest.rotation * pose.rotation.transpose()),
         nearest.origin_in_source() / pose.translation.norm();
@@ -54,7 +54,7 @@ double condition_by_differences(const PoseProblem& p, const Rigid3& pose) {
   return by_bearings.jacobiSvd().singularValues()[0];
 }
 
-TEST(PoseCondition, IsHowBearingsErrorsGrow) {
+TEST(PoseCondition, AgreesWithCentralDifferences) {
   int compared = 0;
   for (int i = 0; i < 200; ++i) {
     Random random(32, static_cast<std::uint64_t>(i));
@@ -84,10 +84,10 @@ TEST(PoseCondition, DoesNotDependOnTheWorld) {
   }
 }
 
-TEST(PoseCondition, OfADoubleRootIsBeyondBounds) {
+TEST(PoseCondition, IsHugeAtADoubleRoot) {
   PoseProblem p;
   p.points = (Eigen::Matrix3Xd(3, 3) << 1, -0.5, -0.2, 0, 0.8, -0.9, 0, 0, 0).finished();
-  for (const double height : {1.0, 2.5, 6.0}) {  // under the first, which is on the cylinder
+  for (const double height : {1.0, 2.5, 6.0}) {  // below the first point, which is on the cylinder
     const Rigid3 pose{Eigen::Matrix3d::Identity(), {-1, 0, height}};
     p.bearings = (p.points.colwise() + pose.translation).colwise().normalized();
     EXPECT_GT(pose_condition(p, pose), 1e6);

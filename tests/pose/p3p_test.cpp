@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// P3P: every pose that fits and none that does not, over random problems and the hard cases of real
+// P3P returns every pose that fits and no other, for random problems and the hard cases of real
 // rooms.
 #include "libocc/pose/solvers/p3p.hpp"
 
@@ -80,7 +80,7 @@ double smallest_error(const std::vector<Rigid3>& poses, const Problem& p) {
   return smallest;
 }
 
-// Every pose is a rotation in front of the points and sees them along the bearings.
+// Expects that every pose is a rotation and observes the points along the bearings.
 void expect_all_fit(const std::vector<Rigid3>& poses, const Problem& p, double tolerance = 1e-9) {
   EXPECT_LE(poses.size(), 4u);
   for (const Rigid3& pose : poses) {
@@ -94,7 +94,7 @@ void expect_all_fit(const std::vector<Rigid3>& poses, const Problem& p, double t
   }
 }
 
-// Share of problems whose true pose is among the answers to `tolerance`.
+// Share of problems whose true pose is among the results within `tolerance`.
 template <typename Make>
 double success_rate(int count, const Make& make, double tolerance = 1e-6) {
   Random random(11);
@@ -110,7 +110,7 @@ double success_rate(int count, const Make& make, double tolerance = 1e-6) {
 
 TEST(P3p, RandomProblemsAreExact) { EXPECT_EQ(1, success_rate(20000, random_problem)); }
 
-// How far a pose's bearings are off: rounding, over the ratio of the points' distances.
+// Error of a pose's bearings, divided by the ratio of the points' distances.
 double backward_error(const Rigid3& pose, const Problem& p) {
   const Matrix3d seen = (pose.rotation * p.points).colwise() + pose.translation;
   const Eigen::RowVector3d distance = seen.colwise().norm();
@@ -131,7 +131,7 @@ TEST(SlowP3p, AMillionRandomProblemsAreBackwardStable) {
   EXPECT_EQ(lost, 0);
 }
 
-TEST(P3p, AnswersAreDistinct) {
+TEST(P3p, ResultsAreDistinct) {
   Random random(6);
   for (int i = 0; i < 2000; ++i) {
     const Problem p = random_problem(random);
@@ -142,7 +142,7 @@ TEST(P3p, AnswersAreDistinct) {
   }
 }
 
-// The same poses in a moved and turned world, and as many of them.
+// Expects equal poses, and as many, in a moved and rotated world.
 TEST(P3p, DoesNotDependOnTheWorldFrame) {
   Random random(7);
   for (int i = 0; i < 2000; ++i) {
@@ -207,7 +207,7 @@ TEST(P3p, NeverPutsAPointBehindTheCamera) {
   Random random(10);
   int with_behind = 0;
   for (int i = 0; i < 5000; ++i) {
-    // Bearings of a camera some of whose points are behind it: only other poses may be returned.
+    // One point is behind the camera: only other poses may be returned.
     const Rigid3 pose{so3_exp(3 * test::random_vector(random)), test::random_vector(random)};
     Problem p = make_problem(random_points(random), pose);
     const int flipped = random.below(3);
@@ -247,13 +247,13 @@ TEST(P3pHardCases, OnTheDangerCylinder) {
                               random.uniform(0, 1.5));
       return make_problem(equilateral(), looking_up(random, position, 0.7));
     };
-    // A double root is known to the square root of the rounding error, and no better.
+    // A double root is determined to the square root of the rounding error only.
     EXPECT_GE(success_rate(3000, make), 0.99) << off;
     EXPECT_EQ(1, success_rate(3000, make, 1e-4)) << off;
   }
 }
 
-// The axis of three equal lamps: all four poses, which differ by thirds of a turn and the fourth.
+// On the axis of three equal lamps there are four poses: three differ by rotations of 120 degrees.
 TEST(P3pHardCases, OnTheAxisOfAnEquilateralTriangle) {
   Random random(12);
   for (int i = 0; i < 1000; ++i) {
@@ -310,7 +310,7 @@ TEST(P3pHardCases, NearlyCollinear) {
   EXPECT_GE(rate(1e-4), 0.95);
 }
 
-TEST(P3p, NothingForCollinearOrCoincidentPoints) {
+TEST(P3p, ReturnsNothingForCollinearOrCoincidentPoints) {
   Random random(13);
   for (int i = 0; i < 500; ++i) {
     const Rigid3 pose{so3_exp(test::random_vector(random)), {0, 0, 9}};
@@ -326,21 +326,21 @@ TEST(P3p, NothingForCollinearOrCoincidentPoints) {
   }
 }
 
-TEST(P3p, NothingForBearingsThatFitNoTriangle) {
-  // Two bearings coincide but their points do not, and the third's distance admits no such view.
+TEST(P3p, ReturnsNothingForBearingsThatFitNoTriangle) {
+  // Two bearings coincide but their points do not, and the third distance excludes such a view.
   Matrix3d bearings;
   bearings << 0, 0, 0.1, 0, 0, 0, 1, 1, 1;
   bearings.colwise().normalize();
   EXPECT_TRUE(p3p(bearings, equilateral()).empty());
-  // Opposite directions: the camera would be on the segment; the third is seen at 90 degrees,
-  // nearer than the triangle allows.
+  // Opposite directions: the camera would be on the segment. The third point is seen nearly along
+  // it, closer than the triangle allows.
   Matrix3d points;
   points << -1, 1, 0, 0, 0, 5, 0, 0, 0;
   bearings << -1, 1, 0.9999, 0, 0, std::sqrt(1 - 0.9999 * 0.9999), 0, 0, 0;
   EXPECT_TRUE(p3p(bearings, points).empty());
 }
 
-TEST(P3p, RefusesWhatIsNotFiniteOrNotUnit) {
+TEST(P3p, RejectsValuesThatAreNotFiniteOrNotUnit) {
   Random random(14);
   const Problem p = random_problem(random);
   for (const double bad :
@@ -356,7 +356,7 @@ TEST(P3p, RefusesWhatIsNotFiniteOrNotUnit) {
   EXPECT_THROW(p3p(Matrix3d::Zero(), p.points), std::invalid_argument);
 }
 
-TEST(P3pWithin, FindsTheExactAnswersToo) {
+TEST(P3pWithin, FindsTheExactPosesToo) {
   Random random(15);
   int found = 0;
   constexpr int count = 2000;
@@ -393,8 +393,8 @@ TEST(P3pWithin, PosesAreRotationsHoweverThinTheTriangle) {
   }
 }
 
-// On the danger cylinder noise makes the double root complex in half of the cases; its real part
-// still is a pose near the truth.
+// On the danger cylinder noise makes the double root complex in half of the cases. Its real part is
+// still a pose near the truth.
 TEST(P3pWithin, KeepsDoubleRootsUnderNoise) {
   constexpr double noise_rad = 1e-3;
   constexpr int count = 2000;

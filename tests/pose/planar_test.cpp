@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A camera of known tilt and height: two points, or one and a heading, tell its pose.
+// Pose of a camera of known tilt and height from two points, or from one point and a heading.
 #include "libocc/pose/solvers/planar.hpp"
 
 #include <gtest/gtest.h>
@@ -46,10 +46,12 @@ TEST(PlanarPoses, TwoPointsGiveTheTruthFirst) {
     const auto found = planar_poses(known.bearings, known.points, known.camera);
     ASSERT_GE(found.size(), 1u);
     ASSERT_LE(found.size(), 2u);
-    const double least = std::abs((known.points.row(2).array() - known.camera.height_m).maxCoeff());
-    EXPECT_LT(error(found.front().cam_from_world, known.pose), 1e-6 / std::min(1.0, least * least));
+    const double nearest_m =
+        std::abs((known.points.row(2).array() - known.camera.height_m).maxCoeff());
+    EXPECT_LT(error(found.front().cam_from_world, known.pose),
+              1e-6 / std::min(1.0, nearest_m * nearest_m));
     EXPECT_LT(found.front().misfit_rad, 1e-6);
-    for (const PoseCandidate& c : found) {  // all keep what is known
+    for (const PoseCandidate& c : found) {  // tilt and height are kept
       EXPECT_LT((c.cam_from_world.rotation.col(2) - known.camera.up_in_cam).norm(), 1e-9);
       EXPECT_NEAR(c.cam_from_world.origin_in_source().z(), known.camera.height_m,
                   1e-6 * (1 + known.points.norm()));
@@ -57,7 +59,8 @@ TEST(PlanarPoses, TwoPointsGiveTheTruthFirst) {
   }
 }
 
-// A point at the camera's own height tells its azimuth only: then both poses may be right.
+// The bearing of a point at the camera's height only determines an azimuth: both poses may be
+// right.
 TEST(PlanarPoses, APointAtTheCamerasHeightLeavesTwo) {
   Random random(2);
   int two = 0;
@@ -67,12 +70,12 @@ TEST(PlanarPoses, APointAtTheCamerasHeightLeavesTwo) {
     look(known);
     const auto found = planar_poses(known.bearings, known.points, known.camera);
     ASSERT_GE(found.size(), 1u);
-    double least = 1e9;
+    double smallest = 1e9;
     for (const PoseCandidate& c : found) {
-      least = std::min(least, error(c.cam_from_world, known.pose));
+      smallest = std::min(smallest, error(c.cam_from_world, known.pose));
       EXPECT_LT(c.misfit_rad, 1e-6);
     }
-    EXPECT_LT(least, 1e-3);
+    EXPECT_LT(smallest, 1e-3);
     two += found.size() == 2;
   }
   EXPECT_GT(two, 20);
@@ -89,7 +92,7 @@ TEST(PlanarPoses, OnePointAndAHeadingGiveTheTruth) {
   }
 }
 
-TEST(PlanarPoses, WhatTellsNothingGivesNone) {
+TEST(PlanarPoses, ReturnsNothingForAnUndeterminedHeading) {
   Random random(4);
   Known known = random_known(random);
   const double height = known.pose.origin_in_source().z();
@@ -99,7 +102,7 @@ TEST(PlanarPoses, WhatTellsNothingGivesNone) {
   EXPECT_TRUE(
       planar_poses(Vector3d(known.bearings.col(0)), known.points.col(0), 0, known.camera).empty());
   known = random_known(random);
-  known.points.col(1) = known.points.col(0) + Vector3d(0, 0, 0.7);  // above one another
+  known.points.col(1) = known.points.col(0) + Vector3d(0, 0, 0.7);  // one above the other
   look(known);
   EXPECT_TRUE(planar_poses(known.bearings, known.points, known.camera).empty());
   known = random_known(random);
@@ -108,12 +111,12 @@ TEST(PlanarPoses, WhatTellsNothingGivesNone) {
   EXPECT_TRUE(planar_poses(known.bearings, known.points, known.camera).empty());
 }
 
-TEST(PlanarPoses, MisfitSaysThatTheNamesAreWrong) {
+TEST(PlanarPoses, MisfitRevealsAWrongAssignment) {
   Random random(5);
   int large = 0, pairs = 0;
   for (int i = 0; i < 200; ++i) {
     Known known = random_known(random);
-    known.points.col(1) = 3 * test::random_vector(random);  // of another lamp
+    known.points.col(1) = 3 * test::random_vector(random);  // position of another lamp
     for (const PoseCandidate& c : planar_poses(known.bearings, known.points, known.camera)) {
       ++pairs;
       large += c.misfit_rad > 0.01;
@@ -122,7 +125,7 @@ TEST(PlanarPoses, MisfitSaysThatTheNamesAreWrong) {
   EXPECT_GT(large, 0.95 * pairs);
 }
 
-TEST(PlanarPoses, RefusesWhatIsNotUnit) {
+TEST(PlanarPoses, RejectsBearingsThatAreNotUnit) {
   Random random(6);
   Known known = random_known(random);
   known.bearings *= 2;

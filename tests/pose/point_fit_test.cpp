@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The least squares of points seen along bearings: derivatives, exactness, the minimum it reaches.
+// Least-squares pose from bearings: derivatives, exactness, and the minimum.
 #include "libocc/pose/internal/point_fit.hpp"
 
 #include <gtest/gtest.h>
@@ -20,11 +20,11 @@ using Rows = Eigen::Matrix<double, 2, 3>;
 
 struct Seen {
   KnownProblem known;
-  std::vector<Rows> across;  ///< of each bearing, over its sigmas
+  std::vector<Rows> across;  ///< rows orthogonal to each bearing, divided by its sigmas
   SeenPoints points;
 };
 
-// Bearings `noise_rad` off the truth, rows across them of different sigmas in different directions.
+// Adds `noise_rad` to the bearings; sigmas differ with the direction across a bearing.
 Seen random_seen(Random& random, int count, const ProblemKind& kind, double noise_rad,
                  double sigma_rad) {
   Seen seen;
@@ -45,12 +45,12 @@ Seen random_seen(Random& random, int count, const ProblemKind& kind, double nois
   return seen;
 }
 
-// A turn about the points' origin, then a shift, along the camera's axes.
+// Rotation about the points' origin, then a translation, along the camera's axes.
 Rigid3 moved(const Rigid3& pose, const Vector6& step) {
   return {so3_exp(step.head<3>()) * pose.rotation, pose.translation + step.tail<3>()};
 }
 
-// As the header states them, one by one.
+// Residuals as defined in the header, one by one.
 Eigen::VectorXd residuals(const Seen& seen, const Rigid3& pose) {
   const PoseProblem& p = seen.known.problem;
   Eigen::VectorXd r(2 * p.size());
@@ -92,7 +92,7 @@ TEST(PointFit, EquationsAreThoseOfTheResiduals) {
     }
 }
 
-TEST(PointFit, CheckRefusesWrongEquations) {
+TEST(PointFit, CheckRejectsWrongEquations) {
   Random random(2);
   const Seen seen = random_seen(random, 5, {}, 0.02, 0.05);
   const Rigid3 pose = start_near(seen, random, 0.03);
@@ -102,7 +102,7 @@ TEST(PointFit, CheckRefusesWrongEquations) {
   wrong.gradient *= 1.0001;
   EXPECT_FALSE(jacobian_agrees(wrong.information, j.transpose() * j));
   EXPECT_FALSE(jacobian_agrees(wrong.gradient, j.transpose() * residuals(seen, pose)));
-  // the library's other convention, a turn about the camera, is not these equations'
+  // The library's other convention, a rotation about the camera, has other equations.
   const Eigen::MatrixXd about_camera = numerical_jacobian(
       [&](const Eigen::VectorXd& s) { return residuals(seen, perturb(pose, s)); },
       Eigen::VectorXd::Zero(6));
@@ -122,7 +122,7 @@ TEST(PointFit, APointThatIsNotInFrontHasNoLikelihood) {
   }
 }
 
-TEST(PointFit, TakesPointsFromAnother) {
+TEST(PointFit, CopiesPointsFromAnother) {
   for (const bool rig : {false, true}) {
     Random random(4, rig);
     const Seen seen = random_seen(random, 7, {false, rig, false}, 0.01, 0.05);
@@ -149,7 +149,7 @@ TEST(PointFit, IsExactWithoutNoise) {
     }
 }
 
-// Gauss-Newton with derivatives by central differences, to the end.
+// Gauss-Newton with derivatives by central differences, to convergence.
 Rigid3 minimum_by_differences(const Seen& seen, Rigid3 pose) {
   for (int i = 0; i < 40; ++i) {
     const Eigen::MatrixXd j = residuals_by_step(seen, pose);
@@ -166,7 +166,7 @@ double sigmas_apart(const Rigid3& a, const Rigid3& b, const Matrix6& information
   return std::sqrt(apart.dot(information * apart));
 }
 
-TEST(PointFit, ReachesTheMinimumThatDifferencesReach) {
+TEST(PointFit, ReachesTheMinimumOfCentralDifferences) {
   for (const bool rig : {false, true})
     for (int i = 0; i < 60; ++i) {
       Random random(6, static_cast<std::uint64_t>(i));
@@ -182,8 +182,9 @@ TEST(PointFit, EquationsAreThoseAtTheReturnedPose) {
   for (const double tolerance : {1e-9, 1e-3, 1.0}) {
     Random random(7);
     const Seen seen = random_seen(random, 6, {}, 1e-3, 1e-3);
-    for (const int most : {1, 2, 30}) {
-      const PointFit fit = fit_points(seen.points, start_near(seen, random, 0.1), most, tolerance);
+    for (const int max_iterations : {1, 2, 30}) {
+      const PointFit fit =
+          fit_points(seen.points, start_near(seen, random, 0.1), max_iterations, tolerance);
       const PointEquations e = point_equations(seen.points, fit.pose);
       EXPECT_NEAR(fit.equations.chi2, e.chi2, 1e-9 * e.chi2);
       EXPECT_TRUE(jacobian_agrees(fit.equations.information, e.information, 1e-9));
@@ -191,8 +192,8 @@ TEST(PointFit, EquationsAreThoseAtTheReturnedPose) {
   }
 }
 
-// The stated tolerance is what is left, in views that determine the pose well and in those that do
-// not: far away a plane's tilt and its place along the view are all but one.
+// The remaining step is below the tolerance, in well-conditioned and ill-conditioned views: far
+// away a plane's tilt and its position along the view are strongly correlated.
 TEST(PointFit, LeavesNoMoreThanTheTolerance) {
   constexpr double tolerance = 1e-3;
   for (const double distance : {2.0, 10.0, 50.0}) {
@@ -212,7 +213,7 @@ TEST(PointFit, LeavesNoMoreThanTheTolerance) {
   }
 }
 
-TEST(PointFit, SaysWhenItStoppedEarly) {
+TEST(PointFit, ReportsThatItStoppedEarly) {
   Random random(9);
   const Seen seen = random_seen(random, 6, {}, 1e-3, 1e-3);
   const Rigid3 start = start_near(seen, random, 0.2);
@@ -227,7 +228,7 @@ TEST(PointFit, SaysWhenItStoppedEarly) {
 TEST(VarianceFactor, EnlargesBeyondChanceOnly) {
   EXPECT_EQ(variance_factor(100, 0), 1);
   EXPECT_EQ(variance_factor(5, 10), 1);  // never smaller
-  // 99.9 % quantiles by table: 13.816 (2), 29.588 (10), 149.449 (100)
+  // 99.9 % quantiles from a table: 13.816 (2), 29.588 (10), 149.449 (100)
   for (const auto& [dof, quantile] :
        {std::pair(2, 13.816), std::pair(10, 29.588), std::pair(100, 149.449)}) {
     EXPECT_EQ(variance_factor(0.97 * quantile, dof), 1) << dof;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Inputs that break solvers: none may crash, throw, print or return more than it says; and those
-// that a method cannot take are refused by returning nothing.
+// Degenerate inputs: no solver may crash, throw, print or return more candidates than it declares.
+// For inputs that a method does not accept it returns nothing.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -110,9 +110,9 @@ PoseProblem degenerate_problem(const Solver& solver, const Degeneracy& degenerac
   return problem;
 }
 
-class Silence {  // what is printed while it lives
+class CapturedOutput {  // everything printed during its lifetime
  public:
-  Silence() {
+  CapturedOutput() {
     testing::internal::CaptureStderr();
     testing::internal::CaptureStdout();
   }
@@ -122,7 +122,7 @@ class Silence {  // what is printed while it lives
 };
 
 TEST(DegenerateSolvers, NoneCrashesThrowsOrPrints) {
-  Silence silence;
+  CapturedOutput output;
   for (const Degeneracy& degeneracy : degeneracies())
     for (const Solver& solver : solvers())
       for (int i = 0; i < 20; ++i) {
@@ -133,11 +133,11 @@ TEST(DegenerateSolvers, NoneCrashesThrowsOrPrints) {
         EXPECT_LE(static_cast<int>(candidates.size()), solver.max_candidates)
             << solver.name << ", " << degeneracy.name;
       }
-  EXPECT_EQ(silence.printed(), "");
+  EXPECT_EQ(output.printed(), "");
 }
 
-TEST(DegenerateSolvers, BearingsOfNoPoseAreSurvived) {
-  Silence silence;
+TEST(DegenerateSolvers, SurviveBearingsOfNoPose) {
+  CapturedOutput output;
   for (const Solver& solver : solvers())
     for (int i = 0; i < 60; ++i) {
       Random random(4, static_cast<std::uint64_t>(i));
@@ -151,7 +151,7 @@ TEST(DegenerateSolvers, BearingsOfNoPoseAreSurvived) {
       std::vector<Rigid3> candidates;
       EXPECT_NO_THROW(solver.solve(problem, candidates)) << solver.name;
     }
-  EXPECT_EQ(silence.printed(), "");
+  EXPECT_EQ(output.printed(), "");
 }
 
 bool anything_finite(const std::vector<Rigid3>& candidates) {
@@ -168,7 +168,7 @@ TEST(DegenerateSolvers, CoincidentPointsYieldNoPose) {
   }
 }
 
-TEST(DegenerateSolvers, LayoutsThatAMethodCannotTakeAreRefused) {
+TEST(DegenerateSolvers, RejectLayoutsThatAMethodDoesNotAccept) {
   Random random(6);
   for (const char* name : {"dlt", "epnp", "gpnp", "posit"}) {
     const PoseProblem flat = random_problem(random, 8, {true, true, false}).problem;
@@ -178,12 +178,12 @@ TEST(DegenerateSolvers, LayoutsThatAMethodCannotTakeAreRefused) {
     const PoseProblem line = degenerate_problem(solver_named(name), degeneracies()[1], random);
     EXPECT_TRUE(candidates_of(solver_named(name), line).empty()) << name;
   }
-  // one centre says nothing to a method whose linear system needs several
+  // The linear system of this method needs several centres.
   const PoseProblem central = random_problem(random, 8, {}).problem;
   EXPECT_TRUE(candidates_of(solver_named("gpnp"), central).empty());
 }
 
-TEST(DegenerateSolvers, BearingsThatNoImagePlaneHoldsAreRefused) {
+TEST(DegenerateSolvers, RejectBearingsOutsideAnyImagePlane) {
   PoseProblem around;  // four bearings, each 109 degrees from the others
   around.points = Eigen::Matrix3Xd(3, 6);
   around.points << 1, -1, 1, -1, 2, 0, 1, -1, -1, 1, 0, 2, 1, 1, -1, -1, 0, 0;
@@ -192,7 +192,7 @@ TEST(DegenerateSolvers, BearingsThatNoImagePlaneHoldsAreRefused) {
     EXPECT_TRUE(candidates_of(solver_named(name), around).empty()) << name;
 }
 
-// OpenGV's own UPnP reads outside its memory here.
+// OpenGV's own UPnP reads outside its memory for this problem.
 TEST(DegenerateSolvers, UpnpSolvesAFaceOnCube) {
   PoseProblem problem;
   problem.points.resize(3, 8);
@@ -203,28 +203,29 @@ TEST(DegenerateSolvers, UpnpSolvesAFaceOnCube) {
   EXPECT_LT(best_error(candidates_of(solver_named("upnp"), problem), truth), 1e-6);
 }
 
-TEST(DegenerateSolvers, HeadingThatIsNotObservableIsRefused) {
+TEST(DegenerateSolvers, RejectAnUnobservableHeading) {
   const Solver& upright = solver_named("upright_p2p");
   PoseProblem problem;
   problem.up_in_cam = Eigen::Vector3d::UnitZ();
   problem.points = (Eigen::Matrix3Xd(3, 2) << 0, 0, 0, 0, -1, 1).finished();  // one above the other
   problem.bearings = (problem.points.colwise() + Eigen::Vector3d(3, 0, 0)).colwise().normalized();
   EXPECT_TRUE(candidates_of(upright, problem).empty());
-  problem.points = (Eigen::Matrix3Xd(3, 2) << 0, 0, -1, 1, 0, 0).finished();  // at its own height
+  problem.points =
+      (Eigen::Matrix3Xd(3, 2) << 0, 0, -1, 1, 0, 0).finished();  // at the camera's height
   problem.bearings = (problem.points.colwise() + Eigen::Vector3d(3, 0, 0)).colwise().normalized();
   EXPECT_TRUE(candidates_of(upright, problem).empty());
 }
 
-TEST(DegenerateSolvers, GravityThatContradictsTheBearingsIsRefused) {
+TEST(DegenerateSolvers, RejectGravityThatContradictsTheBearings) {
   PoseProblem problem;
   problem.points = (Eigen::Matrix3Xd(3, 2) << -0.1, 0.1, 0, 0, -1, 1).finished();
   problem.bearings =
       (Eigen::Matrix3Xd(3, 2) << -0.5, 0.5, 0, 0, 1, 1).finished().colwise().normalized();
-  problem.up_in_cam = Eigen::Vector3d::UnitY();  // the upper point cannot be beside the lower
+  problem.up_in_cam = Eigen::Vector3d::UnitY();  // the upper point would be beside the lower
   EXPECT_TRUE(candidates_of(solver_named("upright_p2p"), problem).empty());
 }
 
-// OpenGV's EPnP works in static memory: without the lock about one result in 300 differs here.
+// OpenGV's EPnP uses static memory: without the lock about one result in 300 differs.
 TEST(DegenerateSolvers, ThreadsDoNotDisturbOneAnother) {
   const Solver& epnp = solver_named("epnp");
   constexpr std::size_t count = 2000, workers = 4;

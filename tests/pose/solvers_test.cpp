@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every solver on noise-free problems suited to it: in what share of them it returns the truth.
+// Share of suitable noise-free problems in which each solver returns the true pose.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double exact = 1e-6;
 
-// Share of problems in which a bare candidate is within `tolerance` of the truth.
+// Share of problems in which a candidate of the bare solver is within `tolerance` of the truth.
 double solved(const char* name, int count, const ProblemKind& kind, double tolerance = exact,
               int problems = 200) {
   const Solver& solver = solver_named(name);
@@ -38,10 +38,10 @@ ProblemKind at(double distance, bool in_plane) {
   return {in_plane, false, false, distance, distance * 1.001};
 }
 
-TEST(Solvers, ListTellsWhatEachTakes) {
+TEST(Solvers, ListIsComplete) {
   std::set<std::string> names;
   for (const Solver& solver : solvers()) {
-    EXPECT_TRUE(names.insert(solver.name).second) << solver.name << " is there twice";
+    EXPECT_TRUE(names.insert(solver.name).second) << solver.name << " is listed twice";
     EXPECT_EQ(&solver_named(solver.name), &solver);
     EXPECT_TRUE(solver.max_points == 0 || solver.max_points >= solver.min_points) << solver.name;
     EXPECT_GE(solver.max_candidates, 1) << solver.name;
@@ -50,10 +50,10 @@ TEST(Solvers, ListTellsWhatEachTakes) {
   }
 }
 
-TEST(Solvers, UnknownNameIsRefusedWithThoseThatExist) {
-  const std::string said = complaint([] { solver_named("p3p_kniep"); });
-  EXPECT_NE(said.find("p3p_kniep"), std::string::npos) << said;
-  EXPECT_NE(said.find("p3p_kneip"), std::string::npos) << said;
+TEST(Solvers, UnknownNameIsRejectedWithTheExistingNames) {
+  const std::string message = complaint([] { solver_named("p3p_kniep"); });
+  EXPECT_NE(message.find("p3p_kniep"), std::string::npos) << message;
+  EXPECT_NE(message.find("p3p_kneip"), std::string::npos) << message;
 }
 
 TEST(Solvers, SolveIntoACandidateListOnlyAppends) {
@@ -137,17 +137,17 @@ TEST(Solvers, PositConvergesFromThreeSizesAway) {
   EXPECT_GE(solved("posit", 4, at(3, false)), 0.97);
   EXPECT_EQ(solved("posit", 6, at(5, false)), 1);
   EXPECT_EQ(solved("posit", 4, at(50, false)), 1);
-  EXPECT_LT(solved("posit", 4, at(1.5, false)), 0.9);  // as it says
+  EXPECT_LT(solved("posit", 4, at(1.5, false)), 0.9);  // as its `failures` states
 }
 
 TEST(Solvers, PositInAPlaneConvergesFromFarther) {
   EXPECT_GE(solved("posit_coplanar", 4, at(4, true)), 0.87);
   EXPECT_GE(solved("posit_coplanar", 4, at(10, true)), 0.95);
   EXPECT_GE(solved("posit_coplanar", 4, at(50, true)), 0.99);
-  EXPECT_LT(solved("posit_coplanar", 4, at(2, true)), 0.85);  // as it says
+  EXPECT_LT(solved("posit_coplanar", 4, at(2, true)), 0.85);  // as its `failures` states
 }
 
-// Bearings all around, which no image plane holds.
+// Bearings in all directions, which no image plane contains.
 TEST(Solvers, CameraAmongThePoints) {
   ProblemKind among{false, false, false, 0.1, 0.6};
   among.widest = -1;
@@ -167,7 +167,7 @@ TEST(Solvers, CameraAmongThePoints) {
   EXPECT_EQ(solved("gpnp", 6, among, exact, 100), 1);
 }
 
-// Far away a plane has two poses that differ in tilt and fit alike: both must come out.
+// Far away a plane has two poses that differ in tilt and fit equally well: both must be returned.
 TEST(Solvers, BothPosesOfAPlaneAreReturned) {
   for (const char* name : {"ippe", "posit_coplanar"})
     for (int i = 0; i < 50; ++i) {
@@ -185,8 +185,7 @@ TEST(Solvers, BothPosesOfAPlaneAreReturned) {
     }
 }
 
-// A camera above the middle of an equilateral triangle, and off it along an axis of symmetry: up to
-// four poses, two of which are mirror images.
+// A camera above the middle of an equilateral triangle has four poses.
 TEST(Solvers, TriangleFindsAllPosesOfSymmetricViews) {
   PoseProblem problem;
   problem.points.resize(3, 3);

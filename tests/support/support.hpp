@@ -17,6 +17,9 @@
 
 namespace occ::test {
 
+/// A pinhole camera of 640 x 480 pixels without distortion.
+inline Camera vga_camera() { return Camera::pinhole(640, 480, 500, 500, 319.5, 239.5); }
+
 /// Central differences of f at x, with a step for each argument.
 inline Eigen::MatrixXd numerical_jacobian(
     const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& f, const Eigen::VectorXd& x,

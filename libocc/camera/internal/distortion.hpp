@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenCV's lens distortion on the plane z = 1, without the tilt; equations in camera.hpp.
+// OpenCV's lens distortion on the plane z = 1, and its tilted sensor; equations in pinhole.hpp.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,18 +12,18 @@ namespace occ::internal::camera {
 
 using DistortionCoefficients = std::array<double, 14>;
 
-/// Distorted point; `jacobian` (optional): d distorted / d undistorted.
+/// Distorted point, without the tilt; `jacobian` (optional): d distorted / d undistorted.
 Eigen::Vector2d distort(const DistortionCoefficients& k, const Eigen::Vector2d& undistorted,
                         Eigen::Matrix2d* jacobian = nullptr);
 
-/// d distorted / d each of the first twelve coefficients.
+/// d distorted / d (first twelve coefficients).
 Eigen::Matrix<double, 2, 12> distort_by_coefficients(const DistortionCoefficients& k,
                                                      const Eigen::Vector2d& undistorted);
 
-/// First r^2 at which the distorted radius stops growing, infinity when there is none.
+/// First r^2 at which the distorted radius stops growing, infinity if there is none.
 double domain_radius_squared(const DistortionCoefficients& k);
 
-/// The point inside the domain that distorts to `distorted`, or nothing.
+/// Inverse of `distort` inside the domain, or nothing.
 std::optional<Eigen::Vector2d> undistort(const DistortionCoefficients& k, double max_radius_squared,
                                          const Eigen::Vector2d& distorted);
 

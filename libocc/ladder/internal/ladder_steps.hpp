@@ -6,7 +6,7 @@
 
 #include "libocc/core/abi.hpp"
 #include "libocc/ladder/ladder.hpp"
-#include "libocc/pose/problem.hpp"
+#include "libocc/pose/solver.hpp"
 
 namespace occ::internal::ladder {
 

@@ -7,9 +7,9 @@
 
 #include "libocc/camera/camera.hpp"
 #include "libocc/core/abi.hpp"
+#include "libocc/pose/internal/frames.hpp"
 #include "libocc/pose/internal/point_fit.hpp"
-#include "libocc/pose/internal/spread.hpp"
-#include "libocc/pose/internal/unit_frame.hpp"
+#include "libocc/pose/internal/point_layout.hpp"
 
 namespace occ::internal::locate {
 

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: starting values for the distances of P3P. With the differences u = d_0 - d_2,
-// v = d_1 - d_2 and w = d_2 (times sqrt(sum of squared chords): then narrow and wide angles give
-// numbers of one size), each distance equation is a conic Q_k(u, v, w) = side2_k, and
+// Initial values for the distances of P3P (p3p_roots.hpp) as intersections of two conics.
+//
+// The unknowns are the differences u = d_0 - d_2, v = d_1 - d_2 and w = d_2. w is scaled by
+// sqrt(sum of squared chords), so that numbers have similar sizes at narrow and wide angles. Each
+// distance equation is a conic Q_k(u, v, w) = side2_k, and
 //     A = Q_2 - side2_2 (Q_0 + Q_1 + Q_2) = 0,   B = Q_1 - side2_1 (Q_0 + Q_1 + Q_2) = 0
-// are two conics whose at most four intersections are the roots up to scale. A member x A + y B of
-// their pencil is a pair of lines when its determinant, a cubic in (x : y), vanishes; the lines
-// meet any other member in the intersections. Source of the approach: Ding, Yang, Larsson, Olsson,
-// Astrom, "Revisiting the P3P Problem", CVPR 2023, and Persson, Nordberg, "Lambda Twist", ECCV
-// 2018; here in chords and differences instead of cosines, and in homogeneous numbers throughout.
+// are two conics. Their at most four intersections are the roots up to scale. A member x A + y B of
+// their pencil is a pair of lines if its determinant, a cubic in (x : y), vanishes. These lines
+// meet any other member of the pencil in the intersections.
+//
+// Source of the approach: Ding, Yang, Larsson, Olsson, Astrom, "Revisiting the P3P Problem", CVPR
+// 2023, and Persson, Nordberg, "Lambda Twist", ECCV 2018. Chords and differences replace their
+// cosines, and all numbers are homogeneous.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +20,7 @@
 #include <cstring>
 
 #include "libocc/core/abi.hpp"
-#include "libocc/pose/internal/distance_equations.hpp"
+#include "libocc/pose/internal/p3p_roots.hpp"
 
 namespace occ::internal::pose {
 
@@ -39,8 +43,8 @@ inline Conic combined(double x, const Conic& a, double y, const Conic& b) {
           x * a.uv + y * b.uv, x * a.uw + y * b.uw, x * a.vw + y * b.vw};
 }
 
-/// Within 4 % of the cube root of x >= 0, by a third of the floating-point number's exponent.
-inline double rough_cube_root(double x) {
+/// Cube root of x >= 0 to 4 %, by dividing the exponent of the floating-point number by three.
+inline double approximate_cube_root(double x) {
   std::uint64_t bits;
   std::memcpy(&bits, &x, sizeof bits);
   bits = bits / 3 + 0x2A9F7893782DA1CE;
@@ -48,16 +52,15 @@ inline double rough_cube_root(double x) {
   return x;
 }
 
-/// The real root of t^3 + b t^2 + c t + d that lies furthest from the others: of the depressed
-/// cubic s^3 + p s + q the one of sign -q, which no other root is near. Newton's method from a
-/// start that is at most 20 % above it for p < 0.
+/// The real root of t^3 + b t^2 + c t + d that is farthest from the others. In the depressed cubic
+/// s^3 + p s + q it is the root of sign -q. Newton's method starts at most 20 % above it for p < 0.
 inline double separated_root(double b, double c, double d) {
   const double shift = b * (1.0 / 3);
   const double p = c - b * shift;
   const double q = d + shift * (2 * shift * shift - c);
   const double magnitude = std::abs(q);
   const double width = std::sqrt(std::max(0.0, -p));
-  double s = rough_cube_root(width * width * width + 1.5 * magnitude), before;
+  double s = approximate_cube_root(width * width * width + 1.5 * magnitude), before;
   const auto improve = [&] { return (2 * s * s * s + magnitude) / (3 * s * s + p); };
   s = improve();
   s = improve();
@@ -67,7 +70,7 @@ inline double separated_root(double b, double c, double d) {
     if (std::abs(s - before) < 1e-3 * s) break;
   }
   const double t = (q <= 0 ? s : -s) - shift;
-  // What was lost by the shift: one step on the cubic itself.
+  // One step on the cubic itself restores the digits lost by the shift.
   const double step = (((t + b) * t + c) * t + d) / ((3 * t + 2 * b) * t + c);
   return std::abs(step) < 1e-5 * (std::abs(t) + s) ? t - step : t;
 }
@@ -85,7 +88,8 @@ inline Member degenerate_member(const Conic& a, const Conic& b) {
                        b.uu * adj_b.uu + b.uv * adj_b.uv + b.uw * adj_b.uw};
   const double ends = std::max(std::abs(c[0]), std::abs(c[3]));
   if (ends < 0.05 * std::max(std::abs(c[1]), std::abs(c[2]))) {
-    // Both nearly degenerate: y = z - k x with k = 1 or -1 makes the coefficient of x^3 large.
+    // Both conics are nearly degenerate: y = z - k x with k = 1 or -1 makes the coefficient of x^3
+    // large.
     const double k = (c[0] + c[2]) * (c[1] + c[3]) > 0 ? -1 : 1;
     const double lead = c[0] - k * c[1] + c[2] - k * c[3], inverse = 1 / lead;
     const double x = separated_root((c[1] - 2 * k * c[2] + 3 * c[3]) * inverse,
@@ -100,7 +104,7 @@ inline Member degenerate_member(const Conic& a, const Conic& b) {
   return forward ? Member{root, 1} : Member{1, root};
 }
 
-/// A double line's adjugate is all rounding, of either sign.
+/// True for a double line, whose adjugate consists of rounding errors of either sign.
 inline bool is_double_line(const Conic& c, const Conic& adj) {
   const double size = std::max({std::abs(c.uu), std::abs(c.vv), std::abs(c.ww), std::abs(c.uv),
                                 std::abs(c.uw), std::abs(c.vw)});
@@ -111,14 +115,13 @@ struct LinePair {
   double first[3], second[3];
 };
 
-/// The lines l, m of a degenerate conic l m^T + m l^T; false when they are not real. Its adjugate
-/// is
-/// -(l x m)(l x m)^T, and adding the cross-product matrix of l x m leaves 2 l m^T.
+/// The lines l, m of a degenerate conic l m^T + m l^T; returns false if they are not real. The
+/// conic's adjugate is -(l x m)(l x m)^T; adding the cross-product matrix of l x m yields 2 l m^T.
 inline bool split(const Conic& c, LinePair& lines) {
   const Conic adj = adjugate(c);
   const double columns[3][3] = {
       {adj.uu, adj.uv, adj.uw}, {adj.uv, adj.vv, adj.vw}, {adj.uw, adj.vw, adj.ww}};
-  const int i = largest_of(-adj.uu, -adj.vv, -adj.ww);
+  const int i = argmax(-adj.uu, -adj.vv, -adj.ww);
   const double square = -columns[i][i], *v = columns[i];
   if (!(square > 0) && !is_double_line(c, adj)) return false;
   const double f = square > 0 ? std::sqrt(square) : 1;
@@ -126,12 +129,12 @@ inline bool split(const Conic& c, LinePair& lines) {
   const double n[3][3] = {{f * c.uu, uv - v[2], uw + v[1]},
                           {uv + v[2], f * c.vv, vw - v[0]},
                           {uw - v[1], vw + v[0], f * c.ww}};
-  const int row = largest_of(std::abs(n[0][0]) + std::abs(n[0][1]) + std::abs(n[0][2]),
-                             std::abs(n[1][0]) + std::abs(n[1][1]) + std::abs(n[1][2]),
-                             std::abs(n[2][0]) + std::abs(n[2][1]) + std::abs(n[2][2]));
-  const int column = largest_of(std::abs(n[0][0]) + std::abs(n[1][0]) + std::abs(n[2][0]),
-                                std::abs(n[0][1]) + std::abs(n[1][1]) + std::abs(n[2][1]),
-                                std::abs(n[0][2]) + std::abs(n[1][2]) + std::abs(n[2][2]));
+  const int row = argmax(std::abs(n[0][0]) + std::abs(n[0][1]) + std::abs(n[0][2]),
+                         std::abs(n[1][0]) + std::abs(n[1][1]) + std::abs(n[1][2]),
+                         std::abs(n[2][0]) + std::abs(n[2][1]) + std::abs(n[2][2]));
+  const int column = argmax(std::abs(n[0][0]) + std::abs(n[1][0]) + std::abs(n[2][0]),
+                            std::abs(n[0][1]) + std::abs(n[1][1]) + std::abs(n[2][1]),
+                            std::abs(n[0][2]) + std::abs(n[1][2]) + std::abs(n[2][2]));
   for (int e = 0; e < 3; ++e) {
     lines.first[e] = n[row][e];
     lines.second[e] = n[e][column];
@@ -139,11 +142,10 @@ inline bool split(const Conic& c, LinePair& lines) {
   return true;
 }
 
-/// The two points (u, v, w) of a conic on a line, up to scale; the same twice where it is a tangent
-/// to rounding. False when they are not real.
+/// The two points (u, v, w) of a conic on a line, up to scale; equal if the line is a tangent to
+/// rounding. Returns false if they are not real.
 inline bool intersect(const double c[3][3], const double l[3], double points[2][3]) {
-  const int i = largest_of(std::abs(l[0]), std::abs(l[1]), std::abs(l[2])), j = next(i),
-            k = next(j);
+  const int i = argmax(std::abs(l[0]), std::abs(l[1]), std::abs(l[2])), j = next(i), k = next(j);
   // A point of the line is e_j s + e_k t + e_i (y s + z t).
   const double inverse = -1 / l[i], y = l[j] * inverse, z = l[k] * inverse;
   // a s^2 + 2 b s t + g t^2 = 0
@@ -158,7 +160,7 @@ inline bool intersect(const double c[3][3], const double l[3], double points[2][
     points[n][j] = s[n];
     points[n][k] = t[n];
   }
-  // Rounding, amplified by the cubic's, can make a double root complex.
+  // Rounding, amplified by that of the cubic, can make a double root complex.
   return discriminant >= -1e-5 * (b * b + std::abs(a * g));
 }
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: the pose that most points agree with, when some were matched wrongly. Poses from random
-// samples of three points (two when the vertical is known) are ranked by a truncated sum of squares
-// (Torr, Zisserman, "MLESAC", CVIU 78, 2000, section 3: MSAC), wider than the final one as a sample
-// carries its own noise; each that beats all before it is improved by least squares over those who
-// agree (Chum, Matas, Kittler, "Locally optimized RANSAC", DAGM 2003), until one more sample would
-// hardly find better (Fischler, Bolles, "Random sample consensus", CACM 24, 1981, section II.B).
+// Pose from correspondences with outliers: locally optimised MSAC.
+//
+// Poses from random samples of three points (two when the vertical is known) are ranked by a
+// truncated sum of squares (Torr, Zisserman, "MLESAC", CVIU 78, 2000, section 3: MSAC). Its gate is
+// wider than the final one because a sample carries its own noise. Each new best pose is improved
+// by least squares over its inliers (Chum, Matas, Kittler, "Locally optimized RANSAC", DAGM 2003).
+// The number of samples follows from the best inlier ratio (Fischler, Bolles, "Random sample
+// consensus", CACM 24, 1981, section II.B).
 #pragma once
 
 #include <Eigen/Core>
@@ -18,24 +20,24 @@
 namespace occ::internal::pose {
 
 struct ConsensusOptions {
-  double gate_sigmas = 4;      ///< beyond, a point disagrees
-  double sample_sigmas = 12;   ///< the same for a pose from a sample
-  double confidence = 0.9999;  ///< that a sample without a wrong match was drawn
-  int max_iterations = 100000;
-  int min_inliers = 4;  ///< fewer are of no interest, nor looked for any longer
+  double gate_sigmas = 4;       ///< limit of an inlier's residual
+  double sample_sigmas = 12;    ///< limit for a pose from a sample, which carries its own noise
+  double confidence = 0.9999;   ///< probability that a sample without an outlier was drawn
+  int max_iterations = 100000;  ///< limit of the samples
+  int min_inliers = 4;          ///< the search stops once poses with so many are ruled out
   std::uint64_t seed = 0;
   std::optional<Eigen::Vector3d> up_in_cam;
 };
 
 struct Consensus {
-  Rigid3 pose;               ///< of the points' frame
+  Rigid3 pose;               ///< cam_from_points
   std::vector<int> inliers;  ///< ascending; empty when no sample gave a pose
-  double cost = 0;           ///< inliers: chi2 over the gate's; others 1 each
+  double cost = 0;           ///< sum over inliers of chi2 / gate^2, plus 1 for each outlier
   int iterations = 0;        ///< samples drawn
   bool confident = false;    ///< false: stopped by max_iterations
 };
 
-/// Points about their frame's origin, in units of their size; bearings with a positive z.
+/// Points: about their frame's origin, in units of their size; bearings: unit, with a positive z.
 Consensus find_consensus(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& bearings,
                          const SeenPoints& seen, const ConsensusOptions& options);
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: the most likely pose for points seen along bearings, from a start. Residuals are taken
-// in the plane that touches the unit sphere at the bearing, r = A x / (f . x), x the point in the
-// camera's frame, f its bearing, A two rows across f over the sigmas: any central camera or rig,
-// any field of view. Gauss-Newton steps, and
-// Levenberg-Marquardt steps (core/internal/least_squares.hpp) where one of them fails.
+// Maximum-likelihood pose from points and their observed bearings, from an initial pose.
+//
+// Residuals are in the plane that touches the unit sphere at the bearing, r = A x / (f . x), with
+// the point x in the camera frame, its bearing f, and two rows A orthogonal to f, divided by the
+// sigmas. This suits any central camera or rig and any field of view. Gauss-Newton, followed if
+// necessary by Levenberg-Marquardt (core/internal/least_squares.hpp).
 #pragma once
 
 #include <Eigen/Core>
@@ -11,10 +12,11 @@
 
 #include "libocc/core/abi.hpp"
 #include "libocc/geometry/rigid.hpp"
+#include "libocc/pose/solver.hpp"
 
 namespace occ::internal::pose {
 
-/// Points and what was seen of them, four to a block.
+/// Points with their observed bearings, stored in blocks of four.
 class LIBOCC_API SeenPoints {
  public:
   using Four = Eigen::Array<double, 4, 1>;
@@ -23,19 +25,19 @@ class LIBOCC_API SeenPoints {
     Four point[3];      ///< X, world
     Four bearing[3];    ///< f
     Four across[2][3];  ///< A
-    Four offset[2];     ///< A o, o where the bearing starts
+    Four offset[2];     ///< A o with the start o of the bearing
     Four along;         ///< f . o
   };
 
   void reserve(int count);
 
   /// `across`: two rows orthogonal to the bearing, times the inverse of a square root of the
-  /// direction's covariance; `origin`: where the bearing starts, camera frame.
+  /// direction's covariance; `origin`: start of the bearing, camera frame.
   void add(const Eigen::Vector3d& point, const Eigen::Vector3d& bearing,
            const Eigen::Matrix<double, 2, 3>& across,
            const Eigen::Vector3d& origin = Eigen::Vector3d::Zero());
 
-  /// One of another's.
+  /// Adds point i of `other`.
   void add(const SeenPoints& other, int i);
 
   int count() const { return count_; }
@@ -50,8 +52,12 @@ class LIBOCC_API SeenPoints {
   int count_ = 0;
 };
 
-/// J^T J, J^T r, r^T r for a turn about the origin of the *points'* frame, then a shift, both along
-/// the camera's axes: nearly uncorrelated when that origin is among the points.
+/// The points of a problem, with a sigma of 1 rad for every direction.
+LIBOCC_API SeenPoints seen_along(const PoseProblem& problem);
+
+/// Normal equations J^T J, J^T r, r^T r for a rotation about the origin of the *points'* frame,
+/// followed by a translation, both along the camera's axes. They are nearly uncorrelated if that
+/// origin is among the points.
 struct PointEquations {
   Matrix6 information = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();
@@ -61,7 +67,7 @@ struct PointEquations {
 LIBOCC_API PointEquations point_equations(const SeenPoints& seen, const Rigid3& pose);
 LIBOCC_API double point_chi2(const SeenPoints& seen, const Rigid3& pose);
 
-/// Of each point alone, in `chi2`; infinite for those that are not in front.
+/// Writes chi2 of each point to `chi2`; infinite for points that are not in front.
 LIBOCC_API void each_chi2(const SeenPoints& seen, const Rigid3& pose, std::vector<double>& chi2);
 
 struct PointFit {
@@ -71,8 +77,8 @@ struct PointFit {
   bool converged = false;
 };
 
-/// Points should lie about their frame's origin, in units of their size. `tolerance`: the step in
-/// sigmas (its Mahalanobis length) that is left; rounding of chi2 is a limit to it.
+/// Points should be about their frame's origin, in units of their size. `tolerance`: Mahalanobis
+/// length [sigmas] of the remaining step; rounding of chi2 limits it.
 LIBOCC_API PointFit fit_points(const SeenPoints& seen, const Rigid3& start, int max_iterations,
                                double tolerance);
 

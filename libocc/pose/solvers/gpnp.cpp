@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/pose/internal/gpnp.hpp"
+#include "libocc/pose/solvers/gpnp.hpp"
 
 #include <Eigen/Dense>
 #include <opengv/absolute_pose/modules/main.hpp>
 
 #include "libocc/pose/internal/bearing_basis.hpp"
-#include "libocc/pose/internal/opengv_types.hpp"
+#include "libocc/pose/internal/opengv.hpp"
 #include "libocc/pose/internal/point_layout.hpp"
 
-namespace occ::internal::pose {
+namespace occ {
+
+using namespace internal::pose;
 namespace {
 
-// Singular values below this share of the largest belong to the null space.
-constexpr double null_space = 1e-9;
-
-}  // namespace
+// Singular values below this share of the largest one belong to the null space.
+constexpr double null_space_share = 1e-9;
 
 void solve_gpnp(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
   const Eigen::Index n = problem.points.cols();
   const PointLayout layout = point_layout(problem.points);
   if (n < 6 || problem.origins.cols() != n || !spans_space(layout)) return;
-  // Seen from a single centre the system is homogeneous, and OpenGV's search starts at zero.
+  // With a single centre the system is homogeneous, and OpenGV's search would start at zero.
   if (!((problem.origins.colwise() - problem.origins.col(0)).norm() > 0)) return;
   // Control points: the centroid and a unit step along each principal axis.
   Eigen::Matrix4Xd weights(4, n);
@@ -29,7 +29,7 @@ void solve_gpnp(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
   OpengvVectors controls(4, layout.centroid);
   for (std::size_t k = 1; k < 4; ++k) controls[k] += layout.axes.col(static_cast<int>(k) - 1);
 
-  Eigen::MatrixXd equations(2 * n, 12);  // on the control points in the rig's frame
+  Eigen::MatrixXd equations(2 * n, 12);  // unknowns: control points in the rig frame
   Eigen::VectorXd offsets(2 * n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const TangentBasis basis = tangent_basis(problem.bearings.col(i));
@@ -37,7 +37,7 @@ void solve_gpnp(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
     if (problem.origins.cols() == n) offsets.segment<2>(2 * i) = basis * problem.origins.col(i);
   }
   Eigen::JacobiSVD<Eigen::MatrixXd> svd(equations, Eigen::ComputeThinU | Eigen::ComputeFullV);
-  svd.setThreshold(null_space);
+  svd.setThreshold(null_space_share);
   const Eigen::Matrix<double, 12, 1> particular = svd.solve(offsets);
   const Eigen::Matrix<double, 12, 12> directions = svd.matrixV();
   OpengvPose world_from_cam;
@@ -45,4 +45,17 @@ void solve_gpnp(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
   candidates.push_back(cam_from_world(world_from_cam));
 }
 
-}  // namespace occ::internal::pose
+}  // namespace
+
+constexpr Solver gpnp_solver = {
+    /*name=*/"gpnp",
+    /*min_points=*/6,
+    /*max_points=*/0,
+    /*max_candidates=*/1, Layout::not_coplanar,
+    /*needs_up=*/false,
+    /*takes_origins=*/true,
+    /*failures=*/
+    "requires bearings from several centres: returns nothing for one camera; nearly flat points",
+    /*source=*/"Kneip, Furgale, Siegwart, ICRA 2013; search by OpenGV", solve_gpnp};
+
+}  // namespace occ

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/pose/internal/homography.hpp"
+#include "libocc/pose/solvers/homography.hpp"
 
 #include <Eigen/Dense>
 
 #include "libocc/pose/internal/bearing_basis.hpp"
 #include "libocc/pose/internal/point_layout.hpp"
 
-namespace occ::internal::pose {
+namespace occ {
+
+using namespace internal::pose;
+namespace {
 
 void solve_homography(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
   const Eigen::Index n = problem.points.cols();
@@ -16,7 +19,7 @@ void solve_homography(const PoseProblem& problem, std::vector<Rigid3>& candidate
       (layout.axes.leftCols<2>().transpose() * (problem.points.colwise() - layout.centroid))
           .colwise()
           .homogeneous();
-  Eigen::MatrixXd equations(2 * n, 9);  // on the columns of H, one after another
+  Eigen::MatrixXd equations(2 * n, 9);  // unknowns: the columns of H, one after another
   for (Eigen::Index i = 0; i < n; ++i) {
     const TangentBasis basis = tangent_basis(problem.bearings.col(i));
     for (int column = 0; column < 3; ++column)
@@ -25,7 +28,7 @@ void solve_homography(const PoseProblem& problem, std::vector<Rigid3>& candidate
   const Eigen::VectorXd entries = smallest_right_vector(equations);
   Eigen::Matrix3d homography = Eigen::Map<const Eigen::Matrix3d>(entries.data());
   if ((homography * in_plane).cwiseProduct(problem.bearings).sum() < 0) homography *= -1;
-  // The nearest pair of orthonormal columns, times the homography's scale.
+  // Nearest pair of orthonormal columns; the mean singular value is the homography's scale.
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(homography.leftCols<2>(),
                                               Eigen::ComputeThinU | Eigen::ComputeThinV);
   Eigen::Matrix3d cam_from_plane;
@@ -38,4 +41,18 @@ void solve_homography(const PoseProblem& problem, std::vector<Rigid3>& candidate
   candidates.push_back(pose);
 }
 
-}  // namespace occ::internal::pose
+}  // namespace
+
+constexpr Solver homography_solver = {
+    /*name=*/"homography",
+    /*min_points=*/4,
+    /*max_points=*/0,
+    /*max_candidates=*/1, Layout::coplanar,
+    /*needs_up=*/false,
+    /*takes_origins=*/false,
+    /*failures=*/
+    "with noise, errors are the largest of the planar solvers: five times those of ippe on four "
+    "points",
+    /*source=*/"Hartley, Zisserman 2004, section 4.1; Zhang, PAMI 22(11), 2000", solve_homography};
+
+}  // namespace occ

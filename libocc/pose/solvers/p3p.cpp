@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "libocc/core/require.hpp"
+#include "libocc/pose/internal/frames.hpp"
 #include "libocc/pose/internal/p3p_roots.hpp"
 #include "libocc/pose/internal/pose_newton.hpp"
-#include "libocc/pose/internal/unit_frame.hpp"
 
 namespace occ {
 
@@ -16,16 +16,16 @@ using namespace internal::pose;
 namespace {
 
 // The points' triangle, its longest side first, with its frame: x along that side, z normal.
-struct Corners {
+struct TriangleFrame {
   Triangle triangle;
-  int order[3];     // of the corners, cyclic
-  double unit = 0;  // the root of the summed squared sides, which the triangle takes for 1
+  int order[3];     // cyclic order of the corners
+  double unit = 0;  // root of the summed squared sides, the triangle's unit of length
   double inverse_side = 0, inverse_height = 0;
   Eigen::Matrix3d axes;
 };
 
-// False for points on a line (to rounding) or in one place.
-bool make_corners(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points, Corners& c) {
+// Returns false for points that are on a line (to rounding) or coincide.
+bool make_frame(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points, TriangleFrame& c) {
   double chord2[3], side2[3];
   for (int k = 0; k < 3; ++k) {
     chord2[k] = (bearings.col(k) - bearings.col(next(k))).squaredNorm();
@@ -34,7 +34,7 @@ bool make_corners(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points
   const double sum = side2[0] + side2[1] + side2[2], inverse = 1 / sum;
   c.unit = std::sqrt(sum);
   Triangle& t = c.triangle;
-  for (int k = 0, i = largest_of(side2[0], side2[1], side2[2]); k < 3; ++k, i = next(i)) {
+  for (int k = 0, i = argmax(side2[0], side2[1], side2[2]); k < 3; ++k, i = next(i)) {
     c.order[k] = i;
     t.chord2[k] = chord2[i];
     t.side2[k] = side2[i] * inverse;
@@ -49,20 +49,21 @@ bool make_corners(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points
   c.axes.col(0) = side * c.inverse_side;
   c.axes.col(2) = normal * inverse_area;
   c.axes.col(1) = c.axes.col(2).cross(c.axes.col(0));
-  constexpr double on_a_line = 1e-11;  // area over squared size
-  return area > on_a_line * sum && std::min({chord2[0], chord2[1], chord2[2]}) > 0;
+  constexpr double min_area = 1e-11;  // over the squared size; rounding below
+  return area > min_area * sum && std::min({chord2[0], chord2[1], chord2[2]}) > 0;
 }
 
-// Far away, or for points nearly on a line, rounding of the distances shows in the lengths that the
-// frame is scaled by.
+// Needed far away and for points nearly on a line, where rounding of the distances changes the
+// lengths by which the frame is scaled.
 void orthonormalise(Eigen::Vector3d& x, Eigen::Vector3d& z) {
   x.normalize();
   z = (z - x * x.dot(z)).normalized();
 }
 
-// `exact`: the distances have the triangle's sides, to rounding.
-void pose_of(const Corners& c, const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points,
-             const double depth[3], bool exact, Rigid3& pose) {
+// `exact`: the distances reproduce the triangle's sides to rounding.
+void pose_from_depths(const TriangleFrame& c, const Eigen::Matrix3d& bearings,
+                      const Eigen::Matrix3d& points, const double depth[3], bool exact,
+                      Rigid3& pose) {
   const auto corner = [&](int i) -> Eigen::Vector3d {
     return bearings.col(c.order[i]) * (c.unit * depth[i]);
   };
@@ -73,18 +74,20 @@ void pose_of(const Corners& c, const Eigen::Matrix3d& bearings, const Eigen::Mat
   const Eigen::Vector3d y = z.cross(x);
   for (int k = 0; k < 3; ++k)
     pose.rotation.col(k) = c.axes(k, 0) * x + c.axes(k, 1) * y + c.axes(k, 2) * z;
-  // From the nearest corner, where a shift is the largest angle, if that matters.
+  // The translation follows from the nearest corner if one is much nearer, because there a shift
+  // causes the largest angle.
   int anchor = 0;
   if (!(std::min(depth[1], depth[2]) > 0.1 * depth[0])) anchor = depth[1] < depth[2] ? 1 : 2;
   pose.translation = corner(anchor) - pose.rotation * points.col(c.order[anchor]);
 }
 
-// The farthest corner's distance in heights of the triangle over its longest side.
-double heights_away(const Corners& c, const double depth[3]) {
+// Distance of the farthest corner, in heights of the triangle over its longest side.
+double distance_in_heights(const TriangleFrame& c, const double depth[3]) {
   return std::max(std::max(depth[0], depth[1]), depth[2]) * c.unit * c.inverse_height;
 }
 
-constexpr double inexact = 50;  // heights from where on rounding shows in the frame
+// Beyond this distance in heights rounding makes the frame measurably non-orthonormal.
+constexpr double max_exact_heights = 50;
 
 bool reproduces(const Rigid3& pose, const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points,
                 double tolerance_rad) {
@@ -97,20 +100,49 @@ bool reproduces(const Rigid3& pose, const Eigen::Matrix3d& bearings, const Eigen
   return true;
 }
 
-void sharpen_about_centroid(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points,
-                            Rigid3& pose) {
+void polish_about_centroid(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points,
+                           Rigid3& pose) {
   constexpr int max_steps = 4;
   const UnitFrame about{points.rowwise().mean(), 1};
   Rigid3 centred = about.normalised(pose);
-  sharpen(bearings, points.colwise() - about.centroid, {}, max_steps, centred);
+  polish_pose(bearings, points.colwise() - about.centroid, {}, max_steps, centred);
   pose = about.restored(centred);
 }
 
-bool is_among(const Rigid3& pose, const std::vector<Rigid3>& poses) {
-  constexpr double same_rotation = 1e-7;
-  return std::any_of(poses.begin(), poses.end(), [&](const Rigid3& p) {
+// True if one of the poses after the first `skip` has the same rotation.
+bool is_among(const Rigid3& pose, const std::vector<Rigid3>& poses, std::size_t skip) {
+  constexpr double same_rotation = 1e-7;  // a few square roots of rounding, as of a double root
+  const auto first = poses.begin() + static_cast<std::ptrdiff_t>(skip);
+  return std::any_of(first, poses.end(), [&](const Rigid3& p) {
     return (p.rotation - pose.rotation).norm() < same_rotation;
   });
+}
+
+void append_poses(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points_in_world,
+                  std::vector<Rigid3>& poses) {
+  const std::size_t before = poses.size();
+  TriangleFrame frame;
+  if (!make_frame(bearings, points_in_world, frame)) return;
+  // Size and distance of the triangle, in its heights, beyond which the distance equations hardly
+  // depend on the height.
+  constexpr double flat = 300, far = 1000;
+  Root roots[max_roots];
+  const bool is_flat = frame.unit * frame.inverse_height > flat;
+  const int count = find_roots(frame.triangle, is_flat, roots);
+  Rigid3 pose;
+  for (int i = 0; i < count; ++i) {
+    const double* d = roots[i].depth;
+    const double heights = distance_in_heights(frame, d);
+    pose_from_depths(frame, bearings, points_in_world, d, heights < max_exact_heights, pose);
+    if (is_flat || heights > far) polish_about_centroid(bearings, points_in_world, pose);
+    if (is_flat && is_among(pose, poses, before)) continue;
+    poses.push_back(pose);
+    if (poses.size() == before + 4) break;  // the others are copies of a double root
+  }
+}
+
+void solve_p3p(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
+  append_poses(problem.bearings, problem.points, candidates);
 }
 
 }  // namespace
@@ -118,24 +150,7 @@ bool is_among(const Rigid3& pose, const std::vector<Rigid3>& poses) {
 int p3p(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points_in_world,
         std::vector<Rigid3>& poses) {
   poses.clear();
-  Corners corners;
-  if (!make_corners(bearings, points_in_world, corners)) return 0;
-  // In heights of the triangle: its size, and its distance, from where on the distances' equations
-  // hardly see the height.
-  constexpr double flat = 300, far = 1000;
-  Root roots[max_roots];
-  const bool is_flat = corners.unit * corners.inverse_height > flat;
-  const int count = find_roots(corners.triangle, is_flat, roots);
-  Rigid3 pose;
-  for (int i = 0; i < count; ++i) {
-    const double* d = roots[i].depth;
-    const double heights = heights_away(corners, d);
-    pose_of(corners, bearings, points_in_world, d, heights < inexact, pose);
-    if (is_flat || heights > far) sharpen_about_centroid(bearings, points_in_world, pose);
-    if (is_flat && is_among(pose, poses)) continue;
-    poses.push_back(pose);
-    if (poses.size() == 4) break;  // more are copies of a double root
-  }
+  append_poses(bearings, points_in_world, poses);
   return static_cast<int>(poses.size());
 }
 
@@ -151,18 +166,29 @@ std::vector<Rigid3> p3p(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& 
 
 int p3p_within(const Eigen::Matrix3d& bearings, const Eigen::Matrix3d& points_in_world,
                double tolerance_rad, std::array<Rigid3, 4>& poses) {
-  Corners corners;
-  if (!make_corners(bearings, points_in_world, corners)) return 0;
+  TriangleFrame frame;
+  if (!make_frame(bearings, points_in_world, frame)) return 0;
   Root roots[4];
-  const int count = find_real_parts(corners.triangle, roots);
+  const int count = find_real_parts(frame.triangle, roots);
   std::size_t kept = 0;
   for (int i = 0; i < count; ++i) {
     const Root& root = roots[i];
-    const bool exact = root.real && heights_away(corners, root.depth) < inexact;
-    pose_of(corners, bearings, points_in_world, root.depth, exact, poses[kept]);
+    const bool exact = root.real && distance_in_heights(frame, root.depth) < max_exact_heights;
+    pose_from_depths(frame, bearings, points_in_world, root.depth, exact, poses[kept]);
     kept += reproduces(poses[kept], bearings, points_in_world, tolerance_rad);
   }
   return static_cast<int>(kept);
 }
+
+constexpr Solver p3p_solver = {
+    /*name=*/"p3p",
+    /*min_points=*/3,
+    /*max_points=*/3,
+    /*max_candidates=*/4, Layout::any,
+    /*needs_up=*/false,
+    /*takes_origins=*/false,
+    /*failures=*/
+    "none known; points nearer to a line than 1e-5 of their size lose digits, as with any solver",
+    /*source=*/"libocc; conics after Ding, Yang, Larsson, Olsson, Astrom, CVPR 2023", solve_p3p};
 
 }  // namespace occ

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/pose/internal/p3p_triples.hpp"
+#include "libocc/pose/solvers/p3p_triples.hpp"
 
 #include <array>
 #include <cmath>
 
-#include "libocc/pose/internal/bearing_basis.hpp"
-#include "libocc/pose/internal/spread.hpp"
+#include "libocc/pose/internal/p3p_triples.hpp"
+#include "libocc/pose/internal/point_layout.hpp"
 #include "libocc/pose/solvers/p3p.hpp"
 
-namespace occ::internal::pose {
+namespace occ {
+namespace internal::pose {
 namespace {
 
 struct Scored {
@@ -16,7 +17,7 @@ struct Scored {
   double chi2 = 0;
 };
 
-// Best first.
+// Sorted by chi2, smallest first.
 struct ScoredPoses {
   std::array<Scored, 4> list;
   std::size_t count = 0;
@@ -30,14 +31,15 @@ struct ScoredPoses {
 
 ScoredPoses poses_of(const Triple& triple, const Eigen::Matrix3Xd& points,
                      const Eigen::Matrix3Xd& bearings, const SeenPoints& seen) {
-  constexpr double any_rad = 0.3;  // noise on a double root; the other points judge
+  // Noise on a double root may cause such misfits; chi2 over all points ranks the poses.
+  constexpr double tolerance_rad = 0.3;
   Eigen::Matrix3d three_points, three_bearings;
   for (int k = 0; k < 3; ++k) {
     three_points.col(k) = points.col(triple[k]);
     three_bearings.col(k) = bearings.col(triple[k]);
   }
   std::array<Rigid3, 4> poses;
-  const int count = p3p_within(three_bearings, three_points, any_rad, poses);
+  const int count = p3p_within(three_bearings, three_points, tolerance_rad, poses);
   ScoredPoses scored;
   for (int i = 0; i < count; ++i) {
     const Rigid3& pose = poses[i];
@@ -61,20 +63,28 @@ void solve_p3p_triples(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& b
   for (std::size_t i = 0; i < best.count; ++i) candidates.push_back(best.list[i].pose);
 }
 
-SeenPoints seen_along(const PoseProblem& problem) {
-  SeenPoints seen;
-  seen.reserve(problem.size());
-  for (int i = 0; i < problem.size(); ++i) {
-    const Eigen::Vector3d bearing = problem.bearings.col(i);
-    seen.add(problem.points.col(i), bearing, tangent_basis(bearing),
-             problem.origins.cols() > 0 ? Eigen::Vector3d(problem.origins.col(i))
-                                        : Eigen::Vector3d::Zero());
-  }
-  return seen;
-}
+}  // namespace internal::pose
+
+using namespace internal::pose;
+namespace {
 
 void solve_p3p_triples(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
-  solve_p3p_triples(problem.points, problem.bearings, seen_along(problem), 0, candidates);
+  internal::pose::solve_p3p_triples(problem.points, problem.bearings, seen_along(problem), 0,
+                                    candidates);
 }
 
-}  // namespace occ::internal::pose
+}  // namespace
+
+constexpr Solver p3p_triples_solver = {/*name=*/"p3p_triples",
+                                       /*min_points=*/3,
+                                       /*max_points=*/0,
+                                       /*max_candidates=*/4, Layout::any,
+                                       /*needs_up=*/false,
+                                       /*takes_origins=*/false,
+                                       /*failures=*/
+                                       "returns the candidates of one triple: with four points and "
+                                       "much noise, the other solution branch may be missing",
+                                       /*source=*/"libocc; p3p over triples, scored by all points",
+                                       solve_p3p_triples};
+
+}  // namespace occ

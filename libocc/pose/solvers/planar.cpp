@@ -10,7 +10,9 @@
 namespace occ {
 namespace {
 
-constexpr double min_sine = 1e-9;  // of an elevation, or of anything that a heading rests on
+// Smallest sine of an elevation, and smallest horizontal part of a direction that determines a
+// heading; below, rounding dominates.
+constexpr double min_sine = 1e-9;
 
 void check(const Eigen::Ref<const Eigen::Matrix3Xd>& bearings,
            const Eigen::Ref<const Eigen::Matrix3Xd>& points, const PlanarCamera& camera) {
@@ -31,9 +33,9 @@ Eigen::Matrix3d cam_from_level(const PlanarCamera& camera) {
 
 double azimuth(const Eigen::Vector3d& v) { return std::atan2(v.y(), v.x()); }
 
-// The pose turned by `turn` from the world to the level frame that has `point` at `seen` there.
-Rigid3 pose_of(const Eigen::Matrix3d& from_level, double turn, const Eigen::Vector3d& seen,
-               const Eigen::Vector3d& point) {
+// The pose whose level frame is rotated by `turn` from the world and has `point` at `seen`.
+Rigid3 pose_from_point(const Eigen::Matrix3d& from_level, double turn, const Eigen::Vector3d& seen,
+                       const Eigen::Vector3d& point) {
   Rigid3 pose;
   pose.rotation = from_level * Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   pose.translation = from_level * seen - pose.rotation * point;
@@ -44,15 +46,15 @@ double angle(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-// How far along a level bearing a point of that height is; nothing positive when it is not.
-double depth_of(const Eigen::Vector3d& level, double over_camera_m) {
+// Distance along a bearing (level frame) to a point `over_camera_m` above the camera; not positive
+// if there is none.
+double depth_along(const Eigen::Vector3d& level, double over_camera_m) {
   return std::abs(level.z()) > min_sine ? over_camera_m / level.z() : 0;
 }
 
 }  // namespace
 
-// The steeper bearing says where its point is; the other point is on the vertical plane of its own
-// bearing, as far from the first as it is in the world: a ray meets a circle.
+// The steeper bearing determines the position of its point (`first`).
 std::vector<PoseCandidate> planar_poses(const Eigen::Matrix<double, 3, 2>& bearings,
                                         const Eigen::Matrix<double, 3, 2>& points,
                                         const PlanarCamera& camera) {
@@ -60,7 +62,7 @@ std::vector<PoseCandidate> planar_poses(const Eigen::Matrix<double, 3, 2>& beari
   const Eigen::Matrix3d from_level = cam_from_level(camera);
   const Eigen::Matrix<double, 3, 2> level = from_level.transpose() * bearings;
   const int first = std::abs(level(2, 0)) >= std::abs(level(2, 1)) ? 0 : 1, second = 1 - first;
-  const double depth = depth_of(level.col(first), points(2, first) - camera.height_m);
+  const double depth = depth_along(level.col(first), points(2, first) - camera.height_m);
   if (!(depth > 0)) return {};
   const Eigen::Vector3d seen = depth * level.col(first);
   const Eigen::Vector2d along = level.col(second).head<2>(), from = seen.head<2>();
@@ -73,7 +75,7 @@ std::vector<PoseCandidate> planar_poses(const Eigen::Matrix<double, 3, 2>& beari
       !(a > min_sine * min_sine))
     return {};
   const double discriminant = b * b - a * c;
-  if (!(discriminant > -1e-12 * a * reach2)) return {};  // a tangent, but for rounding
+  if (!(discriminant > -1e-12 * a * reach2)) return {};  // rounding of a tangent
   const double root = std::sqrt(std::max(0.0, discriminant));
   std::vector<PoseCandidate> found;
   for (const double distance : {(b + root) / a, (b - root) / a}) {
@@ -82,7 +84,7 @@ std::vector<PoseCandidate> planar_poses(const Eigen::Matrix<double, 3, 2>& beari
     apart.head<2>() = distance * along - from;
     PoseCandidate candidate;
     candidate.cam_from_world =
-        pose_of(from_level, azimuth(apart) - azimuth(side), seen, points.col(first));
+        pose_from_point(from_level, azimuth(apart) - azimuth(side), seen, points.col(first));
     candidate.misfit_rad =
         angle(bearings.col(second), candidate.cam_from_world * Eigen::Vector3d(points.col(second)));
     found.push_back(candidate);
@@ -101,9 +103,9 @@ std::vector<PoseCandidate> planar_poses(const Eigen::Vector3d& bearing,
   const Eigen::Matrix3d from_level = cam_from_level(camera);
   const Eigen::Vector3d level = from_level.transpose() * bearing;
   const Eigen::Vector3d right = from_level.row(0).transpose();
-  const double depth = depth_of(level, point.z() - camera.height_m);
+  const double depth = depth_along(level, point.z() - camera.height_m);
   if (!(depth > 0) || !(right.head<2>().norm() > min_sine)) return {};
-  return {{pose_of(from_level, azimuth(right) - heading_rad, depth * level, point), 0}};
+  return {{pose_from_point(from_level, azimuth(right) - heading_rad, depth * level, point), 0}};
 }
 
 }  // namespace occ

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/pose/internal/triangle.hpp"
+#include "libocc/pose/solvers/triangle.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -8,22 +8,22 @@
 
 #include "libocc/core/math.hpp"
 
-namespace occ::internal::pose {
+namespace occ {
 namespace {
 
-constexpr int samples = 128;          // of the angle searched over, on each of two branches
-constexpr double same = 1e-8;         // angles [rad] nearer than this are one root
-constexpr int max_steps = 100;        // of a bracket's refinement
-constexpr double widest_bend = 0.05;  // twice the spacing of the samples [rad]
-constexpr double flat = 0.02;         // a misfit below this beside a root may have two more
-constexpr double touching = 1e-4;     // of the squared side: a minimum this near to zero is a root
+constexpr int samples = 128;        // samples of the searched angle on each of two branches
+constexpr double same_root = 1e-8;  // closer angles [rad] are one root
+constexpr int max_steps = 100;      // limit of a bracket's refinement; bisection needs 55
+constexpr double max_bend = 0.05;   // twice the spacing of the samples [rad]
+constexpr double flat = 0.02;       // two more roots may be near a root with such small misfits
+constexpr double touching = 1e-4;   // a minimum below this share of the squared side is a root
 
 // The camera's centre O, a corner C and another corner A: `view` is the angle COA, `side` = |CA|.
 struct Wedge {
   double view, side;
 
-  // With the triangle's angle at A: |OC|, |OA| and their difference, which keeps its digits at
-  // narrow views.
+  // |OC|, |OA| and their difference from the triangle's angle at A. The last formula avoids
+  // cancellation at narrow views.
   double to_corner(double angle) const { return side * std::sin(angle) / std::sin(view); }
   double to_other(double angle) const { return side * std::sin(angle + view) / std::sin(view); }
   double other_minus_corner(double angle) const {
@@ -31,8 +31,8 @@ struct Wedge {
   }
 };
 
-// Wedge `a` is that whose |OC| is bounded more tightly, so that every angle of it leaves both
-// branches of the other.
+// Wedge `a` has the tighter bound of |OC|, so that both branches of wedge `b` exist for each of its
+// angles.
 struct Search {
   int corner, to_a, to_b;  // columns of the problem
   Wedge a, b;
@@ -44,7 +44,7 @@ struct Search {
     const double acute = std::asin(std::min(1.0, reach * std::sin(angle)));
     return obtuse ? pi - acute : acute;
   }
-  // (|AB|^2 as it follows from the angle) / (as it is) - 1.
+  // (|AB|^2 computed from the angle) / (true |AB|^2) - 1.
   double misfit(double angle, bool obtuse) const {
     const double angle_b = other_angle(angle, obtuse);
     const double step = a.other_minus_corner(angle) - b.other_minus_corner(angle_b);
@@ -74,8 +74,9 @@ Search make_search(const PoseProblem& problem, int corner) {
           bound(a) / bound(b)};
 }
 
-// Of the corners whose views are about as wide as can be, for they are divided by, that where the
-// two branches are farthest from touching, which they do with a kink when the reach is 1.
+// Chooses among the corners with views of at least half the maximum, because the views' sines are
+// divided by. Of these it takes the corner whose two branches are farthest from touching; they
+// touch with a kink when the reach is 1.
 Search best_search(const PoseProblem& problem) {
   const std::array<Search, 3> searches = {make_search(problem, 0), make_search(problem, 1),
                                           make_search(problem, 2)};
@@ -114,9 +115,9 @@ double root_between(const Function& f, double low, double high) {
   return angle;
 }
 
-// Where f is least between two angles, by the golden section; or wherever it is negative.
+// Minimum of f between two angles by the golden section; stops at any angle where f is negative.
 template <typename Function>
-double lowest_between(const Function& f, double low, double high) {
+double minimum_between(const Function& f, double low, double high) {
   const double golden = 0.5 * (std::sqrt(5.0) - 1);
   double left = high - golden * (high - low), right = low + golden * (high - low);
   double at_left = f(left), at_right = f(right);
@@ -138,14 +139,14 @@ double lowest_between(const Function& f, double low, double high) {
 
 void add_angle(double angle, std::vector<double>& angles) {
   for (const double known : angles)
-    if (std::abs(known - angle) < same) return;
+    if (std::abs(known - angle) < same_root) return;
   angles.push_back(angle);
 }
 
-// Two roots of f, or one where it almost touches zero, between angles at which it is positive.
+// Adds two roots of f, or one where f almost touches zero, between angles at which f is positive.
 template <typename Function>
 void add_pair(const Function& f, double low, double high, std::vector<double>& angles) {
-  const double lowest = lowest_between(f, low, high), at = f(lowest);
+  const double lowest = minimum_between(f, low, high), at = f(lowest);
   if (at < 0) {
     add_angle(root_between(f, low, lowest), angles);
     add_angle(root_between(f, lowest, high), angles);
@@ -154,14 +155,14 @@ void add_pair(const Function& f, double low, double high, std::vector<double>& a
   }
 }
 
-// Denser at the ends, where a depth goes to zero, and at a right angle as far as a reach near 1
-// bends the branches there.
+// Samples are denser at the ends, where a depth goes to zero, and around a right angle, where a
+// reach near 1 bends the branches.
 std::vector<double> sample_angles(const Search& search) {
   const double end = pi - search.a.view;
   std::vector<double> angles;
   for (int i = 0; i <= samples; ++i) angles.push_back(end * 0.5 * (1 - std::cos(pi * i / samples)));
   const double bend = std::sqrt(std::max(1e-12, (1 - search.reach) * (1 + search.reach)));
-  for (double off = bend / 4; off < widest_bend; off *= 1.5)
+  for (double off = bend / 4; off < max_bend; off *= 1.5)
     for (const double angle : {pi / 2 - off, pi / 2 + off})
       if (angle < end) angles.push_back(angle);
   std::sort(angles.begin(), angles.end());
@@ -178,7 +179,7 @@ void add_angles(const Search& search, bool obtuse, std::vector<double>& angles) 
     if ((at[i] < 0) == (at[i + 1] < 0)) continue;
     const double root = root_between(misfit, angle[i], angle[i + 1]);
     add_angle(root, angles);
-    // Two more may be near it, which change no sign: roots of misfit / (angle - root).
+    // Two more roots may be near it without a change of sign: roots of misfit / (angle - root).
     const std::size_t low = i > 2 ? i - 2 : 0, high = std::min(i + 3, last);
     if (std::min(std::abs(at[low]), std::abs(at[high])) > flat) continue;
     const double sign = at[i + 1] < 0 ? -1 : 1;
@@ -201,14 +202,12 @@ Eigen::Matrix3d frame(const Eigen::Matrix3d& corners) {
   return axes;
 }
 
-Rigid3 pose_of(const PoseProblem& problem, const Eigen::Matrix3d& in_cam) {
+Rigid3 pose_from_corners(const PoseProblem& problem, const Eigen::Matrix3d& in_cam) {
   Rigid3 pose;
   pose.rotation = frame(in_cam) * frame(problem.points).transpose();
   pose.translation = in_cam.rowwise().mean() - pose.rotation * problem.points.rowwise().mean();
   return pose;
 }
-
-}  // namespace
 
 void solve_triangle(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
   if (problem.size() < 3) return;
@@ -223,9 +222,23 @@ void solve_triangle(const PoseProblem& problem, std::vector<Rigid3>& candidates)
       depths[search.to_a] = search.a.to_other(angle);
       depths[search.to_b] = search.b.to_other(search.other_angle(angle, obtuse));
       if (depths.minCoeff() > 0)
-        candidates.push_back(pose_of(problem, problem.bearings * depths.asDiagonal()));
+        candidates.push_back(pose_from_corners(problem, problem.bearings * depths.asDiagonal()));
     }
   }
 }
 
-}  // namespace occ::internal::pose
+}  // namespace
+
+constexpr Solver triangle_solver = {
+    /*name=*/"triangle",
+    /*min_points=*/3,
+    /*max_points=*/3,
+    /*max_candidates=*/8,
+    Layout::any,
+    /*needs_up=*/false,
+    /*takes_origins=*/false,
+    /*failures=*/"takes 30 times as long as p3p_kneip",
+    /*source=*/"DeMenthon, lecture \"Object pose from a single image\"",
+    solve_triangle};
+
+}  // namespace occ

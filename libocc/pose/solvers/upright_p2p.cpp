@@ -1,24 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/pose/internal/upright_p2p.hpp"
+#include "libocc/pose/solvers/upright_p2p.hpp"
 
 #include <Eigen/Dense>
 #include <cmath>
 
-namespace occ::internal::pose {
+namespace occ {
 namespace {
 
-// A heading just outside the reach of rounding is a double root.
+// Tolerance within which a cosine above 1 is rounding of a double root.
 constexpr double rounding = 1e-12;
 
-// Smallest horizontal part that fixes a heading, of unit vectors.
+// Smallest horizontal part of unit vectors that determines a heading; below, it is rounding.
 constexpr double min_horizontal = 1e-10;
 
-}  // namespace
-
-// With R = A Rz(heading), A taking z to `up`, the side D = P_1 - P_2 and the normal n of the plane
-// of both bearings obey n . (R D) = n . (o_1 - o_2), hence
-//     a cos(heading) + b sin(heading) + c = 0,
-// solved as an angle: tan(heading / 2) of the paper is infinite at pi.
 void solve_upright_p2p(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
   if (!problem.up_in_cam || problem.size() < 2) return;
   const Eigen::Vector3d f0 = problem.bearings.col(0), f1 = problem.bearings.col(1);
@@ -33,11 +27,11 @@ void solve_upright_p2p(const PoseProblem& problem, std::vector<Rigid3>& candidat
   const double a = n.head<2>().dot(side.head<2>());
   const double b = n.y() * side.x() - n.x() * side.y();
   const double c = n.z() * side.z() - normal_in_cam.dot(o0 - o1);
-  const double reach = std::hypot(a, b);
-  if (!(reach > min_horizontal * n.norm() * side.norm())) return;
-  if (!(std::abs(c) <= reach * (1 + rounding))) return;
+  const double amplitude = std::hypot(a, b);
+  if (!(amplitude > min_horizontal * n.norm() * side.norm())) return;
+  if (!(std::abs(c) <= amplitude * (1 + rounding))) return;
   const double centre = std::atan2(b, a);
-  const double half = std::atan2(std::sqrt(std::max(0.0, (reach - c) * (reach + c))), -c);
+  const double half = std::atan2(std::sqrt(std::max(0.0, (amplitude - c) * (amplitude + c))), -c);
   for (const double heading : {centre + half, centre - half}) {
     Rigid3 pose;
     pose.rotation =
@@ -51,4 +45,18 @@ void solve_upright_p2p(const PoseProblem& problem, std::vector<Rigid3>& candidat
   }
 }
 
-}  // namespace occ::internal::pose
+}  // namespace
+
+constexpr Solver upright_p2p_solver = {/*name=*/"upright_p2p",
+                                       /*min_points=*/2,
+                                       /*max_points=*/2,
+                                       /*max_candidates=*/2, Layout::any,
+                                       /*needs_up=*/true,
+                                       /*takes_origins=*/true,
+                                       /*failures=*/
+                                       "the heading is undetermined when both points are at the "
+                                       "camera's height or one is above the other",
+                                       /*source=*/"Kukelova, Bujnak, Pajdla, ACCV 2010",
+                                       solve_upright_p2p};
+
+}  // namespace occ

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/pose/internal/pinhole_frame.hpp"
-
-#include <Eigen/Geometry>
+#include "libocc/pose/internal/frames.hpp"
 
 namespace occ::internal::pose {
 namespace {
 
-// About the mean bearing. Image axes along a symmetry of the lamps make exact zeros, which some
-// solvers divide by.
+// Rotation about the mean bearing. Image axes along a symmetry of the points would make exact
+// zeros, by which some solvers divide.
 constexpr double roll_rad = 0.7391;
 
-constexpr double min_z = 1e-3;  // of a unit bearing; image points grow without bound below it
+constexpr double min_z = 1e-3;  // cos(89.94 deg); image points grow without bound below it
 
 }  // namespace
 

@@ -5,8 +5,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "libocc/geometry/so3.hpp"
-#include "libocc/pose/internal/generic_frame.hpp"
-#include "libocc/pose/internal/pinhole_frame.hpp"
+#include "libocc/pose/internal/frames.hpp"
 
 namespace occ::internal::pose {
 
@@ -16,7 +15,7 @@ void add_opencv_poses(const PoseProblem& problem, int method, std::vector<Rigid3
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> image;
   // OpenCV's rotation vectors have the wrong sign at 180 degrees, a likely angle between a camera
-  // and a room: the world is turned.
+  // and a room. Therefore the world is turned by a generic rotation.
   const Rigid3 turned_from_world{generic_rotation(), Eigen::Vector3d::Zero()};
   for (Eigen::Index i = 0; i < problem.points.cols(); ++i) {
     const Eigen::Vector3d point = turned_from_world * problem.points.col(i);
@@ -27,7 +26,7 @@ void add_opencv_poses(const PoseProblem& problem, int method, std::vector<Rigid3
   try {
     cv::solvePnPGeneric(points, image, cv::Matx33d::eye(), cv::noArray(), rotations, translations,
                         false, static_cast<cv::SolvePnPMethod>(method));
-  } catch (const cv::Exception&) {  // its way to refuse a layout
+  } catch (const cv::Exception&) {  // thrown for layouts that the method does not accept
     return;
   }
   for (std::size_t k = 0; k < rotations.size(); ++k) {

@@ -8,20 +8,22 @@
 namespace occ::internal::pose {
 namespace {
 
-// Angles [rad]. Rounding alone gives the first, times the ratio of the largest and the least
-// distance.
+// Misfit that rounding alone causes [rad], for equal distances.
 constexpr double converged = 4e-15;
-constexpr double largest_misfit = 3e-12;
+// Misfit of an accepted root [rad].
+constexpr double max_misfit = 3e-12;
 
-constexpr double slightly_behind = 1e-6;  // may move in front by the polish
+// A start slightly behind the camera may move in front of it during polishing.
+constexpr double slightly_behind = 1e-6;
 
-constexpr double weakly_separated = 1e-4;  // see Linearised::move
+// Below this return value of Linearised::newton_step a root is treated as one of a close pair.
+constexpr double weakly_separated = 1e-4;
 
-double least(const double d[3]) { return std::min(std::min(d[0], d[1]), d[2]); }
-double most(const double d[3]) { return std::max(std::max(d[0], d[1]), d[2]); }
+double smallest(const double d[3]) { return std::min(std::min(d[0], d[1]), d[2]); }
+double largest(const double d[3]) { return std::max(std::max(d[0], d[1]), d[2]); }
 
-// What rounding may leave of a root's misfit.
-double rounding(const double depth[3]) { return converged * most(depth) / least(depth); }
+// Misfit of an exact root due to rounding.
+double rounding(const double depth[3]) { return converged * largest(depth) / smallest(depth); }
 
 struct Starts {
   double depth[3][4];
@@ -44,13 +46,13 @@ void add_starts(const Triangle& t, const double points[2][3], double inverse_zoo
     starts.depth[1][n] = d1 * scale;
     starts.depth[2][n] = d2 * scale;
     starts.real[n] = real;
-    // No branch: which roots count is as good as random.
+    // Without a branch, because it would be unpredictable.
     const bool in_front = (forward ? low : -high) > -slightly_behind * std::abs(high - low);
     starts.count += static_cast<int>(take) & static_cast<int>(in_front);
   }
 }
 
-// `keep_complex`: also the real parts of complex pairs.
+// `keep_complex`: returns the real parts of complex pairs as well.
 Starts find_starts(const Triangle& t, bool keep_complex) {
   Starts starts;
   const double zoom = std::sqrt(t.chord2[0] + t.chord2[1] + t.chord2[2]);
@@ -66,7 +68,7 @@ Starts find_starts(const Triangle& t, bool keep_complex) {
   const Member member = degenerate_member(a, b);
   LinePair lines;
   if (!split(combined(member.x, a, member.y, b), lines)) return starts;
-  const Conic& o = std::abs(member.x) < std::abs(member.y) ? a : b;  // the less parallel
+  const Conic& o = std::abs(member.x) < std::abs(member.y) ? a : b;  // less similar to the member
   const double other[3][3] = {{o.uu, o.uv, o.uw}, {o.uv, o.vv, o.vw}, {o.uw, o.vw, o.ww}};
   double points[2][3];
   for (const double* line : {lines.first, lines.second}) {
@@ -76,15 +78,15 @@ Starts find_starts(const Triangle& t, bool keep_complex) {
   return starts;
 }
 
-// At a double root Newton's method only halves the error at each step, hence the many steps; and
-// once there it jumps, hence the stop.
+// At a double root Newton's method only halves the error in each step, hence the high limit of
+// steps. At the root it diverges, hence the stop when the misfit no longer falls.
 void polish(const Triangle& t, Root& root) {
   constexpr int max_steps = 40;
-  root.misfit = misfit_at(t, root.depth);
+  root.misfit = angular_misfit(t, root.depth);
   for (int i = 0; i < max_steps && !(root.misfit < rounding(root.depth)); ++i) {
     double depth[3] = {root.depth[0], root.depth[1], root.depth[2]};
-    Linearised<double>(t, depth).move(depth);
-    const double misfit = misfit_at(t, depth);
+    Linearised<double>(t, depth).newton_step(depth);
+    const double misfit = angular_misfit(t, depth);
     if (!(misfit < root.misfit)) return;
     std::copy(depth, depth + 3, root.depth);
     root.misfit = misfit;
@@ -92,11 +94,11 @@ void polish(const Triangle& t, Root& root) {
 }
 
 bool is_root(const Root& root) {
-  return least(root.depth) > 0 && root.misfit < std::max(largest_misfit, 4 * rounding(root.depth));
+  return smallest(root.depth) > 0 && root.misfit < std::max(max_misfit, 4 * rounding(root.depth));
 }
 
-// Two roots cannot be told apart when rounding of the input moves a double root by as much, or when
-// what lies between them fits as well.
+// Two roots are indistinguishable if rounding of the input moves a double root by as much as their
+// distance, or if the point between them fits as well as they do.
 bool same(const Triangle& t, const Root& a, const Root& b) {
   constexpr double double_root = 1e-7;  // a few square roots of rounding
   constexpr double far_apart = 1e-2;
@@ -105,9 +107,9 @@ bool same(const Triangle& t, const Root& a, const Root& b) {
     middle[k] = 0.5 * (a.depth[k] + b.depth[k]);
     apart = std::max(apart, std::abs(a.depth[k] - b.depth[k]));
   }
-  if (apart > far_apart * most(middle)) return false;
-  return apart < double_root * std::min(1.0, most(middle)) ||
-         misfit_at(t, middle) < 2 * std::max({rounding(middle), a.misfit, b.misfit});
+  if (apart > far_apart * largest(middle)) return false;
+  return apart < double_root * std::min(1.0, largest(middle)) ||
+         angular_misfit(t, middle) < 2 * std::max({rounding(middle), a.misfit, b.misfit});
 }
 
 struct Roots {
@@ -126,7 +128,7 @@ struct Roots {
   }
 };
 
-// A nearly singular Jacobian: the direction n that it loses, and l that it does not reach.
+// Right null vector n and left null vector l of a nearly singular Jacobian.
 struct NullVectors {
   Eigen::Vector3d n, l;
 };
@@ -140,7 +142,7 @@ Eigen::Matrix3d jacobian(const Linearised<double>& e) {
   return j;
 }
 
-// The largest column and row of the adjugate.
+// Taken from the largest column and row of the adjugate.
 NullVectors null_vectors(const Linearised<double>& e) {
   Eigen::Matrix3d adjugate;
   for (int k = 0; k < 3; ++k) {
@@ -154,9 +156,9 @@ NullVectors null_vectors(const Linearised<double>& e) {
   return {adjugate.col(column).normalized(), adjugate.row(row).normalized()};
 }
 
-// Two roots close to each other, from a point close to both. Along n the equations change by
-// e J n + e^2 Q(n), exactly: Newton's method across n, then a quadratic equation along it, whose
-// real part is taken when rounding has made the pair complex.
+// Adds two roots that are close to each other, from a start close to both. Along n the equations
+// change by e J n + e^2 Q(n), exactly. Newton's method across n is followed by a quadratic equation
+// along n. If rounding has made its roots complex, their real part is used.
 void add_pair(const Triangle& t, const Eigen::Vector3d& start, Roots& roots) {
   constexpr int steps_across = 4;
   Eigen::Vector3d depth = start;
@@ -203,14 +205,14 @@ int find_roots(const Triangle& triangle, bool keep_close, Root list[max_roots]) 
     const int second = std::min(first + 1, starts.count - 1);
     Two depth[3];
     for (int k = 0; k < 3; ++k) depth[k] = {starts.depth[k][first], starts.depth[k][second]};
-    const Two separation = Linearised<Two>(triangle, depth).move(depth);
-    const Two shift = shift_at(triangle, depth, 0)
-                          .max(shift_at(triangle, depth, 1))
-                          .max(shift_at(triangle, depth, 2));
+    const Two separation = Linearised<Two>(triangle, depth).newton_step(depth);
+    const Two shift = displacement(triangle, depth, 0)
+                          .max(displacement(triangle, depth, 1))
+                          .max(displacement(triangle, depth, 2));
     for (int i = 0; i <= second - first; ++i) {
       if (separation[i] > weakly_separated) {
         Root root{{depth[0][i], depth[1][i], depth[2][i]}, converged};
-        if (!(shift[i] < 2.5 * converged * least(root.depth))) polish(triangle, root);
+        if (!(shift[i] < 2.5 * converged * smallest(root.depth))) polish(triangle, root);
         roots.add(triangle, root);
       } else {
         const int n = i == 0 ? first : second;

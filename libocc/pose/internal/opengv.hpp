@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenGV's containers, spelled in Eigen's types, and its poses (world_from_cam, 3x4) as ours.
+// OpenGV's containers as Eigen types, and conversion of its poses (world_from_cam, 3x4).
 #pragma once
 
 #include <Eigen/Core>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "libocc/core/abi.hpp"
-#include "libocc/pose/problem.hpp"
+#include "libocc/pose/solver.hpp"
 
 namespace occ::internal::pose {
 
@@ -26,7 +26,7 @@ inline Rigid3 cam_from_world(const OpengvPose& world_from_cam) {
   return Rigid3{world_from_cam.leftCols<3>(), world_from_cam.col(3)}.inverse();
 }
 
-/// `solve`: one of OpenGV's functions from three bearings and points to poses.
+/// Appends the poses of one of OpenGV's P3P functions (`solve`: bearings, points -> poses).
 template <class Solve>
 void add_opengv_p3p(const Solve& solve, const PoseProblem& problem,
                     std::vector<Rigid3>& candidates) {

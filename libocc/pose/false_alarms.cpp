@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/pose/internal/chance.hpp"
+#include "libocc/pose/internal/false_alarms.hpp"
 
 #include <cmath>
 #include <limits>
@@ -14,27 +14,27 @@ double log_choose(int n, int k) {
 }
 
 // C(n, k) C(k, m) = C(n, m) C(n - m, k - m), and C(n - m, 0) = 1.
-double log_tests(const ChancePoses& c) {
+double log_tests(const FalseAlarmModel& c) {
   return std::log(static_cast<double>(c.points - c.sample) * c.poses) +
          log_choose(c.points, c.sample);
 }
 
 }  // namespace
 
-double log_false_alarms(const ChancePoses& c, int agree) {
-  if (agree <= c.sample) return std::numeric_limits<double>::infinity();
-  const int rest = agree - c.sample;
-  return log_tests(c) + log_choose(c.points - c.sample, rest) + rest * std::log(c.chance);
+double log_false_alarms(const FalseAlarmModel& c, int inliers) {
+  if (inliers <= c.sample) return std::numeric_limits<double>::infinity();
+  const int rest = inliers - c.sample;
+  return log_tests(c) + log_choose(c.points - c.sample, rest) + rest * std::log(c.probability);
 }
 
-int min_agreement(const ChancePoses& c, double most) {
+int min_inliers(const FalseAlarmModel& c, double max_false_alarms) {
   if (c.points <= c.sample) return c.points + 1;
   double log_nfa = log_tests(c);
   const int others = c.points - c.sample;
   for (int rest = 1; rest <= others; ++rest) {
-    log_nfa += std::log(c.chance * (others - rest + 1) / rest);
-    // Beyond its largest term the product falls, and before it is never small enough.
-    if (log_nfa <= std::log(most)) return c.sample + rest;
+    log_nfa += std::log(c.probability * (others - rest + 1) / rest);
+    // The product rises up to its largest term, where it is never small enough, and then falls.
+    if (log_nfa <= std::log(max_false_alarms)) return c.sample + rest;
   }
   return c.points + 1;
 }
