@@ -8,6 +8,9 @@
 #include <stdexcept>
 #include <unordered_map>
 
+#include "libocc/core/internal/fields.hpp"
+#include "libocc/core/internal/yaml_lines.hpp"
+
 namespace occ::internal::core {
 namespace {
 
