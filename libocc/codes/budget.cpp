@@ -7,9 +7,7 @@
 #include <set>
 #include <sstream>
 
-#include "libocc/codes/c_ook.hpp"
-#include "libocc/codes/s2psk.hpp"
-#include "libocc/codes/ufsook.hpp"
+#include "libocc/codes/code_kinds.hpp"
 #include "libocc/core/require.hpp"
 
 namespace occ {
@@ -94,11 +92,6 @@ CodeBudget code_budget(const Code& code, double rows, double row_time_s, double 
   budget.message = why_not(code, budget, needs);
   budget.fits = budget.message.empty();
   return budget;
-}
-
-void require_fits(const Code& code, double rows, double row_time_s, double exposure_s) {
-  const CodeBudget budget = code_budget(code, rows, row_time_s, exposure_s);
-  if (!budget.fits) throw std::invalid_argument("code: " + budget.message);
 }
 
 }  // namespace occ

@@ -32,7 +32,4 @@ struct CodeBudget {
 LIBOCC_API CodeBudget code_budget(const Code& code, double rows, double row_time_s,
                                   double exposure_s, bool exact_times = false);
 
-/// The same; throws std::invalid_argument with the numbers when the code does not fit.
-LIBOCC_API void require_fits(const Code& code, double rows, double row_time_s, double exposure_s);
-
 }  // namespace occ

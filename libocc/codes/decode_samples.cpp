@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "libocc/codes/c_ook.hpp"
+#include "libocc/codes/code_kinds.hpp"
 #include "libocc/codes/internal/slot_fit.hpp"
 #include "libocc/core/require.hpp"
 

@@ -30,42 +30,4 @@ Chips word_chips(LineCode code, std::uint32_t word) {
   return bits_of(coded(code, word), chips_per_word(code));
 }
 
-Chips line_encode(LineCode code, const Bits& bits) {
-  const int word_bits = bits_per_word(code);
-  require(bits.size() % static_cast<std::size_t>(word_bits) == 0, "bits", bits.size(),
-          "a multiple of " + std::to_string(word_bits));
-  Chips chips;
-  for (auto at = bits.begin(); at != bits.end(); at += word_bits) {
-    const Chips word = word_chips(code, value_of(Bits(at, at + word_bits)));
-    chips.insert(chips.end(), word.begin(), word.end());
-  }
-  return chips;
-}
-
-std::optional<Bits> line_decode(LineCode code, const Chips& chips) {
-  const int word_size = chips_per_word(code);
-  require(chips.size() % static_cast<std::size_t>(word_size) == 0, "chips", chips.size(),
-          "a multiple of " + std::to_string(word_size));
-  Bits bits;
-  for (auto at = chips.begin(); at != chips.end(); at += word_size) {
-    const std::uint32_t seen = value_of(Chips(at, at + word_size));
-    std::uint32_t word = 0;
-    while (word < 1u << bits_per_word(code) && coded(code, word) != seen) ++word;
-    if (word == 1u << bits_per_word(code)) return std::nullopt;
-    const Bits read = bits_of(word, bits_per_word(code));
-    bits.insert(bits.end(), read.begin(), read.end());
-  }
-  return bits;
-}
-
-int longest_run(const Chips& chips) {
-  const std::size_t n = chips.size();
-  int longest = 0, run = 0;
-  for (std::size_t i = 0; i < 2 * n; ++i) {
-    run = i > 0 && chips[i % n] == chips[(i - 1) % n] ? run + 1 : 1;
-    longest = std::max(longest, run);
-  }
-  return std::min(longest, static_cast<int>(n));
-}
-
 }  // namespace occ

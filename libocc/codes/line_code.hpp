@@ -8,7 +8,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "libocc/codes/crc.hpp"
@@ -25,15 +24,5 @@ LIBOCC_API int chips_per_word(LineCode code);  ///< 2 or 6
 
 /// The chips of a word of bits_per_word bits.
 LIBOCC_API Chips word_chips(LineCode code, std::uint32_t word);
-
-/// Throws std::invalid_argument unless the bits make whole words.
-LIBOCC_API Chips line_encode(LineCode code, const Bits& bits);
-
-/// None when a word is none of the code's. Throws std::invalid_argument unless the chips make whole
-/// words.
-LIBOCC_API std::optional<Bits> line_decode(LineCode code, const Chips& chips);
-
-/// Most equal chips in a row, as a lamp shows them that repeats these without end.
-LIBOCC_API int longest_run(const Chips& chips);
 
 }  // namespace occ

@@ -39,6 +39,5 @@ struct LIBOCC_API SlotCode {
 LIBOCC_API SlotCode slot_code(const Code& code);
 
 LIBOCC_API std::vector<int> symbols_of(const Bits& bits, int bits_per_symbol);
-LIBOCC_API Bits bits_of_symbols(const std::vector<int>& symbols, int bits_per_symbol);
 
 }  // namespace occ
