@@ -75,12 +75,12 @@ SlotCode c_ook_sub_packet_slots(const Code& code) {
 
 namespace {
 
-// The slowest clock of which half periods of both tones are whole numbers of chips.
+// Slowest clock for which the half periods of both tones are whole numbers of chips.
 struct Division {
-  int n;          // mark_hz over the frame rate
-  int half_mark;  // chips of half a period
-  int half_space;
-  int slot;  // chips of two frames
+  int n;           // mark_hz / frame_rate_hz
+  int half_mark;   // half a period of the mark [chips]
+  int half_space;  // half a period of the space [chips]
+  int slot;        // two frames [chips]
 
   explicit Division(const Code& code)
       : n(static_cast<int>(std::floor(code.min_hz / code.frame_rate_hz + 0.5)) + 1),
@@ -121,12 +121,12 @@ SlotCode ufsook_slots(const Code& code) {
 
 namespace {
 
-int whole_periods(const Code& code) {  // of a frame
+/// Whole periods of the reference in one frame.
+int whole_periods(const Code& code) {
   return static_cast<int>(std::floor(code.min_hz / code.frame_rate_hz - 0.75)) + 1;
 }
 
-// Slots are an odd number of half periods long, so that every other one begins with the reference
-// dark.
+// Slots are an odd number of half periods long, so every second slot begins with a dark reference.
 SlotPattern pattern(int half_periods, bool begins_lit, bool antiphase, bool grey) {
   SlotPattern made(2);
   for (int i = 0; i < half_periods; ++i) {

@@ -9,7 +9,7 @@
 namespace occ {
 namespace {
 
-// Six chips each, the first one in the highest bit.
+// Six chips per word, the first one in the highest bit.
 constexpr std::array<std::uint32_t, 16> words_4b6b{
     0b001110, 0b001101, 0b010011, 0b010110, 0b010101, 0b100011, 0b100110, 0b100101,
     0b011001, 0b011010, 0b011100, 0b110001, 0b110010, 0b101001, 0b101010, 0b101100};
