@@ -7,19 +7,17 @@
 #include <set>
 #include <sstream>
 
-#include "libocc/codes/c_ook.hpp"
-#include "libocc/codes/s2psk.hpp"
-#include "libocc/codes/ufsook.hpp"
+#include "libocc/codes/code_kinds.hpp"
 #include "libocc/core/require.hpp"
 
 namespace occ {
 namespace {
 
-/// Length of what must not be blurred, and how much of it an image must hold.
+/// Requirements of a code.
 struct Needs {
-  double chip_hz = 0;
-  double chips = 0;
-  double longest_exposure = 1;
+  double chip_hz = 0;       ///< rate of the chips (ufsook, s2psk: half periods)
+  double chips = 0;         ///< min number of chips in one image
+  double max_exposure = 1;  ///< [chips]
 };
 Needs needs_of(const Code& code) {
   if (code.kind == CodeKind::ufsook) return {2 * ufsook_tones(code).mark_hz, 0, 0.5};
@@ -28,23 +26,23 @@ Needs needs_of(const Code& code) {
   return {code.clock_hz, static_cast<double>(c_ook_sub_packet_chips(code)), 1};
 }
 
-/// Part of a packet of which a frame sees enough, wherever in it the frame begins.
+/// Part of a packet that one frame covers sufficiently, for any phase of the frame.
 double part_seen(const Code& code, const CodeBudget& budget, bool exact_times) {
   const double in_view = budget.chips_in_view / (budget.period_s * code.clock_hz);
   if (code.kind != CodeKind::c_ook || exact_times) return in_view;
-  const double repeats = std::max(code.repeats, 2);  // one may be cut at each end
+  const double repeats = std::max(code.repeats, 2);  // one repeat may be cut at each end
   return (repeats - 1) / repeats / c_ook_sub_packets(code);
 }
 
-/// Frames until the largest part of the packet that none has begun in is as small as this; infinity
-/// when frames come back to the same parts before.
-double frames_to_see(const Code& code, double period_s, double part) {
+/// Number of frames after which the largest gap between the phases of the frames is at most `part`
+/// of the packet; infinity if the phases repeat before.
+double frames_for_packet(const Code& code, double period_s, double part) {
   if (code.kind == CodeKind::ufsook || code.kind == CodeKind::s2psk)
     return std::ceil(period_s * code.frame_rate_hz);
-  constexpr int most = 1000;
+  constexpr int max_frames = 1000;  // more are regarded as never
   const double step = 1 / (code.frame_rate_hz * period_s);
   std::set<double> begun;
-  for (int frame = 0; frame < most; ++frame) {
+  for (int frame = 0; frame < max_frames; ++frame) {
     begun.insert(step * frame - std::floor(step * frame));
     double before = *begun.rbegin() - 1, gap = 0;
     for (const double at : begun) {
@@ -56,15 +54,16 @@ double frames_to_see(const Code& code, double period_s, double part) {
   return std::numeric_limits<double>::infinity();
 }
 
-std::string why_not(const Code& code, const CodeBudget& budget, const Needs& needs) {
+/// Reason why the code does not fit; empty if it does.
+std::string reason(const Code& code, const CodeBudget& budget, const Needs& needs) {
   std::ostringstream text;
   text.precision(3);
-  if (budget.exposure_chips > needs.longest_exposure)
+  if (budget.exposure_chips > needs.max_exposure)
     text << "the exposure is " << budget.exposure_chips << " of the "
          << (needs.chips > 0 ? "chips" : "half periods") << " of " << to_string(code.kind)
-         << ", of which it may be " << needs.longest_exposure;
+         << ", must be at most " << needs.max_exposure;
   else if (budget.row_chips > 0.5)
-    text << "rows are " << budget.row_chips << " chips apart: half a chip at most";
+    text << "rows are " << budget.row_chips << " chips apart, must be at most 0.5";
   else if (budget.chips_in_view < budget.chips_needed)
     text << "the lamp's image holds " << budget.chips_in_view << " chips, " << to_string(code.kind)
          << " needs " << budget.chips_needed;
@@ -90,15 +89,11 @@ CodeBudget code_budget(const Code& code, double rows, double row_time_s, double 
   budget.exposure_chips = exposure_s * needs.chip_hz;
   budget.row_chips = needs.chips > 0 ? row_time_s * needs.chip_hz : 0;
   budget.period_s = slots.chips / slots.chip_rate_hz;
-  budget.frames_needed = frames_to_see(code, budget.period_s, part_seen(code, budget, exact_times));
-  budget.message = why_not(code, budget, needs);
+  budget.frames_needed =
+      frames_for_packet(code, budget.period_s, part_seen(code, budget, exact_times));
+  budget.message = reason(code, budget, needs);
   budget.fits = budget.message.empty();
   return budget;
-}
-
-void require_fits(const Code& code, double rows, double row_time_s, double exposure_s) {
-  const CodeBudget budget = code_budget(code, rows, row_time_s, exposure_s);
-  if (!budget.fits) throw std::invalid_argument("code: " + budget.message);
 }
 
 }  // namespace occ

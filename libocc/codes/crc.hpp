@@ -5,9 +5,9 @@
 //   crc16   x^16 + x^12 + x^5 + 1 (0x1021), register starts at 0xFFFF: CRC-16/CCITT-FALSE, the
 //           polynomial of ITU-T V.41
 //
-// Both find every burst of errors up to their own length and every odd number of wrong bits
-// (x + 1 divides both); random bits pass with probability 2^-8 or 2^-16; bits that are all 0 never
-// do.
+// Both detect every burst of errors up to their own length and every odd number of wrong bits
+// (x + 1 divides both). Random bits pass with probability 2^-8 or 2^-16; bits that are all 0 never
+// pass.
 #pragma once
 
 #include <cstdint>
@@ -24,14 +24,14 @@ using Bits = std::vector<std::uint8_t>;
 
 LIBOCC_API int checksum_bits(Checksum kind);  ///< 8 or 16
 
-/// Of any number of bits. Check values of the bytes "123456789": 0xA1 and 0x29B1.
+/// Checksum of any number of bits. Check values of the bytes "123456789": 0xA1 and 0x29B1.
 LIBOCC_API std::uint32_t checksum(Checksum kind, const Bits& bits);
 
-/// The lowest `count` bits of a value, most significant first. Throws std::invalid_argument unless
-/// 0 <= count <= 32.
+/// Returns the lowest `count` bits of a value, most significant first. Throws std::invalid_argument
+/// unless 0 <= count <= 32.
 LIBOCC_API Bits bits_of(std::uint32_t value, int count);
 
-/// The value of up to 32 bits; more throw std::invalid_argument.
+/// Returns the value of up to 32 bits; throws std::invalid_argument for more.
 LIBOCC_API std::uint32_t value_of(const Bits& bits);
 
 }  // namespace occ

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "libocc/codes/c_ook.hpp"
+#include "libocc/codes/code_kinds.hpp"
 #include "libocc/codes/internal/slot_fit.hpp"
 #include "libocc/core/require.hpp"
 
@@ -15,18 +15,19 @@ namespace occ {
 using namespace internal::codes;
 namespace {
 
-constexpr double sure = 6;  // of a phase over its rivals: 1 in 400
+constexpr double min_phase_margin = 6;  // log likelihood ratio of the two best phases: 1 in 400
 
-// Decisions over noise gain about one square a bit and a few by the choice of the phase.
-bool shows_code(const SlotFit& fit, std::size_t bits) {
+// In pure noise the decisions explain about one unit of chi-square per bit, and the choice of the
+// phase a few more.
+bool contains_code(const SlotFit& fit, std::size_t bits) {
   return fit.gained > 4 * (static_cast<double>(bits) + 10);
 }
 
-/// Evidence of the payload's bits with what says how far to trust it.
+/// Log likelihood ratios of the payload's bits, with the statistics for the verdict.
 struct Evidence {
-  std::vector<double> bits;  ///< for 1 against 0
+  std::vector<double> bits;  ///< log likelihood ratio of 1 against 0
   double gained = 0, excess = 0, rival = 30, clock_error = 0;
-  bool shown = false;
+  bool found = false;
 };
 
 Evidence joined_evidence(const std::vector<LightSample>& samples, const Code& code,
@@ -39,11 +40,11 @@ Evidence joined_evidence(const std::vector<LightSample>& samples, const Code& co
   evidence.excess = fit.excess;
   evidence.rival = fit.rival;
   evidence.clock_error = fit.clock_error;
-  evidence.shown = shows_code(fit, evidence.bits.size());
+  evidence.found = contains_code(fit, evidence.bits.size());
   return evidence;
 }
 
-/// Probabilities of the words of some bits, from their evidence.
+/// Probability of each word of `count` bits, from the log likelihood ratios of the bits.
 std::vector<double> word_probabilities(const std::vector<double>& bits, std::size_t from,
                                        std::size_t count) {
   std::vector<double> p(std::size_t{1} << count);
@@ -58,19 +59,20 @@ std::vector<double> word_probabilities(const std::vector<double>& bits, std::siz
   return p;
 }
 
-/// Each frame says something about one sub-packet, or with a small probability nothing: it may show
-/// the end of one and the beginning of the next.
+/// Adds the log likelihoods of one frame for the words of all sub-packets. A frame shows one
+/// sub-packet; with a small probability it is uninformative, because it shows the end of one
+/// sub-packet and the beginning of the next.
 void add_frame(const SlotFit& fit, const SlotCode& slots, const Code& code,
                std::vector<std::vector<double>>& words) {
-  constexpr double says_nothing = 0.05;
+  constexpr double uninformative = 0.05;
   const std::vector<double> bits = bit_evidence(fit.evidence, slots.bits_per_symbol);
   const auto sequence_bits = static_cast<std::size_t>(c_ook_sequence_bits(code));
   const auto number = word_probabilities(bits, 0, sequence_bits);
   const auto word = word_probabilities(bits, sequence_bits, 4);
   for (std::size_t s = 0; s < words.size(); ++s)
     for (std::size_t w = 0; w < words[s].size(); ++w) {
-      const double told = (1 - says_nothing) * number[s];
-      words[s][w] += std::log(told * word[w] + (1 - told) / 16);
+      const double weight = (1 - uninformative) * number[s];
+      words[s][w] += std::log(weight * word[w] + (1 - weight) / 16);
     }
 }
 
@@ -84,8 +86,8 @@ Evidence frame_by_frame(const std::vector<LightSample>& samples, const Code& cod
   Evidence evidence;
   for (const auto& [frame, of_frame] : frames) {
     const SlotFit fit = fit_slots(of_frame, slots, options);
-    if (!shows_code(fit, static_cast<std::size_t>(c_ook_sequence_bits(code) + 4))) continue;
-    evidence.shown = true;
+    if (!contains_code(fit, static_cast<std::size_t>(c_ook_sequence_bits(code) + 4))) continue;
+    evidence.found = true;
     evidence.gained += fit.gained;
     evidence.excess += fit.excess;
     add_frame(fit, slots, code, words);
@@ -101,33 +103,34 @@ std::string number_text(double value) {
   return text.str();
 }
 
-void judge(const Evidence& evidence, const Code& code, const DecodeSamplesOptions& options,
-           DecodedCode& out) {
-  constexpr double min_explained = 0.5;
+/// Sets status, message and id.
+void set_status(const Evidence& evidence, const Code& code, const DecodeSamplesOptions& options,
+                DecodedCode& out) {
+  constexpr double min_explained = 0.5;  // of the variance; other blinking light explains less
   const auto unseen = std::count_if(out.margins.begin(), out.margins.end(),
                                     [](double margin) { return margin < 1e-6; });
   const auto verdict = [&](CodeStatus status, std::string message) {
     out.status = status;
     out.message = std::move(message);
   };
-  if (!evidence.shown)
+  if (!evidence.found)
     return verdict(CodeStatus::no_signal,
-                   std::string("the light shows no ") + to_string(code.kind) + " code");
+                   std::string("the light contains no ") + to_string(code.kind) + " code");
   if (unseen > 0)
     return verdict(CodeStatus::incomplete, std::to_string(unseen) + " of " +
                                                std::to_string(out.bits.size()) +
-                                               " bits were never seen: more frames are needed");
+                                               " bits were not observed: more frames are needed");
   if (out.explained < min_explained)
     return verdict(CodeStatus::no_signal, "the code explains only " + number_text(out.explained) +
-                                              " of how the light varies");
+                                              " of the variance of the light");
   if (out.expected_errors > options.max_expected_errors)
     return verdict(CodeStatus::uncertain,
-                   number_text(out.expected_errors) + " wrong bits are to be expected");
-  if (evidence.rival < sure)
-    return verdict(CodeStatus::uncertain, "another phase that says something else fits as well");
+                   number_text(out.expected_errors) + " wrong bits are expected");
+  if (evidence.rival < min_phase_margin)
+    return verdict(CodeStatus::uncertain, "another phase with other bits fits equally well");
   const Bits id(out.bits.begin(), out.bits.begin() + code.id_bits);
   if (payload_bits(value_of(id), code) != out.bits)
-    return verdict(CodeStatus::checksum_failed, "the checksum does not hold");
+    return verdict(CodeStatus::checksum_failed, "the checksum is wrong");
   verdict(CodeStatus::ok, "");
   out.id = value_of(id);
 }
@@ -183,7 +186,7 @@ DecodedCode decode_samples(const std::vector<LightSample>& samples, const Code& 
   std::map<int, int> frames;
   for (const LightSample& sample : samples) ++frames[sample.frame];
   out.frames = static_cast<int>(frames.size());
-  judge(evidence, code, options, out);
+  set_status(evidence, code, options, out);
   return out;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Line codes: how bits become chips, lit (1) or dark (0), so that a lamp is lit half the time
-// whatever it says and never long in one state.
+// Line codes: map bits to chips, lit (1) or dark (0), so that a lamp is lit half of the time for
+// any data and never long in one state.
 //
 //   manchester   1 -> 10, 0 -> 01               runs of 2 chips at most
 //   code_4b6b    four bits -> six chips, three of them lit, by the table of IEEE 802.15.7-2011
@@ -8,7 +8,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "libocc/codes/crc.hpp"
@@ -23,17 +22,8 @@ using Chips = std::vector<std::uint8_t>;  ///< each 0 or 1
 LIBOCC_API int bits_per_word(LineCode code);   ///< 1 or 4
 LIBOCC_API int chips_per_word(LineCode code);  ///< 2 or 6
 
-/// The chips of a word of bits_per_word bits.
+/// Returns the chips of a word of bits_per_word bits. Throws std::invalid_argument for a larger
+/// word.
 LIBOCC_API Chips word_chips(LineCode code, std::uint32_t word);
-
-/// Throws std::invalid_argument unless the bits make whole words.
-LIBOCC_API Chips line_encode(LineCode code, const Bits& bits);
-
-/// None when a word is none of the code's. Throws std::invalid_argument unless the chips make whole
-/// words.
-LIBOCC_API std::optional<Bits> line_decode(LineCode code, const Chips& chips);
-
-/// Most equal chips in a row, as a lamp shows them that repeats these without end.
-LIBOCC_API int longest_run(const Chips& chips);
 
 }  // namespace occ

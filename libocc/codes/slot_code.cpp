@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/codes/slot_code.hpp"
 
-#include "libocc/codes/c_ook.hpp"
-#include "libocc/codes/csk.hpp"
-#include "libocc/codes/s2psk.hpp"
-#include "libocc/codes/ufsook.hpp"
+#include "libocc/codes/code_kinds.hpp"
 
 namespace occ {
 
@@ -44,15 +41,6 @@ std::vector<int> symbols_of(const Bits& bits, int bits_per_symbol) {
   for (auto at = bits.begin(); at != bits.end(); at += bits_per_symbol)
     symbols.push_back(static_cast<int>(value_of(Bits(at, at + bits_per_symbol))));
   return symbols;
-}
-
-Bits bits_of_symbols(const std::vector<int>& symbols, int bits_per_symbol) {
-  Bits bits;
-  for (const int symbol : symbols) {
-    const Bits part = bits_of(static_cast<std::uint32_t>(symbol), bits_per_symbol);
-    bits.insert(bits.end(), part.begin(), part.end());
-  }
-  return bits;
 }
 
 }  // namespace occ

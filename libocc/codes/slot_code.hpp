@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all codes have in common: a period of slots, each filled with one of a few patterns of
-// chips. Slots that say the same symbol are repeats of one another. One decoder reads them all.
+// Common representation of all codes, for one decoder: a period of slots, each filled with one of
+// a few patterns of chips. Slots with the same symbol are repeats of one another.
 #pragma once
 
 #include <vector>
@@ -10,19 +10,19 @@
 
 namespace occ {
 
-/// Light by channel and chip.
+/// Light [channel][chip].
 using SlotPattern = std::vector<std::vector<double>>;
 
 struct Slot {
   int first_chip = 0;
-  int symbol = -1;        ///< which one it says; -1: none, its one pattern is known
-  int first_pattern = 0;  ///< of SlotCode::patterns; a symbol's value is added
+  int symbol = -1;        ///< index of its symbol; -1: a fixed, known pattern
+  int first_pattern = 0;  ///< index into SlotCode::patterns of symbol value 0
 };
 
 struct LIBOCC_API SlotCode {
   double chip_rate_hz = 0;
   int channels = 1;
-  int chips = 0;  ///< of the period
+  int chips = 0;  ///< number of chips of the period
   int symbols = 0;
   int bits_per_symbol = 1;
   std::vector<SlotPattern> patterns;
@@ -30,15 +30,16 @@ struct LIBOCC_API SlotCode {
 
   int alphabet() const { return 1 << bits_per_symbol; }
   int slot_chips(std::size_t slot) const;
-  void add_slot(int symbol, int first_pattern);  ///< behind the others
+  void add_slot(int symbol, int first_pattern);  ///< appends a slot
 
-  /// The light that says these symbols.
+  /// Waveform of these symbol values.
   Waveform waveform(const std::vector<int>& values) const;
 };
 
+/// Slot code of any kind of code. Throws std::invalid_argument for an invalid code.
 LIBOCC_API SlotCode slot_code(const Code& code);
 
+/// Splits bits into symbol values, most significant bit first.
 LIBOCC_API std::vector<int> symbols_of(const Bits& bits, int bits_per_symbol);
-LIBOCC_API Bits bits_of_symbols(const std::vector<int>& symbols, int bits_per_symbol);
 
 }  // namespace occ

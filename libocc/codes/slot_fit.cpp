@@ -1,15 +1,101 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/codes/internal/slot_fit.hpp"
 
+#include <Eigen/Core>
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
-#include "libocc/codes/internal/folded.hpp"
+#include "libocc/codes/decode_samples.hpp"
+#include "libocc/codes/slot_code.hpp"
+#include "libocc/core/abi.hpp"
 
 namespace occ::internal::codes {
 namespace {
+
+/// Sums over the samples in one step of the period, by channel.
+struct FoldedBin {
+  int step = 0;
+  std::vector<double> weight, weighted;  ///< sums of w and of w value, with w = 1 / sigma^2
+};
+
+/// Response of the camera: signal = offset + mixing * light.
+struct Levels {
+  Eigen::VectorXd offset;
+  Eigen::MatrixXd mixing;
+
+  explicit Levels(int channels)
+      : offset(Eigen::VectorXd::Zero(channels)),
+        mixing(Eigen::MatrixXd::Identity(channels, channels)) {}
+};
+
+/// Light of each pattern, averaged over an exposure about the middle of each step, by channel.
+class PatternLight {
+ public:
+  PatternLight(const SlotCode& code, int steps_per_chip, double exposure_s);
+
+  /// Light of a pattern; rows are steps, columns are channels.
+  const Eigen::MatrixXd& of(int pattern) const { return light_[pattern]; }
+
+ private:
+  std::vector<Eigen::MatrixXd> light_;
+};
+
+/// Integral of the light of one channel up to a time [chips]. The first and last chip continue
+/// beyond the pattern's ends.
+double light_until(const std::vector<double>& chips, double at) {
+  if (at <= 0) return at * chips.front();
+  const auto n = chips.size();
+  double sum = 0;
+  const auto whole = std::min(n, static_cast<std::size_t>(at));
+  for (std::size_t i = 0; i < whole; ++i) sum += chips[i];
+  const double rest = at - static_cast<double>(whole);
+  return sum + rest * chips[std::min(whole, n - 1)];
+}
+
+/// Folds samples into the period; returns the bins with samples, sorted by step.
+std::vector<FoldedBin> fold(const std::vector<LightSample>& samples, const SlotCode& code,
+                            int steps_per_chip, double clock_error, double origin_s) {
+  const int steps = code.chips * steps_per_chip;
+  const auto channels = static_cast<std::size_t>(code.channels);
+  const double steps_per_s = code.chip_rate_hz * (1 + clock_error) * steps_per_chip;
+  std::vector<FoldedBin> all(static_cast<std::size_t>(steps));
+  for (const LightSample& sample : samples) {
+    const double at = (sample.start_s - origin_s + 0.5 * sample.exposure_s) * steps_per_s;
+    const double within = at - steps * std::floor(at / steps);
+    const int step = std::min(steps - 1, static_cast<int>(within));
+    FoldedBin& bin = all[step];
+    bin.step = step;
+    bin.weight.resize(channels, 0);
+    bin.weighted.resize(channels, 0);
+    const double weight = 1 / (sample.sigma * sample.sigma);
+    bin.weight[sample.channel] += weight;
+    bin.weighted[sample.channel] += weight * sample.value;
+  }
+  all.erase(std::remove_if(all.begin(), all.end(),
+                           [](const FoldedBin& bin) { return bin.weight.empty(); }),
+            all.end());
+  return all;
+}
+
+PatternLight::PatternLight(const SlotCode& code, int steps_per_chip, double exposure_s) {
+  const double half = 0.5 * std::max(1e-9, exposure_s * code.chip_rate_hz);
+  for (const SlotPattern& pattern : code.patterns) {
+    const auto steps = static_cast<Eigen::Index>(pattern.front().size()) * steps_per_chip;
+    Eigen::MatrixXd light(steps, code.channels);
+    for (Eigen::Index i = 0; i < steps; ++i) {
+      const double middle = (static_cast<double>(i) + 0.5) / steps_per_chip;
+      for (Eigen::Index c = 0; c < code.channels; ++c) {
+        const std::vector<double>& chips = pattern[c];
+        light(i, c) =
+            (light_until(chips, middle + half) - light_until(chips, middle - half)) / (2 * half);
+      }
+    }
+    light_.push_back(std::move(light));
+  }
+}
 
 /// The search over phases at one clock error.
 class PhaseSearch {
@@ -23,15 +109,15 @@ class PhaseSearch {
 
   int steps() const { return steps_; }
 
-  /// What the camera gets of each pattern at each step.
+  /// Computes the expected signal of each pattern at each step.
   void set_levels(const Levels& levels) {
-    got_.clear();
+    expected_.clear();
     for (int p = 0; p < static_cast<int>(code_.patterns.size()); ++p)
-      got_.push_back((light_.of(p) * levels.mixing.transpose()).rowwise() +
-                     levels.offset.transpose());
+      expected_.push_back((light_.of(p) * levels.mixing.transpose()).rowwise() +
+                          levels.offset.transpose());
   }
 
-  /// Log likelihood at a phase but for a constant; fills in the evidence, symbol by value.
+  /// Returns the log likelihood of a phase up to a constant. Writes the evidence (value x symbol).
   double score(const std::vector<FoldedBin>& bins, int shift, Eigen::MatrixXd& evidence) const {
     evidence.setZero(code_.alphabet(), std::max(1, code_.symbols));
     double known = 0;
@@ -39,17 +125,17 @@ class PhaseSearch {
       const Place at = place_[(bin.step + shift) % steps_];
       const Slot& slot = code_.slots[at.slot];
       if (slot.symbol < 0) {
-        known += of_pattern(bin, slot.first_pattern, at.step);
+        known += log_likelihood(bin, slot.first_pattern, at.step);
       } else {
         double* to = &evidence(0, slot.symbol);
         for (int value = 0; value < code_.alphabet(); ++value)
-          to[value] += of_pattern(bin, slot.first_pattern + value, at.step);
+          to[value] += log_likelihood(bin, slot.first_pattern + value, at.step);
       }
     }
     return known + evidence.colwise().maxCoeff().sum();
   }
 
-  /// Light sent at a bin when the symbols have these values.
+  /// Light transmitted in a bin for these symbol values.
   Eigen::RowVectorXd sent(const FoldedBin& bin, int shift, const std::vector<int>& values) const {
     const Place at = place_[(bin.step + shift) % steps_];
     const Slot& slot = code_.slots[at.slot];
@@ -62,11 +148,11 @@ class PhaseSearch {
     int slot, step;
   };
 
-  double of_pattern(const FoldedBin& bin, int pattern, int step) const {
-    const Eigen::MatrixXd& got = got_[pattern];
+  double log_likelihood(const FoldedBin& bin, int pattern, int step) const {
+    const Eigen::MatrixXd& expected = expected_[pattern];
     double sum = 0;
     for (std::size_t c = 0; c < bin.weight.size(); ++c) {
-      const double level = got(step, static_cast<Eigen::Index>(c));
+      const double level = expected(step, static_cast<Eigen::Index>(c));
       sum += level * (bin.weighted[c] - 0.5 * bin.weight[c] * level);
     }
     return sum;
@@ -76,7 +162,7 @@ class PhaseSearch {
   const PatternLight& light_;
   int steps_;
   std::vector<Place> place_;
-  std::vector<Eigen::MatrixXd> got_;
+  std::vector<Eigen::MatrixXd> expected_;
 };
 
 struct Best {
@@ -95,11 +181,11 @@ std::vector<int> likeliest(const Eigen::MatrixXd& evidence, int symbols) {
   return values;
 }
 
-/// Least squares of what was got on what was sent, held near what is expected: levels that the
-/// samples do not determine stay there.
-Levels learn_levels(const PhaseSearch& search, const std::vector<FoldedBin>& bins, const Best& best,
-                    const std::vector<int>& values, const SlotCode& code) {
-  constexpr double prior_sigma = 0.3;
+/// Estimates offset and mixing by least squares of the received on the transmitted light, with a
+/// prior at the expected values for levels that the samples do not determine.
+Levels estimate_levels(const PhaseSearch& search, const std::vector<FoldedBin>& bins,
+                       const Best& best, const std::vector<int>& values, const SlotCode& code) {
+  constexpr double prior_sigma = 0.3;  // of levels near 0 (dark) and 1 (lit)
   const int channels = code.channels;
   const bool mixes = channels == 3;
   const int terms = 1 + (mixes ? channels : 1);
@@ -120,18 +206,17 @@ Levels learn_levels(const PhaseSearch& search, const std::vector<FoldedBin>& bin
       normal += bin.weight[c] * row * row.transpose();
       right += bin.weighted[c] * row;
     }
-    const Eigen::VectorXd learnt = normal.ldlt().solve(right);
-    levels.offset[c] = learnt[0];
+    const Eigen::VectorXd estimate = normal.ldlt().solve(right);
+    levels.offset[c] = estimate[0];
     if (mixes)
-      levels.mixing.row(c) = learnt.tail(channels).transpose();
+      levels.mixing.row(c) = estimate.tail(channels).transpose();
     else
-      levels.mixing(c, c) = learnt[1];
+      levels.mixing(c, c) = estimate[1];
   }
   return levels;
 }
 
-/// Twice the log likelihood of the best constant light of each channel, and the same of the samples
-/// themselves.
+/// Chi-square explained by the best constant light of each channel, and chi-square of the samples.
 struct Squares {
   double constant = 0, all = 0;
 };
@@ -150,7 +235,7 @@ Squares squares_of(const std::vector<LightSample>& samples, int channels) {
   return squares;
 }
 
-/// Steps of a chip: the shorter a state of the light can be, in chips, the more.
+/// Number of steps per chip. Codes whose light changes after few chips need more.
 int steps_for(const SlotCode& code) {
   const double chips_per_slot = code.chips / static_cast<double>(code.slots.size());
   if (code.channels > 1) return code.channels == 2 ? 20 : 8;
@@ -170,32 +255,32 @@ Times times_of(const std::vector<LightSample>& samples) {
   return times;
 }
 
-/// Clock errors so dense that a lamp drifts by no more than half a step's worth of chips between.
+/// Grid of clock errors; over the duration of the samples, neighbours differ by about two steps.
 std::vector<double> clock_errors(const SlotCode& code, const DecodeSamplesOptions& options,
                                  double duration_s, int steps_per_chip) {
   if (options.period_start_s) return {0};
-  const double most = options.max_clock_error;
-  const double drift_steps = most * duration_s * code.chip_rate_hz * steps_per_chip;
+  const double max_error = options.max_clock_error;
+  const double drift_steps = max_error * duration_s * code.chip_rate_hz * steps_per_chip;
   const int each_side = static_cast<int>(std::min(200.0, std::floor(drift_steps / 2 + 0.5)));
   std::vector<double> errors;
   for (int i = -each_side; i <= each_side; ++i)
-    errors.push_back(each_side > 0 ? most * i / each_side : 0);
+    errors.push_back(each_side > 0 ? max_error * i / each_side : 0);
   return errors;
 }
 
-/// How much likelier the best phase is than the best one that says something else.
+/// Log likelihood ratio of the best phase to the best one with other symbol values.
 double over_rival(const PhaseSearch& search, const std::vector<FoldedBin>& bins, const Best& best,
                   const std::vector<int>& values, const std::vector<double>& totals) {
-  constexpr double enough = 30;
+  constexpr double sufficient = 30;  // larger ratios are not distinguished
   Eigen::MatrixXd evidence;
-  double least = enough;
+  double min_ratio = sufficient;
   for (int shift = 0; shift < search.steps(); ++shift) {
-    const double behind = best.total - totals[shift];
-    if (shift == best.shift || behind >= least) continue;
+    const double ratio = best.total - totals[shift];
+    if (shift == best.shift || ratio >= min_ratio) continue;
     search.score(bins, shift, evidence);
-    if (likeliest(evidence, static_cast<int>(values.size())) != values) least = behind;
+    if (likeliest(evidence, static_cast<int>(values.size())) != values) min_ratio = ratio;
   }
-  return least;
+  return min_ratio;
 }
 
 }  // namespace
@@ -208,7 +293,7 @@ SlotFit fit_slots(const std::vector<LightSample>& samples, const SlotCode& code,
   Levels levels(code.channels);
   search.set_levels(levels);
   const Times times = times_of(samples);
-  // Clock errors turn about the middle of the samples, so that they change the phase the least.
+  // The origin is the middle of the samples, where a clock error changes the phase least.
   const double origin_s = options.period_start_s.value_or(0.5 * (times.first_s + times.last_s));
   std::vector<double> errors =
       clock_errors(code, options, times.last_s - times.first_s, steps_per_chip);
@@ -233,7 +318,7 @@ SlotFit fit_slots(const std::vector<LightSample>& samples, const SlotCode& code,
     search.score(bins, best.shift, evidence);
     fit.values = likeliest(evidence, code.symbols);
     if (pass + 1 < passes) {
-      levels = learn_levels(search, bins, best, fit.values, code);
+      levels = estimate_levels(search, bins, best, fit.values, code);
       search.set_levels(levels);
       errors = {best.clock_error};
       continue;

@@ -12,17 +12,17 @@
 namespace occ::internal::detect {
 namespace {
 
-constexpr int samples = 16;     // per mesh
-constexpr int mesh_across = 8;  // meshes along the image's shorter side
-// Of 16 sorted normal samples: mean of ranks 3 to 9, and median minus rank 2, in sigmas. Both look
-// at the lower half only, because what is not background is brighter.
+constexpr int samples = 16;     // samples per mesh
+constexpr int mesh_across = 8;  // minimum number of meshes along the image's shorter side
+// Expectations for 16 sorted normal samples, in sigmas: mean of ranks 3 to 9, and median minus rank
+// 2. Both use mainly the lower half, because pixels that are not background are brighter.
 constexpr float level_bias = -0.247f;
 constexpr float lower_spread = 0.990f;
-// Of 16 sorted differences between neighbours, rank 11, in sigmas of normal samples that are
-// clipped at their mean.
+// Expectation of rank 11 of 16 sorted absolute differences between neighbours, in sigmas, for
+// normal samples that are clipped at their mean.
 constexpr float clipped_difference = 0.70f;
 
-using Samples = std::array<std::vector<float>, samples>;  // one lane for each mesh
+using Samples = std::array<std::vector<float>, samples>;  // one lane per mesh
 
 /// Meshes are whole multiples of 64 pixels, the width in which thresholds are applied.
 int mesh_size(int width, int height) {
@@ -36,7 +36,7 @@ void order(float& a, float& b) {
   a = low;
 }
 
-/// Batcher's odd-even merge sort of all lanes at once: no branches, so it becomes vector code.
+/// Sorts all lanes at once by Batcher's odd-even merge sort, which has no branches and vectorises.
 void sort_lanes(Samples& rows, std::size_t lanes) {
   for (int p = 1; p < samples; p *= 2) {
     for (int k = p; k >= 1; k /= 2) {
@@ -55,13 +55,13 @@ void sort_lanes(Samples& rows, std::size_t lanes) {
 float median_of_5(float a, float b, float c, float d, float e) {
   order(a, b);
   order(c, d);
-  order(a, c);  // a is the least of four: not the median
-  order(b, d);  // d is the greatest of four: not the median
+  order(a, c);  // a is the smallest of four: not the median
+  order(b, d);  // d is the largest of four: not the median
   order(b, c);
   return std::max(b, std::min(c, e));
 }
 
-/// Index of a mirrored sequence, the border itself not repeated: a lamp there counts once.
+/// Index into a mirrored sequence. The border element is not repeated, so a lamp there counts once.
 int mirrored(int i, int count) {
   if (i >= 0 && i < count) return i;
   if (count == 1) return 0;
@@ -77,8 +77,7 @@ void median_filter(std::vector<float>& mesh, int columns, int rows) {
                        int line_step, int step) {
     for (int l = 0; l < lines; ++l) {
       for (int i = 0; i < length; ++i) {
-        // The middle one of three would be its own neighbour's neighbour: a lamp there has one
-        // vote.
+        // In a sequence of three, mirroring would count the middle element three times.
         const bool middle = length == 3 && i == 1;
         const auto value = [&](int k) {
           const int from = middle ? std::clamp(i + k, 0, 2) : mirrored(i + k, length);
@@ -93,9 +92,9 @@ void median_filter(std::vector<float>& mesh, int columns, int rows) {
   pass(once, mesh, columns, rows, 1, columns);
 }
 
-/// Grey levels at a 4 x 4 grid in each mesh, sheared so that no two share a row or a column. A mesh
-/// that hangs over the border takes its samples mirrored. Beside them, how much they differ from
-/// the pixel to the left.
+/// Reads the grey levels on a 4 x 4 grid in each mesh, sheared so that no two samples share a row
+/// or a column, and the absolute difference of each to the pixel on its left. Samples beyond the
+/// image's border are mirrored.
 template <typename P>
 void sample(const P& pixels, int mesh_px, int columns, int rows, Samples& out,
             Samples& differences) {
@@ -118,9 +117,10 @@ void sample(const P& pixels, int mesh_px, int columns, int rows, Samples& out,
   }
 }
 
-/// What is darker than black is stored as black, so the darker half of a mesh may say nothing of
-/// the noise. There it is at least what neighbouring pixels differ by, the lower quartile over such
-/// meshes: others hold lamps. (Noise of a single grey step clips nothing to speak of.)
+/// Estimates the noise of meshes whose darker half is clipped at black, where order statistics of
+/// the levels fail. The noise is at least that which the differences of neighbouring pixels imply,
+/// with their lower quartile over such meshes, because the others contain lamps. Noise of about one
+/// grey step is hardly clipped and needs no correction.
 void measure_clipped_noise(const Samples& sorted, const Samples& sorted_differences, double step,
                            std::vector<float>& noise) {
   const float black = *std::min_element(sorted[0].begin(), sorted[0].end());
@@ -136,15 +136,15 @@ void measure_clipped_noise(const Samples& sorted, const Samples& sorted_differen
     if (is_clipped(i)) noise[i] = std::max(noise[i], *quartile / clipped_difference);
 }
 
-/// Step between the grey levels that occur in an image of 16 bits: more than 1 where pixels of
-/// fewer bits were shifted up (12 bits: 16), or of 8 bits stretched (257).
+/// Step between the grey levels that occur in a 16-bit image. It exceeds 1 if pixels of fewer bits
+/// were shifted up (12 bits: 16) or 8-bit pixels were scaled to 16 bits (257).
 double quantisation_step(const Samples& lanes) {
-  constexpr int most = 256, stretched = 257;
+  constexpr int max_shift = 256, stretched = 257;
   int common = 0;
   for (const std::vector<float>& lane : lanes)
     for (const float level : lane) common = std::gcd(common, static_cast<int>(level - lanes[0][0]));
   if (common == 0) return 1;
-  return common % stretched == 0 ? stretched : std::gcd(common, most);
+  return common % stretched == 0 ? stretched : std::gcd(common, max_shift);
 }
 
 }  // namespace
@@ -174,7 +174,7 @@ Background::Background(const ImageView& image, const Sensor* sensor) {
     m.level[i] = sum / 7 - level_bias * m.noise[i];
   }
   measure_clipped_noise(sorted, differences, step, m.noise);
-  fill_bright_bodies(image, floor_dn * step, m);
+  fill_bright_regions(image, floor_dn * step, m);
   median_filter(m.level, m.columns, m.rows);
   median_filter(m.noise, m.columns, m.rows);
   for (std::size_t i = 0; i < count; ++i) {
@@ -189,10 +189,10 @@ Background::Background(const ImageView& image, const Sensor* sensor) {
 
 namespace {
 
-/// Where a pixel lies between the centres of meshes.
+/// Position of a pixel between the centres of two meshes.
 struct Between {
   int low, high;
-  double weight;  ///< of high
+  double weight;  ///< weight of `high`
 };
 
 Between between(double pixel, double meshes_per_px, int count) {
@@ -208,7 +208,7 @@ void Background::row(double y, double x, double step, std::vector<Local>& out) c
   const Between v = between(y, meshes_per_px, meshes_.rows);
   const auto upper = static_cast<std::size_t>(v.low * meshes_.columns);
   const auto lower = static_cast<std::size_t>(v.high * meshes_.columns);
-  std::vector<Local> line(static_cast<std::size_t>(meshes_.columns));  // of the meshes' centres
+  std::vector<Local> line(static_cast<std::size_t>(meshes_.columns));  // at the meshes' centres
   for (std::size_t c = 0; c < line.size(); ++c) {
     const auto blend = [&](const std::vector<float>& mesh) {
       return (1 - v.weight) * mesh[upper + c] + v.weight * mesh[lower + c];

@@ -7,13 +7,14 @@
 #include <limits>
 #include <utility>
 
+#include "libocc/detect/internal/background.hpp"
 #include "libocc/detect/internal/pixels.hpp"
 #include "libocc/detect/internal/threshold.hpp"
 
 namespace occ::internal::detect {
 namespace {
 
-constexpr int word = 64;       // pixels that share one threshold
+constexpr int word = 64;       // pixels that share one threshold: the bits of one machine word
 constexpr int band_rows = 64;  // rows that share the thresholds of a word
 
 struct Run {
@@ -21,7 +22,7 @@ struct Run {
   int label;
 };
 
-/// A component that may still grow, or a pointer to the one it has joined.
+/// Node of the union-find forest: a growing component, or a link to the one it was merged into.
 struct Tree {
   Component part;
   int parent;
@@ -73,7 +74,7 @@ class Pass {
     }
   }
 
-  /// First row that may hold a bright pixel; rows without a gap between them are passed as one.
+  /// First row that may contain a bright pixel. Rows without padding are scanned as one array.
   int first_bright_row(int y, int end) const {
     const int values = pixels_.width() * P::channels;
     if (lowest_ < 0 || pixels_.row(y) + values != pixels_.row(y + 1)) return y;
@@ -82,7 +83,7 @@ class Pass {
     return y + hit / values;
   }
 
-  /// Passes over what is dark and reads the bits of the words that are not.
+  /// Skips dark blocks and collects the runs of bright pixels of all other words.
   void scan_row(int y) {
     std::swap(above_, current_);
     current_.clear();
@@ -91,7 +92,7 @@ class Pass {
     const int values = pixels_.width() * P::channels;
     const Value limit = channel_limit<P>(lowest_);
     int open = -1;  // start of a run that has reached the end of the last word
-    int end = 0;    // of the last word
+    int end = 0;    // end of the last word
     while (end < pixels_.width()) {
       const int from = end * P::channels;
       const int hit = lowest_ < 0 ? from : first_block_above(row, from, values, limit);
@@ -141,7 +142,7 @@ class Pass {
     }
   }
 
-  /// Part of a run within one word. Sums are exact integers about its first pixel.
+  /// Measures the part of a run within one word. Sums are exact integers about its first pixel.
   Component measure(int y, int x0, int x1) const {
     const Value* row = pixels_.row(y);
     int peak = 0, saturated = 0;
@@ -196,7 +197,7 @@ class Pass {
     return a;
   }
 
-  /// Moves components that no run of the current row belongs to out of the way.
+  /// Moves finished components (without a run in the current row) to done_.
   void retire() {
     std::vector<int> new_label(trees_.size(), -1);
     std::vector<Tree> growing;
@@ -234,9 +235,9 @@ class Pass {
   const Background& background_;
   const ThresholdRule& rule_;
   const int full_scale_;
-  std::vector<Background::Local> local_;  ///< of each word, in this band of rows
+  std::vector<Background::Local> local_;  ///< background of each word in this band of rows
   std::vector<int> threshold_;  ///< level (times scale) that a bright pixel of the word exceeds
-  int lowest_ = 0;              ///< threshold of all words
+  int lowest_ = 0;              ///< smallest threshold of all words
   std::vector<Run> above_, current_;
   std::size_t next_above_ = 0;
   std::vector<Tree> trees_;

@@ -10,7 +10,6 @@
 #include "libocc/detect/internal/components.hpp"
 #include "libocc/detect/internal/linear_image.hpp"
 #include "libocc/detect/internal/measure.hpp"
-#include "libocc/detect/internal/stripes.hpp"
 
 namespace occ {
 
@@ -81,7 +80,7 @@ std::vector<Blob> detect(const ImageView& image, const DetectOptions& options) {
   std::vector<Component> components = find_components(image, background, rule);
 
   std::vector<Blob> blobs;
-  if (reads_stripes(options)) blobs = take_striped_lamps(linear, options, components);
+  if (stripes_enabled(options)) blobs = take_striped_lamps(linear, options, components);
   keep_brightest(components, options.max_blobs);
   blobs.reserve(blobs.size() + components.size());
   Patch scratch;

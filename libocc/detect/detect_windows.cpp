@@ -17,7 +17,7 @@ PixelWindow around(const PixelWindow& a, const PixelWindow& b) {
   return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
 }
 
-/// Clipped to the image, beginning at even pixels as a colour mosaic's pattern does.
+/// Window clipped to the image. It starts at even pixels to keep the phase of a colour mosaic.
 PixelWindow clipped(const PixelWindow& window, const ImageView& image) {
   return {std::max(window.x0, 0) & ~1, std::max(window.y0, 0) & ~1,
           std::min(window.x1, image.width - 1), std::min(window.y1, image.height - 1)};
@@ -30,7 +30,7 @@ std::vector<PixelWindow> disjoint(const std::vector<PixelWindow>& windows, const
             "windows that end after they begin");
     PixelWindow window = clipped(given, image);
     if (window.x1 < window.x0 || window.y1 < window.y0) continue;
-    // A window that has grown may reach others.
+    // A merged window may overlap others.
     for (bool grown = true; grown;) {
       grown = false;
       for (std::size_t i = 0; i < out.size(); ++i) {
@@ -69,7 +69,7 @@ void shift(const PixelWindow& window, Blob& blob) {
   blob.y1 += window.y0;
 }
 
-/// Whether its light may go on beyond the window's border while the image does.
+/// True if the window's border cuts the blob and the image continues beyond it.
 bool is_cut_by(const PixelWindow& window, const Blob& blob, const ImageView& image) {
   return (blob.x0 <= window.x0 && window.x0 > 0) || (blob.y0 <= window.y0 && window.y0 > 0) ||
          (blob.x1 >= window.x1 && window.x1 < image.width - 1) ||

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Detection in parts of an image only: where a tracker expects lamps.
+// Detection in parts of an image only, for example where a tracker predicts the lamps.
 #pragma once
 
 #include <vector>
@@ -11,19 +11,19 @@
 
 namespace occ {
 
-/// Pixels x0 <= x <= x1, y0 <= y <= y1; may reach beyond the image.
+/// Pixels x0 <= x <= x1, y0 <= y <= y1; may extend beyond the image.
 struct PixelWindow {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 };
 
 struct WindowBlobs {
-  std::vector<Blob> blobs;  ///< brightest first, in the image's pixels
-  int cut = 0;  ///< left out as the border of a window, which is not the image's, cuts them
+  std::vector<Blob> blobs;  ///< sorted by decreasing flux, in pixels of the whole image
+  int cut = 0;              ///< number of blobs discarded because the border of a window cuts them
 };
 
-/// As detect() finds them, from windows at least twice as wide as the lamps they hold: background
-/// and noise are those of each window. Windows that overlap become one. Throws as detect() does,
-/// and std::invalid_argument for a window that ends before it begins.
+/// Runs detect() on each window. Background and noise are estimated per window, so a window should
+/// be at least twice as wide as the lamps in it. Overlapping windows are merged. Throws like
+/// detect(), and std::invalid_argument for a window with x1 < x0 or y1 < y0.
 LIBOCC_API WindowBlobs detect_in_windows(const ImageView& image,
                                          const std::vector<PixelWindow>& windows,
                                          const DetectOptions& options = {});

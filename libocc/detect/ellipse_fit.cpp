@@ -13,15 +13,15 @@ using Vector5 = Eigen::Matrix<double, 5, 1>;
 
 constexpr int parameters = 5;  // centre x, y; shape xx, xy, yy
 constexpr int max_steps = 20;
-constexpr double converged = 1e-8;  // of the ellipse's size
+constexpr double converged = 1e-8;  // step relative to the ellipse's size
 
 bool is_ellipse(const FittedConic& conic) {
   return conic.centre.allFinite() && conic.shape.allFinite() && conic.shape(0, 0) > 0 &&
          conic.shape.determinant() > 0;
 }
 
-/// Mean of the points and their root mean square distance from it: coordinates of order one keep
-/// the normal equations well scaled.
+/// Normalised coordinates: origin at the mean of the points, unit length their root mean square
+/// distance from it. This keeps the normal equations well conditioned.
 struct Frame {
   Eigen::Vector2d origin = Eigen::Vector2d::Zero();
   double size = 0;
@@ -42,8 +42,8 @@ struct Frame {
   }
 };
 
-/// Linear least squares of a x^2 + 2 b x y + c y^2 + 2 d x + 2 e y = 1: a start, no more, because
-/// it weighs points by how far the curve's level lines are apart.
+/// Linear least squares of a x^2 + 2 b x y + c y^2 + 2 d x + 2 e y = 1. Only an initial value,
+/// because it weights each point by the gradient of the quadratic form.
 std::optional<FittedConic> algebraic_fit(const std::vector<RimPoint>& rim, const Frame& frame) {
   Matrix5 normal = Matrix5::Zero();
   Vector5 right = Vector5::Zero();
@@ -67,7 +67,7 @@ std::optional<FittedConic> algebraic_fit(const std::vector<RimPoint>& rim, const
   return conic;
 }
 
-/// One point's distance from the conic, whitened, and its derivatives (in the frame's unit).
+/// Distance of one point from the conic, its derivatives and its weight (in the frame's units).
 struct Row {
   Vector5 derivatives;
   double residual;
@@ -164,7 +164,7 @@ Eigen::Matrix2d centre_response(const std::vector<RimPoint>& rim, const FittedCo
     const Row row(rim[i], frame, scaled);
     right += row.weight * row.derivatives * moves[i].transpose();
   }
-  // A point that moves outwards raises the residual; the fit follows it.
+  // An outward shift of a point increases its residual by the same amount.
   const Normal sums(rim, frame, scaled);
   return -sums.matrix.ldlt().solve(right).topRows<2>();
 }

@@ -13,7 +13,7 @@ struct Box {
   int x0, y0, width, height;
 };
 
-/// Weighted mean of the colour channels after `to_linear` of each.
+/// Writes the weighted mean of the colour channels, each converted by `to_linear`.
 template <typename P, typename F>
 void read_box(const P& pixels, const Box& box, F&& to_linear, float* out) {
   for (int y = box.y0; y < box.y0 + box.height; ++y, out += box.width) {
@@ -28,7 +28,7 @@ void read_box(const P& pixels, const Box& box, F&& to_linear, float* out) {
   }
 }
 
-/// Full scale, or where the full well is when that comes first: the read noise then blurs it.
+/// Full scale, or the grey level of the full well minus three sigmas of read noise if it is lower.
 double clipped_from_dn(const ImageView& view, const Sensor* sensor) {
   const double highest = view.type == PixelType::u8 ? 255 : 65535;
   if (!sensor) return highest;

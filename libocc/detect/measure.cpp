@@ -8,26 +8,26 @@
 #include <optional>
 #include <utility>
 
-#include "libocc/detect/internal/rim.hpp"
-#include "libocc/detect/internal/spot.hpp"
+#include "libocc/detect/internal/subpixel.hpp"
 
 namespace occ::internal::detect {
 namespace {
 
-constexpr double min_rim_px = 3;          // semi-minor axis of a disc that has a rim to speak of
-constexpr double max_spot_px = 5;         // of what may be measured as a spot
-constexpr double saturated_share = 0.05;  // of the pixels, for the rim to be that of a clipped disc
-constexpr double default_psf_px = 0.8;
-constexpr double sharpest_psf_px = 0.16;      // when it is not known
-constexpr double sharpest_share = 0.8;        // of a known PSF's width
+constexpr double min_rim_px = 3;          // min semi-minor axis for a rim measurement
+constexpr double max_spot_px = 5;         // max semi-minor axis for a spot measurement
+constexpr double saturated_share = 0.05;  // with more saturated pixels the rim is that of a clipped
+                                          // disc
+constexpr double default_psf_px = 0.8;    // PSF sigma without a sensor, as Sensor::psf_sigma_px
+constexpr double sharpest_psf_px = 0.16;  // lower bound of the PSF sigma without a sensor
+constexpr double sharpest_share = 0.8;    // lower bound as a part of a known PSF's sigma
 constexpr std::int64_t max_pixels = 1 << 22;  // in a patch; anything larger is no lamp
-constexpr double pixel_px2 = 1.0 / 12;  // second moment of one pixel: a line of them has two, too
-constexpr double pulled_chi2 = 4;       // of an upper bound on chance
-constexpr double min_elongation = 1.2;  // of two lamps in one blob
-constexpr double min_dip = 0.1, dip_sigmas = 5;  // of the light between them
+constexpr double pixel_px2 = 1.0 / 12;        // variance of a uniform distribution over one pixel
+constexpr double pulled_chi2 = 4;             // 2 sigma: two centres are inconsistent
+constexpr double min_elongation = 1.2;        // min axis ratio of two lamps in one blob
+constexpr double min_dip = 0.1, dip_sigmas = 5;  // min dip between two lamps: of the peak, of noise
 constexpr int skirt_px = 2;                      // light just outside the box, below the threshold
 
-/// Ellipse of uniform brightness that has these second moments.
+/// Ellipse of uniform brightness with these second moments (semi-axes: two standard deviations).
 Ellipse ellipse_of(const Eigen::Vector2d& centre, const Eigen::Matrix2d& moments) {
   const double middle = 0.5 * moments.trace();
   const double half = std::hypot(0.5 * (moments(0, 0) - moments(1, 1)), moments(0, 1));
@@ -40,7 +40,7 @@ Ellipse ellipse_of(const Eigen::Vector2d& centre, const Eigen::Matrix2d& moments
   return ellipse;
 }
 
-/// What the one pass over the image knows.
+/// Blob with the values that follow from the component's moments.
 Blob coarse_blob(const Component& component) {
   const Moments& light = component.grey.sum > 0 ? component.grey : component.shape;
   Blob blob;
@@ -58,32 +58,33 @@ Blob coarse_blob(const Component& component) {
   blob.y1 = component.y1;
   blob.saturated = component.saturated_px > 0;
   blob.cut_by_border = component.touches_border;
-  // White noise over the component's area moves the centroid by its second moments.
+  // White noise over the component's area shifts the centroid in proportion to its second moments.
   const double relative = blob.flux_sigma_dn / light.sum;
   blob.covariance_px2 =
       relative * relative * (component.shape.variance() + pixel_px2 * Eigen::Matrix2d::Identity());
   return blob;
 }
 
-/// The centre is only known to lie well inside: what was measured is not one whole lamp.
-void loosen(Blob& blob) {
+/// Inflates the covariance to a quarter of the blob's size, for a blob that is not one whole lamp.
+void inflate_covariance(Blob& blob) {
   const double spread = 0.25 * std::max(blob.x1 - blob.x0 + 1, blob.y1 - blob.y0 + 1);
   blob.covariance_px2 += spread * spread * Eigen::Matrix2d::Identity();
 }
 
-/// A whole lamp's centroid is the middle of its box, to half a pixel; what is half hidden behind an
-/// edge shows by how far they are apart.
-void loosen_lopsided(Blob& blob) {
+/// Inflates the covariance if the centroid is more than half a pixel from the middle of the box, as
+/// for a partly occluded lamp. For a whole lamp both agree.
+void inflate_if_asymmetric(Blob& blob) {
   const Eigen::Vector2d middle(0.5 * (blob.x0 + blob.x1), 0.5 * (blob.y0 + blob.y1));
   const Eigen::Array2d apart = (blob.centroid_px - middle).cwiseAbs().array() - 0.5;
   const double spread = std::max(0.0, apart.maxCoeff());
   blob.covariance_px2 += spread * spread * Eigen::Matrix2d::Identity();
 }
 
-/// The light of a neighbour that reaches into the window pulls a spot's centre away from that of
-/// its own pixels, and so does an unlike partner in the same blob. Where both centres differ by
-/// more than the pixels about the threshold (above the background) explain, neither is sure.
-void loosen_pulled(const Component& component, double threshold_dn, Blob& blob) {
+/// Inflates the covariance if the centre differs from the centroid of the component's pixels by
+/// more than the pixels near the threshold can explain. Light of a neighbour within the window, or
+/// a second lamp of other brightness in the same blob, causes such a difference. `threshold_dn`:
+/// above the background.
+void inflate_if_inconsistent(const Component& component, double threshold_dn, Blob& blob) {
   const Moments& light = component.grey;
   if (!(light.sum > 0)) return;
   const Eigen::Vector2d apart = light.mean() - blob.centroid_px;
@@ -95,7 +96,7 @@ void loosen_pulled(const Component& component, double threshold_dn, Blob& blob) 
     blob.covariance_px2 += apart * apart.transpose();
 }
 
-/// Whether the light along the blob's major axis falls and rises again: two lamps side by side.
+/// True if the light along the blob's major axis falls and rises again: two lamps side by side.
 bool has_valley(const Patch& patch, const Ellipse& ellipse) {
   if (ellipse.semi_major_px < min_elongation * ellipse.semi_minor_px) return false;
   const Eigen::Vector2d along(std::cos(ellipse.angle_rad), std::sin(ellipse.angle_rad));
@@ -115,7 +116,8 @@ bool has_valley(const Patch& patch, const Ellipse& ellipse) {
   return dip > std::max(min_dip * peak, dip_sigmas * std::sqrt(patch.noise().variance(peak)));
 }
 
-/// Sum of the signal in the box and its skirt, with the noise of its pixels and of the background.
+/// Sums the signal in the box and its skirt. The sigma includes the noise of the pixels and of the
+/// background level.
 void measure_flux(const Patch& patch, const Component& component, Blob& blob) {
   const int x0 = std::max(patch.x0(), component.x0 - skirt_px);
   const int y0 = std::max(patch.y0(), component.y0 - skirt_px);
@@ -181,7 +183,7 @@ bool use_spot(const std::optional<Spot>& spot, double blur2, Blob& blob) {
   return true;
 }
 
-/// By the rim if there is one, else as a spot, else by moments.
+/// Measures the centre: by the rim if there is one, else as a spot, else by moments.
 void measure_centre(const Patch& patch, const Component& component, const DetectOptions& options,
                     Blob& blob) {
   const double psf_px = options.sensor ? options.sensor->psf_sigma_px : default_psf_px;
@@ -204,7 +206,7 @@ void measure_centre(const Patch& patch, const Component& component, const Detect
     if (use_spot(measure_spot(patch, blob.centroid_px, start, min_variance), blur2, blob)) return;
   }
   measure_moments(patch, component, blur2, blob);
-  if (has_rim) loosen_lopsided(blob);
+  if (has_rim) inflate_if_asymmetric(blob);
 }
 
 }  // namespace
@@ -214,7 +216,7 @@ Blob measure(const LinearImage& image, const Component& component, const DetectO
   Blob blob = coarse_blob(component);
   const std::int64_t width = component.x1 - component.x0 + 1;
   if (width * (component.y1 - component.y0 + 1) > max_pixels) {
-    loosen(blob);
+    inflate_covariance(blob);
     return blob;
   }
   const double limit_stored = options.threshold_dn.value_or(
@@ -228,9 +230,9 @@ Blob measure(const LinearImage& image, const Component& component, const DetectO
   if (!blob.rim.empty()) return blob;
   blob.merged = blob.merged || has_valley(scratch, blob.ellipse);
   if (blob.merged || blob.cut_by_border) {
-    loosen(blob);
+    inflate_covariance(blob);
   } else {
-    loosen_pulled(component, std::max(0.0, limit_stored - component.background_dn), blob);
+    inflate_if_inconsistent(component, std::max(0.0, limit_stored - component.background_dn), blob);
   }
   return blob;
 }

@@ -8,10 +8,10 @@
 namespace occ::internal::detect {
 namespace {
 
-// An ellipse's crossings scatter by less than this about it: pixels, and part of the minor axis.
+// Max scatter of an ellipse's crossings: in pixels, and as a part of the semi-minor axis.
 constexpr double rough_px = 0.3, rough = 0.03;
 
-/// The component's box with some room, one pixel inside the patch so that gradients exist.
+/// The component's box with a margin, at least one pixel inside the patch so that gradients exist.
 struct Box {
   int x0, y0, x1, y1;
 };
@@ -24,9 +24,9 @@ Box box_of(const Patch& patch, const Component& component) {
           std::min(component.y1 + room, patch.y0() + patch.height() - 2)};
 }
 
-/// Walks `count` pixels from `first` by `step` until the signal exceeds the level; the pixels
-/// walked, or 0 when it does so at once (cut by the border) or never.
-int walk(const float* first, std::ptrdiff_t step, int count, float level) {
+/// Index of the first of `count` pixels, `step` apart, whose signal exceeds the level. Returns 0 if
+/// it is the very first pixel (blob cut by the border) or if there is none.
+int first_above(const float* first, std::ptrdiff_t step, int count, float level) {
   for (int i = 0; i < count; ++i, first += step)
     if (*first > level) return i;
   return 0;
@@ -34,7 +34,7 @@ int walk(const float* first, std::ptrdiff_t step, int count, float level) {
 
 }  // namespace
 
-double typical_signal(const Patch& patch, const Component& component) {
+double weighted_mean_signal(const Patch& patch, const Component& component) {
   double sum = 0, squares = 0;
   for (int y = component.y0; y <= component.y1; ++y) {
     const float* row = patch.at(component.x0, y);
@@ -52,11 +52,11 @@ std::vector<RimPoint> scan_outline(const Patch& patch, const Component& componen
   const Box box = box_of(patch, component);
   const std::ptrdiff_t row = patch.width();
   const float threshold = static_cast<float>(level);
-  // One line across the blob, entered at (x, y) in direction (dx, dy).
+  // Follows one line across the blob from (x, y) in direction (dx, dy).
   const auto enter = [&](int x, int y, int dx, int dy, int count) {
     const std::ptrdiff_t step = dx + dy * row;
     const float* first = patch.at(x, y);
-    const int i = walk(first, step, count, threshold);
+    const int i = first_above(first, step, count, threshold);
     if (i == 0) return;
     const float* inside = first + i * step;
     const float* outside = inside - step;
@@ -85,7 +85,7 @@ std::optional<Outline> find_outline(const Patch& patch, const Component& compone
   std::optional<EllipseFit> fit = fit_ellipse(points);
   if (!fit) return std::nullopt;
   if (fit->rms_px > rough_px) {
-    // Perhaps a few crossings belong to something else.
+    // A few crossings may belong to another object: refit without outliers.
     const std::size_t all = points.size();
     const double gate = std::max(1.0, 2 * fit->rms_px);
     const auto far = [&](const RimPoint& p) { return std::abs(fit->conic.distance(p.px)) > gate; };

@@ -1,20 +1,171 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/detect/internal/patch.hpp"
 
+#include <Eigen/Core>
+#include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstring>
 #include <limits>
+#include <numeric>
 #include <optional>
+#include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/core/math.hpp"
-#include "libocc/detect/internal/plane_sums.hpp"
 
 namespace occ::internal::detect {
 namespace {
 
-constexpr int skirt_px = 2;                  // around the box, where light of the lamp still falls
-constexpr double clip = 3;                   // sigmas, of the ring's pixels about the plane
-constexpr double clipped_variance = 0.9733;  // of a unit normal cut at 3 sigmas
+/// Plane value = at + x * right + y * down, with variances from its fit.
+struct Plane {
+  double at = 0, right = 0, down = 0;
+  double variance = 0;     ///< variance of the values about the plane
+  double at_variance = 0;  ///< variance of `at`
+
+  double operator()(double x, double y) const { return at + right * x + down * y; }
+};
+
+/// Sums for a least-squares plane through the pixels whose height above an initial plane lies
+/// between two bounds. Heights are small, so single precision suffices. Columns are summed in eight
+/// lanes (SIMD).
+class PlaneSums {
+ public:
+  static constexpr std::size_t lanes = 8;
+
+  /// Pixels with heights from `low` to `high` above the plane are used.
+  PlaneSums(const Plane& plane, double low, double high) : plane_(plane), low_(low), high_(high) {}
+
+  /// Adds rows of pixels, `stride` floats apart; the first pixel is at (x, y), the next row at
+  /// y + step. `counts` is 1 for the columns to use and 0 for others. Its length is the number of
+  /// columns rounded up to whole lanes; that many pixels of each row must be readable.
+  void add_rows(const float* pixels, std::ptrdiff_t stride, int rows, double x, double y,
+                double step, const std::vector<float>& counts);
+
+  /// Returns the plane fitted to these pixels; empty when they are too few.
+  std::optional<Plane> fit() const;
+
+ private:
+  enum Sum { n, x, y, xx, xy, yy, v, xv, yv, vv, count };
+
+  double total(Sum which) const;
+
+  Plane plane_;
+  double low_, high_;
+  alignas(32) std::array<std::array<float, lanes>, count> sums_ = {};
+};
+
+constexpr int enough_pixels = 24;  // for a stable plane: eight per parameter
+
+using Lanes = float __attribute__((vector_size(4 * PlaneSums::lanes)));
+using Mask = int __attribute__((vector_size(4 * PlaneSums::lanes)));
+
+struct Rows {
+  const float* pixels;
+  std::ptrdiff_t stride;
+  int rows;
+  const float* counts;
+  std::size_t columns;
+  float x, y, step;          ///< position of the first pixel; distance between rows
+  float start, right, down;  ///< height of the plane at the first pixel, its slopes
+  float low, high;
+};
+
+/// Adds to the sums of n, x, y, xx, xy, yy, v, xv, yv, vv, `lanes` floats each. The inner loop is
+/// over rows, so that the sums of a column stay in registers.
+inline __attribute__((always_inline)) void add(const Rows& r, float* sums) {
+  constexpr std::size_t lanes = PlaneSums::lanes;
+  const Lanes first = {0, 1, 2, 3, 4, 5, 6, 7};
+  for (std::size_t column = 0; column < r.columns; column += lanes) {
+    const Lanes offset = first + static_cast<float>(static_cast<int>(column));
+    const Lanes x = r.x + offset, start = r.start + r.right * offset;
+    Mask counts;
+    std::memcpy(&counts, r.counts + column, sizeof counts);
+    Lanes n = {}, ny = {}, nyy = {}, v = {}, vy = {}, vv = {};
+    const float* pixels = r.pixels + column;
+    for (int row = 0; row < r.rows; ++row, pixels += r.stride) {
+      const float below = r.step * static_cast<float>(row), y = r.y + below;
+      Lanes height;
+      std::memcpy(&height, pixels, sizeof height);
+      height -= start + r.down * below;
+      const Mask within = (height >= r.low) & (height <= r.high) & counts;
+      Lanes one;
+      std::memcpy(&one, &within, sizeof one);
+      const Lanes value = one * height;
+      n += one;
+      ny += one * y;
+      nyy += one * (y * y);
+      v += value;
+      vy += value * y;
+      vv += value * height;
+    }
+    const Lanes added[] = {n, n * x, ny, n * x * x, ny * x, nyy, v, v * x, vy, vv};
+    for (const Lanes& sum : added) {
+      Lanes total;
+      std::memcpy(&total, sums, sizeof total);
+      total += sum;
+      std::memcpy(sums, &total, sizeof total);
+      sums += lanes;
+    }
+    sums -= lanes * std::size(added);
+  }
+}
+
+#if defined(__x86_64__)
+__attribute__((target("avx2"))) void add_avx2(const Rows& rows, float* sums) { add(rows, sums); }
+
+void add_fast(const Rows& rows, float* sums) {
+  static const bool avx2 = __builtin_cpu_supports("avx2");
+  avx2 ? add_avx2(rows, sums) : add(rows, sums);
+}
+#else
+void add_fast(const Rows& rows, float* sums) { add(rows, sums); }
+#endif
+
+void PlaneSums::add_rows(const float* pixels, std::ptrdiff_t stride, int rows, double first_x,
+                         double first_y, double step, const std::vector<float>& counts) {
+  const auto f = [](double value) { return static_cast<float>(value); };
+  add_fast({pixels, stride, rows, counts.data(), counts.size(), f(first_x), f(first_y), f(step),
+            f(plane_(first_x, first_y)), f(plane_.right), f(plane_.down), f(low_), f(high_)},
+           sums_.front().data());
+}
+
+double PlaneSums::total(Sum which) const {
+  const auto& sums = sums_[which];
+  return std::accumulate(sums.begin(), sums.end(), 0.0);
+}
+
+std::optional<Plane> PlaneSums::fit() const {
+  const double pixels = total(n);
+  if (pixels < enough_pixels) return std::nullopt;
+  Eigen::Matrix3d normal;
+  normal << pixels, total(x), total(y),  //
+      total(x), total(xx), total(xy),    //
+      total(y), total(xy), total(yy);
+  const Eigen::Vector3d right(total(v), total(xv), total(yv));
+  Plane plane = plane_;
+  if (!(normal.determinant() > 1e-6 * normal.diagonal().prod())) {  // all in one row or column
+    const double mean = right[0] / pixels;
+    plane.at += mean;
+    plane.variance = std::max(0.0, total(vv) / pixels - mean * mean);
+    plane.at_variance = plane.variance / pixels;
+    return plane;
+  }
+  const Eigen::Matrix3d inverse = normal.inverse();
+  const Eigen::Vector3d change = inverse * right;
+  plane.at += change[0];
+  plane.right += change[1];
+  plane.down += change[2];
+  plane.variance = std::max(0.0, total(vv) - change.dot(right)) / (pixels - 3);
+  plane.at_variance = inverse(0, 0) * plane.variance;
+  return plane;
+}
+
+constexpr int skirt_px = 2;                  // margin of the box that still contains lamp light
+constexpr double clip = 3;                   // outlier limit of background pixels [sigma]
+constexpr double clipped_variance = 0.9733;  // variance of a unit normal truncated at 3 sigmas
 
 std::size_t whole_lanes(std::size_t columns) {
   return (columns + PlaneSums::lanes - 1) / PlaneSums::lanes * PlaneSums::lanes;
@@ -28,7 +179,7 @@ void Patch::load(const LinearImage& image, const Component& component, double li
   y0_ = std::max(0, component.y0 - margin_px);
   width_ = std::min(image.width() - 1, component.x1 + margin_px) - x0_ + 1;
   height_ = std::min(image.height() - 1, component.y1 + margin_px) - y0_ + 1;
-  // PlaneSums reads the last row, too, in whole lanes.
+  // PlaneSums reads whole lanes, also at the end of the last row.
   signal_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) +
                  PlaneSums::lanes);
   image.read(x0_, y0_, width_, height_, signal_.data());
@@ -43,13 +194,13 @@ void Patch::subtract_background(const LinearImage& image, const Component& compo
   const int top = component.y0 - skirt_px - y0_, bottom = component.y1 + skirt_px - y0_;
   const double middle_x = 0.5 * (component.x0 + component.x1) - x0_;
   const double middle_y = 0.5 * (component.y0 + component.y1) - y0_;
-  // The ring beside the box, and above and below it: 1 in the columns that belong to it.
+  // Columns of the ring of background pixels: above and below the box, and beside it.
   const auto columns = static_cast<std::size_t>(width_);
   std::vector<float> everywhere(whole_lanes(columns), 0.0f);
   std::fill_n(everywhere.begin(), columns, 1.0f);
   std::vector<float> beside = everywhere;
   std::fill(beside.begin() + std::max(0, left), beside.begin() + std::min(width_, right + 1), 0.0f);
-  // The plane through the ring's pixels that lie between two heights over another plane.
+  // Fits a plane to the ring's pixels between two heights above another plane.
   const auto fit = [&](const Plane& plane, double low, double high, int row_step) {
     PlaneSums sums(plane, low, high);
     const auto add = [&](int y0, int y1, const std::vector<float>& counts) {
@@ -70,7 +221,7 @@ void Patch::subtract_background(const LinearImage& image, const Component& compo
                                        limit_dn - plane.at, height_ < 16 ? 1 : 3);
   if (dim) {
     plane = *dim;
-    // A second look without what is not background: dim neighbours, hot pixels.
+    // Second fit without outliers: dim neighbours, hot pixels.
     const double reach = clip * std::sqrt(std::max(plane.variance, 1.0 / 12));
     if (const std::optional<Plane> clean = fit(plane, -reach, reach, 1)) {
       plane = *clean;

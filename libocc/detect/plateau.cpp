@@ -8,20 +8,119 @@
 #include <cmath>
 #include <cstddef>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/core/math.hpp"
-#include "libocc/detect/internal/plateau_sums.hpp"
+#include "libocc/detect/internal/ellipse_fit.hpp"
+#include "libocc/detect/internal/normal_table.hpp"
+#include "libocc/detect/internal/patch.hpp"
 
 namespace occ::internal::detect {
 namespace {
 
-// Fewer pixels than this leave a surface too free where it is carried on across the rim.
-constexpr double clear_sigmas = 1.5;  // of blur inside the rim: 93 % of the light is there
+/// Part of its light that a pixel inside the disc keeps under the blur of the rim.
+class Coverage {
+ public:
+  Coverage(const FittedConic& conic, double blur_px)
+      : xx_(conic.shape(0, 0)),
+        xy_(conic.shape(0, 1)),
+        yy_(conic.shape(1, 1)),
+        determinant_(conic.shape.determinant()),
+        blur_(blur_px) {}
+
+  /// (dx, dy): offset from the ellipse's centre. The distance from the rim is measured on the ray
+  /// through the pixel and projected to the normal there. Blur moves the edge of a convex shape
+  /// inwards by half its curvature times the blur squared.
+  double operator()(double dx, double dy) const {
+    const double out_x = xx_ * dx + xy_ * dy, out_y = xy_ * dx + yy_ * dy;
+    const double form = out_x * dx + out_y * dy;
+    const double length2 = out_x * out_x + out_y * out_y;
+    // Fast bound: (1 - form) / 2 |out| exceeds the distance by less than half of it.
+    if ((1 - form) * (1 - form) > 144 * blur_ * blur_ * length2) return 1;
+    const double radius = std::sqrt(form), length = std::sqrt(length2);
+    const double distance = radius * (1 - radius) / length;
+    const double curvature = determinant_ * form * radius / (length2 * length);
+    return table_(distance / blur_ - 0.5 * curvature * blur_).below;
+  }
+
+ private:
+  double xx_, xy_, yy_, determinant_, blur_;
+  const NormalTable& table_ = NormalTable::get();
+};
+
+/// Sums over pixels of u^i v^j, and of these times the signal, for a surface of this degree that is
+/// multiplied by the coverage.
+template <int Degree>
+struct Sums {
+  static constexpr int powers = 2 * Degree + 1;
+  double power[powers][powers] = {};
+  double signal[Degree + 1][Degree + 1] = {};
+  double squares = 0;
+  int pixels = 0;
+
+  /// Adds a row of pixels that starts at (dx, dy). v is constant, so only powers of u are summed.
+  void add_row(const float* row, double dx, double dy, int count, double scale,
+               const Coverage& cover) {
+    double u[powers] = {}, s[Degree + 1] = {};
+    for (int i = 0; i < count; ++i, dx += 1) {
+      const double part = cover(dx, dy), at = dx * scale, value = row[i];
+      double area = part * part, seen = part * value;
+      for (int k = 0; k < powers; ++k, area *= at) u[k] += area;
+      for (int k = 0; k <= Degree; ++k, seen *= at) s[k] += seen;
+      squares += value * value;
+    }
+    pixels += count;
+    double factor = 1;
+    for (int j = 0; j < powers; ++j, factor *= dy * scale) {
+      for (int i = 0; i + j < powers; ++i) power[i][j] += factor * u[i];
+      for (int i = 0; i + j <= Degree; ++i) signal[i][j] += factor * s[i];
+    }
+  }
+};
+
+/// Calls f(y, x0, x1) for the rows of pixels between two scaled copies of the ellipse: inside the
+/// one scaled by `shrink`, outside the one scaled by `hollow`.
+template <typename F>
+void for_each_row(const Patch& patch, const FittedConic& conic, double shrink, double hollow,
+                  F&& f) {
+  const double xx = conic.shape(0, 0), xy = conic.shape(0, 1);
+  const double determinant = conic.shape.determinant();
+  const double half_height = shrink * std::sqrt(xx / determinant);
+  const auto first = [](double v, int low) {
+    return std::max(low, static_cast<int>(std::ceil(v)));
+  };
+  const auto last = [](double v, int high) {
+    return std::min(high, static_cast<int>(std::floor(v)));
+  };
+  const double cx = conic.centre.x(), cy = conic.centre.y();
+  const int right = patch.x0() + patch.width() - 1;
+  const int y1 = last(cy + half_height, patch.y0() + patch.height() - 1);
+  for (int y = first(cy - half_height, patch.y0()); y <= y1; ++y) {
+    const double dy = y - cy;
+    const double middle = cx - xy * dy / xx;
+    const auto half_width = [&](double size) {
+      return std::sqrt(std::max(0.0, size * size * xx - determinant * dy * dy)) / xx;
+    };
+    const double root = half_width(shrink), inner = half_width(hollow);
+    const int x0 = first(middle - root, patch.x0()), x1 = last(middle + root, right);
+    if (inner > 0) {
+      const int left_end = last(middle - inner, right);
+      const int right_start = first(middle + inner, std::max(patch.x0(), left_end + 1));
+      if (left_end >= x0) f(y, x0, left_end);
+      if (x1 >= right_start) f(y, right_start, x1);
+    } else if (x1 >= x0) {
+      f(y, x0, x1);
+    }
+  }
+}
+
+constexpr double clear_sigmas = 1.5;  // distance inside the rim with 93 % of the light [blur sigma]
+// Min number of pixels for degree 0, 1 and 2: with fewer, extrapolation across the rim is unstable.
 constexpr int min_pixels = 4, plane_pixels = 30, paraboloid_pixels = 200;
-// From here on the cubic terms of the light of a wide view move the centre by more than their own
-// noise does, then those of higher degree.
+// Min number of pixels for degree 3 and 5: from this size on, the terms of that degree in the light
+// of a wide view shift the centre by more than the noise of their estimates.
 constexpr int cubic_pixels = 15000, quintic_pixels = 40000;
-constexpr double ring_hollow = 0.8;  // inner over outer size of the ring that bears a quintic
-constexpr double min_visible = 0.5;  // of the ring; what is left of a lamp that the border cuts
+constexpr double ring_hollow = 0.8;  // inner over outer size of the ring for the quintic
+constexpr double min_visible = 0.5;  // visible part of the ring below which degree 3 is used
 
 constexpr int terms_of(int degree) { return (degree + 1) * (degree + 2) / 2; }
 constexpr int max_terms = terms_of(Plateau::max_degree);
@@ -66,11 +165,11 @@ Terms right_side(const Sums<Degree>& sums, int used) {
   return right;
 }
 
-/// How the terms add up along the part of the rim that is in view, `depth_px` inside: in the mean
-/// level, and in the slope that fits the levels best.
-class RimView {
+/// Mean of the polynomial's terms along the visible part of the rim, `depth_px` inside it, and the
+/// slope of the plane that fits each term there best.
+class RimTerms {
  public:
-  RimView(const Patch& patch, const FittedConic& conic, double depth_px, double scale, int used)
+  RimTerms(const Patch& patch, const FittedConic& conic, double depth_px, double scale, int used)
       : mean_(Terms::Zero(used)), by_place_(used, 2) {
     const Eigen::Matrix2d root = conic.shape.llt().matrixU();
     const Eigen::Matrix2d of_circle = root.inverse();
@@ -93,7 +192,7 @@ class RimView {
     by_place_ = by_place_ * spread.inverse();
   }
 
-  bool empty() const { return seen_ < 3; }  ///< too few points to tell
+  bool empty() const { return seen_ < 3; }  ///< too few points for a slope
   const Terms& mean() const { return mean_; }
   const Eigen::Matrix<double, Eigen::Dynamic, 2, 0, max_terms, 2>& slope() const {
     return by_place_;
@@ -102,7 +201,7 @@ class RimView {
  private:
   static constexpr int points = 16;
 
-  /// Each degree's terms are those of the one before times u, and the last one times v.
+  /// The terms of each degree are those of the previous degree times u, and its last one times v.
   static Terms terms_at(const Eigen::Vector2d& uv, int used) {
     Terms out(used);
     out[0] = 1;
@@ -136,7 +235,7 @@ std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const FittedConi
   Plateau plateau;
   plateau.centre_ = conic.centre;
   plateau.scale_ = 1 / conic.ellipse().semi_major_px;
-  const Cover cover(conic, blur_px);
+  const Coverage cover(conic, blur_px);
   Sums<Degree> sums;
   for_each_row(patch, conic, shrink, hollow, [&](int y, int x0, int x1) {
     const double dy = y - conic.centre.y();
@@ -161,7 +260,7 @@ std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const FittedConi
   plateau.variance_ =
       std::max(0.0, sums.squares - solution.dot(right)) / std::max(1, sums.pixels - used);
   plateau.level_ = sums.signal[0][0] / sums.power[0][0];
-  const RimView rim(patch, conic, level_depth * blur_px, plateau.scale_, used);
+  const RimTerms rim(patch, conic, level_depth * blur_px, plateau.scale_, used);
   if (rim.empty()) return plateau;
   plateau.rim_level_variance_ = rim.mean().dot(solver.solve(rim.mean()));
   if (plateau.degree_ > 0)

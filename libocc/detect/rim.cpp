@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/detect/internal/rim.hpp"
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -10,29 +8,29 @@
 #include "libocc/detect/internal/normal_table.hpp"
 #include "libocc/detect/internal/outline.hpp"
 #include "libocc/detect/internal/plateau.hpp"
-#include "libocc/detect/internal/rim_line.hpp"
+#include "libocc/detect/internal/subpixel.hpp"
 
 namespace occ::internal::detect {
 namespace {
 
-constexpr double window_sigmas = 3;  // of the edge's blur, each way
+constexpr double window_sigmas = 3;  // half width of a profile [sigma of the blur]
 constexpr int max_passes = 6;
-constexpr double settled_px = 0.005;  // changes of the ellipse's centre and size, of the blur
+constexpr double settled_px = 0.005;  // convergence limit for centre, size and blur
 constexpr double min_blur_px = 0.3, max_blur_px = 4;
-constexpr double max_misfit = 0.05;  // of the profiles, root mean square over the plateau
-constexpr double min_minor_px = 3;
+constexpr double max_misfit = 0.05;  // rms residual of the profiles beyond noise, over the plateau
+constexpr double min_minor_px = 3;   // as min_rim_px in measure.cpp
 
 /// Geometric mean of the semi-axes.
 double size_of(const FittedConic& conic) { return std::pow(conic.shape.determinant(), -0.25); }
 
-/// Plateau, blur and noise: what a rim's profile is compared with.
+/// Model of the rim's profile.
 struct Model {
   Plateau plateau;
   Noise noise;
   double blur_px = 0;
 };
 
-/// Goes over the rim's lines; adds a point for each and sums what they say together.
+/// Fits one rim point on each line, and sums the residuals of all profiles.
 class Profiles {
  public:
   Profiles(const Patch& patch, const Model& model, const Eigen::Vector2d& centre)
@@ -42,27 +40,27 @@ class Profiles {
         dim_(std::max(5 * std::sqrt(model.noise.floor), 0.05 * model.plateau.level())) {}
 
   void add(const RimLine& line) {
-    // Seen along the line the edge is blurred more and displaced.
+    // Along the line the edge is wider by 1 / cosine, and displaced by the rim's curvature.
     const double blur = model_.blur_px / line.cosine();
     const double edge = line.edge + displacement(line);
     const int low = static_cast<int>(std::ceil(edge - window_sigmas * blur));
     const int high = static_cast<int>(std::floor(edge + window_sigmas * blur));
     if (!line.inside(patch_, low, high)) return;
     const double chord = line.outward * (line.edge - line.opposite);
-    const bool thin = chord < 2 * window_sigmas * blur;
+    const bool both_edges = chord < 2 * window_sigmas * blur;
     const float* pixel = line.pixel(patch_, low);
     const std::ptrdiff_t step = line.step(patch_);
     const Eigen::Vector2d normal = line.normal();
     const Eigen::Vector2d rim = line.point(line.edge);
-    // Blur carries light down the plateau's slope, too.
+    // Blur also transports light along the plateau's slope.
     const double carried = model_.blur_px * model_.plateau.gradient(rim.x(), rim.y()).dot(normal);
     Sums sums;
     for (int along = low; along <= high; ++along, pixel += step) {
       const double z = line.outward * (along - edge) / blur;
-      if (z > 2 && *pixel > dim_) return;  // another light is too close
+      if (z > 2 && *pixel > dim_) return;  // another light source is too close
       const NormalTable::Value at_z = table_(z);
       double cover = 1 - at_z.below;
-      if (thin) cover -= 1 - table_(z + chord / blur).below;
+      if (both_edges) cover -= 1 - table_(z + chord / blur).below;
       const Eigen::Vector2d at = line.point(along);
       const double level = model_.plateau(at.x(), at.y());
       sums.add(*pixel, level, level * cover - carried * at_z.density, z, at_z.density,
@@ -80,17 +78,18 @@ class Profiles {
     total += sums;
   }
 
-  /// Relative change of the blur that the profiles ask for.
+  /// Relative change of the blur that minimises the residuals.
   double blur_change() const { return total.blur / total.blur_weight; }
 
-  /// Misfit of the profiles beyond noise, relative to the plateau.
+  /// Root mean square residual of the profiles beyond noise, relative to the plateau.
   double misfit() const {
     return std::sqrt(std::max(0.0, total.misfit - total.expected) / total.light);
   }
 
   std::vector<RimPoint> points;
-  std::vector<Eigen::Vector2d> by_gradient;  ///< d shift / d the plateau's gradient, of each point
-  double by_level = 0;                       ///< d shift / d the plateau's level, summed
+  std::vector<Eigen::Vector2d>
+      by_gradient;      ///< d shift / d gradient of the plateau, for each point
+  double by_level = 0;  ///< sum of d shift / d level of the plateau
 
  private:
   struct Sums {
@@ -123,9 +122,10 @@ class Profiles {
     }
   };
 
-  /// Where the blurred edge of a bent rim appears, from the rim: the offsets that blur adds have
-  /// mean bend s^2/2 and a third moment 3 slope^2 bend s^4, which moves the edge that the weight
-  /// (as wide as the edge itself) sees by minus a sixth of it over the summed variance.
+  /// Displacement of the blurred edge of a curved rim. The offsets that blur of sigma s adds have
+  /// mean bend s^2/2 and third moment 3 slope^2 bend s^4. Under a weight as wide as the edge
+  /// itself, the third moment shifts the edge by minus a sixth of it over the sum of both
+  /// variances.
   double displacement(const RimLine& line) const {
     const double slope2 = square(line.slope);
     return 0.5 * line.bend * square(model_.blur_px) * (1 - slope2 / (2 * (1 + slope2)));
@@ -134,13 +134,13 @@ class Profiles {
   const Patch& patch_;
   const Model& model_;
   const Eigen::Vector2d centre_;
-  const double dim_;  ///< signal of an edge's dark side
+  const double dim_;  ///< max signal on the dark side of an edge
   const NormalTable& table_ = NormalTable::get();
   Sums total;
 };
 
-/// The patch's noise; shot noise that no sensor tells is read from the plateau's scatter, and so is
-/// a texture that exceeds what the sensor tells.
+/// Noise of the patch. The shot noise is estimated from the plateau's scatter if no sensor is
+/// given, or if the scatter is more than twice that of the sensor (texture).
 Noise noise_of(const Patch& patch, const Plateau& plateau) {
   Noise noise = patch.noise();
   const double measured = (plateau.variance() - noise.floor) / plateau.level();
@@ -148,8 +148,8 @@ Noise noise_of(const Patch& patch, const Plateau& plateau) {
   return noise;
 }
 
-/// The plateau is measured, too: noise of its level makes the whole rim grow, noise of its gradient
-/// moves the points of opposite sides one way.
+/// Adds the errors of the estimated plateau. An error of its level enlarges the whole rim, an error
+/// of its gradient shifts the points of opposite sides in the same direction.
 void add_plateau_noise(const Model& model, const Profiles& profiles, Rim& rim) {
   const double pixel_variance = model.noise.variance(model.plateau.level());
   const Eigen::Matrix2d response = centre_response(rim.points, rim.fit.conic, profiles.by_gradient);
@@ -165,7 +165,7 @@ void add_plateau_noise(const Model& model, const Profiles& profiles, Rim& rim) {
 
 }  // namespace
 
-void widen_sigmas(Rim& rim) {
+void inflate_sigmas(Rim& rim) {
   const double dof = std::max(1, rim.fit.dof);
   const double excess = rim.fit.chi2 / dof - std::sqrt(2 / dof);
   if (!(excess > 1)) return;
@@ -177,7 +177,7 @@ void widen_sigmas(Rim& rim) {
 
 std::optional<Rim> measure_rim(const Patch& patch, const Component& component, double blur_px) {
   const std::optional<Outline> outline =
-      find_outline(patch, component, 0.5 * typical_signal(patch, component));
+      find_outline(patch, component, 0.5 * weighted_mean_signal(patch, component));
   if (!outline) return std::nullopt;
   Rim rim;
   rim.merged = outline->merged;
@@ -203,7 +203,7 @@ std::optional<Rim> measure_rim(const Patch& patch, const Component& component, d
     if (settled) {
       if (profiles.misfit() > max_misfit) return std::nullopt;
       add_plateau_noise(model, profiles, rim);
-      widen_sigmas(rim);
+      inflate_sigmas(rim);
       return rim;
     }
     rim.blur_px = std::clamp(blur, min_blur_px, max_blur_px);

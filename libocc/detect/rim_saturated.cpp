@@ -5,21 +5,20 @@
 
 #include "libocc/core/math.hpp"
 #include "libocc/detect/internal/outline.hpp"
-#include "libocc/detect/internal/rim.hpp"
-#include "libocc/detect/internal/rim_line.hpp"
+#include "libocc/detect/internal/subpixel.hpp"
 
 namespace occ::internal::detect {
 namespace {
 
-// Only the tail of the edge is left below full scale. It is described by what the blob itself
-// shows, not by a PSF: the logarithm of the signal, all around the rim, as a parabola in the
-// distance from the rim.
-constexpr double brightest_used = 0.97, dimmest_used = 0.03;  // of full scale
+// Only the tail of the edge is below full scale. Its shape is estimated from the blob itself
+// instead of a PSF: the logarithm of the signal around the whole rim is a parabola in the distance
+// from the rim.
+constexpr double brightest_used = 0.97, dimmest_used = 0.03;  // range of signals, of full scale
 constexpr double inside_px = 1.5, outside_px = 4;             // window about the rim
-constexpr double rim_level = 0.5;                             // of full scale
+constexpr double rim_level = 0.5;                             // signal at the rim, of full scale
 constexpr int max_passes = 8;
-constexpr double settled_px = 0.003;
-constexpr double min_minor_px = 2;
+constexpr double settled_px = 0.003;  // convergence limit for centre and level of the rim
+constexpr double min_minor_px = 2;    // smaller discs have no rim at half of full scale
 
 /// ln(signal / level at the rim) = offset - slope t - bend t^2, t pixels outside the rim.
 struct Tail {
@@ -30,17 +29,17 @@ struct Tail {
   }
   double decay(double t) const { return slope + 2 * bend * t; }
 
-  /// How far inside the rim the light is that shines there, in the mean. Under a Gaussian blur of
-  /// sigma s at z = t / s the decay is h / s and its growth h (h - z) / s^2, h the normal
-  /// distribution's hazard, and a linear light is as bright as s h further in; h follows from both
-  /// to 0.03.
+  /// Mean distance inside the rim of the source of the light observed at the rim. Under a Gaussian
+  /// blur of sigma s at z = t / s, with the hazard h of the normal distribution, the decay is h / s
+  /// and its derivative h (h - z) / s^2. A linear gradient appears as it is s h further inside. h
+  /// is approximated from both to 0.03.
   double depth() const {
     const double ratio = std::max(2 * bend, 0.0) / square(slope);  // (h - z) / h
     const double hazard = std::clamp(1 / std::sqrt(ratio) - 0.17, 0.2, 5.0);
     return square(hazard) / slope;
   }
 
-  /// Where the signal is that of the rim's level; the offset is small once the ellipse is right.
+  /// Distance at which the signal has the rim's level; small when the ellipse has converged.
   double rim() const { return std::clamp(offset / decay(0.5 * offset / slope), -1.0, 1.0); }
 };
 
@@ -48,7 +47,8 @@ struct Sample {
   double t, signal;
 };
 
-/// Samples of a line that are neither clipped nor lost in the background.
+/// Calls f(distance from the rim, signal) for the samples of a line that are neither clipped nor
+/// close to the background.
 template <typename F>
 void for_each_sample(const Patch& patch, const RimLine& line, F&& f) {
   const double cosine = line.cosine(), outward = line.outward;
@@ -87,7 +87,7 @@ Tail fit_tail(const Patch& patch, const FittedConic& conic, double level) {
   return tail;
 }
 
-/// One rim point for each line: the shift of the tail that fits its samples best.
+/// Fits one rim point on each line: the least-squares shift of the tail.
 std::vector<RimPoint> fit_points(const Patch& patch, const FittedConic& conic, const Tail& tail,
                                  double level) {
   std::vector<RimPoint> points;
@@ -108,9 +108,8 @@ std::vector<RimPoint> fit_points(const Patch& patch, const FittedConic& conic, c
   return points;
 }
 
-/// Where the lamp is brighter its rim grows by more: light that is stronger by a part p is as
-/// bright as the rim p / decay further out. A gradient of the light so moves the rim and its
-/// centre.
+/// Response of the centre to a gradient of the lamp's light. Where the light is stronger by a
+/// relative amount p, the rim at a fixed level is p / decay further outside.
 Eigen::Matrix2d light_response(const Rim& rim, const Tail& tail) {
   std::vector<Eigen::Vector2d> moves;
   for (const RimPoint& point : rim.points)
@@ -142,7 +141,7 @@ std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& co
     rim.fit = *fit;
     if (settled) {
       rim.light_response_px2 = light_response(rim, tail);
-      widen_sigmas(rim);
+      inflate_sigmas(rim);
       return rim;
     }
   }

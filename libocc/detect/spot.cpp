@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/detect/internal/spot.hpp"
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
-#include "libocc/detect/internal/component.hpp"
+#include "libocc/detect/internal/components.hpp"
+#include "libocc/detect/internal/subpixel.hpp"
 
 namespace occ::internal::detect {
 namespace {
 
-constexpr double reach = 3;               // of the window, in sigmas of the spot along x or y
-constexpr double model_parameters = 7.5;  // flux, centre, second moments: 6, which sit in the core
-constexpr double min_share = 0.25;
+constexpr double reach = 3;               // half width of the window [sigma of the spot, x or y]
+constexpr double model_parameters = 7.5;  // effective number; flux, centre, second moments are 6,
+                                          // and they act in the core of the spot
+constexpr double min_share = 0.25;        // lower bound of the remaining degrees of freedom
 constexpr int moment_steps = 6;
-constexpr double settled_px = 0.01;  // the shift steps that follow do the rest
+constexpr double settled_px = 0.01;  // convergence limit; the shift steps improve the rest
 constexpr int shift_steps = 2;
-constexpr double linear_px = 0.03;     // over so little one shift step is all that it takes
-constexpr double min_seen_px2 = 0.36;  // variance of what pixels still sample to a per cent
-constexpr double widest_weight_px2 = 4;
+constexpr double linear_px = 0.03;       // after a smaller shift one step suffices
+constexpr double min_seen_px2 = 0.36;    // min variance that pixels sample with an error of 1 %
+constexpr double widest_weight_px2 = 4;  // max variance of the weight
 
 bool positive(const Eigen::Matrix2d& m) { return m(0, 0) > 0 && m.determinant() > 0; }
 
@@ -26,7 +26,7 @@ struct Window {
   int x0, y0, x1, y1;  ///< both ends included
 };
 
-/// The pixels within reach of a Gaussian, those that the patch has.
+/// Pixels of the patch within reach of a Gaussian.
 Window window_of(const Patch& patch, const Spot& spot) {
   const double rx = reach * std::sqrt(spot.second_moments_px2(0, 0));
   const double ry = reach * std::sqrt(spot.second_moments_px2(1, 1));
@@ -41,12 +41,12 @@ Window window_of(const Patch& patch, const Spot& spot) {
           high(spot.centre_px.y() + ry, patch.y0() + patch.height() - 1)};
 }
 
-/// Calls pixel(signal, gaussian, dx) for the window's pixels that the Gaussian reaches, row by row,
-/// and row_end(dy) after each row; the Gaussian is 1 at the centre. Along a row it follows from its
-/// neighbour by two multiplications, from a start that is never so far out that it vanishes.
+/// Calls pixel(signal, gaussian, dx) for the pixels of the window where the Gaussian is not
+/// negligible, row by row, and row_end(dy) after each row. The Gaussian is 1 at the centre. Along a
+/// row it is computed from its neighbour by two multiplications; the first value never underflows.
 template <typename Pixel, typename RowEnd>
 void for_each(const Patch& patch, const Spot& spot, Pixel&& pixel, RowEnd&& row_end) {
-  constexpr double row_reach = 4.5;  // sigmas along a row: beyond, the Gaussian is below 4e-5
+  constexpr double row_reach = 4.5;  // [sigma along a row]; beyond, the Gaussian is below 4e-5
   const Window window = window_of(patch, spot);
   const Eigen::Matrix2d inverse = spot.second_moments_px2.inverse();
   const double a = inverse(0, 0), b = inverse(0, 1);
@@ -54,7 +54,7 @@ void for_each(const Patch& patch, const Spot& spot, Pixel&& pixel, RowEnd&& row_
   const double step_of_ratio = std::exp(-a);
   for (int y = window.y0; y <= window.y1; ++y) {
     const double dy = y - spot.centre_px.y();
-    const double middle = spot.centre_px.x() - b / a * dy;  // where the row's Gaussian is highest
+    const double middle = spot.centre_px.x() - b / a * dy;  // maximum of the Gaussian in this row
     const int x0 = std::max(window.x0, static_cast<int>(std::ceil(middle - half_width)));
     const int x1 = std::min(window.x1, static_cast<int>(std::floor(middle + half_width)));
     const double out = x0 - middle;
@@ -71,7 +71,7 @@ void for_each(const Patch& patch, const Spot& spot, Pixel&& pixel, RowEnd&& row_
   }
 }
 
-/// Moments about the centre, added up row by row.
+/// Moments about the centre, summed row by row.
 struct RowMoments {
   double row = 0, row_x = 0, row_xx = 0;
   Moments all;
@@ -88,14 +88,14 @@ struct RowMoments {
   }
 };
 
-/// A Gaussian's height over the background, and the noise of what it covers.
+/// Height of the Gaussian above the background, and the noise of its pixels.
 struct Light {
   double peak = 0;
   Noise noise;
 };
 
-/// Shot noise that no sensor tells is read from the scatter about the model, to which the model's
-/// own misfit adds: it errs to the safe side.
+/// Estimates height and noise. Without a sensor the shot noise follows from the scatter about the
+/// model, which includes the misfit of the model and is therefore an upper bound.
 Light light_of(const Patch& patch, const Spot& spot) {
   double g = 0, gg = 0, ggg = 0, gs = 0, ggs = 0, gss = 0;  // sums; s: signal
   for_each(
@@ -114,7 +114,7 @@ Light light_of(const Patch& patch, const Spot& spot) {
   if (light.noise.known) return light;
   const double p = light.peak;
   const double scatter = gss - 2 * p * ggs + p * p * ggg;  // sum of g (s - p g)^2
-  // The model has been fitted to so many pixels: its parameters have taken their share of scatter.
+  // The fitted parameters have removed their share of the scatter of so many pixels.
   const double pixels = g * g / gg;
   const double share = std::max(min_share, 1 - model_parameters / pixels);
   light.noise.per_dn = std::max(0.0, (scatter / share - g * light.noise.floor) / (p * gg));
@@ -126,18 +126,17 @@ void widen(Eigen::Matrix2d& covariance, double variance) {
   covariance.diagonal() = covariance.diagonal().cwiseMax(variance + std::abs(covariance(0, 1)));
 }
 
-/// Variance of the weight through which light of this variance is looked at: its own, which is
-/// best against noise, or more where the product of both would fall between the pixels.
+/// Variance of the weight function for light of this variance: the same, which is optimal for
+/// noise, or larger where the product of both would be too narrow for the pixels.
 double weight_variance(double light) {
   if (light >= 2 * min_seen_px2) return light;
   const double inverse = 1 / min_seen_px2 - 1 / light;
   return inverse > 1 / widest_weight_px2 ? 1 / inverse : widest_weight_px2;
 }
 
-/// One step of adaptive moments (Bernstein & Jarvis, AJ 123, 2002, section 3): seen through a
-/// Gaussian weight of covariance M, Gaussian light of covariance C has covariance
-/// P = (C^-1 + M^-1)^-1, and its mean is P C^-1 times its distance. Returns how far the centre
-/// moved.
+/// One step of adaptive moments (Bernstein & Jarvis, AJ 123, 2002, section 3). Under a Gaussian
+/// weight of covariance M, Gaussian light of covariance C has covariance P = (C^-1 + M^-1)^-1, and
+/// its mean is P C^-1 times its distance. Returns the shift of the centre.
 std::optional<double> moment_step(const Patch& patch, double min_variance_px2, Spot& spot) {
   RowMoments seen_light;
   Spot window = spot;
@@ -152,7 +151,7 @@ std::optional<double> moment_step(const Patch& patch, double min_variance_px2, S
   if (!positive(seen)) return std::nullopt;
   const Eigen::Matrix2d& weight = window.second_moments_px2;
   const Eigen::Matrix2d inverse = seen.inverse() - weight.inverse();
-  // Light much wider than the weight leaves nothing of that difference: then grow and look again.
+  // For light much wider than the weight the difference is ill-conditioned: enlarge and iterate.
   const bool wide = !positive(inverse - 0.25 * weight.inverse());
   const Eigen::Matrix2d light = wide ? Eigen::Matrix2d(3 * seen) : inverse.inverse();
   const Eigen::Vector2d shift = light * seen.inverse() * mean;
@@ -162,8 +161,8 @@ std::optional<double> moment_step(const Patch& patch, double min_variance_px2, S
   return shift.norm();
 }
 
-/// One weighted least-squares step of the shift; its inverse normal matrix is the covariance.
-/// Weights come from the model, so that noise does not steer them.
+/// One weighted least-squares step of the shift; the inverse normal matrix is the covariance.
+/// Weights are computed from the model, so that noise does not bias them.
 std::optional<double> shift_step(const Patch& patch, const Light& light, Spot& spot) {
   RowMoments residual, curvature;
   for_each(
@@ -182,12 +181,12 @@ std::optional<double> shift_step(const Patch& patch, const Light& light, Spot& s
   Eigen::Matrix2d normal;
   normal << curvature.all.xx, curvature.all.xy, curvature.all.xy, curvature.all.yy;
   if (!positive(normal)) return std::nullopt;
-  // d model / d centre = model M^-1 d; M cancels out of the step on one side.
+  // d model / d centre = model M^-1 d; M cancels on one side of the step.
   const Eigen::Matrix2d inverse = normal.inverse();
   const Eigen::Vector2d shift = spot.second_moments_px2 * inverse * right;
   spot.centre_px += shift;
   spot.covariance_px2 = spot.second_moments_px2 * inverse * spot.second_moments_px2;
-  // Light times (1 + g d) pulls by the light's second moments under the weight.
+  // Light times (1 + g d) shifts the centre by its second moments under the weight, times g.
   Eigen::Matrix2d light_moments;
   light_moments << residual.all.xx, residual.all.xy, residual.all.xy, residual.all.yy;
   light_moments += normal;
@@ -204,7 +203,7 @@ std::optional<Spot> measure_spot(const Patch& patch, const Eigen::Vector2d& cent
   spot.centre_px = centre_px;
   spot.second_moments_px2 = second_moments_px2;
   constexpr double max_variance = Patch::margin_px * Patch::margin_px;
-  // Written so that what is not a number is lost.
+  // False for NaN.
   const auto found = [&] {
     return (spot.centre_px - centre_px).squaredNorm() <= max_variance &&
            positive(spot.second_moments_px2) && spot.second_moments_px2.trace() <= 2 * max_variance;

@@ -28,7 +28,7 @@ int first_block_plain(const T* values, int from, int count, T limit) {
 
 #if defined(__x86_64__)
 
-// Unsigned a > b  <=>  the saturating difference a - b is not zero, for bytes and words alike.
+// Unsigned a > b if and only if the saturating difference a - b is not zero, for bytes and words.
 template <typename T>
 __attribute__((target("avx2"))) int first_block_avx2(const T* values, int from, int count,
                                                      T limit) {
@@ -39,7 +39,7 @@ __attribute__((target("avx2"))) int first_block_avx2(const T* values, int from, 
     return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(values + at));
   };
   constexpr int ahead = 2048 / static_cast<int>(sizeof(T));
-  // Dark stretches by four blocks at a time: one question for all of them.
+  // Dark stretches are skipped by four blocks at a time, with one test for all of them.
   for (; from + 4 * block <= count; from += 4 * block) {
     for (int i = 0; i < 4 * block; i += 2 * step)
       _mm_prefetch(reinterpret_cast<const char*>(values + from + i + ahead), _MM_HINT_T0);

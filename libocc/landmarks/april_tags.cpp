@@ -10,7 +10,6 @@
 
 #include "libocc/core/internal/april_family.hpp"
 #include "libocc/core/require.hpp"
-#include "libocc/landmarks/internal/image_tiles.hpp"
 #include "libocc/landmarks/internal/tag_corners.hpp"
 
 namespace occ {
@@ -155,6 +154,54 @@ void shift(const Eigen::Vector2d& by, AprilTag& tag) {
   tag.centre_px += by;
   tag.homography.row(0) += by.x() * tag.homography.row(2);
   tag.homography.row(1) += by.y() * tag.homography.row(2);
+}
+
+/// Pixels x0 <= x < x0 + width and rows alike; of what is found there that counts whose centre lies
+/// in the tile's middle part, up to half the overlap from the borders (all the way at the image's).
+struct ImageTile {
+  /// By which middle parts do overlap: rounding may not lose what lies on their border.
+  static constexpr double tolerance_px = 1;
+
+  int x0 = 0, y0 = 0, width = 0, height = 0;
+  Eigen::Vector2d low = Eigen::Vector2d::Zero(), high = Eigen::Vector2d::Zero();
+
+  bool counts(const Eigen::Vector2d& px) const {
+    return ((px - low).array() >= -tolerance_px).all() &&
+           ((high - px).array() >= -tolerance_px).all();
+  }
+};
+
+struct Span {
+  int first, count;
+  double low, high;  // of the middle part
+};
+
+int rounded_up(int value, int unit) { return (value + unit - 1) / unit * unit; }
+
+std::vector<Span> spans(int size, int tile_px, int overlap_px, int unit) {
+  const int overlap = rounded_up(overlap_px, unit);
+  const int tile = std::max(rounded_up(tile_px, unit), 2 * overlap + unit);
+  std::vector<Span> all;
+  for (int first = 0;; first += tile - overlap) {
+    const bool last = first + tile >= size;
+    const int count = last ? size - first : tile;
+    const double low = first == 0 ? -1 : first + 0.5 * overlap;
+    const double high = last ? size : first + tile - 0.5 * overlap;
+    all.push_back({first, count, low, high});
+    if (last) return all;
+  }
+}
+
+/// Tiles of about tile_px, row by row, that begin at multiples of `unit`; all of the image when it
+/// is no larger. tile_px >= 2 overlap_px.
+std::vector<ImageTile> image_tiles(int width, int height, int tile_px, int overlap_px, int unit) {
+  std::vector<ImageTile> tiles;
+  for (const Span& row : spans(height, tile_px, overlap_px, unit))
+    for (const Span& column : spans(width, tile_px, overlap_px, unit))
+      tiles.push_back({column.first, row.first, column.count, row.count,
+                       Eigen::Vector2d(column.low, row.low),
+                       Eigen::Vector2d(column.high, row.high)});
+  return tiles;
 }
 
 // libapriltag's threshold goes by squares of 4 pixels of the decimated image: tiles begin where

@@ -6,12 +6,10 @@
 #include <string>
 
 #include "libocc/codes/budget.hpp"
-#include "libocc/codes/c_ook.hpp"
+#include "libocc/codes/code_kinds.hpp"
 #include "libocc/codes/crc.hpp"
 #include "libocc/codes/line_code.hpp"
-#include "libocc/codes/s2psk.hpp"
 #include "libocc/codes/slot_code.hpp"
-#include "libocc/codes/ufsook.hpp"
 #include "libocc/core/random.hpp"
 #include "tests/support/support.hpp"
 

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: which phase, clock and symbols of a slot code explain samples best.
+// Internal: maximum-likelihood phase, clock error and symbols of a slot code for given samples.
+//
+// Samples are folded into one period of the code and summed in steps of a fraction of a chip. For
+// each clock error and each phase (a whole number of steps) the log likelihood of all symbol values
+// follows from these sums.
 #pragma once
 
 #include <vector>
@@ -11,21 +15,21 @@
 namespace occ::internal::codes {
 
 struct SlotFit {
-  double total = 0;  ///< log likelihood of the best symbols
-  double clock_error = 0;
-  int shift = 0;                              ///< steps from the beginning of a period to time 0
-  std::vector<std::vector<double>> evidence;  ///< log likelihood by symbol and value
-  std::vector<int> values;                    ///< the likeliest
-  double gained = 0;  ///< sum of weighted squares that the light sent explains
-  double excess = 0;  ///< sum of weighted squares about constant light, less the noise's
-  double rival = 0;   ///< log likelihood over that of the best phase that says something else
+  double total = 0;        ///< log likelihood of the best symbols, up to a constant
+  double clock_error = 0;  ///< relative
+  int shift = 0;           ///< phase: steps from the beginning of a period to time 0
+  std::vector<std::vector<double>> evidence;  ///< log likelihood [symbol][value]
+  std::vector<int> values;                    ///< most likely value of each symbol
+  double gained = 0;                          ///< chi-square that the transmitted light explains
+  double excess = 0;  ///< chi-square about constant light minus its expectation for pure noise
+  double rival = 0;   ///< log likelihood ratio to the best phase with other symbol values
 };
 
-/// Of samples that are not empty.
+/// Fits a slot code to one or more samples.
 SlotFit fit_slots(const std::vector<LightSample>& samples, const SlotCode& code,
                   const DecodeSamplesOptions& options);
 
-/// Evidence of each bit for 1 against 0.
+/// Log likelihood ratio of 1 against 0 for each bit, from the log likelihoods [symbol][value].
 std::vector<double> bit_evidence(const std::vector<std::vector<double>>& evidence,
                                  int bits_per_symbol);
 

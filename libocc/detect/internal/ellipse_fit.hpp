@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: the ellipse that fits rim points best along its normals, each with its own sigma.
+// Internal: maximum-likelihood ellipse through rim points, each with its own sigma along the
+// normal. Minimises the sum of squared normal distances (first order) over sigma by Gauss-Newton,
+// started from an algebraic fit.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,14 +13,14 @@
 
 namespace occ::internal::detect {
 
-/// (p - centre)^T shape (p - centre) = 1.
+/// Ellipse (p - centre)^T shape (p - centre) = 1.
 struct FittedConic {
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();
   Eigen::Matrix2d shape = Eigen::Matrix2d::Identity();
 
   Ellipse ellipse() const;
 
-  /// Half the gradient of the quadratic form: along the outward normal.
+  /// Half the gradient of the quadratic form; parallel to the outward normal.
   Eigen::Vector2d outward(const Eigen::Vector2d& point) const { return shape * (point - centre); }
 
   /// Distance from the ellipse along its normal, to first order; positive outside.
@@ -33,18 +35,16 @@ struct EllipseFit {
   Eigen::Matrix2d centre_covariance_px2 = Eigen::Matrix2d::Zero();
   double chi2 = 0;
   int dof = 0;        ///< points minus five
-  double rms_px = 0;  ///< of the residuals, unweighted
+  double rms_px = 0;  ///< root mean square of the unweighted residuals
 };
 
-/// Weighted least squares of normal distances; the points' own normals are not used. Nothing when
-/// there are fewer than six points or they do not determine an ellipse.
+/// Weighted least squares of normal distances; RimPoint::normal is not used. Empty for fewer than
+/// six points, or when they do not determine an ellipse. `start`: initial value.
 std::optional<EllipseFit> fit_ellipse(const std::vector<RimPoint>& rim);
-
-/// The same from a start close to the answer.
 std::optional<EllipseFit> fit_ellipse(const std::vector<RimPoint>& rim, const FittedConic& start);
 
-/// How the fitted centre moves (columns) when each point moves along its normal by the x or the y
-/// of its entry in `moves`.
+/// Derivative of the fitted centre: column k is the shift of the centre when point i moves along
+/// its normal by moves[i][k].
 Eigen::Matrix2d centre_response(const std::vector<RimPoint>& rim, const FittedConic& conic,
                                 const std::vector<Eigen::Vector2d>& moves);
 

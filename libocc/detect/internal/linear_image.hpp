@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: grey levels of an image as linear signal, converted where they are read: the response
-// is undone channel by channel with a table made once, and nothing is copied beforehand.
+// Internal: linear signal of an image. The inverse response is applied to each channel when pixels
+// are read, from a table computed once; the image is not copied.
 #pragma once
 
 #include <optional>
@@ -13,14 +13,14 @@ namespace occ::internal::detect {
 
 class LinearImage {
  public:
-  /// `sensor` may be null: levels are then taken as linear, as they are stored.
+  /// `sensor` may be null: stored grey levels are then assumed to be linear.
   LinearImage(const ImageView& view, const Sensor* sensor);
 
   int width() const { return view_.width; }
   int height() const { return view_.height; }
 
-  /// Writes the linear grey level [DN, black level removed when there is a sensor] of pixels
-  /// [x0, x0 + width) of rows [y0, y0 + height), row after row.
+  /// Writes the linear grey level [DN, black level removed if there is a sensor] of the pixels
+  /// [x0, x0 + width) of the rows [y0, y0 + height), row by row.
   void read(int x0, int y0, int width, int height, float* out) const;
 
   /// Linear signal of a stored grey level.
@@ -29,15 +29,15 @@ class LinearImage {
   /// d linear / d stored at a stored grey level; 1 for a linear response.
   double slope(double stored_dn) const;
 
-  /// Stored value from which on a channel is clipped.
+  /// Stored value at and above which a channel is clipped.
   double full_scale_dn() const { return full_scale_dn_; }
 
  private:
   ImageView view_;
-  std::optional<Sensor> sensor_;  ///< only with a response to undo
+  std::optional<Sensor> sensor_;  ///< only if the response is not linear
   double offset_dn_ = 0;          ///< black level of a linear response
   double full_scale_dn_ = 0;
-  std::vector<float> table_;  ///< of every 8-bit value, when the response is not linear
+  std::vector<float> table_;  ///< linear value of each 8-bit value if the response is not linear
 };
 
 }  // namespace occ::internal::detect

@@ -1,17 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: from a component to a Blob with its sub-pixel measurements.
+// Internal: measures components with sub-pixel accuracy and returns them as blobs.
+//
+// A rolling shutter exposes the rows one after the other. A blinking lamp therefore appears as a
+// stack of stripes, often with dark gaps between them. The stripes of one lamp are joined, its
+// blink frequency is estimated, and its centre is measured without the bias that the phase of the
+// stripes causes in a plain centroid.
 #pragma once
 
+#include <vector>
+
+#include "libocc/core/abi.hpp"
 #include "libocc/core/blob.hpp"
 #include "libocc/detect/detect.hpp"
-#include "libocc/detect/internal/component.hpp"
+#include "libocc/detect/internal/components.hpp"
 #include "libocc/detect/internal/linear_image.hpp"
 #include "libocc/detect/internal/patch.hpp"
 
 namespace occ::internal::detect {
 
-/// `scratch` keeps its storage from blob to blob.
+/// Measures a component without stripes. `scratch`: storage that is reused from blob to blob.
 Blob measure(const LinearImage& image, const Component& component, const DetectOptions& options,
              Patch& scratch);
+
+/// True if the options request stripes and the sensor has a row time.
+bool stripes_enabled(const DetectOptions& options);
+
+/// Returns the blobs of all striped lamps, completely measured (centre, covariance, ellipse, rim of
+/// a disc, flux, frequency, flags). Removes their components, and the dim stripes of the halo
+/// around them, from `components`; all others are unchanged. Requires stripes_enabled(options).
+std::vector<Blob> take_striped_lamps(const LinearImage& image, const DetectOptions& options,
+                                     std::vector<Component>& components);
 
 }  // namespace occ::internal::detect

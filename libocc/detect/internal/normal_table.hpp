@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: the normal distribution by table, good to 1e-5: an edge profile is looked up some
-// thousand times for each lamp, and erf would take most of the time.
+// Internal: table of the normal density and distribution, linearly interpolated, accurate to 1e-5.
+// An edge profile is evaluated some thousand times for each lamp; std::erf would dominate the time.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ class NormalTable {
  public:
   struct Value {
     double density;  ///< exp(-z^2/2) / sqrt(2 pi)
-    double below;    ///< probability of less than z
+    double below;    ///< probability of a value less than z
   };
 
   static const NormalTable& get() {
@@ -34,8 +34,8 @@ class NormalTable {
   }
 
  private:
-  static constexpr int reach = 6;   // sigmas each way
-  static constexpr int steps = 64;  // a sigma
+  static constexpr int reach = 6;   // half width of the table [sigma]
+  static constexpr int steps = 64;  // entries per sigma
   static constexpr int size = 2 * reach * steps;
 
   NormalTable() {

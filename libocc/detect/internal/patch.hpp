@@ -1,34 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: the pixels around one component as linear signal above the local background, and how
-// noisy they are. Everything sub-pixel is measured on a patch.
+// Internal: the pixels around one component as linear signal above the local background, with their
+// noise. All sub-pixel measurements use a patch.
 #pragma once
 
 #include <vector>
 
-#include "libocc/detect/internal/component.hpp"
+#include "libocc/detect/internal/components.hpp"
 #include "libocc/detect/internal/linear_image.hpp"
 #include "libocc/radiometry/sensor.hpp"
 
 namespace occ::internal::detect {
 
-/// Variance of a pixel as a straight line of its signal: read noise and quantisation, shot noise.
+/// Variance of a pixel as a linear function of its signal: constant (read noise, quantisation) plus
+/// proportional (shot noise).
 struct Noise {
   double floor = 0;    ///< variance [DN^2] of a background pixel
   double per_dn = 0;   ///< variance [DN^2] per DN of signal above background
-  bool known = false;  ///< from a sensor; else per_dn is zero until somebody measures it
+  bool known = false;  ///< true: from a sensor; false: per_dn is zero until it is estimated
 
   double variance(double signal) const { return floor + per_dn * (signal > 0 ? signal : 0); }
 };
 
 class Patch {
  public:
-  /// Reads the component's bounding box and `margin_px` around it, finds the local background as a
-  /// plane through the pixels outside the box, and subtracts it. `limit_dn` (linear): what is above
-  /// is not background. The storage is reused from call to call.
+  /// Reads the component's bounding box with a margin of `margin_px`, fits the local background as
+  /// a plane to the pixels outside the box, and subtracts it. Pixels above `limit_dn` (linear) are
+  /// not background. The storage is reused from call to call.
   void load(const LinearImage& image, const Component& component, double limit_dn,
             const Sensor* sensor);
 
-  static constexpr int margin_px = 8;
+  static constexpr int margin_px = 8;  // enough background pixels around small spots
 
   int x0() const { return x0_; }
   int y0() const { return y0_; }
@@ -38,17 +39,17 @@ class Patch {
     return x >= x0_ && y >= y0_ && x < x0_ + width_ && y < y0_ + height_;
   }
 
-  /// Signal of pixel (x, y) of the image; the next pixel of the row follows at +1, the one below at
-  /// +width().
+  /// Pointer to the signal of image pixel (x, y); the next pixel of the row is at +1, the one below
+  /// at +width().
   const float* at(int x, int y) const {
     return signal_.data() + static_cast<std::ptrdiff_t>(y - y0_) * width_ + (x - x0_);
   }
 
   double background_dn() const { return background_dn_; }  ///< linear, at the component's centre
-  /// Standard deviation of the background's level there.
+  /// Standard deviation of background_dn().
   double background_sigma_dn() const { return background_sigma_dn_; }
   const Noise& noise() const { return noise_; }
-  /// The signal at which a channel is clipped.
+  /// Signal at which a channel is clipped.
   double full_scale_signal() const { return full_scale_signal_; }
 
  private:

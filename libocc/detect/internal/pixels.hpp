@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: grey levels of an ImageView, read in place. Grey levels of colour images are quarters
-// ((c0 + 2 c1 + c2) / 4), so levels are handled as integers: grey level times `scale`.
+// Internal: grey levels of an ImageView, read in place. Grey levels of colour images are multiples
+// of a quarter, (c0 + 2 c1 + c2) / 4, so levels are handled as integers: grey level times `scale`.
 #pragma once
 
 #include <algorithm>
@@ -41,7 +41,7 @@ class Pixels {
       return p[0] + 2 * p[1] + p[2];
   }
 
-  /// Largest stored value of the colour channels: what saturates first.
+  /// Largest stored value of the colour channels, the first to saturate.
   static int brightest(const T* row, int x) {
     const T* p = row + static_cast<std::ptrdiff_t>(x) * Channels;
     if constexpr (Channels == 1)
@@ -57,7 +57,7 @@ class Pixels {
   int height_;
 };
 
-/// Calls f with the Pixels<T, Channels> that the (valid) view needs.
+/// Calls f with the Pixels<T, Channels> of a (valid) view.
 template <typename F>
 decltype(auto) visit_pixels(const ImageView& view, F&& f) {
   if (view.type == PixelType::u8) {

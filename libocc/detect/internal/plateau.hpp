@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: the light inside a disc, a smooth surface, fitted where the blur of the rim does not
-// reach and carried on across the rim.
+// Internal: the signal inside a disc as a polynomial surface ("plateau"), fitted to pixels that the
+// blur of the rim hardly affects and extrapolated across the rim.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,22 +13,22 @@
 
 namespace occ::internal::detect {
 
-/// How far inside the rim, in sigmas of its blur, the plateau's level matters to where the rim is
-/// found: minus the mean of z weighted with the blurred edge times its derivative.
+/// Effective distance inside the rim, in sigmas of its blur, at which the plateau's level affects
+/// the measured rim: minus the mean of z weighted with the blurred edge times its derivative.
 inline constexpr double level_depth = 0.564;
 
 class Plateau {
  public:
-  /// Least squares over the pixels inside the ellipse that the rim's blur leaves most of their
-  /// light: a polynomial of degree 0 to 3, whatever the number of pixels bears; of degree 5 over a
-  /// ring along the rim in large discs, across which light falls off by more. Nothing when there
-  /// are hardly any pixels.
+  /// Least-squares fit to the pixels inside the ellipse that keep most of their light under the
+  /// rim's blur: a polynomial of degree 0 to 3, depending on the number of pixels; degree 5 on a
+  /// ring along the rim for large discs, whose brightness varies more. Empty for fewer than four
+  /// pixels.
   static std::optional<Plateau> fit(const Patch& patch, const FittedConic& conic, double blur_px);
 
   /// Signal of the unblurred disc at a pixel.
   double operator()(double x, double y) const {
     const double u = (x - centre_.x()) * scale_, v = (y - centre_.y()) * scale_;
-    if (degree_ <= 2)  // most lamps, and most of the time
+    if (degree_ <= 2)  // fast path: most lamps, and most of the run time
       return of(0, 0) + u * (of(1, 0) + u * of(2, 0) + v * of(1, 1)) +
              v * (of(0, 1) + v * of(0, 2));
     double sum = 0;
@@ -36,7 +36,7 @@ class Plateau {
     return sum;
   }
 
-  /// Its gradient there.
+  /// Gradient of that signal at a pixel.
   Eigen::Vector2d gradient(double x, double y) const {
     const double u = (x - centre_.x()) * scale_, v = (y - centre_.y()) * scale_;
     double sum = 0, by_u = 0, by_v = 0;
@@ -50,20 +50,20 @@ class Plateau {
     return scale_ * Eigen::Vector2d(by_u, by_v);
   }
 
-  bool uniform() const { return degree_ == 0; }  ///< too few pixels to tell a slope
-  double level() const { return level_; }        ///< mean over the pixels
-  double variance() const { return variance_; }  ///< of a pixel about the surface
+  bool uniform() const { return degree_ == 0; }  ///< true: too few pixels to estimate a slope
+  double level() const { return level_; }        ///< mean signal over the pixels
+  double variance() const { return variance_; }  ///< variance of a pixel about the surface
 
-  /// Covariance of the slope that the rim sees [DN per pixel], for a unit variance of the pixels.
+  /// Covariance of the slope at the rim [DN per pixel], for unit variance of the pixels.
   const Eigen::Matrix2d& gradient_covariance() const { return gradient_covariance_; }
 
-  /// Variance of the level at the rim, its mean all around, for a unit variance of the pixels.
+  /// Variance of the mean level along the rim, for unit variance of the pixels.
   double rim_level_variance() const { return rim_level_variance_; }
 
   static constexpr int max_degree = 5;
 
  private:
-  /// Of u^i v^j.
+  /// Coefficient of u^i v^j.
   double of(int i, int j) const { return c_[i * (max_degree + 1) + j]; }
 
   double in_v(int i, double v) const {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: which pixels of a row are brighter than a threshold. Nearly all of an image of lamps is
-// dark, so what counts is how fast a stretch without any bright pixel is passed.
+// Internal: finds the pixels of a row that exceed a threshold. Most of an image of lamps is dark,
+// so the run time is that of skipping blocks without a bright pixel.
 #pragma once
 
 #include <cstddef>
@@ -11,16 +11,17 @@
 
 namespace occ::internal::detect {
 
-/// Start of the first block of 64 values, counted from `from`, that holds a value above the limit;
-/// `count` when there is none. The last block may be shorter.
+/// Returns the start of the first block of 64 values, counted from `from`, that contains a value
+/// above the limit; `count` when there is none. The last block may be shorter.
 int first_block_above(const std::uint8_t* values, int from, int count, std::uint8_t limit);
 int first_block_above(const std::uint16_t* values, int from, int count, std::uint16_t limit);
 
-/// Bit i is set when values[i] > limit, of 64 values.
+/// Returns 64 bits; bit i is set if values[i] > limit.
 std::uint64_t bits_above(const std::uint8_t* values, std::uint8_t limit);
 
-/// A limit that no channel of a pixel exceeds unless the pixel's level could exceed the threshold:
-/// a grey level is at most the brightest channel. (A fourth channel above it costs time only.)
+/// Limit for single channels: if the pixel's level exceeds the threshold, one of its channels
+/// exceeds this limit, because a grey level is at most the brightest channel. (A fourth channel
+/// above the limit costs only time.)
 template <typename P>
 typename P::Value channel_limit(int threshold) {
   constexpr int highest = std::numeric_limits<typename P::Value>::max();
@@ -28,7 +29,7 @@ typename P::Value channel_limit(int threshold) {
   return static_cast<typename P::Value>(limit < highest ? limit : highest);
 }
 
-/// Bit i is set when pixel x0 + i of the row has P::level > threshold; count <= 64 pixels.
+/// Returns the bright pixels of a row: bit i is set if P::level > threshold at x0 + i; count <= 64.
 template <typename P>
 std::uint64_t bright_pixels(const typename P::Value* row, int x0, int count, int threshold) {
   const auto limit = channel_limit<P>(threshold);

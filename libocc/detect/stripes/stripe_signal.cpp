@@ -6,19 +6,21 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/math.hpp"
+
 namespace occ::internal::detect {
 namespace {
 
-constexpr double two_pi = 6.283185307179586;
+constexpr double two_pi = 2 * pi;
 
-/// Lines that count, as if each had full weight.
+/// Effective number of lines: the sum of the weights.
 double effective_lines(const LineSignal& signal) {
   double sum = 0;
   for (const double w : signal.weight) sum += w;
   return sum;
 }
 
-/// Lines from the first to the last that counts.
+/// Number of lines from the first to the last with a considerable weight.
 int lines_in_view(const LineSignal& signal) {
   int first = signal.lines(), last = -1;
   for (int i = 0; i < signal.lines(); ++i) {
@@ -29,7 +31,7 @@ int lines_in_view(const LineSignal& signal) {
   return last - first + 1;
 }
 
-/// Legendre polynomials over the signal: columns 0..degree.
+/// Legendre polynomials over the signal; column k has degree k.
 Eigen::MatrixXd baseline(int lines, int degree) {
   Eigen::MatrixXd p(lines, degree + 1);
   for (int i = 0; i < lines; ++i) {
@@ -42,16 +44,16 @@ Eigen::MatrixXd baseline(int lines, int degree) {
   return p;
 }
 
-/// Cosine and sine from line to line, by rotation.
+/// Recurrence for cosine and sine from line to line.
 struct Rotation {
-  double c = 1, s = 0, turn_c, turn_s;
+  double c = 1, s = 0, step_c, step_s;
 
   explicit Rotation(double cycles_per_line)
-      : turn_c(std::cos(two_pi * cycles_per_line)), turn_s(std::sin(two_pi * cycles_per_line)) {}
+      : step_c(std::cos(two_pi * cycles_per_line)), step_s(std::sin(two_pi * cycles_per_line)) {}
 
   void next() {
-    const double next_c = c * turn_c - s * turn_s;
-    s = s * turn_c + c * turn_s;
+    const double next_c = c * step_c - s * step_s;
+    s = s * step_c + c * step_s;
     c = next_c;
   }
 };
@@ -60,7 +62,7 @@ struct Rotation {
 struct Weighted {
   Eigen::VectorXd root, value;
   Eigen::MatrixXd base;
-  Eigen::VectorXd residual;  ///< of the values after the baseline
+  Eigen::VectorXd residual;  ///< values minus the fitted baseline
 
   Weighted(const LineSignal& signal, int degree) {
     const auto n = static_cast<Eigen::Index>(signal.value.size());
@@ -73,14 +75,14 @@ struct Weighted {
   }
 };
 
-/// Amplitudes of one line and how much of the residual's sum of squares it explains.
-struct OneLine {
+/// Amplitudes at one frequency, and the part of the residual's sum of squares that they explain.
+struct Sinusoid {
   Eigen::Vector2d amplitude = Eigen::Vector2d::Zero();
   double power = 0;
 };
 
-/// One pass over the lines, as the scan spends its time here.
-OneLine fit_line(const Weighted& w, double cycles_per_line) {
+/// Fits a sinusoid of one frequency in one pass over the lines. The scan spends its time here.
+Sinusoid fit_sinusoid(const Weighted& w, double cycles_per_line) {
   Rotation wave(cycles_per_line);
   double cc = 0, cs = 0, ss = 0, cr = 0, sr = 0;
   double cb[3] = {}, sb[3] = {};
@@ -106,14 +108,14 @@ OneLine fit_line(const Weighted& w, double cycles_per_line) {
   }
   Eigen::Matrix2d gram;
   gram << cc, cs, cs, ss;
-  OneLine line;
+  Sinusoid line;
   if (!(gram.determinant() > 1e-6 * gram.trace() * gram.trace())) return line;
   line.amplitude = gram.inverse() * Eigen::Vector2d(cr, sr);
   line.power = cr * line.amplitude[0] + sr * line.amplitude[1];
   return line;
 }
 
-/// Model matrix of a blink: baseline, then cosine and sine of each harmonic.
+/// Design matrix: baseline, then cosine and sine of each harmonic.
 Eigen::MatrixXd model(const Weighted& w, double cycles_per_line, int harmonics) {
   Eigen::MatrixXd a(w.root.size(), w.base.cols() + 2 * harmonics);
   a.leftCols(w.base.cols()) = w.base;
@@ -141,7 +143,7 @@ Solved solve(const Eigen::MatrixXd& a, const Eigen::VectorXd& value) {
   return solved;
 }
 
-/// The fit at one frequency, with the derivative by the frequency as a last column.
+/// Fit at one frequency, with the derivative by the frequency as last column.
 struct Linearised {
   Eigen::MatrixXd a;
   Solved fit;
@@ -161,15 +163,16 @@ Linearised linearise(const Weighted& w, double cycles_per_line, int harmonics) {
     by_f += two_pi * k *
             (out.fit.coefficients[at + 1] * a.col(at) - out.fit.coefficients[at] * a.col(at + 1));
   }
-  // d/df of cos(2 pi k f i) carries the factor i.
+  // The derivative of cos(2 pi k f i) by f has the factor i.
   out.a.col(columns) =
       by_f.cwiseProduct(Eigen::VectorXd::LinSpaced(a.rows(), 0, static_cast<double>(a.rows() - 1)));
   out.information = out.a.transpose() * out.a;
   return out;
 }
 
-/// Gauss-Newton in the frequency, within +-reach of the start.
-Linearised descend(const Weighted& w, double& cycles_per_line, double reach, int harmonics) {
+/// Refines the frequency by Gauss-Newton steps, within +-reach of the start.
+Linearised refine_frequency(const Weighted& w, double& cycles_per_line, double reach,
+                            int harmonics) {
   const double start = cycles_per_line;
   Linearised best = linearise(w, start, harmonics);
   for (int iteration = 0; iteration < 8; ++iteration) {
@@ -190,7 +193,8 @@ Linearised descend(const Weighted& w, double& cycles_per_line, double reach, int
   return best;
 }
 
-/// Variance of a sum of correlated residuals over that of independent ones (first-order).
+/// Variance of a sum of correlated residuals over that of independent ones, for first-order
+/// autoregressive residuals: (1 + rho) / (1 - rho).
 double correlation_inflation(const Eigen::VectorXd& residual) {
   const Eigen::Index n = residual.size();
   if (n < 3) return 1;
@@ -201,7 +205,7 @@ double correlation_inflation(const Eigen::VectorXd& residual) {
 
 }  // namespace
 
-LineSignal levelled(const LineSignal& signal, double half_window_lines) {
+LineSignal envelope_normalised(const LineSignal& signal, double half_window_lines) {
   const int n = signal.lines(), half = std::max(1, static_cast<int>(half_window_lines + 0.5));
   LineSignal out = signal;
   std::vector<double> top(signal.value.size());
@@ -227,7 +231,7 @@ double Blink::phase(double line) const {
 
 double Blink::amplitude() const { return std::hypot(cosine[0], sine[0]); }
 
-double strongest_line(const LineSignal& signal, double max_cycles_per_line) {
+double strongest_frequency(const LineSignal& signal, double max_cycles_per_line) {
   const int in_view = lines_in_view(signal);
   if (in_view < 8) return 0;
   const double resolution = 1.0 / in_view, low = 1.8 * resolution, step = resolution / 6;
@@ -235,10 +239,10 @@ double strongest_line(const LineSignal& signal, double max_cycles_per_line) {
   if (!(high > low)) return 0;
   const Weighted w(signal, 2);
   std::vector<double> power;
-  for (double f = low; f <= high; f += step) power.push_back(fit_line(w, f).power);
+  for (double f = low; f <= high; f += step) power.push_back(fit_sinusoid(w, f).power);
   const auto best =
       static_cast<std::size_t>(std::max_element(power.begin(), power.end()) - power.begin());
-  double offset = 0;  // of a parabola's top
+  double offset = 0;  // vertex of the parabola through three values
   if (best > 0 && best + 1 < power.size()) {
     const double bend = power[best - 1] - 2 * power[best] + power[best + 1];
     if (bend < 0) offset = 0.5 * (power[best - 1] - power[best + 1]) / bend;
@@ -248,7 +252,7 @@ double strongest_line(const LineSignal& signal, double max_cycles_per_line) {
 
 std::complex<double> amplitude_at(const LineSignal& signal, double cycles_per_line) {
   const Weighted w(signal, 2);
-  const Eigen::Vector2d amplitude = fit_line(w, cycles_per_line).amplitude;
+  const Eigen::Vector2d amplitude = fit_sinusoid(w, cycles_per_line).amplitude;
   return {amplitude[0], amplitude[1]};
 }
 
@@ -266,7 +270,7 @@ Blink fit_blink(const LineSignal& signal, double cycles_per_line, int baseline_d
   while (blink.harmonics < max_harmonics && allowed(blink.harmonics + 1)) ++blink.harmonics;
 
   double f = cycles_per_line;
-  const Linearised at = descend(w, f, 0.6 / in_view, blink.harmonics);
+  const Linearised at = refine_frequency(w, f, 0.6 / in_view, blink.harmonics);
   const Solved& fit = at.fit;
   const Eigen::Index columns = at.a.cols();
   const Eigen::VectorXd unit = Eigen::VectorXd::Unit(columns, columns - 1);
@@ -285,7 +289,8 @@ Blink fit_blink(const LineSignal& signal, double cycles_per_line, int baseline_d
   blink.mean = w.root.dot(w.base * fit.coefficients.head(base)) / lines;
   const double before = w.residual.squaredNorm();
   blink.explained = before > 0 ? 1 - fit.squares / before : 0;
-  blink.f_test = (before - fit.squares) / (2 * blink.harmonics + 1) / std::max(variance, 1e-300);
+  blink.f_statistic =
+      (before - fit.squares) / (2 * blink.harmonics + 1) / std::max(variance, 1e-300);
   blink.periods = f * in_view;
   return blink;
 }

@@ -1,46 +1,97 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/detect/internal/stripes.hpp"
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <utility>
 
-#include "libocc/detect/internal/stripe_bodies.hpp"
+#include "libocc/detect/internal/ellipse_fit.hpp"
+#include "libocc/detect/internal/measure.hpp"
 #include "libocc/detect/internal/stripe_window.hpp"
-#include "libocc/detect/internal/striped_blob.hpp"
 #include "libocc/detect/internal/striped_lamp.hpp"
 
 namespace occ::internal::detect {
 namespace {
 
-constexpr std::size_t max_candidates =
-    4096;                      // components looked at, the brightest: bounds the time
-constexpr int max_rounds = 8;  // of one cluster, each taking a body out
+/// Converts (line, pos) to (x, y).
+Eigen::Vector2d to_xy(const Eigen::Vector2d& v, bool columns) {
+  return columns ? v : Eigen::Vector2d(v[1], v[0]);
+}
+Eigen::Matrix2d to_xy(const Eigen::Matrix2d& m, bool columns) {
+  Eigen::Matrix2d swapped;
+  swapped << m(1, 1), m(1, 0), m(0, 1), m(0, 0);
+  return columns ? m : swapped;
+}
+
+/// Sets ellipse, bounding box and cut_by_border. `spread`: matrix with the squared semi-axes as
+/// eigenvalues.
+void set_outline(const LinearImage& image, const Eigen::Matrix2d& spread, Blob& blob) {
+  blob.ellipse = FittedConic{blob.centroid_px, spread.inverse()}.ellipse();
+  const Eigen::Vector2d half = spread.diagonal().cwiseSqrt();
+  const Eigen::Vector2d low = blob.centroid_px - half, high = blob.centroid_px + half;
+  const int right = image.width() - 1, bottom = image.height() - 1;
+  blob.cut_by_border = low.minCoeff() < 0 || high.x() > right || high.y() > bottom;
+  blob.x0 = std::clamp(static_cast<int>(std::floor(low.x())), 0, right);
+  blob.y0 = std::clamp(static_cast<int>(std::floor(low.y())), 0, bottom);
+  blob.x1 = std::clamp(static_cast<int>(std::ceil(high.x())), 0, right);
+  blob.y1 = std::clamp(static_cast<int>(std::ceil(high.y())), 0, bottom);
+}
+
+/// Converts a measured lamp to a blob. `columns`: its lines are image columns. `sum`: sum of the
+/// lamp's components.
+Blob striped_blob(const LinearImage& image, const DetectOptions& options, bool columns,
+                  const StripedLamp& lamp, const Component& sum) {
+  Blob blob;
+  blob.striped = true;
+  blob.centroid_px = to_xy(lamp.shape.centre, columns);
+  blob.covariance_px2 = to_xy(lamp.shape.covariance, columns);
+  if (lamp.blink.cycles_per_line > 0) {
+    blob.frequency_hz = lamp.blink.cycles_per_line / options.sensor->row_time_s;
+    blob.frequency_sigma_hz = lamp.blink.sigma / options.sensor->row_time_s;
+  }
+  blob.peak_dn = sum.peak_dn;
+  blob.background_dn = sum.background_dn;
+  blob.noise_dn = sum.noise_dn;
+  blob.saturated = sum.saturated_px > 0;
+  blob.flux_dn = lamp.signal;
+  blob.area_px = static_cast<int>(std::lround(lamp.lit_px));
+  blob.flux_sigma_dn = image.slope(sum.background_dn) * sum.noise_dn * std::sqrt(lamp.lit_px);
+  const Eigen::Matrix2d metric = lamp.shape.shape.transpose() * lamp.shape.shape;
+  set_outline(image, to_xy(Eigen::Matrix2d(metric.inverse()), columns), blob);
+  if (!options.rims || lamp.shape.rim.empty()) return blob;
+  for (const StripeRimPoint& p : lamp.shape.rim)
+    blob.rim.push_back({to_xy(p.at, columns), to_xy(p.normal, columns), lamp.shape.rim_sigma_px});
+  const double shift = lamp.shape.rim_shift_variance_px2;
+  blob.rim_covariance_px2 =
+      Eigen::Vector3d(lamp.shape.rim_growth_variance_px2, shift, shift).asDiagonal();
+  return blob;
+}
+
+constexpr std::size_t max_candidates = 4096;  // brightest components examined; bounds the time
+constexpr int max_rounds = 8;  // per cluster; each round removes the lamps that it finds
 
 using Members = std::vector<std::size_t>;  ///< indices of components
 
-struct Found {
+struct StripedLamps {
   std::vector<Blob> blobs;
-  std::vector<StripedShape> shapes;  ///< of the blobs
-  std::vector<bool> taken;           ///< of the components
-  double evidence = 0;
+  std::vector<StripedShape> shapes;  ///< one per blob
+  std::vector<bool> used;  ///< one per component: true if it belongs to a lamp or its halo
+  double evidence = 0;     ///< sum over the lamps
 };
 
-/// Reads an image whose lines are known to be rows or columns.
-class Reader {
+/// Searches an image whose lines are known to be rows or columns.
+class StripeSearch {
  public:
-  Reader(const LinearImage& image, const DetectOptions& options, bool columns,
-         const std::vector<Component>& components)
+  StripeSearch(const LinearImage& image, const DetectOptions& options, bool columns,
+               const std::vector<Component>& components)
       : image_(image), options_(options), columns_(columns), components_(components) {
     boxes_.reserve(components.size());
     for (const Component& c : components) boxes_.push_back(line_box(c, columns));
-    found_.taken.assign(components.size(), false);
+    found_.used.assign(components.size(), false);
   }
 
-  /// Of at most so many groups of components, the brightest.
-  Found read(std::size_t max_groups) {
+  /// Searches the brightest clusters of components, at most `max_clusters`.
+  StripedLamps run(std::size_t max_clusters) {
     std::vector<Members> clusters = this->clusters(candidates());
     const auto flux = [&](const Members& members) {
       double sum = 0;
@@ -49,13 +100,13 @@ class Reader {
     };
     std::stable_sort(clusters.begin(), clusters.end(),
                      [&](const Members& a, const Members& b) { return flux(a) > flux(b); });
-    if (clusters.size() > max_groups) clusters.resize(max_groups);
-    for (Members& cluster : clusters) read_cluster(std::move(cluster));
+    if (clusters.size() > max_clusters) clusters.resize(max_clusters);
+    for (Members& cluster : clusters) search_cluster(std::move(cluster));
     return std::move(found_);
   }
 
  private:
-  /// The brightest components of a useful size, by line.
+  /// The brightest components of at least four pixels' width, sorted by line.
   Members candidates() const {
     Members chosen;
     for (std::size_t i = 0; i < boxes_.size(); ++i)
@@ -74,9 +125,9 @@ class Reader {
     return chosen;
   }
 
-  /// Whether two components may be stripes of one lamp: alike in length and height, one behind the
-  /// other at a distance that fits.
-  bool may_be_one(std::size_t i, std::size_t j) const {
+  /// True if two components may be stripes of one lamp: similar length and brightness, one after
+  /// the other at a suitable distance.
+  bool may_be_one_lamp(std::size_t i, std::size_t j) const {
     const LineBox &a = boxes_[i], &b = boxes_[j];
     const int longer = std::max(a.length(), b.length()), shorter = std::min(a.length(), b.length());
     const double high_i = components_[i].peak_dn - components_[i].background_dn;
@@ -85,6 +136,7 @@ class Reader {
            stacked(a, b);
   }
 
+  /// Connected sets of components that may belong to one lamp (union-find).
   std::vector<Members> clusters(const Members& chosen) const {
     std::vector<std::size_t> parent(chosen.size());
     std::iota(parent.begin(), parent.end(), std::size_t{0});
@@ -96,7 +148,7 @@ class Reader {
       const LineBox& box = boxes_[chosen[i]];
       const int reach = box.line1 + 4 * box.length() + 1;  // a partner is at most 8 times as long
       for (std::size_t j = i + 1; j < chosen.size() && boxes_[chosen[j]].line0 <= reach; ++j)
-        if (may_be_one(chosen[i], chosen[j])) parent[root(j)] = root(i);
+        if (may_be_one_lamp(chosen[i], chosen[j])) parent[root(j)] = root(i);
     }
     std::vector<Members> out(chosen.size());
     for (std::size_t i = 0; i < chosen.size(); ++i) out[root(i)].push_back(chosen[i]);
@@ -111,7 +163,7 @@ class Reader {
     return box;
   }
 
-  /// Background, noise and clipping level in terms of the linear signal around some components.
+  /// Detection and clipping level around some components, as linear signal; also their background.
   LampLimits limits(const Members& members, double& background_dn) const {
     Component sum;
     for (const std::size_t i : members) sum += components_[i];
@@ -130,31 +182,33 @@ class Reader {
     return limits;
   }
 
-  /// Bodies of a cluster, brightest first: after each lamp what is left is looked at again.
-  void read_cluster(Members members) {
-    const auto taken = [&](std::size_t i) { return found_.taken[i]; };
+  /// Finds the lamps of a cluster, the brightest first. After each round the remaining components
+  /// are searched again.
+  void search_cluster(Members members) {
+    const auto used = [&](std::size_t i) { return found_.used[i]; };
     for (int round = 0; round < max_rounds; ++round) {
-      members.erase(std::remove_if(members.begin(), members.end(), taken), members.end());
+      members.erase(std::remove_if(members.begin(), members.end(), used), members.end());
       if (members.empty()) return;
       const LineBox box = box_of(members);
       if (box.lines() < 8 || box.length() < 4) return;
       double background_dn = 0;
       const LampLimits limits = this->limits(members, background_dn);
       const LineBox wide = box.grown(8 + box.lines() / 4, 8).cut_to(line_box(image_, columns_));
-      const Surroundings around{image_, columns_, background_dn, found_.shapes};
-      const LineWindow window = around.window(wide, modest_stride(wide));
+      const LampContext context{image_, columns_, background_dn, found_.shapes};
+      const LineWindow window = context.window(wide, limited_stride(wide));
       const double peak = robust_peak(window, limits.lit);
       if (!(peak > 3 * limits.lit)) return;
-      const std::vector<LineBox> bodies = find_bodies(window, 0.35 * peak);
-      for (const LineBox& body : bodies) {
-        if (body.lines() < 6 || body.length() < 4) continue;
-        const BodyPlace place{body, territory(wide, body, bodies)};
-        const Blink coarse = coarse_blink(window, peak, place, limits);
-        if (const auto lamp = measure_striped_lamp(around, place, coarse, limits)) add(*lamp, body);
+      const std::vector<LineBox> cores = find_lamp_regions(window, 0.35 * peak);
+      for (const LineBox& core : cores) {
+        if (core.lines() < 6 || core.length() < 4) continue;
+        const LampRegion region{core, extent(wide, core, cores)};
+        const Blink coarse = coarse_blink(window, peak, region, limits);
+        if (const auto lamp = measure_striped_lamp(context, region, coarse, limits))
+          add(*lamp, core);
       }
       const auto done = [&](std::size_t i) {
-        return std::any_of(bodies.begin(), bodies.end(),
-                           [&](const LineBox& body) { return body.meets(boxes_[i]); });
+        return std::any_of(cores.begin(), cores.end(),
+                           [&](const LineBox& core) { return core.meets(boxes_[i]); });
       };
       const std::size_t before = members.size();
       members.erase(std::remove_if(members.begin(), members.end(), done), members.end());
@@ -162,50 +216,52 @@ class Reader {
     }
   }
 
-  /// The part of a window that belongs to a body: what its glow may reach, up to half the way to
-  /// other bodies.
-  static LineBox territory(const LineBox& all, const LineBox& body,
-                           const std::vector<LineBox>& bodies) {
-    const int size = 3 * std::max(body.lines(), body.length()) / 2;
+  /// The part of a window around a core that its light may reach, up to half the way to other
+  /// cores.
+  static LineBox extent(const LineBox& all, const LineBox& core,
+                        const std::vector<LineBox>& cores) {
+    const int size = 3 * std::max(core.lines(), core.length()) / 2;
     LineBox box =
-        body.grown(8 + std::min(size, 4 * body.lines()), 8 + std::min(size, 4 * body.length()))
+        core.grown(8 + std::min(size, 4 * core.lines()), 8 + std::min(size, 4 * core.length()))
             .cut_to(all);
-    for (const LineBox& other : bodies) {
-      if (other.line0 > body.line1)
-        box.line1 = std::min(box.line1, (body.line1 + other.line0) / 2);
-      else if (other.line1 < body.line0)
-        box.line0 = std::max(box.line0, (body.line0 + other.line1 + 1) / 2);
-      else if (other.pos0 > body.pos1)
-        box.pos1 = std::min(box.pos1, (body.pos1 + other.pos0) / 2);
-      else if (other.pos1 < body.pos0)
-        box.pos0 = std::max(box.pos0, (body.pos0 + other.pos1 + 1) / 2);
+    for (const LineBox& other : cores) {
+      if (other.line0 > core.line1)
+        box.line1 = std::min(box.line1, (core.line1 + other.line0) / 2);
+      else if (other.line1 < core.line0)
+        box.line0 = std::max(box.line0, (core.line0 + other.line1 + 1) / 2);
+      else if (other.pos0 > core.pos1)
+        box.pos1 = std::min(box.pos1, (core.pos1 + other.pos0) / 2);
+      else if (other.pos1 < core.pos0)
+        box.pos0 = std::max(box.pos0, (core.pos0 + other.pos1 + 1) / 2);
     }
     return box;
   }
 
-  void add(const StripedLamp& lamp, const LineBox& body) {
-    found_.blobs.push_back(striped_blob(image_, options_, columns_, lamp, take_parts(lamp, body)));
+  void add(const StripedLamp& lamp, const LineBox& core) {
+    found_.blobs.push_back(
+        striped_blob(image_, options_, columns_, lamp, claim_components(lamp, core)));
     found_.shapes.push_back(lamp.shape);
     found_.evidence += lamp.evidence;
   }
 
-  /// Takes the components of a lamp and of the halo around it; the sum of the lamp's own.
-  Component take_parts(const StripedLamp& lamp, const LineBox& body) {
+  /// Marks the components of a lamp and of the halo around it as used; returns the sum of those of
+  /// the lamp itself.
+  Component claim_components(const StripedLamp& lamp, const LineBox& core) {
     const double f = lamp.blink.cycles_per_line;
-    const int period = f > 0 ? static_cast<int>(std::ceil(1 / f)) : body.lines() / 2;
-    const LineBox around = body.grown(period, body.length() / 4);
+    const int period = f > 0 ? static_cast<int>(std::ceil(1 / f)) : core.lines() / 2;
+    const LineBox around = core.grown(period, core.length() / 4);
     Component sum;
     for (std::size_t i = 0; i < boxes_.size(); ++i) {
-      if (found_.taken[i]) continue;
+      if (found_.used[i]) continue;
       const LineBox& box = boxes_[i];
-      const LineBox common = box.cut_to(body);
-      const double shared = common.meets(body) ? common.area() : 0;
-      const bool part = 2 * shared >= std::min(box.area(), body.area());
+      const LineBox common = box.cut_to(core);
+      const double shared = common.meets(core) ? common.area() : 0;
+      const bool part = 2 * shared >= std::min(box.area(), core.area());
       if (part) sum += components_[i];
       const Eigen::Vector2d middle(0.5 * (box.line0 + box.line1), 0.5 * (box.pos0 + box.pos1));
       const bool near = around.holds(middle[0], middle[1]) ||
                         (lamp.shape.shape * (middle - lamp.shape.centre)).norm() < 1.3;
-      found_.taken[i] = part || near;
+      found_.used[i] = part || near;
     }
     return sum;
   }
@@ -215,11 +271,11 @@ class Reader {
   bool columns_;
   const std::vector<Component>& components_;
   std::vector<LineBox> boxes_;
-  Found found_;
+  StripedLamps found_;
 };
 
-/// Walls and ceilings near a lamp blink with it: a blob with the frequency of one ten times as
-/// bright is its reflection.
+/// Removes reflections. Walls and ceilings near a lamp blink with it: a blob with the frequency of
+/// another blob that is ten times as bright is its reflection.
 void drop_reflections(std::vector<Blob>& blobs) {
   const std::vector<Blob> all = blobs;
   const auto reflects = [&](const Blob& blob) {
@@ -236,25 +292,25 @@ void drop_reflections(std::vector<Blob>& blobs) {
 
 }  // namespace
 
-bool reads_stripes(const DetectOptions& options) {
+bool stripes_enabled(const DetectOptions& options) {
   return options.sensor && options.sensor->row_time_s > 0 && options.stripes.value_or(true);
 }
 
 std::vector<Blob> take_striped_lamps(const LinearImage& image, const DetectOptions& options,
                                      std::vector<Component>& components) {
-  const auto read = [&](bool columns, std::size_t max_groups) {
-    return Reader(image, options, columns, components).read(max_groups);
+  const auto search = [&](bool columns, std::size_t max_clusters) {
+    return StripeSearch(image, options, columns, components).run(max_clusters);
   };
   bool columns = options.sensor->readout == Readout::columns;
   if (options.sensor->readout == Readout::unknown) {
-    constexpr std::size_t voters = 16;
-    columns = read(true, voters).evidence > read(false, voters).evidence;
+    constexpr std::size_t compared_clusters = 16;  // enough to compare both readout directions
+    columns = search(true, compared_clusters).evidence > search(false, compared_clusters).evidence;
   }
-  Found found = read(columns, components.size());
+  StripedLamps found = search(columns, components.size());
   drop_reflections(found.blobs);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < components.size(); ++i)
-    if (!found.taken[i]) components[kept++] = components[i];
+    if (!found.used[i]) components[kept++] = components[i];
   components.resize(kept);
   return std::move(found.blobs);
 }

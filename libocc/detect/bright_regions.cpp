@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/detect/internal/bright_bodies.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,31 +6,34 @@
 #include <type_traits>
 #include <utility>
 
+#include "libocc/detect/internal/background.hpp"
 #include "libocc/detect/internal/pixels.hpp"
 
 namespace occ::internal::detect {
 namespace {
 
-constexpr double dark_share = 0.1;        // of the meshes: at least so many see no body
-constexpr float bright_sigmas = 8;        // of the dark meshes' noise
-constexpr float body_share = 0.5f;        // of the brightest mesh's light
-constexpr float whole_noise = 0.1f;       // over the light, of a mesh that is all body
-constexpr float shining_share = 0.1f;     // of the body's light, on top of it
-constexpr float shining_sigmas = 6;       // of its noise, too
-constexpr int shining_step_px = 2;        // pixels are looked at so far apart
-constexpr int shining_samples = 12;       // fewer are hot pixels
-constexpr float sharp_share = 0.4f;       // of the body's light, lost across its edge
-constexpr float brighter_share = 1.5f;    // more is lost behind something that is brighter
-constexpr float sharp_sigmas = 3;         // of the pixels' noise there, too
-constexpr int edge_px = 16, side_px = 8;  // width of an edge at most; pixels averaged beside it
+// The thresholds below separate lamps close to the camera from lit walls and from halos.
+constexpr double dark_share = 0.1;    // at least this part of the meshes is background
+constexpr float bright_sigmas = 8;    // a region exceeds the dark level by so many noise sigmas
+constexpr float region_share = 0.5f;  // min light of a region's meshes, of its brightest mesh
+constexpr float whole_noise = 0.1f;   // max noise over light of a mesh entirely inside a region
+constexpr float spot_share = 0.1f;    // brighter spots exceed the region by this part of its light
+constexpr float spot_sigmas = 6;      // and by so many sigmas of its noise
+constexpr int spot_step_px = 2;       // distance between the pixels tested
+constexpr int min_spot_samples = 12;  // fewer are hot pixels
+constexpr float sharp_share = 0.4f;   // min drop across a sharp edge, part of the region's light
+constexpr float brighter_share = 1.5f;  // a larger drop is the edge of a brighter object
+constexpr float sharp_sigmas = 3;       // the drop also exceeds so many sigmas of the pixels' noise
+constexpr int edge_px = 16, side_px = 8;  // max width of an edge; pixels averaged on each side
 
-constexpr float change_sigmas = 0.886f;  // standard deviation over the mean change, of normal noise
+// Standard deviation over mean absolute difference of neighbours for normal noise, sqrt(pi) / 2.
+constexpr float change_sigmas = 0.886f;
 
 using Mask = std::vector<char>;
 
 constexpr std::array<std::pair<int, int>, 4> directions = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
 
-/// The value that a share of all is below; reorders them.
+/// Quantile of the values; reorders them.
 float ranked(std::vector<float>& values, double share) {
   const auto at =
       values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
@@ -40,9 +41,9 @@ float ranked(std::vector<float>& values, double share) {
   return *at;
 }
 
-class Bodies {
+class BrightRegions {
  public:
-  Bodies(const ImageView& image, double min_noise_dn, Meshes& meshes)
+  BrightRegions(const ImageView& image, double min_noise_dn, Meshes& meshes)
       : image_(image),
         meshes_(meshes),
         min_noise_(static_cast<float>(min_noise_dn)),
@@ -58,9 +59,9 @@ class Bodies {
 
   void fill() {
     for (std::size_t seed = brightest(); seed < meshes_.count(); seed = brightest()) {
-      const std::vector<std::size_t> body = flood(seed);
-      if (!has_sharp_outline(body) || has_light_of_its_own(body)) continue;
-      for (const std::size_t i : body) covered_[i] = 1;
+      const std::vector<std::size_t> region = flood(seed);
+      if (!has_sharp_outline(region) || has_brighter_spots(region)) continue;
+      for (const std::size_t i : region) covered_[i] = 1;
       found_ = true;
     }
     if (!found_) return;
@@ -79,7 +80,7 @@ class Bodies {
   }
   float light(std::size_t i) const { return meshes_.level[i] - dark_; }
 
-  /// Of the bright meshes not visited yet; count() when there is none.
+  /// Brightest mesh not visited yet that exceeds the threshold; count() when there is none.
   std::size_t brightest() const {
     std::size_t best = meshes_.count();
     for (std::size_t i = 0; i < meshes_.count(); ++i) {
@@ -89,40 +90,41 @@ class Bodies {
     return best;
   }
 
+  /// Connected meshes (4 neighbours) with at least region_share of the seed's light.
   std::vector<std::size_t> flood(std::size_t seed) {
-    const float least = body_share * light(seed);
-    std::vector<std::size_t> body = {seed};
+    const float min_light = region_share * light(seed);
+    std::vector<std::size_t> region = {seed};
     visited_[seed] = 1;
-    for (std::size_t k = 0; k < body.size(); ++k) {
+    for (std::size_t k = 0; k < region.size(); ++k) {
       for (const auto& [dx, dy] : directions) {
-        const int x = column(body[k]) + dx, y = row(body[k]) + dy;
-        if (!has(x, y) || visited_[at(x, y)] || !(light(at(x, y)) > least)) continue;
+        const int x = column(region[k]) + dx, y = row(region[k]) + dy;
+        if (!has(x, y) || visited_[at(x, y)] || !(light(at(x, y)) > min_light)) continue;
         visited_[at(x, y)] = 1;
-        body.push_back(at(x, y));
+        region.push_back(at(x, y));
       }
     }
-    return body;
+    return region;
   }
 
-  /// Whether most ways out of the body lead across an edge.
-  bool has_sharp_outline(const std::vector<std::size_t>& body) const {
+  /// True if the light drops sharply on most of the mesh borders around the region.
+  bool has_sharp_outline(const std::vector<std::size_t>& region) const {
     Mask inside(meshes_.count());
-    for (const std::size_t i : body) inside[i] = 1;
-    int ways = 0, sharp = 0;
-    for (const std::size_t i : body) {
+    for (const std::size_t i : region) inside[i] = 1;
+    int borders = 0, sharp = 0;
+    for (const std::size_t i : region) {
       for (const auto& [dx, dy] : directions) {
         if (!has(column(i) + dx, row(i) + dy) || inside[at(column(i) + dx, row(i) + dy)]) continue;
-        ++ways;
-        const float fall = steepest_fall(i, dx, dy) / light(i);
-        sharp += fall > sharp_share && fall < brighter_share;
+        ++borders;
+        const float drop = steepest_drop(i, dx, dy) / light(i);
+        sharp += drop > sharp_share && drop < brighter_share;
       }
     }
-    return 2 * sharp > ways;
+    return 2 * sharp > borders;
   }
 
-  /// Largest loss of light across the width of an edge, from a mesh's middle outwards; 0 when noise
-  /// may make it.
-  float steepest_fall(std::size_t mesh, int dx, int dy) const {
+  /// Largest drop of light across the width of an edge, from the middle of a mesh in one direction;
+  /// 0 when noise can explain it.
+  float steepest_drop(std::size_t mesh, int dx, int dy) const {
     const int x0 = middle(column(mesh), image_.width), y0 = middle(row(mesh), image_.height);
     const int room = dx > 0   ? image_.width - 1 - x0
                      : dx < 0 ? x0
@@ -145,22 +147,23 @@ class Bodies {
       const auto i = static_cast<std::size_t>(from);
       return (sums[i + side_px] - sums[i]) / side_px;
     };
-    float most = 0;
+    float drop = 0;
     for (int k = 0; k + 2 * side_px + edge_px <= length; ++k)
-      most = std::max(most, mean(k) - mean(k + side_px + edge_px));
+      drop = std::max(drop, mean(k) - mean(k + side_px + edge_px));
     const float noise = change_sigmas * changes / static_cast<float>(length);
-    return most > sharp_sigmas * noise ? most : 0;
+    return drop > sharp_sigmas * noise ? drop : 0;
   }
 
   int middle(int mesh, int pixels) const {
     return std::min(mesh * meshes_.size_px + meshes_.size_px / 2, pixels - 1);
   }
 
-  /// Lamps in front of a bright wall, which is no body then.
-  bool has_light_of_its_own(const std::vector<std::size_t>& body) const {
+  /// True if pixels inside the region are brighter than the region: lamps in front of a bright
+  /// wall.
+  bool has_brighter_spots(const std::vector<std::size_t>& region) const {
     std::vector<std::size_t> whole;
     std::vector<float> noises;
-    for (const std::size_t i : body) {
+    for (const std::size_t i : region) {
       if (meshes_.noise[i] > std::max(whole_noise * light(i), min_noise_)) continue;
       whole.push_back(i);
       noises.push_back(meshes_.noise[i]);
@@ -168,9 +171,9 @@ class Bodies {
     const float noise = whole.empty() ? 0 : std::max(min_noise_, ranked(noises, 0.5));
     int samples = 0;
     for (const std::size_t i : whole) {
-      const float limit = meshes_.level[i] + shining_share * light(i) + shining_sigmas * noise;
+      const float limit = meshes_.level[i] + spot_share * light(i) + spot_sigmas * noise;
       samples += samples_above(limit, i);
-      if (samples >= shining_samples) return true;
+      if (samples >= min_spot_samples) return true;
     }
     return false;
   }
@@ -182,9 +185,9 @@ class Bodies {
     int samples = 0;
     visit_pixels(image_, [&](const auto& pixels) {
       using P = std::decay_t<decltype(pixels)>;
-      for (int y = y0; y < y1; y += shining_step_px) {
+      for (int y = y0; y < y1; y += spot_step_px) {
         const auto* line = pixels.row(y);
-        for (int x = x0; x < x1; x += shining_step_px)
+        for (int x = x0; x < x1; x += spot_step_px)
           samples +=
               static_cast<float>(P::level(line, x)) > limit_dn * static_cast<float>(P::scale);
       }
@@ -192,7 +195,7 @@ class Bodies {
     return samples;
   }
 
-  /// With the meshes beside them, which the bodies may reach into.
+  /// The covered meshes and their neighbours, which the regions may extend into.
   Mask widened() const {
     Mask wider = covered_;
     for (std::size_t i = 0; i < meshes_.count(); ++i) {
@@ -204,7 +207,7 @@ class Bodies {
     return wider;
   }
 
-  /// From outside inwards, each from the mean of those beside it.
+  /// Replaces the unknown meshes from outside inwards by the mean of their known neighbours.
   void fill_in(Mask unknown) {
     for (bool filled = true; filled;) {
       filled = false;
@@ -233,14 +236,14 @@ class Bodies {
   Meshes& meshes_;
   const float min_noise_;
   Mask covered_, visited_;
-  float dark_ = 0, bright_ = 0;  // grey level of the background; of what may be a body
+  float dark_ = 0, bright_ = 0;  // grey level of the background; min level of a region
   bool found_ = false;
 };
 
 }  // namespace
 
-void fill_bright_bodies(const ImageView& image, double min_noise_dn, Meshes& meshes) {
-  Bodies(image, min_noise_dn, meshes).fill();
+void fill_bright_regions(const ImageView& image, double min_noise_dn, Meshes& meshes) {
+  BrightRegions(image, min_noise_dn, meshes).fill();
 }
 
 }  // namespace occ::internal::detect

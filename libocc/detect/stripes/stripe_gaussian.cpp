@@ -4,19 +4,20 @@
 #include <cmath>
 #include <limits>
 
-#include "libocc/detect/internal/stripe_centre.hpp"
+#include "libocc/core/math.hpp"
+#include "libocc/detect/internal/stripe_shape.hpp"
 
 namespace occ::internal::detect {
 namespace {
 
-/// Where the glow is looked for.
+/// Region of the fit.
 struct Disc {
   Eigen::Vector2d centre;
   double radius;
 };
 
-/// The logarithm of a window's signal; minus infinity for pixels not to be used.
-LineWindow log_window(LineWindow window, const GlowOptions& options) {
+/// Logarithm of a window's signal; minus infinity for pixels that are not used.
+LineWindow log_window(LineWindow window, const GaussianOptions& options) {
   const auto floor = static_cast<float>(options.floor), top = static_cast<float>(options.clipped);
   for (float& value : window.signal)
     value =
@@ -24,7 +25,7 @@ LineWindow log_window(LineWindow window, const GlowOptions& options) {
   return window;
 }
 
-/// Centroid of the log above the floor, and 2.6 times its standard deviation.
+/// Centroid of the log signal above the floor, and 2.6 times its standard deviation as radius.
 Disc around(const LineWindow& log, double log_floor) {
   double sum = 0, squares = 0;
   Eigen::Vector2d first = Eigen::Vector2d::Zero();
@@ -53,7 +54,8 @@ struct Normals {
   Vector10 right = Vector10::Zero();
   double squares = 0, count = 0;
 
-  /// Adds a line's sums: of v^k, of log v^k, of log^2. Along a line only 1, v, v^2 vary.
+  /// Adds the sums of a line: v[k] = sum of v^k, t[k] = sum of log v^k, tt = sum of log^2. Along a
+  /// line only 1, v and v^2 vary.
   void add_line(double u, double angle, const double (&v)[5], const double (&t)[3], double tt) {
     Eigen::Matrix<double, 10, 3> a = Eigen::Matrix<double, 10, 3>::Zero();
     const double c = std::cos(angle), s = std::sin(angle);
@@ -70,7 +72,7 @@ struct Normals {
   }
 };
 
-/// Sums over the pixels within the disc and above the floor; u, v are relative to the disc.
+/// Sums over the pixels inside the disc and above the floor; u and v are relative to the disc.
 Normals normals(const LineWindow& log, const Disc& disc, const Blink& blink, double log_floor) {
   Normals out;
   for (int line = log.box.line0; line <= log.box.line1; ++line) {
@@ -94,23 +96,23 @@ Normals normals(const LineWindow& log, const Disc& disc, const Blink& blink, dou
       t[2] += value * xx;
       tt += value * value;
     }
-    if (v[0] > 0) out.add_line(u, 6.283185307179586 * blink.phase(line), v, t, tt);
+    if (v[0] > 0) out.add_line(u, 2 * pi * blink.phase(line), v, t, tt);
   }
   return out;
 }
 
 struct QuadraticFit {
   Eigen::Vector2d centre;
-  Eigen::Matrix2d curvature;  ///< of -log: positive definite for a glow
+  Eigen::Matrix2d curvature;  ///< Hessian of -log(signal); must be positive definite
   Eigen::Matrix2d covariance;
-  double above_floor = 0;  ///< log of peak over floor
+  double above_floor = 0;  ///< log(peak / floor)
 };
 
 std::optional<QuadraticFit> fit_quadratic(const LineWindow& log, const Disc& disc,
                                           const Blink& blink, double log_floor) {
   Normals sums = normals(log, disc, blink, log_floor);
   if (sums.count < 40) return std::nullopt;
-  // Lit lines alone may leave the harmonics undetermined: a weak pull to zero settles them.
+  // Lit lines alone may not determine the harmonics: a weak prior keeps them near zero.
   for (int k = 6; k < 10; ++k) sums.information(k, k) += 1e-3 * sums.count;
   const Vector10 x = sums.information.ldlt().solve(sums.right);
 
@@ -124,7 +126,7 @@ std::optional<QuadraticFit> fit_quadratic(const LineWindow& log, const Disc& dis
   fit.curvature = h / (disc.radius * disc.radius);
   fit.above_floor = x[0] + 0.5 * offset.dot(h * offset) - log_floor;
   const double variance = std::max(0.0, sums.squares - sums.right.dot(x)) / sums.count;
-  // Neighbouring pixels share the misfit of the model: each patch of 5 x 5 counts as one.
+  // The misfit of the model is correlated between pixels: each patch of 5 x 5 counts as one.
   const double patch = std::max(1.0, 25.0 / log.stride);
   const Eigen::Matrix2d of_slope =
       patch * variance * Matrix10(sums.information.inverse()).block<2, 2>(1, 1);
@@ -134,7 +136,7 @@ std::optional<QuadraticFit> fit_quadratic(const LineWindow& log, const Disc& dis
 
 }  // namespace
 
-std::optional<StripedShape> fit_glow(const LineWindow& window, const GlowOptions& options) {
+std::optional<StripedShape> fit_gaussian(const LineWindow& window, const GaussianOptions& options) {
   const LineWindow log = log_window(window, options);
   const double log_floor = std::log(options.floor);
   Disc disc = around(log, log_floor);
@@ -142,25 +144,25 @@ std::optional<StripedShape> fit_glow(const LineWindow& window, const GlowOptions
   std::optional<QuadraticFit> fit;
   for (int iteration = 0; iteration < 4; ++iteration) {
     fit = fit_quadratic(log, disc, *options.blink, log_floor);
-    // A centre that runs away belongs to no glow.
+    // Diverged: not a Gaussian profile.
     if (!fit || (fit->centre - disc.centre).norm() > disc.radius) return std::nullopt;
     disc.centre = fit->centre;
   }
   const double range = std::max(0.7, fit->above_floor);
-  // An outline far beyond the pixels that were used is no outline.
-  const double least = fit->curvature.selfadjointView<Eigen::Lower>().eigenvalues()[0];
-  if (!(std::sqrt(2 * range / least) < 3 * disc.radius)) return std::nullopt;
-  StripedShape glow;
-  glow.centre = fit->centre;
-  glow.covariance = fit->covariance;
-  glow.log_range = range;
-  glow.shape = Eigen::Matrix2d(fit->curvature / (2 * range)).llt().matrixU();
-  // The brighter half of the glow (by its log) has a centre of its own when the glow is lopsided.
+  // An ellipse far larger than the region of the fit is extrapolation.
+  const double min_curvature = fit->curvature.selfadjointView<Eigen::Lower>().eigenvalues()[0];
+  if (!(std::sqrt(2 * range / min_curvature) < 3 * disc.radius)) return std::nullopt;
+  StripedShape lamp;
+  lamp.centre = fit->centre;
+  lamp.covariance = fit->covariance;
+  lamp.log_range = range;
+  lamp.shape = Eigen::Matrix2d(fit->curvature / (2 * range)).llt().matrixU();
+  // For an asymmetric profile the brighter half (by its log) has a different centre.
   if (const auto inner =
           fit_quadratic(log, disc, *options.blink, log_floor + 0.5 * fit->above_floor))
-    glow.covariance +=
+    lamp.covariance +=
         (inner->centre - fit->centre).squaredNorm() / 2 * Eigen::Matrix2d::Identity();
-  return glow;
+  return lamp;
 }
 
 }  // namespace occ::internal::detect

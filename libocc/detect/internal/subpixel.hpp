@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal: sub-pixel measurements of one component: the rim of a disc, or the centre of a spot.
+//
+// Rim. Where the outline runs within 45 degrees of the rows, each column gives one rim point,
+// elsewhere each row does. No pixel contributes to many points, which keeps them independent. The
+// signal along such a line is compared with a plateau that ends in a Gaussian edge. The shift of
+// the edge is the least-squares solution weighted with the edge's derivative. The weight is even
+// and the residual of a wrong blur is odd about the edge. The shift is therefore unbiased for any
+// symmetric blur, and close to the minimum variance for the right one.
+//
+// Spot (too small to have a rim, or any shape symmetric under a rotation by 180 degrees). The model
+// is a Gaussian with the spot's own second moments; the centre is the weighted least-squares
+// solution of its shift. It is unbiased for any such shape, and reaches the Cramer-Rao bound for a
+// Gaussian.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "libocc/core/abi.hpp"
+#include "libocc/core/blob.hpp"
+#include "libocc/detect/internal/components.hpp"
+#include "libocc/detect/internal/ellipse_fit.hpp"
+#include "libocc/detect/internal/patch.hpp"
+
+namespace occ::internal::detect {
+
+struct Rim {
+  std::vector<RimPoint> points;
+  EllipseFit fit;
+  Eigen::Matrix3d common_covariance_px2 =
+      Eigen::Matrix3d::Zero();                                   ///< see Blob::rim_covariance_px2
+  Eigen::Matrix2d light_response_px2 = Eigen::Matrix2d::Zero();  ///< see Blob::light_response_px2
+  double blur_px = 0;   ///< sigma of the edge, pixel box included; 0 when saturated
+  bool merged = false;  ///< the outline is not one ellipse; `points` is empty then
+};
+
+/// Empty when the blob has no plateau with a rim around it. `blur_px`: initial value of the blur.
+std::optional<Rim> measure_rim(const Patch& patch, const Component& component, double blur_px);
+
+/// Measures a disc that is clipped at full scale: the rim at half of full scale, which lies outside
+/// the true rim by nearly the same distance all around.
+std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& component);
+
+/// Inflates the points' sigmas to the observed scatter, which includes deviations of the lamp and
+/// the lens from the model.
+void inflate_sigmas(Rim& rim);
+
+struct Spot {
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Zero();
+  Eigen::Matrix2d second_moments_px2 =
+      Eigen::Matrix2d::Zero();  ///< second central moments of the light, pixel box included
+  /// Shift of the centre per relative gradient of brightness over the observed (blurred) light; for
+  /// a gradient over the unblurred light it is smaller by the variance of the blur.
+  Eigen::Matrix2d gradient_response_px2 = Eigen::Matrix2d::Zero();
+};
+
+/// Initial values: a centre accurate to about a pixel and approximate second moments. The second
+/// moments stay at least `min_variance_px2` in every direction: otherwise noise could make a faint
+/// spot sharper than the lens allows, with too small a covariance. Empty when the light does not
+/// look like a spot.
+std::optional<Spot> measure_spot(const Patch& patch, const Eigen::Vector2d& centre_px,
+                                 const Eigen::Matrix2d& second_moments_px2,
+                                 double min_variance_px2);
+
+}  // namespace occ::internal::detect
