@@ -13,6 +13,7 @@
 #include "libocc/core/require.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/radiometry/lambertian.hpp"
+#include "libocc/scene/view.hpp"
 #include "libocc/simulate/internal/occlusion.hpp"
 #include "libocc/simulate/internal/vignetting.hpp"
 
@@ -86,7 +87,7 @@ class SeenLamp {
         eye_(pose.origin_in_source()) {}
 
   ReceivedLamp received() {
-    if (!lamp_.shows_lit_side(eye_) || inside_a_box()) return {};
+    if (!lamp_.shows_lit_side(eye_) || inside_box(receiver_.scene.boxes, eye_)) return {};
     if (!receiver_.scene.boxes.empty())
       hidden_ = 1 - visible_part(lamp_, receiver_.scene.boxes, eye_).share;
     if (hidden_ == 1) return {};
@@ -144,9 +145,7 @@ class SeenLamp {
   std::optional<Eigen::Vector2d> seen_at(const Eigen::Vector3d& point) const {
     auto px = receiver_.scene.camera.project(pose_ * point);
     if (!px || !receiver_.scene.camera.contains(*px)) return std::nullopt;
-    if (hidden_ > 0)
-      for (const Box& box : receiver_.scene.boxes)
-        if (box.hides(point, eye_)) return std::nullopt;
+    if (hidden_ > 0 && hidden_by_box(receiver_.scene.boxes, point, eye_)) return std::nullopt;
     return px;
   }
 
@@ -160,12 +159,6 @@ class SeenLamp {
     return receiver_.vignetting.transmission(*px) *
            aperture_power(lamp_.power_w, order_, way.dot(lamp_.normal) / distance, cos_incidence,
                           distance, receiver_.lens_m2);
-  }
-
-  bool inside_a_box() const {
-    const std::vector<Box>& boxes = receiver_.scene.boxes;
-    return std::any_of(boxes.begin(), boxes.end(),
-                       [&](const Box& box) { return box.contains(eye_); });
   }
 
   const Receiver& receiver_;
