@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "libocc/formation/rim.hpp"
+#include "libocc/scene/view.hpp"
 
 namespace occ::internal::formation {
 namespace {
@@ -134,8 +135,7 @@ Visible visible_part(const Lamp& lamp, const std::vector<Box>& boxes,
                      const Eigen::Vector3d& seen_from) {
   Visible visible;
   if (lamp.shape == LampShape::point) {
-    for (const Box& box : boxes)
-      if (box.hides(lamp.centre_m, seen_from)) visible.share = 0;
+    if (hidden_by_box(boxes, lamp.centre_m, seen_from)) visible.share = 0;
     return visible;
   }
   if (!lamp.shows_lit_side(seen_from)) return visible;

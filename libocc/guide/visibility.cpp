@@ -12,6 +12,7 @@
 #include "libocc/geometry/so3.hpp"
 #include "libocc/guide/internal/lamp_views.hpp"
 #include "libocc/guide/mount.hpp"
+#include "libocc/scene/view.hpp"
 #include "libocc/simulate/received_power.hpp"
 
 namespace occ {
@@ -37,8 +38,7 @@ std::vector<Eigen::Vector3d> rim_of(const Lamp& lamp) {
 bool inside_something(const Scene& scene, const Eigen::Vector3d& eye) {
   if (scene.room && (eye.minCoeff() <= 0 || (scene.room->size_m - eye).minCoeff() <= 0))
     return true;
-  return std::any_of(scene.boxes.begin(), scene.boxes.end(),
-                     [&](const Box& box) { return box.contains(eye); });
+  return inside_box(scene.boxes, eye);
 }
 
 Visibility seen_from(const Scene& scene, const LampViews& views, const Rigid3& cam_from_body,
@@ -79,8 +79,7 @@ bool LampViews::sees(std::size_t lamp, const Rigid3& cam_from_world,
     if (!px || px->minCoeff() < margin - 0.5 || px->x() > camera.width() - 0.5 - margin ||
         px->y() > camera.height() - 0.5 - margin)
       return false;
-    for (const Box& box : scene_.boxes)
-      if (box.hides(point, eye)) return false;
+    if (hidden_by_box(scene_.boxes, point, eye)) return false;
   }
   return true;
 }

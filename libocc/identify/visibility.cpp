@@ -6,6 +6,8 @@
 #include <limits>
 #include <optional>
 
+#include "libocc/scene/view.hpp"
+
 namespace occ::internal::identify {
 namespace {
 
@@ -18,11 +20,8 @@ struct Expected {
 
 bool is_behind_a_box(const AssignmentProblem& problem, const MapPoint& target,
                      const Eigen::Vector3d& camera) {
-  if (!problem.scene) return false;
-  const std::vector<Box>& boxes = problem.scene->boxes;
-  return std::any_of(boxes.begin(), boxes.end(), [&](const Box& box) {
-    return box.hides(target.centre + problem.origin, camera + problem.origin);
-  });
+  return problem.scene && hidden_by_box(problem.scene->boxes, target.centre + problem.origin,
+                                        camera + problem.origin);
 }
 
 // Where an unpaired lamp's image must be; nothing when it shows its dark side, is behind a box or
@@ -46,11 +45,6 @@ std::optional<Expected> expect(const AssignmentProblem& problem, int lamp, const
 double distance_px(const Blob& blob, const Eigen::Vector2d& px) {
   const Eigen::Vector2d low(blob.x0, blob.y0), high(blob.x1, blob.y1);
   return (px - px.cwiseMax(low).cwiseMin(high)).norm();
-}
-
-double inside_px(const Camera& camera, const Eigen::Vector2d& px) {
-  return std::min(std::min(px.x(), camera.width() - 1 - px.x()),
-                  std::min(px.y(), camera.height() - 1 - px.y()));
 }
 
 // A merged blob covers its lamps' centres; of a cut one the visible part is within a radius.
@@ -95,7 +89,7 @@ void account_for_unpaired(const AssignmentProblem& problem, PoseHypothesis& expl
     const int weak = find_weak_blob(problem, explanation.attached, *expected, margin_px);
     if (weak >= 0) explanation.attached.push_back({lamp, weak});
     const bool well_inside =
-        inside_px(*problem.camera, expected->px) > expected->radius_px + margin_px;
+        border_distance_px(*problem.camera, expected->px) > expected->radius_px + margin_px;
     if (weak >= 0 || !well_inside || !expected->sure || is_covered(problem, *expected, margin_px))
       continue;
     ++explanation.missed;

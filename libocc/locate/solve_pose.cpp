@@ -14,6 +14,7 @@
 #include "libocc/locate/internal/point_problem.hpp"
 #include "libocc/pose/candidates.hpp"
 #include "libocc/pose/internal/p3p_triples.hpp"
+#include "libocc/refine/internal/ranking.hpp"
 
 namespace occ {
 
@@ -128,7 +129,7 @@ std::vector<PointFit> fits_of(const Problem& p, const std::vector<Start>& starts
   std::vector<PointFit> fits;
   double best = std::numeric_limits<double>::infinity();
   const auto plausible = [&](double chi2) {
-    return chi2 - best <= plausible_chi2 * std::max(1.0, best / misfit_dof);
+    return chi2 - best <= internal::refine::plausible_chi2 * std::max(1.0, best / misfit_dof);
   };
   const auto known = [&](const Rigid3& pose) {
     return std::any_of(fits.begin(), fits.end(),

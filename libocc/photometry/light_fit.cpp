@@ -6,13 +6,16 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/internal/least_squares.hpp"
+#include "libocc/core/internal/robust_loss.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/core/statistics.hpp"
 
 namespace occ::internal::photometry {
 namespace {
 
 constexpr int max_steps = 50;
-constexpr double smallest_order = 0.05, largest_order = 200;
+constexpr double min_order = 0.05, max_order = 200;
 
 struct Normal {
   Eigen::MatrixXd matrix;
@@ -28,14 +31,14 @@ std::vector<int> places_of(const std::vector<bool>& fitted) {
   return places;
 }
 
-/// Huber's weights where the parameters are now.
+/// Normal equations at the parameters of `fit`, with Huber's weights there.
 Normal normal_at(const std::vector<FluxEquation>& equations, const LightFit& fit, double huber) {
   const std::vector<int> places = places_of(fit.determined);
   const auto size = 1 + std::count(fit.determined.begin(), fit.determined.end(), true);
   Normal sum{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), 0};
   for (const FluxEquation& e : equations) {
-    const double left = fit.residual(e), off = std::abs(left) / e.sigma;
-    const double weight = (off <= huber ? 1 : huber / off) / (e.sigma * e.sigma);
+    const double left = fit.residual(e);
+    const double weight = core::huber_weight(square(left / e.sigma), huber) / (e.sigma * e.sigma);
     const double by_order = 1 / (fit.orders[e.lamp] + 1) + e.log_cos;
     const int place = places[e.lamp];
     sum.matrix(0, 0) += weight;
@@ -50,27 +53,52 @@ Normal normal_at(const std::vector<FluxEquation>& equations, const LightFit& fit
   return sum;
 }
 
-/// False when steps come to no end.
-bool descend(const std::vector<FluxEquation>& equations, double huber, LightFit& fit) {
-  const std::vector<int> places = places_of(fit.determined);
-  for (int step = 0; step < max_steps; ++step) {
-    const Normal normal = normal_at(equations, fit, huber);
-    const Eigen::LLT<Eigen::MatrixXd> solver(normal.matrix);
-    if (solver.info() != Eigen::Success) return false;
-    const Eigen::VectorXd d = solver.solve(normal.right);
-    if (!d.allFinite()) return false;
-    double largest = std::abs(d[0]);
-    fit.scale += d[0];
+/// The fit in the unknowns s and the orders that are fitted, as steps from a start.
+struct LightProblem {
+  static constexpr int unknowns = Eigen::Dynamic;
+  const std::vector<FluxEquation>& equations;
+  const LightFit start;
+  const double huber;
+  const std::vector<int> places = places_of(start.determined);
+
+  LightFit at(const Eigen::VectorXd& step) const {
+    LightFit fit = start;
+    fit.scale += step[0];
     for (std::size_t lamp = 0; lamp < places.size(); ++lamp) {
       if (places[lamp] < 0) continue;
       double& order = fit.orders[static_cast<Eigen::Index>(lamp)];
-      const double before = order;
-      order = std::clamp(order + d[places[lamp]], smallest_order, largest_order);
-      largest = std::max(largest, std::abs(order - before));
+      order = std::clamp(order + step[places[lamp]], min_order, max_order);
     }
-    if (largest < 1e-9) return true;
+    return fit;
   }
-  return false;
+
+  double chi2(const Eigen::VectorXd& step) const {
+    const LightFit fit = at(step);
+    double loss = 0;
+    for (const FluxEquation& e : equations)
+      loss += core::huber_loss(square(fit.residual(e) / e.sigma), huber);
+    return 2 * loss;
+  }
+
+  bool sums(const Eigen::VectorXd& step, core::NormalSums<Eigen::Dynamic>& sums) const {
+    const Normal normal = normal_at(equations, at(step), huber);
+    sums = {normal.matrix, -normal.right, chi2(step)};
+    return sums.information.allFinite() && sums.gradient.allFinite();
+  }
+};
+
+/// False when the steps do not converge, or the equations leave a combination of the unknowns open.
+bool descend(const std::vector<FluxEquation>& equations, double huber, LightFit& fit) {
+  const LightProblem problem{equations, fit, huber};
+  core::LeastSquaresOptions options;
+  options.max_iterations = max_steps;
+  options.step_tolerance = 1e-8;
+  options.chi2_tolerance = 1e-16;
+  const auto fitted = std::count(fit.determined.begin(), fit.determined.end(), true);
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(1 + fitted);
+  const bool converged = core::minimise_sums(problem, step, options).converged;
+  fit = problem.at(step);
+  return converged && normal_at(equations, fit, huber).matrix.llt().info() == Eigen::Success;
 }
 
 void state(const std::vector<FluxEquation>& equations, double huber, LightFit& fit) {
@@ -120,7 +148,7 @@ int undetermined(const LightFit& fit, double max_order_sigma) {
   for (int lamp = 0; lamp < fit.orders.size(); ++lamp) {
     if (!fit.determined[lamp]) continue;
     const double order = fit.orders[lamp];
-    if (!(order > smallest_order && order < largest_order)) return lamp;
+    if (!(order > min_order && order < max_order)) return lamp;
     const double sigma = std::sqrt(fit.covariance(lamp + 1, lamp + 1));
     if (sigma <= largest) continue;
     worst = lamp;

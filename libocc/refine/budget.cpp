@@ -10,8 +10,9 @@
 namespace occ::internal::refine {
 namespace {
 
-/// Hypotheses further off than this (a likelihood ratio of 1000) are not refined by pixels.
-constexpr double plausible_chi2 = 13.8;
+/// Hypotheses with a larger chi-square than the best by this (a likelihood ratio of 1000) are not
+/// refined by pixels: 2 ln 1000.
+constexpr double max_direct_chi2 = 13.8;
 
 bool has_rim(const RefinementAhead& ahead, const Match& match) {
   return !ahead.blobs[match.blob].rim.empty();
@@ -49,7 +50,7 @@ double predicted_s(const RefinementAhead& ahead, Rung rung) {
     const RungWork work = work_of(h.matches, ahead.blobs);
     sum += costs.of(std::min(rung, Rung::rims)).predicted_s(work);
     const bool plausible =
-        h.matches.size() >= best.matches.size() && h.chi2 - best.chi2 < plausible_chi2;
+        h.matches.size() >= best.matches.size() && h.chi2 - best.chi2 < max_direct_chi2;
     if (rung == Rung::direct && plausible) sum += costs.direct.predicted_s(work);
   }
   return sum;

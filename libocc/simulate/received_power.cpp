@@ -15,6 +15,7 @@
 #include "libocc/formation/light.hpp"
 #include "libocc/radiometry/lambertian.hpp"
 #include "libocc/scene/internal/vignetting.hpp"
+#include "libocc/scene/view.hpp"
 
 namespace occ {
 
@@ -85,7 +86,7 @@ class SeenLamp {
         position_(pose.origin_in_source()) {}
 
   ReceivedLamp received() {
-    if (!lamp_.shows_lit_side(position_) || inside_a_box()) return {};
+    if (!lamp_.shows_lit_side(position_) || inside_box(receiver_.scene.boxes, position_)) return {};
     if (!receiver_.scene.boxes.empty())
       hidden_ = 1 - visible_part(lamp_, receiver_.scene.boxes, position_).share;
     if (hidden_ == 1) return {};
@@ -142,9 +143,7 @@ class SeenLamp {
   std::optional<Eigen::Vector2d> seen_at(const Eigen::Vector3d& point) const {
     auto px = receiver_.scene.camera.project(pose_ * point);
     if (!px || !receiver_.scene.camera.contains(*px)) return std::nullopt;
-    if (hidden_ > 0)
-      for (const Box& box : receiver_.scene.boxes)
-        if (box.hides(point, position_)) return std::nullopt;
+    if (hidden_ > 0 && hidden_by_box(receiver_.scene.boxes, point, position_)) return std::nullopt;
     return px;
   }
 
@@ -158,12 +157,6 @@ class SeenLamp {
     return receiver_.vignetting.transmission(*px) *
            aperture_power(lamp_.power_w, order_, to_camera.dot(lamp_.normal) / distance,
                           cos_incidence, distance, receiver_.lens_m2);
-  }
-
-  bool inside_a_box() const {
-    const std::vector<Box>& boxes = receiver_.scene.boxes;
-    return std::any_of(boxes.begin(), boxes.end(),
-                       [&](const Box& box) { return box.contains(position_); });
   }
 
   const Receiver& receiver_;

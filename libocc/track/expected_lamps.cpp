@@ -10,6 +10,7 @@
 
 #include "libocc/geometry/motion.hpp"
 #include "libocc/geometry/so3.hpp"
+#include "libocc/scene/view.hpp"
 
 namespace occ::internal::track {
 namespace {
@@ -24,11 +25,6 @@ constexpr double sure_cos = 0.1;
 double max_sigma(const Eigen::Matrix2d& covariance) {
   const double half = covariance.trace() / 2, d = covariance.determinant();
   return std::sqrt(half + std::sqrt(std::max(0.0, half * half - d)));
-}
-
-bool hidden(const Scene& scene, const Lamp& lamp, const Eigen::Vector3d& camera) {
-  return std::any_of(scene.boxes.begin(), scene.boxes.end(),
-                     [&](const Box& box) { return box.hides(lamp.centre_m, camera); });
 }
 
 /// Returns the longest time for which a lamp is dark; 0 for one that does not blink.
@@ -59,11 +55,6 @@ bool lacks_lines(const ExpectedLamp& lamp, const Blob& blob, Readout readout) {
   return lines < lamp.lines_px * (1 - share) - blur_px;
 }
 
-/// Distance of a pixel from the border of the image; negative outside.
-double inside_px(const Camera& camera, const Eigen::Vector2d& px) {
-  return std::min({px.x(), px.y(), camera.width() - 1 - px.x(), camera.height() - 1 - px.y()});
-}
-
 /// d pixel / d pose perturbation.
 Eigen::Matrix<double, 2, 6> by_pose(const Eigen::Matrix<double, 2, 3>& d_point,
                                     const Eigen::Vector3d& point) {
@@ -90,7 +81,8 @@ std::optional<ExpectedLamp> expect(const Scene& scene, const Lamp& lamp,
                                    const PredictedCamera& predicted, double model_sigma_px) {
   const Eigen::Vector3d eye = predicted.cam_from_world.origin_in_source();
   const Eigen::Vector3d to_camera = eye - lamp.centre_m;
-  if (!lamp.shows_lit_side(eye) || hidden(scene, lamp, eye)) return std::nullopt;
+  if (!lamp.shows_lit_side(eye) || hidden_by_box(scene.boxes, lamp.centre_m, eye))
+    return std::nullopt;
   Eigen::Vector3d point = predicted.cam_from_world * lamp.centre_m;
   Eigen::Matrix<double, 2, 3> d_point;
   std::optional<Eigen::Vector2d> px = scene.camera.project(point, &d_point);
@@ -168,7 +160,7 @@ std::vector<ExpectedLamp> expected_lamps(const Scene& scene, const PredictedCame
     std::optional<ExpectedLamp> lamp = expect(scene, scene.lamps[i], predicted, model_sigma_px);
     if (!lamp) continue;
     const double reach = lamp->radius_px + gate_sigma * max_sigma(lamp->covariance_px2);
-    const double inside = inside_px(scene.camera, lamp->px);
+    const double inside = border_distance_px(scene.camera, lamp->px);
     if (inside < -reach) continue;
     lamp->sure = lamp->sure && inside > reach;
     lamp->lamp = static_cast<int>(i);

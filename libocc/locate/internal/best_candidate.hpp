@@ -6,9 +6,6 @@
 
 namespace occ::internal::locate {
 
-/// Poses whose likelihood is within a factor of 100 of the best one's are plausible: 2 ln 100.
-inline constexpr double plausible_chi2 = 9.2;
-
 /// Fills in the fix from its first candidate.
 void take_best(Fix& fix);
 

@@ -35,8 +35,9 @@ struct FitLimits {
   double huber_sigma, max_order_sigma;
 };
 
-/// Gauss and Newton's steps. An order that the equations do not determine to max_order_sigma, or
-/// that has fewer than three of them, stays where it started. There is an equation at least.
+/// Levenberg-Marquardt steps with Huber's loss. An order that the equations do not determine to
+/// max_order_sigma, or that has fewer than three of them, keeps its start value. `equations` must
+/// not be empty.
 LightFit fit_light(const std::vector<FluxEquation>& equations, const Eigen::VectorXd& orders,
                    const FitLimits& limits);
 

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// Refines the hypotheses of an identification, ranks them, and keeps those that are plausible.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "libocc/refine/internal/budget.hpp"
+
+namespace occ::internal::refine {
+
+/// A pose is plausible beside the best one if its likelihood is at least a hundredth: 2 ln 100.
+inline constexpr double plausible_chi2 = 9.2;
+
+/// A refined hypothesis and the quantities that rank it.
+struct RankedPose {
+  Result<Refined> refined;  ///< Status::no_pose as well if lamp sizes contradict the pose
+  const Hypothesis* hypothesis = nullptr;
+  bool fits = false;         ///< refined, or not converged yet
+  bool unfinished = false;   ///< not converged yet
+  bool misfits = false;      ///< residuals exceed the stated sigmas, and no rim confirms the pose
+  double measured_chi2 = 0;  ///< chi-square of rims and centroids
+  double assumed_chi2 = 0;   ///< chi-square of the prior, and penalties of missed lamps
+};
+
+struct Refinement {
+  RungChoice choice;
+  std::vector<RankedPose> poses;  ///< plausible ones, best first; at least one
+};
+
+/// Chooses the rung (`elapsed_s` as in rung_for) and refines up to `ahead.max_candidates`
+/// hypotheses that fit. Ranks by rims at most, which are the same observations for every pose;
+/// pixels refine the plausible poses afterwards. Hypotheses that lead to one pose are merged.
+Refinement refine_hypotheses(const RefinementAhead& ahead,
+                             const std::function<double()>& elapsed_s);
+
+}  // namespace occ::internal::refine

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/refine/internal/ranking.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "libocc/refine/internal/lamp_sizes.hpp"
+
+namespace occ::internal::refine {
+namespace {
+
+RankedPose refine_hypothesis(const RefinementAhead& ahead, const Hypothesis& hypothesis,
+                             const Rigid3& start, const RefineOptions& given) {
+  RefineOptions options = given;
+  options.rung = std::min(options.rung, Rung::rims);
+  RankedPose ranked;
+  ranked.refined = occ::refine(start, hypothesis.matches, ahead.blobs, ahead.scene, options);
+  Result<Refined>& refined = ranked.refined;
+  ranked.hypothesis = &hypothesis;
+  ranked.unfinished = refined.status == Status::not_converged && refined->iterations > 0;
+  if (refined.ok()) {
+    refined.message = size_contradiction(*refined, ahead.blobs, ahead.scene);
+    if (!refined.message.empty()) refined.status = Status::no_pose;
+  }
+  ranked.fits = refined.ok() || ranked.unfinished;
+  const auto has_rim = [&](const Match& match) { return !ahead.blobs[match.blob].rim.empty(); };
+  ranked.misfits = refined->variance_factor > 1 &&
+                   std::none_of(hypothesis.matches.begin(), hypothesis.matches.end(), has_rim);
+  const double prior = options.prior ? options.prior->chi2(refined->cam_from_world) : 0;
+  ranked.measured_chi2 = refined->chi2 - prior;
+  ranked.assumed_chi2 = prior + ahead.miss_penalty * hypothesis.missed;
+  return ranked;
+}
+
+std::size_t matches(const RankedPose& pose) { return pose.hypothesis->matches.size(); }
+
+/// Orders by fit, then by the number of matched lamps, then by chi-square. A pose that has not
+/// converged ranks by what it has reached; otherwise a worse one could win.
+bool better(const RankedPose& a, const RankedPose& b) {
+  if (a.fits != b.fits) return a.fits;
+  if (matches(a) != matches(b)) return matches(a) > matches(b);
+  return a.measured_chi2 + a.assumed_chi2 < b.measured_chi2 + b.assumed_chi2;
+}
+
+/// True if a pose is not significantly worse than the best one. A misfit common to all poses (an
+/// imperfect lens or map) does not discriminate between them, so differences of measured chi-square
+/// count in units of the best pose's misfit.
+bool plausible_beside(const RankedPose& best, const RankedPose& pose) {
+  const int dof = best.refined->dof;
+  const double misfit = dof > 0 ? std::max(1.0, best.measured_chi2 / dof) : 1.0;
+  const double worse =
+      (pose.measured_chi2 - best.measured_chi2) / misfit + pose.assumed_chi2 - best.assumed_chi2;
+  return pose.fits == best.fits && matches(pose) >= matches(best) && worse <= plausible_chi2;
+}
+
+/// Sorts best first. Plausible poses that have not converged continue from where they are.
+void rank(const RefinementAhead& ahead, RefineOptions options, std::vector<RankedPose>& poses) {
+  constexpr int times_longer = 10;
+  options.max_iterations *= times_longer;
+  while (true) {
+    std::stable_sort(poses.begin(), poses.end(), better);
+    const auto next = std::find_if(poses.begin(), poses.end(), [&](const RankedPose& pose) {
+      return pose.unfinished && plausible_beside(poses.front(), pose);
+    });
+    if (next == poses.end()) return;
+    *next = refine_hypothesis(ahead, *next->hypothesis, next->refined->cam_from_world, options);
+    next->unfinished = false;
+  }
+}
+
+/// Several assignments can lead to one pose once every rim is used; the best of them remains.
+void merge_equal_poses(std::vector<RankedPose>& poses) {
+  constexpr double same_pose_chi2 = 1;
+  std::vector<RankedPose> distinct;
+  for (RankedPose& pose : poses) {
+    const bool duplicate =
+        std::any_of(distinct.begin(), distinct.end(), [&](const RankedPose& other) {
+          const Vector6 delta =
+              difference(pose.refined->cam_from_world, other.refined->cam_from_world);
+          return delta.dot(other.refined->covariance.llt().solve(delta)) < same_pose_chi2;
+        });
+    if (!duplicate) distinct.push_back(std::move(pose));
+  }
+  poses = std::move(distinct);
+}
+
+void refine_by_pixels(const RefinementAhead& ahead, const RefineOptions& options,
+                      RankedPose& pose) {
+  if (!pose.refined.ok()) return;
+  Result<Refined> refined = occ::refine(pose.refined->cam_from_world, pose.hypothesis->matches,
+                                        ahead.blobs, ahead.scene, options, *ahead.image);
+  if (refined.ok()) pose.refined.value = std::move(refined.value);
+}
+
+/// Without budget and target the covariance of the best pose is the bound of its observations.
+void complete(const Result<Refined>& best, RungChoice& choice) {
+  if (choice.predicted_sigma_m || !best.ok()) return;
+  const double trace_m2 = position_covariance(best->cam_from_world, best->covariance).trace();
+  choice.predicted_sigma_m = std::sqrt(trace_m2 / best->variance_factor);
+}
+
+}  // namespace
+
+Refinement refine_hypotheses(const RefinementAhead& ahead,
+                             const std::function<double()>& elapsed_s) {
+  Refinement out;
+  out.choice = rung_for(ahead, elapsed_s);
+  RefineOptions options = ahead.options;
+  options.rung = out.choice.rung;
+  std::vector<RankedPose>& poses = out.poses;
+  int refined = 0;
+  for (const Hypothesis& hypothesis : ahead.hypotheses) {
+    poses.push_back(refine_hypothesis(ahead, hypothesis, hypothesis.cam_from_world, options));
+    refined += poses.back().refined.ok();
+    if (refined == ahead.max_candidates) break;
+  }
+  rank(ahead, options, poses);
+  const auto implausible = [&](const RankedPose& pose) {
+    return !plausible_beside(poses.front(), pose);
+  };
+  poses.erase(std::remove_if(poses.begin() + 1, poses.end(), implausible), poses.end());
+  merge_equal_poses(poses);
+  if (ahead.image && options.rung == Rung::direct)
+    for (RankedPose& pose : poses) refine_by_pixels(ahead, options, pose);
+  complete(poses.front().refined, out.choice);
+  return out;
+}
+
+}  // namespace occ::internal::refine
