@@ -5,15 +5,13 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
 #include <limits>
 #include <optional>
-#include <sstream>
 
 #include "libocc/core/internal/least_squares.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/unknown_covariance.hpp"
-#include "libocc/network/internal/intersect_rays.hpp"
+#include "libocc/network/internal/consensus.hpp"
 #include "libocc/network/internal/precision_state.hpp"
 
 namespace occ {
@@ -27,21 +25,21 @@ using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
-
-void check_sightings(const Network& network, const std::vector<std::vector<Sighting>>& points) {
+void check_observations(const Network& network,
+                        const std::vector<std::vector<PointObservation>>& points) {
   for (std::size_t i = 0; i < points.size(); ++i)
-    for (const Sighting& seen : points[i]) {
+    for (const PointObservation& seen : points[i]) {
       const std::string name = "points[" + std::to_string(i) + "]";
-      require(seen.image >= 0 && at(seen.image) < network.images.size(), name + ".image",
-              seen.image, "one of the " + std::to_string(network.images.size()) + " images");
+      require(seen.image >= 0 && seen.image < static_cast<int>(network.images.size()),
+              name + ".image", seen.image,
+              "one of the " + std::to_string(network.images.size()) + " images");
       require_finite(seen.pixel, name + ".pixel");
       require(seen.sigma_px.minCoeff() > 0 && seen.sigma_px.allFinite(), name + ".sigma_px",
               seen.sigma_px.transpose(), "positive");
     }
 }
 
-/// Where a layout of the cameras and stations alone would put the new points' derivatives.
+/// Layout of the cameras and stations of `precision`, for the derivatives of the new points.
 NetworkLayout layout_for(const Network& probe, const Precision* precision) {
   NetworkLayout layout;
   layout.cameras.resize(probe.cameras.size());
@@ -55,20 +53,20 @@ NetworkLayout layout_for(const Network& probe, const Precision* precision) {
     layout.images = known.images;
     layout.reduced = known.reduced;
   }
-  layout.points.assign(probe.points.size(), 0);  // unknown, wherever
+  layout.points.assign(probe.points.size(), 0);  // unknown; the offset is not used
   return layout;
 }
 
 class Intersection {
  public:
   Intersection(const Network& probe, const NetworkLayout& layout,
-               const std::vector<Sighting>& sightings, int point)
+               const std::vector<PointObservation>& sightings, int point)
       : probe_(probe), layout_(layout), point_(point), state_(probe) {
-    for (const Sighting& seen : sightings)
+    for (const PointObservation& seen : sightings)
       seen_.push_back({seen.image, Target::of_point(point), seen.pixel, seen.sigma_px, true});
   }
 
-  /// How it depends on the reduced unknowns; nothing when it was not found.
+  /// Derivative of the point with respect to the reduced unknowns; nothing when it was not found.
   std::optional<MatrixXd> solve(MeasuredPoint& out) {
     out.covariance_m2 = unknown_covariance<3>();
     const auto start = first_guess(out);
@@ -176,12 +174,13 @@ class Intersection {
 
 }  // namespace
 
-Measurement measure_points(const Network& network, const std::vector<std::vector<Sighting>>& points,
+Measurement measure_points(const Network& network,
+                           const std::vector<std::vector<PointObservation>>& points,
                            const Precision* precision) {
   check_network(network);
-  check_sightings(network, points);
+  check_observations(network, points);
   Network probe = without_observations(network);
-  probe.points.assign(1, {});  // one at a time stands there
+  probe.points.assign(1, {});  // scratch point, one at a time
   probe.bodies.clear();
   const NetworkLayout layout = layout_for(probe, precision);
   Measurement out;
@@ -190,7 +189,7 @@ Measurement measure_points(const Network& network, const std::vector<std::vector
   MatrixXd dependence = MatrixXd::Zero(size, layout.reduced);
   for (std::size_t i = 0; i < points.size(); ++i) {
     MeasuredPoint point;
-    point.sightings = points[i];
+    point.observations = points[i];
     Intersection intersection(probe, layout, points[i], 0);
     const auto by_reduced = intersection.solve(point);
     const Eigen::Index row = 3 * static_cast<Eigen::Index>(i);
@@ -212,9 +211,11 @@ Measurement measure_points(const Network& network, const std::vector<std::vector
 }
 
 MeasuredDistance distance_between(const Measurement& measurement, int from, int to) {
-  const auto known = [&](int index) { return index >= 0 && at(index) < measurement.points.size(); };
-  require(known(from), "from", from, "one of the points");
-  require(known(to), "to", to, "one of the points");
+  const auto is_index = [&](int index) {
+    return index >= 0 && index < static_cast<int>(measurement.points.size());
+  };
+  require(is_index(from), "from", from, "one of the points");
+  require(is_index(to), "to", to, "one of the points");
   const MeasuredPoint &a = measurement.points[from], &b = measurement.points[to];
   MeasuredDistance distance{0, std::numeric_limits<double>::infinity()};
   if (a.status != Status::ok || b.status != Status::ok) return distance;
@@ -228,42 +229,6 @@ MeasuredDistance distance_between(const Measurement& measurement, int from, int 
   const Matrix3d q = block(from, from) + block(to, to) - block(from, to) - block(to, from);
   distance.sigma_m = std::sqrt(std::max(0.0, along.dot(q * along)));
   return distance;
-}
-
-std::string points_as_csv(const Measurement& measurement, const std::vector<std::string>& names) {
-  require(names.empty() || names.size() == measurement.points.size(), "names", names.size(),
-          "one for each point, or none");
-  std::ostringstream text;
-  text << std::setprecision(9)
-       << "name,x_m,y_m,z_m,sigma_x_m,sigma_y_m,sigma_z_m,images,worst_residual_px\n";
-  for (std::size_t i = 0; i < measurement.points.size(); ++i) {
-    const MeasuredPoint& point = measurement.points[i];
-    if (point.status != Status::ok) continue;
-    const Vector3d sigma = point.covariance_m2.diagonal().cwiseSqrt();
-    text << (names.empty() ? std::to_string(i) : names[i]);
-    for (int k = 0; k < 3; ++k) text << "," << point.position_m[k];
-    for (int k = 0; k < 3; ++k) text << "," << sigma[k];
-    text << "," << point.sightings.size() << "," << point.worst_residual_px << "\n";
-  }
-  return text.str();
-}
-
-std::string points_as_ply(const Measurement& measurement) {
-  std::ostringstream lines;
-  lines << std::setprecision(9);
-  int count = 0;
-  for (const MeasuredPoint& point : measurement.points) {
-    if (point.status != Status::ok) continue;
-    const Vector3d sigma = point.covariance_m2.diagonal().cwiseSqrt();
-    lines << point.position_m.transpose() << " " << sigma.transpose() << "\n";
-    ++count;
-  }
-  std::ostringstream text;
-  text << "ply\nformat ascii 1.0\nelement vertex " << count << "\n";
-  for (const char* name : {"x", "y", "z", "sigma_x", "sigma_y", "sigma_z"})
-    text << "property double " << name << "\n";
-  text << "end_header\n" << lines.str();
-  return text.str();
 }
 
 }  // namespace occ
