@@ -57,7 +57,7 @@ void define_datum(py::module_& m) {
       R"(Datum of a network: conditions for the datum defect that the observations leave.
 
 inner: inner constraints over targets; minimal: as many coordinates of three targets as the defect;
-control: no conditions; scale_only: inner constraints, and the scale by the distance of two targets.)");
+control: no conditions; scale_only: inner constraints, the distance of two targets for the scale.)");
   define_value(datum, datum_fields());
   define_repr(datum, "Datum", datum_fields());
 }

@@ -129,7 +129,7 @@ void define_selection(py::module_& m) {
       py::arg_v("keep", std::vector<std::string>{}, "[]"),
       R"(Drops free camera parameters one by one until all are significant and separable.
 
-false_alarm: level of significance. max_correlation: above it, the less significant of two is dropped.
+false_alarm: level of significance. max_correlation: above it, the less significant of two goes.
 keep: names that are never dropped. Returns: Selection.)");
 }
 

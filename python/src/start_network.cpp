@@ -37,7 +37,7 @@ void define_chessboard(py::module_& m) {
       py::arg("image"), py::arg("columns"), py::arg("rows"),
       R"(Inner corners of a chessboard (n, 2) [px], row by row, and their covariances (2, 2).
 
-Returns: None if the board is not completely visible. Raises: ValueError for an invalid image or option.)");
+Returns: None if a part of the board is not visible. Raises: ValueError for an invalid argument.)");
 }
 
 void define_resection(py::module_& m) {
@@ -58,7 +58,7 @@ void define_resection(py::module_& m) {
       py::arg("points_m"), py::arg("points_px"), py::arg("camera"),
       R"(Pose of a camera of any model from known points; up to a third may be gross errors.
 
-points_m: (n, 3), points_px: (n, 2). Returns: Resection. Raises: ValueError for counts that differ.)");
+points_m: (n, 3), points_px: (n, 2). Returns: Resection. Raises: ValueError for unequal counts.)");
   m.def(
       "start_pinhole",
       [](const std::vector<std::pair<Rows2, Rows2>>& views, int width, int height) {

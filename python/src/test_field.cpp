@@ -80,7 +80,7 @@ void define_test_field(py::module_& m) {
         return found.value;
       },
       py::arg("design"), py::arg("sources"), py::call_guard<py::gil_scoped_release>(),
-      R"(Predicts the precision of the same test field with each ScaleSource, before any image is taken.
+      R"(Predicts the precision of a test field with each ScaleSource, before any image is taken.
 
 Returns: a ScalePrediction for each. Raises: ValueError for an invalid or undetermined design.)");
 }

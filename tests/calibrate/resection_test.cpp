@@ -121,12 +121,12 @@ TEST(Resection, FourPointsInAPlaneHaveTwoPosesFromFar) {
   for (std::size_t k = 0; k < 4; ++k)
     tag.corners_px[k] = *camera.project(
         cam_from_tag * Eigen::Vector3d(tag_corners(0.1).col(static_cast<Eigen::Index>(k))));
-  const std::vector<TagPoseHypothesis> sightings = tag_pose_hypotheses(tag, 0.1, camera);
-  ASSERT_EQ(sightings.size(), 2u);
-  EXPECT_LT(difference(sightings[0].cam_from_tag, cam_from_tag).norm(), 1e-6);
-  EXPECT_LT(sightings[0].rms_px, 1e-6);
-  EXPECT_GT(sightings[1].rms_px, 0.01);
-  EXPECT_LT(sightings[1].rms_px, 2);
+  const std::vector<TagPoseHypothesis> hypotheses = tag_pose_hypotheses(tag, 0.1, camera);
+  ASSERT_EQ(hypotheses.size(), 2u);
+  EXPECT_LT(difference(hypotheses[0].cam_from_tag, cam_from_tag).norm(), 1e-6);
+  EXPECT_LT(hypotheses[0].rms_px, 1e-6);
+  EXPECT_GT(hypotheses[1].rms_px, 0.01);
+  EXPECT_LT(hypotheses[1].rms_px, 2);
 }
 
 TEST(Resection, ReportsMissingData) {
