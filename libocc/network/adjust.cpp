@@ -219,10 +219,10 @@ class Adjuster {
                     "no observation determines " +
                         names_of_unknowns(network(), layout_, minimised.undetermined));
       cost_ = minimised.cost;
-      if (minimised.lost == 0 && minimised.loose_groups.empty())
+      if (minimised.out_of_view == 0 && minimised.singular_groups.empty())
         return minimised.ending == Ending::converged || fail_to_converge(minimised);
       cost_.reset();
-      leave_out(minimised.loose_groups);
+      leave_out(minimised.singular_groups);
       const std::vector<double> lengths = residual_lengths();
       for (std::size_t i = 0; i < lengths.size(); ++i)
         if (std::isinf(lengths[i])) reject(static_cast<int>(i), lengths[i], "not in view");

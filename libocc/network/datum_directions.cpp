@@ -103,8 +103,8 @@ Matrix3Xd similarity_jacobian(const DatumDefect& defect, const Vector3d& positio
   return all * defect.directions;
 }
 
-MatrixXd open_directions(const Network& network, const NetworkLayout& layout,
-                         const NetworkState& state, const DatumDefect& defect) {
+MatrixXd datum_null_space(const Network& network, const NetworkLayout& layout,
+                          const NetworkState& state, const DatumDefect& defect) {
   MatrixXd columns = MatrixXd::Zero(layout.total, defect.total());
   if (defect.total() == 0) return columns;
   const auto rotation = defect.directions.topRows<3>();

@@ -28,14 +28,14 @@ using Eigen::Vector3d;
 void check_observations(const Network& network,
                         const std::vector<std::vector<PointObservation>>& points) {
   for (std::size_t i = 0; i < points.size(); ++i)
-    for (const PointObservation& seen : points[i]) {
+    for (const PointObservation& observation : points[i]) {
       const std::string name = "points[" + std::to_string(i) + "]";
-      require(seen.image >= 0 && seen.image < static_cast<int>(network.images.size()),
-              name + ".image", seen.image,
+      require(observation.image >= 0 && observation.image < static_cast<int>(network.images.size()),
+              name + ".image", observation.image,
               "one of the " + std::to_string(network.images.size()) + " images");
-      require_finite(seen.pixel, name + ".pixel");
-      require(seen.sigma_px.minCoeff() > 0 && seen.sigma_px.allFinite(), name + ".sigma_px",
-              seen.sigma_px.transpose(), "positive");
+      require_finite(observation.pixel, name + ".pixel");
+      require(observation.sigma_px.minCoeff() > 0 && observation.sigma_px.allFinite(),
+              name + ".sigma_px", observation.sigma_px.transpose(), "positive");
     }
 }
 
@@ -57,13 +57,14 @@ NetworkLayout layout_for(const Network& probe, const Precision* precision) {
   return layout;
 }
 
-class Intersection {
+class PointIntersection {
  public:
-  Intersection(const Network& probe, const NetworkLayout& layout,
-               const std::vector<PointObservation>& sightings, int point)
+  PointIntersection(const Network& probe, const NetworkLayout& layout,
+                    const std::vector<PointObservation>& observations, int point)
       : probe_(probe), layout_(layout), point_(point), state_(probe) {
-    for (const PointObservation& seen : sightings)
-      seen_.push_back({seen.image, Target::of_point(point), seen.pixel, seen.sigma_px, true});
+    for (const PointObservation& observation : observations)
+      observations_.push_back({observation.image, Target::of_point(point), observation.pixel,
+                               observation.sigma_px, true});
   }
 
   /// Derivative of the point with respect to the reduced unknowns; nothing when it was not found.
@@ -77,28 +78,28 @@ class Intersection {
     options.step_tolerance = 1e-9;
     options.chi2_tolerance = 1e-20;
     const core::LeastSquaresResult result = core::minimise_sums(*this, x, options);
-    core::NormalSums<3> sums_there;
-    if (!sums(x, sums_there)) return fail(out, Status::degenerate);
-    const Eigen::LLT<Matrix3d> factor(sums_there.information);
+    core::NormalSums<3> final_sums;
+    if (!sums(x, final_sums)) return fail(out, Status::degenerate);
+    const Eigen::LLT<Matrix3d> factor(final_sums.information);
     if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-15))
       return fail(out, Status::degenerate);
     if (!result.converged) return fail(out, Status::not_converged);
-    return finish(out, sums_there);
+    return finish(out, final_sums);
   }
 
-  // The problem in the point's coordinates, for core::minimise_sums().
+  // Least squares problem in the point's coordinates, for core::minimise_sums().
   static constexpr int unknowns = 3;
   double chi2(const Vector3d& x) {
     core::NormalSums<3> at_x;
     return sums(x, at_x) ? at_x.chi2 : std::numeric_limits<double>::infinity();
   }
-  /// False where an image cannot show the point.
+  /// False when the point is not in view of an image.
   bool sums(const Vector3d& x, core::NormalSums<3>& sums) {
     state_.points[point_] = x;
     sums.set_zero(3);
-    for (const ImageObservation& seen : seen_) {
+    for (const ImageObservation& observation : observations_) {
       ObservationRows rows;
-      if (!rows_of(probe_, layout_, state_, seen, rows)) return false;
+      if (!rows_of(probe_, layout_, state_, observation, rows)) return false;
       for (int k = 0; k < 2; ++k) {
         const Vector3d b(rows.b[k][0], rows.b[k][1], rows.b[k][2]);
         sums.information += b * b.transpose();
@@ -118,14 +119,15 @@ class Intersection {
   std::optional<Vector3d> first_guess(MeasuredPoint& out) const {
     std::vector<Ray> rays;
     int images = 0;
-    for (std::size_t k = 0; k < seen_.size(); ++k) {
-      const NetworkImage& image = probe_.images[seen_[k].image];
-      const auto ray = probe_.cameras[image.camera].camera.ray(seen_[k].pixel);
-      const Rigid3 world_from_cam = probe_.cam_from_world(seen_[k].image).inverse();
+    for (std::size_t k = 0; k < observations_.size(); ++k) {
+      const NetworkImage& image = probe_.images[observations_[k].image];
+      const auto ray = probe_.cameras[image.camera].camera.ray(observations_[k].pixel);
+      const Rigid3 world_from_cam = probe_.cam_from_world(observations_[k].image).inverse();
       if (ray)
         rays.push_back({world_from_cam * ray->origin, world_from_cam.rotation * ray->direction});
-      images += std::none_of(seen_.begin(), seen_.begin() + static_cast<std::ptrdiff_t>(k),
-                             [&](const auto& other) { return other.image == seen_[k].image; });
+      images += std::none_of(
+          observations_.begin(), observations_.begin() + static_cast<std::ptrdiff_t>(k),
+          [&](const auto& other) { return other.image == observations_[k].image; });
     }
     if (images < 2) {
       out.status = Status::too_few_lamps;
@@ -136,25 +138,25 @@ class Intersection {
         out.angle_rad =
             std::max(out.angle_rad, std::atan2(rays[a].direction.cross(rays[b].direction).norm(),
                                                rays[a].direction.dot(rays[b].direction)));
-    const auto meeting = intersect_rays(rays);
-    if (!meeting) out.status = Status::degenerate;
-    return meeting;
+    const auto point = intersect_rays(rays);
+    if (!point) out.status = Status::degenerate;
+    return point;
   }
 
   MatrixXd finish(MeasuredPoint& out, const core::NormalSums<3>& sums) const {
     out.position_m = state_.points[point_];
     out.covariance_m2 = sums.information.llt().solve(Matrix3d::Identity());
-    const double redundancy = 2 * static_cast<double>(seen_.size()) - 3;
+    const double redundancy = 2 * static_cast<double>(observations_.size()) - 3;
     out.sigma0 = std::sqrt(sums.chi2 / redundancy);
     out.worst_residual_px = 0;
     MatrixXd mixed = MatrixXd::Zero(3, layout_.reduced);
-    for (const ImageObservation& seen : seen_) {
+    for (const ImageObservation& observation : observations_) {
       ObservationRows rows;
-      rows_of(probe_, layout_, state_, seen, rows);
-      const ImageBlock& block = layout_.images[seen.image];
+      rows_of(probe_, layout_, state_, observation, rows);
+      const ImageBlock& block = layout_.images[observation.image];
       for (int k = 0; k < 2; ++k) {
         out.worst_residual_px =
-            std::max(out.worst_residual_px, std::abs(rows.r[k]) * seen.sigma_px[k]);
+            std::max(out.worst_residual_px, std::abs(rows.r[k]) * observation.sigma_px[k]);
         const Vector3d b(rows.b[k][0], rows.b[k][1], rows.b[k][2]);
         int column = 0;
         for (int s = 0; s < block.segments; ++s)
@@ -169,7 +171,7 @@ class Intersection {
   const NetworkLayout& layout_;
   int point_;
   NetworkState state_;
-  std::vector<ImageObservation> seen_;
+  std::vector<ImageObservation> observations_;
 };
 
 }  // namespace
@@ -190,10 +192,10 @@ Measurement measure_points(const Network& network,
   for (std::size_t i = 0; i < points.size(); ++i) {
     MeasuredPoint point;
     point.observations = points[i];
-    Intersection intersection(probe, layout, points[i], 0);
-    const auto by_reduced = intersection.solve(point);
+    PointIntersection intersection(probe, layout, points[i], 0);
+    const auto jacobian = intersection.solve(point);
     const Eigen::Index row = 3 * static_cast<Eigen::Index>(i);
-    if (by_reduced) dependence.middleRows<3>(row) = *by_reduced;
+    if (jacobian) dependence.middleRows<3>(row) = *jacobian;
     out.points.push_back(point);
   }
   if (precision && layout.reduced > 0) {
@@ -219,10 +221,10 @@ MeasuredDistance distance_between(const Measurement& measurement, int from, int 
   const MeasuredPoint &a = measurement.points[from], &b = measurement.points[to];
   MeasuredDistance distance{0, std::numeric_limits<double>::infinity()};
   if (a.status != Status::ok || b.status != Status::ok) return distance;
-  const Vector3d apart = b.position_m - a.position_m;
-  distance.length_m = apart.norm();
+  const Vector3d difference = b.position_m - a.position_m;
+  distance.length_m = difference.norm();
   if (distance.length_m == 0) return distance;
-  const Vector3d along = apart / distance.length_m;
+  const Vector3d along = difference / distance.length_m;
   const auto block = [&](int i, int j) {
     return measurement.covariance_m2.block<3, 3>(3 * i, 3 * j);
   };

@@ -342,8 +342,8 @@ Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, max_group> target_j
   return jacobian;
 }
 
-std::optional<NetworkState> moved(const NetworkLayout& layout, const NetworkState& state,
-                                  const Eigen::VectorXd& step) {
+std::optional<NetworkState> apply_step(const NetworkLayout& layout, const NetworkState& state,
+                                       const Eigen::VectorXd& step) {
   NetworkState next = state;
   for (std::size_t i = 0; i < next.cameras.size(); ++i) {
     const CameraBlock& block = layout.cameras[i];

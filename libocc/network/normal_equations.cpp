@@ -30,12 +30,12 @@ std::size_t lanes_of(const NetworkLayout& layout) {
 /// contiguous, and added to S at the end.
 struct Lane {
   double cost = 0;
-  int lost = 0;
+  int out_of_view = 0;
   MatrixXd reduced;
   VectorXd rhs, diagonal;
   std::vector<MatrixXd> of_image;  ///< lower triangles, stored transposed
   std::vector<VectorXd> rhs_of_image;
-  std::vector<std::size_t> loose_groups;
+  std::vector<std::size_t> singular_groups;
 };
 
 /// Multiplies r and the rows by the square root of the robust weight.
@@ -151,8 +151,8 @@ class Builder {
   }
 
   void add_out_of_view(Lane& lane) const {
-    ++lane.lost;
-    lane.cost += loss_.rho(lost_residual * lost_residual);
+    ++lane.out_of_view;
+    lane.cost += loss_.rho(out_of_view_residual * out_of_view_residual);
   }
 
   void add_batch(std::size_t number, Lane& lane) {
@@ -197,7 +197,7 @@ class Builder {
 
     const VectorXd before = v.diagonal();
     v.diagonal() *= 1 + damping_;
-    if (!factorise(v, before)) lane.loose_groups.push_back(number);
+    if (!factorise(v, before)) lane.singular_groups.push_back(number);
     for (Index c = 0; c < group.size; ++c) {
       auto own = out.w.col(column + c);
       for (Index k = 0; k < c; ++k) {
@@ -393,20 +393,20 @@ void build(const Network& network, const NetworkLayout& layout, const NetworkSta
   for (std::size_t k = 1; k < parts.size(); ++k) {
     const Lane& part = parts[k];
     sum.cost += part.cost;
-    sum.lost += part.lost;
+    sum.out_of_view += part.out_of_view;
     sum.reduced += part.reduced;
     sum.rhs += part.rhs;
     sum.diagonal += part.diagonal;
-    sum.loose_groups.insert(sum.loose_groups.end(), part.loose_groups.begin(),
-                            part.loose_groups.end());
+    sum.singular_groups.insert(sum.singular_groups.end(), part.singular_groups.begin(),
+                               part.singular_groups.end());
   }
   normal.cost = sum.cost;
-  normal.lost = sum.lost;
+  normal.out_of_view = sum.out_of_view;
   normal.reduced = std::move(sum.reduced);
   normal.rhs = std::move(sum.rhs);
   normal.diagonal = std::move(sum.diagonal);
   normal.reduced.diagonal() += damping * normal.diagonal;
-  normal.loose_groups = std::move(sum.loose_groups);
+  normal.singular_groups = std::move(sum.singular_groups);
 }
 
 MatrixXd rows_in(const Batch& batch, const MatrixXd& over_reduced) {

@@ -369,13 +369,13 @@ Result<Precision> precision(const Network& network, const Datum& datum, int thre
   NormalEquations normal;
   build(network, free->layout, free->state, {}, 0, threads, normal);
   free->defect = defect_at(network, free->state);
-  free->null_space = open_directions(network, free->layout, free->state, free->defect);
+  free->null_space = datum_null_space(network, free->layout, free->state, free->defect);
   const ReducedSystem system(normal, free->null_space.topRows(free->layout.reduced));
-  if (!system.determined() || !normal.loose_groups.empty()) {
+  if (!system.determined() || !normal.singular_groups.empty()) {
     result.status = Status::degenerate;
     result.message =
         "no observation determines " +
-        (system.determined() ? network.name_of(free->layout.groups[normal.loose_groups[0]].block)
+        (system.determined() ? network.name_of(free->layout.groups[normal.singular_groups[0]].block)
                              : names_of_unknowns(network, free->layout, system.undetermined()));
     return result;
   }

@@ -15,9 +15,9 @@ namespace occ::internal::network {
 /// datum_defect() of a network whose unknowns have the values of `state`.
 DatumDefect defect_at(const Network& network, const NetworkState& state);
 
-/// G: all unknowns x defect.
-Eigen::MatrixXd open_directions(const Network& network, const NetworkLayout& layout,
-                                const NetworkState& state, const DatumDefect& defect);
+/// Basis G of the null space: all unknowns x defect.
+Eigen::MatrixXd datum_null_space(const Network& network, const NetworkLayout& layout,
+                                 const NetworkState& state, const DatumDefect& defect);
 
 /// Derivative of a point's position with respect to the defect's directions: 3 x defect [m].
 Eigen::Matrix3Xd similarity_jacobian(const DatumDefect& defect, const Eigen::Vector3d& position_m);

@@ -95,7 +95,7 @@ Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, max_group> target_j
     const Target& target);
 
 /// State after a step; nothing when a camera model rejects the new parameters.
-std::optional<NetworkState> moved(const NetworkLayout& layout, const NetworkState& state,
-                                  const Eigen::VectorXd& step);
+std::optional<NetworkState> apply_step(const NetworkLayout& layout, const NetworkState& state,
+                                       const Eigen::VectorXd& step);
 
 }  // namespace occ::internal::network

@@ -33,12 +33,12 @@ struct EliminatedBatch {
 
 struct NormalEquations {
   double cost = 0;          ///< sum of rho (Loss)
-  int lost = 0;             ///< number of observations whose target is not in view
+  int out_of_view = 0;      ///< number of observations whose target is not in view
   Eigen::MatrixXd reduced;  ///< S, lower triangle
   Eigen::VectorXd rhs;
   Eigen::VectorXd diagonal;  ///< diagonal of U without damping
   std::vector<EliminatedBatch> batches;
-  std::vector<std::size_t> loose_groups;  ///< groups with a singular diagonal block
+  std::vector<std::size_t> singular_groups;  ///< groups with a singular diagonal block
 };
 
 /// Builds the equations at `state`. Marquardt's damping multiplies each diagonal element of N by

@@ -34,7 +34,7 @@ struct Loss {
 };
 
 /// Length of the residual [sigmas] counted for an observation whose target is not in view.
-constexpr double lost_residual = 1e4;
+constexpr double out_of_view_residual = 1e4;
 
 struct ObservationRows {
   double a[2][max_columns];

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Least squares of the fluxes of lamps that share one scale of their powers. With s = ln(power over
-// the scene's) a flux F of lamp l gives the equation
+// Robust least squares fit of the fluxes of lamps with a common scale of their powers. With
+// s = ln(power / scene's power), a flux F of lamp l yields the equation
 //
-//     seen = ln F - ln G = s + ln(m_l + 1) + m_l ln cos(phi)
+//     observed = ln F - ln G = s + ln(m_l + 1) + m_l ln cos(phi)
 //
-// with G the flux of the scene's power but for (m + 1) cos^m(phi). One lamp alone has a scale of
-// its own; lamps together have a common factor.
+// where G is the flux of the scene's power without the factor (m + 1) cos^m(phi). A group is either
+// one lamp with its own scale, or all lamps with a common factor.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,17 +18,17 @@
 namespace occ::internal::photometry {
 
 struct FluxEquation {
-  int lamp = 0;  ///< of those that share the scale
-  double log_cos = 0, seen = 0, sigma = 1;
+  int lamp = 0;  ///< index within the group
+  double log_cos = 0, observed = 0, sigma = 1;
 };
 
 struct LightFit {
   double scale = 0;              ///< s
-  Eigen::VectorXd orders;        ///< fitted, or as at the start
+  Eigen::VectorXd orders;        ///< fitted, or the start value
   std::vector<bool> determined;  ///< which orders were fitted
-  Eigen::MatrixXd covariance;    ///< of (s, orders), infinite for orders that were not fitted;
-                                 ///< contains variance_factor
-  double chi2 = 0;               ///< robust
+  Eigen::MatrixXd covariance;    ///< (s, orders), infinite for orders that were not fitted;
+                                 ///< includes variance_factor
+  double chi2 = 0;               ///< with Huber's weights
   int dof = 0;
   double variance_factor = 1;
 
@@ -39,8 +39,9 @@ struct FitLimits {
   double huber_sigma, max_order_sigma;
 };
 
-/// Gauss and Newton's steps. An order that the equations do not determine to max_order_sigma, or
-/// that has fewer than three of them, stays where it started. There is an equation at least.
+/// Gauss-Newton steps with Huber's weights. An order keeps its start value if the equations do not
+/// determine it to max_order_sigma, or if it has fewer than three equations. Requires at least one
+/// equation.
 LightFit fit_light(const std::vector<FluxEquation>& equations, const Eigen::VectorXd& orders,
                    const FitLimits& limits);
 
