@@ -10,11 +10,11 @@
 namespace occ {
 namespace {
 
-bool in_a_plane(const Eigen::Matrix3Xd& points) {
-  constexpr double min_depth = 1e-3;
-  const Eigen::Matrix3Xd off = points.colwise() - points.rowwise().mean();
-  const Eigen::Matrix3d spread = off * off.transpose();
-  const Eigen::Vector3d values = spread.selfadjointView<Eigen::Lower>().eigenvalues();
+bool is_planar(const Eigen::Matrix3Xd& points) {
+  constexpr double min_depth = 1e-3;  // of the board's extent; a flatter board counts as planar
+  const Eigen::Matrix3Xd centred = points.colwise() - points.rowwise().mean();
+  const Eigen::Matrix3d scatter = centred * centred.transpose();
+  const Eigen::Vector3d values = scatter.selfadjointView<Eigen::Lower>().eigenvalues();
   return !(values[0] > min_depth * min_depth * values[2]);
 }
 
@@ -80,22 +80,23 @@ Result<NetworkStart> board_network(const std::vector<NetworkCamera>& cameras,
     const int index = network.add_image(image.name, image.camera, found->cam_from_world);
     names.push_back(image.name);
     for (Eigen::Index k = 0; k < image.px.cols(); ++k) {
-      ImageObservation seen;
-      seen.image = index;
-      seen.target = Target::of_corner(0, static_cast<int>(k));
-      seen.pixel = image.px.col(k);
-      seen.sigma_px.setConstant(sigma_px);
+      ImageObservation observation;
+      observation.image = index;
+      observation.target = Target::of_corner(0, static_cast<int>(k));
+      observation.pixel = image.px.col(k);
+      observation.sigma_px.setConstant(sigma_px);
       if (!image.covariance_px2.empty())
-        seen.sigma_px = image.covariance_px2[k].diagonal().cwiseSqrt();
-      network.observations.push_back(seen);
+        observation.sigma_px = image.covariance_px2[k].diagonal().cwiseSqrt();
+      network.observations.push_back(observation);
     }
   }
   result.value.blocks = {names};
-  const std::size_t least = in_a_plane(board_m) ? 2 : 1;
-  if (names.size() < least) {
+  const std::size_t min_images = is_planar(board_m) ? 2 : 1;
+  if (names.size() < min_images) {
     result.status = Status::too_few_lamps;
-    result.message = std::to_string(names.size()) + " images of the board have a pose, it takes " +
-                     std::to_string(least);
+    result.message = std::to_string(names.size()) +
+                     " images of the board have a pose; the minimum is " +
+                     std::to_string(min_images);
   }
   return result;
 }

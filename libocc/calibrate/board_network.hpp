@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A network from images of one board of known points (a chessboard), the usual calibration of a
-// camera: each image gets its pose by resection, the board is the world and known without error.
+// Network from images of one calibration board (a chessboard): each image gets its pose by
+// resection. The board's points are error-free and define the world frame.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,21 +16,24 @@ namespace occ {
 struct BoardImage {
   std::string name;
   int camera = 0;
-  Eigen::Matrix2Xd px;                          ///< of all of the board's points, in their order
-  std::vector<Eigen::Matrix2d> covariance_px2;  ///< empty: of sigma_px
+  Eigen::Matrix2Xd px;                          ///< 2 x n: all points of the board, in their order
+  std::vector<Eigen::Matrix2d> covariance_px2;  ///< one per point; empty: sigma_px for all
 };
 
-/// Inner corners of a chessboard [m], row by row, in the plane z = 0.
+/// Inner corners of a chessboard [m], 3 x (columns rows), row by row, in the plane z = 0. Throws
+/// std::invalid_argument for fewer than 2 columns or rows, or a side that is not positive.
 LIBOCC_API Eigen::Matrix3Xd chessboard_points(int columns, int rows, double square_m);
 
-/// A pinhole that fits the boards of all images of camera 0 about (resection.hpp: start_pinhole).
+/// Approximate pinhole camera from all images of camera 0 (start_pinhole in resection.hpp).
 LIBOCC_API Result<Camera> start_pinhole(const Eigen::Matrix3Xd& board_m,
                                         const std::vector<BoardImage>& images, int width,
                                         int height);
 
-/// board_m: columns. Images without a pose are left out with a warning. Status: ok; too_few_lamps:
-/// no image has a pose, or a single one of a board in a plane, which determines no camera. Throws
-/// std::invalid_argument for a bad camera index, counts that differ, values that are not finite.
+/// board_m: 3 x n [m]. sigma_px: standard deviation of image points without a covariance. Images
+/// without a pose are left out with a warning. Status: ok; too_few_lamps: no image has a pose, or
+/// only one image of a planar board, which does not determine a camera. Throws
+/// std::invalid_argument for a camera index out of range, counts that differ, or values that are
+/// not finite.
 LIBOCC_API Result<NetworkStart> board_network(const std::vector<NetworkCamera>& cameras,
                                               const Eigen::Matrix3Xd& board_m,
                                               const std::vector<BoardImage>& images,

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A network from images of lamps whose names are known, for surveying where they hang: each image
-// gets its pose from the lamps whose place is about known, and each other lamp that two images see
-// the place where its rays meet. Lamps are points of the network, named "lamp 7", none fixed.
+// Network for surveying lamps, from images of lamps with known ids. Each image gets its pose by
+// resection from the lamps with approximately known positions. Each other lamp that two images
+// observe gets the intersection of its rays. Lamps are points of the network, named "lamp 7"; none
+// is fixed.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +17,8 @@
 
 namespace occ {
 
-struct LampSighting {
+/// Image point of a lamp.
+struct SurveyObservation {
   int id = 0;
   Eigen::Vector2d px = Eigen::Vector2d::Zero();
   Eigen::Matrix2d covariance_px2 = 0.01 * Eigen::Matrix2d::Identity();
@@ -25,19 +27,20 @@ struct LampSighting {
 struct SurveyImage {
   std::string name;
   int camera = 0;
-  std::vector<LampSighting> lamps;
+  std::vector<SurveyObservation> lamps;
 };
 
-/// lamps_m: about where they are, by id; those not named are found. Status: ok; too_few_lamps:
-/// fewer than two images have a pose. Images that see fewer than four lamps of known place, and
-/// lamps seen once, are left out with a warning; an id seen twice in an image is left out of it.
-/// Throws std::invalid_argument for a bad camera index and values that are not finite.
+/// lamps_m: approximate positions [m] by id; all other lamps are intersected. Status: ok;
+/// too_few_lamps: fewer than two images have a pose. Left out with a warning: images with fewer
+/// than four lamps of known position, lamps observed once, and ids that occur twice in one image.
+/// Throws std::invalid_argument for a camera index out of range or values that are not finite.
 LIBOCC_API Result<NetworkStart> lamp_network(const std::vector<NetworkCamera>& cameras,
                                              const std::map<int, Eigen::Vector3d>& lamps_m,
                                              const std::vector<SurveyImage>& images);
 
-/// With the places of a scene's lamps, and their sizes: a sighting, the centre of a lamp's image,
-/// is moved to where the lamp's centre is seen (the centre of an ellipse is not that of the disc).
+/// Uses the positions and sizes of a scene's lamps. Each image point, the centre of the lamp's
+/// image, is corrected to the projection of the lamp's centre: the centre of a disc's image (an
+/// ellipse) is not the image of the disc's centre.
 LIBOCC_API Result<NetworkStart> lamp_network(const std::vector<NetworkCamera>& cameras,
                                              const Scene& scene,
                                              const std::vector<SurveyImage>& images);

@@ -30,26 +30,27 @@ using Eigen::Vector3d;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-struct Hypothesis {
+struct ScoredPose {
   Rigid3 pose;
-  double distance_px = infinity;  // so near are half of the points, and three more
+  double distance_px = infinity;  ///< ResectionProblem::distance_px
 };
 
-bool better(const Hypothesis& a, const Hypothesis& b) { return a.distance_px < b.distance_px; }
+bool better(const ScoredPose& a, const ScoredPose& b) { return a.distance_px < b.distance_px; }
 
-// The points that the camera's domain holds.
-class Problem {
+/// The points inside the camera's domain.
+class ResectionProblem {
  public:
-  Problem(const Matrix3Xd& points, const Matrix2Xd& px, const Camera& camera) : camera_(camera) {
-    std::vector<Eigen::Index> those;
+  ResectionProblem(const Matrix3Xd& points, const Matrix2Xd& px, const Camera& camera)
+      : camera_(camera) {
+    std::vector<Eigen::Index> indices;
     std::vector<Vector3d> bearings;
     for (Eigen::Index i = 0; i < px.cols(); ++i)
       if (const auto ray = camera.ray(px.col(i))) {
-        those.push_back(i);
+        indices.push_back(i);
         bearings.push_back(ray->direction);
       }
-    points_ = points(Eigen::all, those);
-    px_ = px(Eigen::all, those);
+    points_ = points(Eigen::all, indices);
+    px_ = px(Eigen::all, indices);
     bearings_.resize(3, static_cast<Eigen::Index>(bearings.size()));
     for (std::size_t i = 0; i < bearings.size(); ++i)
       bearings_.col(static_cast<Eigen::Index>(i)) = bearings[i];
@@ -60,26 +61,26 @@ class Problem {
   const Matrix2Xd& px() const { return px_; }
 
   bool on_a_line() const {
-    constexpr double min_width = 1e-4;
-    const Matrix3Xd off = points_.colwise() - points_.rowwise().mean();
+    constexpr double min_width = 1e-4;  // of the points' extent
+    const Matrix3Xd residuals = points_.colwise() - points_.rowwise().mean();
     const Vector3d spread =
-        Matrix3d(off * off.transpose()).selfadjointView<Eigen::Lower>().eigenvalues();
+        Matrix3d(residuals * residuals.transpose()).selfadjointView<Eigen::Lower>().eigenvalues();
     return !(spread[1] > min_width * min_width * spread[2]);
   }
 
-  // Least median, with the breakdown point of three unknown points (Rousseeuw 1984, section 2).
+  /// Median of the residuals' lengths, of the order that gives three-point hypotheses the highest
+  /// breakdown point (Rousseeuw 1984, section 2).
   double distance_px(const Rigid3& pose) const {
-    const Matrix2Xd off = pose_residuals(points_, px_, camera_, pose);
-    std::vector<double> distances(static_cast<std::size_t>(off.cols()));
+    const Matrix2Xd residuals = pose_residuals(points_, px_, camera_, pose);
+    std::vector<double> distances(static_cast<std::size_t>(residuals.cols()));
     for (std::size_t i = 0; i < distances.size(); ++i)
-      distances[i] = off.col(static_cast<Eigen::Index>(i)).norm();
+      distances[i] = residuals.col(static_cast<Eigen::Index>(i)).norm();
     const auto n = static_cast<double>(distances.size());
     return quantile(distances, (std::floor(n / 2) + 1) / (n - 1));
   }
 
-  void add_triple(const std::array<Eigen::Index, 3>& triple, std::vector<Hypothesis>& all) const {
-    // Bearings of a camera that is not calibrated contradict one another.
-    constexpr double tolerance_rad = 0.1;
+  void add_triple(const std::array<Eigen::Index, 3>& triple, std::vector<ScoredPose>& all) const {
+    constexpr double tolerance_rad = 0.1;  // bearings of an uncalibrated camera are inconsistent
     Matrix3d bearings, points;
     for (int k = 0; k < 3; ++k) {
       bearings.col(k) = bearings_.col(triple[k]);
@@ -94,8 +95,8 @@ class Problem {
     }
   }
 
-  std::vector<Hypothesis> from_triples(const ResectionOptions& options) const {
-    std::vector<Hypothesis> all;
+  std::vector<ScoredPose> from_triples(const ResectionOptions& options) const {
+    std::vector<ScoredPose> all;
     const Eigen::Index n = count();
     if (n * (n - 1) * (n - 2) / 6 <= options.samples) {
       for (Eigen::Index i = 0; i < n; ++i)
@@ -120,43 +121,43 @@ class Problem {
   Matrix2Xd px_;
 };
 
-bool alike(const Rigid3& a, const Rigid3& b) {
-  constexpr double same_rad = 0.02;
-  return so3_log(a.rotation * b.rotation.transpose()).norm() < same_rad;
+bool same_rotation(const Rigid3& a, const Rigid3& b) {
+  constexpr double tolerance_rad = 0.02;
+  return so3_log(a.rotation * b.rotation.transpose()).norm() < tolerance_rad;
 }
 
-// Improves the best few hypotheses that differ, best first.
-std::vector<Hypothesis> improved(const Problem& problem, const Camera& camera,
-                                 std::vector<Hypothesis> all, const ResectionOptions& options) {
-  constexpr std::size_t tried = 12, kept = 4;
+/// Refines the best few hypotheses that differ; best first.
+std::vector<ScoredPose> refine_best(const ResectionProblem& problem, const Camera& camera,
+                                    std::vector<ScoredPose> all, const ResectionOptions& options) {
+  constexpr std::size_t max_starts = 12, max_results = 4;
   constexpr int rounds = 3;
   std::sort(all.begin(), all.end(), better);
-  std::vector<Hypothesis> starts, found;
-  for (const Hypothesis& one : all) {
-    if (starts.size() == tried) break;
+  std::vector<ScoredPose> starts, found;
+  for (const ScoredPose& candidate : all) {
+    if (starts.size() == max_starts) break;
     if (std::none_of(starts.begin(), starts.end(),
-                     [&](const Hypothesis& h) { return alike(h.pose, one.pose); }))
-      starts.push_back(one);
+                     [&](const ScoredPose& h) { return same_rotation(h.pose, candidate.pose); }))
+      starts.push_back(candidate);
   }
-  for (Hypothesis one : starts) {
+  for (ScoredPose candidate : starts) {
     for (int i = 0; i < rounds; ++i) {
       const double sigma =
-          std::max(options.min_sigma_px, sigma_of_median_distance * one.distance_px);
+          std::max(options.min_sigma_px, sigma_of_median_distance * candidate.distance_px);
       const PixelFit fit =
-          fit_pose(problem.points(), problem.px(), camera, one.pose, options.gate * sigma);
+          fit_pose(problem.points(), problem.px(), camera, candidate.pose, options.gate * sigma);
       const double distance = problem.distance_px(fit.pose);
-      if (!(distance < one.distance_px)) break;
-      one = {fit.pose, distance};
+      if (!(distance < candidate.distance_px)) break;
+      candidate = {fit.pose, distance};
     }
-    found.push_back(one);
+    found.push_back(candidate);
   }
   std::sort(found.begin(), found.end(), better);
-  std::vector<Hypothesis> distinct;
-  for (const Hypothesis& one : found)
-    if (distinct.size() < kept &&
+  std::vector<ScoredPose> distinct;
+  for (const ScoredPose& candidate : found)
+    if (distinct.size() < max_results &&
         std::none_of(distinct.begin(), distinct.end(),
-                     [&](const Hypothesis& h) { return alike(h.pose, one.pose); }))
-      distinct.push_back(one);
+                     [&](const ScoredPose& h) { return same_rotation(h.pose, candidate.pose); }))
+      distinct.push_back(candidate);
   return distinct;
 }
 
@@ -184,40 +185,43 @@ Result<Resection> resect(const Matrix3Xd& points_m, const Matrix2Xd& points_px,
   require(points_px.cols() == points_m.cols(), "points_px", points_px.cols(), "one for each point");
   require_finite(points_m, "points_m");
   require_finite(points_px, "points_px");
-  const Problem problem(points_m, points_px, camera);
+  const ResectionProblem problem(points_m, points_px, camera);
   Resection resection;
-  resection.agree.assign(static_cast<std::size_t>(points_m.cols()), false);
+  resection.inliers.assign(static_cast<std::size_t>(points_m.cols()), false);
   if (problem.count() < 4)
-    return failure(Status::too_few_lamps,
-                   std::to_string(problem.count()) + " points in the camera's domain; it takes 4",
-                   resection);
+    return failure(
+        Status::too_few_lamps,
+        std::to_string(problem.count()) + " points in the camera's domain; the minimum is 4",
+        resection);
   if (problem.on_a_line())
-    return failure(Status::degenerate, "the points lie on a line", resection);
-  const std::vector<Hypothesis> found =
-      improved(problem, camera, problem.from_triples(options), options);
-  if (found.empty()) return failure(Status::no_pose, "no pose sees half of the points", resection);
+    return failure(Status::degenerate, "the points are collinear", resection);
+  const std::vector<ScoredPose> found =
+      refine_best(problem, camera, problem.from_triples(options), options);
+  if (found.empty())
+    return failure(Status::no_pose, "no pose has half of the points in view", resection);
   resection.cam_from_world = found.front().pose;
   resection.sigma_px = sigma_of_median_distance * found.front().distance_px;
   const double sigma = std::max(resection.sigma_px, options.min_sigma_px);
-  constexpr double nearly_as_good = 3;
+  constexpr double max_ratio = 3;
   for (std::size_t k = 1; k < found.size(); ++k)
-    if (sigma_of_median_distance * found[k].distance_px < nearly_as_good * sigma)
-      resection.others.push_back(found[k].pose);
-  const Matrix2Xd off = pose_residuals(points_m, points_px, camera, resection.cam_from_world);
-  for (Eigen::Index i = 0; i < off.cols(); ++i)
-    resection.agree[i] = off.col(i).norm() < options.gate * sigma;
+    if (sigma_of_median_distance * found[k].distance_px < max_ratio * sigma)
+      resection.alternatives.push_back(found[k].pose);
+  const Matrix2Xd residuals = pose_residuals(points_m, points_px, camera, resection.cam_from_world);
+  for (Eigen::Index i = 0; i < residuals.cols(); ++i)
+    resection.inliers[i] = residuals.col(i).norm() < options.gate * sigma;
   Result<Resection> result;
   result.value = std::move(resection);
-  // Where half of the points are a tenth of the picture off, nothing has been explained.
-  constexpr double max_part = 0.1;
-  if (result->sigma_px > max_part * std::min(camera.width(), camera.height())) {
+  // A median residual above a tenth of the image size is no better than chance.
+  constexpr double max_fraction = 0.1;
+  if (result->sigma_px > max_fraction * std::min(camera.width(), camera.height())) {
     result.status = Status::no_pose;
-    result.message = "no pose brings half of the points near to where they were seen";
+    result.message = "no pose projects half of the points near their observed positions";
   }
   return result;
 }
 
-std::vector<TagSighting> tag_sightings(const AprilTag& tag, double size_m, const Camera& camera) {
+std::vector<TagPoseHypothesis> tag_pose_hypotheses(const AprilTag& tag, double size_m,
+                                                   const Camera& camera) {
   require(size_m > 0 && std::isfinite(size_m), "size_m", size_m, "positive");
   const Matrix3Xd corners = tag_corners(size_m);
   Matrix2Xd px(2, 4);
@@ -230,20 +234,21 @@ std::vector<TagSighting> tag_sightings(const AprilTag& tag, double size_m, const
     if (!ray) return {};
     problem.bearings.col(k) = ray->direction;
   }
-  CandidateOptions any;
-  any.polish = false;
-  any.tolerance_rad = 4;  // the fit judges
-  std::vector<TagSighting> poses;
-  for (const PoseCandidate& start : pose_candidates(problem, "ippe", any).value) {
+  CandidateOptions options;
+  options.polish = false;
+  options.tolerance_rad = 4;  // accept all; the fit decides
+  std::vector<TagPoseHypothesis> poses;
+  for (const PoseCandidate& start : pose_candidates(problem, "ippe", options).value) {
     const PixelFit fit = fit_pose(corners, px, camera, start.cam_from_world, infinity);
     if (!std::isfinite(fit.cost)) continue;
-    const bool known = std::any_of(poses.begin(), poses.end(), [&](const TagSighting& pose) {
-      return alike(pose.cam_from_tag, fit.pose);
-    });
-    if (!known) poses.push_back({fit.pose, std::sqrt(2 * fit.cost / 4)});
+    const bool duplicate = std::any_of(
+        poses.begin(), poses.end(),
+        [&](const TagPoseHypothesis& pose) { return same_rotation(pose.cam_from_tag, fit.pose); });
+    if (!duplicate) poses.push_back({fit.pose, std::sqrt(2 * fit.cost / 4)});
   }
-  std::sort(poses.begin(), poses.end(),
-            [](const TagSighting& a, const TagSighting& b) { return a.rms_px < b.rms_px; });
+  std::sort(poses.begin(), poses.end(), [](const TagPoseHypothesis& a, const TagPoseHypothesis& b) {
+    return a.rms_px < b.rms_px;
+  });
   return poses;
 }
 

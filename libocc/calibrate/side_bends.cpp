@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/calibrate/side_bends.hpp"
-
 #include <cmath>
 
 #include "libocc/calibrate/resection.hpp"
@@ -12,7 +10,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Least squares of b (1 - u^2) over points evenly along the side.
+/// Least squares fit of b (1 - u^2) to evenly spaced points of a side.
 double bend_of(const Camera& camera, const Vector3d& from, const Vector3d& to) {
   constexpr int intervals = 10;
   const auto first = camera.project(from), last = camera.project(to);
@@ -40,12 +38,12 @@ std::function<std::array<double, 4>(const std::array<Vector2d, 4>& corners_px)> 
     std::array<double, 4> bends{};
     AprilTag tag;
     tag.corners_px = corners_px;
-    const std::vector<TagSighting> sightings = tag_sightings(tag, 1, camera);
-    if (sightings.empty()) return bends;
+    const std::vector<TagPoseHypothesis> hypotheses = tag_pose_hypotheses(tag, 1, camera);
+    if (hypotheses.empty()) return bends;
     const Eigen::Matrix<double, 3, 4> corners = tag_corners(1);
     for (int k = 0; k < 4; ++k)
-      bends[k] = bend_of(camera, sightings[0].cam_from_tag * Vector3d(corners.col(k)),
-                         sightings[0].cam_from_tag * Vector3d(corners.col((k + 1) % 4)));
+      bends[k] = bend_of(camera, hypotheses[0].cam_from_tag * Vector3d(corners.col(k)),
+                         hypotheses[0].cam_from_tag * Vector3d(corners.col((k + 1) % 4)));
     return bends;
   };
 }

@@ -27,7 +27,7 @@ Camera scaled(const Camera& camera, double factor) {
   return camera.with_parameters(values);
 }
 
-// Sum of squared distances [px^2] that the best pose of the plane leaves.
+/// Sum of squared residuals [px^2] of the best pose of a plane.
 double misfit(const PlaneView& view, const Camera& camera) {
   PoseProblem problem;
   problem.points = Eigen::Matrix3Xd::Zero(3, view.plane.cols());
@@ -38,35 +38,35 @@ double misfit(const PlaneView& view, const Camera& camera) {
     if (!bearing) return infinity;
     problem.bearings.col(i) = *bearing;
   }
-  CandidateOptions any;
-  any.polish = false;
-  any.tolerance_rad = 4;
+  CandidateOptions options;
+  options.polish = false;
+  options.tolerance_rad = 4;  // accept all; the fit decides
   constexpr int iterations = 10;
-  double least = infinity;
-  for (const PoseCandidate& start : pose_candidates(problem, "ippe", any).value)
-    least = std::min(
-        least,
+  double smallest = infinity;
+  for (const PoseCandidate& start : pose_candidates(problem, "ippe", options).value)
+    smallest = std::min(
+        smallest,
         fit_pose(problem.points, view.px, camera, start.cam_from_world, infinity, iterations).cost);
-  return 2 * least;
+  return 2 * smallest;
 }
 
-// Of the better four fifths of the views.
+/// Sum over the best four fifths of the views, which tolerates gross errors in the others.
 double misfit(const std::vector<const PlaneView*>& views, const Camera& camera) {
   std::vector<double> all;
   for (const PlaneView* view : views) all.push_back(misfit(*view, camera));
   std::sort(all.begin(), all.end());
   all.resize((4 * all.size() + 4) / 5);
   double sum = 0;
-  for (const double one : all) sum += one;
+  for (const double value : all) sum += value;
   return sum;
 }
 
 }  // namespace
 
-Result<Camera> start_focal_length(const std::vector<PlaneView>& views, const Camera& about) {
-  require(std::isinf(about.period_px()), "about", name_of(about.kind()),
+Result<Camera> start_focal_length(const std::vector<PlaneView>& views, const Camera& approximate) {
+  require(std::isinf(approximate.period_px()), "about", name_of(approximate.kind()),
           "a camera with focal lengths");
-  Result<Camera> result{about, Status::ok, ""};
+  Result<Camera> result{approximate, Status::ok, ""};
   std::vector<const PlaneView*> used;
   for (const PlaneView& view : views) {
     require(view.plane.cols() == view.px.cols(), "views: px", view.px.cols(),
@@ -77,37 +77,37 @@ Result<Camera> start_focal_length(const std::vector<PlaneView>& views, const Cam
   }
   if (used.empty()) {
     result.status = Status::too_few_lamps;
-    result.message = "no plane is seen with four points or more";
+    result.message = "no view of a plane has four points or more";
     return result;
   }
-  constexpr std::size_t enough = 60;
-  for (std::size_t i = 0; used.size() > enough && i < enough; ++i)
-    used[i] = used[i * used.size() / enough];
-  used.resize(std::min(used.size(), enough));
-  constexpr int steps = 15;  // to each side, up to a factor of 3
+  constexpr std::size_t max_views = 60;
+  for (std::size_t i = 0; used.size() > max_views && i < max_views; ++i)
+    used[i] = used[i * used.size() / max_views];
+  used.resize(std::min(used.size(), max_views));
+  constexpr int steps = 15;  // to each side of 1, up to a factor of 3
   const double step = std::log(3.0) / steps;
   std::vector<double> misfits;
   for (int i = -steps; i <= steps; ++i)
-    misfits.push_back(misfit(used, scaled(about, std::exp(i * step))));
+    misfits.push_back(misfit(used, scaled(approximate, std::exp(i * step))));
   const auto best = std::min_element(misfits.begin(), misfits.end());
-  const auto at = best - misfits.begin();
-  // Twice as large a factor must be worse, or half as large: by a tenth.
-  constexpr double min_rise = 1.1;
-  const auto worse = [&](std::ptrdiff_t by) {
-    const std::ptrdiff_t there = std::clamp<std::ptrdiff_t>(at + by, 0, 2 * steps);
-    return misfits[there] > min_rise * *best;
+  const auto index = best - misfits.begin();
+  constexpr double min_rise = 1.1;  // required ratio of the misfit at twice and at half the factor
+  const auto worse = [&](std::ptrdiff_t offset) {
+    const std::ptrdiff_t neighbour = std::clamp<std::ptrdiff_t>(index + offset, 0, 2 * steps);
+    return misfits[neighbour] > min_rise * *best;
   };
-  constexpr int half = 9;  // steps of a factor of nearly 2
-  if (at == 0 || at == 2 * steps || !worse(half) || !worse(-half)) {
+  constexpr int octave_steps = 9;  // steps for a factor of about 2
+  if (index == 0 || index == 2 * steps || !worse(octave_steps) || !worse(-octave_steps)) {
     result.status = Status::degenerate;
-    result.message = "the planes are seen too much face on to tell a focal length";
+    result.message = "the planes are too nearly parallel to the image to determine a focal length";
     return result;
   }
-  // The parabola through three values.
-  const double below = best[-1], above = best[1], bend = below + above - 2 * *best;
-  const double shift =
-      std::isfinite(bend) && bend > 0 ? std::clamp(0.5 * (below - above) / bend, -0.5, 0.5) : 0;
-  result.value = scaled(about, std::exp((static_cast<double>(at - steps) + shift) * step));
+  // Vertex of the parabola through three values.
+  const double left = best[-1], right = best[1], curvature = left + right - 2 * *best;
+  const double shift = std::isfinite(curvature) && curvature > 0
+                           ? std::clamp(0.5 * (left - right) / curvature, -0.5, 0.5)
+                           : 0;
+  result.value = scaled(approximate, std::exp((static_cast<double>(index - steps) + shift) * step));
   return result;
 }
 

@@ -19,11 +19,12 @@ using namespace internal::calibrate;
 namespace {
 
 std::string list(const std::vector<std::string>& names) {
-  constexpr std::size_t most = 8;
+  constexpr std::size_t max_names = 8;
   std::string text;
-  for (std::size_t i = 0; i < names.size() && i < most; ++i)
+  for (std::size_t i = 0; i < names.size() && i < max_names; ++i)
     text += (i == 0 ? "" : ", ") + names[i];
-  if (names.size() > most) text += " and " + std::to_string(names.size() - most) + " more";
+  if (names.size() > max_names)
+    text += " and " + std::to_string(names.size() - max_names) + " more";
   return text;
 }
 
@@ -32,14 +33,14 @@ double size_of(int id, const StartOptions& options) {
   return other == options.other_sizes_m.end() ? options.tag_size_m : other->second;
 }
 
-// The views of all images, tags numbered by rising id.
+/// Views of all images; tags are numbered by ascending id.
 struct Views {
   std::vector<int> ids;
   std::vector<TagView> all;
 };
 
-// Whether an image that repeats itself shows one tag several times.
-bool same_place(const std::vector<const AprilTag*>& tags, const Camera& camera) {
+/// True when a panorama that overlaps itself shows one tag several times.
+bool same_position(const std::vector<const AprilTag*>& tags, const Camera& camera) {
   constexpr double max_px = 5;
   return std::isfinite(camera.period_px()) &&
          std::all_of(tags.begin(), tags.end(), [&](const AprilTag* tag) {
@@ -63,8 +64,8 @@ Views collect(const std::vector<NetworkCamera>& cameras, const std::vector<TagIm
     for (const AprilTag& tag : images[i].tags) by_id[tag.id].push_back(&tag);
     for (const auto& [id, tags] : by_id) {
       const std::string name = "tag " + std::to_string(id) + " in " + images[i].name;
-      if (tags.size() > 1 && !same_place(tags, camera)) {
-        warnings.push_back(name + " left out: it is seen " + std::to_string(tags.size()) +
+      if (tags.size() > 1 && !same_position(tags, camera)) {
+        warnings.push_back(name + " left out: its id occurs " + std::to_string(tags.size()) +
                            " times");
         continue;
       }
@@ -79,8 +80,8 @@ Views collect(const std::vector<NetworkCamera>& cameras, const std::vector<TagIm
           variance += tag->covariance_px2[k].trace() / 8;
         }
         view.sigma_px = std::sqrt(variance);
-        view.sightings = tag_sightings(*tag, size_of(id, options), camera);
-        if (view.sightings.empty())
+        view.hypotheses = tag_pose_hypotheses(*tag, size_of(id, options), camera);
+        if (view.hypotheses.empty())
           warnings.push_back(name + " left out: outside the camera's domain");
         else
           views.all.push_back(std::move(view));
@@ -90,7 +91,7 @@ Views collect(const std::vector<NetworkCamera>& cameras, const std::vector<TagIm
   return views;
 }
 
-// Images bound together by tags that they share, largest block first.
+/// Blocks of images that are connected by common tags, largest block first.
 std::vector<std::vector<int>> blocks_of(const Views& views, std::size_t images) {
   std::vector<int> root(images + views.ids.size());
   std::iota(root.begin(), root.end(), 0);
@@ -110,38 +111,38 @@ std::vector<std::vector<int>> blocks_of(const Views& views, std::size_t images) 
   return blocks;
 }
 
-// Tags whose size, as the images of known pose see it, is not what the others' sizes make it.
+/// Tags whose size, estimated from the posed images, contradicts the sizes of the other tags.
 std::vector<WrongSize> wrong_sizes(const TagChain& chain, const Views& views,
                                    const StartOptions& options) {
   std::vector<double> scales;
   std::map<int, BodyFit> fits;
   for (std::size_t t = 0; t < views.ids.size(); ++t) {
     const BodyFit fit = chain.scale_of(static_cast<int>(t));
-    constexpr double max_sigma = 0.1;  // for residuals of a pixel
+    constexpr double max_sigma = 0.1;  // relative, for residuals of 1 px
     if (!(fit.scale_sigma < max_sigma)) continue;
     fits[static_cast<int>(t)] = fit;
     scales.push_back(fit.scale);
   }
   std::vector<WrongSize> wrong;
-  constexpr std::size_t least = 4;  // fewer do not tell which is wrong
-  if (scales.size() < least) return wrong;
-  const double usual = median(scales);
+  constexpr std::size_t min_tags = 4;  // with fewer, the wrong one cannot be identified
+  if (scales.size() < min_tags) return wrong;
+  const double median_scale = median(scales);
   for (const auto& [tag, fit] : fits) {
-    const double part = fit.scale / usual;
-    if (std::abs(std::log(part)) > std::log1p(options.size_tolerance))
-      wrong.push_back({views.ids[tag], part * size_of(views.ids[tag], options)});
+    const double ratio = fit.scale / median_scale;
+    if (std::abs(std::log(ratio)) > std::log1p(options.size_tolerance))
+      wrong.push_back({views.ids[tag], ratio * size_of(views.ids[tag], options)});
   }
   return wrong;
 }
 
 void add_observations(const AprilTag& tag, int image, int body, Network& network) {
   for (int k = 0; k < 4; ++k) {
-    ImageObservation seen;
-    seen.image = image;
-    seen.target = Target::of_corner(body, k);
-    seen.pixel = tag.corners_px[k];
-    seen.sigma_px = tag.covariance_px2[k].diagonal().cwiseSqrt();
-    network.observations.push_back(seen);
+    ImageObservation observation;
+    observation.image = image;
+    observation.target = Target::of_corner(body, k);
+    observation.pixel = tag.corners_px[k];
+    observation.sigma_px = tag.covariance_px2[k].diagonal().cwiseSqrt();
+    network.observations.push_back(observation);
   }
 }
 
@@ -156,27 +157,28 @@ Network network_of(const TagChain& chain, const Views& views,
       image_at[static_cast<int>(i)] = network.add_image(images[i].name, images[i].camera, *pose);
   std::set<int> free(options.free_sizes.begin(), options.free_sizes.end());
   for (const WrongSize& wrong : start.wrong_sizes) free.insert(wrong.tag);
-  std::vector<std::string> once;
+  std::vector<std::string> observed_once;
   for (std::size_t t = 0; t < views.ids.size(); ++t) {
-    const TagPlace& place = chain.places()[t];
+    const TagPlacement& placement = chain.placements()[t];
     const int id = views.ids[t];
-    if (!place.world_from_tag) continue;
-    if (place.views < 2) {
-      once.push_back(std::to_string(id));
+    if (!placement.world_from_tag) continue;
+    if (placement.views < 2) {
+      observed_once.push_back(std::to_string(id));
       continue;
     }
     NetworkBody body;
     body.name = "tag " + std::to_string(id);
     body.corners_m = tag_corners(size_of(id, options));
-    body.world_from_body = *place.world_from_tag;
+    body.world_from_body = *placement.world_from_tag;
     body.scale_free = free.count(id) > 0;
     for (const WrongSize& wrong : start.wrong_sizes)
       if (wrong.tag == id) body.scale = wrong.size_m / size_of(id, options);
     body_at[id] = static_cast<int>(network.bodies.size());
     network.bodies.push_back(std::move(body));
   }
-  if (!once.empty())
-    start.warnings.push_back("tags that one image sees are left out: " + list(once));
+  if (!observed_once.empty())
+    start.warnings.push_back("tags that only one image observes are left out: " +
+                             list(observed_once));
   for (const TagView& view : views.all) {
     const auto image = image_at.find(view.image);
     const auto body = body_at.find(views.ids[view.tag]);
@@ -220,37 +222,38 @@ Result<NetworkStart> start_network(const std::vector<NetworkCamera>& cameras,
   for (const std::vector<int>& block : blocks) start.blocks.push_back(names_of(block, images));
   std::vector<Eigen::Matrix3Xd> corners;
   for (const int id : views.ids) corners.push_back(tag_corners(size_of(id, options)));
-  std::vector<const Camera*> of_images;
-  for (const TagImage& image : images) of_images.push_back(&cameras[image.camera].camera);
-  TagChain chain(corners, of_images, views.all);
-  if (images.size() < 2 || blocks.front().size() < 2 || !chain.link(blocks.front())) {
+  std::vector<const Camera*> image_cameras;
+  for (const TagImage& image : images) image_cameras.push_back(&cameras[image.camera].camera);
+  TagChain chain(corners, image_cameras, views.all);
+  if (images.size() < 2 || blocks.front().size() < 2 || !chain.connect(blocks.front())) {
     result.status = Status::too_few_lamps;
     result.message = images.size() < 2
-                         ? "it takes two images, there are " + std::to_string(images.size())
+                         ? "two images are required, got " + std::to_string(images.size())
                          : "no two images share a tag";
     return result;
   }
-  constexpr int sweeps = 2;
-  for (int i = 0; i < sweeps; ++i) chain.sweep();
+  constexpr int refinements = 2;
+  for (int i = 0; i < refinements; ++i) chain.refine_all();
   start.wrong_sizes = wrong_sizes(chain, views, options);
   for (const WrongSize& wrong : start.wrong_sizes) {
     std::ostringstream text;
     text << "tag " << wrong.tag << ": a side of " << size_of(wrong.tag, options)
-         << " m was given, the other tags make it " << wrong.size_m << " m; its size is left free";
+         << " m was given, but it is " << wrong.size_m
+         << " m relative to the other tags; its size is free";
     start.warnings.push_back(text.str());
   }
   start.network = network_of(chain, views, cameras, images, options, start);
-  std::vector<std::string> unposed;
+  std::vector<std::string> without_pose;
   for (const int i : blocks.front())
-    if (!chain.cams_from_world()[i]) unposed.push_back(images[i].name);
-  if (!unposed.empty()) {
+    if (!chain.cams_from_world()[i]) without_pose.push_back(images[i].name);
+  if (!without_pose.empty()) {
     result.status = Status::degenerate;
-    result.message = "no pose was found for " + list(unposed);
+    result.message = "no pose was found for " + list(without_pose);
   }
   if (blocks.size() > 1) {
     result.status = Status::degenerate;
     result.message =
-        "the images fall into " + std::to_string(blocks.size()) + " blocks that share no tag:";
+        "the images form " + std::to_string(blocks.size()) + " blocks that share no tag:";
     for (std::size_t b = 0; b < blocks.size(); ++b)
       result.message += (b == 0 ? " " : "; ") + list(start.blocks[b]);
   }

@@ -20,20 +20,21 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Takes points to their centroid and a mean distance of 1 from it.
-Matrix3d normalising(const Matrix2Xd& points) {
-  const Vector2d centre = points.rowwise().mean();
-  const double size = (points.colwise() - centre).colwise().norm().mean();
+/// Transformation that moves the centroid of points to the origin and scales their mean distance to
+/// 1 (Hartley, "In defense of the eight-point algorithm", PAMI 19(6), 1997).
+Matrix3d normalisation(const Matrix2Xd& points) {
+  const Vector2d centroid = points.rowwise().mean();
+  const double size = (points.colwise() - centroid).colwise().norm().mean();
   const double s = size > 0 ? 1 / size : 1;
   Matrix3d t;
-  t << s, 0, -s * centre.x(), 0, s, -s * centre.y(), 0, 0, 1;
+  t << s, 0, -s * centroid.x(), 0, s, -s * centroid.y(), 0, 0, 1;
   return t;
 }
 
-// By the direct linear transformation; the smallest but one of its singular values over the largest
-// is the second result's: 0 where points are on a line.
+/// Homography by the direct linear transformation. `condition`: ratio of the second smallest to the
+/// largest singular value, zero for collinear points.
 Matrix3d homography(const Matrix2Xd& from, const Matrix2Xd& to, double& condition) {
-  const Matrix3d a = normalising(from), b = normalising(to);
+  const Matrix3d a = normalisation(from), b = normalisation(to);
   Eigen::MatrixXd rows(2 * from.cols(), 9);
   for (Eigen::Index i = 0; i < from.cols(); ++i) {
     const Vector3d p = a * from.col(i).homogeneous(), q = b * to.col(i).homogeneous();
@@ -48,26 +49,26 @@ Matrix3d homography(const Matrix2Xd& from, const Matrix2Xd& to, double& conditio
   return b.inverse() * normal * a;
 }
 
-// a u + b = 0 for u = 1 / f^2, weighted alike for views of any size.
+/// a u + b = 0 for u = 1 / f^2, normalised so that views of any size have the same weight.
 struct Equation {
   double a, b;
 };
 
-void add_equations(const PlaneView& view, const Vector2d& middle, std::vector<Equation>& all) {
+void add_equations(const PlaneView& view, const Vector2d& centre, std::vector<Equation>& all) {
   constexpr double min_condition = 1e-4;
-  Matrix2Xd px = view.px.colwise() - middle;
+  Matrix2Xd px = view.px.colwise() - centre;
   double condition = 0;
   const Matrix3d h = homography(view.plane, px, condition);
   if (!(condition > min_condition) || !h.allFinite()) return;
   const Vector3d x = h.col(0), y = h.col(1);
-  const Vector3d one = x + y, two = x - y;
+  const Vector3d diagonal_1 = x + y, diagonal_2 = x - y;
   const auto add = [&](const Vector3d& p, const Vector3d& q) {
-    // Divided by the lengths as Zhang's normalised rows: p^T w q = 0 for p across q in the plane.
+    // p^T w q = 0 for orthogonal directions p, q of the plane, divided by their lengths.
     const double scale = p.head<2>().norm() * q.head<2>().norm();
     if (scale > 0) all.push_back({p.head<2>().dot(q.head<2>()) / scale, p.z() * q.z() / scale});
   };
   add(x, y);
-  add(one, two);
+  add(diagonal_1, diagonal_2);
 }
 
 }  // namespace
@@ -83,39 +84,38 @@ PlaneView plane_view(const AprilTag& tag) {
 Result<Camera> start_pinhole(const std::vector<PlaneView>& views, int width, int height) {
   require(width > 0, "width", width, "positive");
   require(height > 0, "height", height, "positive");
-  const Vector2d middle(0.5 * (width - 1), 0.5 * (height - 1));
+  const Vector2d centre(0.5 * (width - 1), 0.5 * (height - 1));
   const double size = std::max(width, height);
   const auto camera = [&](double f) {
-    return Camera::pinhole(width, height, f, f, middle.x(), middle.y());
+    return Camera::pinhole(width, height, f, f, centre.x(), centre.y());
   };
-  constexpr double usual = 0.866;  // 60 degrees
-  Result<Camera> result{camera(usual * size), Status::ok, ""};
+  constexpr double default_ratio = 0.866;  // f over the larger side: a field of view of 60 degrees
+  Result<Camera> result{camera(default_ratio * size), Status::ok, ""};
   std::vector<Equation> equations;
   for (const PlaneView& view : views) {
     require(view.plane.cols() == view.px.cols(), "views: px", view.px.cols(),
             "one for each point of the plane");
     require_finite(view.plane, "views: plane");
     require_finite(view.px, "views: px");
-    if (view.px.cols() >= 4) add_equations(view, middle, equations);
+    if (view.px.cols() >= 4) add_equations(view, centre, equations);
   }
   if (equations.empty()) {
     result.status = Status::too_few_lamps;
-    result.message = "no plane is seen with four points or more";
+    result.message = "no view of a plane has four points or more";
     return result;
   }
-  // b is what perspective does, of second order in the tilt: where it is all noise, the equations
-  // say nothing.
+  // Least squares in u. b is the perspective effect, of second order in the tilt of the plane.
   double ab = 0, bb = 0, aa = 0;
   for (const Equation& e : equations) {
     ab += e.a * e.b;
     bb += e.b * e.b;
     aa += e.a * e.a;
   }
-  constexpr double narrowest = 0.2, widest = 20;
+  constexpr double min_ratio = 0.2, max_ratio = 20;  // plausible f over the larger side
   const double u = bb > 0 ? -ab / aa : 0, f = u > 0 ? 1 / std::sqrt(u) : 0;
-  if (!(f > narrowest * size && f < widest * size)) {
+  if (!(f > min_ratio * size && f < max_ratio * size)) {
     result.status = Status::degenerate;
-    result.message = "the planes are seen too much face on to tell a focal length";
+    result.message = "the planes are too nearly parallel to the image to determine a focal length";
     return result;
   }
   result.value = camera(f);

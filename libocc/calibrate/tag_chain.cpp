@@ -13,8 +13,9 @@ using Eigen::Matrix2Xd;
 using Eigen::Matrix3Xd;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double gate_part = 0.01;  // of the image's size: how far off is wrong, before calibration
-constexpr int pairs_tried = 6;
+/// Scale of acceptable residuals, as a fraction of the image size: the camera is uncalibrated.
+constexpr double gate_fraction = 0.01;
+constexpr int max_pairs = 6;  // start pairs that are tried, those with most common tags
 
 }  // namespace
 
@@ -26,7 +27,7 @@ TagChain::TagChain(std::vector<Matrix3Xd> corners, std::vector<const Camera*> ca
       of_image_(cameras_.size()),
       of_tag_(corners_.size()),
       poses_(cameras_.size()),
-      places_(corners_.size()) {
+      placements_(corners_.size()) {
   for (std::size_t i = 0; i < views_.size(); ++i) {
     of_image_[views_[i].image].push_back(static_cast<int>(i));
     of_tag_[views_[i].tag].push_back(static_cast<int>(i));
@@ -43,8 +44,8 @@ std::vector<int> TagChain::shared_tags(int a, int b) const {
   std::vector<int> shared;
   for (const int i : of_image_[a]) {
     const int tag = views_[i].tag;
-    const bool known = std::find(shared.begin(), shared.end(), tag) != shared.end();
-    if (!known && view(b, tag) != nullptr) shared.push_back(tag);
+    const bool counted = std::find(shared.begin(), shared.end(), tag) != shared.end();
+    if (!counted && view(b, tag) != nullptr) shared.push_back(tag);
   }
   return shared;
 }
@@ -55,41 +56,43 @@ double TagChain::rms_px(const TagView& view, const Rigid3& cam_from_tag) const {
   return off.allFinite() ? std::sqrt(off.colwise().squaredNorm().mean()) : infinity;
 }
 
-// From 1 for a perfect fit to 0 for none (Geman, McClure).
-double TagChain::likely(const TagView& view, const Rigid3& cam_from_tag) const {
+/// Score of a fit: 1 for zero residuals, decreasing to 0 (Geman-McClure function).
+double TagChain::fit_score(const TagView& view, const Rigid3& cam_from_tag) const {
   const Camera& camera = *cameras_[view.image];
-  const double gate = gate_part * std::min(camera.width(), 4 * camera.height());
-  const double part = rms_px(view, cam_from_tag) / gate;
-  return std::isfinite(part) ? 1 / (1 + part * part) : 0;
+  const double gate = gate_fraction * std::min(camera.width(), 4 * camera.height());
+  const double ratio = rms_px(view, cam_from_tag) / gate;
+  return std::isfinite(ratio) ? 1 / (1 + ratio * ratio) : 0;
 }
 
-TagChain::PairStart TagChain::relative_pose(int a, int b) const {
-  PairStart best;
+TagChain::RelativePose TagChain::relative_pose(int a, int b) const {
+  RelativePose best;
   best.a = a;
   best.b = b;
   const std::vector<int> shared = shared_tags(a, b);
-  const auto score = [&](const Rigid3& b_from_a) {
+  const auto total_score = [&](const Rigid3& b_from_a) {
     double sum = 0;
     for (const int tag : shared) {
-      double most = 0;
-      for (const TagSighting& seen : view(a, tag)->sightings)
-        most = std::max(most, likely(*view(b, tag), b_from_a * seen.cam_from_tag));
-      for (const TagSighting& seen : view(b, tag)->sightings)
-        most = std::max(most, likely(*view(a, tag), b_from_a.inverse() * seen.cam_from_tag));
-      sum += most;
+      double best_score = 0;
+      for (const TagPoseHypothesis& hypothesis : view(a, tag)->hypotheses)
+        best_score =
+            std::max(best_score, fit_score(*view(b, tag), b_from_a * hypothesis.cam_from_tag));
+      for (const TagPoseHypothesis& hypothesis : view(b, tag)->hypotheses)
+        best_score = std::max(
+            best_score, fit_score(*view(a, tag), b_from_a.inverse() * hypothesis.cam_from_tag));
+      sum += best_score;
     }
     return sum;
   };
-  constexpr std::size_t max_tried = 30;
+  constexpr std::size_t max_tried = 30;  // common tags that yield hypotheses
   const std::size_t stride = 1 + shared.size() / max_tried;
   for (std::size_t i = 0; i < shared.size(); i += stride) {
     const int tag = shared[i];
-    for (const TagSighting& in_a : view(a, tag)->sightings)
-      for (const TagSighting& in_b : view(b, tag)->sightings) {
+    for (const TagPoseHypothesis& in_a : view(a, tag)->hypotheses)
+      for (const TagPoseHypothesis& in_b : view(b, tag)->hypotheses) {
         const Rigid3 b_from_a = in_b.cam_from_tag * in_a.cam_from_tag.inverse();
-        const double agree = score(b_from_a);
-        if (agree > best.agree) {
-          best.agree = agree;
+        const double score = total_score(b_from_a);
+        if (score > best.score) {
+          best.score = score;
           best.b_from_a = b_from_a;
         }
       }
@@ -97,8 +100,8 @@ TagChain::PairStart TagChain::relative_pose(int a, int b) const {
   return best;
 }
 
-bool TagChain::link(const std::vector<int>& images) {
-  // Pairs by how many tags they share; relative poses of the most promising only.
+bool TagChain::connect(const std::vector<int>& images) {
+  // Pairs sorted by the number of common tags.
   std::vector<std::pair<int, std::pair<int, int>>> pairs;
   for (const int a : images)
     for (const int b : images) {
@@ -108,10 +111,10 @@ bool TagChain::link(const std::vector<int>& images) {
     }
   if (pairs.empty()) return false;
   std::sort(pairs.begin(), pairs.end());
-  PairStart start;
-  for (std::size_t i = 0; i < pairs.size() && i < pairs_tried; ++i) {
-    const PairStart one = relative_pose(pairs[i].second.first, pairs[i].second.second);
-    if (one.agree > start.agree) start = one;
+  RelativePose start;
+  for (std::size_t i = 0; i < pairs.size() && i < max_pairs; ++i) {
+    const RelativePose candidate = relative_pose(pairs[i].second.first, pairs[i].second.second);
+    if (candidate.score > start.score) start = candidate;
   }
   if (start.a < 0) return false;
   poses_[start.a] = Rigid3{};
@@ -124,7 +127,7 @@ bool TagChain::link(const std::vector<int>& images) {
   for (int next = next_image(images, failed); next >= 0; next = next_image(images, failed)) {
     if (pose_image(next)) {
       place_tags_of(next);
-      failed.assign(cameras_.size(), false);  // it may have hung what those lacked
+      failed.assign(cameras_.size(), false);  // its tags may complete images that failed before
     } else {
       failed[next] = true;
     }
@@ -134,18 +137,18 @@ bool TagChain::link(const std::vector<int>& images) {
 
 int TagChain::next_image(const std::vector<int>& images, const std::vector<bool>& failed) const {
   int best = -1;
-  double most = 0;
-  constexpr double seen_once = 0.2;  // a tag that hangs by one image's word
+  double best_score = 0;
+  constexpr double seen_once = 0.2;  // weight of a tag that only one posed image supports
   for (const int image : images) {
     const auto k = static_cast<std::size_t>(image);
     if (poses_[k] || failed[k]) continue;
-    double worth = 0;
+    double score = 0;
     for (const int i : of_image_[k]) {
-      const TagPlace& place = places_[views_[i].tag];
-      if (place.world_from_tag) worth += place.views > 1 ? 1 : seen_once;
+      const TagPlacement& placement = placements_[views_[i].tag];
+      if (placement.world_from_tag) score += placement.views > 1 ? 1 : seen_once;
     }
-    if (worth > most) {
-      most = worth;
+    if (score > best_score) {
+      best_score = score;
       best = image;
     }
   }
@@ -154,14 +157,15 @@ int TagChain::next_image(const std::vector<int>& images, const std::vector<bool>
 
 bool TagChain::pose_image(int image) {
   const auto k = static_cast<std::size_t>(image);
-  int sure = 0;
-  for (const int i : of_image_[k]) sure += places_[views_[i].tag].views > 1;
-  constexpr int enough = 3;
+  int reliable_tags = 0;
+  for (const int i : of_image_[k]) reliable_tags += placements_[views_[i].tag].views > 1;
+  constexpr int min_reliable_tags = 3;
   std::vector<const TagView*> used;
   for (const int i : of_image_[k]) {
     const TagView& view = views_[i];
-    const TagPlace& place = places_[view.tag];
-    if (place.world_from_tag && (sure < enough || place.views > 1)) used.push_back(&view);
+    const TagPlacement& placement = placements_[view.tag];
+    if (placement.world_from_tag && (reliable_tags < min_reliable_tags || placement.views > 1))
+      used.push_back(&view);
   }
   if (used.empty()) return false;
   Matrix3Xd points(3, 4 * static_cast<Eigen::Index>(used.size()));
@@ -169,9 +173,9 @@ bool TagChain::pose_image(int image) {
   for (std::size_t n = 0; n < used.size(); ++n) {
     const auto tag = static_cast<std::size_t>(used[n]->tag);
     for (int c = 0; c < 4; ++c) {
-      const Eigen::Index at = 4 * static_cast<Eigen::Index>(n) + c;
-      points.col(at) = *places_[tag].world_from_tag * Eigen::Vector3d(corners_[tag].col(c));
-      px.col(at) = used[n]->px.col(c);
+      const Eigen::Index column = 4 * static_cast<Eigen::Index>(n) + c;
+      points.col(column) = *placements_[tag].world_from_tag * Eigen::Vector3d(corners_[tag].col(c));
+      px.col(column) = used[n]->px.col(c);
     }
   }
   ResectionOptions options;
@@ -179,9 +183,9 @@ bool TagChain::pose_image(int image) {
   const Camera& camera = *cameras_[k];
   const Result<Resection> found = resect(points, px, camera, options);
   if (!found.ok()) return false;
-  const double gate = gate_part * std::min(camera.width(), 4 * camera.height());
-  constexpr double gates = 3;
-  if (found->sigma_px > gates * gate) return false;
+  const double gate = gate_fraction * std::min(camera.width(), 4 * camera.height());
+  constexpr double max_gates = 3;
+  if (found->sigma_px > max_gates * gate) return false;
   poses_[k] = found->cam_from_world;
   return true;
 }
@@ -197,20 +201,20 @@ void TagChain::place_tags_of(int image) {
 }
 
 std::vector<BodyView> TagChain::body_views(int tag) const {
-  std::vector<BodyView> seen;
+  std::vector<BodyView> posed;
   for (const int i : of_tag_[tag]) {
     const TagView& view = views_[i];
     const auto k = static_cast<std::size_t>(view.image);
-    if (poses_[k]) seen.push_back({cameras_[k], *poses_[k], view.px, 1.0});
+    if (poses_[k]) posed.push_back({cameras_[k], *poses_[k], view.px, 1.0});
   }
-  return seen;
+  return posed;
 }
 
-// The sighting that fits all images best, then a fit to all of them.
+/// Chooses the pose hypothesis that fits all posed images best, then fits the tag to these images.
 void TagChain::place_tag(int tag) {
-  TagPlace& place = places_[tag];
+  TagPlacement& placement = placements_[tag];
   const std::vector<int>& all = of_tag_[tag];
-  double most = 0;
+  double best_score = 0;
   std::optional<Rigid3> best;
   std::vector<int> images;
   const auto consider = [&](const Rigid3& world_from_tag) {
@@ -218,52 +222,53 @@ void TagChain::place_tag(int tag) {
     for (const int i : all) {
       const TagView& view = views_[i];
       const auto& pose = poses_[view.image];
-      if (pose) sum += likely(view, *pose * world_from_tag);
+      if (pose) sum += fit_score(view, *pose * world_from_tag);
     }
-    if (sum > most) {
-      most = sum;
+    if (sum > best_score) {
+      best_score = sum;
       best = world_from_tag;
     }
   };
-  if (place.world_from_tag) consider(*place.world_from_tag);
+  if (placement.world_from_tag) consider(*placement.world_from_tag);
   for (const int i : all) {
     const TagView& view = views_[i];
     const auto& pose = poses_[view.image];
     if (!pose) continue;
     if (std::find(images.begin(), images.end(), view.image) == images.end())
       images.push_back(view.image);
-    for (const TagSighting& seen : view.sightings) consider(pose->inverse() * seen.cam_from_tag);
+    for (const TagPoseHypothesis& hypothesis : view.hypotheses)
+      consider(pose->inverse() * hypothesis.cam_from_tag);
   }
   if (!best) return;
-  // A view that contradicts the others (a gross error) may not bend the fit.
-  std::vector<BodyView> agreeing;
+  // Exclude views that contradict the others (gross errors).
+  std::vector<BodyView> consistent_views;
   for (const int i : all) {
     const TagView& view = views_[i];
     const auto k = static_cast<std::size_t>(view.image);
-    constexpr double min_likely = 0.1;  // three gates
-    if (poses_[k] && likely(view, *poses_[k] * *best) > min_likely)
-      agreeing.push_back({cameras_[k], *poses_[k], view.px, 1.0});
+    constexpr double min_score = 0.1;  // residuals of three gates
+    if (poses_[k] && fit_score(view, *poses_[k] * *best) > min_score)
+      consistent_views.push_back({cameras_[k], *poses_[k], view.px, 1.0});
   }
-  place.views = static_cast<int>(images.size());
-  place.world_from_tag = best;
-  if (agreeing.empty()) return;
-  const BodyFit fit = fit_body(corners_[tag], agreeing, *best, false);
+  placement.views = static_cast<int>(images.size());
+  placement.world_from_tag = best;
+  if (consistent_views.empty()) return;
+  const BodyFit fit = fit_body(corners_[tag], consistent_views, *best, false);
   if (!std::isfinite(fit.chi2)) return;
-  place.world_from_tag = fit.world_from_body;
-  place.rms_px = std::sqrt(fit.chi2 / (4.0 * static_cast<double>(agreeing.size())));
+  placement.world_from_tag = fit.world_from_body;
+  placement.rms_px = std::sqrt(fit.chi2 / (4.0 * static_cast<double>(consistent_views.size())));
 }
 
-void TagChain::sweep() {
+void TagChain::refine_all() {
   for (std::size_t k = 0; k < poses_.size(); ++k)
     if (poses_[k]) pose_image(static_cast<int>(k));
-  for (std::size_t t = 0; t < places_.size(); ++t)
-    if (places_[t].world_from_tag) place_tag(static_cast<int>(t));
+  for (std::size_t t = 0; t < placements_.size(); ++t)
+    if (placements_[t].world_from_tag) place_tag(static_cast<int>(t));
 }
 
 BodyFit TagChain::scale_of(int tag) const {
-  const TagPlace& place = places_[tag];
-  if (!place.world_from_tag || place.views < 2) return {};
-  return fit_body(corners_[tag], body_views(tag), *place.world_from_tag, true);
+  const TagPlacement& placement = placements_[tag];
+  if (!placement.world_from_tag || placement.views < 2) return {};
+  return fit_body(corners_[tag], body_views(tag), *placement.world_from_tag, true);
 }
 
 }  // namespace occ::internal::calibrate

@@ -31,7 +31,7 @@ struct LIBOCC_API AprilTagOptions {
   bool refine = true;               ///< measure the corners again
   /// How far the middles of a tag's sides (corner k to the next) are off the straight lines between
   /// its corners, towards (-y, x) of that direction [px]; nothing: measured with the corners, which
-  /// costs half of their accuracy. For a calibrated camera: calibrate/side_bends.hpp.
+  /// costs half of their accuracy. For a calibrated camera: calibrate/resection.hpp.
   std::function<std::array<double, 4>(const std::array<Eigen::Vector2d, 4>& corners_px)> bends_px;
   int tile_px = 0;       ///< sides of the tiles, overlap included; 0: the image is one
   int overlap_px = 400;  ///< of neighbouring tiles; with its white border, a tag must be smaller

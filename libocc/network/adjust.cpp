@@ -10,10 +10,9 @@
 
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
-#include "libocc/network/internal/body_agreement.hpp"
+#include "libocc/network/internal/consensus.hpp"
 #include "libocc/network/internal/minimise_network.hpp"
 #include "libocc/network/internal/network_checks.hpp"
-#include "libocc/network/internal/point_agreement.hpp"
 #include "libocc/network/internal/residual_cofactors.hpp"
 
 namespace occ {
@@ -22,10 +21,10 @@ using namespace internal::network;
 
 namespace {
 
-/// The median of the length of two residuals of sigma 1.
+/// Median of the length of two residuals of sigma 1 (Rayleigh distribution): sqrt(2 ln 2).
 constexpr double rayleigh_median = 1.17741;
 
-/// One adjustment: the network as it stands, with what was taken out of it.
+/// One adjustment: the current network, its layout and the rejected observations.
 class Adjuster {
  public:
   Adjuster(const Network& network, const AdjustOptions& options, const AdjustCallback& progress)
@@ -34,8 +33,8 @@ class Adjuster {
   }
 
   Result<Adjustment> run() {
-    renew();
-    if (!may_go_on()) return finish();
+    update_layout();
+    if (!check_data()) return finish();
     reference_ = without_observations(network());
     if (options_.robust && !reject_robustly()) return finish();
     if (!least_squares("least squares")) return finish();
@@ -46,7 +45,7 @@ class Adjuster {
  private:
   Network& network() { return result_.value.network; }
 
-  void renew() { layout_ = layout_of(network()); }
+  void update_layout() { layout_ = layout_of(network()); }
 
   bool fail(Status status, const std::string& message) {
     result_.status = status;
@@ -54,32 +53,34 @@ class Adjuster {
     return false;
   }
 
-  bool may_go_on() {
-    const Objection objection = objection_to(network(), layout_);
-    if (objection.status != Status::ok) return fail(objection.status, objection.message);
-    const int open = count_observations(network(), layout_) - static_cast<int>(layout_.total) +
-                     datum_defect(network()).total();
-    if (open < 0)
+  bool check_data() {
+    const CheckOutcome check = check_solvable(network(), layout_);
+    if (check.status != Status::ok) return fail(check.status, check.message);
+    const int redundancy = count_observations(network(), layout_) -
+                           static_cast<int>(layout_.total) + datum_defect(network()).total();
+    if (redundancy < 0)
       return fail(Status::degenerate,
-                  "there are " + std::to_string(-open) + " observations fewer than unknowns");
+                  "there are " + std::to_string(-redundancy) + " observations fewer than unknowns");
     return true;
   }
 
-  /// Points that some image cannot show from where it starts are put where their rays meet.
-  void repair_points(NetworkState& state) {
-    const std::vector<std::vector<int>> seen_by = sightings_of_points(network(), layout_);
-    for (std::size_t p = 0; p < seen_by.size(); ++p) {
-      const bool lost = std::any_of(seen_by[p].begin(), seen_by[p].end(), [&](int i) {
-        double r[2];
-        return !residual_of(network(), state, network().observations[i], r);
-      });
-      if (!lost) continue;
-      if (const auto meeting = meeting_of(network(), state, seen_by[p]))
-        state.points[p] = reference_.points[p].position_m = *meeting;
+  /// Moves each point that is out of some image's view at the start to the intersection of its
+  /// rays.
+  void reintersect_points(NetworkState& state) {
+    const std::vector<std::vector<int>> observations = observations_of_points(network(), layout_);
+    for (std::size_t p = 0; p < observations.size(); ++p) {
+      const bool out_of_view =
+          std::any_of(observations[p].begin(), observations[p].end(), [&](int i) {
+            double r[2];
+            return !residual_of(network(), state, network().observations[i], r);
+          });
+      if (!out_of_view) continue;
+      if (const auto point = intersect_observations(network(), state, observations[p]))
+        state.points[p] = reference_.points[p].position_m = *point;
     }
   }
 
-  /// Runs a stage from the present state; false when it was stopped by the caller.
+  /// Runs one stage from the current state.
   Minimised stage(const char* name, const Loss& loss, int iterations, double min_fall) {
     NetworkState state(network());
     MinimiseOptions options;
@@ -93,10 +94,11 @@ class Adjuster {
              progress_({name, iteration, cost, static_cast<int>(result_.value.rejected.size())});
     };
     const bool first = result_.value.iterations == 0;
-    const Minimised minimised = first ? minimise(network(), layout_, state, options, report,
-                                                 [&](NetworkState& start) { repair_points(start); })
-                                      : minimise(network(), layout_, state, options, report);
-    state.put_into(network());
+    const Minimised minimised =
+        first ? minimise(network(), layout_, state, options, report,
+                         [&](NetworkState& start) { reintersect_points(start); })
+              : minimise(network(), layout_, state, options, report);
+    state.write_to(network());
     result_.value.iterations += minimised.iterations;
     return minimised;
   }
@@ -107,25 +109,26 @@ class Adjuster {
     return true;
   }
 
-  /// Length of every used observation's residual, infinite when it is not in view.
-  std::vector<double> lengths() {
+  /// Length of the residual of each used observation, -1 for others; infinite when not in view.
+  std::vector<double> residual_lengths() {
     const NetworkState state(network());
-    std::vector<double> all(network().observations.size(), -1);
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      const ImageObservation& seen = network().observations[i];
-      if (!seen.used || !layout_.knows(seen.target)) continue;
+    std::vector<double> lengths(network().observations.size(), -1);
+    for (std::size_t i = 0; i < lengths.size(); ++i) {
+      const ImageObservation& observation = network().observations[i];
+      if (!observation.used || !layout_.is_determined(observation.target)) continue;
       double r[2];
-      all[i] = residual_of(network(), state, seen, r) ? std::hypot(r[0], r[1])
-                                                      : std::numeric_limits<double>::infinity();
+      lengths[i] = residual_of(network(), state, observation, r)
+                       ? std::hypot(r[0], r[1])
+                       : std::numeric_limits<double>::infinity();
     }
-    return all;
+    return lengths;
   }
 
-  static double scale_of(const std::vector<double>& lengths) {
-    std::vector<double> shown;
-    for (const double length : lengths)
-      if (length >= 0 && std::isfinite(length)) shown.push_back(length);
-    return std::max(1.0, median(std::move(shown)) / rayleigh_median);
+  static double scale_of(const std::vector<double>& residual_lengths) {
+    std::vector<double> visible;
+    for (const double length : residual_lengths)
+      if (length >= 0 && std::isfinite(length)) visible.push_back(length);
+    return std::max(1.0, median(std::move(visible)) / rayleigh_median);
   }
 
   void reject(int observation, double normalised, const char* reason) {
@@ -134,77 +137,78 @@ class Adjuster {
     result_.value.rejected.push_back({observation, normalised, reason});
   }
 
-  /// Robust estimation, then what lies beyond Tukey's limit goes.
+  /// Robust estimation, then rejection of all observations beyond Tukey's limit.
   bool reject_robustly() {
-    constexpr int rounds = 8, steps = 20;
-    double scale = scale_of(lengths());
+    constexpr int rounds = 8, steps = 20;  // limits; usually two rounds of Huber's loss suffice
+    double scale = scale_of(residual_lengths());
     for (int round = 0; round < rounds; ++round) {
       if (stopped(stage("robust", {Loss::Kind::huber, scale}, steps, 1e-3))) return false;
-      const double now = scale_of(lengths());
-      const bool settled = now > 0.9 * scale;
-      scale = now;
+      const double next = scale_of(residual_lengths());
+      const bool settled = next > 0.9 * scale;
+      scale = next;
       if (settled && round > 0) break;
     }
     for (int round = 0; round < 2; ++round) {
-      settle_points(Loss::tukey * scale, false);
+      apply_point_consensus(Loss::tukey * scale, false);
       if (stopped(stage("robust", {Loss::Kind::tukey, scale}, steps, 1e-4))) return false;
-      scale = scale_of(lengths());
+      scale = scale_of(residual_lengths());
     }
-    settle_points(Loss::tukey * scale, true);
-    const std::vector<double> all = lengths();
-    for (std::size_t i = 0; i < all.size(); ++i)
-      if (all[i] > Loss::tukey * scale) reject_for(static_cast<int>(i), all[i], "robust");
-    renew();
-    return may_go_on();
+    apply_point_consensus(Loss::tukey * scale, true);
+    const std::vector<double> lengths = residual_lengths();
+    for (std::size_t i = 0; i < lengths.size(); ++i)
+      if (lengths[i] > Loss::tukey * scale) reject_for(static_cast<int>(i), lengths[i], "robust");
+    update_layout();
+    return check_data();
   }
 
   void reject_for(int observation, double length, const char* reason) {
     reject(observation, length, std::isfinite(length) ? reason : "not in view");
   }
 
-  void settle_bodies(double limit, bool last, const std::vector<double>& all) {
+  void apply_body_consensus(double limit, bool last, const std::vector<double>& lengths) {
     NetworkState state(network());
-    const std::vector<std::vector<int>> seen_by = sightings_of_bodies(network(), layout_);
-    for (std::size_t b = 0; b < seen_by.size(); ++b) {
-      if (seen_by[b].empty()) continue;
+    const std::vector<std::vector<int>> observations = observations_of_bodies(network(), layout_);
+    for (std::size_t b = 0; b < observations.size(); ++b) {
+      if (observations[b].empty()) continue;
       const int body = static_cast<int>(b);
-      const BodyAgreement about =
-          agreement_about_body(network(), layout_, state, body, seen_by[b], limit);
-      if (!last || about.sound) {
-        network().bodies[b].world_from_body = about.world_from_body;
-        network().bodies[b].scale = about.scale;
+      const BodyConsensus consensus =
+          body_consensus(network(), layout_, state, body, observations[b], limit);
+      if (!last || consensus.reliable) {
+        network().bodies[b].world_from_body = consensus.world_from_body;
+        network().bodies[b].scale = consensus.scale;
       }
       if (!last) continue;
-      for (const int i : about.sound ? about.disagree : seen_by[b])
-        reject_for(i, all[i], about.sound ? "robust" : "no agreement");
-      if (!about.sound)
-        disputed_.push_back(
+      for (const int i : consensus.reliable ? consensus.outliers : observations[b])
+        reject_for(i, lengths[i], consensus.reliable ? "robust" : "no agreement");
+      if (!consensus.reliable)
+        warnings_.push_back(
             "body " +
             (network().bodies[b].name.empty() ? std::to_string(b) : network().bodies[b].name) +
-            ": its images do not agree; it is left out");
+            ": its images contradict each other; it is left out");
     }
   }
 
-  /// Puts each point where most of its images agree; at last takes away what does not.
-  void settle_points(double limit, bool last) {
+  /// Moves each point to the consensus of its images; if `last`, also rejects the outliers.
+  void apply_point_consensus(double limit, bool last) {
     const NetworkState state(network());
-    const std::vector<double> all = last ? lengths() : std::vector<double>();
-    const std::vector<std::vector<int>> seen_by = sightings_of_points(network(), layout_);
-    for (std::size_t p = 0; p < seen_by.size(); ++p) {
+    const std::vector<double> lengths = last ? residual_lengths() : std::vector<double>();
+    const std::vector<std::vector<int>> observations = observations_of_points(network(), layout_);
+    for (std::size_t p = 0; p < observations.size(); ++p) {
       const int point = static_cast<int>(p);
-      const PointAgreement about = agreement_about(network(), state, point, seen_by[p], limit);
-      if (!last || about.sound) network().points[p].position_m = about.position_m;
+      const PointConsensus consensus =
+          point_consensus(network(), state, point, observations[p], limit);
+      if (!last || consensus.reliable) network().points[p].position_m = consensus.position_m;
       if (!last) continue;
-      for (const int i : about.sound ? about.disagree : seen_by[p])
-        reject_for(i, all[i], about.sound ? "robust" : "no agreement");
-      if (!about.sound)
-        disputed_.push_back(network().name_of(Target::of_point(point)) +
-                            ": no three of its images agree; it is left out");
+      for (const int i : consensus.reliable ? consensus.outliers : observations[p])
+        reject_for(i, lengths[i], consensus.reliable ? "robust" : "no agreement");
+      if (!consensus.reliable)
+        warnings_.push_back(network().name_of(Target::of_point(point)) +
+                            ": no three of its images are consistent; it is left out");
     }
-    settle_bodies(limit, last, all);
+    apply_body_consensus(limit, last, lengths);
   }
 
-  /// False when there is no way on; non-convergence is noted.
+  /// Least squares without loss function. False when the adjustment must stop; the status says why.
   bool least_squares(const char* name) {
     constexpr int rounds = 3;
     for (int round = 0; round < rounds; ++round) {
@@ -215,34 +219,34 @@ class Adjuster {
                     "no observation determines " +
                         names_of_unknowns(network(), layout_, minimised.undetermined));
       cost_ = minimised.cost;
-      if (minimised.lost == 0 && minimised.loose_groups.empty())
-        return minimised.ending == Ending::converged || note(minimised);
+      if (minimised.out_of_view == 0 && minimised.singular_groups.empty())
+        return minimised.ending == Ending::converged || fail_to_converge(minimised);
       cost_.reset();
-      leave_out(minimised.loose_groups);
-      const std::vector<double> all = lengths();
-      for (std::size_t i = 0; i < all.size(); ++i)
-        if (std::isinf(all[i])) reject(static_cast<int>(i), all[i], "not in view");
-      renew();
-      if (!may_go_on()) return false;
+      leave_out(minimised.singular_groups);
+      const std::vector<double> lengths = residual_lengths();
+      for (std::size_t i = 0; i < lengths.size(); ++i)
+        if (std::isinf(lengths[i])) reject(static_cast<int>(i), lengths[i], "not in view");
+      update_layout();
+      if (!check_data()) return false;
     }
     return true;
   }
 
-  /// Points whose rays are parallel.
+  /// Excludes points whose rays are parallel.
   void leave_out(const std::vector<std::size_t>& groups) {
     for (const std::size_t g : groups) {
       const Group& group = layout_.groups[g];
       for (const int i : group.observations) network().observations[i].used = false;
-      disputed_.push_back(network().name_of(group.block) +
+      warnings_.push_back(network().name_of(group.block) +
                           " is not determined by its rays and is left out");
     }
   }
 
-  bool note(const Minimised& minimised) {
+  bool fail_to_converge(const Minimised& minimised) {
     std::ostringstream text;
     text.precision(3);
-    text << (minimised.ending == Ending::iterations ? "the iterations were used up"
-                                                    : "no step makes the residuals smaller")
+    text << (minimised.ending == Ending::iterations ? "the maximum number of iterations was reached"
+                                                    : "no step decreases the residuals")
          << "; the next step would be " << minimised.step_sigma << " sigma";
     const NetworkState state(network());
     NormalEquations normal;
@@ -257,45 +261,45 @@ class Adjuster {
     double normalised;
   };
 
-  struct Suspects {
-    std::vector<Candidate> images;  ///< of image observations, the worst first
+  struct OutlierCandidates {
+    std::vector<Candidate> images;  ///< image observations, the worst first
     std::vector<Candidate> distances;
   };
 
-  /// Whose normalised residual is beyond the critical value.
-  Suspects suspects() {
+  /// Observations whose normalised residual exceeds the critical value.
+  OutlierCandidates find_outliers() {
     const NetworkState state(network());
     NormalEquations normal;
     build(network(), layout_, state, {}, 0, options_.threads, normal);
     const ReducedSystem system(normal, reduced_gauge(network(), layout_, state));
     if (!system.determined()) return {};
     const Eigen::MatrixXd covariance = system.covariance();
-    const auto all =
+    const auto cofactors =
         residual_cofactors(network(), layout_, state, normal, covariance, options_.threads);
     const int rows = count_observations(network(), layout_);
     const int redundancy = rows - static_cast<int>(layout_.total) + datum_defect(network()).total();
-    // Sigmas stated too small must not make everything suspect, nor may gross errors hide in
-    // sigma0.
+    // The a posteriori sigma0 covers sigmas that were stated too small. The robust scale bounds it,
+    // because gross errors inflate sigma0 and would mask themselves.
     const double factor = std::sqrt(variance_factor(2 * normal.cost, redundancy));
-    const double scale = std::min(factor, scale_of(lengths()));
+    const double scale = std::min(factor, scale_of(residual_lengths()));
     const double quantile = normal_quantile(1 - options_.false_alarm / (2.0 * rows));
     const double critical = scale * quantile;
-    constexpr double blind = 1e-4;  // of redundancy: an error would not show at all
-    Suspects found;
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      if (!all[i].used) continue;
+    constexpr double min_redundancy = 1e-4;  // below it, the residual is numerical noise
+    OutlierCandidates found;
+    for (std::size_t i = 0; i < cofactors.size(); ++i) {
+      if (!cofactors[i].used) continue;
       double worst = 0;
-      const Eigen::Matrix2d left = all[i].left();
+      const Eigen::Matrix2d r = cofactors[i].redundancy();
       for (int k = 0; k < 2; ++k)
-        if (left(k, k) > blind)
-          worst = std::max(worst, std::abs(all[i].residual[k]) / std::sqrt(left(k, k)));
+        if (r(k, k) > min_redundancy)
+          worst = std::max(worst, std::abs(cofactors[i].residual[k]) / std::sqrt(r(k, k)));
       if (worst > critical) found.images.push_back({static_cast<int>(i), worst});
     }
     for (std::size_t i = 0; i < network().distances.size(); ++i) {
       const DistanceCofactor one =
           distance_cofactor(network(), layout_, state, network().distances[i], covariance);
-      if (!one.used || one.left < blind) continue;
-      const double w = std::abs(one.residual) / std::sqrt(one.left);
+      if (!one.used || one.redundancy < min_redundancy) continue;
+      const double w = std::abs(one.residual) / std::sqrt(one.redundancy);
       if (w > quantile) found.distances.push_back({static_cast<int>(i), w});
     }
     for (auto* list : {&found.images, &found.distances})
@@ -305,12 +309,12 @@ class Adjuster {
     return found;
   }
 
-  /// The worst distance goes, unless another is as bad: of two that contradict each other, nobody
-  /// knows which.
+  /// Rejects the distance with the largest residual. Of two distances with (almost) the same
+  /// normalised residual, either may be wrong; then none is rejected and a warning is given.
   bool reject_distance(const std::vector<Candidate>& found) {
-    constexpr double alike = 0.98;
+    constexpr double min_ratio = 0.98;
     contradiction_.clear();
-    if (found.size() > 1 && found[1].normalised > alike * found[0].normalised) {
+    if (found.size() > 1 && found[1].normalised > min_ratio * found[0].normalised) {
       contradiction_ = "distances " + std::to_string(found[0].observation) + " and " +
                        std::to_string(found[1].observation) + " contradict each other";
       return false;
@@ -324,8 +328,8 @@ class Adjuster {
   bool snoop() {
     constexpr int rounds = 100;
     for (int round = 0; round < rounds; ++round) {
-      const Suspects found = suspects();
-      // A wrong distance pulls its points away from where images see them: it goes first.
+      const OutlierCandidates found = find_outliers();
+      // A wrong distance displaces its points, so that their image residuals grow: it goes first.
       const bool first =
           !found.distances.empty() &&
           (found.images.empty() || found.distances[0].normalised > found.images[0].normalised);
@@ -333,16 +337,17 @@ class Adjuster {
       if (!first && found.images.empty()) return true;
       std::set<int> images, points, bodies;
       for (const Candidate& one : first ? std::vector<Candidate>() : found.images) {
-        const ImageObservation& seen = network().observations[one.observation];
-        std::set<int>& targets = seen.target.body < 0 ? points : bodies;
-        const int target = seen.target.body < 0 ? seen.target.point : seen.target.body;
-        if (images.count(seen.image) || targets.count(target)) continue;
-        images.insert(seen.image);
+        const ImageObservation& observation = network().observations[one.observation];
+        std::set<int>& targets = observation.target.body < 0 ? points : bodies;
+        const int target =
+            observation.target.body < 0 ? observation.target.point : observation.target.body;
+        if (images.count(observation.image) || targets.count(target)) continue;
+        images.insert(observation.image);
         targets.insert(target);
         reject(one.observation, one.normalised, "snooping");
       }
-      renew();
-      if (!may_go_on() || !least_squares("snooping")) return false;
+      update_layout();
+      if (!check_data() || !least_squares("snooping")) return false;
     }
     return true;
   }
@@ -356,8 +361,8 @@ class Adjuster {
 
   Result<Adjustment> finish() {
     Adjustment& out = result_.value;
-    out.warnings = layout_.left_out;
-    out.warnings.insert(out.warnings.end(), disputed_.begin(), disputed_.end());
+    out.warnings = layout_.warnings;
+    out.warnings.insert(out.warnings.end(), warnings_.begin(), warnings_.end());
     if (!contradiction_.empty()) out.warnings.push_back(contradiction_);
     out.cost = cost_ ? *cost_ : final_cost();
     out.observations = count_observations(network(), layout_);
@@ -381,9 +386,9 @@ class Adjuster {
   Result<Adjustment> result_;
   Network reference_;
   NetworkLayout layout_;
-  std::vector<std::string> disputed_;
+  std::vector<std::string> warnings_;
   std::string contradiction_;
-  std::optional<double> cost_;  ///< of the last least squares, while it holds
+  std::optional<double> cost_;  ///< cost of the last least squares while it is valid
 };
 
 }  // namespace
@@ -406,16 +411,16 @@ Result<Adjustment> adjust(const Network& network, const AdjustOptions& options,
 std::vector<Eigen::Vector2d> image_residuals_px(const Network& network) {
   check_network(network);
   const NetworkState state(network);
-  std::vector<Eigen::Vector2d> all;
-  all.reserve(network.observations.size());
-  for (const ImageObservation& seen : network.observations) {
+  std::vector<Eigen::Vector2d> residuals;
+  residuals.reserve(network.observations.size());
+  for (const ImageObservation& observation : network.observations) {
     double r[2];
-    if (residual_of(network, state, seen, r))
-      all.emplace_back(-r[0] * seen.sigma_px[0], -r[1] * seen.sigma_px[1]);
+    if (residual_of(network, state, observation, r))
+      residuals.emplace_back(-r[0] * observation.sigma_px[0], -r[1] * observation.sigma_px[1]);
     else
-      all.push_back(Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity()));
+      residuals.push_back(Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity()));
   }
-  return all;
+  return residuals;
 }
 
 }  // namespace occ

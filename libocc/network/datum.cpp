@@ -11,7 +11,6 @@
 #include "libocc/core/statistics.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/network/internal/datum_directions.hpp"
-#include "libocc/network/internal/scale_centres.hpp"
 
 namespace occ {
 
@@ -25,10 +24,9 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Row = Eigen::Matrix<double, 1, 7>;
 
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
-
-/// exp of (turn, shift, log scale) about the defect's pivot: the group's own exponential, so that
-/// what a subgroup leaves in its place stays there.
+/// Exponential map of (rotation, translation, log scale) about the defect's pivot. It is the
+/// exponential of the similarity group, so a subgroup's fixed points remain fixed. Computed by
+/// scaling and squaring with 18 terms of the series.
 Similarity similarity_of(const DatumDefect& defect, const Eigen::VectorXd& amount) {
   const Eigen::Matrix<double, 7, 1> along = defect.directions * amount;
   Eigen::Matrix4d generator = Eigen::Matrix4d::Zero();
@@ -51,16 +49,17 @@ Similarity similarity_of(const DatumDefect& defect, const Eigen::VectorXd& amoun
   return similarity;
 }
 
-/// Rows that vanish along what is open, over (turn, shift / extent, log scale).
-class Fixing {
+/// Constraint rows over (rotation, translation / extent, log scale); their null space is the
+/// defect.
+class DatumConstraints {
  public:
-  explicit Fixing(const DatumDefect& frame) : frame_(frame) {}
+  explicit DatumConstraints(const DatumDefect& frame) : frame_(frame) {}
 
   void add_position(const Vector3d& position_m) {
-    const Eigen::Matrix3Xd moves = moves_of(frame_, position_m) / frame_.extent_m;
-    for (Index k = 0; k < 3; ++k) add(moves.row(k));
+    const Eigen::Matrix3Xd jacobian = similarity_jacobian(frame_, position_m) / frame_.extent_m;
+    for (Index k = 0; k < 3; ++k) add(jacobian.row(k));
   }
-  /// `centre`: the point of the frame about which it scales.
+  /// `centre`: the point of the pose's frame about which it scales (ScaleCentres).
   void add_pose(const Rigid3& from_world, const Vector3d& centre = Vector3d::Zero()) {
     Row row = Row::Zero();
     for (int k = 0; k < 3; ++k) {
@@ -71,19 +70,19 @@ class Fixing {
     add_position(from_world.inverse() * centre);
   }
   void add_length(double length) {
-    if (std::abs(length) <= 1e-9 * frame_.extent_m) return;  // scaled or not, it is nothing
+    if (std::abs(length) <= 1e-9 * frame_.extent_m) return;  // a zero length holds no scale
     Row row = Row::Zero();
     row[6] = 1;
     add(row);
   }
-  Eigen::Matrix<double, 7, Eigen::Dynamic> open() const {
+  Eigen::Matrix<double, 7, Eigen::Dynamic> null_space() const {
     if (rows_.empty()) return Eigen::Matrix<double, 7, 7>::Identity();
     MatrixXd all(static_cast<Index>(rows_.size()), 7);
     for (std::size_t k = 0; k < rows_.size(); ++k) all.row(static_cast<Index>(k)) = rows_[k];
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 7, 7>> eigen(all.transpose() * all);
-    Index open = 0;
-    while (open < 7 && eigen.eigenvalues()[open] < 1e-12 * eigen.eigenvalues()[6]) ++open;
-    return eigen.eigenvectors().leftCols(open);
+    Index defect = 0;
+    while (defect < 7 && eigen.eigenvalues()[defect] < 1e-12 * eigen.eigenvalues()[6]) ++defect;
+    return eigen.eigenvectors().leftCols(defect);
   }
 
  private:
@@ -96,27 +95,29 @@ class Fixing {
   std::vector<Row> rows_;
 };
 
-void place_frame(const NetworkState& state, DatumDefect& defect) {
-  std::vector<Vector3d> places = state.points;
-  for (const Rigid3& body : state.bodies) places.push_back(body.translation);
-  if (places.size() < 2)
-    for (const Rigid3& station : state.stations) places.push_back(station.origin_in_source());
-  if (places.empty()) return;
-  // Medians: a point that is left out may be anywhere.
+void set_pivot(const NetworkState& state, DatumDefect& defect) {
+  std::vector<Vector3d> positions = state.points;
+  for (const Rigid3& body : state.bodies) positions.push_back(body.translation);
+  if (positions.size() < 2)
+    for (const Rigid3& station : state.stations) positions.push_back(station.origin_in_source());
+  if (positions.empty()) return;
+  // Medians, because a point that is left out of the adjustment may be anywhere.
   for (int k = 0; k < 3; ++k) {
     std::vector<double> values;
-    for (const Vector3d& place : places) values.push_back(place[k]);
+    for (const Vector3d& position : positions) values.push_back(position[k]);
     defect.pivot_m[k] = median(std::move(values));
   }
   std::vector<double> distances;
-  for (const Vector3d& place : places) distances.push_back((place - defect.pivot_m).norm());
+  for (const Vector3d& position : positions)
+    distances.push_back((position - defect.pivot_m).norm());
   const double extent = median(std::move(distances));
   defect.extent_m = extent > 0 ? extent : 1;
 }
 
-/// Lengths among the parameters that are not free, where the camera took a picture.
+/// Adds the known lengths among the parameters of the cameras that took an image.
 void add_camera_lengths(const Network& network, const NetworkState& state,
-                        const std::vector<char>& height_held, Fixing& fixing) {
+                        const std::vector<char>& height_compensated,
+                        DatumConstraints& constraints) {
   std::vector<char> used(network.cameras.size());
   for (const NetworkImage& image : network.images) used[image.camera] = 1;
   for (std::size_t i = 0; i < network.cameras.size(); ++i) {
@@ -125,19 +126,15 @@ void add_camera_lengths(const Network& network, const NetworkState& state,
     for (const CameraParameter& parameter : state.cameras[i].parameters()) {
       bool known = std::find(free.begin(), free.end(), parameter.name) == free.end();
       for (const ParameterPrior& prior : network.parameter_priors)
-        if (at(prior.camera) == i && prior.parameter == parameter.name) known = true;
-      if (height_held[i] && parameter.name == height_name) continue;
-      if (known && parameter.is_length) fixing.add_length(parameter.value);
+        if (prior.camera == static_cast<int>(i) && prior.parameter == parameter.name) known = true;
+      if (height_compensated[i] && parameter.name == height_name) continue;
+      if (known && parameter.is_length) constraints.add_length(parameter.value);
     }
   }
 }
 
-}  // namespace
-
-namespace {
-
-/// transformed() where known lengths stay as they are and stations make them good.
-Network moved_along(Network network, const Similarity& similarity) {
+/// transformed(), except that known lengths are kept and stations compensate them (ScaleCentres).
+Network transformed_keeping_lengths(Network network, const Similarity& similarity) {
   if (similarity.scale == 1) return transformed(std::move(network), similarity);
   const ScaleCentres centres = scale_centres(network, NetworkState(network));
   const std::vector<NetworkMount> mounts = network.mounts;
@@ -153,12 +150,13 @@ Network moved_along(Network network, const Similarity& similarity) {
       moved.mounts[i].cam_from_station.translation += rest * centres.mount[i];
   }
   for (std::size_t i = 0; i < moved.cameras.size(); ++i) {
-    if (!centres.height_held[i]) continue;
-    const std::vector<CameraParameter> now = moved.cameras[i].camera.parameters();
+    if (!centres.height_compensated[i]) continue;
+    const std::vector<CameraParameter> parameters = moved.cameras[i].camera.parameters();
     const std::vector<CameraParameter> before = cameras[i].camera.parameters();
-    Eigen::VectorXd values(static_cast<Index>(now.size()));
-    for (std::size_t k = 0; k < now.size(); ++k)
-      values[static_cast<Index>(k)] = (now[k].name == height_name ? before : now)[k].value;
+    Eigen::VectorXd values(static_cast<Index>(parameters.size()));
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+      values[static_cast<Index>(k)] =
+          (parameters[k].name == height_name ? before : parameters)[k].value;
     moved.cameras[i].camera = moved.cameras[i].camera.with_parameters(values);
   }
   return moved;
@@ -167,29 +165,30 @@ Network moved_along(Network network, const Similarity& similarity) {
 }  // namespace
 
 void check_datum(const Network& network, const Datum& datum) {
-  for (const Target& target : datum.targets) network.name_of(target);  // throws
-  const std::size_t named = datum.targets.size();
+  for (const Target& target : datum.targets)
+    network.name_of(target);  // throws for an invalid target
+  const std::size_t count = datum.targets.size();
   if (datum.kind == DatumKind::minimal)
-    require(named == 0 || named == 3, "datum.targets", named, "three, or none");
+    require(count == 0 || count == 3, "datum.targets", count, "three, or none");
   if (datum.kind == DatumKind::scale_only)
-    require(named == 0 || named == 2, "datum.targets", named, "two, or none");
+    require(count == 0 || count == 2, "datum.targets", count, "two, or none");
   if (datum.kind == DatumKind::control)
-    require(named == 0, "datum.targets", named, "none: control points hold this datum");
+    require(count == 0, "datum.targets", count, "none: control points determine this datum");
 }
 
 Network transformed(Network network, const Similarity& similarity) {
   require(similarity.scale > 0 && std::isfinite(similarity.scale), "similarity.scale",
           similarity.scale, "positive");
-  const Matrix3d& turn = similarity.rotation;
+  const Matrix3d& rotation = similarity.rotation;
   for (NetworkPoint& point : network.points) point.position_m = similarity * point.position_m;
   for (NetworkBody& body : network.bodies) {
-    body.world_from_body = {turn * body.world_from_body.rotation,
+    body.world_from_body = {rotation * body.world_from_body.rotation,
                             similarity * body.world_from_body.translation};
     body.scale *= similarity.scale;
   }
   for (NetworkStation& station : network.stations) {
     Rigid3& pose = station.station_from_world;
-    pose.rotation = pose.rotation * turn.transpose();
+    pose.rotation = pose.rotation * rotation.transpose();
     pose.translation = similarity.scale * pose.translation - pose.rotation * similarity.translation;
   }
   if (similarity.scale == 1) return network;
@@ -210,38 +209,38 @@ Network transformed(Network network, const Similarity& similarity) {
 
 DatumDefect internal::network::defect_at(const Network& network, const NetworkState& state) {
   DatumDefect defect;
-  place_frame(state, defect);
+  set_pivot(state, defect);
   defect.directions = Eigen::Matrix<double, 7, 7>::Identity();
-  Fixing fixing(defect);
+  DatumConstraints constraints(defect);
   const ScaleCentres centres = scale_centres(network, state);
-  fixing.add_length(centres.conflict_m);
+  constraints.add_length(centres.conflict_m);
 
   for (std::size_t i = 0; i < network.points.size(); ++i)
-    if (network.points[i].fixed) fixing.add_position(state.points[i]);
+    if (network.points[i].fixed) constraints.add_position(state.points[i]);
   std::vector<char> body_used(network.bodies.size()), station_used(network.stations.size());
-  for (const ImageObservation& seen : network.observations) {
-    if (!seen.used) continue;
-    if (seen.target.body >= 0) body_used[seen.target.body] = 1;
-    station_used[network.images[seen.image].station] = 1;
+  for (const ImageObservation& observation : network.observations) {
+    if (!observation.used) continue;
+    if (observation.target.body >= 0) body_used[observation.target.body] = 1;
+    station_used[network.images[observation.image].station] = 1;
   }
   for (std::size_t i = 0; i < network.bodies.size(); ++i) {
     const NetworkBody& body = network.bodies[i];
-    if (body.fixed) fixing.add_pose(state.bodies[i].inverse());
+    if (body.fixed) constraints.add_pose(state.bodies[i].inverse());
     const double size = body.corners_m.colwise().norm().maxCoeff();
-    if (body_used[i] && (body.fixed || !body.scale_free)) fixing.add_length(size);
+    if (body_used[i] && (body.fixed || !body.scale_free)) constraints.add_length(size);
   }
   for (std::size_t i = 0; i < network.stations.size(); ++i)
     if (network.stations[i].fixed && station_used[i])
-      fixing.add_pose(state.stations[i], centres.station[i]);
-  for (const DistanceObservation& known : network.distances)
-    if (known.used) fixing.add_length(known.length_m);
-  for (const ControlPoint& known : network.control)
-    fixing.add_position(target_position(network, state, known.target));
+      constraints.add_pose(state.stations[i], centres.station[i]);
+  for (const DistanceObservation& distance : network.distances)
+    if (distance.used) constraints.add_length(distance.length_m);
+  for (const ControlPoint& control : network.control)
+    constraints.add_position(target_position(network, state, control.target));
   for (const PosePrior& prior : network.pose_priors)
-    fixing.add_pose(state.stations[prior.station], centres.station[prior.station]);
-  add_camera_lengths(network, state, centres.height_held, fixing);
+    constraints.add_pose(state.stations[prior.station], centres.station[prior.station]);
+  add_camera_lengths(network, state, centres.height_compensated, constraints);
 
-  defect.directions = fixing.open();
+  defect.directions = constraints.null_space();
   const auto rank = [&](Index first, Index count) {
     if (defect.directions.cols() == 0) return 0;
     Eigen::JacobiSVD<MatrixXd> svd(defect.directions.middleRows(first, count));
@@ -249,8 +248,8 @@ DatumDefect internal::network::defect_at(const Network& network, const NetworkSt
     return static_cast<int>(svd.rank());
   };
   defect.scale = rank(6, 1);
-  defect.turn = rank(0, 3);
-  defect.shift = defect.total() - defect.scale - defect.turn;
+  defect.rotation = rank(0, 3);
+  defect.translation = defect.total() - defect.scale - defect.rotation;
   return defect;
 }
 
@@ -266,35 +265,36 @@ Result<Network> in_datum(const Network& network, const Network& reference, const
   Result<Network> result;
   result.value = network;
   const NetworkLayout layout = layout_of(network);
-  const auto refuse = [&](const char* message) {
+  const auto fail = [&](const char* message) {
     result.status = Status::degenerate;
     result.message = message;
     result.value = network;
     return result;
   };
-  // Along its own group the defect stays what it is.
+  // The defect is invariant under its own subgroup, so it is computed once.
   const DatumDefect defect = datum_defect(network);
   if (defect.total() == 0) return result;
   if (datum.kind == DatumKind::control)
-    return refuse("control points and other observations do not hold the datum");
+    return fail("control points and other observations do not determine the datum");
 
-  // First as near to the reference as can be, so that conditions on few coordinates can be met.
+  // Inner constraints first: near the reference, Newton's steps on few coordinates converge.
   const Datum inner{DatumKind::inner,
                     datum.kind == DatumKind::inner ? datum.targets : std::vector<Target>{}};
   constexpr int max_steps = 50;
   std::vector<ImageObservation> observations;
-  observations.swap(result.value.observations);  // they are not moved, only carried
-  for (const Datum& stage : {inner, datum}) {
+  observations.swap(result.value.observations);  // saves copying them in each step
+  for (const Datum& current : {inner, datum}) {
     for (int step = 0; step < max_steps; ++step) {
-      const auto conditions = conditions_of(reference, layout, stage, defect);
-      if (!conditions) return refuse("the datum's targets do not hold it");
-      MatrixXd slope = MatrixXd::Zero(defect.total(), defect.total());
-      Eigen::VectorXd off = Eigen::VectorXd::Zero(defect.total());
+      const auto conditions = datum_conditions(reference, layout, current, defect);
+      if (!conditions) return fail("the datum's targets do not determine it");
+      MatrixXd jacobian = MatrixXd::Zero(defect.total(), defect.total());
+      Eigen::VectorXd misclosure = Eigen::VectorXd::Zero(defect.total());
       for (std::size_t k = 0; k < conditions->targets.size(); ++k) {
-        const Vector3d now = result.value.position_m(conditions->targets[k]);
-        off.head(conditions->rows[k].rows()) +=
-            conditions->rows[k] * (now - reference.position_m(conditions->targets[k]));
-        slope.topRows(conditions->rows[k].rows()) += conditions->rows[k] * moves_of(defect, now);
+        const Vector3d position = result.value.position_m(conditions->targets[k]);
+        misclosure.head(conditions->rows[k].rows()) +=
+            conditions->rows[k] * (position - reference.position_m(conditions->targets[k]));
+        jacobian.topRows(conditions->rows[k].rows()) +=
+            conditions->rows[k] * similarity_jacobian(defect, position);
       }
       if (!conditions->distance.empty()) {
         const Vector3d from = result.value.position_m(conditions->distance[0]);
@@ -302,14 +302,16 @@ Result<Network> in_datum(const Network& network, const Network& reference, const
         const double length = (reference.position_m(conditions->distance[1]) -
                                reference.position_m(conditions->distance[0]))
                                   .norm();
-        if (!(length > 0) || !(to != from)) return refuse("the datum's two targets coincide");
-        off[defect.total() - 1] = (to - from).norm() - length;
-        slope.bottomRows<1>() =
-            (to - from).normalized().transpose() * (moves_of(defect, to) - moves_of(defect, from));
+        if (!(length > 0) || !(to != from)) return fail("the datum's two targets coincide");
+        misclosure[defect.total() - 1] = (to - from).norm() - length;
+        jacobian.bottomRows<1>() =
+            (to - from).normalized().transpose() *
+            (similarity_jacobian(defect, to) - similarity_jacobian(defect, from));
       }
-      const Eigen::VectorXd amount = -slope.fullPivLu().solve(off);
-      if (!amount.allFinite()) return refuse("the datum's targets do not hold it");
-      result.value = moved_along(std::move(result.value), similarity_of(defect, amount));
+      const Eigen::VectorXd amount = -jacobian.fullPivLu().solve(misclosure);
+      if (!amount.allFinite()) return fail("the datum's targets do not determine it");
+      result.value =
+          transformed_keeping_lengths(std::move(result.value), similarity_of(defect, amount));
       if (amount.norm() < 1e-14) break;
     }
   }

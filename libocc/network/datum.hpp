@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The datum of a network: which similarity X' = exp(s) R X + t of everything the observations leave
-// open (its defect, 0 to 7 of shift, turn and scale), and what holds it. Lengths among the cameras'
-// parameters (an eccentricity) and the shifts of mounts scale along with the network.
+// Datum of a network. The observations determine a free network up to a similarity
+// X' = exp(s) R X + t; the datum defect (0 to 7) is the number of its undetermined parameters
+// (translation, rotation, scale). Lengths among the cameras' parameters (an eccentricity) and the
+// translations of mounts scale with the network.
 //
-// With G the directions that the observations leave open and B the datum's conditions, B^T dx = 0,
-// estimates and covariance of any datum follow from those of any other (S-transformation):
+// With G, a basis of the undetermined directions, and the datum conditions B^T dx = 0, estimates
+// and covariance in any datum follow from those in any other (S-transformation):
 //
 //     x' = S x,  Q' = S Q S^T,  S = I - G (B^T G)^-1 B^T
 //
 // (Baarda, "S-transformations and criterion matrices", 1973; Koch, "Parameter estimation and
-// hypothesis testing in linear models", 1999, section 3.3). Inner constraints over points, B = G
-// there, give the least trace of the points' covariance (Meissl 1962); all points weigh the same,
-// and parameters in other units take no part.
+// hypothesis testing in linear models", 1999, section 3.3). Inner constraints over points (B = G in
+// their rows, zero elsewhere) give the least trace of the points' covariance (Meissl 1962). All
+// points have the same weight; unknowns with other units have no part in them.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,18 +26,19 @@
 namespace occ {
 
 enum class DatumKind {
-  inner,    ///< inner constraints over `targets`; over all points and corners when none are named
-  minimal,  ///< as few coordinates of `targets` (or of three far apart) as there are open
-  control,  ///< observations and fixed things alone: nothing may be open
-  scale_only,  ///< shift and turn by inner constraints, scale by the distance of two `targets`
+  inner,    ///< inner constraints over `targets`; none given: over all points and corners
+  minimal,  ///< as many coordinates of three `targets` as the defect; none given: three far apart
+  control,  ///< no conditions: observations and fixed elements determine the datum
+  scale_only,  ///< inner constraints for translation and rotation; distance of two `targets` for
+               ///< scale
 };
 
 struct Datum {
   DatumKind kind = DatumKind::inner;
-  std::vector<Target> targets;  ///< minimal: three, scale_only: two, or none: those far apart
+  std::vector<Target> targets;  ///< minimal: three or none; scale_only: two or none
 };
 
-/// Throws std::invalid_argument for a target that is none, or another number of them.
+/// Throws std::invalid_argument for an invalid target or a wrong number of targets.
 LIBOCC_API void check_datum(const Network& network, const Datum& datum);
 
 /// A similarity of the world: X' = scale * (rotation * X) + translation.
@@ -50,14 +52,16 @@ struct Similarity {
   }
 };
 
-/// Everything of a network moved, such that each image stays as it is: points, bodies, stations,
-/// and with the scale the mounts' shifts and all lengths among the cameras' parameters. A body that
-/// is of known size keeps it: what the scale would change there shows as another `scale` of it.
+/// Network after a similarity of the world that leaves all images unchanged. It moves points,
+/// bodies and stations; a scale also multiplies the mounts' translations and all lengths among the
+/// cameras' parameters. The corners of bodies are kept; their `scale` is multiplied. Throws
+/// std::invalid_argument for a scale that is not positive.
 LIBOCC_API Network transformed(Network network, const Similarity& similarity);
 
 struct DatumDefect {
-  int shift = 0, turn = 0, scale = 0;
-  /// Orthonormal columns over (turn, shift, log scale) about `pivot_m`, in units of `extent_m`.
+  int translation = 0, rotation = 0, scale = 0;
+  /// Orthonormal columns over (rotation, translation, log scale) about `pivot_m`; the translation
+  /// is in units of `extent_m`. As many columns as the defect.
   Eigen::Matrix<double, 7, Eigen::Dynamic> directions;
   Eigen::Vector3d pivot_m = Eigen::Vector3d::Zero();
   double extent_m = 1;
@@ -65,13 +69,14 @@ struct DatumDefect {
   int total() const { return static_cast<int>(directions.cols()); }
 };
 
-/// What distances, control points, bodies of known size, priors and everything fixed leave open.
+/// Defect that remains with the distances, control points, bodies of known size, priors and fixed
+/// elements of the network.
 LIBOCC_API DatumDefect datum_defect(const Network& network);
 
-/// The network moved, along its defect only, so that it meets the datum's conditions: those
-/// coordinates (or their moments, or the distance) are as in `reference`, a network of the same
-/// points. `degenerate`: the datum is `control` and something is open, or the targets do not
-/// hold it.
+/// Moves the network, along its defect only, so that it meets the datum conditions: the coordinates
+/// (or their moments, or the distance) equal those of `reference`, a network of the same points and
+/// bodies. Status: ok; degenerate: the datum is `control` and there is a defect, or the targets do
+/// not determine the datum.
 LIBOCC_API Result<Network> in_datum(const Network& network, const Network& reference,
                                     const Datum& datum = {});
 

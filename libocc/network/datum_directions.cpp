@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include "libocc/geometry/so3.hpp"
-#include "libocc/network/internal/scale_centres.hpp"
 
 namespace occ::internal::network {
 
@@ -16,7 +15,7 @@ using Eigen::Matrix3Xd;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
-/// All points and corners that are unknown and known well enough.
+/// All points and corners that are unknown and determined by enough observations.
 std::vector<Target> unknown_targets(const Network& network, const NetworkLayout& layout) {
   std::vector<Target> targets;
   for (std::size_t i = 0; i < network.points.size(); ++i)
@@ -29,32 +28,34 @@ std::vector<Target> unknown_targets(const Network& network, const NetworkLayout&
   return targets;
 }
 
-/// Three that are far apart: the one farthest from the middle, the one farthest from that, and the
-/// one farthest from their line.
-std::vector<Target> far_apart(const Network& network, const std::vector<Target>& targets) {
+/// Three targets far apart: the farthest from the centroid, the farthest from the first, and the
+/// farthest from the line through both.
+std::vector<Target> distant_targets(const Network& network, const std::vector<Target>& targets) {
   if (targets.size() < 3) return targets;
-  std::vector<Vector3d> places;
+  std::vector<Vector3d> positions;
   Vector3d middle = Vector3d::Zero();
   for (const Target& target : targets) {
-    places.push_back(network.position_m(target));
-    middle += places.back() / static_cast<double>(targets.size());
+    positions.push_back(network.position_m(target));
+    middle += positions.back() / static_cast<double>(targets.size());
   }
   const auto farthest = [&](const auto& distance) {
     std::size_t best = 0;
-    for (std::size_t k = 1; k < places.size(); ++k)
-      if (distance(places[k]) > distance(places[best])) best = k;
+    for (std::size_t k = 1; k < positions.size(); ++k)
+      if (distance(positions[k]) > distance(positions[best])) best = k;
     return best;
   };
   const std::size_t a = farthest([&](const Vector3d& x) { return (x - middle).squaredNorm(); });
-  const std::size_t b = farthest([&](const Vector3d& x) { return (x - places[a]).squaredNorm(); });
-  const Vector3d line = (places[b] - places[a]).normalized();
+  const std::size_t b =
+      farthest([&](const Vector3d& x) { return (x - positions[a]).squaredNorm(); });
+  const Vector3d direction = (positions[b] - positions[a]).normalized();
   const std::size_t c = farthest([&](const Vector3d& x) {
-    const Vector3d off = x - places[a];
-    return (off - off.dot(line) * line).squaredNorm();
+    const Vector3d off = x - positions[a];
+    return (off - off.dot(direction) * direction).squaredNorm();
   });
   return {targets[a], targets[b], targets[c]};
 }
 
+/// Orthonormal basis of the defect's combinations that do not change the scale.
 MatrixXd without_scale(const DatumDefect& defect) {
   const Eigen::RowVectorXd scale = defect.directions.row(6);
   if (scale.norm() < 1e-6) return MatrixXd::Identity(scale.size(), scale.size());
@@ -62,23 +63,25 @@ MatrixXd without_scale(const DatumDefect& defect) {
   return svd.matrixV().rightCols(scale.size() - 1);
 }
 
+/// Inner constraints over some targets, for some combinations of the defect's directions.
 DatumConditions inner(const Network& network, const std::vector<Target>& targets,
                       const DatumDefect& defect, const MatrixXd& directions) {
   DatumConditions conditions;
   conditions.targets = targets;
   for (const Target& target : targets)
     conditions.rows.push_back(
-        (moves_of(defect, network.position_m(target)) * directions).transpose());
+        (similarity_jacobian(defect, network.position_m(target)) * directions).transpose());
   return conditions;
 }
 
+/// As many coordinates of the targets as the defect, chosen by pivoted QR.
 std::optional<DatumConditions> minimal(const Network& network, const std::vector<Target>& targets,
                                        const DatumDefect& defect) {
-  MatrixXd moves(3 * static_cast<Index>(targets.size()), defect.total());
+  MatrixXd columns(3 * static_cast<Index>(targets.size()), defect.total());
   for (std::size_t k = 0; k < targets.size(); ++k)
-    moves.middleRows<3>(3 * static_cast<Index>(k)) =
-        moves_of(defect, network.position_m(targets[k]));
-  const Eigen::ColPivHouseholderQR<MatrixXd> qr(moves.transpose());
+    columns.middleRows<3>(3 * static_cast<Index>(k)) =
+        similarity_jacobian(defect, network.position_m(targets[k]));
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr(columns.transpose());
   if (qr.rank() < defect.total()) return std::nullopt;
   DatumConditions conditions;
   conditions.targets = targets;
@@ -93,19 +96,19 @@ std::optional<DatumConditions> minimal(const Network& network, const std::vector
 
 }  // namespace
 
-Matrix3Xd moves_of(const DatumDefect& defect, const Vector3d& position_m) {
+Matrix3Xd similarity_jacobian(const DatumDefect& defect, const Vector3d& position_m) {
   const Vector3d arm = position_m - defect.pivot_m;
   Eigen::Matrix<double, 3, 7> all;
   all << -skew(arm), defect.extent_m * Eigen::Matrix3d::Identity(), arm;
   return all * defect.directions;
 }
 
-MatrixXd open_directions(const Network& network, const NetworkLayout& layout,
-                         const NetworkState& state, const DatumDefect& defect) {
-  MatrixXd moves = MatrixXd::Zero(layout.total, defect.total());
-  if (defect.total() == 0) return moves;
-  const auto turn = defect.directions.topRows<3>();
-  const auto shift = defect.extent_m * defect.directions.middleRows<3>(3);
+MatrixXd datum_null_space(const Network& network, const NetworkLayout& layout,
+                          const NetworkState& state, const DatumDefect& defect) {
+  MatrixXd columns = MatrixXd::Zero(layout.total, defect.total());
+  if (defect.total() == 0) return columns;
+  const auto rotation = defect.directions.topRows<3>();
+  const auto translation = defect.extent_m * defect.directions.middleRows<3>(3);
   const auto scale = defect.directions.row(6);
   const ScaleCentres centres = scale_centres(network, state);
   for (std::size_t i = 0; i < layout.cameras.size(); ++i) {
@@ -113,76 +116,77 @@ MatrixXd open_directions(const Network& network, const NetworkLayout& layout,
     const std::vector<CameraParameter> parameters = state.cameras[i].parameters();
     Index row = layout.cameras[i].offset;
     for (const int k : layout.cameras[i].columns) {
-      const bool held = centres.height_held[i] && parameters[k].name == height_name;
-      if (parameters[k].is_length && !held) moves.row(row) = parameters[k].value * scale;
+      const bool compensated = centres.height_compensated[i] && parameters[k].name == height_name;
+      if (parameters[k].is_length && !compensated) columns.row(row) = parameters[k].value * scale;
       ++row;
     }
   }
   for (std::size_t i = 0; i < layout.mounts.size(); ++i)
     if (layout.mounts[i] != none)
-      moves.middleRows<3>(layout.mounts[i] + 3) =
+      columns.middleRows<3>(layout.mounts[i] + 3) =
           (state.mounts[i].translation - centres.mount[i]) * scale;
   for (std::size_t i = 0; i < layout.stations.size(); ++i) {
     if (layout.stations[i] == none) continue;
     const Rigid3& pose = state.stations[i];
     const Vector3d middle = pose * defect.pivot_m;
-    const Matrix3Xd turned = pose.rotation * turn;
-    moves.middleRows<3>(layout.stations[i]) = -turned;
-    moves.middleRows<3>(layout.stations[i] + 3) =
-        (middle - centres.station[i]) * scale - skew(middle) * turned - pose.rotation * shift;
+    const Matrix3Xd rotated = pose.rotation * rotation;
+    columns.middleRows<3>(layout.stations[i]) = -rotated;
+    columns.middleRows<3>(layout.stations[i] + 3) = (middle - centres.station[i]) * scale -
+                                                    skew(middle) * rotated -
+                                                    pose.rotation * translation;
   }
   for (std::size_t i = 0; i < layout.points.size(); ++i)
     if (layout.points[i] != none)
-      moves.middleRows<3>(layout.points[i]) = moves_of(defect, state.points[i]);
+      columns.middleRows<3>(layout.points[i]) = similarity_jacobian(defect, state.points[i]);
   for (std::size_t i = 0; i < layout.bodies.size(); ++i) {
     const Index offset = layout.bodies[i];
     if (offset == none) continue;
-    moves.middleRows<3>(offset) = turn;
-    moves.middleRows<3>(offset + 3) = moves_of(defect, state.bodies[i].translation);
-    if (layout.body_sizes[i] == 7) moves.row(offset + 6) = scale;
+    columns.middleRows<3>(offset) = rotation;
+    columns.middleRows<3>(offset + 3) = similarity_jacobian(defect, state.bodies[i].translation);
+    if (layout.body_sizes[i] == 7) columns.row(offset + 6) = scale;
   }
-  return moves;
+  return columns;
 }
 
-std::optional<DatumConditions> conditions_of(const Network& network, const NetworkLayout& layout,
-                                             const Datum& datum, const DatumDefect& defect) {
+std::optional<DatumConditions> datum_conditions(const Network& network, const NetworkLayout& layout,
+                                                const Datum& datum, const DatumDefect& defect) {
   const MatrixXd all = MatrixXd::Identity(defect.total(), defect.total());
   if (defect.total() == 0) return DatumConditions{};
   std::vector<Target> targets;
   for (const Target& target : datum.targets)
-    if (layout.knows(target)) targets.push_back(target);
-  const std::vector<Target> every = unknown_targets(network, layout);
+    if (layout.is_determined(target)) targets.push_back(target);
+  const std::vector<Target> all_targets = unknown_targets(network, layout);
   switch (datum.kind) {
     case DatumKind::control:
       return std::nullopt;
     case DatumKind::minimal:
-      if (datum.targets.empty()) targets = far_apart(network, every);
+      if (datum.targets.empty()) targets = distant_targets(network, all_targets);
       if (targets.size() < 3) return std::nullopt;
       return minimal(network, targets, defect);
     case DatumKind::scale_only: {
-      if (datum.targets.empty()) targets = far_apart(network, every);
+      if (datum.targets.empty()) targets = distant_targets(network, all_targets);
       if (targets.size() < 2) return std::nullopt;
       const MatrixXd unscaled = without_scale(defect);
-      DatumConditions conditions = inner(network, every, defect, unscaled);
+      DatumConditions conditions = inner(network, all_targets, defect, unscaled);
       if (unscaled.cols() < defect.total()) conditions.distance = {targets[0], targets[1]};
       return conditions;
     }
     case DatumKind::inner:
       break;
   }
-  if (datum.targets.empty()) targets = every;
+  if (datum.targets.empty()) targets = all_targets;
   DatumConditions conditions = inner(network, targets, defect, all);
-  MatrixXd hold = MatrixXd::Zero(defect.total(), defect.total());
-  for (const auto& rows : conditions.rows) hold += rows * rows.transpose();
-  const Eigen::JacobiSVD<MatrixXd> svd(hold);
-  const auto& strengths = svd.singularValues();
-  if (targets.empty() || !(strengths.minCoeff() > 1e-12 * strengths.maxCoeff()))
+  MatrixXd normal = MatrixXd::Zero(defect.total(), defect.total());
+  for (const auto& rows : conditions.rows) normal += rows * rows.transpose();
+  const Eigen::JacobiSVD<MatrixXd> svd(normal);
+  const auto& singular_values = svd.singularValues();
+  if (targets.empty() || !(singular_values.minCoeff() > 1e-12 * singular_values.maxCoeff()))
     return std::nullopt;
   return conditions;
 }
 
-MatrixXd over_unknowns(const DatumConditions& conditions, const Network& network,
-                       const NetworkLayout& layout, const NetworkState& state) {
+MatrixXd condition_matrix(const DatumConditions& conditions, const Network& network,
+                          const NetworkLayout& layout, const NetworkState& state) {
   const Index count = conditions.rows.empty() ? 0 : conditions.rows[0].rows();
   MatrixXd all = MatrixXd::Zero(layout.total, count + (conditions.distance.empty() ? 0 : 1));
   const auto add = [&](const Target& target, Index first, const MatrixXd& rows) {

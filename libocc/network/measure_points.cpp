@@ -5,15 +5,13 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
 #include <limits>
 #include <optional>
-#include <sstream>
 
 #include "libocc/core/internal/least_squares.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/unknown_covariance.hpp"
-#include "libocc/network/internal/intersect_rays.hpp"
+#include "libocc/network/internal/consensus.hpp"
 #include "libocc/network/internal/precision_state.hpp"
 
 namespace occ {
@@ -27,21 +25,21 @@ using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
-
-void check_sightings(const Network& network, const std::vector<std::vector<Sighting>>& points) {
+void check_observations(const Network& network,
+                        const std::vector<std::vector<PointObservation>>& points) {
   for (std::size_t i = 0; i < points.size(); ++i)
-    for (const Sighting& seen : points[i]) {
+    for (const PointObservation& observation : points[i]) {
       const std::string name = "points[" + std::to_string(i) + "]";
-      require(seen.image >= 0 && at(seen.image) < network.images.size(), name + ".image",
-              seen.image, "one of the " + std::to_string(network.images.size()) + " images");
-      require_finite(seen.pixel, name + ".pixel");
-      require(seen.sigma_px.minCoeff() > 0 && seen.sigma_px.allFinite(), name + ".sigma_px",
-              seen.sigma_px.transpose(), "positive");
+      require(observation.image >= 0 && observation.image < static_cast<int>(network.images.size()),
+              name + ".image", observation.image,
+              "one of the " + std::to_string(network.images.size()) + " images");
+      require_finite(observation.pixel, name + ".pixel");
+      require(observation.sigma_px.minCoeff() > 0 && observation.sigma_px.allFinite(),
+              name + ".sigma_px", observation.sigma_px.transpose(), "positive");
     }
 }
 
-/// Where a layout of the cameras and stations alone would put the new points' derivatives.
+/// Layout of the cameras and stations of `precision`, for the derivatives of the new points.
 NetworkLayout layout_for(const Network& probe, const Precision* precision) {
   NetworkLayout layout;
   layout.cameras.resize(probe.cameras.size());
@@ -55,20 +53,21 @@ NetworkLayout layout_for(const Network& probe, const Precision* precision) {
     layout.images = known.images;
     layout.reduced = known.reduced;
   }
-  layout.points.assign(probe.points.size(), 0);  // unknown, wherever
+  layout.points.assign(probe.points.size(), 0);  // unknown; the offset is not used
   return layout;
 }
 
-class Intersection {
+class PointIntersection {
  public:
-  Intersection(const Network& probe, const NetworkLayout& layout,
-               const std::vector<Sighting>& sightings, int point)
+  PointIntersection(const Network& probe, const NetworkLayout& layout,
+                    const std::vector<PointObservation>& observations, int point)
       : probe_(probe), layout_(layout), point_(point), state_(probe) {
-    for (const Sighting& seen : sightings)
-      seen_.push_back({seen.image, Target::of_point(point), seen.pixel, seen.sigma_px, true});
+    for (const PointObservation& observation : observations)
+      observations_.push_back({observation.image, Target::of_point(point), observation.pixel,
+                               observation.sigma_px, true});
   }
 
-  /// How it depends on the reduced unknowns; nothing when it was not found.
+  /// Derivative of the point with respect to the reduced unknowns; nothing when it was not found.
   std::optional<MatrixXd> solve(MeasuredPoint& out) {
     out.covariance_m2 = unknown_covariance<3>();
     const auto start = first_guess(out);
@@ -79,28 +78,28 @@ class Intersection {
     options.step_tolerance = 1e-9;
     options.chi2_tolerance = 1e-20;
     const core::LeastSquaresResult result = core::minimise_sums(*this, x, options);
-    core::NormalSums<3> sums_there;
-    if (!sums(x, sums_there)) return fail(out, Status::degenerate);
-    const Eigen::LLT<Matrix3d> factor(sums_there.information);
+    core::NormalSums<3> final_sums;
+    if (!sums(x, final_sums)) return fail(out, Status::degenerate);
+    const Eigen::LLT<Matrix3d> factor(final_sums.information);
     if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-15))
       return fail(out, Status::degenerate);
     if (!result.converged) return fail(out, Status::not_converged);
-    return finish(out, sums_there);
+    return finish(out, final_sums);
   }
 
-  // The problem in the point's coordinates, for core::minimise_sums().
+  // Least squares problem in the point's coordinates, for core::minimise_sums().
   static constexpr int unknowns = 3;
   double chi2(const Vector3d& x) {
     core::NormalSums<3> at_x;
     return sums(x, at_x) ? at_x.chi2 : std::numeric_limits<double>::infinity();
   }
-  /// False where an image cannot show the point.
+  /// False when the point is not in view of an image.
   bool sums(const Vector3d& x, core::NormalSums<3>& sums) {
     state_.points[point_] = x;
     sums.set_zero(3);
-    for (const ImageObservation& seen : seen_) {
+    for (const ImageObservation& observation : observations_) {
       ObservationRows rows;
-      if (!rows_of(probe_, layout_, state_, seen, rows)) return false;
+      if (!rows_of(probe_, layout_, state_, observation, rows)) return false;
       for (int k = 0; k < 2; ++k) {
         const Vector3d b(rows.b[k][0], rows.b[k][1], rows.b[k][2]);
         sums.information += b * b.transpose();
@@ -120,14 +119,15 @@ class Intersection {
   std::optional<Vector3d> first_guess(MeasuredPoint& out) const {
     std::vector<Ray> rays;
     int images = 0;
-    for (std::size_t k = 0; k < seen_.size(); ++k) {
-      const NetworkImage& image = probe_.images[seen_[k].image];
-      const auto ray = probe_.cameras[image.camera].camera.ray(seen_[k].pixel);
-      const Rigid3 world_from_cam = probe_.cam_from_world(seen_[k].image).inverse();
+    for (std::size_t k = 0; k < observations_.size(); ++k) {
+      const NetworkImage& image = probe_.images[observations_[k].image];
+      const auto ray = probe_.cameras[image.camera].camera.ray(observations_[k].pixel);
+      const Rigid3 world_from_cam = probe_.cam_from_world(observations_[k].image).inverse();
       if (ray)
         rays.push_back({world_from_cam * ray->origin, world_from_cam.rotation * ray->direction});
-      images += std::none_of(seen_.begin(), seen_.begin() + static_cast<std::ptrdiff_t>(k),
-                             [&](const auto& other) { return other.image == seen_[k].image; });
+      images += std::none_of(
+          observations_.begin(), observations_.begin() + static_cast<std::ptrdiff_t>(k),
+          [&](const auto& other) { return other.image == observations_[k].image; });
     }
     if (images < 2) {
       out.status = Status::too_few_lamps;
@@ -138,25 +138,25 @@ class Intersection {
         out.angle_rad =
             std::max(out.angle_rad, std::atan2(rays[a].direction.cross(rays[b].direction).norm(),
                                                rays[a].direction.dot(rays[b].direction)));
-    const auto meeting = intersect_rays(rays);
-    if (!meeting) out.status = Status::degenerate;
-    return meeting;
+    const auto point = intersect_rays(rays);
+    if (!point) out.status = Status::degenerate;
+    return point;
   }
 
   MatrixXd finish(MeasuredPoint& out, const core::NormalSums<3>& sums) const {
     out.position_m = state_.points[point_];
     out.covariance_m2 = sums.information.llt().solve(Matrix3d::Identity());
-    const double redundancy = 2 * static_cast<double>(seen_.size()) - 3;
+    const double redundancy = 2 * static_cast<double>(observations_.size()) - 3;
     out.sigma0 = std::sqrt(sums.chi2 / redundancy);
     out.worst_residual_px = 0;
     MatrixXd mixed = MatrixXd::Zero(3, layout_.reduced);
-    for (const ImageObservation& seen : seen_) {
+    for (const ImageObservation& observation : observations_) {
       ObservationRows rows;
-      rows_of(probe_, layout_, state_, seen, rows);
-      const ImageBlock& block = layout_.images[seen.image];
+      rows_of(probe_, layout_, state_, observation, rows);
+      const ImageBlock& block = layout_.images[observation.image];
       for (int k = 0; k < 2; ++k) {
         out.worst_residual_px =
-            std::max(out.worst_residual_px, std::abs(rows.r[k]) * seen.sigma_px[k]);
+            std::max(out.worst_residual_px, std::abs(rows.r[k]) * observation.sigma_px[k]);
         const Vector3d b(rows.b[k][0], rows.b[k][1], rows.b[k][2]);
         int column = 0;
         for (int s = 0; s < block.segments; ++s)
@@ -171,17 +171,18 @@ class Intersection {
   const NetworkLayout& layout_;
   int point_;
   NetworkState state_;
-  std::vector<ImageObservation> seen_;
+  std::vector<ImageObservation> observations_;
 };
 
 }  // namespace
 
-Measurement measure_points(const Network& network, const std::vector<std::vector<Sighting>>& points,
+Measurement measure_points(const Network& network,
+                           const std::vector<std::vector<PointObservation>>& points,
                            const Precision* precision) {
   check_network(network);
-  check_sightings(network, points);
+  check_observations(network, points);
   Network probe = without_observations(network);
-  probe.points.assign(1, {});  // one at a time stands there
+  probe.points.assign(1, {});  // scratch point, one at a time
   probe.bodies.clear();
   const NetworkLayout layout = layout_for(probe, precision);
   Measurement out;
@@ -190,11 +191,11 @@ Measurement measure_points(const Network& network, const std::vector<std::vector
   MatrixXd dependence = MatrixXd::Zero(size, layout.reduced);
   for (std::size_t i = 0; i < points.size(); ++i) {
     MeasuredPoint point;
-    point.sightings = points[i];
-    Intersection intersection(probe, layout, points[i], 0);
-    const auto by_reduced = intersection.solve(point);
+    point.observations = points[i];
+    PointIntersection intersection(probe, layout, points[i], 0);
+    const auto jacobian = intersection.solve(point);
     const Eigen::Index row = 3 * static_cast<Eigen::Index>(i);
-    if (by_reduced) dependence.middleRows<3>(row) = *by_reduced;
+    if (jacobian) dependence.middleRows<3>(row) = *jacobian;
     out.points.push_back(point);
   }
   if (precision && layout.reduced > 0) {
@@ -212,58 +213,24 @@ Measurement measure_points(const Network& network, const std::vector<std::vector
 }
 
 MeasuredDistance distance_between(const Measurement& measurement, int from, int to) {
-  const auto known = [&](int index) { return index >= 0 && at(index) < measurement.points.size(); };
-  require(known(from), "from", from, "one of the points");
-  require(known(to), "to", to, "one of the points");
+  const auto is_index = [&](int index) {
+    return index >= 0 && index < static_cast<int>(measurement.points.size());
+  };
+  require(is_index(from), "from", from, "one of the points");
+  require(is_index(to), "to", to, "one of the points");
   const MeasuredPoint &a = measurement.points[from], &b = measurement.points[to];
   MeasuredDistance distance{0, std::numeric_limits<double>::infinity()};
   if (a.status != Status::ok || b.status != Status::ok) return distance;
-  const Vector3d apart = b.position_m - a.position_m;
-  distance.length_m = apart.norm();
+  const Vector3d difference = b.position_m - a.position_m;
+  distance.length_m = difference.norm();
   if (distance.length_m == 0) return distance;
-  const Vector3d along = apart / distance.length_m;
+  const Vector3d along = difference / distance.length_m;
   const auto block = [&](int i, int j) {
     return measurement.covariance_m2.block<3, 3>(3 * i, 3 * j);
   };
   const Matrix3d q = block(from, from) + block(to, to) - block(from, to) - block(to, from);
   distance.sigma_m = std::sqrt(std::max(0.0, along.dot(q * along)));
   return distance;
-}
-
-std::string points_as_csv(const Measurement& measurement, const std::vector<std::string>& names) {
-  require(names.empty() || names.size() == measurement.points.size(), "names", names.size(),
-          "one for each point, or none");
-  std::ostringstream text;
-  text << std::setprecision(9)
-       << "name,x_m,y_m,z_m,sigma_x_m,sigma_y_m,sigma_z_m,images,worst_residual_px\n";
-  for (std::size_t i = 0; i < measurement.points.size(); ++i) {
-    const MeasuredPoint& point = measurement.points[i];
-    if (point.status != Status::ok) continue;
-    const Vector3d sigma = point.covariance_m2.diagonal().cwiseSqrt();
-    text << (names.empty() ? std::to_string(i) : names[i]);
-    for (int k = 0; k < 3; ++k) text << "," << point.position_m[k];
-    for (int k = 0; k < 3; ++k) text << "," << sigma[k];
-    text << "," << point.sightings.size() << "," << point.worst_residual_px << "\n";
-  }
-  return text.str();
-}
-
-std::string points_as_ply(const Measurement& measurement) {
-  std::ostringstream lines;
-  lines << std::setprecision(9);
-  int count = 0;
-  for (const MeasuredPoint& point : measurement.points) {
-    if (point.status != Status::ok) continue;
-    const Vector3d sigma = point.covariance_m2.diagonal().cwiseSqrt();
-    lines << point.position_m.transpose() << " " << sigma.transpose() << "\n";
-    ++count;
-  }
-  std::ostringstream text;
-  text << "ply\nformat ascii 1.0\nelement vertex " << count << "\n";
-  for (const char* name : {"x", "y", "z", "sigma_x", "sigma_y", "sigma_z"})
-    text << "property double " << name << "\n";
-  text << "end_header\n" << lines.str();
-  return text.str();
 }
 
 }  // namespace occ

@@ -11,7 +11,8 @@ namespace occ::internal::network {
 
 Eigen::MatrixXd reduced_gauge(const Network& network, const NetworkLayout& layout,
                               const NetworkState& state) {
-  return open_directions(network, layout, state, defect_at(network, state)).topRows(layout.reduced);
+  return datum_null_space(network, layout, state, defect_at(network, state))
+      .topRows(layout.reduced);
 }
 
 Minimised minimise(const Network& network, const NetworkLayout& layout, NetworkState& state,
@@ -28,13 +29,13 @@ Minimised minimise(const Network& network, const NetworkLayout& layout, NetworkS
     return result;
   };
   build(network, layout, state, options.loss, damping.lambda(), options.threads, normal);
-  if (normal.lost > 0 && repair) {
+  if (normal.out_of_view > 0 && repair) {
     repair(state);
     build(network, layout, state, options.loss, damping.lambda(), options.threads, normal);
   }
   result.cost = normal.cost;
   for (;;) {
-    result.lost = normal.lost;
+    result.out_of_view = normal.out_of_view;
     if (!report(result.iterations, result.cost)) {
       result.ending = Ending::stopped;
       return result;
@@ -42,7 +43,7 @@ Minimised minimise(const Network& network, const NetworkLayout& layout, NetworkS
     const ReducedSystem system(normal, reduced_gauge(network, layout, state));
     if (damping.lambda() == 0) {
       result.undetermined = system.undetermined();
-      result.loose_groups = normal.loose_groups;
+      result.singular_groups = normal.singular_groups;
       if (!system.determined()) ever_undetermined = system.undetermined();
     }
     bool accepted = false;
@@ -52,9 +53,9 @@ Minimised minimise(const Network& network, const NetworkLayout& layout, NetworkS
       result.step_sigma = std::sqrt(std::max(0.0, squared));
       const Eigen::VectorXd step = back_substitute(layout, normal, reduced_step);
       std::optional<NetworkState> next;
-      if (step.allFinite() && std::isfinite(squared)) next = moved(layout, state, step);
+      if (step.allFinite() && std::isfinite(squared)) next = apply_step(layout, state, step);
       if (next && result.step_sigma < options.tolerance_sigma && damping.lambda() == 0) {
-        state = std::move(*next);  // too small to show in the cost, yet a better estimate
+        state = std::move(*next);  // below the rounding of the cost, but a better estimate
         result.ending = Ending::converged;
         return result;
       }
@@ -65,7 +66,8 @@ Minimised minimise(const Network& network, const NetworkLayout& layout, NetworkS
         const double next_damping = damping.lambda_after_success();
         build(network, layout, *next, options.loss, next_damping, options.threads, next_normal);
         const double slack = 1e-13 * result.cost + 1e-20;
-        accepted = next_normal.cost <= result.cost + slack && next_normal.lost <= normal.lost;
+        accepted = next_normal.cost <= result.cost + slack &&
+                   next_normal.out_of_view <= normal.out_of_view;
         if (accepted) {
           const double fall = result.cost - next_normal.cost;
           const double before = result.cost;
@@ -80,7 +82,7 @@ Minimised minimise(const Network& network, const NetworkLayout& layout, NetworkS
       }
     }
     if (accepted) continue;
-    // No lower cost to be had this close to the minimum: rounding decides.
+    // So close to the minimum, rounding errors exceed the decrease of the cost.
     if (system.solvable() && damping.lambda() == 0 &&
         result.step_sigma < 1e-3 * std::sqrt(result.cost + 1e-6) &&
         result.step_sigma < 1e3 * options.tolerance_sigma) {

@@ -43,8 +43,8 @@ void check_cameras(const Network& network) {
     const std::vector<CameraParameter> known = network.cameras[i].camera.parameters();
     const std::vector<std::string>& free = network.cameras[i].free_parameters;
     for (std::size_t k = 0; k < free.size(); ++k) {
-      const auto named = [&](const CameraParameter& p) { return p.name == free[k]; };
-      require(std::any_of(known.begin(), known.end(), named),
+      const auto exists = [&](const CameraParameter& p) { return p.name == free[k]; };
+      require(std::any_of(known.begin(), known.end(), exists),
               item("cameras", i, ".free_parameters"), free[k], "a parameter of its camera");
       require(std::count(free.begin(), free.end(), free[k]) == 1,
               item("cameras", i, ".free_parameters"), free[k], "listed once");
@@ -52,7 +52,7 @@ void check_cameras(const Network& network) {
   }
 }
 
-void check_places(const Network& network) {
+void check_geometry(const Network& network) {
   for (std::size_t i = 0; i < network.stations.size(); ++i)
     require_pose(network.stations[i].station_from_world, item("stations", i));
   for (std::size_t i = 0; i < network.mounts.size(); ++i)
@@ -81,30 +81,32 @@ void check_images(const Network& network) {
   }
 }
 
-/// Nothing to say about an observation: decided without a word, as there are many.
-bool is_sound(const Network& network, const ImageObservation& seen) {
+/// True for a valid observation. It builds no texts, because there are many observations.
+bool is_valid(const Network& network, const ImageObservation& observation) {
   const auto below = [](int index, std::size_t size) {
     return index >= 0 && static_cast<std::size_t>(index) < size;
   };
-  const Target& target = seen.target;
-  const bool named = target.body < 0
-                         ? below(target.point, network.points.size())
-                         : target.point < 0 && below(target.body, network.bodies.size()) &&
-                               target.corner >= 0 &&
-                               target.corner < network.bodies[target.body].corners_m.cols();
-  return named && below(seen.image, network.images.size()) && seen.pixel.allFinite() &&
-         seen.sigma_px.minCoeff() > 0 && seen.sigma_px.allFinite();
+  const Target& target = observation.target;
+  const bool exists = target.body < 0
+                          ? below(target.point, network.points.size())
+                          : target.point < 0 && below(target.body, network.bodies.size()) &&
+                                target.corner >= 0 &&
+                                target.corner < network.bodies[target.body].corners_m.cols();
+  return exists && below(observation.image, network.images.size()) &&
+         observation.pixel.allFinite() && observation.sigma_px.minCoeff() > 0 &&
+         observation.sigma_px.allFinite();
 }
 
 void check_observations(const Network& network) {
   for (std::size_t i = 0; i < network.observations.size(); ++i) {
-    const ImageObservation& seen = network.observations[i];
-    if (is_sound(network, seen)) continue;
-    require_index(seen.image, network.images.size(), item("observations", i, ".image"), "images");
-    require_target(network, seen.target, item("observations", i, ".target"));
-    require_finite(seen.pixel, item("observations", i, ".pixel"));
-    require(seen.sigma_px.minCoeff() > 0 && seen.sigma_px.allFinite(),
-            item("observations", i, ".sigma_px"), seen.sigma_px.transpose(), "positive");
+    const ImageObservation& observation = network.observations[i];
+    if (is_valid(network, observation)) continue;
+    require_index(observation.image, network.images.size(), item("observations", i, ".image"),
+                  "images");
+    require_target(network, observation.target, item("observations", i, ".target"));
+    require_finite(observation.pixel, item("observations", i, ".pixel"));
+    require(observation.sigma_px.minCoeff() > 0 && observation.sigma_px.allFinite(),
+            item("observations", i, ".sigma_px"), observation.sigma_px.transpose(), "positive");
   }
   for (std::size_t i = 0; i < network.distances.size(); ++i) {
     const DistanceObservation& known = network.distances[i];
@@ -119,7 +121,7 @@ void check_observations(const Network& network) {
   }
 }
 
-void check_knowledge(const Network& network) {
+void check_control_and_priors(const Network& network) {
   for (std::size_t i = 0; i < network.control.size(); ++i) {
     require_target(network, network.control[i].target, item("control", i, ".target"));
     require_finite(network.control[i].position_m, item("control", i, ".position_m"));
@@ -158,10 +160,10 @@ Eigen::Vector3d Network::position_m(const Target& target) const {
 
 Rigid3 Network::cam_from_world(int image) const {
   require_index(image, images.size(), "image", "images");
-  const NetworkImage& taken = images[image];
-  const Rigid3& station = stations[taken.station].station_from_world;
-  if (taken.mount < 0) return station;
-  return mounts[taken.mount].cam_from_station * station;
+  const auto& [name, camera, station, mount] = images[image];
+  const Rigid3& station_from_world = stations[station].station_from_world;
+  if (mount < 0) return station_from_world;
+  return mounts[mount].cam_from_station * station_from_world;
 }
 
 std::string Network::name_of(const Target& target) const {
@@ -183,10 +185,10 @@ int Network::add_image(const std::string& name, int camera, const Rigid3& cam_fr
 
 void check_network(const Network& network) {
   check_cameras(network);
-  check_places(network);
+  check_geometry(network);
   check_images(network);
   check_observations(network);
-  check_knowledge(network);
+  check_control_and_priors(network);
 }
 
 }  // namespace occ

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// A photogrammetric network as data: cameras, where they stood, the points and rigid bodies that
-// they saw, and whatever else is known. A point X of the world appears at
+// A photogrammetric network as data: cameras, stations, points, rigid bodies, and their
+// observations. A point X of the world has the image
 //
 //     pixel = camera.project( cam_from_station * station_from_world * X )
 //
-// with `cam_from_station` the mount of a camera on a rig (one for all its images), or nothing. A
-// body is a set of points of known shape, for example the corners of an AprilTag or a chessboard:
-// X = world_from_body * (scale * corner). Starts need not be good (adjust.hpp); what is `fixed` is
-// known without error. All lengths in the same unit (metres), at any place of the world.
+// where `cam_from_station` is the mount of a camera on a rig (the same for all its images), or the
+// identity. A body is a set of points of known shape, for example the corners of an AprilTag or a
+// chessboard: X = world_from_body * (scale * corner). Poses, positions and parameters are start
+// values for adjust(), which may be rough. Elements that are `fixed` are error-free. All lengths
+// have the same unit (metres); the world's origin is arbitrary.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,16 +24,17 @@ namespace occ {
 struct NetworkCamera {
   std::string name;
   Camera camera;
-  std::vector<std::string> free_parameters;  ///< names of those that are unknown
+  std::vector<std::string> free_parameters;  ///< names of the unknown parameters
 };
 
-/// Where a camera or a rig stood. Several images may be taken from one station.
+/// Pose of a camera or a rig. Several images may share a station.
 struct NetworkStation {
   std::string name;
   Rigid3 station_from_world;
   bool fixed = false;
 };
 
+/// Pose of a camera on its rig.
 struct NetworkMount {
   std::string name;
   Rigid3 cam_from_station;
@@ -42,7 +44,7 @@ struct NetworkMount {
 struct NetworkImage {
   std::string name;
   int camera = 0, station = 0;
-  int mount = -1;  ///< -1: the station is the camera itself
+  int mount = -1;  ///< -1: the station is the camera pose
 };
 
 struct NetworkPoint {
@@ -53,10 +55,10 @@ struct NetworkPoint {
 
 struct NetworkBody {
   std::string name;
-  Eigen::Matrix3Xd corners_m;  ///< in the body's frame
+  Eigen::Matrix3Xd corners_m;  ///< 3 x n, in the body's frame
   Rigid3 world_from_body;
   double scale = 1;
-  bool scale_free = false;  ///< its shape is known, its size is not
+  bool scale_free = false;  ///< only its shape is known, not its size
   bool fixed = false;
 };
 
@@ -77,15 +79,17 @@ struct ImageObservation {
   Target target;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   Eigen::Vector2d sigma_px = Eigen::Vector2d::Constant(0.5);
-  bool used = true;  ///< false: a gross error, kept in the list to be named
+  bool used = true;  ///< false: rejected; it stays in the list so that indices remain valid
 };
 
+/// Measured distance of two targets, for example a scale bar.
 struct DistanceObservation {
   Target from, to;
   double length_m = 1, sigma_m = 1e-3;
   bool used = true;
 };
 
+/// Target with known coordinates.
 struct ControlPoint {
   Target target;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
@@ -98,7 +102,7 @@ struct ParameterPrior {
   double value = 0, sigma = 1;
 };
 
-/// Of a station: covariance of its pose's left perturbation (geometry/rigid.hpp).
+/// Known pose of a station, with the covariance of its left perturbation (geometry/rigid.hpp).
 struct PosePrior {
   int station = 0;
   Rigid3 station_from_world;
@@ -118,18 +122,18 @@ struct Network {
   std::vector<ParameterPrior> parameter_priors;
   std::vector<PosePrior> pose_priors;
 
-  /// Where a point or corner is. Throws std::invalid_argument when there is none such.
+  /// Position of a point or corner. Throws std::invalid_argument for an invalid target.
   LIBOCC_API Eigen::Vector3d position_m(const Target& target) const;
   LIBOCC_API Rigid3 cam_from_world(int image) const;
-  /// Its name, a corner's with its number: "tag 7.2".
+  /// Name of a point, or of a body with the corner's number: "tag 7.2".
   LIBOCC_API std::string name_of(const Target& target) const;
-  /// An image from a station of its own, with the same name; returns its index.
+  /// Adds an image and a station of its own with the same name; returns the image's index.
   LIBOCC_API int add_image(const std::string& name, int camera, const Rigid3& cam_from_world);
 };
 
-/// Throws std::invalid_argument that names what is wrong: an index without its thing, a name that
-/// is no parameter of its camera, a sigma that is not positive, a number that is not finite, a
-/// covariance that is not positive definite, a body without corners.
+/// Throws std::invalid_argument naming the element: an index out of range, a name that is not a
+/// parameter of its camera, a sigma that is not positive, a number that is not finite, a covariance
+/// that is not positive definite, a body without corners.
 LIBOCC_API void check_network(const Network& network);
 
 }  // namespace occ

@@ -9,95 +9,97 @@ namespace occ::internal::network {
 
 namespace {
 
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
-
-template <typename Thing>
-std::string name_or(const Thing& thing, const char* kind, std::size_t index) {
-  return std::string(kind) + " " + (thing.name.empty() ? std::to_string(index) : thing.name);
+template <typename Item>
+std::string name_or(const Item& item, const char* kind, std::size_t index) {
+  return std::string(kind) + " " + (item.name.empty() ? std::to_string(index) : item.name);
 }
 
-/// Sets of things that observations join (Galler and Fischer's forest).
-class Joined {
+/// Union-find (Galler, Fischer, "An improved equivalence algorithm", CACM 7, 1964).
+class DisjointSets {
  public:
-  explicit Joined(std::size_t count) : parent_(count) {
+  explicit DisjointSets(std::size_t count) : parent_(count) {
     std::iota(parent_.begin(), parent_.end(), std::size_t{0});
   }
-  std::size_t root(std::size_t k) {
+  std::size_t find(std::size_t k) {
     while (parent_[k] != k) k = parent_[k] = parent_[parent_[k]];
     return k;
   }
-  void join(std::size_t a, std::size_t b) { parent_[root(a)] = root(b); }
+  void unite(std::size_t a, std::size_t b) { parent_[find(a)] = find(b); }
 
  private:
   std::vector<std::size_t> parent_;
 };
 
 std::string list(const std::vector<std::string>& names) {
-  constexpr std::size_t most = 5;
+  constexpr std::size_t max_names = 5;
   std::string text;
-  for (std::size_t k = 0; k < std::min(most, names.size()); ++k) text += (k ? ", " : "") + names[k];
-  if (names.size() > most) text += " and " + std::to_string(names.size() - most) + " more";
+  for (std::size_t k = 0; k < std::min(max_names, names.size()); ++k)
+    text += (k ? ", " : "") + names[k];
+  if (names.size() > max_names)
+    text += " and " + std::to_string(names.size() - max_names) + " more";
   return text;
 }
 
-Objection separate_blocks(const Network& network, const NetworkLayout& layout) {
+/// Degenerate when the stations form blocks that no target, distance or known coordinate connects.
+CheckOutcome check_connected(const Network& network, const NetworkLayout& layout) {
   const std::size_t stations = network.stations.size();
   const std::size_t points = network.points.size();
   const std::size_t world = stations + points + network.bodies.size();
-  Joined joined(world + 1);
+  DisjointSets sets(world + 1);
   const auto node = [&](const Target& target) {
-    return target.body < 0 ? stations + at(target.point) : stations + points + at(target.body);
+    return target.body < 0 ? stations + target.point : stations + points + target.body;
   };
   std::vector<char> used(stations);
-  for (const ImageObservation& seen : network.observations) {
-    if (!seen.used || !layout.knows(seen.target)) continue;
-    const std::size_t station = at(network.images[seen.image].station);
+  for (const ImageObservation& observation : network.observations) {
+    if (!observation.used || !layout.is_determined(observation.target)) continue;
+    const std::size_t station = network.images[observation.image].station;
     used[station] = 1;
-    joined.join(station, node(seen.target));
+    sets.unite(station, node(observation.target));
   }
-  for (const DistanceObservation& known : network.distances)
-    if (known.used) joined.join(node(known.from), node(known.to));
-  for (const ControlPoint& known : network.control) joined.join(node(known.target), world);
-  for (const PosePrior& prior : network.pose_priors) joined.join(at(prior.station), world);
+  for (const DistanceObservation& distance : network.distances)
+    if (distance.used) sets.unite(node(distance.from), node(distance.to));
+  for (const ControlPoint& control : network.control) sets.unite(node(control.target), world);
+  for (const PosePrior& prior : network.pose_priors) sets.unite(prior.station, world);
   for (std::size_t i = 0; i < stations; ++i)
-    if (network.stations[i].fixed) joined.join(i, world);
+    if (network.stations[i].fixed) sets.unite(i, world);
   for (std::size_t i = 0; i < points; ++i)
-    if (network.points[i].fixed) joined.join(stations + i, world);
+    if (network.points[i].fixed) sets.unite(stations + i, world);
   for (std::size_t i = 0; i < network.bodies.size(); ++i)
-    if (network.bodies[i].fixed) joined.join(stations + points + i, world);
+    if (network.bodies[i].fixed) sets.unite(stations + points + i, world);
 
   std::map<std::size_t, std::vector<std::string>> blocks;
   for (std::size_t i = 0; i < stations; ++i)
-    if (used[i]) blocks[joined.root(i)].push_back(name_or(network.stations[i], "station", i));
+    if (used[i]) blocks[sets.find(i)].push_back(name_or(network.stations[i], "station", i));
   if (blocks.size() < 2) return {};
   const auto smallest = std::min_element(
       blocks.begin(), blocks.end(),
       [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
   return {Status::degenerate,
-          "the network falls into " + std::to_string(blocks.size()) +
+          "the network consists of " + std::to_string(blocks.size()) +
               " blocks that share no target; one of them: " + list(smallest->second)};
 }
 
 }  // namespace
 
-Objection objection_to(const Network& network, const NetworkLayout& layout) {
-  std::vector<int> of_station(network.stations.size());
-  int all = 0;
-  for (const ImageObservation& seen : network.observations)
-    if (seen.used && layout.knows(seen.target)) {
-      ++of_station[network.images[seen.image].station];
-      ++all;
+CheckOutcome check_solvable(const Network& network, const NetworkLayout& layout) {
+  std::vector<int> station_observations(network.stations.size());
+  int total = 0;
+  for (const ImageObservation& observation : network.observations)
+    if (observation.used && layout.is_determined(observation.target)) {
+      ++station_observations[network.images[observation.image].station];
+      ++total;
     }
-  if (all == 0)
+  if (total == 0)
     return {Status::too_few_lamps, network.observations.empty()
                                        ? "no target was observed"
                                        : "no target was observed in two images"};
-  for (std::size_t i = 0; i < of_station.size(); ++i)
-    if (layout.stations[i] != none && of_station[i] > 0 && of_station[i] < 3)
-      return {Status::too_few_lamps, name_or(network.stations[i], "station", i) + " shows only " +
-                                         std::to_string(of_station[i]) +
-                                         " targets that others show too; three are needed"};
-  return separate_blocks(network, layout);
+  for (std::size_t i = 0; i < station_observations.size(); ++i)
+    if (layout.stations[i] != none && station_observations[i] > 0 && station_observations[i] < 3)
+      return {Status::too_few_lamps, name_or(network.stations[i], "station", i) +
+                                         " observes only " +
+                                         std::to_string(station_observations[i]) +
+                                         " targets that others observe too; three are needed"};
+  return check_connected(network, layout);
 }
 
 std::string names_of_unknowns(const Network& network, const NetworkLayout& layout,
@@ -130,12 +132,13 @@ std::string names_of_unknowns(const Network& network, const NetworkLayout& layou
 
 int count_observations(const Network& network, const NetworkLayout& layout) {
   int rows = 0;
-  for (const ImageObservation& seen : network.observations)
-    if (seen.used && layout.knows(seen.target)) rows += 2;
-  for (const DistanceObservation& known : network.distances)
-    if (known.used && layout.knows(known.from) && layout.knows(known.to)) ++rows;
-  for (const ControlPoint& known : network.control)
-    if (layout.knows(known.target)) rows += 3;
+  for (const ImageObservation& observation : network.observations)
+    if (observation.used && layout.is_determined(observation.target)) rows += 2;
+  for (const DistanceObservation& distance : network.distances)
+    if (distance.used && layout.is_determined(distance.from) && layout.is_determined(distance.to))
+      ++rows;
+  for (const ControlPoint& control : network.control)
+    if (layout.is_determined(control.target)) rows += 3;
   return rows + static_cast<int>(network.parameter_priors.size() + 6 * network.pose_priors.size());
 }
 

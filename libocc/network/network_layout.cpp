@@ -11,74 +11,74 @@ namespace occ::internal::network {
 
 namespace {
 
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
+constexpr Index batch_columns = 192;  // large enough for the matrix product to run at full speed
 
-constexpr Index batch_columns = 192;  // enough for the product of matrices to run at full speed
-
-/// Observations of each point and body that count.
-struct Sightings {
+/// Used observations of each point and each body.
+struct TargetObservations {
   std::vector<std::vector<int>> of_point, of_body;
 
-  explicit Sightings(const Network& network)
+  explicit TargetObservations(const Network& network)
       : of_point(network.points.size()), of_body(network.bodies.size()) {
     for (std::size_t i = 0; i < network.observations.size(); ++i) {
-      const ImageObservation& seen = network.observations[i];
-      if (!seen.used) continue;
-      (seen.target.body < 0 ? of_point[seen.target.point] : of_body[seen.target.body])
+      const ImageObservation& observation = network.observations[i];
+      if (!observation.used) continue;
+      (observation.target.body < 0 ? of_point[observation.target.point]
+                                   : of_body[observation.target.body])
           .push_back(static_cast<int>(i));
     }
   }
 };
 
-/// How many images, counted to three.
-std::size_t images_in(const Network& network, const std::vector<int>& observations) {
+/// Number of different images of some observations; counting stops at three.
+std::size_t count_images(const Network& network, const std::vector<int>& observations) {
   std::vector<int> images;
   for (const int i : observations) {
     const int image = network.observations[i].image;
     if (std::find(images.begin(), images.end(), image) == images.end()) images.push_back(image);
-    if (images.size() == 3) break;  // nobody asks for more
+    if (images.size() == 3) break;
   }
   return images.size();
 }
 
-/// Three corners in one image or more hold a body; with two images fewer might.
-bool holds_body(const Network& network, const NetworkBody& body,
-                const std::vector<int>& observations) {
-  const std::size_t images = images_in(network, observations);
+/// Three corners determine a body of known size; four corners in two images one of unknown size.
+bool determines_body(const Network& network, const NetworkBody& body,
+                     const std::vector<int>& observations) {
+  const std::size_t images = count_images(network, observations);
   const std::size_t needed = body.scale_free ? 4 : 3;
   return observations.size() >= needed && images >= (body.scale_free ? 2U : 1U);
 }
 
-void find_determined(const Network& network, const Sightings& sightings, NetworkLayout& layout) {
+void find_determined(const Network& network, const TargetObservations& observed,
+                     NetworkLayout& layout) {
   std::vector<char> controlled_point(network.points.size()), controlled_body(network.bodies.size());
-  for (const ControlPoint& known : network.control)
-    (known.target.body < 0 ? controlled_point[known.target.point]
-                           : controlled_body[known.target.body]) = 1;
+  for (const ControlPoint& control : network.control)
+    (control.target.body < 0 ? controlled_point[control.target.point]
+                             : controlled_body[control.target.body]) = 1;
   for (std::size_t i = 0; i < network.points.size(); ++i) {
-    const std::size_t images = images_in(network, sightings.of_point[i]);
-    const bool known = network.points[i].fixed || controlled_point[i] || images >= 2;
-    layout.determined_point.push_back(known);
-    if (!known && images == 1)
-      layout.left_out.push_back(network.name_of(Target::of_point(static_cast<int>(i))) +
-                                " was seen in one image only and is left out");
+    const std::size_t images = count_images(network, observed.of_point[i]);
+    const bool determined = network.points[i].fixed || controlled_point[i] || images >= 2;
+    layout.determined_point.push_back(determined);
+    if (!determined && images == 1)
+      layout.warnings.push_back(network.name_of(Target::of_point(static_cast<int>(i))) +
+                                " is observed in one image only and is left out");
   }
   for (std::size_t i = 0; i < network.bodies.size(); ++i) {
     const NetworkBody& body = network.bodies[i];
-    const bool known = body.fixed || holds_body(network, body, sightings.of_body[i]) ||
-                       (controlled_body[i] && !sightings.of_body[i].empty());
-    layout.determined_body.push_back(known);
-    if (!known && !sightings.of_body[i].empty())
-      layout.left_out.push_back("of body " + (body.name.empty() ? std::to_string(i) : body.name) +
-                                " too few corners were seen; it is left out");
+    const bool determined = body.fixed || determines_body(network, body, observed.of_body[i]) ||
+                            (controlled_body[i] && !observed.of_body[i].empty());
+    layout.determined_body.push_back(determined);
+    if (!determined && !observed.of_body[i].empty())
+      layout.warnings.push_back("body " + (body.name.empty() ? std::to_string(i) : body.name) +
+                                " has too few observed corners and is left out");
   }
 }
 
-void place_reduced(const Network& network, NetworkLayout& layout) {
+void assign_reduced_offsets(const Network& network, NetworkLayout& layout) {
   std::vector<char> camera_used(network.cameras.size()), mount_used(network.mounts.size()),
       station_used(network.stations.size());
-  for (const ImageObservation& seen : network.observations) {
-    if (!seen.used || !layout.knows(seen.target)) continue;
-    const NetworkImage& image = network.images[seen.image];
+  for (const ImageObservation& observation : network.observations) {
+    if (!observation.used || !layout.is_determined(observation.target)) continue;
+    const NetworkImage& image = network.images[observation.image];
     camera_used[image.camera] = station_used[image.station] = 1;
     if (image.mount >= 0) mount_used[image.mount] = 1;
   }
@@ -128,10 +128,10 @@ ImageBlock image_block(const NetworkLayout& layout, const NetworkImage& image) {
   return block;
 }
 
-/// Points and bodies that a distance joins stay among the reduced unknowns.
-void place_joined(const Network& network, NetworkLayout& layout) {
-  const auto keep = [&](const Target& target) {
-    if (!layout.knows(target)) return;
+/// Adds points and bodies at the ends of measured distances to the reduced unknowns.
+void assign_distance_targets(const Network& network, NetworkLayout& layout) {
+  const auto add = [&](const Target& target) {
+    if (!layout.is_determined(target)) return;
     const bool fixed =
         target.body < 0 ? network.points[target.point].fixed : network.bodies[target.body].fixed;
     Index& offset = target.body < 0 ? layout.points[target.point] : layout.bodies[target.body];
@@ -139,10 +139,12 @@ void place_joined(const Network& network, NetworkLayout& layout) {
     offset = layout.reduced;
     layout.reduced += layout.size_of(target);
   };
-  for (const DistanceObservation& known : network.distances) {
-    if (!known.used || !layout.knows(known.from) || !layout.knows(known.to)) continue;
-    keep(known.from);
-    keep(known.to);
+  for (const DistanceObservation& distance : network.distances) {
+    if (!distance.used || !layout.is_determined(distance.from) ||
+        !layout.is_determined(distance.to))
+      continue;
+    add(distance.from);
+    add(distance.to);
   }
 }
 
@@ -154,28 +156,29 @@ std::vector<int> images_of(const Network& network, const Group& group) {
   return images;
 }
 
-void add_groups(const Network& network, Sightings& sightings, NetworkLayout& layout) {
-  const auto add = [&](const Target& block, bool fixed, bool known, std::vector<int>& seen) {
-    if (!known) return;
+void add_groups(const Network& network, TargetObservations& observed, NetworkLayout& layout) {
+  const auto add = [&](const Target& block, bool fixed, bool determined,
+                       std::vector<int>& observations) {
+    if (!determined) return;
     if (!fixed && layout.offset_of(block) == none)
-      layout.groups.push_back({block, 0, layout.size_of(block), std::move(seen)});
+      layout.groups.push_back({block, 0, layout.size_of(block), std::move(observations)});
     else
-      layout.loose.insert(layout.loose.end(), seen.begin(), seen.end());
+      layout.direct.insert(layout.direct.end(), observations.begin(), observations.end());
   };
   for (std::size_t i = 0; i < network.points.size(); ++i)
     add(Target::of_point(static_cast<int>(i)), network.points[i].fixed, layout.determined_point[i],
-        sightings.of_point[i]);
+        observed.of_point[i]);
   for (std::size_t i = 0; i < network.bodies.size(); ++i)
     add(Target::of_corner(static_cast<int>(i), 0), network.bodies[i].fixed,
-        layout.determined_body[i], sightings.of_body[i]);
-  std::sort(layout.loose.begin(), layout.loose.end());
+        layout.determined_body[i], observed.of_body[i]);
+  std::sort(layout.direct.begin(), layout.direct.end());
 }
 
 void mark_rows(const NetworkLayout& layout, const std::vector<int>& images, std::vector<char>& rows,
                Index& count) {
   for (const int image : images) {
     const ImageBlock& block = layout.images[image];
-    for (std::size_t s = 0; s < at(block.segments); ++s)
+    for (int s = 0; s < block.segments; ++s)
       for (Index k = block.offset[s]; k < block.offset[s] + block.size[s]; ++k)
         if (!rows[k]) {
           rows[k] = 1;
@@ -196,8 +199,9 @@ void close_batch(const std::vector<char>& rows, Index count, NetworkLayout& layo
   layout.batches.push_back(batch);
 }
 
-/// Groups in the order of the images they are seen in; a batch ends when it is large, or when its
-/// images would have far more unknowns together than those of its next group.
+/// Sorts the groups by the images that observe them and divides them into batches. A batch ends
+/// when it has batch_columns, or when all its images together have more than 1.5 times the unknowns
+/// of the next group's images.
 void make_batches(const Network& network, NetworkLayout& layout) {
   std::vector<std::vector<int>> images;
   for (const Group& group : layout.groups) images.push_back(images_of(network, group));
@@ -214,12 +218,13 @@ void make_batches(const Network& network, NetworkLayout& layout) {
   std::vector<char> rows(n, 0);
   Index count = 0;
   for (std::size_t g = 0; g < layout.groups.size(); ++g) {
-    std::vector<char> own(n, 0), both = rows;
-    Index own_count = 0, both_count = count;
+    std::vector<char> images_rows(n, 0), both = rows;
+    Index images_count = 0, both_count = count;
     const std::vector<int>& seen_in = images[order[g]];
     mark_rows(layout, seen_in, both, both_count);
-    if (batch.columns > 0 && both_count > count) mark_rows(layout, seen_in, own, own_count);
-    const bool grows = batch.columns > 0 && both_count > count && 2 * both_count > 3 * own_count;
+    if (batch.columns > 0 && both_count > count)
+      mark_rows(layout, seen_in, images_rows, images_count);
+    const bool grows = batch.columns > 0 && both_count > count && 2 * both_count > 3 * images_count;
     if (grows || batch.columns + layout.groups[g].size > batch_columns) {
       batch.last = g;
       close_batch(rows, count, layout, batch);
@@ -239,7 +244,7 @@ void make_batches(const Network& network, NetworkLayout& layout) {
   }
 }
 
-void place_groups(NetworkLayout& layout) {
+void assign_group_offsets(NetworkLayout& layout) {
   layout.total = layout.reduced;
   for (Group& group : layout.groups) {
     group.offset = layout.total;
@@ -263,7 +268,7 @@ NetworkState::NetworkState(const Network& network) {
   }
 }
 
-void NetworkState::put_into(Network& network) const {
+void NetworkState::write_to(Network& network) const {
   for (std::size_t i = 0; i < cameras.size(); ++i) network.cameras[i].camera = cameras[i];
   for (std::size_t i = 0; i < stations.size(); ++i)
     network.stations[i].station_from_world = {nearest_rotation(stations[i].rotation),
@@ -290,32 +295,32 @@ Network without_observations(const Network& network) {
   return copy;
 }
 
-bool NetworkLayout::knows(const Target& target) const {
+bool NetworkLayout::is_determined(const Target& target) const {
   return target.body < 0 ? determined_point[target.point] : determined_body[target.body];
 }
 
 NetworkLayout layout_of(const Network& network) {
   NetworkLayout layout;
-  Sightings sightings(network);
-  find_determined(network, sightings, layout);
+  TargetObservations observed(network);
+  find_determined(network, observed, layout);
   layout.points.assign(network.points.size(), none);
   layout.bodies.assign(network.bodies.size(), none);
   for (const NetworkBody& body : network.bodies)
     layout.body_sizes.push_back(body.scale_free ? 7 : 6);
-  place_reduced(network, layout);
+  assign_reduced_offsets(network, layout);
   for (const NetworkImage& image : network.images)
     layout.images.push_back(image_block(layout, image));
-  place_joined(network, layout);
-  add_groups(network, sightings, layout);
+  assign_distance_targets(network, layout);
+  add_groups(network, observed, layout);
   make_batches(network, layout);
-  place_groups(layout);
+  assign_group_offsets(layout);
   return layout;
 }
 
 Eigen::Vector3d target_position(const Network& network, const NetworkState& state,
                                 const Target& target) {
   if (target.body < 0) return state.points[target.point];
-  const std::size_t body = at(target.body);
+  const int body = target.body;
   return state.bodies[body] *
          Eigen::Vector3d(state.scales[body] * network.bodies[body].corners_m.col(target.corner));
 }
@@ -337,8 +342,8 @@ Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, max_group> target_j
   return jacobian;
 }
 
-std::optional<NetworkState> moved(const NetworkLayout& layout, const NetworkState& state,
-                                  const Eigen::VectorXd& step) {
+std::optional<NetworkState> apply_step(const NetworkLayout& layout, const NetworkState& state,
+                                       const Eigen::VectorXd& step) {
   NetworkState next = state;
   for (std::size_t i = 0; i < next.cameras.size(); ++i) {
     const CameraBlock& block = layout.cameras[i];

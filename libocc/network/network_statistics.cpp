@@ -18,50 +18,50 @@ using namespace internal::network;
 
 namespace {
 
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
-
-/// 0.1 % false alarms and 80 % power: the shift that both ask of a normal variable.
+/// Non-centrality of a normal variable for 0.1 % false alarms and 80 % power (Baarda 1968).
 constexpr double detectable_shift = 4.13;
 
-ObservationStatistics statistics_of(const ImageObservation& seen, const ResidualCofactor& cofactor,
-                                    double sigma0) {
-  constexpr double nothing = 1e-9;
+ObservationStatistics statistics_of(const ImageObservation& observation,
+                                    const ResidualCofactor& cofactor, double sigma0) {
+  constexpr double min_redundancy = 1e-9;  // below it, the residual is rounding error
   const double infinity = std::numeric_limits<double>::infinity();
-  ObservationStatistics one;
-  one.used = true;
-  const Eigen::Matrix2d left = cofactor.left();
+  ObservationStatistics statistics;
+  statistics.used = true;
+  const Eigen::Matrix2d redundancy = cofactor.redundancy();
   for (int k = 0; k < 2; ++k) {
-    const double r = std::clamp(left(k, k), 0.0, 1.0);
-    one.redundancy[k] = r;
-    one.residual_px[k] = -cofactor.residual[k] * seen.sigma_px[k];
-    one.w[k] = r > nothing ? -cofactor.residual[k] / std::sqrt(r) : 0;
-    one.tau[k] = sigma0 > 0 ? one.w[k] / sigma0 : 0;
-    one.detectable_px[k] =
-        r > nothing ? detectable_shift * seen.sigma_px[k] / std::sqrt(r) : infinity;
-    one.external[k] = r > nothing ? detectable_shift * std::sqrt((1 - r) / r) : infinity;
+    const double r = std::clamp(redundancy(k, k), 0.0, 1.0);
+    statistics.redundancy[k] = r;
+    statistics.residual_px[k] = -cofactor.residual[k] * observation.sigma_px[k];
+    statistics.w[k] = r > min_redundancy ? -cofactor.residual[k] / std::sqrt(r) : 0;
+    statistics.tau[k] = sigma0 > 0 ? statistics.w[k] / sigma0 : 0;
+    statistics.detectable_px[k] =
+        r > min_redundancy ? detectable_shift * observation.sigma_px[k] / std::sqrt(r) : infinity;
+    statistics.external[k] =
+        r > min_redundancy ? detectable_shift * std::sqrt((1 - r) / r) : infinity;
   }
-  return one;
+  return statistics;
 }
 
-DistanceStatistics statistics_of(const DistanceObservation& known,
+DistanceStatistics statistics_of(const DistanceObservation& distance,
                                  const DistanceCofactor& cofactor) {
-  constexpr double nothing = 1e-9;
-  DistanceStatistics one;
-  one.used = cofactor.used;
-  if (!one.used) return one;
-  const double r = cofactor.left;
-  one.residual_m = -cofactor.residual * known.sigma_m;
-  one.redundancy = r;
-  one.w = r > nothing ? -cofactor.residual / std::sqrt(r) : 0;
-  one.detectable_m = r > nothing ? detectable_shift * known.sigma_m / std::sqrt(r)
-                                 : std::numeric_limits<double>::infinity();
-  return one;
+  constexpr double min_redundancy = 1e-9;
+  DistanceStatistics statistics;
+  statistics.used = cofactor.used;
+  if (!statistics.used) return statistics;
+  const double r = cofactor.redundancy;
+  statistics.residual_m = -cofactor.residual * distance.sigma_m;
+  statistics.redundancy = r;
+  statistics.w = r > min_redundancy ? -cofactor.residual / std::sqrt(r) : 0;
+  statistics.detectable_m = r > min_redundancy ? detectable_shift * distance.sigma_m / std::sqrt(r)
+                                               : std::numeric_limits<double>::infinity();
+  return statistics;
 }
 
-double tau_critical(double false_alarm, int tests, double redundancy) {
+/// Critical value of Pope's tau for several tests (Pope 1976, from Student's distribution).
+double tau_critical(double false_alarm, int test_count, double redundancy) {
   const int dof = static_cast<int>(redundancy) - 1;
-  if (dof < 1 || tests < 1) return std::numeric_limits<double>::infinity();
-  const double t = student_quantile(1 - false_alarm / (2.0 * tests), dof);
+  if (dof < 1 || test_count < 1) return std::numeric_limits<double>::infinity();
+  const double t = student_quantile(1 - false_alarm / (2.0 * test_count), dof);
   return std::sqrt(redundancy) * t / std::sqrt(dof + t * t);
 }
 
@@ -73,9 +73,9 @@ Result<NetworkStatistics> network_statistics(const Network& adjusted, int thread
   Result<NetworkStatistics> result;
   NetworkStatistics& out = result.value;
   const NetworkLayout layout = layout_of(adjusted);
-  const Objection objection = objection_to(adjusted, layout);
-  result.status = objection.status;
-  result.message = objection.message;
+  const CheckOutcome check = check_solvable(adjusted, layout);
+  result.status = check.status;
+  result.message = check.message;
   if (!result.ok()) return result;
 
   const NetworkState state(adjusted);
@@ -102,91 +102,91 @@ Result<NetworkStatistics> network_statistics(const Network& adjusted, int thread
 
   const Eigen::MatrixXd covariance = system.covariance();
   const auto cofactors = residual_cofactors(adjusted, layout, state, normal, covariance, threads);
-  for (const DistanceObservation& known : adjusted.distances)
+  for (const DistanceObservation& distance : adjusted.distances)
     out.distances.push_back(
-        statistics_of(known, distance_cofactor(adjusted, layout, state, known, covariance)));
+        statistics_of(distance, distance_cofactor(adjusted, layout, state, distance, covariance)));
   constexpr double false_alarm = 0.01;
-  int tests = 0;
-  std::vector<int> in_image(adjusted.images.size());
+  int test_count = 0;
+  std::vector<int> image_observations(adjusted.images.size());
   out.rms_px_of_image.assign(adjusted.images.size(), Eigen::Vector2d::Zero());
   out.image_observations.resize(cofactors.size());
   for (std::size_t i = 0; i < cofactors.size(); ++i) {
     if (!cofactors[i].used) continue;
-    const ImageObservation& seen = adjusted.observations[i];
-    out.image_observations[i] = statistics_of(seen, cofactors[i], out.sigma0);
-    const ObservationStatistics& one = out.image_observations[i];
-    out.image_redundancy += one.redundancy.sum();
-    out.rms_px += one.residual_px.cwiseAbs2();
-    out.rms_px_of_image[seen.image] += one.residual_px.cwiseAbs2();
-    ++in_image[seen.image];
-    tests += 2;
+    const ImageObservation& observation = adjusted.observations[i];
+    out.image_observations[i] = statistics_of(observation, cofactors[i], out.sigma0);
+    const ObservationStatistics& statistics = out.image_observations[i];
+    out.image_redundancy += statistics.redundancy.sum();
+    out.rms_px += statistics.residual_px.cwiseAbs2();
+    out.rms_px_of_image[observation.image] += statistics.residual_px.cwiseAbs2();
+    ++image_observations[observation.image];
+    test_count += 2;
   }
-  if (tests > 0) {
-    out.rms_px = (out.rms_px / (0.5 * tests)).cwiseSqrt();
-    out.w_critical = normal_quantile(1 - false_alarm / (2.0 * tests));
+  if (test_count > 0) {
+    out.rms_px = (out.rms_px / (0.5 * test_count)).cwiseSqrt();
+    out.w_critical = normal_quantile(1 - false_alarm / (2.0 * test_count));
   }
-  out.tau_critical = tau_critical(false_alarm, tests, out.redundancy);
-  for (std::size_t i = 0; i < in_image.size(); ++i)
-    if (in_image[i] > 0)
-      out.rms_px_of_image[i] = (out.rms_px_of_image[i] / in_image[i]).cwiseSqrt();
+  out.tau_critical = tau_critical(false_alarm, test_count, out.redundancy);
+  for (std::size_t i = 0; i < image_observations.size(); ++i)
+    if (image_observations[i] > 0)
+      out.rms_px_of_image[i] = (out.rms_px_of_image[i] / image_observations[i]).cwiseSqrt();
   return result;
 }
 
 Result<VarianceComponents> variance_components(const Network& network,
                                                const AdjustOptions& options) {
   constexpr int max_rounds = 30;
-  constexpr double enough = 1e-3;
+  constexpr double tolerance = 1e-3;
   Result<VarianceComponents> result;
   VarianceComponents& out = result.value;
   for (int camera = 0; camera < static_cast<int>(network.cameras.size()); ++camera)
     for (int axis = 0; axis < 2; ++axis) out.components.push_back({camera, axis, 1, 0, 0});
-  Network now = network;
+  Network current = network;
   for (; out.rounds < max_rounds; ++out.rounds) {
-    Result<Adjustment> adjusted = adjust(now, options);
+    Result<Adjustment> adjusted = adjust(current, options);
     result.status = adjusted.status;
     result.message = adjusted.message;
     out.adjustment = std::move(adjusted.value);
     if (!result.ok()) return result;
-    const auto statistics = network_statistics(out.adjustment.network, options.threads);
-    if (!statistics.ok()) {
-      result.status = statistics.status;
-      result.message = statistics.message;
+    const auto all = network_statistics(out.adjustment.network, options.threads);
+    if (!all.ok()) {
+      result.status = all.status;
+      result.message = all.message;
       return result;
     }
-    std::vector<double> squares(out.components.size());
+    std::vector<double> squared_sums(out.components.size());
     for (VarianceComponent& component : out.components)
       component.redundancy = component.observations = 0;
-    for (std::size_t i = 0; i < now.observations.size(); ++i) {
-      const ObservationStatistics& one = statistics->image_observations[i];
-      if (!one.used) continue;
-      const ImageObservation& seen = now.observations[i];
+    for (std::size_t i = 0; i < current.observations.size(); ++i) {
+      const ObservationStatistics& statistics = all->image_observations[i];
+      if (!statistics.used) continue;
+      const ImageObservation& observation = current.observations[i];
       for (int axis = 0; axis < 2; ++axis) {
-        const std::size_t k = at(2 * now.images[seen.image].camera + axis);
-        squares[k] += std::pow(one.residual_px[axis] / seen.sigma_px[axis], 2);
-        out.components[k].redundancy += one.redundancy[axis];
+        const int k = 2 * current.images[observation.image].camera + axis;
+        squared_sums[k] += std::pow(statistics.residual_px[axis] / observation.sigma_px[axis], 2);
+        out.components[k].redundancy += statistics.redundancy[axis];
         ++out.components[k].observations;
       }
     }
     double change = 0;
     std::vector<double> steps(out.components.size(), 1);
     for (std::size_t k = 0; k < steps.size(); ++k) {
-      if (out.components[k].redundancy < 1 || squares[k] <= 0) continue;
-      steps[k] = std::sqrt(squares[k] / out.components[k].redundancy);
+      if (out.components[k].redundancy < 1 || squared_sums[k] <= 0) continue;
+      steps[k] = std::sqrt(squared_sums[k] / out.components[k].redundancy);
       out.components[k].factor *= steps[k];
       change = std::max(change, std::abs(steps[k] - 1));
     }
-    now = out.adjustment.network;
-    for (ImageObservation& seen : now.observations)
+    current = out.adjustment.network;
+    for (ImageObservation& observation : current.observations)
       for (int axis = 0; axis < 2; ++axis)
-        seen.sigma_px[axis] *= steps[2 * now.images[seen.image].camera + axis];
-    if (change < enough) {
+        observation.sigma_px[axis] *= steps[2 * current.images[observation.image].camera + axis];
+    if (change < tolerance) {
       ++out.rounds;
-      out.adjustment.network = std::move(now);
+      out.adjustment.network = std::move(current);
       return result;
     }
   }
   result.status = Status::not_converged;
-  result.message = "the variance components still change";
+  result.message = "the variance components have not converged after 30 rounds";
   return result;
 }
 
@@ -197,30 +197,30 @@ Result<CheckResult> check_points(const Network& adjusted, const Precision& preci
   Datum datum;
   for (const CheckPoint& point : points) {
     require_finite(point.position_m, "points");
-    adjusted.name_of(point.target);  // throws when there is none
+    adjusted.name_of(point.target);  // throws for an invalid target
     require(point.target.body < 0, "points", point.target.corner, "points, not corners of bodies");
     reference.points[point.target.point].position_m = point.position_m;
     datum.targets.push_back(point.target);
   }
   Result<CheckResult> result;
   const Result<Network> aligned = in_datum(adjusted, reference, datum);
-  const Result<Precision> there = precision.in_datum(datum);
-  if (!aligned.ok() || !there.ok()) {
-    result.status = aligned.ok() ? there.status : aligned.status;
-    result.message = aligned.ok() ? there.message : aligned.message;
+  const Result<Precision> precision_in_datum = precision.in_datum(datum);
+  if (!aligned.ok() || !precision_in_datum.ok()) {
+    result.status = aligned.ok() ? precision_in_datum.status : aligned.status;
+    result.message = aligned.ok() ? precision_in_datum.message : aligned.message;
     return result;
   }
   CheckResult& out = result.value;
   const double count = static_cast<double>(points.size());
-  Eigen::Vector3d squares = Eigen::Vector3d::Zero(), variances = Eigen::Vector3d::Zero();
+  Eigen::Vector3d squared_sums = Eigen::Vector3d::Zero(), variances = Eigen::Vector3d::Zero();
   for (const CheckPoint& point : points) {
     out.errors_m.push_back(aligned->position_m(point.target) - point.position_m);
-    squares += out.errors_m.back().cwiseAbs2() / count;
-    variances += there->position(point.target).diagonal() / count;
+    squared_sums += out.errors_m.back().cwiseAbs2() / count;
+    variances += precision_in_datum->position(point.target).diagonal() / count;
   }
-  out.rmse_m = squares.cwiseSqrt();
+  out.rmse_m = squared_sums.cwiseSqrt();
   out.predicted_m = variances.cwiseSqrt();
-  out.rmse_3d_m = std::sqrt(squares.sum());
+  out.rmse_3d_m = std::sqrt(squared_sums.sum());
   out.predicted_3d_m = std::sqrt(variances.sum());
   return result;
 }

@@ -16,32 +16,30 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-std::size_t at(Index index) { return static_cast<std::size_t>(index); }
-
 /// Number of partial sums. It follows from the network alone, so that the number of threads does
 /// not change the order of additions. A partial sum of n x n should hold at least four batches, and
 /// all of them together at most 256 MB.
-int lanes_of(const NetworkLayout& layout) {
+std::size_t lanes_of(const NetworkLayout& layout) {
   constexpr double max_elements = 32e6;
   const double n = static_cast<double>(std::max<Index>(layout.reduced, 1));
   const double by_work = static_cast<double>(layout.batches.size()) / 4;
-  return static_cast<int>(std::clamp(std::min(by_work, max_elements / (n * n)), 2.0, 8.0));
+  return static_cast<std::size_t>(std::clamp(std::min(by_work, max_elements / (n * n)), 2.0, 8.0));
 }
 
-/// One partial sum. The part of S from images alone is summed for each image, where its unknowns
-/// are neighbours, and put in place at the end.
+/// One partial sum. The image parts of S are summed for each image, where the image's unknowns are
+/// contiguous, and added to S at the end.
 struct Lane {
   double cost = 0;
-  int lost = 0;
+  int out_of_view = 0;
   MatrixXd reduced;
   VectorXd rhs, diagonal;
-  std::vector<MatrixXd> of_image;  ///< lower triangles, transposed: columns hold rows
+  std::vector<MatrixXd> of_image;  ///< lower triangles, stored transposed
   std::vector<VectorXd> rhs_of_image;
-  std::vector<std::size_t> loose_groups;
+  std::vector<std::size_t> singular_groups;
 };
 
-/// r and the rows times the root of the robust weight.
-void weigh(const Loss& loss, ObservationRows& rows, Lane& lane) {
+/// Multiplies r and the rows by the square root of the robust weight.
+void apply_weight(const Loss& loss, ObservationRows& rows, Lane& lane) {
   const double squared = rows.r[0] * rows.r[0] + rows.r[1] * rows.r[1];
   lane.cost += loss.rho(squared);
   const double root = std::sqrt(loss.weight(squared));
@@ -68,28 +66,29 @@ void place_image_parts(const NetworkLayout& layout, Lane& lane) {
     const ImageBlock& block = layout.images[image];
     const MatrixXd& sum = lane.of_image[image];
     int row_start = 0;
-    for (std::size_t s = 0; s < at(block.segments); row_start += block.size[s++])
+    for (int s = 0; s < block.segments; row_start += block.size[s++])
       for (int i = 0; i < block.size[s]; ++i) {
         const Index row = block.offset[s] + i;
         lane.rhs[row] += lane.rhs_of_image[image][row_start + i];
         lane.diagonal[row] += sum(row_start + i, row_start + i);
-        int column_start = 0;  // segments are in the order of their offsets
-        for (std::size_t t = 0; t <= s; column_start += block.size[t++])
+        int column_start = 0;  // segments are sorted by offset
+        for (int t = 0; t <= s; column_start += block.size[t++])
           for (int j = 0; j < block.size[t] && column_start + j <= row_start + i; ++j)
             lane.reduced(row, block.offset[t] + j) += sum(column_start + j, row_start + i);
       }
   }
 }
 
-/// L with V = L L^T in place; a direction that nothing determines gets no step.
+/// Cholesky factor L of V = L L^T in place. A singular direction gets a huge pivot and thus no
+/// step; the result is then false. `before`: diagonal without damping.
 bool factorise(SmallMatrix& v, const Eigen::Ref<const VectorXd>& before) {
-  bool sound = true;
+  bool regular = true;
   const Index n = v.rows();
   for (Index c = 0; c < n; ++c) {
     double pivot = v(c, c);
     for (Index k = 0; k < c; ++k) pivot -= v(c, k) * v(c, k);
     if (!(pivot > 1e-14 * before[c])) {
-      sound = false;
+      regular = false;
       pivot = 1e280;
     }
     const double root = std::sqrt(pivot);
@@ -100,29 +99,29 @@ bool factorise(SmallMatrix& v, const Eigen::Ref<const VectorXd>& before) {
       v(r, c) = sum / root;
     }
   }
-  return sound;
+  return regular;
 }
 
 class Builder {
  public:
   Builder(const Network& network, const NetworkLayout& layout, const NetworkState& state,
-          const Loss& loss, double damping, int lanes, NormalEquations& normal)
+          const Loss& loss, double damping, std::size_t lanes, NormalEquations& normal)
       : network_(network),
         layout_(layout),
         state_(state),
         loss_(loss),
         damping_(damping),
-        lanes_(at(lanes)),
+        lanes_(lanes),
         normal_(normal) {
     control_of_group_.resize(layout.groups.size());
     for (std::size_t i = 0; i < network.control.size(); ++i) {
       const Target& target = network.control[i].target;
-      if (!layout.knows(target)) continue;
+      if (!layout.is_determined(target)) continue;
       const Index offset = layout.offset_of(target);
       if (offset >= layout.reduced)
         control_of_group_[group_at(offset)].push_back(i);
       else
-        control_of_rest_.push_back(i);
+        control_of_reduced_.push_back(i);
     }
   }
 
@@ -137,10 +136,10 @@ class Builder {
       lane.rhs_of_image[i] = VectorXd::Zero(layout_.images[i].width);
     }
     for (std::size_t b = number; b < layout_.batches.size(); b += lanes_) add_batch(b, lane);
-    for (std::size_t k = number; k < layout_.loose.size(); k += lanes_)
-      add_loose(network_.observations[layout_.loose[k]], lane);
+    for (std::size_t k = number; k < layout_.direct.size(); k += lanes_)
+      add_direct(network_.observations[layout_.direct[k]], lane);
     place_image_parts(layout_, lane);
-    if (number == 0) add_knowledge(lane);
+    if (number == 0) add_other_observations(lane);
   }
 
  private:
@@ -148,12 +147,12 @@ class Builder {
     const auto after =
         std::upper_bound(layout_.groups.begin(), layout_.groups.end(), offset,
                          [](Index value, const Group& group) { return value < group.offset; });
-    return at(after - layout_.groups.begin() - 1);
+    return after - layout_.groups.begin() - 1;
   }
 
-  void lose(Lane& lane) const {
-    ++lane.lost;
-    lane.cost += loss_.rho(lost_residual * lost_residual);
+  void add_out_of_view(Lane& lane) const {
+    ++lane.out_of_view;
+    lane.cost += loss_.rho(out_of_view_residual * out_of_view_residual);
   }
 
   void add_batch(std::size_t number, Lane& lane) {
@@ -168,7 +167,7 @@ class Builder {
       add_group(g, batch, column, out, lane);
       column += layout_.groups[g].size;
     }
-    subtract(batch, out, lane);
+    subtract_from_reduced(batch, out, lane);
   }
 
   void add_group(std::size_t number, const Batch& batch, Index column, EliminatedBatch& out,
@@ -178,14 +177,14 @@ class Builder {
     v.setZero(group.size, group.size);
     auto y = out.y.segment(column, group.size);
     for (const int i : group.observations) {
-      const ImageObservation& seen = network_.observations[i];
+      const ImageObservation& observation = network_.observations[i];
       ObservationRows rows;
-      if (!rows_of(network_, layout_, state_, seen, rows)) {
-        lose(lane);
+      if (!rows_of(network_, layout_, state_, observation, rows)) {
+        add_out_of_view(lane);
         continue;
       }
-      weigh(loss_, rows, lane);
-      const std::size_t image = at(seen.image);
+      apply_weight(loss_, rows, lane);
+      const int image = observation.image;
       add_image_part(rows, lane.of_image[image], lane.rhs_of_image[image]);
       for (Index c = 0; c < group.size; ++c) {
         const double b0 = rows.b[0][c], b1 = rows.b[1][c];
@@ -198,7 +197,7 @@ class Builder {
 
     const VectorXd before = v.diagonal();
     v.diagonal() *= 1 + damping_;
-    if (!factorise(v, before)) lane.loose_groups.push_back(number);
+    if (!factorise(v, before)) lane.singular_groups.push_back(number);
     for (Index c = 0; c < group.size; ++c) {
       auto own = out.w.col(column + c);
       for (Index k = 0; k < c; ++k) {
@@ -213,7 +212,7 @@ class Builder {
   void add_mixed(const Batch& batch, const ImageBlock& block, const ObservationRows& rows,
                  double b0, double b1, double* column) const {
     const double *a0 = rows.a[0], *a1 = rows.a[1];
-    for (std::size_t s = 0; s < at(block.segments); ++s) {
+    for (int s = 0; s < block.segments; ++s) {
       const Index start = batch.rows.empty() ? block.offset[s] : batch.position[block.offset[s]];
       double* e = column + start;
       for (int k = 0; k < block.size[s]; ++k) e[k] += a0[k] * b0 + a1[k] * b1;
@@ -222,8 +221,8 @@ class Builder {
     }
   }
 
-  void subtract(const Batch& batch, const EliminatedBatch& out, Lane& lane) const {
-    if (out.w.rows() == 0) return;  // nothing but points is unknown
+  void subtract_from_reduced(const Batch& batch, const EliminatedBatch& out, Lane& lane) const {
+    if (out.w.rows() == 0) return;  // no reduced unknowns
     const VectorXd down = out.w * out.y;
     if (batch.rows.empty()) {
       lane.reduced.selfadjointView<Eigen::Lower>().rankUpdate(out.w, -1);
@@ -243,22 +242,23 @@ class Builder {
   void add_control(std::size_t index, SmallMatrix& v, Vector& rhs, Lane& lane) const {
     const ControlPoint& known = network_.control[index];
     const Eigen::Matrix3d weight = known.covariance_m2.inverse();
-    const Eigen::Vector3d off = target_position(network_, state_, known.target) - known.position_m;
-    lane.cost += 0.5 * off.dot(weight * off);
+    const Eigen::Vector3d residual =
+        target_position(network_, state_, known.target) - known.position_m;
+    lane.cost += 0.5 * residual.dot(weight * residual);
     const auto jacobian = target_jacobian(network_, layout_, state_, known.target);
     v += jacobian.transpose() * weight * jacobian;
-    rhs -= jacobian.transpose() * (weight * off);
+    rhs -= jacobian.transpose() * (weight * residual);
   }
 
-  /// A target that is fixed, or kept among the reduced unknowns.
-  void add_loose(const ImageObservation& seen, Lane& lane) const {
+  /// Adds an observation of a target that is fixed or belongs to the reduced unknowns.
+  void add_direct(const ImageObservation& observation, Lane& lane) const {
     ObservationRows rows;
-    if (!rows_of(network_, layout_, state_, seen, rows)) return lose(lane);
-    weigh(loss_, rows, lane);
-    const std::size_t image = at(seen.image);
+    if (!rows_of(network_, layout_, state_, observation, rows)) return add_out_of_view(lane);
+    apply_weight(loss_, rows, lane);
+    const int image = observation.image;
     add_image_part(rows, lane.of_image[image], lane.rhs_of_image[image]);
     if (rows.size == 0) return;
-    const Index offset = layout_.offset_of(seen.target);
+    const Index offset = layout_.offset_of(observation.target);
     const ImageBlock& block = layout_.images[image];
     for (Index c = 0; c < rows.size; ++c) {
       const double b0 = rows.b[0][c], b1 = rows.b[1][c];
@@ -266,15 +266,15 @@ class Builder {
       lane.diagonal[offset + c] += b0 * b0 + b1 * b1;
       for (Index k = c; k < rows.size; ++k)
         lane.reduced(offset + k, offset + c) += b0 * rows.b[0][k] + b1 * rows.b[1][k];
-      int start = 0;  // kept targets come after all images' unknowns: the lower triangle
-      for (std::size_t s = 0; s < at(block.segments); start += block.size[s++])
+      int start = 0;  // targets follow all images' unknowns: lower triangle
+      for (int s = 0; s < block.segments; start += block.size[s++])
         for (int k = 0; k < block.size[s]; ++k)
           lane.reduced(offset + c, block.offset[s] + k) +=
               b0 * rows.a[0][start + k] + b1 * rows.a[1][start + k];
     }
   }
 
-  /// An observation given by its rows over some reduced unknowns.
+  /// Adds an observation given by its rows over some reduced unknowns (none: fixed).
   void add_rows(const std::vector<Index>& unknowns, const MatrixXd& jacobian, const VectorXd& r,
                 Lane& lane) const {
     lane.cost += 0.5 * r.squaredNorm();
@@ -290,10 +290,10 @@ class Builder {
   }
 
   void add_distance(const DistanceObservation& known, Lane& lane) const {
-    const Eigen::Vector3d apart =
+    const Eigen::Vector3d difference =
         target_position(network_, state_, known.to) - target_position(network_, state_, known.from);
-    const double length = apart.norm();
-    if (length == 0) return lose(lane);
+    const double length = difference.norm();
+    if (length == 0) return add_out_of_view(lane);
     const bool same_body = known.from.body >= 0 && known.from.body == known.to.body;
     std::vector<Index> unknowns;
     MatrixXd jacobian(1, 2 * max_group);
@@ -301,7 +301,7 @@ class Builder {
     const auto add = [&](const Target& target, double sign) {
       const Index offset = layout_.offset_of(target);
       if (offset == none) return;
-      const Eigen::RowVectorXd row = (sign / (known.sigma_m * length)) * apart.transpose() *
+      const Eigen::RowVectorXd row = (sign / (known.sigma_m * length)) * difference.transpose() *
                                      target_jacobian(network_, layout_, state_, target);
       const bool again = same_body && columns > 0;
       for (Index k = 0; k < row.size(); ++k) {
@@ -315,22 +315,24 @@ class Builder {
     };
     add(known.from, -1);
     add(known.to, 1);
-    const double off = (length - known.length_m) / known.sigma_m;
-    const double weight = loss_.weight(off * off), root = std::sqrt(weight);
-    lane.cost += loss_.rho(off * off) - 0.5 * weight * off * off;  // add_rows adds the rest
-    add_rows(unknowns, root * jacobian.leftCols(columns), VectorXd::Constant(1, root * off), lane);
+    const double residual = (length - known.length_m) / known.sigma_m;
+    const double weight = loss_.weight(residual * residual), root = std::sqrt(weight);
+    lane.cost += loss_.rho(residual * residual) -
+                 0.5 * weight * residual * residual;  // add_rows adds the rest
+    add_rows(unknowns, root * jacobian.leftCols(columns), VectorXd::Constant(1, root * residual),
+             lane);
   }
 
   void add_pose_prior(const PosePrior& prior, Lane& lane) const {
-    const std::size_t station = at(prior.station);
+    const int station = prior.station;
     const Rigid3& pose = state_.stations[station];
-    const Vector6 off = difference(pose, prior.station_from_world);
+    const Vector6 residual = difference(pose, prior.station_from_world);
     Matrix6 jacobian = Matrix6::Identity();
-    jacobian.topLeftCorner<3, 3>() = so3_left_jacobian(off.head<3>()).inverse();
-    jacobian.bottomLeftCorner<3, 3>() = -skew(off.tail<3>());
+    jacobian.topLeftCorner<3, 3>() = so3_left_jacobian(residual.head<3>()).inverse();
+    jacobian.bottomLeftCorner<3, 3>() = -skew(residual.tail<3>());
     const Eigen::LLT<Matrix6> factor(prior.covariance);
     const MatrixXd whitened = factor.matrixL().solve(jacobian);
-    const VectorXd r = factor.matrixL().solve(off);
+    const VectorXd r = factor.matrixL().solve(residual);
     std::vector<Index> unknowns;
     for (Index k = 0; k < 6; ++k)
       unknowns.push_back(layout_.stations[station] == none ? none : layout_.stations[station] + k);
@@ -348,8 +350,8 @@ class Builder {
     }
   }
 
-  void add_knowledge(Lane& lane) const {
-    for (const std::size_t i : control_of_rest_) {
+  void add_other_observations(Lane& lane) const {
+    for (const std::size_t i : control_of_reduced_) {
       const Target& target = network_.control[i].target;
       const Index offset = layout_.offset_of(target);
       SmallMatrix v = SmallMatrix::Zero(layout_.size_of(target), layout_.size_of(target));
@@ -361,7 +363,7 @@ class Builder {
       lane.reduced.block(offset, offset, v.rows(), v.cols()) += v;
     }
     for (const DistanceObservation& known : network_.distances)
-      if (known.used && layout_.knows(known.from) && layout_.knows(known.to))
+      if (known.used && layout_.is_determined(known.from) && layout_.is_determined(known.to))
         add_distance(known, lane);
     for (const ParameterPrior& prior : network_.parameter_priors) add_parameter_prior(prior, lane);
     for (const PosePrior& prior : network_.pose_priors) add_pose_prior(prior, lane);
@@ -375,7 +377,7 @@ class Builder {
   std::size_t lanes_;
   NormalEquations& normal_;
   std::vector<std::vector<std::size_t>> control_of_group_;
-  std::vector<std::size_t> control_of_rest_;
+  std::vector<std::size_t> control_of_reduced_;
 };
 
 }  // namespace
@@ -383,28 +385,28 @@ class Builder {
 void build(const Network& network, const NetworkLayout& layout, const NetworkState& state,
            const Loss& loss, double damping, int threads, NormalEquations& normal) {
   normal.batches.resize(layout.batches.size());
-  std::vector<Lane> parts(at(lanes_of(layout)));
-  Builder builder(network, layout, state, loss, damping, static_cast<int>(parts.size()), normal);
+  std::vector<Lane> parts(lanes_of(layout));
+  Builder builder(network, layout, state, loss, damping, parts.size(), normal);
   core::for_each_index(
       parts.size(), [&](std::size_t k) { builder.run(k, parts[k]); }, threads);
   Lane& sum = parts[0];
   for (std::size_t k = 1; k < parts.size(); ++k) {
     const Lane& part = parts[k];
     sum.cost += part.cost;
-    sum.lost += part.lost;
+    sum.out_of_view += part.out_of_view;
     sum.reduced += part.reduced;
     sum.rhs += part.rhs;
     sum.diagonal += part.diagonal;
-    sum.loose_groups.insert(sum.loose_groups.end(), part.loose_groups.begin(),
-                            part.loose_groups.end());
+    sum.singular_groups.insert(sum.singular_groups.end(), part.singular_groups.begin(),
+                               part.singular_groups.end());
   }
   normal.cost = sum.cost;
-  normal.lost = sum.lost;
+  normal.out_of_view = sum.out_of_view;
   normal.reduced = std::move(sum.reduced);
   normal.rhs = std::move(sum.rhs);
   normal.diagonal = std::move(sum.diagonal);
   normal.reduced.diagonal() += damping * normal.diagonal;
-  normal.loose_groups = std::move(sum.loose_groups);
+  normal.singular_groups = std::move(sum.singular_groups);
 }
 
 MatrixXd rows_in(const Batch& batch, const MatrixXd& over_reduced) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/network/precision.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <limits>
@@ -24,54 +23,46 @@ using Eigen::MatrixXd;
 
 namespace {
 
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
-
-/// The 3x3 diagonal blocks of one batch's points, before any change of datum.
+/// The 3x3 diagonal blocks of the points of one batch, in the free datum.
 void add_points(const FreePrecision& free, std::size_t number, std::vector<Matrix3d>& all) {
   const Batch& batch = free.layout.batches[number];
   const EliminatedBatch& part = free.batches[number];
-  MatrixXd across;
+  MatrixXd product;
   if (free.layout.reduced > 0) {
     if (batch.rows.empty()) {
-      across.noalias() = free.covariance.selfadjointView<Eigen::Lower>() * part.w;
+      product.noalias() = free.covariance.selfadjointView<Eigen::Lower>() * part.w;
     } else {
       const Index n = static_cast<Index>(batch.rows.size());
       MatrixXd own(n, n);
       for (Index c = 0; c < n; ++c)
         for (Index r = 0; r < n; ++r) own(r, c) = free.covariance(batch.rows[r], batch.rows[c]);
-      across.noalias() = own * part.w;
+      product.noalias() = own * part.w;
     }
   }
   for (std::size_t g = batch.first; g < batch.last; ++g) {
     const Group& group = free.layout.groups[g];
     if (group.block.body >= 0) continue;
-    const Index column = free.places[g].column;
+    const Index column = free.locations[g].column;
     Matrix3d inner = Matrix3d::Identity();
-    if (across.size() > 0)
-      inner += part.w.middleCols<3>(column).transpose() * across.middleCols<3>(column);
+    if (product.size() > 0)
+      inner += part.w.middleCols<3>(column).transpose() * product.middleCols<3>(column);
     const Matrix3d lower = part.factors[g - batch.first].topLeftCorner<3, 3>();
     const Matrix3d inverse = lower.triangularView<Eigen::Lower>().solve(Matrix3d::Identity());
     all[group.block.point] = inverse.transpose() * inner * inverse;
   }
 }
 
-void require_known(int index, std::size_t size, const char* name) {
-  require(index >= 0 && at(index) < size, name, index, "one of the network's");
+void require_index(int index, std::size_t size, const char* name) {
+  require(index >= 0 && index < static_cast<int>(size), name, index,
+          "an index below " + std::to_string(size));
 }
 
-Matrix6 of_pose(const PrecisionState& state, Index offset) {
+Matrix6 pose_block(const PrecisionState& state, Index offset) {
   if (offset == none) return Matrix6::Zero();
   return state.between(offset, 6, offset, 6);
 }
 
 }  // namespace
-
-ErrorEllipsoid error_ellipsoid(const Matrix3d& covariance_m2) {
-  require_finite(covariance_m2, "covariance_m2");
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(covariance_m2);
-  return {eigen.eigenvalues().cwiseMax(0).cwiseSqrt().reverse(),
-          eigen.eigenvectors().rowwise().reverse()};
-}
 
 MatrixXd FreePrecision::times(const MatrixXd& columns) const {
   MatrixXd u = columns.topRows(layout.reduced);
@@ -82,7 +73,7 @@ MatrixXd FreePrecision::times(const MatrixXd& columns) const {
     y.resize(batch.columns, columns.cols());
     for (std::size_t g = batch.first; g < batch.last; ++g) {
       const Group& group = layout.groups[g];
-      auto own = y.middleRows(places[g].column, group.size);
+      auto own = y.middleRows(locations[g].column, group.size);
       own = columns.middleRows(group.offset, group.size);
       batches[b].factors[g - batch.first].triangularView<Eigen::Lower>().solveInPlace(own);
     }
@@ -103,7 +94,7 @@ MatrixXd FreePrecision::times(const MatrixXd& columns) const {
     if (layout.reduced > 0) y -= batches[b].w.transpose() * rows_in(batch, reduced);
     for (std::size_t g = batch.first; g < batch.last; ++g) {
       const Group& group = layout.groups[g];
-      auto own = y.middleRows(places[g].column, group.size);
+      auto own = y.middleRows(locations[g].column, group.size);
       batches[b].factors[g - batch.first].triangularView<Eigen::Lower>().transpose().solveInPlace(
           own);
       result.middleRows(group.offset, group.size) = own;
@@ -126,11 +117,11 @@ MatrixXd FreePrecision::dependence(Index offset, Index size) const {
     return rows;
   }
   const std::size_t g = group_at(offset);
-  const Batch& batch = layout.batches[places[g].batch];
-  const EliminatedBatch& part = batches[places[g].batch];
+  const Batch& batch = layout.batches[locations[g].batch];
+  const EliminatedBatch& part = batches[locations[g].batch];
   const MatrixXd own =
-      -part.factors[places[g].within].triangularView<Eigen::Lower>().transpose().solve(
-          part.w.middleCols(places[g].column, size).transpose());
+      -part.factors[locations[g].within].triangularView<Eigen::Lower>().transpose().solve(
+          part.w.middleCols(locations[g].column, size).transpose());
   if (batch.rows.empty()) return own;
   for (std::size_t k = 0; k < batch.rows.size(); ++k)
     rows.col(batch.rows[k]) = own.col(static_cast<Index>(k));
@@ -141,9 +132,10 @@ MatrixXd FreePrecision::between(Index a, Index a_size, Index b, Index b_size) co
   MatrixXd block = dependence(a, a_size) * covariance * dependence(b, b_size).transpose();
   if (a == b && a >= layout.reduced) {
     const std::size_t g = group_at(a);
-    const MatrixXd inverse =
-        batches[places[g].batch].factors[places[g].within].triangularView<Eigen::Lower>().solve(
-            MatrixXd::Identity(a_size, a_size));
+    const MatrixXd inverse = batches[locations[g].batch]
+                                 .factors[locations[g].within]
+                                 .triangularView<Eigen::Lower>()
+                                 .solve(MatrixXd::Identity(a_size, a_size));
     block += inverse.transpose() * inverse;
   }
   return block;
@@ -151,9 +143,9 @@ MatrixXd FreePrecision::between(Index a, Index a_size, Index b, Index b_size) co
 
 MatrixXd PrecisionState::between(Index a, Index a_size, Index b, Index b_size) const {
   MatrixXd block = free->between(a, a_size, b, b_size);
-  const auto h_a = along.middleRows(a, a_size), h_b = along.middleRows(b, b_size);
-  const auto k_a = applied.middleRows(a, a_size), k_b = applied.middleRows(b, b_size);
-  block += h_a * middle * h_b.transpose() - h_a * k_b.transpose() - k_a * h_b.transpose();
+  const auto h_a = h.middleRows(a, a_size), h_b = h.middleRows(b, b_size);
+  const auto k_a = qb.middleRows(a, a_size), k_b = qb.middleRows(b, b_size);
+  block += h_a * bqb * h_b.transpose() - h_a * k_b.transpose() - k_a * h_b.transpose();
   if (a == b) block = (0.5 * (block + block.transpose())).eval();
   return factor * block;
 }
@@ -187,10 +179,9 @@ std::vector<Matrix3d> Precision::points() const {
     } else if (offset != none && offset < layout.reduced) {
       all[i] = state_->between(offset, 3, offset, 3);
     } else if (offset != none) {
-      const auto h = state_->along.middleRows<3>(offset);
-      const Matrix3d crossed = h * state_->applied.middleRows<3>(offset).transpose();
-      const Matrix3d block =
-          all[i] + h * state_->middle * h.transpose() - crossed - crossed.transpose();
+      const auto h = state_->h.middleRows<3>(offset);
+      const Matrix3d cross = h * state_->qb.middleRows<3>(offset).transpose();
+      const Matrix3d block = all[i] + h * state_->bqb * h.transpose() - cross - cross.transpose();
       all[i] = 0.5 * state_->factor * (block + block.transpose());
     }
   }
@@ -203,19 +194,21 @@ Matrix3d Precision::position(const Target& target) const {
 
 Matrix6 Precision::positions(const Target& a, const Target& b) const {
   const FreePrecision& free = *state_->free;
-  free.network.name_of(a);  // throws when there is none
+  free.network.name_of(a);  // throws for an invalid target
   free.network.name_of(b);
-  if (!free.layout.knows(a) || !free.layout.knows(b)) return unknown_covariance<6>();
+  if (!free.layout.is_determined(a) || !free.layout.is_determined(b))
+    return unknown_covariance<6>();
   Matrix6 joint = Matrix6::Zero();
-  const Target both[2] = {a, b};
+  const Target targets[2] = {a, b};
   for (int i = 0; i < 2; ++i)
     for (int j = 0; j < 2; ++j) {
-      const Index from = free.layout.offset_of(both[i]), to = free.layout.offset_of(both[j]);
+      const Index from = free.layout.offset_of(targets[i]), to = free.layout.offset_of(targets[j]);
       if (from == none || to == none) continue;
       joint.block<3, 3>(3 * i, 3 * j) =
-          target_jacobian(free.network, free.layout, free.state, both[i]) *
-          state_->between(from, free.layout.size_of(both[i]), to, free.layout.size_of(both[j])) *
-          target_jacobian(free.network, free.layout, free.state, both[j]).transpose();
+          target_jacobian(free.network, free.layout, free.state, targets[i]) *
+          state_->between(from, free.layout.size_of(targets[i]), to,
+                          free.layout.size_of(targets[j])) *
+          target_jacobian(free.network, free.layout, free.state, targets[j]).transpose();
     }
   return joint;
 }
@@ -223,53 +216,53 @@ Matrix6 Precision::positions(const Target& a, const Target& b) const {
 double Precision::distance_sigma_m(const Target& a, const Target& b) const {
   const FreePrecision& free = *state_->free;
   const Eigen::Vector3d apart = free.network.position_m(b) - free.network.position_m(a);
-  if (!free.layout.knows(a) || !free.layout.knows(b) || apart.norm() == 0)
+  if (!free.layout.is_determined(a) || !free.layout.is_determined(b) || apart.norm() == 0)
     return std::numeric_limits<double>::infinity();
-  Vector6 along;
-  along << -apart.normalized(), apart.normalized();
-  return std::sqrt(std::max(0.0, along.dot(positions(a, b) * along)));
+  Vector6 gradient;
+  gradient << -apart.normalized(), apart.normalized();
+  return std::sqrt(std::max(0.0, gradient.dot(positions(a, b) * gradient)));
 }
 
 double Precision::scale_sigma() const {
   const FreePrecision& free = *state_->free;
   DatumDefect all = free.defect;
   all.directions = Eigen::Matrix<double, 7, 7>::Identity();
-  const auto every = conditions_of(free.network, free.layout, {}, all);
-  if (!every) return std::numeric_limits<double>::infinity();
-  const MatrixXd b = over_unknowns(*every, free.network, free.layout, free.state);
-  MatrixXd hold = MatrixXd::Zero(7, 7);
-  for (const auto& rows : every->rows) hold += rows * rows.transpose();
+  const auto conditions = datum_conditions(free.network, free.layout, {}, all);
+  if (!conditions) return std::numeric_limits<double>::infinity();
+  const MatrixXd b = condition_matrix(*conditions, free.network, free.layout, free.state);
+  MatrixXd normal = MatrixXd::Zero(7, 7);
+  for (const auto& rows : conditions->rows) normal += rows * rows.transpose();
   MatrixXd q = b.transpose() * free.times(b);
-  const MatrixXd h = b.transpose() * state_->along, k = b.transpose() * state_->applied;
-  q += h * state_->middle * h.transpose() - h * k.transpose() - k * h.transpose();
-  const MatrixXd inverse = hold.inverse();
+  const MatrixXd h = b.transpose() * state_->h, k = b.transpose() * state_->qb;
+  q += h * state_->bqb * h.transpose() - h * k.transpose() - k * h.transpose();
+  const MatrixXd inverse = normal.inverse();
   const double variance = (inverse * q * inverse)(6, 6);
   return std::sqrt(std::max(0.0, state_->factor * variance));
 }
 
 Matrix6 Precision::station(int station) const {
   const FreePrecision& free = *state_->free;
-  require_known(station, free.layout.stations.size(), "station");
+  require_index(station, free.layout.stations.size(), "station");
   if (free.layout.stations[station] == none && !free.network.stations[station].fixed)
     return unknown_covariance<6>();
-  return of_pose(*state_, free.layout.stations[station]);
+  return pose_block(*state_, free.layout.stations[station]);
 }
 
 Matrix6 Precision::mount(int mount) const {
   const FreePrecision& free = *state_->free;
-  require_known(mount, free.layout.mounts.size(), "mount");
+  require_index(mount, free.layout.mounts.size(), "mount");
   if (free.layout.mounts[mount] == none && !free.network.mounts[mount].fixed)
     return unknown_covariance<6>();
-  return of_pose(*state_, free.layout.mounts[mount]);
+  return pose_block(*state_, free.layout.mounts[mount]);
 }
 
 Matrix6 Precision::body(int body) const {
   const FreePrecision& free = *state_->free;
-  require_known(body, free.layout.bodies.size(), "body");
+  require_index(body, free.layout.bodies.size(), "body");
   if (!free.layout.determined_body[body]) return unknown_covariance<6>();
   Matrix6 about_world = Matrix6::Identity();
   about_world.bottomLeftCorner<3, 3>() = skew(free.state.bodies[body].translation);
-  return about_world * of_pose(*state_, free.layout.bodies[body]) * about_world.transpose();
+  return about_world * pose_block(*state_, free.layout.bodies[body]) * about_world.transpose();
 }
 
 Matrix3d Precision::station_position(int station) const {
@@ -280,25 +273,25 @@ Matrix3d Precision::station_position(int station) const {
 
 double Precision::body_scale_sigma(int body) const {
   const FreePrecision& free = *state_->free;
-  require_known(body, free.layout.bodies.size(), "body");
+  require_index(body, free.layout.bodies.size(), "body");
   if (!free.layout.determined_body[body]) return std::numeric_limits<double>::infinity();
   if (free.layout.bodies[body] == none || free.layout.body_sizes[body] < 7) return 0;
   const Index offset = free.layout.bodies[body] + 6;
-  const MatrixXd whole = state_->between(offset - 6, 7, offset - 6, 7);
-  return std::sqrt(std::max(0.0, whole(6, 6)));
+  const MatrixXd block = state_->between(offset - 6, 7, offset - 6, 7);
+  return std::sqrt(std::max(0.0, block(6, 6)));
 }
 
 MatrixXd Precision::parameters(int camera) const {
   const FreePrecision& free = *state_->free;
-  require_known(camera, free.layout.cameras.size(), "camera");
+  require_index(camera, free.layout.cameras.size(), "camera");
   const CameraBlock& block = free.layout.cameras[camera];
-  const Index wanted = static_cast<Index>(free.network.cameras[camera].free_parameters.size());
+  const Index size = static_cast<Index>(free.network.cameras[camera].free_parameters.size());
   if (block.offset == none) {
-    MatrixXd unknown = MatrixXd::Zero(wanted, wanted);
+    MatrixXd unknown = MatrixXd::Zero(size, size);
     unknown.diagonal().setConstant(std::numeric_limits<double>::infinity());
     return unknown;
   }
-  return state_->between(block.offset, wanted, block.offset, wanted);
+  return state_->between(block.offset, size, block.offset, size);
 }
 
 MatrixXd Precision::parameter_correlation(int camera) const {
@@ -323,27 +316,27 @@ Result<Precision> Precision::in_datum(const Datum& datum) const {
   state->free = state_->free;
   state->factor = state_->factor;
   const Index defect = free.defect.total();
-  state->along = state->applied = MatrixXd::Zero(free.layout.total, defect);
-  state->middle = MatrixXd::Zero(defect, defect);
+  state->h = state->qb = MatrixXd::Zero(free.layout.total, defect);
+  state->bqb = MatrixXd::Zero(defect, defect);
   if (defect > 0) {
-    const auto conditions = conditions_of(free.network, free.layout, datum, free.defect);
-    MatrixXd b, hold;
+    const auto conditions = datum_conditions(free.network, free.layout, datum, free.defect);
+    MatrixXd b, normal;
     if (conditions) {
-      b = over_unknowns(*conditions, free.network, free.layout, free.state);
-      hold = b.transpose() * free.open;
+      b = condition_matrix(*conditions, free.network, free.layout, free.state);
+      normal = b.transpose() * free.null_space;
     }
-    const Eigen::FullPivLU<MatrixXd> lu(conditions ? hold : MatrixXd::Zero(defect, defect));
+    const Eigen::FullPivLU<MatrixXd> lu(conditions ? normal : MatrixXd::Zero(defect, defect));
     if (!conditions || !(lu.rcond() > 1e-12)) {
       result.status = Status::degenerate;
       result.message = datum.kind == DatumKind::control
-                           ? "control points and other observations do not hold the datum"
-                           : "the datum's targets do not hold it";
+                           ? "control points and other observations do not determine the datum"
+                           : "the datum's targets do not determine it";
       result.value = *this;
       return result;
     }
-    state->along = free.open * lu.inverse();
-    state->applied = free.times(b);
-    state->middle = b.transpose() * state->applied;
+    state->h = free.null_space * lu.inverse();
+    state->qb = free.times(b);
+    state->bqb = b.transpose() * state->qb;
   }
   result.value.state_ = std::move(state);
   return result;
@@ -368,40 +361,40 @@ Result<Precision> precision(const Network& network, const Datum& datum, int thre
   free->network = without_observations(network);
   free->layout = layout_of(network);
   free->threads = threads;
-  const Objection objection = objection_to(network, free->layout);
-  result.status = objection.status;
-  result.message = objection.message;
+  const CheckOutcome check = check_solvable(network, free->layout);
+  result.status = check.status;
+  result.message = check.message;
   if (!result.ok()) return result;
 
   NormalEquations normal;
   build(network, free->layout, free->state, {}, 0, threads, normal);
   free->defect = defect_at(network, free->state);
-  free->open = open_directions(network, free->layout, free->state, free->defect);
-  const ReducedSystem system(normal, free->open.topRows(free->layout.reduced));
-  if (!system.determined() || !normal.loose_groups.empty()) {
+  free->null_space = datum_null_space(network, free->layout, free->state, free->defect);
+  const ReducedSystem system(normal, free->null_space.topRows(free->layout.reduced));
+  if (!system.determined() || !normal.singular_groups.empty()) {
     result.status = Status::degenerate;
     result.message =
         "no observation determines " +
-        (system.determined() ? network.name_of(free->layout.groups[normal.loose_groups[0]].block)
+        (system.determined() ? network.name_of(free->layout.groups[normal.singular_groups[0]].block)
                              : names_of_unknowns(network, free->layout, system.undetermined()));
     return result;
   }
   free->covariance = system.covariance();
   free->batches = std::move(normal.batches);
-  free->places.resize(free->layout.groups.size());
+  free->locations.resize(free->layout.groups.size());
   for (std::size_t b = 0; b < free->layout.batches.size(); ++b) {
     Index column = 0;
     const Batch& batch = free->layout.batches[b];
     for (std::size_t g = batch.first; g < batch.last; ++g) {
-      free->places[g] = {b, g - batch.first, column};
+      free->locations[g] = {b, g - batch.first, column};
       column += free->layout.groups[g].size;
     }
   }
   auto state = std::make_shared<PrecisionState>();
   state->free = free;
-  Precision whole;
-  whole.state_ = state;
-  return whole.in_datum(datum);
+  Precision in_free_datum;
+  in_free_datum.state_ = state;
+  return in_free_datum.in_datum(datum);
 }
 
 }  // namespace occ

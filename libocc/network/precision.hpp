@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// How well a network determines its unknowns: the covariance of points, poses and parameters at its
-// present state, which is also the Cramer-Rao bound of a design that was never photographed. The
-// pixels do not matter, only who sees what with which sigma.
+// Covariance of a network's points, poses and parameters at its current state. It depends on the
+// geometry and the sigmas of the observations, not on the observed pixels, so it is also the
+// Cramer-Rao bound of a planned network.
 //
-//     Q_p = V^-1 + V^-1 E^T Q_c E V^-1       Q_c = S^-1 in the datum where stations hold it,
+//     Q_p = V^-1 + V^-1 E^T Q_c E V^-1       Q_c = D (D S D)^+ D,  D = diag(S)^-1/2,
 //
-// then the S-transformation to the datum asked for (datum.hpp). Memory grows with the number of
-// reduced unknowns squared, time with points times that.
+// followed by the S-transformation to the requested datum (datum.hpp). Memory grows with the square
+// of the number of reduced unknowns, time with that times the number of points.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,58 +25,54 @@ namespace internal::network {
 struct PrecisionState;
 }
 
-struct ErrorEllipsoid {
-  Eigen::Vector3d semi_axes_m;  ///< one sigma, the longest first
-  Eigen::Matrix3d directions;   ///< columns, unit
-};
-
-LIBOCC_API ErrorEllipsoid error_ellipsoid(const Eigen::Matrix3d& covariance_m2);
-
-/// Nothing in it is NaN: what was left out of the adjustment has an infinite variance, what is
-/// fixed has none.
+/// Covariances in one datum. Elements that were left out of the adjustment have an infinite
+/// variance, fixed elements a zero one; no element is NaN. Invalid indices and targets throw
+/// std::invalid_argument.
 class LIBOCC_API Precision {
  public:
-  Precision();  ///< of no network at all
+  Precision();  ///< precision of an empty network
   ~Precision();
   Precision(const Precision&);
   Precision(Precision&&) noexcept;
   Precision& operator=(const Precision&);
   Precision& operator=(Precision&&) noexcept;
 
-  /// Defect of the datum and number of the unknowns.
-  int defect() const;
+  int defect() const;  ///< datum defect
   int unknowns() const;
 
+  /// Covariance of a point's position [m^2].
   Eigen::Matrix3d point(int point) const;
-  /// Of all points at once, in their order.
+  /// Covariances of all points, in their order.
   std::vector<Eigen::Matrix3d> points() const;
   Eigen::Matrix3d position(const Target& target) const;
-  /// Of two positions together.
+  /// Joint covariance of two positions.
   Matrix6 positions(const Target& a, const Target& b) const;
-  /// Of their distance; 0 when both are fixed.
+  /// Standard deviation of the distance; 0 when both targets are fixed.
   double distance_sigma_m(const Target& a, const Target& b) const;
 
-  /// Of the size of the whole, relative: of the scale that fits all points and corners best. 0
-  /// where the datum holds it.
+  /// Relative standard deviation of the network's scale (best fit over all points and corners); 0
+  /// if the datum fixes the scale.
   double scale_sigma() const;
 
-  /// Of a pose's left perturbation (geometry/rigid.hpp).
+  /// Covariance of a pose's left perturbation (geometry/rigid.hpp).
   Matrix6 station(int station) const;
   Matrix6 mount(int mount) const;
   Matrix6 body(int body) const;
-  /// Of where a station is in the world.
+  /// Covariance of a station's position in the world [m^2].
   Eigen::Matrix3d station_position(int station) const;
-  /// Standard deviation of a body's scale, relative; 0 when that is known.
+  /// Relative standard deviation of a body's scale; 0 when the size is known.
   double body_scale_sigma(int body) const;
 
-  /// Of a camera's free parameters, in the order of NetworkCamera::free_parameters.
+  /// Covariance and correlation of a camera's free parameters, in the order of
+  /// NetworkCamera::free_parameters.
   Eigen::MatrixXd parameters(int camera) const;
   Eigen::MatrixXd parameter_correlation(int camera) const;
 
-  /// The same in another datum, without solving again.
+  /// Covariances in another datum, by S-transformation. Status as precision().
   Result<Precision> in_datum(const Datum& datum) const;
 
-  /// All of it times a factor: sigma0 squared, when sigmas of observations were guessed.
+  /// All covariances multiplied by a factor, for example sigma0 squared if the observations' sigmas
+  /// are known only up to a factor. Throws std::invalid_argument for a negative factor.
   Precision scaled(double variance_factor) const;
 
   const internal::network::PrecisionState& state() const { return *state_; }
@@ -86,8 +82,8 @@ class LIBOCC_API Precision {
   std::shared_ptr<const internal::network::PrecisionState> state_;
 };
 
-/// `degenerate`: something is not determined; the message names it. Throws std::invalid_argument as
-/// check_network and check_datum do.
+/// Status: ok; too_few_lamps and degenerate as adjust(): the message names the unknowns that are
+/// not determined. Throws std::invalid_argument as check_network() and check_datum() do.
 LIBOCC_API Result<Precision> precision(const Network& network, const Datum& datum = {},
                                        int threads = 2);
 

@@ -19,7 +19,8 @@ using Eigen::MatrixXd;
 struct GridPoint {
   Index row, column;
   Eigen::Matrix<double, 2, Eigen::Dynamic> by_parameters;
-  Eigen::Matrix<double, 2, Eigen::Dynamic> by_pose;  ///< turn, and shift at a finite range
+  Eigen::Matrix<double, 2, Eigen::Dynamic>
+      by_pose;  ///< rotation, and translation at a finite range
 };
 
 }  // namespace
@@ -34,17 +35,17 @@ ProjectionUncertainty projection_uncertainty(const Camera& camera,
   const Index count = static_cast<Index>(free.size());
   require(covariance.rows() == count && covariance.cols() == count && covariance.allFinite(),
           "covariance", covariance.rows(), "finite, one row for each free parameter");
-  std::vector<Index> places;
-  const std::vector<CameraParameter> all = camera.parameters();
+  std::vector<Index> columns_of_free;
+  const std::vector<CameraParameter> parameters = camera.parameters();
   for (const std::string& name : free) {
-    for (std::size_t k = 0; k < all.size(); ++k)
-      if (all[k].name == name) places.push_back(static_cast<Index>(k));
-    require(places.size() == static_cast<std::size_t>(&name - free.data()) + 1, "free", name,
-            "a parameter of the camera");
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+      if (parameters[k].name == name) columns_of_free.push_back(static_cast<Index>(k));
+    require(columns_of_free.size() == static_cast<std::size_t>(&name - free.data()) + 1, "free",
+            name, "a parameter of the camera");
   }
 
-  const bool shifts = std::isfinite(range_m);
-  const double distance = shifts ? range_m : 1e6;  // beyond it nothing of a camera's size shows
+  const bool has_range = std::isfinite(range_m);
+  const double distance = has_range ? range_m : 1e6;  // large compared with any camera
   ProjectionUncertainty out;
   out.x_px.resize(rows, columns);
   out.y_px.resize(rows, columns);
@@ -64,26 +65,28 @@ ProjectionUncertainty projection_uncertainty(const Camera& camera,
       if (!camera.project(x, &d_point, &d_parameters)) continue;
       GridPoint point{r, c, {}, {}};
       point.by_parameters.resize(2, count);
-      for (Index k = 0; k < count; ++k) point.by_parameters.col(k) = d_parameters.col(places[k]);
-      point.by_pose.resize(2, shifts ? 6 : 3);
+      for (Index k = 0; k < count; ++k)
+        point.by_parameters.col(k) = d_parameters.col(columns_of_free[k]);
+      point.by_pose.resize(2, has_range ? 6 : 3);
       point.by_pose.leftCols<3>() = -d_point * skew(x);
-      if (shifts) point.by_pose.rightCols<3>() = d_point * distance;
+      if (has_range) point.by_pose.rightCols<3>() = d_point * distance;
       points.push_back(point);
     }
   if (points.empty()) return out;
 
-  const Index pose = shifts ? 6 : 3;
+  const Index pose = has_range ? 6 : 3;
   MatrixXd normal = MatrixXd::Zero(pose, pose), mixed = MatrixXd::Zero(pose, count);
   for (const GridPoint& point : points) {
     normal += point.by_pose.transpose() * point.by_pose;
     mixed += point.by_pose.transpose() * point.by_parameters;
   }
-  // A panorama's shift along what it cannot see, for example: the least step does.
+  // Minimum-norm solution, because the pose may be undetermined (a panorama's shift along its
+  // axis).
   const MatrixXd compensation = -normal.completeOrthogonalDecomposition().solve(mixed);
   double sum = 0;
   for (const GridPoint& point : points) {
-    const MatrixXd left = point.by_parameters + point.by_pose * compensation;
-    const Eigen::Matrix2d q = left * covariance * left.transpose();
+    const MatrixXd uncompensated = point.by_parameters + point.by_pose * compensation;
+    const Eigen::Matrix2d q = uncompensated * covariance * uncompensated.transpose();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(0.5 * (q + q.transpose()));
     const double sigma = std::sqrt(std::max(0.0, eigen.eigenvalues()[1]));
     out.sigma_px(point.row, point.column) = sigma;

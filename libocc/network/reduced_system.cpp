@@ -11,16 +11,10 @@ namespace occ::internal::network {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-namespace {
-
-std::size_t at(Index index) { return static_cast<std::size_t>(index); }
-
-}  // namespace
-
 ReducedSystem::ReducedSystem(const NormalEquations& normal, const MatrixXd& gauge) {
   const Index n = normal.reduced.rows();
   if (n == 0) return;
-  // A diagonal element that cancels altogether is noise, and counts as such.
+  // A diagonal element that cancels completely is rounding error; the bound replaces it.
   const VectorXd diagonal =
       normal.reduced.diagonal().cwiseMax(1e-13 * normal.diagonal).cwiseMax(1e-300);
   scale_ = diagonal.cwiseSqrt().cwiseInverse();
@@ -36,18 +30,18 @@ ReducedSystem::ReducedSystem(const NormalEquations& normal, const MatrixXd& gaug
   solvable_ = factor.info() == Eigen::Success;
   if (solvable_) factor_ = factor.matrixL();
   const VectorXd noise = 1e-13 * normal.diagonal.cwiseQuotient(diagonal).cwiseMax(10);
-  constexpr double singular = 1e-12;  // rounding makes it 1e-13 where it should be zero
-  bool sound = solvable_ && factor.rcond() > singular;
-  for (Index k = 0; sound && k < n; ++k) sound = factor_(k, k) * factor_(k, k) > noise[k];
-  if (!sound) undetermined_ = weakest();
+  constexpr double singular = 1e-12;  // rounding gives 1e-13 where it should be zero
+  bool regular = solvable_ && factor.rcond() > singular;
+  for (Index k = 0; regular && k < n; ++k) regular = factor_(k, k) * factor_(k, k) > noise[k];
+  if (!regular) undetermined_ = weakest();
 }
 
 std::vector<Index> ReducedSystem::weakest() const {
-  constexpr Index largest = 600;  // beyond, its eigenvectors take too long
+  constexpr Index max_size = 600;  // eigenvectors of larger matrices take too long
   const Index n = scaled_.rows();
   if (n == 0) return {};
   VectorXd direction = VectorXd::Zero(n);
-  if (n <= largest) {
+  if (n <= max_size) {
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled_);
     direction = eigen.eigenvectors().col(0).cwiseAbs();
   } else {
@@ -58,13 +52,13 @@ std::vector<Index> ReducedSystem::weakest() const {
     const VectorXd permuted = factor.transpositionsP() * order;
     direction[static_cast<Index>(permuted[worst])] = 1;
   }
-  std::vector<Index> all(at(n)), foremost;
+  std::vector<Index> all(n), dominant;
   for (Index k = 0; k < n; ++k) all[k] = k;
   std::stable_sort(all.begin(), all.end(),
                    [&](Index a, Index b) { return direction[a] > direction[b]; });
   for (const Index k : all)
-    if (direction[k] > 0.2 * direction[all[0]]) foremost.push_back(k);
-  return foremost;
+    if (direction[k] > 0.2 * direction[all[0]]) dominant.push_back(k);
+  return dominant;
 }
 
 VectorXd ReducedSystem::solve(const VectorXd& rhs) const {

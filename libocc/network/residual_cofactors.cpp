@@ -11,8 +11,6 @@ namespace {
 
 using Eigen::MatrixXd;
 
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
-
 MatrixXd block_in(const Batch& batch, const MatrixXd& covariance) {
   if (batch.rows.empty()) return covariance;
   const Index n = static_cast<Index>(batch.rows.size());
@@ -22,25 +20,26 @@ MatrixXd block_in(const Batch& batch, const MatrixXd& covariance) {
   return block;
 }
 
-/// Rows of an observation over reduced unknowns, times a matrix given at those unknowns.
+/// Rows of an observation over the reduced unknowns that they involve.
 struct ReducedRows {
   std::vector<Index> unknowns;
   Eigen::Matrix<double, 2, Eigen::Dynamic> values;
 
-  ReducedRows(const NetworkLayout& layout, const ImageObservation& seen,
+  ReducedRows(const NetworkLayout& layout, const ImageObservation& observation,
               const ObservationRows& rows, bool with_target) {
-    const ImageBlock& block = layout.images[seen.image];
+    const ImageBlock& block = layout.images[observation.image];
     const int width = block.width + (with_target ? rows.size : 0);
     values.resize(2, width);
-    for (std::size_t s = 0; s < at(block.segments); ++s)
+    for (int s = 0; s < block.segments; ++s)
       for (int k = 0; k < block.size[s]; ++k) unknowns.push_back(block.offset[s] + k);
     for (int k = 0; k < block.width; ++k) values.col(k) << rows.a[0][k], rows.a[1][k];
     for (int k = block.width; k < width; ++k) {
-      unknowns.push_back(layout.offset_of(seen.target) + k - block.width);
+      unknowns.push_back(layout.offset_of(observation.target) + k - block.width);
       values.col(k) << rows.b[0][k - block.width], rows.b[1][k - block.width];
     }
   }
 
+  /// J Q J^T.
   Eigen::Matrix2d quadratic(const MatrixXd& covariance) const {
     const Index n = values.cols();
     MatrixXd block(n, n);
@@ -57,33 +56,33 @@ std::vector<ResidualCofactor> residual_cofactors(const Network& network,
                                                  const NetworkState& state,
                                                  const NormalEquations& normal,
                                                  const MatrixXd& covariance, int threads) {
-  std::vector<ResidualCofactor> all(network.observations.size());
-  const auto put = [&](int index, const ObservationRows& rows, const Eigen::Matrix2d& fitted) {
-    ResidualCofactor& one = all[index];
-    one.used = true;
-    one.residual << rows.r[0], rows.r[1];
-    one.fitted = 0.5 * (fitted + fitted.transpose());
+  std::vector<ResidualCofactor> cofactors(network.observations.size());
+  const auto store = [&](int index, const ObservationRows& rows, const Eigen::Matrix2d& absorbed) {
+    ResidualCofactor& result = cofactors[index];
+    result.used = true;
+    result.residual << rows.r[0], rows.r[1];
+    result.absorbed = 0.5 * (absorbed + absorbed.transpose());
   };
   const auto eliminated = [&](std::size_t b) {
     const Batch& batch = layout.batches[b];
     const EliminatedBatch& part = normal.batches[b];
     const MatrixXd own = block_in(batch, covariance);
-    const MatrixXd across = own * part.w;
+    const MatrixXd product = own * part.w;
     Index column = 0;
     for (std::size_t g = batch.first; g < batch.last; ++g) {
       const Group& group = layout.groups[g];
       const auto lower = part.factors[g - batch.first].triangularView<Eigen::Lower>();
       const auto w = part.w.middleCols(column, group.size);
-      const auto qw = across.middleCols(column, group.size);
+      const auto qw = product.middleCols(column, group.size);
       const MatrixXd inner = MatrixXd::Identity(group.size, group.size) + w.transpose() * qw;
       const MatrixXd inverse = lower.solve(MatrixXd::Identity(group.size, group.size));
       const MatrixXd of_group = inverse.transpose() * inner * inverse;
-      const MatrixXd mixed = -qw * inverse;  // of reduced unknowns with the group's
+      const MatrixXd mixed = -qw * inverse;  // covariance of the reduced unknowns with the group's
       for (const int i : group.observations) {
-        const ImageObservation& seen = network.observations[i];
+        const ImageObservation& observation = network.observations[i];
         ObservationRows rows;
-        if (!rows_of(network, layout, state, seen, rows)) continue;
-        const ReducedRows reduced(layout, seen, rows, false);
+        if (!rows_of(network, layout, state, observation, rows)) continue;
+        const ReducedRows reduced(layout, observation, rows, false);
         Eigen::Matrix<double, 2, Eigen::Dynamic> target(2, group.size);
         for (int k = 0; k < group.size; ++k) target.col(k) << rows.b[0][k], rows.b[1][k];
         MatrixXd at_rows(static_cast<Index>(reduced.unknowns.size()), group.size);
@@ -93,44 +92,46 @@ std::vector<ResidualCofactor> residual_cofactors(const Network& network,
           at_rows.row(static_cast<Index>(k)) = mixed.row(row);
         }
         const Eigen::Matrix2d cross = reduced.values * at_rows * target.transpose();
-        put(i, rows,
-            reduced.quadratic(covariance) + cross + cross.transpose() +
-                target * of_group * target.transpose());
+        store(i, rows,
+              reduced.quadratic(covariance) + cross + cross.transpose() +
+                  target * of_group * target.transpose());
       }
       column += group.size;
     }
   };
   core::for_each_index(layout.batches.size(), eliminated, threads);
-  for (const int i : layout.loose) {
-    const ImageObservation& seen = network.observations[i];
+  for (const int i : layout.direct) {
+    const ImageObservation& observation = network.observations[i];
     ObservationRows rows;
-    if (!rows_of(network, layout, state, seen, rows)) continue;
-    put(i, rows, ReducedRows(layout, seen, rows, true).quadratic(covariance));
+    if (!rows_of(network, layout, state, observation, rows)) continue;
+    store(i, rows, ReducedRows(layout, observation, rows, true).quadratic(covariance));
   }
-  return all;
+  return cofactors;
 }
 
 DistanceCofactor distance_cofactor(const Network& network, const NetworkLayout& layout,
-                                   const NetworkState& state, const DistanceObservation& known,
+                                   const NetworkState& state,
+                                   const DistanceObservation& observation,
                                    const MatrixXd& covariance) {
-  DistanceCofactor one;
-  const Eigen::Vector3d apart =
-      target_position(network, state, known.to) - target_position(network, state, known.from);
-  one.used = known.used && layout.knows(known.from) && layout.knows(known.to) && apart.norm() > 0;
-  if (!one.used) return one;
-  one.residual = (apart.norm() - known.length_m) / known.sigma_m;
+  DistanceCofactor result;
+  const Eigen::Vector3d difference = target_position(network, state, observation.to) -
+                                     target_position(network, state, observation.from);
+  result.used = observation.used && layout.is_determined(observation.from) &&
+                layout.is_determined(observation.to) && difference.norm() > 0;
+  if (!result.used) return result;
+  result.residual = (difference.norm() - observation.length_m) / observation.sigma_m;
   Eigen::VectorXd row = Eigen::VectorXd::Zero(layout.reduced);
   const auto add = [&](const Target& target, double sign) {
     if (layout.offset_of(target) == none) return;
     row.segment(layout.offset_of(target), layout.size_of(target)) +=
-        sign / known.sigma_m *
-        (apart.normalized().transpose() * target_jacobian(network, layout, state, target))
+        sign / observation.sigma_m *
+        (difference.normalized().transpose() * target_jacobian(network, layout, state, target))
             .transpose();
   };
-  add(known.from, -1);
-  add(known.to, 1);
-  one.left = std::clamp(1 - row.dot(covariance * row), 0.0, 1.0);
-  return one;
+  add(observation.from, -1);
+  add(observation.to, 1);
+  result.redundancy = std::clamp(1 - row.dot(covariance * row), 0.0, 1.0);
+  return result;
 }
 
 }  // namespace occ::internal::network

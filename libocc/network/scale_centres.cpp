@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/network/internal/scale_centres.hpp"
-
 #include <algorithm>
 #include <optional>
+
+#include "libocc/network/internal/datum_directions.hpp"
 
 namespace occ::internal::network {
 
@@ -10,23 +10,22 @@ namespace {
 
 using Eigen::Vector3d;
 
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
-
 bool is_free(const NetworkCamera& camera, const std::string& name) {
   const auto& free = camera.free_parameters;
   return std::find(free.begin(), free.end(), name) != free.end();
 }
 
-bool has_prior(const Network& network, std::size_t camera, const std::string& name) {
+bool has_prior(const Network& network, int camera, const std::string& name) {
   return std::any_of(network.parameter_priors.begin(), network.parameter_priors.end(),
                      [&](const ParameterPrior& prior) {
-                       return at(prior.camera) == camera && prior.parameter == name;
+                       return prior.camera == camera && prior.parameter == name;
                      });
 }
 
-/// The height that a shift along the turntable's axis makes good; nothing when the axis tumbles.
-std::optional<double> held_height(const Network& network, const NetworkState& state,
-                                  std::size_t index) {
+/// Known height e_z that a shift along the turntable's axis compensates; nothing when the axis
+/// tumbles.
+std::optional<double> compensated_height(const Network& network, const NetworkState& state,
+                                         int index) {
   const NetworkCamera& camera = network.cameras[index];
   std::optional<double> height;
   for (const CameraParameter& parameter : state.cameras[index].parameters()) {
@@ -40,21 +39,21 @@ std::optional<double> held_height(const Network& network, const NetworkState& st
   return height;
 }
 
-/// Takes what is asked for first; what differs later is a conflict.
-void ask(std::optional<Vector3d>& held, const Vector3d& wanted, double& conflict_m) {
-  if (!held) held = wanted;
-  conflict_m = std::max(conflict_m, (wanted - *held).norm());
+/// Sets the centre at the first call; later calls record the distance of a different one.
+void require_centre(std::optional<Vector3d>& centre, const Vector3d& required, double& conflict_m) {
+  if (!centre) centre = required;
+  conflict_m = std::max(conflict_m, (required - *centre).norm());
 }
 
 }  // namespace
 
 ScaleCentres scale_centres(const Network& network, const NetworkState& state) {
   ScaleCentres centres;
-  centres.height_held.assign(network.cameras.size(), 0);
+  centres.height_compensated.assign(network.cameras.size(), 0);
   std::vector<Vector3d> of_camera(network.cameras.size(), Vector3d::Zero());
-  for (std::size_t i = 0; i < network.cameras.size(); ++i)
-    if (const auto height = held_height(network, state, i)) {
-      centres.height_held[i] = 1;
+  for (int i = 0; i < static_cast<int>(network.cameras.size()); ++i)
+    if (const auto height = compensated_height(network, state, i)) {
+      centres.height_compensated[i] = 1;
       of_camera[i].z() = *height;
     }
   std::vector<std::optional<Vector3d>> stations(network.stations.size()),
@@ -64,15 +63,16 @@ ScaleCentres scale_centres(const Network& network, const NetworkState& state) {
   };
   for (const NetworkImage& image : network.images) {
     if (free_mount(image)) continue;
-    Vector3d wanted = of_camera[image.camera];
-    if (image.mount >= 0) wanted = state.mounts[image.mount].inverse() * wanted;
-    ask(stations[image.station], wanted, centres.conflict_m);
+    Vector3d required = of_camera[image.camera];
+    if (image.mount >= 0) required = state.mounts[image.mount].inverse() * required;
+    require_centre(stations[image.station], required, centres.conflict_m);
   }
   for (const NetworkImage& image : network.images) {
     if (!free_mount(image)) continue;
     const Vector3d station = stations[image.station].value_or(Vector3d::Zero());
-    ask(mounts[image.mount], of_camera[image.camera] - state.mounts[image.mount].rotation * station,
-        centres.conflict_m);
+    require_centre(mounts[image.mount],
+                   of_camera[image.camera] - state.mounts[image.mount].rotation * station,
+                   centres.conflict_m);
   }
   for (const auto& one : stations) centres.station.push_back(one.value_or(Vector3d::Zero()));
   for (const auto& one : mounts) centres.mount.push_back(one.value_or(Vector3d::Zero()));

@@ -15,22 +15,23 @@ namespace {
 
 using Eigen::Index;
 
-CameraParameter named(const Camera& camera, const std::string& name) {
+CameraParameter find_parameter(const Camera& camera, const std::string& name) {
   for (const CameraParameter& parameter : camera.parameters())
     if (parameter.name == name) return parameter;
-  throw std::invalid_argument("nominal: camera without parameter " + name);
+  throw std::invalid_argument("nominal: its camera has no parameter " + name);
 }
 
-/// Fixes a parameter at the value it has in another network.
-void drop(Network& network, int camera, const std::string& name, const Network& nominal) {
+/// Fixes a parameter at its value in another network and removes its priors.
+void fix_parameter(Network& network, int camera, const std::string& name, const Network& nominal) {
   NetworkCamera& owner = network.cameras[camera];
   owner.free_parameters.erase(
       std::find(owner.free_parameters.begin(), owner.free_parameters.end(), name));
   const std::vector<CameraParameter> all = owner.camera.parameters();
   Eigen::VectorXd values(static_cast<Index>(all.size()));
   for (std::size_t k = 0; k < all.size(); ++k)
-    values[static_cast<Index>(k)] =
-        all[k].name == name ? named(nominal.cameras[camera].camera, name).value : all[k].value;
+    values[static_cast<Index>(k)] = all[k].name == name
+                                        ? find_parameter(nominal.cameras[camera].camera, name).value
+                                        : all[k].value;
   owner.camera = owner.camera.with_parameters(values);
   auto& priors = network.parameter_priors;
   priors.erase(std::remove_if(priors.begin(), priors.end(),
@@ -40,7 +41,7 @@ void drop(Network& network, int camera, const std::string& name, const Network& 
                priors.end());
 }
 
-struct Drop {
+struct DropCandidate {
   int camera;
   std::string name, reason;
 };
@@ -52,7 +53,7 @@ std::vector<ParameterStatistics> parameter_statistics(const Network& adjusted,
                                                       const Precision& precision) {
   require(adjusted.cameras.size() == nominal.cameras.size(), "nominal", nominal.cameras.size(),
           "a network of the same cameras");
-  constexpr double significant_t = 2.5758, entangled = 0.9;
+  constexpr double significant_t = 2.5758, highly_correlated = 0.9;
   std::vector<ParameterStatistics> all;
   for (int camera = 0; camera < static_cast<int>(adjusted.cameras.size()); ++camera) {
     const NetworkCamera& owner = adjusted.cameras[camera];
@@ -61,24 +62,24 @@ std::vector<ParameterStatistics> parameter_statistics(const Network& adjusted,
     require(covariance.rows() == static_cast<Index>(owner.free_parameters.size()), "precision",
             covariance.rows(), "that of the adjusted network");
     for (Index k = 0; k < covariance.rows(); ++k) {
-      ParameterStatistics one;
-      const CameraParameter now = named(owner.camera, owner.free_parameters[k]);
-      one.camera = camera;
-      one.name = now.name;
-      one.unit = now.unit;
-      one.value = now.value;
-      one.nominal = named(nominal.cameras[camera].camera, now.name).value;
-      one.sigma = std::sqrt(covariance(k, k));
-      const double off = std::abs(one.value - one.nominal);
-      one.t = one.sigma > 0 ? off / one.sigma : 0;
-      one.significant = one.t > significant_t;
+      ParameterStatistics parameter;
+      const CameraParameter now = find_parameter(owner.camera, owner.free_parameters[k]);
+      parameter.camera = camera;
+      parameter.name = now.name;
+      parameter.unit = now.unit;
+      parameter.value = now.value;
+      parameter.nominal = find_parameter(nominal.cameras[camera].camera, now.name).value;
+      parameter.sigma = std::sqrt(covariance(k, k));
+      const double off = std::abs(parameter.value - parameter.nominal);
+      parameter.t = parameter.sigma > 0 ? off / parameter.sigma : 0;
+      parameter.significant = parameter.t > significant_t;
       for (Index other = 0; other < covariance.rows(); ++other)
-        if (other != k && std::abs(correlation(k, other)) > std::abs(one.correlation)) {
-          one.correlation = correlation(k, other);
-          one.correlated_with = owner.free_parameters[other];
+        if (other != k && std::abs(correlation(k, other)) > std::abs(parameter.correlation)) {
+          parameter.correlation = correlation(k, other);
+          parameter.correlated_with = owner.free_parameters[other];
         }
-      one.entangled = std::abs(one.correlation) > entangled;
-      all.push_back(one);
+      parameter.highly_correlated = std::abs(parameter.correlation) > highly_correlated;
+      all.push_back(parameter);
     }
   }
   return all;
@@ -93,8 +94,8 @@ Result<Selection> select_parameters(const Network& network, const SelectOptions&
   Result<Selection> result;
   Selection& out = result.value;
   Network start = network;
-  Drop last{0, "", ""};
-  const auto kept = [&](const std::string& name) {
+  DropCandidate last{0, "", ""};
+  const auto is_kept = [&](const std::string& name) {
     return std::find(options.keep.begin(), options.keep.end(), name) != options.keep.end();
   };
   for (;;) {
@@ -110,38 +111,40 @@ Result<Selection> select_parameters(const Network& network, const SelectOptions&
          last.reason, out.adjustment.sigma0,
          2 * out.adjustment.cost + free * std::log(std::max(1, out.adjustment.observations))});
 
-    std::optional<Drop> next;
+    std::optional<DropCandidate> next;
     if (!result.ok()) {
-      // What nothing determines, or what hinders convergence, is named in the message.
+      // The message names an undetermined parameter, or one that prevents convergence.
       for (int camera = 0; camera < static_cast<int>(start.cameras.size()) && !next; ++camera)
         for (const std::string& name : start.cameras[camera].free_parameters)
-          if (!next && !kept(name) && result.message.find(name + " of ") != std::string::npos)
-            next = Drop{camera, name, "not determined"};
+          if (!next && !is_kept(name) && result.message.find(name + " of ") != std::string::npos)
+            next = DropCandidate{camera, name, "not determined"};
       if (!next) return result;
     } else {
       const Result<Precision> precise =
           precision(out.adjustment.network, {}, options.adjust.threads);
       if (!precise.ok()) return result;
       const double factor = std::pow(std::max(1.0, out.adjustment.sigma0), 2);
-      double worst = critical;
+      double smallest_t = critical;
       const auto parameters =
           parameter_statistics(out.adjustment.network, network, precise->scaled(factor));
-      for (const ParameterStatistics& one : parameters)
-        if (!kept(one.name) && one.t < worst) {
-          worst = one.t;
-          next = Drop{one.camera, one.name, "not significant"};
+      for (const ParameterStatistics& parameter : parameters)
+        if (!is_kept(parameter.name) && parameter.t < smallest_t) {
+          smallest_t = parameter.t;
+          next = DropCandidate{parameter.camera, parameter.name, "not significant"};
         }
       if (!next) {
-        double least = std::numeric_limits<double>::infinity();
-        for (const ParameterStatistics& one : parameters)
-          if (!kept(one.name) && std::abs(one.correlation) > options.max_correlation &&
-              one.t < least) {
-            least = one.t;
-            next = Drop{one.camera, one.name, "as good as " + one.correlated_with};
+        double smallest_t_correlated = std::numeric_limits<double>::infinity();
+        for (const ParameterStatistics& parameter : parameters)
+          if (!is_kept(parameter.name) &&
+              std::abs(parameter.correlation) > options.max_correlation &&
+              parameter.t < smallest_t_correlated) {
+            smallest_t_correlated = parameter.t;
+            next = DropCandidate{parameter.camera, parameter.name,
+                                 "correlated with " + parameter.correlated_with};
           }
-        if (next) {  // only where the fit does not ask for both
+        if (next) {  // keep both if the fit without one is worse than the BIC penalty
           Network without = start;
-          drop(without, next->camera, next->name, network);
+          fix_parameter(without, next->camera, next->name, network);
           const Result<Adjustment> trial = adjust(without, options.adjust);
           const double penalty = std::log(std::max(1, out.adjustment.observations));
           if (!trial.ok() || 2 * (trial->cost - out.adjustment.cost) / factor > penalty)
@@ -151,7 +154,7 @@ Result<Selection> select_parameters(const Network& network, const SelectOptions&
       if (!next) return result;
     }
     last = *next;
-    drop(start, last.camera, last.name, network);
+    fix_parameter(start, last.camera, last.name, network);
   }
 }
 

@@ -9,23 +9,26 @@
 #include "libocc/core/random.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/so3.hpp"
+#include "libocc/network/internal/noisy_network.hpp"
 #include "libocc/network/precision.hpp"
 
 namespace occ {
+
+using internal::network::noisy_network;
 
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double nearest_m = 0.5;
+constexpr double min_range_m = 0.5;  // nearer targets are not observed
 
 Vector3d gaussian(Random& random) {
   const double x = random.normal(), y = random.normal();
   return {x, y, random.normal()};
 }
 
-/// A place on a wall or the ceiling and the surface's normal into the room.
+/// A position on a wall or the ceiling, and the surface's normal into the room.
 struct Place {
   Vector3d position, normal;
 };
@@ -33,13 +36,13 @@ struct Place {
 Place place_on_surface(const TestFieldDesign& design, bool ceiling, Random& random) {
   const Vector3d& room = design.room_m;
   const double height = room.z() - design.lowest_target_m;
-  const double walls = 2 * (room.x() + room.y()) * height;
-  const double roof = ceiling ? room.x() * room.y() : 0;
-  const double which = random.uniform(0, walls + roof);
+  const double walls_m2 = 2 * (room.x() + room.y()) * height;
+  const double ceiling_m2 = ceiling ? room.x() * room.y() : 0;
+  const double area_m2 = random.uniform(0, walls_m2 + ceiling_m2);
   const double u = random.uniform(), v = random.uniform();
-  if (which >= walls) return {{u * room.x(), v * room.y(), room.z()}, {0, 0, -1}};
+  if (area_m2 >= walls_m2) return {{u * room.x(), v * room.y(), room.z()}, {0, 0, -1}};
   const double z = design.lowest_target_m + v * height;
-  const double along = which / height;
+  const double along = area_m2 / height;
   if (along < room.x()) return {{u * room.x(), 0, z}, {0, 1, 0}};
   if (along < 2 * room.x()) return {{u * room.x(), room.y(), z}, {0, -1, 0}};
   if (along < 2 * room.x() + room.y()) return {{0, u * room.y(), z}, {1, 0, 0}};
@@ -55,16 +58,15 @@ Rigid3 station_pose(const TestFieldDesign& design, int index, Random& random) {
     position.head<2>() += 0.5 * Eigen::Vector2d(std::cos(around), std::sin(around))
                                     .cwiseProduct(design.station_ring)
                                     .cwiseProduct(design.room_m.head<2>());
-  const Vector3d turned(random.uniform(-1, 1), random.uniform(-1, 1), 0);
+  const Vector3d tilt(random.uniform(-1, 1), random.uniform(-1, 1), 0);
   const double heading = random.uniform(0, 2 * pi);
   Matrix3d upright = so3_exp(Vector3d(0, 0, -heading));
   if (design.camera.kind() == CameraKind::rotating_line ||
       design.camera.kind() == CameraKind::rotating_line_first_order)
-    upright =
-        Vector3d(1, -1, -1).asDiagonal() * upright;  // rows grow downwards, columns to the right
-  else  // a camera that looks ahead: its Z is horizontal, its Y down
+    upright = Vector3d(1, -1, -1).asDiagonal() * upright;  // rows downwards, columns to the right
+  else                                                     // a frame camera: Z horizontal, Y down
     upright = (Matrix3d() << 1, 0, 0, 0, 0, -1, 0, 1, 0).finished() * upright;
-  const Matrix3d rotation = so3_exp(design.station_tilt_rad * turned) * upright;
+  const Matrix3d rotation = so3_exp(design.station_tilt_rad * tilt) * upright;
   return {rotation, -(rotation * position)};
 }
 
@@ -83,7 +85,7 @@ NetworkBody tag_on(const Place& place, double side, const std::string& name, Ran
   return tag;
 }
 
-void see_all(const TestFieldDesign& design, Network& network) {
+void add_observations(const TestFieldDesign& design, Network& network) {
   std::vector<Target> targets;
   for (std::size_t i = 0; i < network.points.size(); ++i)
     targets.push_back(Target::of_point(static_cast<int>(i)));
@@ -92,7 +94,7 @@ void see_all(const TestFieldDesign& design, Network& network) {
   for (int image = 0; image < static_cast<int>(network.images.size()); ++image)
     for (const Target& target : targets) {
       const Vector3d x = network.cam_from_world(image) * network.position_m(target);
-      if (x.norm() < nearest_m) continue;
+      if (x.norm() < min_range_m) continue;
       const auto pixel = design.camera.project(x);
       if (pixel && design.camera.contains(*pixel))
         network.observations.push_back({image, target, *pixel, design.sigma_px, true});
@@ -113,11 +115,11 @@ Network true_network(const TestFieldDesign& design) {
   Random stations(design.seed, 3);
   for (int i = 0; i < design.stations; ++i)
     truth.add_image("S" + std::to_string(i), 0, station_pose(design, i, stations));
-  see_all(design, truth);
+  add_observations(design, truth);
   return truth;
 }
 
-/// Two new targets on a bar in the middle of the field, seen by all that can.
+/// Adds a scale bar near the middle of the room: two targets, their distance and observations.
 void add_bar(const TestFieldDesign& design, const ScaleSource& source, int index,
              Network& network) {
   const double heading = pi * (index + 0.3) / std::max(1, source.bars);
@@ -140,18 +142,18 @@ void add_bar(const TestFieldDesign& design, const ScaleSource& source, int index
       {Target::of_point(first), Target::of_point(first + 1), source.bar_m, source.bar_sigma_m});
 }
 
-/// The pair of points whose distance is nearest to a length, of those not yet taken.
-std::pair<int, int> pair_apart(const Network& network, double length, int points,
-                               const std::vector<char>& taken) {
+/// The pair of unused points whose distance is nearest to a length.
+std::pair<int, int> pair_at_distance(const Network& network, double length, int points,
+                                     const std::vector<char>& used) {
   std::pair<int, int> best{0, 1};
-  double least = std::numeric_limits<double>::infinity();
+  double smallest_error = std::numeric_limits<double>::infinity();
   for (int i = 0; i < points; ++i)
     for (int j = i + 1; j < points; ++j) {
-      if (taken[i] || taken[j]) continue;
-      const double off =
+      if (used[i] || used[j]) continue;
+      const double error =
           std::abs((network.points[i].position_m - network.points[j].position_m).norm() - length);
-      if (off < least) {
-        least = off;
+      if (error < smallest_error) {
+        smallest_error = error;
         best = {i, j};
       }
     }
@@ -201,35 +203,37 @@ TestField simulate_test_field(const TestFieldDesign& design) {
   return field;
 }
 
-Network noisy_network(const Network& truth, std::uint64_t seed, double start_error_m) {
+Network internal::network::noisy_network(const Network& truth, std::uint64_t seed,
+                                         double start_error_m) {
   require(start_error_m >= 0 && std::isfinite(start_error_m), "start_error_m", start_error_m,
           "zero or positive");
   Network network = truth;
   Random noise(seed, 4);
-  for (ImageObservation& seen : network.observations) {
+  for (ImageObservation& observation : network.observations) {
     const double x = noise.normal();
-    seen.pixel += Eigen::Vector2d(seen.sigma_px.x() * x, seen.sigma_px.y() * noise.normal());
+    observation.pixel +=
+        Eigen::Vector2d(observation.sigma_px.x() * x, observation.sigma_px.y() * noise.normal());
   }
-  for (DistanceObservation& known : network.distances)
-    known.length_m = (truth.position_m(known.to) - truth.position_m(known.from)).norm() +
-                     known.sigma_m * noise.normal();
+  for (DistanceObservation& distance : network.distances)
+    distance.length_m = (truth.position_m(distance.to) - truth.position_m(distance.from)).norm() +
+                        distance.sigma_m * noise.normal();
   if (start_error_m == 0) return network;
   Random start(seed, 5);
-  constexpr double turn_per_m = 0.2;
+  constexpr double rotation_per_m = 0.2;
   for (NetworkPoint& point : network.points)
     if (!point.fixed) point.position_m += start_error_m * gaussian(start);
   const auto move = [&](Rigid3& pose) {
-    Vector6 off;
-    off.head<3>() = turn_per_m * start_error_m * gaussian(start);
-    off.tail<3>() = start_error_m * gaussian(start);
-    pose = perturb(pose, off);
+    Vector6 error;
+    error.head<3>() = rotation_per_m * start_error_m * gaussian(start);
+    error.tail<3>() = start_error_m * gaussian(start);
+    pose = perturb(pose, error);
   };
   for (NetworkStation& station : network.stations)
     if (!station.fixed) move(station.station_from_world);
   for (NetworkBody& body : network.bodies)
     if (!body.fixed) {
       body.world_from_body.rotation =
-          so3_exp(turn_per_m * start_error_m * gaussian(start)) * body.world_from_body.rotation;
+          so3_exp(rotation_per_m * start_error_m * gaussian(start)) * body.world_from_body.rotation;
       body.world_from_body.translation += start_error_m * gaussian(start);
     }
   return network;
@@ -244,10 +248,10 @@ Result<std::vector<ScalePrediction>> compare_scale(const TestFieldDesign& design
     one.tags = source.tags;
     one.tag_side_m = source.tag_side_m;
     Network network = true_network(one);
-    std::vector<char> taken(network.points.size());
+    std::vector<char> used(network.points.size());
     for (int k = 0; k < source.distances; ++k) {
-      const auto [a, b] = pair_apart(network, source.distance_m, design.targets, taken);
-      taken[a] = taken[b] = 1;
+      const auto [a, b] = pair_at_distance(network, source.distance_m, design.targets, used);
+      used[a] = used[b] = 1;
       const Target from = Target::of_point(a), to = Target::of_point(b);
       network.distances.push_back({from, to,
                                    (network.position_m(to) - network.position_m(from)).norm(),
@@ -267,7 +271,7 @@ Result<std::vector<ScalePrediction>> compare_scale(const TestFieldDesign& design
     const std::vector<Matrix3d> points = predicted->points();
     for (int i = 0; i < design.targets; ++i) sum += points[i].trace();
     prediction.point_sigma_m = std::sqrt(sum / std::max(1, design.targets));
-    const auto [a, b] = pair_apart(network, 10, design.targets, taken);
+    const auto [a, b] = pair_at_distance(network, 10, design.targets, used);
     prediction.at_10_m_sigma_m =
         predicted->distance_sigma_m(Target::of_point(a), Target::of_point(b));
     result.value.push_back(prediction);

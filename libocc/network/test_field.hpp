@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// A test field that exists on paper only: targets on the walls and the ceiling of a room, stations
-// in it, a camera. From it a network with noise, its truth, and what precision to expect before any
-// picture is taken (precision.hpp of the truth). Use it to decide how many stations and targets are
-// enough, and what the scale shall come from.
+// Simulated test field for network design: targets on the walls and the ceiling of a room, stations
+// in it, and a camera. It yields a noisy network, its exact version, and the expected precision
+// before any image is taken (precision() of the exact network). Use it to choose the number of
+// stations and targets, and the source of the scale.
 //
-// Stations: one near the middle, the others around it on an ellipse of `station_ring` of the room's
-// half sides, at heights that alternate by `station_height_step_m`, each turned and tilted a little
-// (self-calibration wants that). Targets are drawn evenly over the surfaces; one is seen where the
-// camera shows it, at least 0.5 m away.
+// One station is in the middle of the room; the others are on an ellipse around it with semi-axes
+// `station_ring` times the room's half sides. Their heights alternate by `station_height_step_m`.
+// Headings are random, and each station is tilted at random, which self-calibration requires.
+// Targets are uniformly distributed over the surfaces. A target is observed if it is in view and at
+// least 0.5 m away.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,59 +30,55 @@ struct TestFieldDesign {
   double station_height_m = 1.7;
   double station_height_step_m = 1;
   Eigen::Vector2d station_ring{0.7, 0.7};
-  double station_tilt_rad = 0.075;  ///< without it the camera constant and heights are one
-  int targets = 500;                ///< points
+  double station_tilt_rad = 0.075;  ///< 0: the camera constant and the heights are inseparable
+  int targets = 500;                ///< number of points
   double lowest_target_m = 0.2;
   bool ceiling = true;
-  int tags = 0;  ///< AprilTags besides, on the walls
+  int tags = 0;  ///< number of additional AprilTags, on the walls
   double tag_side_m = 0.15;
   Camera camera = Camera::pinhole(640, 480, 500, 500, 319.5, 239.5);
   std::vector<std::string> free_parameters;
   Eigen::Vector2d sigma_px{0.5, 0.5};
-  double start_error_m =
-      0.05;  ///< of the network's starts: points, stations; 0.01 rad for each 0.05
+  /// Standard deviation of the start values: points, stations, bodies; rotations 0.2 rad/m of it.
+  double start_error_m = 0.05;
   std::uint64_t seed = 1;
 
-  LIBOCC_API void validate() const;
+  LIBOCC_API void validate() const;  ///< throws std::invalid_argument naming field and value
 };
 
-/// The panorama camera of the table that the default design reproduces: 35 mm lens, 10 200 pixels
-/// of 8 um, columns of 0.2 mrad.
+/// Panorama camera of the published precision table that the default design reproduces: 35 mm lens,
+/// 10 200 pixels of 8 um, columns of 0.2 mrad.
 LIBOCC_API Camera paper_panorama_camera();
-/// Its nine additional parameters: all but ez and the tumbling.
+/// Its nine additional parameters: all except e_z and the tumbling.
 LIBOCC_API std::vector<std::string> paper_additional_parameters();
 
 struct TestField {
-  Network network;  ///< noisy pixels, starts that are off, the camera as in the design
-  Network truth;    ///< the same without any error
+  Network network;  ///< noisy pixels and start values; camera as in the design
+  Network truth;    ///< network without errors
 };
 
-/// Throws std::invalid_argument for a design that makes no sense.
+/// Throws std::invalid_argument for an invalid design.
 LIBOCC_API TestField simulate_test_field(const TestFieldDesign& design);
 
-/// The truth with other noise: a run of a Monte Carlo experiment.
-LIBOCC_API Network noisy_network(const Network& truth, std::uint64_t seed, double start_error_m);
-
-/// What could give a network its scale.
+/// Source of a network's scale.
 struct ScaleSource {
   std::string name;
   int bars = 0;
-  double bar_m = 2, bar_sigma_m = 2e-5;  ///< each between two targets of its own, mid-field
+  double bar_m = 2, bar_sigma_m = 2e-5;  ///< each with two targets of its own, mid-room
   int distances = 0;
-  double distance_m = 10, distance_sigma_m = 2e-4;  ///< between targets as far apart as that
+  double distance_m = 10, distance_sigma_m = 2e-4;  ///< between targets about this far apart
   int tags = 0;
   double tag_side_m = 0.15;
 };
 
 struct ScalePrediction {
   std::string name;
-  double scale_sigma = 0;    ///< relative
-  double point_sigma_m = 0;  ///< root mean square of the points' 3D sigma
-  double at_10_m_sigma_m =
-      0;  ///< of the distance of the two targets whose distance is nearest 10 m
+  double scale_sigma = 0;      ///< relative
+  double point_sigma_m = 0;    ///< root mean square of the points' 3D standard deviation
+  double at_10_m_sigma_m = 0;  ///< sigma of the distance between two targets about 10 m apart
 };
 
-/// "Which scale bar is enough?": the same field with each source.
+/// Predicts the precision of the same field with each source. Status: that of precision().
 LIBOCC_API Result<std::vector<ScalePrediction>> compare_scale(
     const TestFieldDesign& design, const std::vector<ScaleSource>& sources);
 

@@ -10,7 +10,7 @@
 #include "libocc/detect/detect.hpp"
 #include "libocc/detect/internal/linear_image.hpp"
 #include "libocc/formation/rim.hpp"
-#include "libocc/photometry/internal/poses.hpp"
+#include "libocc/photometry/internal/light_fit.hpp"
 
 namespace occ {
 
@@ -19,9 +19,9 @@ using namespace internal::photometry;
 namespace {
 
 constexpr double max_cut_off = 1e-3;  // moves the mean by less than 3e-4 of a pixel's noise
-constexpr int fewest_pixels = 100;
+constexpr int min_pixels = 100;       // so that the mean is nearly Gaussian
 
-/// Pixels that a lamp may reach: 1.
+/// Image of flags: 1 for pixels that may receive light of a lamp.
 class Mask {
  public:
   explicit Mask(const Camera& camera)
@@ -46,8 +46,8 @@ class Mask {
   std::vector<char> pixels_;
 };
 
-/// By what the poses say, and by what is bright.
-Mask lamps_in(const Scene& scene, const ImageView& image, const Rigid3& pose) {
+/// Mask of the projected lamps and of all detected blobs, with a margin.
+Mask lamp_mask(const Scene& scene, const ImageView& image, const Rigid3& pose) {
   constexpr int rim_points = 32;
   const double margin_px = 3 + 6 * scene.sensor.psf_sigma_px;
   Mask mask(scene.camera);
@@ -70,7 +70,7 @@ Mask lamps_in(const Scene& scene, const ImageView& image, const Rigid3& pose) {
   return mask;
 }
 
-/// Of the linear signal of an image's background.
+/// Statistics of the linear signal of an image's background.
 struct Background {
   int pixels = 0, black = 0, white = 0;
   double mean_dn = 0, variance_dn2 = 0;
@@ -105,9 +105,9 @@ std::string percent(int part, int whole) {
   return text.substr(0, text.find('.') + 2) + " %";
 }
 
-std::string why_left_out(const Background& background) {
+std::string exclusion_reason(const Background& background) {
   const auto too_many = [&](int pixels) { return pixels > max_cut_off * background.pixels; };
-  if (background.pixels < fewest_pixels) return "lamps leave too few pixels";
+  if (background.pixels < min_pixels) return "too few pixels without light of lamps";
   if (too_many(background.black))
     return percent(background.black, background.pixels) + " of the background is at level 0";
   if (too_many(background.white))
@@ -115,7 +115,7 @@ std::string why_left_out(const Background& background) {
   return {};
 }
 
-/// Variance [linear grey levels^2] that rounding leaves to the mean of many pixels.
+/// Variance [linear grey levels^2] of the mean of many pixels caused by rounding.
 double rounding_variance(const Background& background, const Sensor& sensor, double slope) {
   const double electrons = std::max(0.0, background.mean_dn / sensor.gain_dn_per_e);
   const double noise_dn =
@@ -126,8 +126,8 @@ double rounding_variance(const Background& background, const Sensor& sensor, dou
   return slope * slope * std::exp(-4 * pi * pi * blur) / 12;
 }
 
-/// What makes a background of the lamps' own light.
-std::string other_light(const Scene& scene) {
+/// Name of an effect that adds light of the lamps to the background; empty without one.
+std::string other_light_source(const Scene& scene) {
   if (scene.room && scene.room->wall_reflectance > 0) return "the walls' light";
   if (scene.lens.veiling_glare > 0) return "glare";
   if (!scene.lens.ghosts.empty()) return "light of ghosts";
@@ -137,9 +137,9 @@ std::string other_light(const Scene& scene) {
 void validate_input(const Scene& scene, const Scene& rendered, const std::vector<ImageView>& images,
                     const std::vector<Rigid3>& cam_from_world) {
   require(scene.effects.of(Effect::ambient) != Use::off, "effects.ambient", "off",
-          "on or auto when ambient light is asked for");
+          "on or auto to calibrate ambient light");
   require(rendered.sensor.mosaic == Mosaic::none, "sensor.mosaic", "colour",
-          "none: ambient light is measured by pixels that are all alike");
+          "none: ambient light is calibrated from pixels of equal sensitivity");
   validate_poses(images.size(), cam_from_world);
   for (std::size_t i = 0; i < images.size(); ++i) {
     const ImageView& image = images[i];
@@ -151,23 +151,23 @@ void validate_input(const Scene& scene, const Scene& rendered, const std::vector
   }
 }
 
-/// From signals to irradiances.
+/// Linear relation of signals and irradiances.
 struct Scale {
   double dark_dn, dn_per_w_m2;
 };
 
 struct Measured {
   AmbientImage image;
-  double common_w2_m4 = 0;  ///< variance that no further image makes less
+  double common_w2_m4 = 0;  ///< variance part that is common to all images
 };
 
 Measured measure(const Scene& scene, const ImageView& view, const Rigid3& pose,
                  const Scale& scale) {
   const Sensor& sensor = scene.sensor;
   const LinearImage linear(view, &sensor);
-  Mask mask = lamps_in(scene, view, pose);
+  Mask mask = lamp_mask(scene, view, pose);
   const Background background = background_of(linear, mask);
-  Measured found{{why_left_out(background), background.pixels, 0, 0}, 0};
+  Measured found{{exclusion_reason(background), background.pixels, 0, 0}, 0};
   if (!found.image.left_out.empty()) return found;
   const double unit = scale.dn_per_w_m2, electrons = background.mean_dn / sensor.gain_dn_per_e;
   const double slope = linear.slope(sensor.grey_level(std::max(0.0, electrons)));
@@ -181,7 +181,7 @@ Measured measure(const Scene& scene, const ImageView& view, const Rigid3& pose,
   return found;
 }
 
-/// The images' mean by their sigmas, and what is common to all of them.
+/// Weighted mean of the images' irradiances, with the common variance part.
 void combine(double common_w2_m4, AmbientLight& found) {
   double weights = 0, sum = 0;
   for (const AmbientImage& image : found.images) {
@@ -202,13 +202,13 @@ void combine(double common_w2_m4, AmbientLight& found) {
   found.variance_w2_m4 = found.variance_factor / weights + common_w2_m4;
 }
 
-/// Why the irradiance is not what was asked for; empty when it is.
-std::string what_is_wrong(const Scene& scene, bool any, const AmbientLight& found) {
+/// Reason for the status degenerate; empty if ok.
+std::string failure_message(const Scene& scene, bool any, const AmbientLight& found) {
   constexpr double darker_sigmas = 5;
-  const std::string other = other_light(scene);
-  if (!other.empty()) return other + " is not told from ambient light";
+  const std::string other = other_light_source(scene);
+  if (!other.empty()) return other + " cannot be separated from ambient light";
   if (found.images.empty()) return "there is no image";
-  if (!any) return "no image tells it; in the first, " + found.images[0].left_out;
+  if (!any) return "no image is usable; in the first, " + found.images[0].left_out;
   if (found.irradiance_w_m2 < -darker_sigmas * std::sqrt(found.variance_w2_m4))
     return "the background is darker than the scene's black level and dark current";
   return {};
@@ -236,14 +236,14 @@ Result<AmbientLight> calibrate_ambient(const Scene& scene, const std::vector<Ima
     found.images.push_back(measured.image);
   }
   if (any) combine(common_w2_m4, found);
-  result.message = what_is_wrong(rendered, any, found);
+  result.message = failure_message(rendered, any, found);
   if (!result.message.empty()) {
     result.status = Status::degenerate;
     found.variance_w2_m4 = std::numeric_limits<double>::infinity();
   } else if (found.variance_factor > 1) {
     result.message =
-        "images differ by more than their noise allows: ambient light changes, or something shines "
-        "that the scene does not know";
+        "images differ by more than their noise allows: ambient light changes, or there is a light "
+        "source that is not in the scene";
   }
   return result;
 }

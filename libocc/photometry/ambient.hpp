@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ambient irradiance of the sensor from images whose lamps are where the scene and the poses say.
-// Of the pixels that no lamp reaches, the mean of the linear signal is
+// Ambient irradiance E on the sensor from images with known lamps and poses. The pixels without
+// light of lamps have the mean linear signal
 //
 //     S = K (e(E) - e(0)) + K e(0),      e: Sensor::electrons, K: gain
 //
-// and its sigma has three parts: the pixels' own noise, which every image has afresh; what rounding
-// to grey levels leaves open where noise is too small to blur it, at most
-// exp(-2 pi^2 sigma^2) / sqrt(12) of a level (Widrow, Kollar, "Quantization Noise", 2008: moments
-// of a quantised Gaussian); and the pixels' gains, the same in all images.
-// Lamps' fluxes are over the local background, so this and calibrate_light do not depend on each
-// other. Black level and dark current are the scene's: an error of theirs is one of E.
+// Its variance has three parts: the pixels' noise, independent in each image; the rounding to grey
+// levels, at most exp(-2 pi^2 sigma^2) / sqrt(12) of a level for noise sigma (Widrow, Kollar,
+// "Quantization Noise", 2008: moments of a quantised Gaussian); and the pixels' gains, the same in
+// all images.
+//
+// The lamps' fluxes are measured above the local background, so calibrate_ambient() and
+// calibrate_light() are independent. Black level and dark current are taken from the scene; their
+// errors enter E.
 #pragma once
 
 #include <limits>
@@ -24,28 +26,28 @@
 
 namespace occ {
 
-/// What one image says of the ambient light.
+/// Ambient light estimated from one image.
 struct AmbientImage {
-  std::string left_out;  ///< why it does not count; empty when it does
-  int pixels = 0;        ///< that no lamp reaches
+  std::string left_out;  ///< reason for exclusion; empty: the image is used
+  int pixels = 0;        ///< number of pixels without light of lamps
   double irradiance_w_m2 = 0;
-  double sigma_w_m2 = 0;  ///< of its pixels' noise
+  double sigma_w_m2 = 0;  ///< standard deviation from the noise of its pixels
 };
 
 struct AmbientLight {
-  double irradiance_w_m2 = 0;  ///< negative when there is less than the dark image's noise
+  double irradiance_w_m2 = 0;  ///< may be negative within the noise
   double variance_w2_m4 = std::numeric_limits<double>::infinity();  ///< contains variance_factor
-  double chi2 = 0;                                                  ///< of the images' irradiances
+  double chi2 = 0;  ///< scatter of the images' irradiances
   int dof = 0;
-  double variance_factor = 1;  ///< 1 unless chi2 is too large to be chance
+  double variance_factor = 1;  ///< 1 unless chi2 exceeds its 99.9 % quantile
   std::vector<AmbientImage> images;
 };
 
-/// Status: ok; degenerate when no image has a background that tells it: grey levels cut off at 0 or
-/// at full scale, too few pixels, or light of lamps everywhere (walls, glare, ghosts), or when the
-/// background is darker than the scene's black level. Throws std::invalid_argument when images and
-/// poses are not as many, an image is not of the camera's size, the scene does not validate, has a
-/// colour mosaic or switches ambient light off.
+/// cam_from_world: pose of each image. Status: ok; degenerate: no image has a usable background
+/// (grey levels clipped at 0 or at full scale, too few pixels), the scene adds light of lamps to it
+/// (walls, glare, ghosts), or it is darker than the scene's black level. Throws
+/// std::invalid_argument for another number of poses than of images, an image of another size than
+/// the camera's, an invalid scene, a colour mosaic, or a scene with ambient light switched off.
 LIBOCC_API Result<AmbientLight> calibrate_ambient(const Scene& scene,
                                                   const std::vector<ImageView>& images,
                                                   const std::vector<Rigid3>& cam_from_world);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stored levels against the curve of the light, each place's light eliminated:
+// Least squares fit of a response curve from a basis (ResponseMethod::basis). The light of each
+// patch is eliminated:
 //     Z_ij = black + R (f_0(x) + sum_k c_k h_k(x)),   x = E_i t_j / scale,   R = full scale -
 //     black.
-// Gauss and Newton's steps over the coefficients c and ln E_i; steps that make chi2 grow are
-// halved.
+// Gauss-Newton steps over the coefficients c and ln E_i; steps that increase chi2 are halved.
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -19,18 +19,19 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int samples = 16384;  // of the curve: a power of 1/3 rises to 0.04 in the first step
+constexpr int samples =
+    16384;  // of the curve; a power law of 1/3 rises to 0.04 in the first interval
 constexpr int max_steps = 60;
 
 class BasisFit {
  public:
-  BasisFit(const SeriesPlaces& series, int functions, ChannelResponse& response)
+  BasisFit(const PatchSeries& series, int functions, ChannelResponse& response)
       : series_(series),
         r_(response),
         range_dn_(response.full_scale_dn - response.black_level_dn),
         basis_(response_basis(functions, samples)),
         c_(VectorXd::Zero(functions)),
-        log_light_(static_cast<Index>(series.places.size())) {
+        log_light_(static_cast<Index>(series.patches.size())) {
     curve_ = basis_.mean;
     for (Index i = 0; i < log_light_.size(); ++i) start_light(i);
   }
@@ -41,52 +42,53 @@ class BasisFit {
       const VectorXd d_c = normal_.ldlt().solve(right_);
       const VectorXd d_light = light_right_.cwiseQuotient(light_normal_) - light_of_c_ * d_c;
       const VectorXd c = c_, light = log_light_;
-      double part = 1, next = 0;
-      for (;; part /= 2) {
-        c_ = c + part * d_c;
-        log_light_ = light + part * d_light;
+      double step_fraction = 1, next = 0;
+      for (;; step_fraction /= 2) {
+        c_ = c + step_fraction * d_c;
+        log_light_ = light + step_fraction * d_light;
         curve_ = basis_.mean + basis_.functions * c_;
         next = linearise();
         if (next <= chi2 * (1 + 1e-12)) break;
-        if (part < 1e-4) return false;
+        if (step_fraction < 1e-4) return false;
       }
-      const bool still = part * d_c.cwiseAbs().maxCoeff() < 1e-7;
+      const bool converged = step_fraction * d_c.cwiseAbs().maxCoeff() < 1e-7;
       chi2 = next;
-      if (still) return finish(chi2);
+      if (converged) return finish(chi2);
     }
     return false;
   }
 
  private:
-  struct At {
+  /// Position x between samples i and i + 1.
+  struct Sample {
     Index i = 0;
-    double part = 0;
+    double fraction = 0;
   };
-  At at(double x) const {
-    const double place = std::clamp(x, 0.0, 1.5) * (samples - 1);
-    const Index i = std::min(static_cast<Index>(place), static_cast<Index>(samples) - 2);
-    return {i, place - static_cast<double>(i)};  // beyond 1 along the last step's line
+  Sample at(double x) const {
+    const double position = std::clamp(x, 0.0, 1.5) * (samples - 1);
+    const Index i = std::min(static_cast<Index>(position), static_cast<Index>(samples) - 2);
+    return {i, position - static_cast<double>(i)};  // above 1: linear extrapolation
   }
   template <typename Values>
-  static double between(const Values& values, const At& a) {
-    return values[a.i] + a.part * (values[a.i + 1] - values[a.i]);
+  static double between(const Values& values, const Sample& a) {
+    return values[a.i] + a.fraction * (values[a.i + 1] - values[a.i]);
   }
-  /// x at which a rising curve has this value.
+  /// x at which the rising curve has this value.
   double inverse(double value) const {
     const auto above = std::lower_bound(curve_.data() + 1, curve_.data() + samples - 1, value);
     const Index i = above - curve_.data() - 1;
-    const double part = (value - curve_[i]) / (curve_[i + 1] - curve_[i]);
-    return (static_cast<double>(i) + part) / (samples - 1);
+    const double fraction = (value - curve_[i]) / (curve_[i + 1] - curve_[i]);
+    return (static_cast<double>(i) + fraction) / (samples - 1);
   }
-  double log_time(const PlaceLevel& p) const { return std::log(series_.exposures_s[p.exposure]); }
+  double log_time(const PatchLevel& p) const { return std::log(series_.exposures_s[p.exposure]); }
 
   void start_light(Index i) {
-    const FlatPlace& place = series_.places[i];
+    const FlatPatch& patch = series_.patches[i];
     double sum = 0;
-    for (const PlaceLevel& p : place.levels)
+    for (const PatchLevel& p : patch.levels)
       sum += std::log(std::max(inverse((p.level_dn - r_.black_level_dn) / range_dn_), 1e-6)) -
              log_time(p);
-    log_light_[i] = sum / static_cast<double>(place.levels.size());
+    log_light_[i] = sum / static_cast<double>(patch.levels.size());
   }
 
   /// Normal equations of the coefficients with the lights eliminated; returns chi2.
@@ -99,8 +101,8 @@ class BasisFit {
     residuals_.clear();
     double chi2 = 0;
     for (Index i = 0; i < m; ++i) {
-      const FlatPlace& place = series_.places[i];
-      for (const PlaceLevel& p : place.levels) chi2 += add(p, place, i);
+      const FlatPatch& patch = series_.patches[i];
+      for (const PatchLevel& p : patch.levels) chi2 += add(p, patch, i);
       light_of_c_.row(i) /= light_normal_[i];
       normal_ -= light_normal_[i] * light_of_c_.row(i).transpose() * light_of_c_.row(i);
       right_ -= light_of_c_.row(i).transpose() * light_right_[i];
@@ -108,31 +110,31 @@ class BasisFit {
     return chi2;
   }
 
-  double add(const PlaceLevel& p, const FlatPlace& place, Index i) {
+  double add(const PatchLevel& p, const FlatPatch& patch, Index i) {
     const double log_x = log_light_[i] + log_time(p), x = std::exp(log_x);
-    const At a = at(x);
+    const Sample a = at(x);
     const double slope = (curve_[a.i + 1] - curve_[a.i]) * (samples - 1);
     const double weight = 1 / p.variance_dn2;
-    const double left = p.level_dn - r_.black_level_dn - range_dn_ * between(curve_, a);
+    const double residual = p.level_dn - r_.black_level_dn - range_dn_ * between(curve_, a);
     const double d_light = range_dn_ * slope * x;
     VectorXd d_c(c_.size());
     for (Index k = 0; k < c_.size(); ++k) d_c[k] = range_dn_ * between(basis_.functions.col(k), a);
     normal_ += weight * d_c * d_c.transpose();
-    right_ += weight * left * d_c;
+    right_ += weight * residual * d_c;
     light_of_c_.row(i) += weight * d_light * d_c.transpose();
-    light_right_[i] += weight * d_light * left;
+    light_right_[i] += weight * d_light * residual;
     light_normal_[i] += weight * d_light * d_light;
     residuals_.push_back({p.exposure,
-                          {place.x, place.y},
+                          {patch.x, patch.y},
                           p.level_dn,
                           log_x,
-                          left / d_light,
+                          residual / d_light,
                           std::sqrt(p.variance_dn2) / d_light});
-    return weight * left * left;
+    return weight * residual * residual;
   }
 
   bool finish(double chi2) {
-    if (!rises()) return false;
+    if (!make_rising()) return false;
     const Eigen::LDLT<MatrixXd> factors(normal_);
     if (!(factors.vectorD().minCoeff() > 1e-12 * factors.vectorD().maxCoeff())) return false;
     r_.chi2 = chi2;
@@ -141,12 +143,12 @@ class BasisFit {
     r_.coefficients.assign(c_.data(), c_.data() + c_.size());
     r_.coefficient_covariance =
         r_.variance_factor * factors.solve(MatrixXd::Identity(c_.size(), c_.size()));
-    state_curve();
+    write_curve();
     return true;
   }
 
-  /// Whether it rises where levels were seen; makes it rise elsewhere.
-  bool rises() {
+  /// False if the curve decreases between observed levels; elsewhere it is made rising.
+  bool make_rising() {
     for (Index i = 1; i < samples; ++i) {
       if (curve_[i] > curve_[i - 1]) continue;
       const double level = r_.black_level_dn + range_dn_ * curve_[i];
@@ -158,13 +160,13 @@ class BasisFit {
   }
 
   /// g = ln f^-1 at the levels, zero at the middle one: dg/dc_k = -h_k / (x f').
-  void state_curve() {
+  void write_curve() {
     const Index n = r_.level_dn.size();
     r_.log_exposure.resize(n);
     MatrixXd d_c(n, c_.size());
     for (Index k = 0; k < n; ++k) {
       const double x = inverse((r_.level_dn[k] - r_.black_level_dn) / range_dn_);
-      const At a = at(x);
+      const Sample a = at(x);
       const double slope = (curve_[a.i + 1] - curve_[a.i]) * (samples - 1);
       r_.log_exposure[k] = std::log(x);
       for (Index j = 0; j < c_.size(); ++j)
@@ -182,7 +184,7 @@ class BasisFit {
     r_.residuals = residuals_;
   }
 
-  const SeriesPlaces& series_;
+  const PatchSeries& series_;
   ChannelResponse& r_;
   double range_dn_;
   ResponseBasis basis_;
@@ -194,7 +196,7 @@ class BasisFit {
 
 }  // namespace
 
-bool fit_basis(const SeriesPlaces& series, int functions, ChannelResponse& response) {
+bool fit_basis(const PatchSeries& series, int functions, ChannelResponse& response) {
   return BasisFit(series, functions, response).run();
 }
 

@@ -11,7 +11,6 @@
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
 #include "libocc/photometry/internal/light_fit.hpp"
-#include "libocc/photometry/internal/poses.hpp"
 #include "libocc/radiometry/lambertian.hpp"
 #include "libocc/scene/internal/vignetting.hpp"
 
@@ -22,18 +21,21 @@ using namespace internal::photometry;
 using namespace internal::scene;
 namespace {
 
-struct Found {
+/// The blob of a lamp, or the reason why there is none.
+struct BlobUse {
   FluxUse use = FluxUse::no_blob;
   const Blob* blob = nullptr;
 };
 
-std::optional<Eigen::Vector2d> place_of(const Lamp& lamp, const Rigid3& pose, const Scene& scene) {
+/// Predicted image of a lamp that faces the camera.
+std::optional<Eigen::Vector2d> visible_centre(const Lamp& lamp, const Rigid3& pose,
+                                              const Scene& scene) {
   if (lamp_electrons(lamp, pose, scene.camera, scene.sensor) <= 0) return std::nullopt;
   return project_lamp_centre(lamp, pose, scene.camera);
 }
 
-/// The blob that a lamp's light is measured by, or why there is none.
-Found usable(const Lamp& lamp, const Blob& blob) {
+/// Accepts a lamp's blob, or gives the reason for its exclusion.
+BlobUse classify(const Lamp& lamp, const Blob& blob) {
   if (blob.merged) return {FluxUse::merged, nullptr};
   if (blob.cut_by_border) return {FluxUse::cut, nullptr};
   if (blob.saturated || !(blob.flux_dn > 0)) return {FluxUse::saturated, nullptr};
@@ -41,51 +43,52 @@ Found usable(const Lamp& lamp, const Blob& blob) {
   return {FluxUse::used, &blob};
 }
 
-using Places = std::vector<std::optional<Eigen::Vector2d>>;  // of the lamps in one image
+using Centres = std::vector<std::optional<Eigen::Vector2d>>;  // of the lamps in one image
 
-Found nearest(const std::vector<Lamp>& lamps, const Places& places, std::size_t lamp,
-              const std::vector<Blob>& blobs, double gate_px) {
-  if (!places[lamp]) return {FluxUse::out_of_view, nullptr};
+BlobUse nearest_blob(const std::vector<Lamp>& lamps, const Centres& centres, std::size_t lamp,
+                     const std::vector<Blob>& blobs, double gate_px) {
+  if (!centres[lamp]) return {FluxUse::out_of_view, nullptr};
   const auto near = [&](const Eigen::Vector2d& px) {
-    return (px - *places[lamp]).norm() <= gate_px;
+    return (px - *centres[lamp]).norm() <= gate_px;
   };
-  const Blob* found = nullptr;
+  const Blob* result = nullptr;
   for (const Blob& blob : blobs) {
     if (!near(blob.centroid_px)) continue;
-    if (found) return {FluxUse::not_alone, nullptr};
-    found = &blob;
+    if (result) return {FluxUse::not_alone, nullptr};
+    result = &blob;
   }
-  for (std::size_t other = 0; other < places.size(); ++other)
-    if (other != lamp && places[other] && near(*places[other]))
+  for (std::size_t other = 0; other < centres.size(); ++other)
+    if (other != lamp && centres[other] && near(*centres[other]))
       return {FluxUse::not_alone, nullptr};
-  return found ? usable(lamps[lamp], *found) : Found{};
+  return result ? classify(lamps[lamp], *result) : BlobUse{};
 }
 
-Found named(const std::vector<Lamp>& lamps, const Places& places, std::size_t lamp,
-            const std::vector<Blob>& blobs, const std::vector<Match>& matches) {
-  if (!places[lamp]) return {FluxUse::out_of_view, nullptr};
+BlobUse matched_blob(const std::vector<Lamp>& lamps, const Centres& centres, std::size_t lamp,
+                     const std::vector<Blob>& blobs, const std::vector<Match>& matches) {
+  if (!centres[lamp]) return {FluxUse::out_of_view, nullptr};
   for (const Match& match : matches)
-    if (match.lamp == static_cast<int>(lamp)) return usable(lamps[lamp], blobs[match.blob]);
+    if (match.lamp == static_cast<int>(lamp)) return classify(lamps[lamp], blobs[match.blob]);
   return {};
 }
 
-std::string angles_of(const LampLight& light) {
-  double least = 1, most = 0;
+std::string describe_angles(const LampLight& light) {
+  double min_cos = 1, max_cos = 0;
   int count = 0;
   for (const LampFlux& flux : light.fluxes) {
     if (flux.use != FluxUse::used) continue;
-    least = std::min(least, flux.cos_emission);
-    most = std::max(most, flux.cos_emission);
+    min_cos = std::min(min_cos, flux.cos_emission);
+    max_cos = std::max(max_cos, flux.cos_emission);
     ++count;
   }
   const auto degrees = [](double cosine) {
     return std::to_string(std::lround(std::acos(std::min(1.0, cosine)) * 180 / pi));
   };
-  return std::to_string(count) + " fluxes at " + degrees(most) + " to " + degrees(least) +
+  return std::to_string(count) + " fluxes at " + degrees(max_cos) + " to " + degrees(min_cos) +
          " degrees";
 }
 
-/// Seen over what the scene's power would give but for (m + 1) cos^m(phi).
+/// Equation of one flux: observed flux over the flux of the scene's power without the factor
+/// (m + 1) cos^m(phi).
 FluxEquation equation_of(const Lamp& lamp, const Blob& blob, const Rigid3& pose, const Scene& scene,
                          double model_sigma, LampFlux& flux) {
   const Eigen::Vector3d centre = pose * lamp.centre_m;
@@ -100,20 +103,20 @@ FluxEquation equation_of(const Lamp& lamp, const Blob& blob, const Rigid3& pose,
   return {0, log_cos, std::log(blob.flux_dn) - log_unit, flux.sigma};
 }
 
-void say_what_is_not_determined(const LightFit& fit, bool order_is, LampLight& light) {
-  const bool seen = std::any_of(light.fluxes.begin(), light.fluxes.end(),
-                                [](const LampFlux& f) { return f.use == FluxUse::used; });
-  if (!seen) {
+void set_status(const LightFit& fit, bool order_determined, LampLight& light) {
+  const bool observed = std::any_of(light.fluxes.begin(), light.fluxes.end(),
+                                    [](const LampFlux& f) { return f.use == FluxUse::used; });
+  if (!observed) {
     light.status = Status::no_lamps;
-    light.message = "seen whole and alone in no image";
-  } else if (!order_is) {
+    light.message = "no image shows it unobstructed and isolated";
+  } else if (!order_determined) {
     light.status = Status::degenerate;
-    light.message = "its order is not determined by " + angles_of(light) +
+    light.message = "its order is not determined by " + describe_angles(light) +
                     "; the power holds for the scene's order";
   } else if (fit.variance_factor > 1) {
     light.message =
-        "fluxes differ by more than their sigmas allow: poses, exposure or sensor are not as the "
-        "scene says, or the lamp is not Lambertian";
+        "fluxes differ by more than their sigmas allow: poses, exposure or sensor differ from the "
+        "scene, or the lamp is not Lambertian";
   }
 }
 
@@ -123,7 +126,7 @@ struct Group {
   std::vector<FluxEquation> equations;
 };
 
-/// Fits a group's light and tells it to its lamps.
+/// Fits the light of a group and stores it in `lights`.
 LightFit fit_group(const Scene& scene, const Group& group, const LightOptions& options,
                    std::vector<LampLight>& lights) {
   Eigen::VectorXd orders(static_cast<Eigen::Index>(group.lamps.size()));
@@ -145,7 +148,7 @@ LightFit fit_group(const Scene& scene, const Group& group, const LightOptions& o
     light.variance_factor = fit.variance_factor;
     for (LampFlux& flux : light.fluxes)
       if (flux.use == FluxUse::used) flux.residual = fit.residual(*equation++);
-    say_what_is_not_determined(fit, fit.determined[i], light);
+    set_status(fit, fit.determined[i], light);
   }
   return fit;
 }
@@ -164,81 +167,86 @@ void validate_matches(const std::vector<std::vector<Match>>& matches,
     }
 }
 
-/// What is seen of the lamps, and nothing found out yet.
-struct Seen {
+/// Used fluxes of all lamps; the lights hold start values.
+struct FluxObservations {
   std::vector<LampLight> lights;
-  std::vector<std::vector<FluxEquation>> equations;  // of each lamp
+  std::vector<std::vector<FluxEquation>> equations;  // one list per lamp
 };
 
-Seen seen_in(const Scene& scene, const Scene& rendered, const std::vector<std::vector<Blob>>& blobs,
-             const std::vector<Rigid3>& cam_from_world,
-             const std::vector<std::vector<Match>>* matches, const LightOptions& options) {
+FluxObservations observe(const Scene& scene, const Scene& rendered,
+                         const std::vector<std::vector<Blob>>& blobs,
+                         const std::vector<Rigid3>& cam_from_world,
+                         const std::vector<std::vector<Match>>* matches,
+                         const LightOptions& options) {
   const std::vector<Lamp>& lamps = rendered.lamps;
-  Seen seen{std::vector<LampLight>(lamps.size()), {}};
-  seen.equations.resize(lamps.size());
+  FluxObservations observations{std::vector<LampLight>(lamps.size()), {}};
+  observations.equations.resize(lamps.size());
   for (std::size_t l = 0; l < lamps.size(); ++l) {
-    seen.lights[l].id = lamps[l].id;
-    seen.lights[l].power_w = scene.lamps[l].power_w;
-    seen.lights[l].order = lamps[l].order();
+    observations.lights[l].id = lamps[l].id;
+    observations.lights[l].power_w = scene.lamps[l].power_w;
+    observations.lights[l].order = lamps[l].order();
   }
   for (std::size_t i = 0; i < blobs.size(); ++i) {
-    Places places;
-    for (const Lamp& lamp : lamps) places.push_back(place_of(lamp, cam_from_world[i], rendered));
+    Centres centres;
+    for (const Lamp& lamp : lamps)
+      centres.push_back(visible_centre(lamp, cam_from_world[i], rendered));
     for (std::size_t l = 0; l < lamps.size(); ++l) {
       LampFlux flux;
       flux.image = static_cast<int>(i);
-      const Found blob = matches ? named(lamps, places, l, blobs[i], (*matches)[i])
-                                 : nearest(lamps, places, l, blobs[i], options.gate_px);
-      const bool whole =
+      const BlobUse blob = matches ? matched_blob(lamps, centres, l, blobs[i], (*matches)[i])
+                                   : nearest_blob(lamps, centres, l, blobs[i], options.gate_px);
+      const bool unobstructed =
           visible_part(lamps[l], rendered.boxes, cam_from_world[i].origin_in_source()).share == 1;
-      flux.use = places[l] && !whole ? FluxUse::hidden : blob.use;
+      flux.use = centres[l] && !unobstructed ? FluxUse::hidden : blob.use;
       if (flux.use == FluxUse::used)
-        seen.equations[l].push_back(equation_of(lamps[l], *blob.blob, cam_from_world[i], rendered,
-                                                options.model_sigma, flux));
-      seen.lights[l].fluxes.push_back(flux);
+        observations.equations[l].push_back(equation_of(lamps[l], *blob.blob, cam_from_world[i],
+                                                        rendered, options.model_sigma, flux));
+      observations.lights[l].fluxes.push_back(flux);
     }
   }
-  return seen;
+  return observations;
 }
 
-void fit_each(const Seen& seen, const LightOptions& options, CalibratedLight& found) {
-  for (std::size_t l = 0; l < seen.lights.size(); ++l) {
-    const Group group{{l}, seen.equations[l]};
+void fit_each(const FluxObservations& observations, const LightOptions& options,
+              CalibratedLight& result) {
+  for (std::size_t l = 0; l < observations.lights.size(); ++l) {
+    const Group group{{l}, observations.equations[l]};
     if (group.equations.empty())
-      say_what_is_not_determined({}, false, found.lamps[l]);
+      set_status({}, false, result.lamps[l]);
     else
-      fit_group(found.scene, group, options, found.lamps);
+      fit_group(result.scene, group, options, result.lamps);
   }
 }
 
-void fit_together(const Seen& seen, const LightOptions& options, CalibratedLight& found) {
+void fit_together(const FluxObservations& observations, const LightOptions& options,
+                  CalibratedLight& result) {
   Group all;
-  for (std::size_t l = 0; l < seen.lights.size(); ++l) {
+  for (std::size_t l = 0; l < observations.lights.size(); ++l) {
     all.lamps.push_back(l);
-    for (FluxEquation equation : seen.equations[l]) {
+    for (FluxEquation equation : observations.equations[l]) {
       equation.lamp = static_cast<int>(l);
       all.equations.push_back(equation);
     }
   }
   if (all.equations.empty()) {
-    for (LampLight& light : found.lamps) say_what_is_not_determined({}, false, light);
+    for (LampLight& light : result.lamps) set_status({}, false, light);
     return;
   }
-  const LightFit fit = fit_group(found.scene, all, options, found.lamps);
-  found.factor = CommonFactor{std::exp(fit.scale), fit.covariance};
+  const LightFit fit = fit_group(result.scene, all, options, result.lamps);
+  result.factor = CommonFactor{std::exp(fit.scale), fit.covariance};
 }
 
-/// Into the scene goes what is determined; says whether that is anything.
-bool take_over(CalibratedLight& found) {
+/// Writes the determined values into the scene; false when there are none.
+bool update_scene(CalibratedLight& result) {
   bool any = false;
-  for (std::size_t l = 0; l < found.lamps.size(); ++l) {
-    const LampLight& light = found.lamps[l];
-    Lamp& known = found.scene.lamps[l];
+  for (std::size_t l = 0; l < result.lamps.size(); ++l) {
+    const LampLight& light = result.lamps[l];
+    Lamp& lamp = result.scene.lamps[l];
     const bool ok = light.status == Status::ok;
-    if (ok) known.half_power_rad = std::acos(std::exp2(-1 / light.order));
-    if (!ok && !found.factor) continue;
-    known.power_w = light.power_w;
-    known.power_sigma = std::sqrt(light.covariance(0, 0));
+    if (ok) lamp.half_power_rad = std::acos(std::exp2(-1 / light.order));
+    if (!ok && !result.factor) continue;
+    lamp.power_w = light.power_w;
+    lamp.power_sigma = std::sqrt(light.covariance(0, 0));
     any = true;
   }
   return any;
@@ -251,17 +259,19 @@ Result<CalibratedLight> calibrated(const Scene& scene, const std::vector<std::ve
   options.validate();
   validate_poses(blobs.size(), cam_from_world);
   Result<CalibratedLight> result;
-  CalibratedLight& found = result.value;
-  found.scene = scene;
-  found.scene.validate();
-  const Scene rendered = found.scene.as_rendered();
-  const Seen seen = seen_in(found.scene, rendered, blobs, cam_from_world, matches, options);
-  found.lamps = seen.lights;
+  CalibratedLight& calibration = result.value;
+  calibration.scene = scene;
+  calibration.scene.validate();
+  const Scene rendered = calibration.scene.as_rendered();
+  const FluxObservations observations =
+      observe(calibration.scene, rendered, blobs, cam_from_world, matches, options);
+  calibration.lamps = observations.lights;
   const bool together = options.powers == PowerFit::common_factor;
-  together ? fit_together(seen, options, found) : fit_each(seen, options, found);
-  if (!take_over(found)) {
+  together ? fit_together(observations, options, calibration)
+           : fit_each(observations, options, calibration);
+  if (!update_scene(calibration)) {
     result.status = Status::degenerate;
-    result.message = together ? "no lamp is seen whole and alone in any image"
+    result.message = together ? "no image shows a lamp unobstructed and isolated"
                               : "no lamp's power and order are determined";
   }
   return result;

@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Index;
 
-constexpr std::size_t min_places = 16;
+constexpr std::size_t min_patches = 16;
 
 void validate_images(const std::vector<ImageView>& images) {
   require(images.size() >= 2, "images", images.size(), "at least two");
@@ -72,23 +72,23 @@ int depth_of(const ImageView& image, const ResponseOptions& options) {
   return 8;
 }
 
-/// What no place's levels bridge, as text; empty when everything between the lowest and the highest
-/// level hangs together.
-std::string gap_in(const std::vector<FlatPlace>& places) {
-  std::vector<std::pair<double, double>> bridges;
-  for (const FlatPlace& place : places) {
+/// Message for the first gap between the level ranges of the patches; empty without a gap. Each
+/// patch links the levels that it has in different images.
+std::string find_gap(const std::vector<FlatPatch>& patches) {
+  std::vector<std::pair<double, double>> ranges;
+  for (const FlatPatch& patch : patches) {
     const auto by_level = [](const auto& a, const auto& b) { return a.level_dn < b.level_dn; };
     const auto [low, high] =
-        std::minmax_element(place.levels.begin(), place.levels.end(), by_level);
-    bridges.emplace_back(low->level_dn, high->level_dn);
+        std::minmax_element(patch.levels.begin(), patch.levels.end(), by_level);
+    ranges.emplace_back(low->level_dn, high->level_dn);
   }
-  std::sort(bridges.begin(), bridges.end());
-  double reached = bridges.front().second;
-  for (const auto& [low, high] : bridges) {
+  std::sort(ranges.begin(), ranges.end());
+  double reached = ranges.front().second;
+  for (const auto& [low, high] : ranges) {
     if (low > reached + 1) {
       std::ostringstream text;
-      text << "no place bridges the levels from " << std::lround(reached) << " to "
-           << std::lround(low) << ": exposure times between would";
+      text << "no patch links the levels below " << std::lround(reached) << " to those above "
+           << std::lround(low) << ": add intermediate exposure times";
       return text.str();
     }
     reached = std::max(reached, high);
@@ -96,7 +96,8 @@ std::string gap_in(const std::vector<FlatPlace>& places) {
   return "";
 }
 
-/// Nearest rising curve by pooling neighbours that fall (Kruskal, Psychometrika 29, 1964).
+/// Weighted isotonic regression by pooling adjacent violators (Kruskal, Psychometrika 29, 1964);
+/// returns the number of changed levels.
 int project_to_rising(Eigen::VectorXd& g, const Eigen::VectorXd& sigma) {
   struct Block {
     double sum, weight;
@@ -126,17 +127,17 @@ int project_to_rising(Eigen::VectorXd& g, const Eigen::VectorXd& sigma) {
   return moved;
 }
 
-void state_range(const std::vector<FlatPlace>& places, ChannelResponse& response) {
+void set_range(const std::vector<FlatPatch>& patches, ChannelResponse& response) {
   response.lowest_dn = response.full_scale_dn;
   response.highest_dn = 0;
-  for (const FlatPlace& place : places)
-    for (const auto& p : place.levels) {
+  for (const FlatPatch& patch : patches)
+    for (const auto& p : patch.levels) {
       response.lowest_dn = std::min(response.lowest_dn, p.level_dn);
       response.highest_dn = std::max(response.highest_dn, p.level_dn);
     }
 }
 
-/// Why the channel's curve is not determined or not found; empty when it is.
+/// Response of one channel; the status and message as recover_response().
 Result<ChannelResponse> channel_response(const std::vector<ImageView>& images, int channel,
                                          const std::vector<double>& exposures_s,
                                          const LevelRange& range, const ResponseOptions& options) {
@@ -145,41 +146,43 @@ Result<ChannelResponse> channel_response(const std::vector<ImageView>& images, i
   response.black_level_dn = range.black_dn;
   response.full_scale_dn = range.full_scale_dn;
   response.level_dn = curve_levels(range);
-  const std::vector<FlatPlace> places = flat_places(images, channel, range, options.max_places);
+  const std::vector<FlatPatch> patches = flat_patches(images, channel, range, options.max_patches);
   const auto failed = [&](Status status, const std::string& message) {
     result.status = status;
     result.message = message;
     return result;
   };
-  if (places.size() < min_places)
+  if (patches.size() < min_patches)
     return failed(Status::degenerate,
-                  "only " + std::to_string(places.size()) +
-                      " places are flat and neither black nor clipped in two images");
+                  "only " + std::to_string(patches.size()) +
+                      " patches are flat and neither black nor clipped in two images");
   std::set<double> used;
-  for (const FlatPlace& place : places)
-    for (const auto& p : place.levels) used.insert(exposures_s[p.exposure]);
+  for (const FlatPatch& patch : patches)
+    for (const auto& p : patch.levels) used.insert(exposures_s[p.exposure]);
   if (used.size() < (options.method == ResponseMethod::levels ? 3 : 2))
     return failed(Status::degenerate, "only " + std::to_string(used.size()) +
-                                          " different exposure times show places that are neither "
+                                          " different exposure times have patches that are neither "
                                           "black nor clipped");
-  if (const std::string gap = gap_in(places); !gap.empty()) return failed(Status::degenerate, gap);
+  if (const std::string gap = find_gap(patches); !gap.empty())
+    return failed(Status::degenerate, gap);
 
-  state_range(places, response);
-  const SeriesPlaces series{places, exposures_s};
+  set_range(patches, response);
+  const PatchSeries series{patches, exposures_s};
   const bool found = options.method == ResponseMethod::levels
                          ? fit_levels(series, options.smoothness, response)
                          : fit_basis(series, options.basis_functions, response);
   if (!found)
     return failed(Status::not_converged, options.method == ResponseMethod::levels
-                                             ? "the curve's steps come to no end"
+                                             ? "the fit of the curve does not converge"
                                              : "no rising curve of the basis fits");
   response.projected += project_to_rising(response.log_exposure, response.sigma());
   if (response.variance_factor > 1) {
     std::ostringstream text;
     text.precision(3);
     text << "residuals are " << std::sqrt(response.variance_factor)
-         << " times what the noise explains: wrong exposure times, a scene that moved, or no curve "
-            "of this kind";
+         << " times their expected size: wrong exposure times, a scene that moved, or no curve of "
+            "this "
+            "kind";
     result.message = text.str();
   }
   return result;
@@ -195,7 +198,7 @@ void ResponseOptions::validate() const {
   require(smoothness >= 1 && std::isfinite(smoothness), "smoothness", smoothness, "at least 1");
   require(basis_functions >= 1 && basis_functions <= 8, "basis_functions", basis_functions,
           "between 1 and 8");
-  require(max_places >= static_cast<int>(min_places), "max_places", max_places, "at least 16");
+  require(max_patches >= static_cast<int>(min_patches), "max_patches", max_patches, "at least 16");
 }
 
 Eigen::VectorXd ChannelResponse::sigma() const { return covariance.diagonal().cwiseSqrt(); }
@@ -209,7 +212,8 @@ std::vector<double> ChannelResponse::table(int samples) const {
   std::vector<double> linear{0}, stored{0};
   for (Index k = 0; k < n; ++k) {
     const double x = std::exp(log_exposure[k] - log_exposure[n - 1]);
-    if (!(x > linear.back())) linear.pop_back(), stored.pop_back();  // a step: its upper end
+    if (!(x > linear.back()))
+      linear.pop_back(), stored.pop_back();  // equal values: keep the upper end
     linear.push_back(x);
     stored.push_back((level_dn[k] - black_level_dn) / range_dn);
   }
@@ -241,16 +245,17 @@ Result<RecoveredResponse> recover_response(const std::vector<ImageView>& images,
   Result<RecoveredResponse> result;
   const int channels = std::min(images[0].channels, 3);
   for (int channel = 0; channel < channels; ++channel) {
-    Result<ChannelResponse> one = channel_response(images, channel, exposures_s, range, options);
-    if (!one.message.empty()) {
-      const std::string of = channels > 1 ? "channel " + std::to_string(channel) + ": " : "";
-      result.message += (result.message.empty() ? "" : "; ") + of + one.message;
+    Result<ChannelResponse> channel_result =
+        channel_response(images, channel, exposures_s, range, options);
+    if (!channel_result.message.empty()) {
+      const std::string prefix = channels > 1 ? "channel " + std::to_string(channel) + ": " : "";
+      result.message += (result.message.empty() ? "" : "; ") + prefix + channel_result.message;
     }
-    if (!one.ok()) {
-      result.status = one.status;
+    if (!channel_result.ok()) {
+      result.status = channel_result.status;
       return result;
     }
-    result.value.channels.push_back(std::move(one.value));
+    result.value.channels.push_back(std::move(channel_result.value));
   }
   return result;
 }

@@ -17,18 +17,19 @@ using Known = Result<Precision>;
 auto adjust_fields() {
   using O = AdjustOptions;
   return std::make_tuple(
-      field("robust", &O::robust, "gross errors are expected"),
-      field("snooping", &O::snooping, "Baarda's, after it"),
-      field("false_alarm", &O::false_alarm, "chance that any good observation is taken away"),
-      field("max_iterations", &O::max_iterations, "of each stage"),
-      field("tolerance_sigma", &O::tolerance_sigma, "of the last step"),
+      field("robust", &O::robust, "robust estimation; needed if gross errors are expected"),
+      field("snooping", &O::snooping, "data snooping after it (Baarda)"),
+      field("false_alarm", &O::false_alarm,
+            "probability that snooping rejects any correct observation"),
+      field("max_iterations", &O::max_iterations, "limit for each stage"),
+      field("tolerance_sigma", &O::tolerance_sigma, "norm of the last step, in sigmas"),
       field("threads", &O::threads, "at least 1; any number gives the same bits"),
-      field("datum", &O::datum, "in which the result is given"));
+      field("datum", &O::datum, "datum of the result"));
 }
 
 auto datum_fields() {
-  return std::make_tuple(field("kind", &Datum::kind, "a DatumKind"),
-                         field("targets", &Datum::targets, "over which; none: all"));
+  return std::make_tuple(field("kind", &Datum::kind, "kind of the conditions"),
+                         field("targets", &Datum::targets, "targets of the conditions; none: all"));
 }
 
 Adjusted run(const Network& network, const AdjustOptions& options, const py::object& progress) {
@@ -45,41 +46,47 @@ Adjusted run(const Network& network, const AdjustOptions& options, const py::obj
 }
 
 void define_datum(py::module_& m) {
-  py::native_enum<DatumKind>(m, "DatumKind", "enum.Enum", "What holds a network's datum.")
+  py::native_enum<DatumKind>(m, "DatumKind", "enum.Enum", "Kind of datum conditions.")
       .value("inner", DatumKind::inner)
       .value("minimal", DatumKind::minimal)
       .value("control", DatumKind::control)
       .value("scale_only", DatumKind::scale_only)
       .finalize();
-  py::class_<Datum> datum(m, "Datum", R"(What holds what a network's observations leave open.
+  py::class_<Datum> datum(
+      m, "Datum",
+      R"(Datum of a network: conditions for the datum defect that the observations leave.
 
-inner: inner constraints over targets; minimal: as few coordinates of three targets as are open;
-control: the observations alone; scale_only: shift and turn inner, scale by two targets' distance.)");
+inner: inner constraints over targets; minimal: as many coordinates of three targets as the defect;
+control: no conditions; scale_only: inner constraints, the distance of two targets for the scale.)");
   define_value(datum, datum_fields());
   define_repr(datum, "Datum", datum_fields());
 }
 
 void define_adjustment(py::module_& m) {
   using A = Adjustment;
-  py::class_<RejectedObservation>(m, "RejectedObservation", "Taken for a gross error.")
-      .def_readonly("observation", &RejectedObservation::observation, "Its index.")
+  py::class_<RejectedObservation>(m, "RejectedObservation",
+                                  "Observation rejected as a gross error.")
+      .def_readonly("observation", &RejectedObservation::observation, "Index of the observation.")
       .def_readonly("normalised", &RejectedObservation::normalised, "Residual over its sigma.")
       .def_readonly("reason", &RejectedObservation::reason,
-                    "robust, snooping, not in view, alone.");
-  py::class_<Adjusted> adjusted(m, "Adjustment",
-                                "An adjusted network; the state so far if not ok.");
+                    "robust, snooping, not in view, no agreement.");
+  py::class_<Adjusted> adjusted(m, "Adjustment", "An adjusted network; the last state if not ok.");
   define_result(adjusted);
-  adjusted.def_property_readonly("network", value_of(&A::network), "With the estimates.")
-      .def_property_readonly("iterations", value_of(&A::iterations), "Of all stages.")
+  adjusted.def_property_readonly("network", value_of(&A::network), "Network with the estimates.")
+      .def_property_readonly("iterations", value_of(&A::iterations),
+                             "Number of steps of all stages.")
       .def_property_readonly("cost", value_of(&A::cost), "Half the weighted sum of squares.")
-      .def_property_readonly("observations", value_of(&A::observations), "Numbers that were used.")
-      .def_property_readonly("unknowns", value_of(&A::unknowns), "How many.")
-      .def_property_readonly("defect", value_of(&A::defect), "Of the datum, 0 to 7.")
+      .def_property_readonly("observations", value_of(&A::observations),
+                             "Number of used scalar observations.")
+      .def_property_readonly("unknowns", value_of(&A::unknowns), "Number of unknowns.")
+      .def_property_readonly("defect", value_of(&A::defect), "Datum defect, 0 to 7.")
       .def_property_readonly("redundancy", value_of(&A::redundancy),
                              "observations - unknowns + defect.")
-      .def_property_readonly("sigma0", value_of(&A::sigma0), "Of unit weight, a posteriori.")
-      .def_property_readonly("rejected", value_of(&A::rejected), "RejectedObservations.")
-      .def_property_readonly("warnings", value_of(&A::warnings), "What was left out, for example.")
+      .def_property_readonly("sigma0", value_of(&A::sigma0),
+                             "A posteriori standard deviation of unit weight.")
+      .def_property_readonly("rejected", value_of(&A::rejected), "List of RejectedObservation.")
+      .def_property_readonly("warnings", value_of(&A::warnings),
+                             "For example, points that were left out.")
       .def("__repr__", [](const Adjusted& r) {
         return "<Adjustment: " + std::string(to_string(r.status)) + ", sigma0 " +
                value_repr(r.value.sigma0) + ", redundancy " + std::to_string(r.value.redundancy) +
@@ -93,11 +100,11 @@ void define_adjusting(py::module_& m) {
   std::apply(
       [&](const auto&... f) {
         const std::string doc =
-            "Bundle adjustment of a Network, gauge-free, its datum set afterwards.\n\n"
-            "progress(stage, iteration, cost, rejected): called now and then; False stops it.\n"
-            "Returns: Adjustment; status too_few_lamps, degenerate (the message names what is not "
-            "determined) or not_converged, with the state so far.\n"
-            "Raises: ValueError naming what is wrong with the network or the options." +
+            "Bundle adjustment of a Network: free during the steps, datum set afterwards.\n\n"
+            "progress(stage, iteration, cost, rejected): called in each step; False stops it.\n"
+            "Returns: Adjustment; status too_few_lamps, degenerate (the message names undetermined "
+            "unknowns) or not_converged, with the last state.\n"
+            "Raises: ValueError for an invalid network or option." +
             fields_doc(fields, "Options");
         m.def(
             "adjust",
@@ -119,7 +126,8 @@ void define_adjusting(py::module_& m) {
           rows.row(static_cast<Eigen::Index>(i)) = all[i].transpose();
         return rows;
       },
-      py::arg("network"), "(n, 2) seen minus projected [px] of every image observation.");
+      py::arg("network"),
+      "Residuals (observed minus projected) of all image observations, (n, 2) [px].");
 }
 
 py::array_t<double> stacked(const std::vector<Eigen::Matrix3d>& all) {
@@ -132,47 +140,50 @@ py::array_t<double> stacked(const std::vector<Eigen::Matrix3d>& all) {
 }
 
 void define_precision(py::module_& m) {
-  py::class_<Known> known(m, "Precision", "Covariance of a network's unknowns, in a datum.");
+  py::class_<Known> known(m, "Precision", "Covariances of a network's unknowns in a datum.");
   define_result(known);
   const auto of = [](auto member) {
     return [member](const Known& k, int index) { return (k.value.*member)(index); };
   };
   known
       .def_property_readonly(
-          "defect", [](const Known& k) { return k.value.defect(); }, "Of the datum, 0 to 7.")
+          "defect", [](const Known& k) { return k.value.defect(); }, "Datum defect, 0 to 7.")
       .def_property_readonly(
-          "unknowns", [](const Known& k) { return k.value.unknowns(); }, "How many.")
+          "unknowns", [](const Known& k) { return k.value.unknowns(); }, "Number of unknowns.")
       .def(
           "points", [](const Known& k) { return stacked(k.value.points()); },
-          "(n, 3, 3) of all points [m^2].")
+          "Covariances of all points, (n, 3, 3) [m^2].")
       .def(
           "position", [](const Known& k, const Target& t) { return k.value.position(t); },
-          py::arg("target"), "(3, 3) of a target [m^2].")
+          py::arg("target"), "Covariance of a target's position, (3, 3) [m^2].")
       .def(
           "distance_sigma_m",
           [](const Known& k, const Target& a, const Target& b) {
             return k.value.distance_sigma_m(a, b);
           },
-          py::arg("a"), py::arg("b"), "Of two targets' distance.")
-      .def("station", of(&Precision::station), py::arg("station"), "(6, 6) of a pose.")
+          py::arg("a"), py::arg("b"), "Standard deviation of the distance of two targets.")
+      .def("station", of(&Precision::station), py::arg("station"),
+           "Covariance of a station's pose, (6, 6).")
       .def("station_position", of(&Precision::station_position), py::arg("station"),
-           "(3, 3) of where it is [m^2].")
-      .def("mount", of(&Precision::mount), py::arg("mount"), "(6, 6) of a pose.")
-      .def("body", of(&Precision::body), py::arg("body"), "(6, 6) of a pose.")
-      .def("body_scale_sigma", of(&Precision::body_scale_sigma), py::arg("body"), "Relative.")
+           "Covariance of a station's position, (3, 3) [m^2].")
+      .def("mount", of(&Precision::mount), py::arg("mount"),
+           "Covariance of a mount's pose, (6, 6).")
+      .def("body", of(&Precision::body), py::arg("body"), "Covariance of a body's pose, (6, 6).")
+      .def("body_scale_sigma", of(&Precision::body_scale_sigma), py::arg("body"),
+           "Relative standard deviation of a body's scale.")
       .def("parameters", of(&Precision::parameters), py::arg("camera"),
-           "(k, k) of a camera's free parameters, in their order.")
+           "Covariance of a camera's free parameters in their order, (k, k).")
       .def("parameter_correlation", of(&Precision::parameter_correlation), py::arg("camera"),
-           "(k, k).")
+           "Correlation of a camera's free parameters, (k, k).")
       .def(
           "in_datum", [](const Known& k, const Datum& datum) { return k.value.in_datum(datum); },
-          py::arg("datum"), "The same in another datum, without solving again.")
+          py::arg("datum"), "Covariances in another datum, by S-transformation.")
       .def(
           "scaled",
           [](const Known& k, double factor) {
             return Known{k.value.scaled(factor), k.status, k.message};
           },
-          py::arg("variance_factor"), "All of it times a factor, sigma0 squared for example.")
+          py::arg("variance_factor"), "All covariances times a factor, for example sigma0 squared.")
       .def("__repr__", [](const Known& k) {
         return "<Precision: " + std::string(to_string(k.status)) + ", " +
                std::to_string(k.value.unknowns()) + " unknowns, defect " +
@@ -180,10 +191,10 @@ void define_precision(py::module_& m) {
       });
   m.def("precision", &precision, py::arg("network"), py::arg_v("datum", Datum{}, "Datum()"),
         py::arg("threads") = 2, py::call_guard<py::gil_scoped_release>(),
-        R"(How well a network determines its unknowns, at its present state.
+        R"(Covariances of a network's unknowns at its current state.
 
-It is the Cramer-Rao bound, also of a design that was never photographed. Returns: Precision; status
-degenerate: something is not determined, the message names it.)");
+They are the Cramer-Rao bound, also for a planned network without images. Returns: Precision; status
+degenerate: the message names the undetermined unknowns.)");
 }
 
 }  // namespace

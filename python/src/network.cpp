@@ -35,7 +35,7 @@ int add_image(Network& n, const std::string& name, int camera,
               const std::optional<Rigid3>& cam_from_world, const std::optional<int>& station,
               int mount) {
   require(cam_from_world.has_value() != station.has_value(), "cam_from_world", !!cam_from_world,
-          "given, or else a station");
+          "given if station is not, and omitted otherwise");
   if (cam_from_world) return n.add_image(name, camera, *cam_from_world);
   n.images.push_back({name, camera, *station, mount});
   return index_of_last(n.images.size());
@@ -84,7 +84,7 @@ std::vector<std::string> names_of(const List& list) {
   return names;
 }
 
-/// Image, point, body, corner, x, y, sigma x, sigma y, used.
+/// Columns: image, point, body, corner, x, y, sigma x, sigma y, used.
 RowsX rows_of_observations(const Network& n) {
   RowsX rows(static_cast<Eigen::Index>(n.observations.size()), 9);
   Eigen::Index i = 0;
@@ -100,12 +100,12 @@ void define_target(py::module_& m) {
 >>> import libocc as occ
 >>> occ.Target.point(3) == occ.Target.point(3)
 True)");
-  target.def_static("point", &Target::of_point, py::arg("point"), "By its index.")
+  target.def_static("point", &Target::of_point, py::arg("point"), "Point with this index.")
       .def_static("corner", &Target::of_corner, py::arg("body"), py::arg("corner"),
-                  "Of a body, by their indices.")
-      .def_readonly("point_index", &Target::point, "-1: a corner.")
-      .def_readonly("body_index", &Target::body, "-1: a point.")
-      .def_readonly("corner_index", &Target::corner, "Of the body.")
+                  "Corner of a body, by their indices.")
+      .def_readonly("point_index", &Target::point, "Index of the point; -1 for a corner.")
+      .def_readonly("body_index", &Target::body, "Index of the body; -1 for a point.")
+      .def_readonly("corner_index", &Target::corner, "Index of the corner.")
       .def("__eq__",
            [](const Target& a, const py::object& b) {
              return py::isinstance<Target>(b) && a == b.cast<const Target&>();
@@ -123,23 +123,26 @@ void define_building(py::class_<Network>& network) {
   network
       .def("add_camera", &add_camera, py::arg("name"), py::arg("camera"),
            py::arg_v("free_parameters", std::vector<std::string>{}, "[]"),
-           "Returns its index. free_parameters: names in camera.parameters that are unknown.")
+           "Adds a camera; returns its index. free_parameters: unknown ones of camera.parameters.")
       .def("add_station", &add_station, py::arg("name"), py::arg("station_from_world"),
-           py::arg("fixed") = false, "Where a rig stood; returns its index.")
+           py::arg("fixed") = false, "Adds the pose of a rig; returns its index.")
       .def("add_mount", &add_mount, py::arg("name"), py::arg("cam_from_station"),
-           py::arg("fixed") = false, "Of a camera on a rig; returns its index.")
+           py::arg("fixed") = false, "Adds the pose of a camera on a rig; returns its index.")
       .def("add_image", &add_image, py::arg("name"), py::arg("camera"),
            py::arg("cam_from_world") = py::none(), py::kw_only(), py::arg("station") = py::none(),
            py::arg("mount") = -1,
-           "By a start of its pose (4x4), or from a station through a mount; returns its index.")
+           "Adds an image by the start value of its pose (4x4), or by a station (and mount); "
+           "returns its "
+           "index.")
       .def("add_point", &add_point, py::arg("name"), py::arg("position_m"),
-           py::arg("fixed") = false, "With a start of its position; returns its index.")
+           py::arg("fixed") = false,
+           "Adds a point with the start value of its position; returns its index.")
       .def("add_body", &add_body, py::arg("name"), py::arg("corners_m"), py::arg("world_from_body"),
            py::kw_only(), py::arg("scale_free") = false, py::arg("fixed") = false,
-           "Points (n, 3) of known shape; scale_free: of unknown size. Returns its index.")
+           "Adds a body of points (n, 3); scale_free: its size is unknown. Returns its index.")
       .def("observe", &observe, py::arg("image"), py::arg("targets"), py::arg("pixels"),
            py::arg("sigma_px") = 0.5,
-           "Where Targets were seen in an image: (n, 2); sigma_px of both axes, or (2,).")
+           "Adds image points (n, 2) of Targets; sigma_px: one for both axes, or (2,).")
       .def(
           "set_camera",
           [](Network& n, int camera, const Camera& model,
@@ -151,7 +154,7 @@ void define_building(py::class_<Network>& network) {
             changed.free_parameters = free_parameters;
           },
           py::arg("camera"), py::arg("model"), py::arg("free_parameters"),
-          "Replaces a camera's start and the names of its unknown parameters.")
+          "Replaces a camera's model and the names of its unknown parameters.")
       .def(
           "drop",
           [](Network& n, const std::vector<int>& observations) {
@@ -161,7 +164,8 @@ void define_building(py::class_<Network>& network) {
               n.observations[i].used = false;
             }
           },
-          py::arg("observations"), "Does not use these any more; they stay in the list.")
+          py::arg("observations"),
+          "Marks observations (indices) as not used; they stay in the list.")
       .def(
           "shift_observation",
           [](Network& n, int observation, const Eigen::Vector2d& shift_px) {
@@ -169,14 +173,15 @@ void define_building(py::class_<Network>& network) {
                     "observation", observation, "the index of an observation");
             n.observations[observation].pixel += shift_px;
           },
-          py::arg("observation"), py::arg("shift_px"), "Moves it, to make a gross error.")
+          py::arg("observation"), py::arg("shift_px"),
+          "Shifts an observation, to simulate a gross error.")
       .def(
           "add_distance",
           [](Network& n, const Target& from, const Target& to, double length_m, double sigma_m) {
             n.distances.push_back({from, to, length_m, sigma_m});
           },
           py::arg("from_"), py::arg("to"), py::arg("length_m"), py::arg("sigma_m"),
-          "A measured distance, a scale bar.")
+          "Adds a measured distance of two targets, such as a scale bar.")
       .def(
           "add_control",
           [](Network& n, const Target& target, const Eigen::Vector3d& position_m,
@@ -184,21 +189,21 @@ void define_building(py::class_<Network>& network) {
             n.control.push_back({target, position_m, covariance_m2});
           },
           py::arg("target"), py::arg("position_m"), py::arg("covariance_m2"),
-          "A target whose position is known.")
+          "Adds a control point.")
       .def(
           "add_parameter_prior",
           [](Network& n, int camera, const std::string& parameter, double value, double sigma) {
             n.parameter_priors.push_back({camera, parameter, value, sigma});
           },
           py::arg("camera"), py::arg("parameter"), py::arg("value"), py::arg("sigma"),
-          "What is known of a camera's parameter.")
+          "Adds prior knowledge of a camera parameter.")
       .def(
           "add_pose_prior",
           [](Network& n, int station, const Rigid3& pose, const Matrix6& covariance) {
             n.pose_priors.push_back({station, pose, covariance});
           },
           py::arg("station"), py::arg("station_from_world"), py::arg("covariance"),
-          "What is known of a station's pose (left perturbation).");
+          "Adds prior knowledge of a station's pose (covariance of its left perturbation).");
 }
 
 void define_reading(py::class_<Network>& network) {
@@ -210,9 +215,10 @@ void define_reading(py::class_<Network>& network) {
             for (const NetworkCamera& c : n.cameras) all.push_back(c.camera);
             return all;
           },
-          "Cameras, in their order.")
+          "Camera models.")
       .def_property_readonly(
-          "camera_names", [](const Network& n) { return names_of(n.cameras); }, "Their names.")
+          "camera_names", [](const Network& n) { return names_of(n.cameras); },
+          "Names of the cameras.")
       .def_property_readonly(
           "free_parameters",
           [](const Network& n) {
@@ -220,9 +226,10 @@ void define_reading(py::class_<Network>& network) {
             for (const NetworkCamera& c : n.cameras) all.push_back(c.free_parameters);
             return all;
           },
-          "Of each camera.")
+          "Names of the unknown parameters of each camera.")
       .def_property_readonly(
-          "image_names", [](const Network& n) { return names_of(n.images); }, "Of the images.")
+          "image_names", [](const Network& n) { return names_of(n.images); },
+          "Names of the images.")
       .def_property_readonly(
           "image_cameras",
           [](const Network& n) {
@@ -230,15 +237,16 @@ void define_reading(py::class_<Network>& network) {
             for (const NetworkImage& i : n.images) all.push_back(i.camera);
             return all;
           },
-          "Index of each image's camera.")
+          "Camera index of each image.")
       .def_property_readonly(
           "station_names", [](const Network& n) { return names_of(n.stations); },
-          "Of the stations.")
+          "Names of the stations.")
       .def_property_readonly(
-          "point_names", [](const Network& n) { return names_of(n.points); }, "Of the points.")
+          "point_names", [](const Network& n) { return names_of(n.points); },
+          "Names of the points.")
       .def_property_readonly(
-          "body_names", [](const Network& n) { return names_of(n.bodies); }, "Of the bodies.")
-      .def_property_readonly("points_m", &rows_of_points, "(n, 3) positions [m].")
+          "body_names", [](const Network& n) { return names_of(n.bodies); }, "Names of the bodies.")
+      .def_property_readonly("points_m", &rows_of_points, "Positions of the points (n, 3) [m].")
       .def_property_readonly(
           "body_poses",
           [](const Network& n) {
@@ -246,7 +254,7 @@ void define_reading(py::class_<Network>& network) {
             for (const NetworkBody& b : n.bodies) all.push_back(b.world_from_body);
             return all;
           },
-          "world_from_body of each, 4x4.")
+          "world_from_body of each body, 4x4.")
       .def_property_readonly(
           "body_corners_m",
           [](const Network& n) {
@@ -254,7 +262,7 @@ void define_reading(py::class_<Network>& network) {
             for (const NetworkBody& b : n.bodies) all.push_back(b.corners_m.transpose());
             return all;
           },
-          "Corners (n, 3) of each body, in its frame.")
+          "Corners of each body in its frame, (n, 3) [m].")
       .def_property_readonly(
           "body_scales",
           [](const Network& n) {
@@ -267,10 +275,10 @@ void define_reading(py::class_<Network>& network) {
                              "(n, 9) image, point, body, corner, x, y [px], their sigmas, used.")
       .def(
           "position_m", [](const Network& n, const Target& t) { return n.position_m(t); },
-          py::arg("target"), "Where a target is (3,) [m].")
+          py::arg("target"), "Position of a target (3,) [m].")
       .def(
           "name_of", [](const Network& n, const Target& t) { return n.name_of(t); },
-          py::arg("target"), "A point's name, or a corner's with its number.")
+          py::arg("target"), "Name of a point, or of a body with the corner's number.")
       .def(
           "cam_from_world",
           [](const Network& n, int image) {
@@ -280,8 +288,8 @@ void define_reading(py::class_<Network>& network) {
           },
           py::arg("image"), "Pose of an image, 4x4.")
       .def(
-          "copy", [](const Network& n) { return n; }, "A network of its own.")
-      .def("check", &check_network, "Raises: ValueError naming what is wrong.")
+          "copy", [](const Network& n) { return n; }, "Independent copy.")
+      .def("check", &check_network, "Raises: ValueError naming an invalid element.")
       .def("__repr__", [](const Network& n) {
         return "<Network: " + std::to_string(n.images.size()) + " images, " +
                std::to_string(n.points.size()) + " points, " + std::to_string(n.bodies.size()) +
@@ -293,9 +301,10 @@ void define_reading(py::class_<Network>& network) {
 
 void define_network(py::module_& m) {
   define_target(m);
-  py::class_<Network> network(m, "Network", R"(Cameras, where they stood and what they saw.
+  py::class_<Network> network(
+      m, "Network", R"(A photogrammetric network: cameras, images, points, bodies and observations.
 
-Built piece by piece; every add_ method returns an index. Lengths in metres, starts need not be good.
+Every add_ method returns an index. Lengths are in metres; start values may be rough.
 
 >>> import libocc as occ, numpy as np
 >>> camera = occ.Camera.pinhole(width=640, height=480, fx_px=500, fy_px=500, cx_px=320, cy_px=240)

@@ -35,21 +35,26 @@ void define_statistics(py::module_& m) {
 
 Arrays (n, 2) have a row for each image observation, columns along x and y; zero when not used.)");
   define_result(statistics);
-  statistics.def_property_readonly("sigma0", value_of(&S::sigma0), "A posteriori.")
-      .def_property_readonly("sigma0_low", value_of(&S::sigma0_low), "95 %, if sigmas are right.")
-      .def_property_readonly("sigma0_high", value_of(&S::sigma0_high), "The same.")
+  statistics
+      .def_property_readonly("sigma0", value_of(&S::sigma0),
+                             "A posteriori standard deviation of unit weight.")
+      .def_property_readonly("sigma0_low", value_of(&S::sigma0_low),
+                             "Lower limit (95 %) for correct sigmas.")
+      .def_property_readonly("sigma0_high", value_of(&S::sigma0_high), "Upper limit (95 %).")
       .def_property_readonly("redundancy_sum", value_of(&S::redundancy),
                              "observations - unknowns + defect")
-      .def_property_readonly("w_critical", value_of(&S::w_critical), "1 % false alarms among all.")
-      .def_property_readonly("tau_critical", value_of(&S::tau_critical), "The same.")
-      .def_property_readonly("residual_px", rows_of(&O::residual_px), "Seen minus projected.")
+      .def_property_readonly("w_critical", value_of(&S::w_critical),
+                             "Critical value of w: 1 % false alarms for all tests together.")
+      .def_property_readonly("tau_critical", value_of(&S::tau_critical),
+                             "Critical value of tau, likewise.")
+      .def_property_readonly("residual_px", rows_of(&O::residual_px), "Observed minus projected.")
       .def_property_readonly("redundancy", rows_of(&O::redundancy), "Redundancy numbers, 0 to 1.")
-      .def_property_readonly("w", rows_of(&O::w), "Baarda's test.")
-      .def_property_readonly("tau", rows_of(&O::tau), "Pope's.")
+      .def_property_readonly("w", rows_of(&O::w), "Baarda's test statistic.")
+      .def_property_readonly("tau", rows_of(&O::tau), "Pope's test statistic.")
       .def_property_readonly("detectable_px", rows_of(&O::detectable_px),
-                             "Least blunder found with 80 % power.")
+                             "Minimal detectable error (0.1 % false alarms, 80 % power).")
       .def_property_readonly("external", rows_of(&O::external),
-                             "What that does to the unknowns, in sigmas.")
+                             "Largest effect of that error on the unknowns, in sigmas.")
       .def_property_readonly(
           "image_rms_px",
           [](const Statistics& s) {
@@ -58,7 +63,7 @@ Arrays (n, 2) have a row for each image observation, columns along x and y; zero
               rows.row(static_cast<Eigen::Index>(i)) = s->rms_px_of_image[i].transpose();
             return rows;
           },
-          "(images, 2).");
+          "R.m.s. residual of each image, (images, 2).");
   m.def("network_statistics", &network_statistics, py::arg("network"), py::arg("threads") = 2,
         py::call_guard<py::gil_scoped_release>(), "NetworkStatistics of an adjusted Network.");
 }
@@ -66,15 +71,16 @@ Arrays (n, 2) have a row for each image observation, columns along x and y; zero
 void define_parameters(py::module_& m) {
   using P = ParameterStatistics;
   const auto fields = std::make_tuple(
-      field("camera", &P::camera, "its index"), field("name", &P::name, "of the parameter"),
-      field("unit", &P::unit, "of value and sigma"), field("value", &P::value, "estimated"),
-      field("nominal", &P::nominal, "without estimation"),
-      field("sigma", &P::sigma, "of the value"), field("t", &P::t, "|value - nominal| / sigma"),
-      field("significant", &P::significant, "at 1 %"),
-      field("correlation", &P::correlation, "the largest with another of its camera"),
-      field("correlated_with", &P::correlated_with, "which"),
-      field("entangled", &P::entangled, "that correlation is beyond 0.9"));
-  py::class_<P> parameter(m, "ParameterStatistics", "What an estimated parameter is worth.");
+      field("camera", &P::camera, "index of the camera"), field("name", &P::name, "parameter"),
+      field("unit", &P::unit, "unit of value and sigma"), field("value", &P::value, "estimated"),
+      field("nominal", &P::nominal, "value if not estimated"),
+      field("sigma", &P::sigma, "standard deviation of the value"),
+      field("t", &P::t, "|value - nominal| / sigma"),
+      field("significant", &P::significant, "two-sided test at 1 %"),
+      field("correlation", &P::correlation, "largest with another parameter of its camera"),
+      field("correlated_with", &P::correlated_with, "that other parameter"),
+      field("highly_correlated", &P::highly_correlated, "its magnitude exceeds 0.9"));
+  py::class_<P> parameter(m, "ParameterStatistics", "Significance of an estimated parameter.");
   define_properties(parameter, fields);
   define_repr(parameter, "ParameterStatistics", fields);
   m.def(
@@ -89,11 +95,12 @@ void define_parameters(py::module_& m) {
 void define_selection(py::module_& m) {
   using T = SelectionStep;
   py::class_<T>(m, "SelectionStep", "One adjustment of select_parameters().")
-      .def_readonly("dropped", &T::dropped, "The parameter; empty: the first, with all.")
-      .def_readonly("reason", &T::reason, "Why.")
-      .def_readonly("sigma0", &T::sigma0, "After it.")
-      .def_readonly("bic", &T::bic, "Bayes' information criterion after it.");
-  py::class_<Selected> selected(m, "Selection", "Parameters that the observations ask for.");
+      .def_readonly("dropped", &T::dropped, "Dropped parameter; empty: first adjustment, with all.")
+      .def_readonly("reason", &T::reason, "Reason.")
+      .def_readonly("sigma0", &T::sigma0, "Sigma0 after it.")
+      .def_readonly("bic", &T::bic, "Bayesian information criterion after it.");
+  py::class_<Selected> selected(m, "Selection",
+                                "Parameters that the observations determine significantly.");
   define_result(selected);
   selected
       .def_property_readonly(
@@ -101,8 +108,8 @@ void define_selection(py::module_& m) {
           [](const Selected& s) {
             return Result<Adjustment>{s->adjustment, s.status, s.message};
           },
-          "With what was kept.")
-      .def_property_readonly("steps", value_of(&Selection::steps), "SelectionSteps.");
+          "Adjustment with the parameters that were kept.")
+      .def_property_readonly("steps", value_of(&Selection::steps), "List of SelectionStep.");
   m.def(
       "select_parameters",
       [](const Network& network, const Datum& datum, bool robust, double false_alarm,
@@ -120,31 +127,33 @@ void define_selection(py::module_& m) {
       py::arg("robust") = true, py::arg("false_alarm") = SelectOptions{}.false_alarm,
       py::arg("max_correlation") = SelectOptions{}.max_correlation,
       py::arg_v("keep", std::vector<std::string>{}, "[]"),
-      R"(Drops free parameters backwards until all that are left are significant and told apart.
+      R"(Drops free camera parameters one by one until all are significant and separable.
 
-false_alarm: level of significance. max_correlation: of two more alike, the less significant goes.
+false_alarm: level of significance. max_correlation: above it, the less significant of two goes.
 keep: names that are never dropped. Returns: Selection.)");
 }
 
 void define_components(py::module_& m) {
   using C = VarianceComponent;
-  py::class_<C>(m, "VarianceComponent", "How much larger sigmas are than stated.")
-      .def_readonly("camera", &C::camera, "Its index.")
+  py::class_<C>(m, "VarianceComponent", "Ratio of estimated to given sigmas of a group.")
+      .def_readonly("camera", &C::camera, "Index of the camera.")
       .def_readonly("axis", &C::axis, "0: columns, 1: rows.")
-      .def_readonly("factor", &C::factor, "Of the stated sigmas.")
-      .def_readonly("redundancy", &C::redundancy, "Of the group.")
-      .def_readonly("observations", &C::observations, "In it.");
-  py::class_<Components> components(m, "VarianceComponents", "By variance_components().");
+      .def_readonly("factor", &C::factor, "Ratio of estimated to given sigmas.")
+      .def_readonly("redundancy", &C::redundancy, "Redundancy of the group.")
+      .def_readonly("observations", &C::observations, "Number of observations.");
+  py::class_<Components> components(m, "VarianceComponents", "Result of variance_components().");
   define_result(components);
   components
-      .def_property_readonly("components", value_of(&VarianceComponents::components), "Of each.")
-      .def_property_readonly("rounds", value_of(&VarianceComponents::rounds), "Taken.")
+      .def_property_readonly("components", value_of(&VarianceComponents::components),
+                             "List of VarianceComponent.")
+      .def_property_readonly("rounds", value_of(&VarianceComponents::rounds),
+                             "Number of iterations.")
       .def_property_readonly(
           "adjustment",
           [](const Components& c) {
             return Result<Adjustment>{c->adjustment, c.status, c.message};
           },
-          "With the new sigmas.");
+          "Adjustment with the new sigmas.");
   m.def(
       "variance_components",
       [](const Network& network, const Datum& datum) {
@@ -154,17 +163,19 @@ void define_components(py::module_& m) {
       },
       py::arg("network"), py::arg_v("datum", Datum{}, "Datum()"),
       py::call_guard<py::gil_scoped_release>(),
-      "Sigmas of each camera's columns and rows from the residuals (Foerstner 1979).");
+      "Estimates sigmas of each camera's columns and rows from the residuals (Foerstner 1979).");
 }
 
 void define_checks(py::module_& m) {
-  py::class_<Checked> checked(m, "CheckResult", "Errors at points that are known better.");
+  py::class_<Checked> checked(m, "CheckResult", "Errors at check points.");
   define_result(checked);
-  checked.def_property_readonly("rmse_m", value_of(&CheckResult::rmse_m), "(3,).")
-      .def_property_readonly("predicted_m", value_of(&CheckResult::predicted_m), "(3,).")
-      .def_property_readonly("rmse_3d_m", value_of(&CheckResult::rmse_3d_m), "Of the distance.")
-      .def_property_readonly("predicted_3d_m", value_of(&CheckResult::predicted_3d_m), "Predicted.")
-      .def_property_readonly("errors_m", value_of(&CheckResult::errors_m), "Of each point.");
+  checked.def_property_readonly("rmse_m", value_of(&CheckResult::rmse_m), "R.m.s. error (3,).")
+      .def_property_readonly("predicted_m", value_of(&CheckResult::predicted_m), "Predicted (3,).")
+      .def_property_readonly("rmse_3d_m", value_of(&CheckResult::rmse_3d_m),
+                             "R.m.s. error in space.")
+      .def_property_readonly("predicted_3d_m", value_of(&CheckResult::predicted_3d_m),
+                             "Predicted error in space.")
+      .def_property_readonly("errors_m", value_of(&CheckResult::errors_m), "Error of each point.");
   m.def(
       "check_points",
       [](const Network& network, const Result<Precision>& known, const std::vector<Target>& targets,
@@ -177,7 +188,7 @@ void define_checks(py::module_& m) {
         return check_points(network, known.value, points);
       },
       py::arg("network"), py::arg("precision"), py::arg("targets"), py::arg("positions_m"),
-      "Errors at Targets whose places (n, 3) are known better, against prediction.");
+      "Errors at Targets with independently known positions (n, 3), compared with the prediction.");
   m.def(
       "projection_uncertainty",
       [](const Camera& camera, const std::vector<std::string>& free,
@@ -189,28 +200,28 @@ void define_checks(py::module_& m) {
       py::arg("camera"), py::arg("free_parameters"), py::arg("covariance"), py::kw_only(),
       py::arg("columns") = 24, py::arg("rows") = 18,
       py::arg_v("range_m", std::numeric_limits<double>::infinity(), "float('inf')"),
-      R"(How far a pixel of a calibrated camera may be off, over the image, as mrcal has it.
+      R"(Uncertainty of a calibrated camera's projection over the image, as defined by mrcal.
 
-What a small turn of the camera (at a finite range: and shift) would do alike does not count.
-Returns: sigma_px (rows, columns), its mean, its largest.)");
+The part that equals a small rotation of the camera (at a finite range: and translation) is removed.
+Returns: sigma_px (rows, columns), its mean, its maximum.)");
 }
 
 using MeasuredPoints = Measurement;
 
 void define_measuring(py::module_& m) {
   using P = MeasuredPoint;
-  py::class_<P>(m, "MeasuredPoint", "By intersection of rays.")
+  py::class_<P>(m, "MeasuredPoint", "Point measured by intersection of rays.")
       .def_readonly("status", &P::status, "ok, too_few_lamps, degenerate or not_converged.")
       .def_readonly("position_m", &P::position_m, "(3,) [m].")
       .def_readonly("covariance_m2", &P::covariance_m2, "(3, 3); infinite when not ok.")
-      .def_readonly("sigma0", &P::sigma0, "Of its 2n - 3 redundant observations.")
-      .def_readonly("worst_residual_px", &P::worst_residual_px, "[px].")
-      .def_readonly("angle_rad", &P::angle_rad, "Largest between two rays.")
+      .def_readonly("sigma0", &P::sigma0, "A posteriori, from 2n - 3 redundant observations.")
+      .def_readonly("worst_residual_px", &P::worst_residual_px, "Largest absolute residual [px].")
+      .def_readonly("angle_rad", &P::angle_rad, "Largest angle between two rays.")
       .def_property_readonly(
-          "images", [](const P& p) { return p.sightings.size(); }, "That show it.");
-  py::class_<MeasuredPoints> measurement(m, "Measurement", "Points by measure_points().");
-  measurement.def_readonly("points", &Measurement::points, "MeasuredPoints.")
-      .def_readonly("covariance_m2", &Measurement::covariance_m2, "(3n, 3n) of all together.")
+          "images", [](const P& p) { return p.observations.size(); }, "Number of image points.");
+  py::class_<MeasuredPoints> measurement(m, "Measurement", "Result of measure_points().");
+  measurement.def_readonly("points", &Measurement::points, "List of MeasuredPoint.")
+      .def_readonly("covariance_m2", &Measurement::covariance_m2, "Joint covariance (3n, 3n).")
       .def(
           "distance",
           [](const Measurement& x, int from, int to) {
@@ -220,13 +231,13 @@ void define_measuring(py::module_& m) {
             const MeasuredDistance d = distance_between(x, from, to);
             return std::make_pair(d.length_m, d.sigma_m);
           },
-          py::arg("from_"), py::arg("to"), "Length and sigma [m] between two.");
+          py::arg("from_"), py::arg("to"), "Length and sigma [m] between two points.");
   m.def(
       "measure_points",
       [](const Network& network,
          const std::vector<std::vector<std::tuple<int, Eigen::Vector2d, Eigen::Vector2d>>>& points,
          const std::optional<Result<Precision>>& known) {
-        std::vector<std::vector<Sighting>> all;
+        std::vector<std::vector<PointObservation>> all;
         for (const auto& point : points) {
           all.emplace_back();
           for (const auto& [image, pixel, sigma] : point)
@@ -235,10 +246,10 @@ void define_measuring(py::module_& m) {
         return measure_points(network, all, known ? &known->value : nullptr);
       },
       py::arg("network"), py::arg("points"), py::arg("precision") = py::none(),
-      R"(Points from where they were seen in calibrated images, with covariance.
+      R"(Measures points by intersection from calibrated images, with covariance.
 
-points: for each a list of (image, pixel (2,), sigma_px (2,)). precision: of the same network, whose
-uncertainty then counts. Returns: Measurement.)");
+points: for each a list of (image, pixel (2,), sigma_px (2,)). precision: of the same network; its
+uncertainty is propagated. Returns: Measurement.)");
 }
 
 }  // namespace

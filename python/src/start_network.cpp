@@ -37,26 +37,28 @@ void define_chessboard(py::module_& m) {
       py::arg("image"), py::arg("columns"), py::arg("rows"),
       R"(Inner corners of a chessboard (n, 2) [px], row by row, and their covariances (2, 2).
 
-Returns: None when the whole board is not seen. Raises: ValueError for a bad image or option.)");
+Returns: None if a part of the board is not visible. Raises: ValueError for an invalid argument.)");
 }
 
 void define_resection(py::module_& m) {
-  py::class_<Resected> resection(m, "Resection", "The pose of an image from known points.");
+  py::class_<Resected> resection(m, "Resection", "Pose of an image from known points.");
   define_result(resection);
-  resection.def_property_readonly("cam_from_world", value_of(&Resection::cam_from_world), "4x4.")
-      .def_property_readonly("sigma_px", value_of(&Resection::sigma_px), "Robust, per axis.")
-      .def_property_readonly("agree", value_of(&Resection::agree), "Whether each point does.")
-      .def_property_readonly("others", value_of(&Resection::others),
-                             "Poses that fit up to three times as badly.");
+  resection
+      .def_property_readonly("cam_from_world", value_of(&Resection::cam_from_world), "Pose, 4x4.")
+      .def_property_readonly("sigma_px", value_of(&Resection::sigma_px),
+                             "Robust standard deviation of the residuals, per axis.")
+      .def_property_readonly("inliers", value_of(&Resection::inliers), "True for each inlier.")
+      .def_property_readonly("alternatives", value_of(&Resection::alternatives),
+                             "Poses with residuals up to three times larger, best first.");
   m.def(
       "resect",
       [](const Rows3& points_m, const Rows2& points_px, const Camera& camera) {
         return resect(points_m.transpose(), points_px.transpose(), camera);
       },
       py::arg("points_m"), py::arg("points_px"), py::arg("camera"),
-      R"(Where a camera of any model stood that saw known points; a third of them may be wrong.
+      R"(Pose of a camera of any model from known points; up to a third may be gross errors.
 
-points_m: (n, 3), points_px: (n, 2). Returns: Resection. Raises: ValueError for counts that differ.)");
+points_m: (n, 3), points_px: (n, 2). Returns: Resection. Raises: ValueError for unequal counts.)");
   m.def(
       "start_pinhole",
       [](const std::vector<std::pair<Rows2, Rows2>>& views, int width, int height) {
@@ -66,8 +68,8 @@ points_m: (n, 3), points_px: (n, 2). Returns: Resection. Raises: ValueError for 
         return std::make_tuple(found.value, found.status, found.message);
       },
       py::arg("views"), py::arg("width"), py::arg("height"),
-      "(Camera, Status, message): a pinhole's focal length from planes, each ((n, 2) in the plane, "
-      "(n, 2) [px]).");
+      "Approximate pinhole camera from views of planes, each ((n, 2) in the plane, (n, 2) [px]). "
+      "Returns: (Camera, Status, message).");
 }
 
 using Cameras = std::vector<std::tuple<std::string, Camera, std::vector<std::string>>>;
@@ -92,10 +94,10 @@ void define_boards_and_lamps(py::module_& m) {
         return board_network(network_cameras(cameras), board, seen);
       },
       py::arg("cameras"), py::arg("board_m"), py::arg("images"),
-      R"(A network from images of one board of known points, which are the world.
+      R"(Network from images of one board of known points, which define the world frame.
 
-cameras: (name, Camera, free parameters); board_m: (n, 3); images: (name, camera's index, (n, 2)
-[px], covariances (2, 2)). Returns: NetworkStart; images without a pose are left out and named.)");
+cameras: (name, Camera, free parameters); board_m: (n, 3); images: (name, camera index, (n, 2) [px],
+covariances (2, 2)). Returns: NetworkStart; its warnings name images without a pose.)");
   m.def(
       "lamp_network",
       [](const Cameras& cameras, const Scene& scene,
@@ -112,9 +114,9 @@ cameras: (name, Camera, free parameters); board_m: (n, 3); images: (name, camera
         return lamp_network(network_cameras(cameras), scene, seen);
       },
       py::arg("cameras"), py::arg("scene"), py::arg("images"),
-      R"(A network from images of lamps whose names are known, to survey where they hang.
+      R"(Network from images of lamps with known ids, for surveying their positions.
 
-scene: says about where; images: (name, camera's index, [(lamp id, centroid (2,) [px], covariance
+scene: approximate positions; images: (name, camera index, [(lamp id, centroid (2,) [px], covariance
 (2, 2))]). Returns: NetworkStart; points are named "lamp 7".)");
 }
 
@@ -123,13 +125,13 @@ scene: says about where; images: (name, camera's index, [(lamp id, centroid (2,)
 void define_start_network(py::module_& m) {
   define_chessboard(m);
   define_resection(m);
-  py::class_<Started> started(m, "NetworkStart", "Start values from pictures of tags.");
+  py::class_<Started> started(m, "NetworkStart", "Start values of a network.");
   define_result(started);
   started
       .def_property_readonly("network", value_of(&NetworkStart::network),
-                             "Images and targets of the largest block.")
+                             "Network with the images and targets of the largest block.")
       .def_property_readonly("blocks", value_of(&NetworkStart::blocks),
-                             "Names of images that are bound together, largest block first.")
+                             "Names of the images of each connected block, largest block first.")
       .def_property_readonly(
           "wrong_sizes",
           [](const Started& s) {
@@ -137,8 +139,9 @@ void define_start_network(py::module_& m) {
             for (const WrongSize& w : s->wrong_sizes) sizes[w.tag] = w.size_m;
             return sizes;
           },
-          "Tag id -> size [m] as the others' sizes have it.")
-      .def_property_readonly("warnings", value_of(&NetworkStart::warnings), "What was left out.");
+          "Tag id -> estimated size [m], for tags whose size contradicts the others.")
+      .def_property_readonly("warnings", value_of(&NetworkStart::warnings),
+                             "Elements that were left out, with the reason.");
   define_boards_and_lamps(m);
   m.def(
       "start_network",
@@ -158,11 +161,11 @@ void define_start_network(py::module_& m) {
       py::arg("cameras"), py::arg("images"), py::kw_only(), py::arg("tag_size_m"),
       py::arg_v("other_sizes_m", std::map<int, double>{}, "{}"),
       py::arg_v("free_sizes", std::vector<int>{}, "[]"),
-      R"(From AprilTags in images alone to a network that can be adjusted.
+      R"(Start values of a network from AprilTags in images.
 
-cameras: (name, Camera, free parameters); images: (name, camera's index, AprilTags).
-other_sizes_m: of tags that have another. free_sizes: ids of tags whose size is only about known.
-Returns: NetworkStart; status too_few_lamps or degenerate (blocks that share nothing, by name).)");
+cameras: (name, Camera, free parameters); images: (name, camera index, AprilTags).
+other_sizes_m: sizes of tags that differ, by id. free_sizes: ids of tags of approximate size.
+Returns: NetworkStart; status too_few_lamps or degenerate (blocks without common tags, by name).)");
 }
 
 }  // namespace occ::python

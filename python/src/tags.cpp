@@ -2,7 +2,7 @@
 #include "libocc/locate/tags.hpp"
 
 #include "fields.hpp"
-#include "libocc/calibrate/side_bends.hpp"
+#include "libocc/calibrate/resection.hpp"
 #include "module.hpp"
 #include "results.hpp"
 

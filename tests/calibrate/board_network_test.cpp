@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// From pictures to a calibrated camera, nothing else known than the size of the tags or of the
-// board's squares: rendered tags by a pinhole and by a rotating line, and OpenCV's own example
-// chessboards, where cv::calibrateCamera is the oracle.
+// Calibration from images with known size of the tags or of the board's squares: rendered tags seen
+// by a pinhole camera and by a rotating line camera, and OpenCV's example chessboards, where
+// cv::calibrateCamera is the oracle.
 #include "libocc/calibrate/board_network.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,6 @@
 
 #include "libocc/calibrate/lamp_network.hpp"
 #include "libocc/calibrate/resection.hpp"
-#include "libocc/calibrate/side_bends.hpp"
 #include "libocc/calibrate/start_network.hpp"
 #include "libocc/camera/rotating_line.hpp"
 #include "libocc/core/image_file.hpp"
@@ -58,7 +57,7 @@ std::vector<PlaneView> views_of(const std::vector<TagImage>& images) {
   return views;
 }
 
-// From a start to the adjusted network.
+// Adjusts a network from its start values.
 Adjustment calibrated(const NetworkCamera& camera, const std::vector<TagImage>& images,
                       double tag_size_m) {
   StartOptions options;
@@ -71,7 +70,7 @@ Adjustment calibrated(const NetworkCamera& camera, const std::vector<TagImage>& 
   return *adjusted;
 }
 
-// The same once more, the corners measured again with the lens that has been found.
+// Repeats the adjustment with corners measured again by the calibrated lens.
 Adjustment calibrated_again(const Adjustment& first, const std::vector<Image>& images,
                             double tag_size_m) {
   const NetworkCamera& camera = first.network.cameras[0];
@@ -106,7 +105,7 @@ Errors errors_of(const Adjustment& adjusted, const Camera& truth) {
   return errors;
 }
 
-// Every free parameter within four of its sigmas of the truth, sigmas that are right.
+// Expects every free parameter within four sigmas of the truth.
 void expect_camera(const Adjustment& adjusted, const Camera& truth) {
   EXPECT_GT(adjusted.sigma0, 0.4);
   EXPECT_LT(adjusted.sigma0, 1.5);
@@ -118,7 +117,7 @@ void expect_camera(const Adjustment& adjusted, const Camera& truth) {
   EXPECT_LT(e.off.dot(e.covariance.ldlt().solve(e.off)), n + 4 * std::sqrt(2 * n));
 }
 
-TEST(CalibrateImages, APinholeFromTwelvePicturesOfFifteenTags) {
+TEST(CalibrateImages, APinholeFromTwelveImagesOfFifteenTags) {
   const Camera truth = Camera::pinhole(1000, 800, 905, 902, 503, 394, {-0.12, 0.05, 4e-4, -3e-4});
   const TargetField field = tags_on_a_wall(5, 3);
   std::vector<Rigid3> poses;
@@ -144,8 +143,8 @@ TEST(CalibrateImages, APinholeFromTwelvePicturesOfFifteenTags) {
   for (const int k : {0, 1, 2, 3}) EXPECT_LT(sigma_of(second, k), 0.8 * sigma_of(first, k)) << k;
 }
 
-// Twelve cameras calibrated with a lens that is about known: their errors are what is said of them.
-TEST(SlowCalibrateImages, ErrorsOfCamerasAreWhatTheirSigmasSay) {
+// Twelve cameras with an approximately known lens: their errors match the predicted sigmas.
+TEST(SlowCalibrateImages, ErrorsOfCamerasMatchTheirSigmas) {
   const Camera truth = Camera::pinhole(1000, 800, 905, 902, 503, 394, {-0.12, 0.05, 4e-4, -3e-4});
   std::vector<Rigid3> poses;
   for (int i = 0; i < 12; ++i) {
@@ -170,7 +169,7 @@ TEST(SlowCalibrateImages, ErrorsOfCamerasAreWhatTheirSigmasSay) {
   EXPECT_LT(normalised, 1.45);
 }
 
-TEST(CalibrateImages, AFisheyeFromTwelvePictures) {
+TEST(CalibrateImages, AFisheyeFromTwelveImages) {
   const Camera truth =
       Camera::fisheye(1000, 1000, 380, 381.5, 503, 494, {0.03, -0.006, 0.001, -2e-4});
   std::vector<Rigid3> poses;
@@ -189,8 +188,9 @@ TEST(CalibrateImages, AFisheyeFromTwelvePictures) {
       truth);
 }
 
-// Printed discs: found as blobs, named by where they are about, centres freed of what perspective
-// does to ellipses. The map is a centimetre off and surveyed along.
+// Printed discs, detected as blobs and assigned by their approximate positions. Centres are
+// corrected for the perspective shift of ellipse centres. The map has errors of a centimetre and is
+// estimated.
 TEST(CalibrateImages, APinholeAndAMapFromCircularTargets) {
   const Camera truth = Camera::pinhole(1000, 800, 905, 902, 503, 394, {-0.12, 0.05, 4e-4, -3e-4});
   TargetField field;
@@ -231,7 +231,8 @@ TEST(CalibrateImages, APinholeAndAMapFromCircularTargets) {
                        Camera::pinhole(1000, 800, 880, 880, 499.5, 399.5, {0, 0, 0, 0}),
                        {"fx_px", "fy_px", "cx_px", "cy_px", "k1", "k2", "p1", "p2"}};
   Adjustment adjusted;
-  for (int pass = 0; pass < 2; ++pass) {  // ellipses as a better camera sees a better map
+  for (int pass = 0; pass < 2;
+       ++pass) {  // the second pass corrects ellipses with the estimated camera and map
     const Result<NetworkStart> start = lamp_network({camera}, about, images);
     ASSERT_TRUE(start.ok()) << start.message;
     EXPECT_EQ(start->network.points.size(), 20u);
@@ -245,7 +246,7 @@ TEST(CalibrateImages, APinholeAndAMapFromCircularTargets) {
   expect_camera(adjusted, truth);
 }
 
-// Five panoramas of a room: the start knows of the camera that its pixels are square.
+// Five panoramas of a room; the start camera assumes only square pixels.
 void calibrate_line(const RotatingLine& line, double tag_size_m, bool again) {
   const Camera truth = Camera::rotating_line(line);
   const TargetField field = tags_in_a_room(tag_size_m, 8);
@@ -283,7 +284,7 @@ TEST(SlowCalibrateImages, ARotatingLineFromFiveLargePanoramas) {
   calibrate_line(small_line(6000, 1500), 0.25, true);
 }
 
-// The pictures of Debian's package opencv-doc: a 9 x 6 chessboard, left01 to left14 without 10.
+// Images of Debian's package opencv-doc: a 9 x 6 chessboard, left01 to left14 without 10.
 std::vector<std::string> example_pictures() {
   std::vector<std::string> names;
   for (int i = 1; i <= 14; ++i) {
@@ -313,7 +314,7 @@ TEST(CalibrateImages, OpencvsExampleChessboardsAsOpencvDoes) {
     board_image.name = name.substr(name.rfind('/') + 1);
     object_points.emplace_back();
     image_points.emplace_back();
-    // The oracle computes in single precision: both get the same bits.
+    // The oracle computes in single precision, so both get pixels rounded to it.
     board_image.px = corners->px.cast<float>().cast<double>();
     for (Eigen::Index k = 0; k < board.cols(); ++k) {
       object_points.back().emplace_back(static_cast<float>(board(0, k)),
@@ -336,7 +337,7 @@ TEST(CalibrateImages, OpencvsExampleChessboardsAsOpencvDoes) {
                                       "k2",    "p1",    "p2",    "k3"};
   const Result<NetworkStart> start = board_network({{"left", camera, free}}, board, images, 0.2);
   ASSERT_TRUE(start.ok()) << start.message;
-  AdjustOptions plain;  // as the oracle does
+  AdjustOptions plain;  // as the oracle: no rejection of gross errors
   plain.robust = plain.snooping = false;
   const Result<Adjustment> adjusted = adjust(start->network, plain);
   ASSERT_TRUE(adjusted.ok()) << adjusted.message;

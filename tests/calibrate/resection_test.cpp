@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Start values: poses of any camera from points with gross errors, both poses of a tag, the focal
+// Start values: resection with gross errors for any camera model, both poses of a tag, the focal
 // length from planes.
 #include "libocc/calibrate/resection.hpp"
 
@@ -77,12 +77,12 @@ TEST_P(Resecting, AThirdOfGrossErrorsDoesNotBendIt) {
     ASSERT_TRUE(found.ok()) << found.message;
     EXPECT_LT(difference(found->cam_from_world, pose).norm(), 0.02);
     EXPECT_LT(found->sigma_px, 1);
-    for (std::size_t i = 0; i < 10; ++i) EXPECT_FALSE(found->agree[i]) << i;
-    EXPECT_GT(std::count(found->agree.begin(), found->agree.end(), true), 17);
+    for (std::size_t i = 0; i < 10; ++i) EXPECT_FALSE(found->inliers[i]) << i;
+    EXPECT_GT(std::count(found->inliers.begin(), found->inliers.end(), true), 17);
   }
 }
 
-// Rays that miss each other by half a metre, and four in ten points wrong.
+// Eccentricity of half a metre, and gross errors in 40 % of the points.
 TEST(Resection, EccentricityMayBeLarge) {
   RotatingLine line = small_line();
   line.eccentricity_m = {0.4, -0.3, 0.1};
@@ -99,7 +99,7 @@ TEST(Resection, EccentricityMayBeLarge) {
   }
 }
 
-// A camera that is calibrated badly: a tenth of its focal length off, no distortion.
+// A badly calibrated camera: a focal length error of 10 %, and distortion neglected.
 TEST(Resection, TheCameraNeedsNoCalibration) {
   Random random(5);
   const Camera truth = Camera::pinhole(640, 480, 520, 523, 322.3, 236.1, {-0.22, 0.08, 0, 0});
@@ -121,15 +121,15 @@ TEST(Resection, FourPointsInAPlaneHaveTwoPosesFromFar) {
   for (std::size_t k = 0; k < 4; ++k)
     tag.corners_px[k] = *camera.project(
         cam_from_tag * Eigen::Vector3d(tag_corners(0.1).col(static_cast<Eigen::Index>(k))));
-  const std::vector<TagSighting> sightings = tag_sightings(tag, 0.1, camera);
-  ASSERT_EQ(sightings.size(), 2u);
-  EXPECT_LT(difference(sightings[0].cam_from_tag, cam_from_tag).norm(), 1e-6);
-  EXPECT_LT(sightings[0].rms_px, 1e-6);
-  EXPECT_GT(sightings[1].rms_px, 0.01);
-  EXPECT_LT(sightings[1].rms_px, 2);
+  const std::vector<TagPoseHypothesis> hypotheses = tag_pose_hypotheses(tag, 0.1, camera);
+  ASSERT_EQ(hypotheses.size(), 2u);
+  EXPECT_LT(difference(hypotheses[0].cam_from_tag, cam_from_tag).norm(), 1e-6);
+  EXPECT_LT(hypotheses[0].rms_px, 1e-6);
+  EXPECT_GT(hypotheses[1].rms_px, 0.01);
+  EXPECT_LT(hypotheses[1].rms_px, 2);
 }
 
-TEST(Resection, SaysWhatIsMissing) {
+TEST(Resection, ReportsMissingData) {
   const Camera camera = vga_camera();
   Random random(6);
   Seen seen = random_points(camera, {}, 3, random);
@@ -176,7 +176,7 @@ TEST(StartPinhole, FocalLengthFromTags) {
   EXPECT_EQ(start->cx_px(), 319.5);
 }
 
-// Tags as a camera sees them from several sides, some of them read wrongly.
+// Tags seen from several sides, some with the wrong id.
 std::vector<PlaneView> tag_views(const Camera& camera, double distance_m, double sigma_px) {
   std::vector<PlaneView> views;
   Random random(8);
@@ -219,7 +219,7 @@ TEST(StartFocalLength, OfAFisheyeAndAPinhole) {
             std::string::npos);
 }
 
-TEST(StartPinhole, PlanesFaceOnSayNothing) {
+TEST(StartPinhole, PlanesParallelToTheImageAreDegenerate) {
   PlaneView view;
   view.plane = tag_corners(1).topRows<2>();
   view.px = 100 * view.plane;

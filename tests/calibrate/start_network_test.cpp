@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Start values of networks from exact corners of tags, boards and lamps: near enough that the
-// adjustment gives the truth; and what is wrong with the data is named.
+// Start values of networks from exact corners of tags, boards and lamps: accurate enough for the
+// adjustment to reach the truth. Faulty data are reported by name.
 #include "libocc/calibrate/start_network.hpp"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ AprilTag seen_as(const TagTruth& truth, double sigma_px, Random& random) {
   return tag;
 }
 
-// Corners where they are drawn, without an image.
+// Exact corners, without an image.
 std::vector<TagImage> seen_from(const TargetField& field, const Camera& camera,
                                 const std::vector<Rigid3>& poses, double sigma_px) {
   std::vector<TagImage> images;
@@ -72,7 +72,7 @@ StartOptions tag_size(double size_m) {
   return options;
 }
 
-// Largest difference of distances between corners, which no choice of the world changes.
+// Largest difference of the distances between corners, which is independent of the world frame.
 double worst_distance_m(const Network& network, const TargetField& field) {
   std::vector<Eigen::Vector3d> truth, found;
   for (const NetworkBody& body : network.bodies)
@@ -116,8 +116,8 @@ TEST(StartNetwork, APanoramaOfARoom) {
   EXPECT_LT(worst_distance_m(start->network, field), 0.03);
 }
 
-// About the camera: the focal length from the tags, no distortion; then all is adjusted.
-TEST(StartNetwork, AnUnknownCameraIsGoodEnoughToStartWith) {
+// The focal length is estimated from the tags, distortion starts at zero; then all is adjusted.
+TEST(StartNetwork, AnUncalibratedCameraSufficesAsStart) {
   const TargetField field = tags_on_a_wall(4, 3);
   const std::vector<TagImage> images = seen_from(field, pinhole(), around_wall(8), 0);
   std::vector<PlaneView> views;
@@ -142,7 +142,7 @@ TEST(StartNetwork, AnUnknownCameraIsGoodEnoughToStartWith) {
   EXPECT_TRUE(adjusted->rejected.empty());
 }
 
-TEST(StartNetwork, TagsMayAllHangInAPlane) {
+TEST(StartNetwork, TagsMayAllBeInAPlane) {
   TargetField field;
   for (int i = 0; i < 12; ++i)
     field.tags.push_back(
@@ -159,11 +159,11 @@ TEST(StartNetwork, TagsMayAllHangInAPlane) {
   EXPECT_LT(worst_distance_m(adjusted->network, field), 1e-3);
 }
 
-TEST(StartNetwork, GrossErrorsAndOneNumberOnTwoTags) {
+TEST(StartNetwork, GrossErrorsAndADuplicateId) {
   const TargetField field = tags_on_a_wall(4, 3);
   std::vector<TagImage> images = seen_from(field, pinhole(), around_wall(8), 0.05);
   Random random(3);
-  for (TagImage& image : images) {  // one tag in ten was read as another
+  for (TagImage& image : images) {  // one tag in ten has the wrong id
     const auto i = static_cast<std::size_t>(random.below(static_cast<int>(image.tags.size())));
     const Eigen::Vector2d by(random.uniform(50, 90), random.uniform(-90, 90));
     for (Eigen::Vector2d& corner : image.tags[i].corners_px) corner += by;
@@ -201,7 +201,7 @@ TEST(StartNetwork, ATagOfAnotherSizeIsNamed) {
   EXPECT_TRUE(told->wrong_sizes.empty());
 }
 
-TEST(StartNetwork, BlocksThatShareNothingAreNamed) {
+TEST(StartNetwork, ReportsBlocksWithoutCommonTags) {
   const TargetField field = tags_on_a_wall(4, 3);
   std::vector<TagImage> images = seen_from(field, pinhole(), around_wall(5), 0.05);
   for (std::size_t i = 3; i < 5; ++i)
@@ -215,7 +215,7 @@ TEST(StartNetwork, BlocksThatShareNothingAreNamed) {
   EXPECT_EQ(start->network.images.size(), 3u);
 }
 
-TEST(StartNetwork, TooFewAndSeenOnce) {
+TEST(StartNetwork, TooFewImagesAndTagsObservedOnce) {
   const TargetField field = tags_on_a_wall(4, 3);
   std::vector<TagImage> images = seen_from(field, pinhole(), around_wall(3), 0.05);
   const std::vector<NetworkCamera> cameras{{"camera", pinhole(), {}}};
@@ -271,7 +271,7 @@ TEST(BoardNetwork, EachImageHasItsPose) {
             std::string::npos);
 }
 
-TEST(LampNetwork, LampsAreWhereTheirRaysMeet) {
+TEST(LampNetwork, LampsAreIntersected) {
   Scene scene = irregular_room();
   scene.camera = Camera::pinhole(640, 480, 240, 240, 319.5, 239.5);
   const Camera& camera = scene.camera;

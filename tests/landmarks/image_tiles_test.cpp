@@ -8,7 +8,7 @@
 #include <cmath>
 #include <set>
 
-#include "libocc/calibrate/side_bends.hpp"
+#include "libocc/calibrate/resection.hpp"
 #include "libocc/camera/rotating_line.hpp"
 #include "libocc/landmarks/april_tags.hpp"
 #include "tests/support/support.hpp"

@@ -15,7 +15,7 @@ namespace {
 
 using test::plain;
 
-TEST(Adjust, NoiseFreeComesBackExactly) {
+TEST(Adjust, RecoversANoiseFreeNetworkExactly) {
   const Network cases[] = {
       test::pinhole_network(),
       test::cloud_network(test::small_fisheye(), {"fx_px", "fy_px", "cx_px", "cy_px", "k1", "k2"}),
@@ -92,12 +92,12 @@ TEST(Adjust, AgreesWithCeres) {
   }
 }
 
-TEST(Adjust, AgreesWithoutAnyUnknownReduced) {
+TEST(Adjust, AgreesWithCeresWithoutReducedUnknowns) {
   Network network = test::cloud_network(test::small_pinhole(), {});
   for (NetworkStation& station : network.stations) station.fixed = true;
   const Network start = noisy_network(network, 9, 0.02);
   expect_parity(start);
-  const auto all = adjust(start);  // snooping has nothing to reduce either
+  const auto all = adjust(start);  // data snooping without reduced unknowns
   ASSERT_TRUE(all.ok()) << all.message;
   EXPECT_TRUE(all->rejected.empty());
   EXPECT_TRUE(precision(all->network).ok());
@@ -128,7 +128,7 @@ TEST(Adjust, SameBitsForAnyNumberOfThreads) {
   }
 }
 
-TEST(Adjust, RigsBodiesAndPriorsComeBack) {
+TEST(Adjust, RecoversRigsBodiesAndPriors) {
   Network truth = test::cloud_network(test::small_pinhole(), {"fx_px", "fy_px"}, 6, 25);
   truth.cameras.push_back({"right", Camera::pinhole(800, 600, 700, 700, 400, 300), {"fx_px"}});
   truth.mounts.push_back({"right", {so3_exp({0.01, 0.1, -0.02}), {-0.4, 0.02, 0.01}}, false});
@@ -169,7 +169,7 @@ TEST(Adjust, RigsBodiesAndPriorsComeBack) {
             1e-8);
 }
 
-/// A tenth of the observations off by 5 to 200 px.
+/// Adds gross errors of 5 to 200 px to a part of the observations; returns their indices.
 std::set<int> spoil(Network& network, double part, std::uint64_t seed) {
   Random random(seed, 9);
   std::set<int> spoiled;
@@ -182,7 +182,7 @@ std::set<int> spoil(Network& network, double part, std::uint64_t seed) {
   return spoiled;
 }
 
-TEST(Adjust, SurvivesGrossErrors) {
+TEST(Adjust, RejectsGrossErrors) {
   for (const bool panorama : {false, true}) {
     SCOPED_TRACE(panorama);
     const Network truth = panorama ? test::line_network(8, 60) : test::pinhole_network(8, 60);
@@ -207,9 +207,9 @@ TEST(Adjust, SurvivesGrossErrors) {
   }
 }
 
-/// A panorama field of five stations: a point has five rays, and a tenth of all are wrong, so that
-/// eight in a hundred points have two wrong ones.
-TEST(Adjust, SurvivesGrossErrorsWhereRaysAreFew) {
+/// Panoramas of five stations: each point has five rays. With gross errors in a tenth of them, 8 %
+/// of the points have two wrong rays.
+TEST(Adjust, RejectsGrossErrorsWithFewRays) {
   TestFieldDesign design;
   design.camera = paper_panorama_camera();
   design.free_parameters = paper_additional_parameters();
@@ -242,7 +242,7 @@ TEST(Adjust, SurvivesGrossErrorsWhereRaysAreFew) {
   EXPECT_LT(rms(found->network), 1.5 * rms(clean->network));
 }
 
-TEST(Adjust, AWrongDistanceIsFoundAmongThree) {
+TEST(Adjust, IdentifiesAWrongDistanceAmongThree) {
   Network truth = test::line_network(6, 40);
   test::add_distance(truth, 0, 9, 2e-4);
   test::add_distance(truth, 3, 14, 2e-4);
@@ -264,7 +264,7 @@ TEST(Adjust, AWrongDistanceIsFoundAmongThree) {
   EXPECT_TRUE(found->warnings.empty());
 }
 
-TEST(Adjust, SurvivesTagsWithWrongNames) {
+TEST(Adjust, RejectsTagsWithWrongIds) {
   TestFieldDesign design;
   design.camera = paper_panorama_camera();
   design.free_parameters = paper_additional_parameters();
@@ -275,7 +275,7 @@ TEST(Adjust, SurvivesTagsWithWrongNames) {
   const TestField field = simulate_test_field(design);
   Network network = field.network;
   Random random(3, 0);
-  std::set<std::pair<int, int>> moved;  // one tag in one image, as a whole
+  std::set<std::pair<int, int>> moved;  // tags (with all corners) in single images
   for (int image = 0; image < 5; ++image)
     for (int tag = 0; tag < 80; ++tag)
       if (random.uniform() < 0.1) moved.insert({image, tag});
@@ -299,7 +299,7 @@ TEST(Adjust, SurvivesTagsWithWrongNames) {
 
 TEST(Adjust, PointsWithParallelRaysAreLeftOut) {
   Network truth = test::pinhole_network();
-  // Far away along one direction, all rays are parallel to rounding.
+  // A point so far away that its rays are parallel up to rounding.
   truth.points.push_back({"star", {1e12, 2e12, 3e11}, false});
   const int star = static_cast<int>(truth.points.size()) - 1;
   for (int image = 0; image < 6; ++image) {
@@ -342,7 +342,7 @@ TEST(Adjust, SnoopingFindsOneSmallBlunder) {
   EXPECT_GT(found->rejected[0].normalised, 5);
 }
 
-TEST(Adjust, SaysWhatIsWrongWithTheData) {
+TEST(Adjust, ReportsInsufficientData) {
   const Network good = test::pinhole_network();
   {
     const auto found = adjust(Network{});
@@ -350,7 +350,7 @@ TEST(Adjust, SaysWhatIsWrongWithTheData) {
     EXPECT_NE(found.message.find("no target"), std::string::npos) << found.message;
   }
   {
-    Network network = good;  // a point that one image alone shows
+    Network network = good;  // a point that only one image observes
     network.points.push_back({"lonely", {1, 2, 3}, false});
     network.observations.push_back({0, Target::of_point(30), {640, 480}, {0.3, 0.3}, true});
     const auto found = adjust(network);
@@ -367,7 +367,7 @@ TEST(Adjust, SaysWhatIsWrongWithTheData) {
     EXPECT_NE(found.message.find("s2"), std::string::npos) << found.message;
   }
   {
-    Network network = good;  // stations 0-2 see the first half only, 3-5 the second
+    Network network = good;  // stations 0 to 2 observe the first half only, 3 to 5 the second
     for (ImageObservation& seen : network.observations)
       seen.used = (seen.image < 3) == (seen.target.point < 15);
     const auto found = adjust(network);
@@ -376,20 +376,20 @@ TEST(Adjust, SaysWhatIsWrongWithTheData) {
     EXPECT_NE(found.message.find("s0, station s1, station s2"), std::string::npos) << found.message;
   }
   {
-    Network network = good;  // radial tangential terms cannot show without any observation of them
+    Network network = good;  // a camera without images, determined by a prior
     network.cameras.push_back({"other", test::small_pinhole(), {"fx_px"}});
     network.parameter_priors.push_back({1, "fx_px", 1000, 1});
     EXPECT_TRUE(adjust(network).ok()) << "the prior determines it";
   }
   {
-    // Upright stations: the camera constant and the points' heights are one and the same.
+    // Upright stations: the camera constant and the points' heights are inseparable.
     TestFieldDesign design;
     design.camera = paper_panorama_camera();
     design.free_parameters = {"c_px"};
     design.station_tilt_rad = 0;
     design.targets = 60;
     const auto found = adjust(simulate_test_field(design).network, plain());
-    EXPECT_FALSE(found.ok());  // stations start tilted, so that at first it looks determined
+    EXPECT_FALSE(found.ok());  // the start values are tilted, so it seems determined at first
     EXPECT_NE(found.message.find("c_px"), std::string::npos) << found.message;
     const auto exact = precision(simulate_test_field(design).truth);
     EXPECT_EQ(exact.status, Status::degenerate);
@@ -413,7 +413,7 @@ TEST(Adjust, ATagOfAnotherSizeIsRejected) {
   EXPECT_LT(test::worst_distance(*aligned, truth), 6e-3);
 }
 
-TEST(Adjust, TargetsInAPlaneSeenStraightOnDetermineNoFocalLength) {
+TEST(Adjust, APlaneParallelToTheImageDeterminesNoFocalLength) {
   Network network;
   network.cameras.push_back(
       {"camera", Camera::pinhole(1280, 960, 1000, 1000, 640, 480), {"fx_px", "fy_px"}});
@@ -451,7 +451,7 @@ TEST(Adjust, NonConvergenceKeepsTheState) {
   EXPECT_GT(test::worst_distance(found->network, start), 0);
 }
 
-TEST(Adjust, TheCallerMayWatchAndStop) {
+TEST(Adjust, TheCallbackReportsAndStops) {
   const Network start = noisy_network(test::pinhole_network(), 1, 0.1);
   int calls = 0;
   const auto found = adjust(start, {}, [&](const AdjustProgress& progress) {
@@ -464,7 +464,7 @@ TEST(Adjust, TheCallerMayWatchAndStop) {
   EXPECT_NE(found.message.find("stopped"), std::string::npos);
 }
 
-TEST(Adjust, RefusesWhatIsNoNetwork) {
+TEST(Adjust, RejectsInvalidNetworks) {
   const Network good = test::pinhole_network();
   const auto refusal = [&](const std::function<void(Network&)>& spoil) {
     Network network = good;

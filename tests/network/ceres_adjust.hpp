@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The adjustment of a network by ceres::Problem with analytic derivatives: an engine of its own, as
-// a peer in tests and benchmarks. Points, bodies of known size, stations without mounts, distances,
-// free camera parameters; every observation that is used, squared loss.
+// Adjustment of a network by ceres::Problem with analytic derivatives: an independent reference for
+// tests and benchmarks. Supports points, bodies of known size, stations without mounts, distances
+// and free camera parameters; used observations only, squared loss.
 #pragma once
 
 #include <ceres/ceres.h>
@@ -25,14 +25,12 @@ struct CeresResult {
 
 namespace ceres_peer {
 
-inline std::size_t at(int index) { return static_cast<std::size_t>(index); }
-
-/// What blocks of six are a step from: turn and shift of a pose.
+/// Start values. Blocks of six are steps from them: rotation and translation of a pose.
 struct Bases : ceres::EvaluationCallback {
   const Network& network;
-  std::vector<std::vector<int>> free_columns;  // of each camera
-  std::vector<std::vector<double>> values;     // of them
-  std::vector<Camera> cameras;                 // with these values, once for each evaluation
+  std::vector<std::vector<int>> free_columns;  // one list per camera
+  std::vector<std::vector<double>> values;     // their values
+  std::vector<Camera> cameras;                 // with these values; updated once per evaluation
   bool sound = true;
 
   void PrepareForEvaluation(bool, bool) override {
@@ -68,7 +66,7 @@ struct Bases : ceres::EvaluationCallback {
   }
 };
 
-/// Blocks: camera's free parameters (if any), station, then point or body.
+/// Parameter blocks: free camera parameters (if any), station, point or body.
 class ImageCost : public ceres::CostFunction {
  public:
   ImageCost(const Bases& bases, const ImageObservation& seen) : bases_(bases), seen_(seen) {
@@ -163,7 +161,7 @@ class DistanceCost : public ceres::SizedCostFunction<1, 3, 3> {
 
 }  // namespace ceres_peer
 
-/// `tolerance` 0: as far as it goes.
+/// `tolerance` 0: iterates until the cost no longer decreases.
 inline CeresResult ceres_adjust(const Network& network, int threads = 1, int max_iterations = 200,
                                 double tolerance = 0) {
   using namespace ceres_peer;
@@ -176,7 +174,7 @@ inline CeresResult ceres_adjust(const Network& network, int threads = 1, int max
   const std::size_t bodies = targets.size();
   targets.resize(bodies + network.bodies.size(), std::vector<double>(6, 0.0));
   const auto block = [&](const Target& target) {
-    return (target.body < 0 ? targets[target.point] : targets[bodies + at(target.body)]).data();
+    return (target.body < 0 ? targets[target.point] : targets[bodies + target.body]).data();
   };
 
   ceres::Problem::Options owned;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The datum of a network: what is open, estimates and covariances that agree in every datum and in
-// every unit.
+// Datum of a network: the defect, and estimates and covariances that are consistent between datums
+// and units of length.
 #include "libocc/network/datum.hpp"
 
 #include "tests/network/network_support.hpp"
@@ -58,8 +58,8 @@ TEST(Datum, DefectIsFoundFromTheObservations) {
   EXPECT_EQ(defect([](N n) { n.parameter_priors.push_back({0, "ex_m", 0.02, 1e-4}); }), 6);
 }
 
-TEST(Datum, AKnownLengthThatAStationMakesGoodFixesNoScale) {
-  // The height of the centre over the turntable; a camera at the end of a known arm.
+TEST(Datum, AKnownLengthCompensatedByAStationDeterminesNoScale) {
+  // The height of the centre above the turntable; a camera on a known lever arm.
   for (const bool arm : {false, true}) {
     SCOPED_TRACE(arm);
     RotatingLine line = test::small_line();
@@ -95,7 +95,7 @@ TEST(Datum, AKnownLengthThatAStationMakesGoodFixesNoScale) {
   }
 }
 
-TEST(Datum, TwoCamerasOnAKnownBarFixTheScale) {
+TEST(Datum, TwoCamerasOnAKnownBarDetermineTheScale) {
   Network network = test::pinhole_network();
   network.mounts.push_back({"right", {Eigen::Matrix3d::Identity(), {-0.3, 0, 0}}, true});
   network.images.push_back({"right 0", 0, 0, 0});
@@ -104,19 +104,19 @@ TEST(Datum, TwoCamerasOnAKnownBarFixTheScale) {
   EXPECT_EQ(datum_defect(network).total(), 7);
 }
 
-TEST(Datum, WhatIsOpenIsNamed) {
+TEST(Datum, DefectIsSplitIntoTranslationRotationAndScale) {
   const DatumDefect all = datum_defect(test::line_network());
-  EXPECT_EQ(all.shift, 3);
-  EXPECT_EQ(all.turn, 3);
+  EXPECT_EQ(all.translation, 3);
+  EXPECT_EQ(all.rotation, 3);
   EXPECT_EQ(all.scale, 1);
   Network network = test::line_network();
   network.stations[0].fixed = true;
   const DatumDefect scale = datum_defect(network);
-  EXPECT_EQ(scale.shift + scale.turn, 0);
+  EXPECT_EQ(scale.translation + scale.rotation, 0);
   EXPECT_EQ(scale.scale, 1);
 }
 
-TEST(Datum, ASimilarityLeavesEveryPictureAsItIs) {
+TEST(Datum, ASimilarityLeavesImagesUnchanged) {
   Network network = test::line_network();
   test::add_tag(network, {so3_exp({0.3, 0.1, 0}), {1, 2, 3}}, 0.3, true);
   network.mounts.push_back({"mount", {so3_exp({0.1, 0, 0.02}), {0.3, 0, 0.1}}, false});
@@ -143,7 +143,7 @@ std::vector<Datum> all_datums() {
       {DatumKind::scale_only, {}}, {DatumKind::scale_only, {point(0), point(5)}}};
 }
 
-/// How far two covariances are apart, relative to the larger one's largest element.
+/// Difference of two covariances, relative to the largest element of both.
 double apart(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return (a - b).cwiseAbs().maxCoeff() / std::max(1e-300, a.cwiseAbs().maxCoeff());
 }
@@ -195,7 +195,7 @@ TEST_P(EveryNetwork, CovariancesAgreeInEveryDatumAfterTransformation) {
     }
     EXPECT_LT(apart(there->parameters(0), direct->parameters(0)), 1e-9);
     EXPECT_LT(apart(there->station(1), direct->station(1)), 1e-9);
-    // A ratio of two distances, and what is no length, is the same in all of them.
+    // Ratios of distances, and parameters that are not lengths, are the same in every datum.
     const Eigen::MatrixXd here = direct->parameters(0), first = reference->parameters(0);
     for (Eigen::Index k = 0; k < here.rows(); ++k) {
       const std::string& name = at.cameras[0].free_parameters[k];
@@ -221,7 +221,7 @@ TEST(Datum, InnerConstraintsHaveTheLeastTrace) {
   }
 }
 
-TEST(Datum, MinimalHoldsSevenCoordinates) {
+TEST(Datum, MinimalFixesSevenCoordinates) {
   const Datum datum{DatumKind::minimal,
                     {Target::of_point(3), Target::of_point(8), Target::of_point(12)}};
   const auto p = precision(test::line_network(), datum);
@@ -258,7 +258,7 @@ TEST(Datum, ResultsAreTheSameInMillimetres) {
   EXPECT_LT(apart(pa->parameter_correlation(0), pb->parameter_correlation(0)), 1e-8);
 }
 
-TEST(Datum, RefusesWhatDoesNotHold) {
+TEST(Datum, RejectsTargetsThatDoNotDetermineTheDatum) {
   const Network network = test::line_network();
   const auto control = precision(network, {DatumKind::control, {}});
   EXPECT_EQ(control.status, Status::degenerate);

@@ -7,10 +7,10 @@
 namespace occ {
 namespace {
 
-std::vector<std::vector<Sighting>> sightings(const Network& network, int points, double noise = 0,
-                                             std::uint64_t seed = 1) {
+std::vector<std::vector<PointObservation>> observations(const Network& network, int points,
+                                                        double noise = 0, std::uint64_t seed = 1) {
   Random random(seed, 2);
-  std::vector<std::vector<Sighting>> all(static_cast<std::size_t>(points));
+  std::vector<std::vector<PointObservation>> all(static_cast<std::size_t>(points));
   for (const ImageObservation& seen : network.observations)
     if (seen.target.point >= 0 && seen.target.point < points) {
       const double x = random.normal();
@@ -22,7 +22,7 @@ std::vector<std::vector<Sighting>> sightings(const Network& network, int points,
 
 TEST(Measure, NoiseFreePointsAreExact) {
   for (const Network& network : {test::pinhole_network(), test::line_network()}) {
-    const Measurement m = measure_points(network, sightings(network, 10));
+    const Measurement m = measure_points(network, observations(network, 10));
     for (std::size_t i = 0; i < 10; ++i) {
       EXPECT_EQ(m.points[i].status, Status::ok);
       EXPECT_LT((m.points[i].position_m - network.points[i].position_m).norm(), 1e-9);
@@ -34,7 +34,7 @@ TEST(Measure, NoiseFreePointsAreExact) {
   }
 }
 
-TEST(Measure, CovarianceIsThatOfManyRuns) {
+TEST(Measure, CovarianceMatchesMonteCarlo) {
   const Network network = test::line_network(3, 12);
   constexpr int runs = 400;
   Eigen::Matrix3d seen = Eigen::Matrix3d::Zero();
@@ -42,7 +42,7 @@ TEST(Measure, CovarianceIsThatOfManyRuns) {
   Measurement m;
   const double length = (network.points[2].position_m - network.points[5].position_m).norm();
   for (std::uint64_t run = 0; run < runs; ++run) {
-    m = measure_points(network, sightings(network, 12, 0.3, run));
+    m = measure_points(network, observations(network, 12, 0.3, run));
     const Eigen::Vector3d off = m.points[2].position_m - network.points[2].position_m;
     seen += off * off.transpose() / runs;
     distance += std::pow(distance_between(m, 2, 5).length_m - length, 2) / runs;
@@ -54,9 +54,9 @@ TEST(Measure, CovarianceIsThatOfManyRuns) {
   EXPECT_NEAR(sigma0, 1, 0.12);
 }
 
-/// Points of the adjustment itself, measured with all of their images and left out of the network,
-/// have the covariance that the adjustment without them leads to.
-TEST(Measure, UncertainCamerasCount) {
+/// Points of the network, removed from it and measured with all their images, have the covariance
+/// that the adjustment without them predicts.
+TEST(Measure, PropagatesTheUncertaintyOfCameras) {
   const Network network = test::line_network(6, 50);
   Network without = network;
   for (ImageObservation& seen : without.observations) seen.used = seen.target.point >= 4;
@@ -64,7 +64,7 @@ TEST(Measure, UncertainCamerasCount) {
   for (int k = 4; k < 50; ++k) datum.targets.push_back(Target::of_point(k));
   const auto p = precision(without, datum);
   ASSERT_TRUE(p.ok()) << p.message;
-  const auto all = sightings(network, 4);
+  const auto all = observations(network, 4);
   const Measurement known = measure_points(network, all), m = measure_points(network, all, &*p);
   for (std::size_t i = 0; i < 4; ++i)
     EXPECT_GT(m.points[i].covariance_m2.trace(), 1.02 * known.points[i].covariance_m2.trace());
@@ -79,7 +79,7 @@ TEST(Measure, UncertainCamerasCount) {
   const Measurement large = [&] {
     auto wide = all;
     for (auto& one : wide)
-      for (Sighting& seen : one) seen.sigma_px *= 1e4;
+      for (PointObservation& seen : one) seen.sigma_px *= 1e4;
     return measure_points(network, wide, &*p);
   }();
   for (int i = 0; i < 4; ++i) {
@@ -88,9 +88,9 @@ TEST(Measure, UncertainCamerasCount) {
   }
 }
 
-TEST(Measure, SaysWhatCannotBeMeasured) {
+TEST(Measure, ReportsPointsThatCannotBeMeasured) {
   const Network network = test::pinhole_network();
-  auto all = sightings(network, 4);
+  auto all = observations(network, 4);
   all[0].resize(1);
   all[1] = {all[1][0], all[1][0]};
   all[3].clear();
@@ -103,7 +103,7 @@ TEST(Measure, SaysWhatCannotBeMeasured) {
   EXPECT_TRUE(std::isinf(distance_between(m, 0, 2).sigma_m));
   EXPECT_FALSE(m.covariance_m2.hasNaN());
 
-  Network twice = network;  // two images from one place: rays are parallel
+  Network twice = network;  // two images from one position: parallel rays
   twice.stations[1] = twice.stations[0];
   const auto pixel = [&](int image) {
     return *twice.cameras[0].camera.project(twice.cam_from_world(image) *
@@ -117,19 +117,6 @@ TEST(Measure, SaysWhatCannotBeMeasured) {
   EXPECT_THROW(measure_points(network, {{{0, {NAN, 1}, {1, 1}}}}), std::invalid_argument);
   EXPECT_THROW(measure_points(network, {{{0, {1, 1}, {1, 0}}}}), std::invalid_argument);
   EXPECT_THROW(distance_between(m, 0, 9), std::invalid_argument);
-}
-
-TEST(Measure, WritesTables) {
-  const Network network = test::pinhole_network();
-  auto all = sightings(network, 3);
-  all[1].clear();
-  const Measurement m = measure_points(network, all);
-  const std::string csv = points_as_csv(m, {"a", "b", "c"});
-  EXPECT_EQ(csv.find("name,x_m,"), 0U);
-  EXPECT_NE(csv.find("\na,"), std::string::npos);
-  EXPECT_EQ(csv.find("\nb,"), std::string::npos);
-  EXPECT_NE(points_as_ply(m).find("element vertex 2\n"), std::string::npos);
-  EXPECT_THROW(points_as_csv(m, {"a"}), std::invalid_argument);
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ TEST(NetworkStatistics, RedundancyNumbersSumToTheRedundancy) {
     EXPECT_LT(s->sigma0_low, 1);
     EXPECT_GT(s->sigma0_high, 1);
   }
-  // A distance takes its share.
+  // A distance has a redundancy number, too.
   Network network = test::line_network();
   test::add_distance(network, 1, 7, 1e-3);
   test::add_distance(network, 2, 5, 1e-3);
@@ -48,7 +48,7 @@ TEST(NetworkStatistics, RedundancyNumbersSumToTheRedundancy) {
   EXPECT_NEAR(sum, s->redundancy, 1e-6 * s->redundancy);
 }
 
-TEST(NetworkStatistics, RedundancyIsHowMuchOfAnErrorStaysInItsResidual) {
+TEST(NetworkStatistics, RedundancyIsThePartOfAnErrorInItsResidual) {
   const Network before = adjusted(test::line_network(), 3);
   const auto s = network_statistics(before);
   for (const std::size_t i : {5U, 60U, 131U}) {
@@ -64,7 +64,7 @@ TEST(NetworkStatistics, RedundancyIsHowMuchOfAnErrorStaysInItsResidual) {
   }
 }
 
-TEST(NetworkStatistics, AWrongTagSizeShowsInTheDistance) {
+TEST(NetworkStatistics, AWrongTagSizeAppearsInTheDistanceResidual) {
   Network network = test::line_network(6, 40);
   for (int k = 0; k < 4; ++k)
     test::add_tag(network, {so3_exp({0.3 * k, 0.2, 0.1}), {0.5 + 0.4 * k, 2, 3}}, 0.4);
@@ -109,9 +109,9 @@ TEST(NetworkStatistics, NormalisedResidualsAreNormal) {
   EXPECT_NEAR(beyond / n, 0.05, 0.01);
 }
 
-TEST(NetworkStatistics, ParametersAreJudged) {
+TEST(NetworkStatistics, TestsTheSignificanceOfParameters) {
   Network truth = test::line_network(8, 60);
-  truth.cameras[0].free_parameters.push_back("tumbling1_rad");  // there is none
+  truth.cameras[0].free_parameters.push_back("tumbling1_rad");  // absent in the data
   Network nominal = truth;
   RotatingLine ideal = test::small_line();
   ideal.tilt_x_rad = ideal.tilt_y_rad = ideal.k1 = ideal.k2 = 0;
@@ -131,13 +131,13 @@ TEST(NetworkStatistics, ParametersAreJudged) {
     EXPECT_GT(one.sigma, 0);
     EXPECT_LE(std::abs(one.correlation), 1);
     EXPECT_FALSE(one.correlated_with.empty());
-    EXPECT_EQ(one.entangled, std::abs(one.correlation) > 0.9) << one.name;
+    EXPECT_EQ(one.highly_correlated, std::abs(one.correlation) > 0.9) << one.name;
     EXPECT_TRUE(one.name != "k1" || one.correlated_with == "k2");
   }
   EXPECT_THROW(parameter_statistics(found->network, Network{}, *p), std::invalid_argument);
 }
 
-TEST(NetworkStatistics, SelectionKeepsWhatIsThere) {
+TEST(NetworkStatistics, SelectionKeepsSignificantParameters) {
   RotatingLine line = test::small_line();
   line.k2 = line.eccentricity_m.y() = 0;
   Network truth =
@@ -169,10 +169,10 @@ TEST(NetworkStatistics, SelectionKeepsWhatIsThere) {
   EXPECT_NEAR(chosen->adjustment.sigma0, 1, 0.15);
 }
 
-TEST(NetworkStatistics, SelectionDropsWhatNothingDetermines) {
+TEST(NetworkStatistics, SelectionDropsUndeterminedParameters) {
   TestFieldDesign design;
   design.camera = paper_panorama_camera();
-  design.free_parameters = {"ex_m", "ez_m", "cy_px"};  // ez is the station's height
+  design.free_parameters = {"ex_m", "ez_m", "cy_px"};  // e_z is equivalent to the station's height
   design.targets = 80;
   const auto chosen = select_parameters(simulate_test_field(design).network, {});
   ASSERT_TRUE(chosen.ok()) << chosen.message;
@@ -209,9 +209,9 @@ TEST(NetworkStatistics, CheckPointsAgreeWithPrediction) {
   EXPECT_EQ(check_points(found, *precision(found), points).status, Status::degenerate);
 }
 
-TEST(NetworkStatistics, ProjectionUncertaintyLeavesOutWhatATurnDoes) {
+TEST(NetworkStatistics, ProjectionUncertaintyIgnoresASmallRotation) {
   const Camera camera = test::small_pinhole();
-  // Only the principal point is uncertain: nearly the same as a turn.
+  // An uncertain principal point is nearly equivalent to a rotation.
   const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(1, 1);
   const auto centre = projection_uncertainty(camera, {"cx_px"}, one, 24, 18);
   EXPECT_LT(centre.mean_px, 0.25);
@@ -219,14 +219,14 @@ TEST(NetworkStatistics, ProjectionUncertaintyLeavesOutWhatATurnDoes) {
   EXPECT_GT(focal.worst_px, 0.5) << "640 px from the middle over 1000 px";
   EXPECT_LT(focal.sigma_px(9, 12), 0.1);
   EXPECT_EQ(focal.sigma_px.rows(), 18);
-  // At a finite range a shift may do some of it too.
+  // At a finite range, a translation compensates another part.
   EXPECT_LE(projection_uncertainty(camera, {"fx_px"}, one, 24, 18, 3.0).mean_px, focal.mean_px);
   EXPECT_THROW(projection_uncertainty(camera, {"fq"}, one, 24, 18), std::invalid_argument);
   EXPECT_THROW(projection_uncertainty(camera, {"fx_px"}, one, 1, 18), std::invalid_argument);
   EXPECT_THROW(projection_uncertainty(camera, {}, one, 10, 18), std::invalid_argument);
 }
 
-TEST(NetworkStatistics, SaysWhatIsNotDetermined) {
+TEST(NetworkStatistics, ReportsUndeterminedParameters) {
   const auto none = network_statistics(Network{});
   EXPECT_EQ(none.status, Status::too_few_lamps);
   EXPECT_THROW(network_statistics(test::line_network(), 7), std::invalid_argument);

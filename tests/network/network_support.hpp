@@ -5,9 +5,14 @@
 #include "libocc/camera/rotating_line.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/network/adjust.hpp"
+#include "libocc/network/internal/noisy_network.hpp"
 #include "libocc/network/precision.hpp"
 #include "libocc/network/test_field.hpp"
 #include "tests/support/support.hpp"
+
+namespace occ {
+using internal::network::noisy_network;
+}
 
 namespace occ::test {
 
@@ -37,8 +42,8 @@ inline RotatingLine small_line() {
   return line;
 }
 
-/// A cloud of points within 3 x 3 x 2 m about (1, 2, 3) and stations around it that look at it,
-/// each turned about its axis; all see all that is in the image.
+/// Network of points within 3 x 3 x 2 m about (1, 2, 3) and stations around them that face the
+/// cloud, with a random roll; each image observes all points that are in view.
 inline Network cloud_network(const Camera& camera, const std::vector<std::string>& free,
                              int stations = 6, int points = 30, double sigma_px = 0.3) {
   Random random(11, 0);
@@ -61,7 +66,7 @@ inline Network cloud_network(const Camera& camera, const std::vector<std::string
     Rigid3 pose = look_at(from, middle, Eigen::Vector3d::UnitZ());
     Eigen::Vector3d turn(0.05, -0.04, 1.5 * i);
     Eigen::Matrix3d frame = Eigen::Matrix3d::Identity();
-    if (panorama) frame << 0, 0, 1, 1, 0, 0, 0, 1, 0;  // looks along X, its Z is down
+    if (panorama) frame << 0, 0, 1, 1, 0, 0, 0, 1, 0;  // optical axis X, Z down
     const Rigid3 own{
         so3_exp(panorama ? Eigen::Vector3d(0.1, 0.15 * (i % 3 - 1), 1.5 * i) : turn) * frame,
         Eigen::Vector3d::Zero()};
@@ -86,7 +91,7 @@ inline Network line_network(int stations = 6, int points = 40) {
                        points);
 }
 
-/// Adds a square of known side with noise-free corners, seen wherever it is in the image.
+/// Adds a square of known side with noise-free corners to all images that have it in view.
 inline int add_tag(Network& network, const Rigid3& world_from_tag, double side,
                    bool scale_free = false) {
   const double h = side / 2;

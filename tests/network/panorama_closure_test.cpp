@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Panoramas whose ends overlap: places seen on the second turn tell the angle of a column as well
-// as others do, with the derivative that goes with it.
+// Panoramas with overlapping ends: points observed in the second revolution contribute to the angle
+// per column with the correct derivative.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 
 double angle_of(const Network& network) { return network.cameras[0].camera.parameters()[0].value; }
 
-/// The field's truth, with the camera's angle per column off by a part of itself.
+/// Exact network with a relative error of the camera's angle per column.
 Network with_angle_off(Network network, double part) {
   Camera& camera = network.cameras[0].camera;
   const std::vector<CameraParameter> parameters = camera.parameters();
@@ -26,7 +26,7 @@ Network with_angle_off(Network network, double part) {
   return network;
 }
 
-TEST(PanoramaClosure, PlacesOnASecondTurnCountAsTheOthersDo) {
+TEST(PanoramaClosure, UsesPointsOfTheSecondRevolution) {
   TestFieldDesign design;
   design.camera = paper_panorama_camera();
   design.free_parameters = paper_additional_parameters();
@@ -47,7 +47,7 @@ TEST(PanoramaClosure, PlacesOnASecondTurnCountAsTheOthersDo) {
   const Result<Adjustment> adjusted = adjust(with_angle_off(seen, 1e-5), options,
                                              [&](const AdjustProgress&) { return ++calls > 0; });
   ASSERT_EQ(adjusted.status, Status::ok) << adjusted.message;
-  EXPECT_LT(adjusted->iterations, 8);  // a wrong derivative takes a hundred, and does not arrive
+  EXPECT_LT(adjusted->iterations, 8);  // with a wrong derivative it does not converge in 100
   EXPECT_NEAR(angle_of(adjusted->network) / angle_of(truth), 1, 1e-12);
 }
 

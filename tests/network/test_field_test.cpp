@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The test field on paper: the table of sigmas, the ladder of omitted parameters, what gives scale,
-// and by Monte Carlo that predictions hold.
+// The simulated test field: published precision tables, omitted camera parameters, sources of
+// scale, and a Monte Carlo check of the predictions.
 #include "libocc/network/test_field.hpp"
 
 #include "tests/network/network_support.hpp"
@@ -24,7 +24,7 @@ Eigen::Vector3d mean_sigma_m(const Precision& p) {
   return variance.cwiseSqrt();
 }
 
-TEST(TestField, TheTableOfSigmas) {
+TEST(TestField, ReproducesThePublishedSigmas) {
   const struct {
     double column_sigma_px;
     Eigen::Vector3d sigma_m;
@@ -41,7 +41,7 @@ TEST(TestField, TheTableOfSigmas) {
   }
 }
 
-/// The paper's camera with errors of a size that makes each group of parameters show.
+/// The published camera with parameter values large enough for each group to be significant.
 Camera crooked_camera() {
   RotatingLine line = paper_panorama_camera().line();
   line.angle_per_px_rad *= 1 + 1.883e-4;
@@ -55,7 +55,7 @@ Camera crooked_camera() {
   return Camera::rotating_line(line);
 }
 
-TEST(TestField, TheLadderOfOmittedParameters) {
+TEST(TestField, OmittedParametersIncreaseTheResiduals) {
   TestFieldDesign design = paper_design(0.25);
   design.camera = crooked_camera();
   design.start_error_m = 0.01;
@@ -81,7 +81,7 @@ TEST(TestField, TheLadderOfOmittedParameters) {
   }
 }
 
-TEST(TestField, WhichScaleIsEnough) {
+TEST(TestField, ComparesSourcesOfScale) {
   std::vector<ScaleSource> sources(4);
   sources[0].name = "125 tags of 0.15 m";
   sources[0].tags = 125;
@@ -142,11 +142,11 @@ TEST(TestField, IsRepeatable) {
   EXPECT_THROW(simulate_test_field(design), std::invalid_argument);
 }
 
-/// Sums over runs of a Monte Carlo experiment.
+/// Sums over the trials of a Monte Carlo experiment.
 struct Runs {
   int count = 0;
   double point_squares = 0, chi2 = 0, dof = 0, parameter_squares = 0;
-  Eigen::VectorXd squares;  ///< of each parameter's error over its sigma
+  Eigen::VectorXd squares;  ///< squared normalised errors, one per parameter
 };
 
 Runs run_all(const Network& truth, const Precision& bound, int count) {
@@ -175,7 +175,7 @@ Runs run_all(const Network& truth, const Precision& bound, int count) {
   return runs;
 }
 
-TEST(SlowTestField, TheBoundIsReachedAndPredicted) {
+TEST(SlowTestField, ErrorsReachThePredictedBound) {
   const Network truth = simulate_test_field(paper_design(0.5)).truth;
   const auto bound = precision(truth);
   const Runs runs = run_all(truth, *bound, 200);
@@ -191,7 +191,7 @@ TEST(SlowTestField, TheBoundIsReachedAndPredicted) {
   EXPECT_NEAR(std::sqrt(runs.squares.mean()), 1, 0.05) << runs.squares.transpose();
 }
 
-/// A board of 9 x 6 corners before a camera, in 15 poses.
+/// Images of a board of 9 x 6 corners in 15 poses.
 Network chessboard_views() {
   Network network;
   network.cameras.push_back({"camera",
@@ -224,7 +224,7 @@ Network chessboard_views() {
   return network;
 }
 
-TEST(SlowTestField, AChessboardsSigmasAreRight) {
+TEST(SlowTestField, SigmasOfAChessboardMatchTheErrors) {
   const Network truth = chessboard_views();
   const auto bound = precision(truth);
   ASSERT_TRUE(bound.ok()) << bound.message;

@@ -9,7 +9,7 @@
 namespace occ {
 namespace {
 
-/// Where ambient light is some grey levels above black.
+/// Scene with ambient light a few grey levels above black.
 Scene room_with(double ambient_w_m2) {
   Scene scene = test::irregular_room();
   for (Lamp& lamp : scene.lamps) {
@@ -56,7 +56,7 @@ double deviation(const Result<AmbientLight>& found, const Scene& truth) {
   return (found->irradiance_w_m2 - truth.ambient_w_m2) / std::sqrt(found->variance_w2_m4);
 }
 
-TEST(CalibrateAmbient, ComesBack) {
+TEST(CalibrateAmbient, RecoversTheTruth) {
   for (const double irradiance : {0.0, 0.004, 0.02}) {
     const Scene truth = room_with(irradiance);
     const auto found = measured(truth);
@@ -69,7 +69,7 @@ TEST(CalibrateAmbient, ComesBack) {
   }
 }
 
-TEST(CalibrateAmbient, BlackLevelDarkCurrentGainsAndResponseAreAllowedFor) {
+TEST(CalibrateAmbient, ModelsBlackLevelDarkCurrentGainsAndResponse) {
   Scene truth = room_with(0.02);
   truth.sensor.dark_current_e_per_s = 3e6;
   truth.sensor.gain_sigma = 0.02;
@@ -83,8 +83,9 @@ TEST(CalibrateAmbient, BlackLevelDarkCurrentGainsAndResponseAreAllowedFor) {
   EXPECT_LT(std::sqrt(found->variance_w2_m4), 1e-4);
 }
 
-/// Squares of deviations and chi2 over many series of images, of several levels of light and noise.
-TEST(SlowCalibrateAmbient, VarianceIsTrue) {
+/// Squared normalised errors and chi2 over many image series, for several levels of light and
+/// noise.
+TEST(SlowCalibrateAmbient, VarianceMatchesTheErrors) {
   double squares = 0, chi2 = 0;
   int count = 0, dof = 0;
   for (int run = 0; run < 60; ++run) {
@@ -103,7 +104,7 @@ TEST(SlowCalibrateAmbient, VarianceIsTrue) {
   EXPECT_LT(chi2, of_chi2.second);
 }
 
-TEST(CalibrateAmbient, RoundingLimitsWhatAnImageWithoutNoiseTells) {
+TEST(CalibrateAmbient, RoundingLimitsTheAccuracyWithoutNoise) {
   Scene truth = room_with(0.02);
   truth.effects.set(Effect::noise, Use::off);
   truth.sensor.read_noise_e = 0;
@@ -118,7 +119,7 @@ TEST(CalibrateAmbient, RoundingLimitsWhatAnImageWithoutNoiseTells) {
   EXPECT_GT(squares, 20);
 }
 
-TEST(CalibrateAmbient, RefusesABackgroundThatIsCutOff) {
+TEST(CalibrateAmbient, RejectsAClippedBackground) {
   Scene black = room_with(0.0002);
   black.sensor.black_level_dn = 0;
   const auto dark = measured(black);
@@ -132,11 +133,12 @@ TEST(CalibrateAmbient, RefusesABackgroundThatIsCutOff) {
       << white.message;
 }
 
-TEST(CalibrateAmbient, RefusesWhatIsNotToldFromIt) {
+TEST(CalibrateAmbient, RejectsOtherLightInTheBackground) {
   Scene scene = room_with(0.01);
   scene.room = Room{};
   scene.room->wall_reflectance = 0.5;
-  EXPECT_NE(measured(scene).message.find("the walls' light is not told"), std::string::npos);
+  EXPECT_NE(measured(scene).message.find("the walls' light cannot be separated"),
+            std::string::npos);
   for (const Effect effect : {Effect::walls, Effect::interreflection})
     scene.effects.set(effect, Use::off);
   EXPECT_TRUE(measured(scene).ok());
@@ -149,7 +151,7 @@ TEST(CalibrateAmbient, RefusesWhatIsNotToldFromIt) {
             std::string::npos);
 }
 
-TEST(CalibrateAmbient, LightThatChangesIsSaid) {
+TEST(CalibrateAmbient, ReportsChangingLight) {
   Random random(3);
   const std::vector<Rigid3> poses = poses_of(2, random);
   const Image first = simulate(room_with(0.01), poses[0]).image;
@@ -160,7 +162,7 @@ TEST(CalibrateAmbient, LightThatChangesIsSaid) {
   EXPECT_NE(found.message.find("differ by more than their noise allows"), std::string::npos);
 }
 
-TEST(CalibrateAmbient, RefusesWhatDoesNotFit) {
+TEST(CalibrateAmbient, RejectsInvalidInput) {
   Scene scene = room_with(0);
   const Image image = simulate(scene, look_at({2, 2, 0}, {2, 2, 3}, {0, 1, 0})).image;
   Image small = image;

@@ -14,7 +14,7 @@
 namespace occ {
 namespace {
 
-/// Small lamps of other powers and orders than the scene says: what is to be found out.
+/// Small lamps with powers and orders that differ from the scene's: the truth to be estimated.
 Scene true_room() {
   Scene scene = test::irregular_room();
   for (std::size_t i = 0; i < scene.lamps.size(); ++i) {
@@ -37,7 +37,7 @@ Scene supposed(Scene scene) {
   return scene;
 }
 
-/// Looking up from all over the floor: emission angles of 0 to 50 degrees.
+/// Poses looking up from positions all over the floor: emission angles of 0 to 50 degrees.
 std::vector<Rigid3> poses_of(int count, Random& random, double reach_m = 1.8) {
   std::vector<Rigid3> poses;
   for (int i = 0; i < count; ++i) {
@@ -49,7 +49,7 @@ std::vector<Rigid3> poses_of(int count, Random& random, double reach_m = 1.8) {
   return poses;
 }
 
-/// Ideal blobs with noise of this relative sigma, of each pose.
+/// Ideal blobs of each pose with noise of this relative sigma.
 std::vector<std::vector<Blob>> blobs_of(const Scene& scene, const std::vector<Rigid3>& poses,
                                         double flux_sigma, Random& random) {
   std::vector<std::vector<Blob>> all;
@@ -90,7 +90,7 @@ TEST(CalibrateLight, ExactFluxesGiveExactLight) {
   EXPECT_NO_THROW(scene.validate());
 }
 
-TEST(CalibrateLight, CovarianceIsTrue) {
+TEST(CalibrateLight, CovarianceMatchesTheErrors) {
   Random random(2);
   const Scene truth = true_room();
   LightOptions options;
@@ -122,7 +122,7 @@ TEST(CalibrateLight, CovarianceIsTrue) {
   EXPECT_LT(chi2, of_chi2.second);
 }
 
-TEST(CalibrateLight, RenderedAndDetectedLampsComeBack) {
+TEST(CalibrateLight, RecoversRenderedAndDetectedLamps) {
   Scene truth = true_room();
   truth.lens.vignetting = {-0.3};
   Random random(5);
@@ -155,7 +155,7 @@ TEST(CalibrateLight, RenderedAndDetectedLampsComeBack) {
   EXPECT_LT(nees, test::chi2_interval(2.0 * count, 3.3).second);
 }
 
-/// The scene as a map has it whose powers are all wrong by one factor.
+/// Scene whose powers are all wrong by the same factor.
 Scene scaled(Scene scene, double factor) {
   for (Lamp& lamp : scene.lamps) {
     lamp.power_w /= factor;
@@ -181,10 +181,10 @@ TEST(CalibrateLight, ACommonFactorKeepsRelativePowers) {
   }
 }
 
-TEST(CalibrateLight, ACommonFactorHoldsForLampsThatAreNotSeen) {
+TEST(CalibrateLight, ACommonFactorAppliesToUnobservedLamps) {
   Random random(12);
   Scene truth = true_room();
-  const auto poses = poses_of(6, random, 0.02);  // so little range that no order is told alone
+  const auto poses = poses_of(6, random, 0.02);  // too little for a single order
   Scene map = scaled(truth, 0.5);
   for (std::size_t i = 0; i < truth.lamps.size(); ++i)
     map.lamps[i].half_power_rad = truth.lamps[i].half_power_rad;
@@ -203,10 +203,11 @@ TEST(CalibrateLight, ACommonFactorHoldsForLampsThatAreNotSeen) {
   const auto none = calibrate_light(map, {{}}, {poses[0]}, options);
   EXPECT_EQ(none.status, Status::degenerate);
   EXPECT_FALSE(none->factor);
-  EXPECT_NE(none.message.find("no lamp is seen whole and alone"), std::string::npos);
+  EXPECT_NE(none.message.find("no image shows a lamp unobstructed and isolated"),
+            std::string::npos);
 }
 
-TEST(CalibrateLight, CovarianceOfACommonFactorIsTrue) {
+TEST(CalibrateLight, CovarianceOfACommonFactorMatchesTheErrors) {
   Random random(13);
   const Scene truth = true_room();
   LightOptions options;
@@ -243,8 +244,8 @@ TEST(CalibrateLight, CovarianceOfACommonFactorIsTrue) {
   EXPECT_LT(chi2, of_chi2.second);
 }
 
-/// Whether lamps come back whose images lack what these effects do, with detection told so.
-TEST(CalibrateLight, EffectsThatAreOffDoNotCount) {
+/// Recovers lamps from images without these effects; the detector's sensor has them off, too.
+TEST(CalibrateLight, IgnoresEffectsThatAreOff) {
   Scene truth = true_room();
   truth.lens.vignetting = {-0.6};
   truth.sensor.response = Response::srgb;
@@ -275,7 +276,7 @@ TEST(CalibrateLight, EffectsThatAreOffDoNotCount) {
   EXPECT_EQ(found->scene.lens.vignetting.size(), 1U);
 }
 
-TEST(CalibrateLight, NamesStandInForTheGate) {
+TEST(CalibrateLight, MatchesReplaceTheGate) {
   Random random(7);
   const Scene truth = true_room();
   const auto poses = poses_of(8, random, 0.8);
@@ -303,7 +304,7 @@ TEST(CalibrateLight, NamesStandInForTheGate) {
   EXPECT_NE(says().find("matches must be a list for each of 8 images"), std::string::npos);
 }
 
-TEST(CalibrateLight, AStrayFluxCountsLittle) {
+TEST(CalibrateLight, AnOutlierHasLittleWeight) {
   Random random(3);
   const Scene truth = true_room();
   const auto poses = poses_of(20, random);
@@ -321,7 +322,7 @@ TEST(CalibrateLight, AStrayFluxCountsLittle) {
   }
 }
 
-TEST(CalibrateLight, SaysWhyAFluxIsLeftOut) {
+TEST(CalibrateLight, ReportsWhyAFluxIsExcluded) {
   Random random(4);
   Scene truth = true_room();
   const std::vector<Rigid3> poses(1, look_at({2, 2, 0}, {2, 2, 3}, {0, 1, 0}));
@@ -358,7 +359,7 @@ TEST(CalibrateLight, SaysWhyAFluxIsLeftOut) {
   }
 }
 
-TEST(CalibrateLight, TooLittleRangeOfAnglesLeavesTheOrderOpen) {
+TEST(CalibrateLight, ASmallRangeOfAnglesLeavesTheOrderUndetermined) {
   Random random(6);
   const Scene truth = true_room();
   Scene scene = truth;
@@ -376,7 +377,7 @@ TEST(CalibrateLight, TooLittleRangeOfAnglesLeavesTheOrderOpen) {
   }
 }
 
-TEST(CalibrateLight, RefusesWhatDoesNotFit) {
+TEST(CalibrateLight, RejectsInvalidInput) {
   const Scene scene = true_room();
   const auto says = [&](const std::vector<Rigid3>& poses, const LightOptions& options) {
     return test::complaint([&] { calibrate_light(scene, {{}, {}}, poses, options); });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exposure series of a wall of lamps, each a little brighter than the one before.
+// Exposure series of a wall of lamps with increasing brightness.
 #pragma once
 
 #include <cmath>
@@ -11,8 +11,8 @@
 
 namespace occ::test {
 
-/// Square lamps in rows of twelve, side by side before the camera, their light over a range of 100
-/// to 1. 240 x 160 pixels, 20 x 20 for a lamp.
+/// Square lamps side by side in rows of twelve in front of the camera, with a contrast of 100 to 1.
+/// 240 x 160 pixels, 20 x 20 for each lamp.
 inline Scene wall_of_lamps(Response response = Response::linear) {
   constexpr int columns = 12, rows = 8;
   constexpr double pitch_m = 0.2, distance_m = 10;
@@ -47,8 +47,7 @@ struct Series {
   }
 };
 
-/// Exposure times a factor apart, the longest so that the lamp of this index (0: the darkest) is
-/// white.
+/// Geometric series of exposure times; the longest saturates the lamp of this index (0: darkest).
 inline Series exposure_series(Scene scene, int count, double factor = 2, std::uint64_t seed = 1,
                               double white_power_w = 3) {
   Sensor& sensor = scene.sensor;

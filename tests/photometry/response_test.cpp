@@ -10,7 +10,7 @@
 namespace occ {
 namespace {
 
-/// Largest difference of a recovered table from the sensor's own curve, from a linear value on.
+/// Largest difference between a recovered table and the sensor's curve, above a linear value.
 double table_error(const ChannelResponse& channel, const Sensor& sensor, double from) {
   const std::vector<double> table = channel.table();
   const double range_dn = sensor.full_scale_dn() - sensor.black_level_dn;
@@ -26,7 +26,7 @@ double table_error(const ChannelResponse& channel, const Sensor& sensor, double 
   return worst;
 }
 
-/// Errors of g over their sigmas, squared, summed over levels.
+/// Sum over levels of the squared normalised errors of g.
 double squared_errors(const ChannelResponse& channel, const Sensor& sensor,
                       const std::vector<double>& levels) {
   const auto at = [&](double level) {
@@ -70,7 +70,7 @@ Trial trial(const Scene& scene, const ResponseOptions& options, int images, doub
   return sum;
 }
 
-TEST(Response, CurvesComeBack) {
+TEST(Response, RecoversCurves) {
   for (const Response kind : {Response::linear, Response::gamma, Response::srgb}) {
     SCOPED_TRACE(static_cast<int>(kind));
     const Scene scene = test::wall_of_lamps(kind);
@@ -88,9 +88,9 @@ TEST(Response, CurvesComeBack) {
   }
 }
 
-// Power laws and sRGB's curve are smoother than the prior says curves are: their errors are smaller
-// than their sigmas, which the prior is part of.
-TEST(Response, SigmasOfLevelsHoldTheErrors) {
+// Power laws and the sRGB curve are smoother than the prior assumes, so their errors are smaller
+// than their sigmas, which include the prior.
+TEST(Response, SigmasOfLevelsBoundTheErrors) {
   const std::vector<double> levels{60, 90, 170, 230};
   for (const Response kind : {Response::linear, Response::gamma, Response::srgb}) {
     const Trial t = trial(test::wall_of_lamps(kind), {}, 5, 1.7, 2, levels);
@@ -100,7 +100,7 @@ TEST(Response, SigmasOfLevelsHoldTheErrors) {
   }
 }
 
-/// A table whose exponent wanders over the light as the prior says with lambda = 1.
+/// Table whose exponent is a random walk over the light, drawn from the prior with lambda = 1.
 std::vector<double> random_curve(Random& random) {
   constexpr int points = 4000;
   for (;;) {
@@ -136,8 +136,8 @@ std::vector<double> random_curve(Random& random) {
   }
 }
 
-// Curves drawn from the prior, but for those that nearly stop rising: about chi-square of one.
-TEST(SlowResponse, SigmasOfLevelsAreTrueForCurvesOfThePrior) {
+// Curves drawn from the prior, except those with a nearly zero slope: normalised chi-square near 1.
+TEST(SlowResponse, SigmasOfLevelsMatchTheErrorsOfCurvesOfThePrior) {
   Random random(3);
   const std::vector<double> levels{60, 90, 170, 210};
   constexpr int curves = 40;
@@ -175,7 +175,7 @@ TEST(Response, TwoExposuresSufficeForTheBasis) {
   EXPECT_LT(nees, interval.second);
 }
 
-TEST(Response, WrongExposureTimesShow) {
+TEST(Response, ReportsWrongExposureTimes) {
   const auto series = test::exposure_series(test::wall_of_lamps(Response::gamma), 5, 1.7);
   std::vector<double> exposures_s = series.exposures_s;
   exposures_s[2] *= 1.1;
@@ -207,7 +207,7 @@ TEST(Response, TwelveBits) {
   scene.sensor.bit_depth = 12;
   scene.sensor.gain_dn_per_e *= 16;
   scene.sensor.black_level_dn = 64;
-  scene.sensor.full_well_e = 8000;  // below full scale: what is clipped there is left out
+  scene.sensor.full_well_e = 8000;  // below full scale; clipped pixels must be excluded
   ResponseOptions options;
   options.bit_depth = 12;
   options.black_level_dn = 64;
@@ -225,7 +225,7 @@ TEST(Response, TwelveBits) {
   EXPECT_LT(squared_errors(channel, scene.sensor, {900, 1500, 3000}), 11);
 }
 
-TEST(Response, ThreeChannelsEachForItself) {
+TEST(Response, TreatsThreeChannelsSeparately) {
   const std::vector<double> gammas{1.6, 2.0, 2.4};  // blue, green, red
   Scene scene = test::wall_of_lamps(Response::gamma);
   test::Series series;
@@ -260,7 +260,7 @@ TEST(Response, ThreeChannelsEachForItself) {
   EXPECT_EQ(sensor.channels[0].response_table, found->channels[2].table()) << "red comes first";
 }
 
-TEST(Response, SaysWhenTheSeriesDoesNotDetermineIt) {
+TEST(Response, ReportsAnUndeterminedCurve) {
   const Scene scene = test::wall_of_lamps();
   const auto says = [](const test::Series& series, const std::string& text,
                        const ResponseOptions& options = {}) {
@@ -276,12 +276,12 @@ TEST(Response, SaysWhenTheSeriesDoesNotDetermineIt) {
   basis.method = ResponseMethod::basis;
   says(same, "1 different exposure times", basis);
   says(test::exposure_series(scene, 3, 2, 1, 0.001), "neither black nor clipped");
-  // Two groups of lamps, far apart, and hardly different exposure times.
+  // Two groups of lamps with very different brightness, and almost equal exposure times.
   Scene apart = scene;
   for (std::size_t i = 0; i < apart.lamps.size(); ++i)
     apart.lamps[i].power_w = (i % 2 ? 3.5 : 35) * (1 + 0.002 * static_cast<double>(i));
-  says(test::exposure_series(apart, 3, 1.1, 1, 50), "no place bridges the levels from");
-  // Nothing but texture.
+  says(test::exposure_series(apart, 3, 1.1, 1, 50), "no patch links the levels below");
+  // Texture everywhere.
   test::Series texture = test::exposure_series(scene, 3);
   Random random(1);
   for (Image& image : texture.images)
@@ -290,7 +290,7 @@ TEST(Response, SaysWhenTheSeriesDoesNotDetermineIt) {
   EXPECT_TRUE(!found.ok() || found->channels[0].variance_factor > 1) << found.message;
 }
 
-TEST(Response, LongerTimesThatAreDarkerFitNothing) {
+TEST(Response, RejectsLongerTimesWithDarkerImages) {
   test::Series series = test::exposure_series(test::wall_of_lamps(Response::gamma), 4);
   std::reverse(series.exposures_s.begin(), series.exposures_s.end());
   ResponseOptions options;
@@ -302,7 +302,7 @@ TEST(Response, LongerTimesThatAreDarkerFitNothing) {
   EXPECT_TRUE(!levels.ok() || levels->channels[0].variance_factor > 100);
 }
 
-TEST(Response, RefusesWhatDoesNotFit) {
+TEST(Response, RejectsInvalidInput) {
   test::Series series = test::exposure_series(test::wall_of_lamps(), 3);
   const auto refuses = [&](const std::function<void(test::Series&, ResponseOptions&)>& change,
                            const std::string& text) {
@@ -326,7 +326,7 @@ TEST(Response, RefusesWhatDoesNotFit) {
   refuses([](auto&, auto& o) { o.smoothness = 0; }, "smoothness");
   refuses([](auto&, auto& o) { o.basis_functions = 9; }, "basis_functions");
   refuses([](auto&, auto& o) { o.black_level_dn = 250; }, "black_level_dn");
-  refuses([](auto&, auto& o) { o.max_places = 3; }, "max_places");
+  refuses([](auto&, auto& o) { o.max_patches = 3; }, "max_patches");
   for (Image& image : series.images) {
     image.type = PixelType::u16;
     image.u16.assign(image.u8.begin(), image.u8.end());

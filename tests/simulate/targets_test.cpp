@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "libocc/calibrate/side_bends.hpp"
+#include "libocc/calibrate/resection.hpp"
 #include "libocc/camera/rotating_line.hpp"
 #include "libocc/detect/detect.hpp"
 #include "libocc/formation/rim.hpp"

@@ -9,7 +9,7 @@
 #include "libocc/network/network_statistics.hpp"
 #include "libocc/network/precision.hpp"
 #include "libocc/network/test_field.hpp"
-#include "tests/ceres_adjust.hpp"
+#include "tests/network/ceres_adjust.hpp"
 
 namespace {
 

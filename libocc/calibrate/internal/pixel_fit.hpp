@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: a pose (and a scale) by Gauss and Newton's steps, damped, on the distances in pixels
-// between projected and seen points, any camera, one image or several.
+// Least squares fit of a pose (and a scale) to image points in pixels, for any camera model, from
+// one image or several.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,10 +13,10 @@
 
 namespace occ::internal::calibrate {
 
-/// From a median of distances in the plane to a standard deviation per axis.
+/// Ratio of the standard deviation per axis to the median of distances in the plane.
 constexpr double sigma_of_median_distance = 0.8493;  // 1 / sqrt(2 ln 2)
 
-/// Seen minus projected of each point; infinite where the camera does not see it.
+/// Observed minus projected image points (2 x n); infinite for points not in view.
 Eigen::Matrix2Xd pose_residuals(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& px,
                                 const Camera& camera, const Rigid3& cam_from_world);
 
@@ -26,8 +26,8 @@ struct PixelFit {
   bool converged = false;
 };
 
-/// Improves cam_from_world; `gate_px`: distances beyond do not count (Tukey's weights), infinite:
-/// plain least squares.
+/// Pose that fits image points. `gate_px`: residuals above have no weight (Tukey); infinite: least
+/// squares.
 PixelFit fit_pose(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& px, const Camera& camera,
                   const Rigid3& start, double gate_px, int max_iterations = 30);
 
@@ -35,18 +35,18 @@ PixelFit fit_pose(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& px, co
 struct BodyView {
   const Camera* camera = nullptr;
   Rigid3 cam_from_world;
-  Eigen::Matrix2Xd px;  ///< of all its corners
+  Eigen::Matrix2Xd px;  ///< all corners, 2 x n
   double sigma_px = 1;
 };
 
 struct BodyFit {
   Rigid3 world_from_body;
   double scale = 1;
-  double scale_sigma = std::numeric_limits<double>::infinity();  ///< for residuals of sigma_px
+  double scale_sigma = std::numeric_limits<double>::infinity();  ///< from the views' sigma_px
   double chi2 = std::numeric_limits<double>::infinity();
 };
 
-/// Pose, and scale when `scale_free`, of a body from images of known pose.
+/// Pose, and scale if `scale_free`, of a body from posed images.
 BodyFit fit_body(const Eigen::Matrix3Xd& corners, const std::vector<BodyView>& views,
                  const Rigid3& start, bool scale_free, int max_iterations = 30);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: images and tags of one block, posed one after the other.
+// Incremental poses of the images and tags of one block (start_network.hpp, steps 2 to 4).
 #pragma once
 
 #include <Eigen/Core>
@@ -16,48 +16,49 @@ namespace occ::internal::calibrate {
 /// One tag in one image.
 struct TagView {
   int image = 0, tag = 0;
-  Eigen::Matrix2Xd px;  ///< of the four corners
+  Eigen::Matrix2Xd px;  ///< the four corners, 2 x 4
   double sigma_px = 0.1;
-  std::vector<TagSighting> sightings;
+  std::vector<TagPoseHypothesis> hypotheses;
 };
 
-struct TagPlace {
+struct TagPlacement {
   std::optional<Rigid3> world_from_tag;
-  int views = 0;  ///< images of known pose that see it
+  int views = 0;  ///< number of posed images that observe it
   double rms_px = 0;
 };
 
 class TagChain {
  public:
-  /// `corners`: of each tag in its frame; `cameras`: of each image.
+  /// `corners`: 3 x 4 for each tag, in its frame; `cameras`: one for each image.
   TagChain(std::vector<Eigen::Matrix3Xd> corners, std::vector<const Camera*> cameras,
            std::vector<TagView> views);
 
-  /// Poses what it can of these images, from the pair that agrees best; the first image of that
-  /// pair is the world's frame. False when there is none.
-  bool link(const std::vector<int>& images);
+  /// Determines the poses of as many of these images as possible. It starts with the pair of images
+  /// with the best score; the first image of that pair is the world frame. False without such a
+  /// pair.
+  bool connect(const std::vector<int>& images);
 
   /// Fits all images to the tags and all tags to the images.
-  void sweep();
+  void refine_all();
 
   const std::vector<std::optional<Rigid3>>& cams_from_world() const { return poses_; }
-  const std::vector<TagPlace>& places() const { return places_; }
+  const std::vector<TagPlacement>& placements() const { return placements_; }
 
-  /// Its size over the stated one as the images of known pose see it, with a standard deviation.
+  /// Ratio of a tag's size to the given size, fitted to the posed images, with standard deviation.
   BodyFit scale_of(int tag) const;
 
  private:
-  struct PairStart {
+  struct RelativePose {
     int a = -1, b = -1;
-    double agree = 0;  // tags, each by how well
+    double score = 0;  // sum of fit_score over the common tags
     Rigid3 b_from_a;
   };
 
   std::vector<int> shared_tags(int a, int b) const;
   const TagView* view(int image, int tag) const;
   double rms_px(const TagView& view, const Rigid3& cam_from_tag) const;
-  double likely(const TagView& view, const Rigid3& cam_from_tag) const;
-  PairStart relative_pose(int a, int b) const;
+  double fit_score(const TagView& view, const Rigid3& cam_from_tag) const;
+  RelativePose relative_pose(int a, int b) const;
   bool pose_image(int image);
   void place_tag(int tag);
   void place_tags_of(int image);
@@ -67,9 +68,9 @@ class TagChain {
   std::vector<Eigen::Matrix3Xd> corners_;
   std::vector<const Camera*> cameras_;
   std::vector<TagView> views_;
-  std::vector<std::vector<int>> of_image_, of_tag_;  // indices of views
+  std::vector<std::vector<int>> of_image_, of_tag_;  // indices into views_
   std::vector<std::optional<Rigid3>> poses_;
-  std::vector<TagPlace> places_;
+  std::vector<TagPlacement> placements_;
 };
 
 }  // namespace occ::internal::calibrate

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The datum in terms of a network's unknowns: how an open similarity moves each of them (G), and
-// the conditions that hold it (B).
+// The datum in terms of a network's unknowns: the null space G of the design matrix, spanned by the
+// similarities that no observation determines, and the datum conditions B^T dx = 0 (datum.hpp).
 #pragma once
 
 #include <Eigen/Core>
@@ -12,30 +12,49 @@
 
 namespace occ::internal::network {
 
-/// datum_defect of a network whose unknowns have these values.
+/// datum_defect() of a network whose unknowns have the values of `state`.
 DatumDefect defect_at(const Network& network, const NetworkState& state);
 
-/// G: all unknowns x the defect.
-Eigen::MatrixXd open_directions(const Network& network, const NetworkLayout& layout,
-                                const NetworkState& state, const DatumDefect& defect);
+/// Basis G of the null space: all unknowns x defect.
+Eigen::MatrixXd datum_null_space(const Network& network, const NetworkLayout& layout,
+                                 const NetworkState& state, const DatumDefect& defect);
 
-/// How a direction moves a place of the world: 3 x the defect.
-Eigen::Matrix3Xd moves_of(const DatumDefect& defect, const Eigen::Vector3d& position_m);
+/// Derivative of a point's position with respect to the defect's directions: 3 x defect [m].
+Eigen::Matrix3Xd similarity_jacobian(const DatumDefect& defect, const Eigen::Vector3d& position_m);
 
-/// Conditions on the places of some targets: sum over them of rows_k * (how far target k moved) =
-/// 0, and after these rows perhaps one more: that the distance of two targets is kept.
+/// Conditions on the displacements d_k of some targets: sum over k of rows_k d_k = 0. If `distance`
+/// is not empty, one more condition follows these rows: the distance of the two targets is kept.
 struct DatumConditions {
   std::vector<Target> targets;
   std::vector<Eigen::Matrix<double, Eigen::Dynamic, 3>> rows;
   std::vector<Target> distance;  ///< none or two
 };
 
-/// Nothing when the targets do not hold the defect.
-std::optional<DatumConditions> conditions_of(const Network& network, const NetworkLayout& layout,
-                                             const Datum& datum, const DatumDefect& defect);
+/// Nothing when the targets do not determine the datum.
+std::optional<DatumConditions> datum_conditions(const Network& network, const NetworkLayout& layout,
+                                                const Datum& datum, const DatumDefect& defect);
 
-/// B: all unknowns x the defect.
-Eigen::MatrixXd over_unknowns(const DatumConditions& conditions, const Network& network,
-                              const NetworkLayout& layout, const NetworkState& state);
+/// B: all unknowns x defect.
+Eigen::MatrixXd condition_matrix(const DatumConditions& conditions, const Network& network,
+                                 const NetworkLayout& layout, const NetworkState& state);
+
+/// Centres o of the similarity X' = s X + (1 - s) o that each station's frame undergoes when the
+/// network is scaled and its images remain unchanged.
+///
+/// The centre is the station's origin, except where a displacement of the station compensates a
+/// known length: the height e_z of a panorama camera's centre above its turntable, or the lever arm
+/// of a camera on a known mount. One such length per station does not determine the scale. Two
+/// lengths that require different centres do.
+struct ScaleCentres {
+  std::vector<Eigen::Vector3d> station;  ///< o, in the station's frame
+  std::vector<Eigen::Vector3d> mount;    ///< displacement of a free mount that belongs to it
+  std::vector<char> height_compensated;  ///< for each camera: e_z is known, yet it holds no scale
+  double conflict_m = 0;  ///< largest distance between two required centres; 0: the scale is free
+};
+
+ScaleCentres scale_centres(const Network& network, const NetworkState& state);
+
+/// Camera parameter e_z.
+constexpr const char* height_name = "ez_m";
 
 }  // namespace occ::internal::network

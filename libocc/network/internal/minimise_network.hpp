@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Levenberg and Marquardt's steps of a network, and what is asked of its normal equations.
+// Minimisation of a network's cost by Levenberg-Marquardt steps on the reduced normal equations.
 #pragma once
 
 #include <functional>
@@ -13,7 +13,7 @@ struct MinimiseOptions {
   Loss loss;
   int max_iterations = 100;
   double tolerance_sigma = 1e-6;
-  double min_fall = 0;  ///< relative fall of the cost below which it is enough
+  double min_fall = 0;  ///< stops when the relative decrease of the cost is less; 0: never
   int threads = 2;
 };
 
@@ -23,22 +23,22 @@ struct Minimised {
   Ending ending = Ending::converged;
   int iterations = 0;
   double cost = 0;
-  int lost = 0;                           ///< observations not in view
-  double step_sigma = 0;                  ///< the last step, all unknowns together
-  std::vector<std::size_t> loose_groups;  ///< whose own block is singular at the end
-  /// Reduced unknowns that no observation determined when there was no damping last; without
-  /// convergence, whenever there was none.
+  int out_of_view = 0;                       ///< number of observations whose target is not in view
+  double step_sigma = 0;                     ///< norm of the last step, in sigmas
+  std::vector<std::size_t> singular_groups;  ///< groups with a singular diagonal block at the end
+  /// Reduced unknowns that no observation determined in the last undamped step; without
+  /// convergence, in any undamped step.
   std::vector<Index> undetermined;
 };
 
-/// `report` returns false to stop. `repair`, when given, is asked once to better a start from which
-/// some camera does not show its targets.
+/// Improves `state`. `report` is called before each step and returns false to stop. `repair` is
+/// called once if some targets are out of view at the start; it may change the state.
 Minimised minimise(const Network& network, const NetworkLayout& layout, NetworkState& state,
                    const MinimiseOptions& options,
                    const std::function<bool(int iteration, double cost)>& report,
                    const std::function<void(NetworkState&)>& repair = {});
 
-/// The open directions of the reduced unknowns.
+/// Rows of datum_null_space() that belong to the reduced unknowns.
 Eigen::MatrixXd reduced_gauge(const Network& network, const NetworkLayout& layout,
                               const NetworkState& state);
 

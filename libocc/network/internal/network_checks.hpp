@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What can be said against a network before it is adjusted, and the names of its unknowns.
+// Checks of a network before its adjustment, the number of observations, and names of unknowns.
 #pragma once
 
 #include <string>
@@ -10,19 +10,21 @@
 
 namespace occ::internal::network {
 
-struct Objection {
+struct CheckOutcome {
   Status status = Status::ok;
   std::string message;
 };
 
-/// Too few targets, images that share none with the rest; ok when there is nothing to say.
-Objection objection_to(const Network& network, const NetworkLayout& layout);
+/// too_few_lamps: a station or the network observes too few targets; degenerate: groups of stations
+/// that share no target.
+CheckOutcome check_solvable(const Network& network, const NetworkLayout& layout);
 
-/// "fx of camera a", "the pose of station b", "point 7": the unknowns' owners, each once.
+/// Names of the owners of some reduced unknowns, each once: "fx of camera a", "station b", "point
+/// 7".
 std::string names_of_unknowns(const Network& network, const NetworkLayout& layout,
                               const std::vector<Index>& reduced);
 
-/// Rows of all observations that are used: two for an image point, six for a pose prior.
+/// Number of used scalar observations: two for an image point, six for a pose prior.
 int count_observations(const Network& network, const NetworkLayout& layout);
 
 }  // namespace occ::internal::network

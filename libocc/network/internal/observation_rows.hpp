@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One image observation, linear in the unknowns: r + A (its image's unknowns) + B (its target's),
-// over its sigmas. And what robust estimation makes of its length.
+// Linearised image observation, divided by its sigmas: r + A dx_image + B dx_target, with the
+// unknowns of its image and of its target.
 #pragma once
 
 #include "libocc/core/internal/robust_loss.hpp"
@@ -33,22 +33,23 @@ struct Loss {
   static constexpr double huber = 2, tukey = 6;
 };
 
-/// Counted for an observation whose target its camera cannot show [sigmas].
-constexpr double lost_residual = 1e4;
+/// Length of the residual [sigmas] counted for an observation whose target is not in view.
+constexpr double out_of_view_residual = 1e4;
 
 struct ObservationRows {
   double a[2][max_columns];
   double b[2][max_group];
   double r[2];
-  int width = 0, size = 0;  ///< columns of a and of b
+  int width = 0, size = 0;  ///< number of columns of a and of b
 };
 
-/// Projected minus seen, over sigma; false where the camera shows nothing.
-bool residual_of(const Network& network, const NetworkState& state, const ImageObservation& seen,
-                 double r[2]);
+/// Residual (projected - observed) / sigma; false when the target is not in view.
+bool residual_of(const Network& network, const NetworkState& state,
+                 const ImageObservation& observation, double r[2]);
 
-/// False where the camera shows nothing. Columns of b: those of target_jacobian.
+/// Rows of the design matrix; false when the target is not in view. Columns of b as in
+/// target_jacobian().
 bool rows_of(const Network& network, const NetworkLayout& layout, const NetworkState& state,
-             const ImageObservation& seen, ObservationRows& rows);
+             const ImageObservation& observation, ObservationRows& rows);
 
 }  // namespace occ::internal::network

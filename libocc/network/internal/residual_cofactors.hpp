@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much of each image observation's residual the adjustment leaves to be seen.
+// Cofactors of the residuals: which part of an observation's error appears in its own residual
+// (redundancy number 1 - J Q J^T, network_statistics.hpp), and which part the fit absorbs (J Q
+// J^T).
 #pragma once
 
 #include <Eigen/Core>
@@ -10,16 +12,15 @@
 namespace occ::internal::network {
 
 struct ResidualCofactor {
-  Eigen::Vector2d residual = Eigen::Vector2d::Zero();  ///< projected - seen, over sigma
-  Eigen::Matrix2d fitted =
-      Eigen::Matrix2d::Identity();  ///< J Q J^T, over sigmas: what the fit takes
+  Eigen::Vector2d residual = Eigen::Vector2d::Zero();      ///< (projected - observed) / sigma
+  Eigen::Matrix2d absorbed = Eigen::Matrix2d::Identity();  ///< J Q J^T, over sigmas
   bool used = false;
 
-  /// Redundancy numbers: the residual's covariance is their matrix.
-  Eigen::Matrix2d left() const { return Eigen::Matrix2d::Identity() - fitted; }
+  /// Redundancy matrix, equal to the covariance of `residual`.
+  Eigen::Matrix2d redundancy() const { return Eigen::Matrix2d::Identity() - absorbed; }
 };
 
-/// For every image observation. `covariance`: of the reduced unknowns, any datum.
+/// One for each image observation. `covariance`: of the reduced unknowns, in any datum.
 std::vector<ResidualCofactor> residual_cofactors(const Network& network,
                                                  const NetworkLayout& layout,
                                                  const NetworkState& state,
@@ -27,13 +28,14 @@ std::vector<ResidualCofactor> residual_cofactors(const Network& network,
                                                  const Eigen::MatrixXd& covariance, int threads);
 
 struct DistanceCofactor {
-  double residual = 0;  ///< adjusted - stated, over sigma
-  double left = 0;      ///< redundancy number
+  double residual = 0;    ///< (adjusted - observed) / sigma
+  double redundancy = 0;  ///< redundancy number
   bool used = false;
 };
 
 DistanceCofactor distance_cofactor(const Network& network, const NetworkLayout& layout,
-                                   const NetworkState& state, const DistanceObservation& known,
+                                   const NetworkState& state,
+                                   const DistanceObservation& observation,
                                    const Eigen::MatrixXd& covariance);
 
 }  // namespace occ::internal::network
