@@ -17,7 +17,6 @@ namespace occ {
 using namespace internal::identify;
 namespace {
 
-constexpr double plausible_chi2 = 13.8;  // 2 ln 1000: likelihood ratio of 1000
 constexpr int max_more_missed =
     3;  // missed lamps beyond those of the best hypothesis; lamps are switched in groups
 

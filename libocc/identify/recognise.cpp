@@ -15,8 +15,7 @@ namespace occ {
 using namespace internal::identify;
 namespace {
 
-constexpr double plausible_chi2 = 13.8;  // 2 ln 1000: likelihood ratio of 1000
-constexpr double rival_log10 = 3;        // of likelihood: rivals within a ratio of 1000
+constexpr double rival_log10 = 3;  // of likelihood: rivals within a ratio of 1000
 
 class Recogniser {
  public:

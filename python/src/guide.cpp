@@ -93,8 +93,8 @@ void define_drive(py::module_& m) {
       py::arg("seed") = 0,
       R"(Advances a vehicle by dt_s seconds along the exact arc of its mean speed and turn rate.
 
-Commands beyond the limits are clipped and reported in `limited`. seed: of the noise; use a different
-one for each step. Raises: ValueError for values that are not finite.
+Commands beyond the limits are clipped and reported in `limited`. seed: of the noise; use a
+different one for each step. Raises: ValueError for values that are not finite.
 
 >>> import libocc as occ
 >>> step = occ.drive(occ.Vehicle(), occ.DriveState(speed_m_s=0.5), occ.DriveCommand(speed_m_s=0.5), 0.1)
@@ -230,8 +230,8 @@ void define_route(py::module_& m) {
   py::class_<Route> cls(m, "Route",
                         (R"(Route of a vehicle: lines and arcs, parametrised by arc length.
 
-waypoints: (n, 2), or RouteWaypoints with individual corners and speeds. Raises: ValueError naming the
-way-point.
+waypoints: (n, 2), or RouteWaypoints with individual corners and speeds. Raises: ValueError naming
+the way-point.
 
 >>> import libocc as occ
 >>> route = occ.Route([[1, 1], [3, 1], [3, 3]], corner_radius_m=0.5)
@@ -378,7 +378,8 @@ void define_guide(py::module_& m) {
       m, "pure_pursuit", &pure_pursuit,
       R"(Regulated pure pursuit: an arc to the point of the route at the look-ahead distance.
 
-along_m: previous distance along the route (place.along_m of the previous output). Returns: ControlOutput.
+along_m: previous distance along the route (place.along_m of the previous output). Returns:
+ControlOutput.
 Source: Macenski, Singh, Martin, Gines, Autonomous Robots 47, 2023.)",
       "PurePursuitOptions()");
   define_controller<StanleyOptions>(

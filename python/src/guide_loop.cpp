@@ -228,7 +228,7 @@ void define_result_class(py::module_& m) {
           R"(Columns by name, an entry for each control step: time_s; true_x_m, true_y_m,
 true_heading_rad; x_m, y_m, heading_rad of the estimate with covariance (n, 3, 3); state (0 searching,
 1 tracking, 2 coasting, 3 lost), lamps; along_m and deviation_m of the true pose; speed_m_s,
-turn_rate_rad_s, steering_rad of the command, limited; pan_rad, tilt_rad; docking; frames that arrived.)")
+turn_rate_rad_s, steering_rad of the command, limited; pan_rad, tilt_rad; docking; frames arrived.)")
       .def_property_readonly(
           "frames", &frame_columns,
           R"(Columns by name, an entry for each image: captured_s, arrived_s, lost, state,

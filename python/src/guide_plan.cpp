@@ -207,8 +207,8 @@ void define_plan_route(py::module_& m) {
             argument(f, texts)...,
             (R"(Plans the shortest route over goals on which the lamps stay in view.
 
-start: PlanarPose. goals: (x_m, y_m) or (x_m, y_m, heading_rad) each, reached within 0.71 of a cell. If
-every route has sections without view, the status is blind and `gaps` lists them.
+start: PlanarPose. goals: (x_m, y_m) or (x_m, y_m, heading_rad) each, reached within 0.71 of a cell.
+If every route has sections without view, the status is blind and `gaps` lists them.
 
 >>> import libocc as occ
 >>> scene = occ.Scene.load("data/scenes/kookmin_four_lamps.yaml")

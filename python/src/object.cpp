@@ -233,14 +233,16 @@ void define_localisation_value(py::module_& m) {
         py::arg("directions") = 100,
         "Returns cam_from_object (4x4 each) of cameras that view the centre of an object from all "
         "sides.");
-  m.def(
-      "localisation_value", &localisation_value, py::arg("object"), py::arg("camera"),
-      py::arg("cam_from_object"), py::arg("sigma_px"),
-      R"(Evaluates the points of an object for localisation: the share of views in which each is visible,
-and the growth of the Cramer-Rao bound of the pose without it.
+  m.def("localisation_value", &localisation_value, py::arg("object"), py::arg("camera"),
+        py::arg("cam_from_object"), py::arg("sigma_px"),
+        R"(Evaluates the points of an object for localisation.
+
+Computes the share of views in which each point is visible, and the growth of the Cramer-Rao bound
+of the pose without it.
 
 cam_from_object: views, such as views_around(). sigma_px: error of each pixel coordinate.
-Returns: LocalisationValue. Raises: ValueError if there are no views or sigma_px is not positive.)");
+Returns: LocalisationValue.
+Raises: ValueError if there are no views or sigma_px is not positive.)");
 }
 
 }  // namespace

@@ -81,6 +81,10 @@ struct AssignmentProblem {
 /// set of blobs in the bits of a 64-bit integer.
 inline constexpr std::size_t max_observations = 64;
 
+/// Maximum chi-square of a plausible hypothesis above that of the best one: 2 ln 1000, a likelihood
+/// ratio of 1000.
+inline constexpr double plausible_chi2 = 13.8;
+
 /// Throws std::invalid_argument for blobs that are not finite.
 void require_finite(const std::vector<Blob>& blobs);
 
