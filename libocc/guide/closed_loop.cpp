@@ -36,7 +36,7 @@ class Loop {
     while (!ended()) {
       step();
       if (observer && !observer(result_.records.back()))
-        end(LoopOutcome::out_of_time, "ended by its observer");
+        end(LoopOutcome::out_of_time, "ended by the observer");
     }
     result_.metrics = summarise(result_, route_, options_);
     return std::move(result_);
@@ -81,10 +81,10 @@ class Loop {
     return {0, options_.camera_pan_rad, options_.camera_tilt_rad};
   }
 
-  /// By the estimate alone.
+  /// Computes the command from the estimate only.
   DriveCommand command() {
     if (!estimate_.has_pose()) return {};
-    const DriveState& state = world_.state();  // its wheels tell their speed
+    const DriveState& state = world_.state();  // speed and turn rate are measured at the wheels
     if (docking_) return dock_command(state.speed_m_s);
     const ControlInput input{estimate_.pose, state.speed_m_s, state.turn_rate_rad_s, along_m_};
     const ControlOutput output =
@@ -181,10 +181,11 @@ class Loop {
     if (there && world_.state().speed_m_s == 0 && world_.state().turn_rate_rad_s == 0)
       end(LoopOutcome::arrived, route_.dock() ? "docked" : "at the route's end");
     if (record.time_s >= options_.max_s)
-      end(LoopOutcome::out_of_time, "not there after " + std::to_string(options_.max_s) + " s");
+      end(LoopOutcome::out_of_time,
+          "not at the end after " + std::to_string(options_.max_s) + " s");
   }
 
-  static constexpr double jump_window_m = 0.5;  // no control step drives so far
+  static constexpr double jump_window_m = 0.5;  // longer than the distance of any control step
 
   const Scene& scene_;
   const Route& route_;

@@ -37,7 +37,7 @@ ControlOutput located(const Route& route, const ControlInput& input) {
   return output;
 }
 
-/// No faster than the route's speed here, or than lets the vehicle slow down for what is ahead.
+/// Limits the speed to that of the route and to the braking distance of what lies ahead.
 double paced_speed(const Route& route, const Vehicle& vehicle, const PaceOptions& pace,
                    ControlOutput& output) {
   const double along_m = output.place.along_m;
@@ -62,7 +62,7 @@ double paced_speed(const Route& route, const Vehicle& vehicle, const PaceOptions
                     vehicle.max_speed_m_s);
 }
 
-/// Turns on the spot, as far as it can stop turning in time.
+/// Turns on the spot at a rate from which the vehicle can stop at the desired heading.
 DriveCommand turn_towards(const Vehicle& vehicle, double angle_rad) {
   const double rate =
       std::min(vehicle.max_turn_rate_rad_s,
@@ -74,8 +74,8 @@ bool turns_first(const Vehicle& vehicle, double angle_rad, double max_rad) {
   return vehicle.drive == Drive::differential && std::abs(angle_rad) > max_rad;
 }
 
-/// Half of the time in which the vehicle gets from the curvature here to that soon ahead: turning
-/// in by so much earlier leaves it on the route.
+/// Half of the time that the vehicle needs to change to the curvature ahead. A preview by this time
+/// keeps it on the route.
 double half_turn_in_s(const Route& route, const Vehicle& vehicle, const RoutePlace& place,
                       double speed) {
   constexpr double soon_s = 0.5;
@@ -139,12 +139,12 @@ ControlOutput pure_pursuit(const Route& route, const Vehicle& vehicle, const Con
   const double lookahead_m = std::clamp(std::abs(input.speed_m_s) * options.lookahead_s,
                                         options.min_lookahead_m, options.max_lookahead_m);
   const Eigen::Vector2d position = input.pose.position();
-  // Who is off the route or across it comes back on a longer arc: short ones would ask for turns
-  // that follow too late, to and fro for ever.
+  // Increases the look-ahead off the route or across it: short arcs need turns that the vehicle
+  // executes too late, which causes a lasting oscillation.
   const double reach_m = lookahead_m * (1 + 4 * std::abs(output.heading_error_rad)) +
                          2 * std::abs(output.place.deviation_m);
   PlanarPose target = route.ahead(position, output.place.along_m, reach_m).pose;
-  // Past its end the route goes on straight.
+  // Beyond its end the route continues straight.
   const double missing_m = reach_m - (target.position() - position).norm();
   if (missing_m > 1e-9) target = target * PlanarPose{missing_m, 0, 0};
   const Eigen::Vector2d seen = input.pose.inverse() * target.position();

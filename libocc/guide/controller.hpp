@@ -1,28 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// What to ask of a vehicle so that it follows a route. Both controllers remember nothing: how far
-// the vehicle has come along the route goes in and out.
+// Path-following controllers: the command of a vehicle on a route. Both controllers are stateless;
+// the distance travelled along the route is an input and an output.
 //
-// Regulated pure pursuit: an arc to the place of the route that is a look-ahead L away,
+// Regulated pure pursuit: an arc to the point of the route at the look-ahead distance L,
 //
-//   curvature = 2 y / L^2,   y: how far that place is to the vehicle's left,   L = speed
-//   lookahead_s
+//   curvature = 2 y / L^2,   y: offset of that point to the vehicle's left,   L = speed lookahead_s
 //
-// and, beyond the paper, L longer off the route and across it: short arcs would ask for turns that
-// follow too late, to and fro for ever. Slower in curves sharper than `slow_radius_m` (in
-// proportion to the radius) and towards the end.
+// Beyond the paper, L is increased when the vehicle is off the route or oblique to it, because
+// short arcs would need turns that the vehicle executes too late, which causes a lasting
+// oscillation. Speed is reduced in proportion to the radius in curves sharper than `slow_radius_m`,
+// and towards the end.
 //   Macenski, Singh, Martin, Gines, "Regulated pure pursuit for robot path tracking", Autonomous
 //   Robots 47, 2023, sec. 3 (without its slowing near obstacles).
 //
-// Stanley: the steering turns along the route and towards it,
+// Stanley: steering along the route and towards it,
 //
 //   steering = heading error + atan(gain e / (soft_m_s + speed)) + yaw_damping_s (turn rate error)
 //
-// e: how far the guide point is to the right of the route. The guide point may be anywhere between
-// the origin and the front axle, where it is in the paper; what the front axle does by itself on a
-// curve is added for the rest: atan((wheelbase - guide_point_m) curvature). Of a differential drive
-// the steering is that of a bicycle of `virtual_wheelbase_m`.
+// with e the offset of the guide point to the right of the route. In the paper the guide point is
+// the front axle; here it may be anywhere between the origin and the front axle. The steering of a
+// front-axle guide point on a curve is added for the remaining distance:
+// atan((wheelbase - guide_point_m) curvature). A differential drive is steered like a bicycle with
+// the wheelbase `virtual_wheelbase_m`.
 //   Hoffmann, Tomlin, Montemerlo, Thrun, "Autonomous automobile trajectory tracking for off-road
-//   driving", ACC 2007, eq. (5); its terms for tyres that slip and a servo that lags are left out.
+//   driving", ACC 2007, eq. (5), without its terms for tyre slip and servo lag.
 #pragma once
 
 #include <optional>
@@ -33,11 +34,11 @@
 
 namespace occ {
 
-/// How fast, for both.
+/// Speed profile, for both controllers.
 struct LIBOCC_API PaceOptions {
-  double braking = 0.7;         ///< share of the vehicle's acceleration to brake with
-  double slow_radius_m = 0;     ///< curves sharper than this are driven slower
-  double min_speed_m_s = 0.02;  ///< what is left at the very end, and in the sharpest curve
+  double braking = 0.7;         ///< share of the vehicle's acceleration used for braking
+  double slow_radius_m = 0;     ///< radius below which the speed is reduced
+  double min_speed_m_s = 0.02;  ///< at the end and in the sharpest curve
   double end_speed_m_s = 0;     ///< at the route's end
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
@@ -46,8 +47,8 @@ struct LIBOCC_API PaceOptions {
 struct LIBOCC_API PurePursuitOptions {
   double lookahead_s = 0.2;
   double min_lookahead_m = 0.1, max_lookahead_m = 0.6;
-  double turn_on_spot_rad = 0.8;  ///< differential drive: turns first when the route leads further
-                                  ///< aside than this; infinity: never
+  double turn_on_spot_rad = 0.8;  ///< differential drive: heading error above which it turns on the
+                                  ///< spot first; infinity: never
   PaceOptions pace;
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
@@ -57,34 +58,36 @@ struct LIBOCC_API StanleyOptions {
   double gain_1_s = 1;
   double soft_m_s = 0.05;
   double yaw_damping_s = 0;
-  /// The curvature is taken so far ahead; none: half of the time that the vehicle needs to turn in.
+  /// Time by which the curvature is previewed; default: half of the time that the vehicle needs to
+  /// change its curvature.
   std::optional<double> preview_s;
-  double guide_point_m = 0;  ///< ahead of the origin; the wheelbase: as published
+  double guide_point_m =
+      0;  ///< distance ahead of the origin; the wheelbase gives the published law
   double virtual_wheelbase_m = 0.15;
-  double turn_on_spot_rad = 0.8;  ///< as in PurePursuitOptions, of the heading error
+  double turn_on_spot_rad = 0.8;  ///< as in PurePursuitOptions
   PaceOptions pace;
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
-/// What a controller knows of its vehicle.
+/// State of the vehicle, as estimated.
 struct ControlInput {
   PlanarPose pose;
   double speed_m_s = 0;
   double turn_rate_rad_s = 0;
-  std::optional<double> along_m;  ///< where it was on the route; none: anywhere
+  std::optional<double> along_m;  ///< previous distance along the route; empty: unknown
 };
 
 struct ControlOutput {
   DriveCommand command;
-  RoutePlace place;              ///< the route's nearest place to the origin
-  double heading_error_rad = 0;  ///< of the route less the vehicle's
-  bool speed_limited = false;    ///< the route asks for more
-  bool curve_limited = false;    ///< a sharper curve was needed than the vehicle can drive
-  bool at_end = false;           ///< the end of the route is beside it or behind
+  RoutePlace place;              ///< point of the route nearest to the origin
+  double heading_error_rad = 0;  ///< route heading minus vehicle heading
+  bool speed_limited = false;    ///< the route's speed exceeds the vehicle's limit
+  bool curve_limited = false;    ///< the required curvature exceeds the vehicle's limit
+  bool at_end = false;           ///< the end of the route is beside the vehicle or behind it
 };
 
-/// These throw std::invalid_argument when vehicle or options do not validate, or the input is not
+/// Throws std::invalid_argument if the vehicle or the options are invalid or the input is not
 /// finite.
 LIBOCC_API ControlOutput pure_pursuit(const Route& route, const Vehicle& vehicle,
                                       const ControlInput& input,

@@ -40,7 +40,7 @@ class Docking {
         ask(-0.5 * options_.approach_speed_m_s, 0);
         break;
       case DockPhase::docked:
-        break;  // stands still
+        break;  // stand still
     }
     return output_;
   }
@@ -67,7 +67,8 @@ class Docking {
   }
 
   void approach() {
-    // Aims between the dock and where creeping begins: the law has a pole at its target.
+    // Aims at a point between the dock and the begin of creeping, because the law has a pole at its
+    // target.
     const double x = here_.x_m + 0.5 * options_.creep_distance_m;
     const double r = std::hypot(x, here_.y_m);
     const double sight = std::atan2(-here_.y_m, -x);
@@ -88,13 +89,14 @@ class Docking {
     const double length = options_.track_length_m;
     const double curvature = -2 * here_.heading_rad / length - here_.y_m / (length * length);
     const double speed = std::max(options_.slowing_1_s * -here_.x_m, options_.min_speed_m_s);
-    // Sharper than a quarter turn within the track length is no correction.
+    // Limits the correction to a quarter turn within the track length.
     ask(std::min(speed, options_.creep_speed_m_s),
         std::clamp(curvature, -1.57 / length, 1.57 / length));
   }
 
   void align() {
-    // Slows down in proportion; what a step of 10 ms turns is below the tolerance.
+    // Slows down in proportion to the remaining angle; a step of 10 ms then stays below the
+    // tolerance.
     const double rate = std::clamp(2 * std::abs(here_.heading_rad), 0.02 * options_.tolerance_rad,
                                    vehicle_.max_turn_rate_rad_s);
     output_.command = {0, -std::copysign(rate, here_.heading_rad), 0};

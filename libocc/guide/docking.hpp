@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// The last metre: to a pose, not to a place. Far away the smooth law of Park and Kuipers leads to
-// the dock's axis,
+// Docking: drives to a pose. Far away, the smooth control law of Park and Kuipers leads to the
+// dock's axis,
 //
 //   curvature = -(k2 (delta - atan(-k1 theta)) + (1 + k1 / (1 + (k1 theta)^2)) sin(delta)) / r
 //   speed     = approach_speed_m_s / (1 + beta |curvature|^lambda)
 //
-// r: distance, theta: the dock's heading, delta: the vehicle's, both from the line of sight
+// with the distance r, the dock's heading theta and the vehicle's heading delta, both relative to
+// the line of sight
 //   (Park, Kuipers, "A smooth control law for graceful motion of differential wheeled mobile robots
-//   in 2D environment", ICRA 2011, eqs (14) and (15)),
-// then the vehicle creeps along that axis, y its place to the left of it and psi its heading,
+//   in 2D environment", ICRA 2011, eqs (14) and (15)).
+// Then the vehicle creeps along that axis, with its offset y to the left and its heading psi,
 //
 //   curvature = -2 psi / track_length_m - y / track_length_m^2        (critically damped in length)
 //
-// ever slower, until it is there; a differential drive then turns the rest on the spot. A vehicle
-// that would come to the dock too far aside backs out and tries again.
+// and with decreasing speed. A differential drive corrects the remaining heading on the spot. A
+// vehicle with a large offset at the dock backs out and tries again.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -25,7 +26,7 @@ enum class DockPhase {
   approach,
   creep,
   align,    ///< turns on the spot
-  retreat,  ///< backs out, for another try
+  retreat,  ///< backs out for another attempt
   docked,
 };
 
@@ -35,12 +36,13 @@ LIBOCC_API const char* to_string(DockPhase phase);
 struct LIBOCC_API DockOptions {
   double k1 = 1, k2 = 3, beta = 0.4, lambda = 2;
   double approach_speed_m_s = 0.3;
-  double creep_distance_m = 0.3;  ///< before the dock; backing out goes three times as far
+  double creep_distance_m = 0.3;  ///< distance before the dock; backing out goes three times as far
   double creep_speed_m_s = 0.08;
-  double slowing_1_s = 1;  ///< creeps no faster than this times what is left
+  double slowing_1_s = 1;  ///< maximum creep speed per remaining distance
   double min_speed_m_s = 0.01;
   double track_length_m = 0.06;
-  double max_aside_m = 0.05;  ///< when creeping begins; beyond, the vehicle backs out
+  double max_aside_m =
+      0.05;  ///< maximum offset when creeping begins; beyond it the vehicle backs out
   double tolerance_m = 2e-4;  ///< along the axis
   double tolerance_rad = 2e-4;
 
@@ -49,14 +51,14 @@ struct LIBOCC_API DockOptions {
 
 struct DockOutput {
   DriveCommand command;
-  DockPhase phase = DockPhase::approach;  ///< goes into the next call
-  PlanarPose in_dock;                     ///< the vehicle's pose in the dock's frame
-  bool speed_limited = false;             ///< more was asked than the vehicle can do
+  DockPhase phase = DockPhase::approach;  ///< input of the next call
+  PlanarPose in_dock;                     ///< pose of the vehicle in the dock frame
+  bool speed_limited = false;             ///< the required speed exceeds the vehicle's limit
   bool curve_limited = false;
 };
 
-/// Throws std::invalid_argument when vehicle or options do not validate, or a pose or the speed is
-/// not finite.
+/// Computes one control step. Throws std::invalid_argument if the vehicle or the options are
+/// invalid, or a pose or the speed is not finite.
 LIBOCC_API DockOutput dock(const PlanarPose& pose, double speed_m_s, const PlanarPose& target,
                            const Vehicle& vehicle, DockPhase phase,
                            const DockOptions& options = {});

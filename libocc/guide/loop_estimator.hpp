@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a closed loop asks of whoever estimates the vehicle's pose, and who does so.
+// Interface of the pose estimator in a closed loop, and two implementations.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,14 +17,14 @@ namespace occ {
 
 struct EstimatedPose {
   double time_s = 0;
-  PlanarPose pose;  ///< while searching or lost: the last one there was
+  PlanarPose pose;  ///< last known pose while searching or lost
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< see geometry/planar_pose.hpp
   TrackerState state = TrackerState::searching;
-  std::string reason;  ///< empty while all is as expected
-  int lamps = 0;       ///< that the last image's pose was made of
-  double nis = 0;      ///< of the last image
+  std::string reason;  ///< explanation of the state; empty if normal
+  int lamps = 0;       ///< lamps used for the pose of the last image
+  double nis = 0;      ///< normalised innovation squared of the last image
   int nis_dof = 0;
-  bool relocated = false;  ///< the last image was where it was not expected
+  bool relocated = false;  ///< the last image relocalised the vehicle
 
   bool has_pose() const {
     return state == TrackerState::tracking || state == TrackerState::coasting;
@@ -33,9 +33,9 @@ struct EstimatedPose {
 
 struct CapturedFrame {
   ImageView image;
-  double captured_s = 0;  ///< by the camera's clock
-  double now_s = 0;       ///< when it arrives
-  Rigid3 cam_from_body;   ///< when it was captured
+  double captured_s = 0;  ///< time stamp of the camera's clock
+  double now_s = 0;       ///< time of arrival
+  Rigid3 cam_from_body;   ///< at the time of capture
 };
 
 class LIBOCC_API LoopEstimator {
@@ -44,19 +44,20 @@ class LIBOCC_API LoopEstimator {
   virtual void start(double time_s, const PlanarPose& pose, const Eigen::Matrix3d& covariance) = 0;
   virtual void add_odometry(const PlanarOdometry& step) = 0;
   virtual EstimatedPose add_image(const CapturedFrame& frame) = 0;
-  /// Predicted to a time.
+  /// Predicts the pose at a time.
   virtual EstimatedPose at(double time_s) const = 0;
 };
 
-/// A tracker's options for a vehicle on an even floor.
+/// Options of a tracker for a vehicle on an even floor.
 LIBOCC_API TrackerOptions floor_tracker();
 
-/// Throws std::invalid_argument when scene or options do not validate, or `floor` is not set.
+/// Estimator with a tracker. Throws std::invalid_argument if the scene or the options are invalid,
+/// or `floor` is not set.
 LIBOCC_API std::unique_ptr<LoopEstimator> make_tracker_estimator(const Scene& scene,
                                                                  const TrackerOptions& options,
                                                                  const Rigid3& cam_from_body);
 
-/// Each image for itself by locate(), its prior what odometry has made of the image before.
+/// Estimator that calls locate() for each image; the prior is the previous pose moved by odometry.
 LIBOCC_API std::unique_ptr<LoopEstimator> make_locate_estimator(const Scene& scene);
 
 }  // namespace occ

@@ -11,7 +11,7 @@
 namespace occ::internal::guide {
 namespace {
 
-/// Mean, root mean square and maximum of magnitudes.
+/// Accumulates mean, root mean square and maximum of magnitudes.
 struct Spread {
   double sum = 0, squares = 0, max = 0;
   int count = 0;
@@ -44,8 +44,8 @@ void add_route(const LoopResult& result, LoopMetrics& metrics) {
 void add_estimates(const LoopResult& result, double dt_s, LoopMetrics& metrics) {
   Spread position, heading;
   double nees = 0;
-  int judged = 0;
-  bool seen = false;  // before the first image the estimate is what the run was given
+  int counted = 0;
+  bool seen = false;  // before the first image the estimate is the given start pose
   for (const LoopRecord& record : result.records) {
     seen = seen || record.frames > 0;
     if (!record.estimate.has_pose()) {
@@ -59,16 +59,16 @@ void add_estimates(const LoopResult& result, double dt_s, LoopMetrics& metrics) 
     const Eigen::LLT<Eigen::Matrix3d> root(record.estimate.covariance);
     if (root.info() != Eigen::Success) continue;
     nees += error.dot(root.solve(error));
-    ++judged;
+    ++counted;
   }
   metrics.position_rmse_m = position.rms();
   metrics.position_max_m = position.max;
   metrics.heading_rmse_rad = heading.rms();
   metrics.heading_max_rad = heading.max;
-  metrics.nees = judged ? nees / judged : 0;
+  metrics.nees = counted ? nees / counted : 0;
 }
 
-/// Over images by their capture; one that came twice counts once.
+/// Evaluates images in the order of capture; repeated ones count once.
 void add_availability(const LoopResult& result, double period_s, LoopMetrics& metrics) {
   int tracked = 0, three = 0;
   double last_s = 0, outage_s = 0, captured_s = -1;

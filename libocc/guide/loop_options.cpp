@@ -16,7 +16,7 @@ void require_not_negative(double value, const char* name) {
   require(std::isfinite(value) && value >= 0, name, value, "finite and >= 0");
 }
 
-/// Names the element and its field.
+/// Validates each element; errors name the element and its field.
 template <class Elements, class Check>
 void check_each(const Elements& elements, const std::string& name, const Check& check) {
   for (std::size_t i = 0; i < elements.size(); ++i)
@@ -37,12 +37,13 @@ void LoopFaults::validate() const {
   check_each(lamp_failures, "lamp_failures", [](const LampFailure& f, const std::string& name) {
     require_period(f.from_s, f.to_s, name);
   });
-  check_each(odometry_lies, "odometry_lies", [](const OdometryLie& lie, const std::string& name) {
-    require_period(lie.from_s, lie.to_s, name);
-    require(std::isfinite(lie.scale), name + ".scale", lie.scale, "finite");
-    require(std::isfinite(lie.turn_rate_rad_s), name + ".turn_rate_rad_s", lie.turn_rate_rad_s,
-            "finite");
-  });
+  check_each(odometry_faults, "odometry_faults",
+             [](const OdometryFault& fault, const std::string& name) {
+               require_period(fault.from_s, fault.to_s, name);
+               require(std::isfinite(fault.scale), name + ".scale", fault.scale, "finite");
+               require(std::isfinite(fault.turn_rate_rad_s), name + ".turn_rate_rad_s",
+                       fault.turn_rate_rad_s, "finite");
+             });
   check_each(kidnappings, "kidnappings", [](const Kidnapping& k, const std::string& name) {
     require(std::isfinite(k.at_s), name + ".at_s", k.at_s, "finite");
     require(k.to.finite(), name + ".to", Eigen::RowVector3d(k.to.x_m, k.to.y_m, k.to.heading_rad),

@@ -11,7 +11,7 @@
 namespace occ::internal::guide {
 namespace {
 
-constexpr double clock_s = 1e-9;  // rounding of times
+constexpr double clock_s = 1e-9;  // tolerance for rounding of times [s]
 
 double towards(double now, double aim, double most) {
   return now + std::clamp(aim - now, -most, most);
@@ -42,7 +42,7 @@ PlanarOdometry LoopWorld::step(const DriveCommand& command, const PanTiltKnot& a
     capture(next_frame_, before, pan_before, tilt_before, std::clamp(share, 0.0, 1.0));
   }
   kidnap(before.time_s);
-  return as_told(driven.odometry);
+  return with_faults(driven.odometry);
 }
 
 void LoopWorld::turn_camera(const PanTiltKnot& aim, double dt_s) {
@@ -59,13 +59,13 @@ void LoopWorld::kidnap(double from_s) {
   }
 }
 
-PlanarOdometry LoopWorld::as_told(PlanarOdometry step) const {
-  for (const OdometryLie& lie : options_.faults.odometry_lies) {
-    if (step.to_s <= lie.from_s || step.from_s >= lie.to_s) continue;
+PlanarOdometry LoopWorld::with_faults(PlanarOdometry step) const {
+  for (const OdometryFault& fault : options_.faults.odometry_faults) {
+    if (step.to_s <= fault.from_s || step.from_s >= fault.to_s) continue;
     const double turn = step.increment.heading_rad;
     const double length = step.increment.x_m / arc(1, turn).x_m;
     step.increment =
-        arc(lie.scale * length, turn + lie.turn_rate_rad_s * (step.to_s - step.from_s));
+        arc(fault.scale * length, turn + fault.turn_rate_rad_s * (step.to_s - step.from_s));
   }
   return step;
 }
@@ -87,7 +87,7 @@ void LoopWorld::capture(int number, const DriveState& before, double pan_before,
   capture.stamped_s = capture.captured_s;
   for (const ClockJump& jump : options_.faults.clock_jumps)
     if (capture.captured_s >= jump.at_s) capture.stamped_s += jump.by_s;
-  // Drawn whatever the probabilities: one option does not change what another does.
+  // Drawn for every image, so that one option does not change the effect of another.
   const double loss = frames_.uniform(), repeat = frames_.uniform();
   capture.lost = loss < options_.faults.frame_loss;
   capture.times = repeat < options_.faults.frame_repeat ? 2 : 1;
@@ -105,7 +105,7 @@ void LoopWorld::capture(int number, const DriveState& before, double pan_before,
   if (!capture.lost)
     render(capture, number, capture.cam_from_body * body,
            velocity_between(mount(0) * body_before, mount(1) * body_after, dt_s));
-  under_way_.push_back(std::move(capture));
+  in_transit_.push_back(std::move(capture));
 }
 
 Renderer& LoopWorld::renderer_without(const std::vector<int>& dark) {
@@ -139,10 +139,10 @@ void LoopWorld::render(Capture& capture, int number, const Rigid3& cam_from_worl
 
 std::vector<Capture> LoopWorld::arrived() {
   std::vector<Capture> captures;
-  while (!under_way_.empty() &&
-         under_way_.front().captured_s + options_.faults.latency_s <= state_.time_s + clock_s) {
-    captures.push_back(std::move(under_way_.front()));
-    under_way_.pop_front();
+  while (!in_transit_.empty() &&
+         in_transit_.front().captured_s + options_.faults.latency_s <= state_.time_s + clock_s) {
+    captures.push_back(std::move(in_transit_.front()));
+    in_transit_.pop_front();
   }
   return captures;
 }

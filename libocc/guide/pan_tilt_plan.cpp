@@ -30,7 +30,7 @@ void PanTiltPlan::validate() const {
     require(std::isfinite(knots[i].tilt_rad), name + ".tilt_rad", knots[i].tilt_rad, "finite");
     if (i > 0)
       require(knots[i].along_m >= knots[i - 1].along_m, name + ".along_m", knots[i].along_m,
-              "not before the one before");
+              "not less than the previous one");
   }
 }
 

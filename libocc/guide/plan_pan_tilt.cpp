@@ -18,8 +18,8 @@ using namespace internal::guide;
 namespace {
 
 constexpr double blind_cost = 1e4;
-constexpr double look_every_m = 0.02;
-constexpr double max_sigma_m = 1;  // beyond, one bound is as bad as another
+constexpr double check_step_m = 0.02;
+constexpr double max_sigma_m = 1;  // larger bounds cost the same
 
 std::vector<RoutePlace> even_places(const Route& route, double step_m) {
   const int count = std::max(1, static_cast<int>(std::ceil(route.length_m() / step_m - 1e-9)));
@@ -28,8 +28,8 @@ std::vector<RoutePlace> even_places(const Route& route, double step_m) {
   return places;
 }
 
-/// An axis that cannot get from one angle of its grid to the next between two places would stand
-/// still.
+/// Rejects grids on which an axis cannot reach the next angle between two positions, and would
+/// never move.
 void require_steps(const PanTiltOptions& options, const Route& route) {
   double speed = 0;
   for (const RoutePiece& piece : route.pieces()) speed = std::max(speed, piece.speed_m_s);
@@ -38,15 +38,15 @@ void require_steps(const PanTiltOptions& options, const Route& route) {
   const auto check = [&](int count, double range, double rate, const char* name) {
     if (count == 1 || rate == 0 || range == 0) return;
     require(range / (count - 1) <= rate * time_s, name, count,
-            "so many that an axis gets from one angle to the next while the vehicle drives step_m");
+            "large enough for an axis to reach the next angle while the vehicle drives step_m");
   };
   check(options.pans, options.max_pan_rad - options.min_pan_rad, options.pan_rate_rad_s, "pans");
   check(options.tilts, options.max_tilt_rad - options.min_tilt_rad, options.tilt_rate_rad_s,
         "tilts");
 }
 
-/// What is planned with a little more margin holds between the places that were looked at, too.
-VisibilityOptions wary(VisibilityOptions view) {
+/// Planning with a slightly larger margin keeps the view valid between the positions checked.
+VisibilityOptions with_margin(VisibilityOptions view) {
   view.margin_px += 2;
   return view;
 }
@@ -57,7 +57,7 @@ class PanTiltSearch {
       : route_(route),
         options_(options),
         views_(scene, options.view),
-        wary_views_(scene, wary(options.view)),
+        margin_views_(scene, with_margin(options.view)),
         places_(even_places(route, options.step_m)),
         states_(static_cast<std::size_t>(options.pans) * static_cast<std::size_t>(options.tilts)) {}
 
@@ -86,7 +86,7 @@ class PanTiltSearch {
     return camera_on_vehicle(options_.view.camera_place_m, pan_rad, tilt_rad);
   }
 
-  /// What each place costs at each pair of angles.
+  /// Computes the cost of each position for each pair of angles.
   void look() {
     std::vector<Rigid3> mounts;
     for (std::size_t s = 0; s < states_; ++s) mounts.push_back(mount(pan_of(s), tilt_of(s)));
@@ -95,7 +95,7 @@ class PanTiltSearch {
       const PlanarPose& pose = places_[i].pose;
       const Rigid3 body = body_from_world(pose);
       for (std::size_t s = 0; s < states_; ++s) {
-        const std::vector<int> lamps = wary_views_.in_view(mounts[s] * body);
+        const std::vector<int> lamps = margin_views_.in_view(mounts[s] * body);
         Visibility seen;
         views_.bound(pose, mounts[s], lamps, seen);
         const int missing = options_.min_lamps - static_cast<int>(lamps.size());
@@ -115,7 +115,7 @@ class PanTiltSearch {
     }
   }
 
-  /// The least cost of getting to a pair of angles at place i.
+  /// Computes the minimum cost of each pair of angles at position i.
   double reach(std::size_t i, std::size_t to) {
     const double way_m = places_[i].along_m - places_[i - 1].along_m;
     const double time_s = way_m / std::max(places_[i - 1].speed_m_s, places_[i].speed_m_s);
@@ -135,10 +135,10 @@ class PanTiltSearch {
     return least;
   }
 
-  /// Share of the way from the place before on which too little is seen.
+  /// Share of the step to this position without sufficient view.
   double blind_between(std::size_t i, std::size_t from, std::size_t to) const {
     const double way_m = places_[i].along_m - places_[i - 1].along_m;
-    const int parts = std::max(2, static_cast<int>(std::ceil(way_m / look_every_m)));
+    const int parts = std::max(2, static_cast<int>(std::ceil(way_m / check_step_m)));
     int blind = 0;
     for (int k = 1; k < parts; ++k) {
       const double share = static_cast<double>(k) / parts;
@@ -146,7 +146,7 @@ class PanTiltSearch {
       const RoutePlace place = route_.at(between(places_[i - 1].along_m, places_[i].along_m));
       const Rigid3 camera =
           mount(between(pan_of(from), pan_of(to)), between(tilt_of(from), tilt_of(to)));
-      const int count = wary_views_.count_in_view(camera * body_from_world(place.pose));
+      const int count = margin_views_.count_in_view(camera * body_from_world(place.pose));
       blind += count >= options_.min_lamps ? 0 : 1;
     }
     return static_cast<double>(blind) / parts;
@@ -166,7 +166,7 @@ class PanTiltSearch {
 
   void check(PanTiltResult& result) const {
     GapList gaps;
-    for (const RoutePlace& place : route_.sampled(std::min(look_every_m, 0.5 * options_.step_m))) {
+    for (const RoutePlace& place : route_.sampled(std::min(check_step_m, 0.5 * options_.step_m))) {
       const PanTiltKnot knot = result.plan.at(place.along_m);
       const Rigid3 cam_from_world =
           mount(knot.pan_rad, knot.tilt_rad) * body_from_world(place.pose);
@@ -181,18 +181,19 @@ class PanTiltSearch {
     const ViewGap& gap = result.gaps.front();
     std::ostringstream text;
     text << "no pan and tilt keep " << options_.min_lamps << " lamps in view along " << blind_m
-         << " m of the route in " << result.gaps.size() << " places, the first from " << gap.from_m
-         << " m at (" << gap.from.x() << ", " << gap.from.y() << ") to " << gap.to_m << " m";
+         << " m of the route in " << result.gaps.size() << " sections, the first from "
+         << gap.from_m << " m at (" << gap.from.x() << ", " << gap.from.y() << ") to " << gap.to_m
+         << " m";
     result.message = text.str();
   }
 
   const Route& route_;
   const PanTiltOptions& options_;
-  LampViews views_, wary_views_;
+  LampViews views_, margin_views_;
   std::vector<RoutePlace> places_;
   std::size_t states_;
-  std::vector<std::vector<double>> here_;       // place, state
-  std::vector<double> costs_;                   // of the best way to each state
+  std::vector<std::vector<double>> here_;       // [position][state]
+  std::vector<double> costs_;                   // cost of the best path to each state
   std::vector<std::vector<std::size_t>> from_;  // place, state: the state before
 };
 

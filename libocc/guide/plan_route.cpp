@@ -19,16 +19,16 @@ namespace {
 constexpr int headings = 8;
 constexpr int steps[headings][2] = {{1, 0},  {1, 1},   {0, 1},  {-1, 1},
                                     {-1, 0}, {-1, -1}, {0, -1}, {1, -1}};
-constexpr double blind_cost = 1e4;  // of a metre without view: no detour is as long
+constexpr double blind_cost = 1e4;  // cost of one metre without view; exceeds any detour
 
 double heading_of(int index) { return wrapped_rad(index * pi / 4); }
 
-/// A pose of the lattice, and how many goals have been met.
+/// A node: pose of the lattice, and the number of goals reached.
 struct Node {
   int x = 0, y = 0, heading = 0, goal = 0;
 };
 
-/// One motion of the lattice: straight on, or round a corner to the left or right.
+/// Motion of the lattice: straight, or round a corner to the left or right.
 struct Motion {
   Node to;
   Eigen::Vector2d corner_m;
@@ -60,8 +60,8 @@ class Lattice {
     if (end_ < 0) {
       plan.status = PlanStatus::blocked;
       std::ostringstream text;
-      text << "walls and boxes leave no way beyond (" << nearest_m_.x() << ", " << nearest_m_.y()
-           << ") towards goals[" << furthest_goal_ << "]";
+      text << "walls and boxes block every route beyond (" << nearest_m_.x() << ", "
+           << nearest_m_.y() << ") towards goals[" << furthest_goal_ << "]";
       plan.message = text.str();
       return plan;
     }
@@ -75,7 +75,7 @@ class Lattice {
       low = low.cwiseMin(goal.position_m);
       high = high.cwiseMax(goal.position_m);
     }
-    // Without walls, a way around is looked for as far as this.
+    // Without walls, the search area extends this far.
     low.array() -= 3;
     high.array() += 3;
     if (scene_.room) {
@@ -126,7 +126,7 @@ class Lattice {
     return n;
   }
 
-  /// Counts the goals that a pose meets.
+  /// Returns the number of goals reached at a pose.
   Node met(Node n) const {
     while (n.goal < static_cast<int>(goals_.size())) {
       const PlanGoal& goal = goals_[n.goal];
@@ -140,7 +140,7 @@ class Lattice {
     return n;
   }
 
-  /// No way is shorter than the straight lines over the goals that are left.
+  /// Lower bound of the remaining length: straight lines over the remaining goals.
   double left_m(const Node& n) const {
     double sum = 0;
     Eigen::Vector2d from = place_of(n.x, n.y);
@@ -167,7 +167,7 @@ class Lattice {
     return m;
   }
 
-  /// The way from a pose to the next, as a route of its own.
+  /// Route of a single motion.
   Route way(const Node& from, const Motion& m) const {
     std::vector<RouteWaypoint> waypoints = {{place_of(from.x, from.y), {}, {}}};
     if (m.turns) waypoints.push_back({m.corner_m, {}, {}});
@@ -182,7 +182,7 @@ class Lattice {
     return options;
   }
 
-  /// Cost of a motion; nothing when it touches something.
+  /// Cost of a motion; empty if it touches a wall or box.
   std::optional<double> cost_of(const Node& from, const Motion& m) const {
     const Route route = way(from, m);
     const int count =
@@ -200,7 +200,7 @@ class Lattice {
   }
 
   void search() {
-    using Entry = std::tuple<double, long>;  // estimated whole cost, then by index: always alike
+    using Entry = std::tuple<double, long>;  // estimated total cost; ties are broken by index
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
     const std::size_t count = (goals_.size() + 1) * static_cast<std::size_t>(width_) *
                               static_cast<std::size_t>(height_) * headings;
@@ -253,8 +253,8 @@ class Lattice {
       if (turn != 0) plan.waypoints.push_back({motion(nodes[i], turn).corner_m, {}, {}});
     }
     const Eigen::Vector2d last = place_of(nodes.back().x, nodes.back().y);
-    if (nodes.size() == 1) {  // there already: the shortest route there is
-      plan.message = "the goals are where the start is";
+    if (nodes.size() == 1) {  // start and goal coincide: shortest possible route
+      plan.message = "all goals coincide with the start";
       plan.status = PlanStatus::ok;
       plan.seen_share = 1;
       return plan;
@@ -269,8 +269,8 @@ class Lattice {
     if (!plan.gaps.empty()) {
       std::ostringstream text;
       const ViewGap& gap = plan.gaps.front();
-      text << "every way leads through places without view: of the least blind one " << blind_m
-           << " m in " << plan.gaps.size() << " places, the first from (" << gap.from.x() << ", "
+      text << "every route has sections without view: the best one has " << blind_m << " m in "
+           << plan.gaps.size() << " sections, the first from (" << gap.from.x() << ", "
            << gap.from.y() << ") to (" << gap.to.x() << ", " << gap.to.y() << ")";
       plan.message = text.str();
     }

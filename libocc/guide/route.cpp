@@ -18,7 +18,7 @@ std::string waypoint_name(std::size_t i) { return "waypoints[" + std::to_string(
 void require_waypoints(const std::vector<RouteWaypoint>& waypoints, const RouteOptions& options) {
   const std::size_t least = options.closed ? 3 : 2;
   require(waypoints.size() >= least, "waypoints", waypoints.size(),
-          options.closed ? "at least three of a closed route" : "at least two");
+          options.closed ? "at least three for a closed route" : "at least two");
   for (std::size_t i = 0; i < waypoints.size(); ++i) {
     const RouteWaypoint& waypoint = waypoints[i];
     const std::string name = waypoint_name(i);
@@ -34,7 +34,7 @@ void require_waypoints(const std::vector<RouteWaypoint>& waypoints, const RouteO
     const RouteWaypoint& next = waypoints[(i + 1) % waypoints.size()];
     require((next.position_m - waypoint.position_m).norm() > 1e-9,
             waypoint_name((i + 1) % waypoints.size()) + ".position_m", next.position_m.transpose(),
-            "elsewhere than the one before");
+            "different from the previous one");
   }
 }
 
@@ -42,13 +42,13 @@ PlanarPose pose_on(const RoutePiece& piece, double along_m) {
   return piece.begin * arc(along_m, along_m * piece.curvature_1_m);
 }
 
-/// The nearest place of a piece, as a length from its begin within [from_m, to_m].
+/// Returns the nearest point of a piece, as a length from its begin within [from_m, to_m].
 double nearest_on(const RoutePiece& piece, const Eigen::Vector2d& position, double from_m,
                   double to_m) {
   const Eigen::Vector2d off = position - piece.begin.position();
   const double ahead = off.dot(piece.begin.forward()), left = off.dot(piece.begin.left());
   if (piece.curvature_1_m == 0) return std::clamp(ahead, from_m, to_m);
-  // The direction from the arc's centre, as an angle driven since the begin.
+  // Angle of the position about the arc's centre, measured from the begin.
   const double curvature = std::abs(piece.curvature_1_m);
   const double side = piece.curvature_1_m > 0 ? left : -left;
   const double angle = std::atan2(ahead, 1 / curvature - side);
@@ -65,7 +65,7 @@ RoutePlace place_on(const RoutePiece& piece, double along_m) {
 
 void RouteOptions::validate() const {
   require(laps >= 1, "laps", laps, ">= 1");
-  require(closed || laps == 1, "laps", laps, "1 of a route that is not closed");
+  require(closed || laps == 1, "laps", laps, "1 for an open route");
   require(std::isfinite(corner_radius_m) && corner_radius_m >= 0, "corner_radius_m",
           corner_radius_m, "finite and >= 0");
   require(std::isfinite(speed_m_s) && speed_m_s > 0, "speed_m_s", speed_m_s, "positive");

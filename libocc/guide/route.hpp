@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a vehicle shall drive: straight lines joined by arcs, known by arc length. Way-points are
-// joined by straight lines whose corners are rounded by circles, or by a smooth curve through all
-// of them: a cubic spline over chord length, drawn by pairs of arcs that keep its directions
-// (biarcs; Bolton, "Biarc curves", Computer-Aided Design 7, 1975).
+// Route of a vehicle: straight lines and arcs, parametrised by arc length. Way-points are joined by
+// lines with corners rounded by circles, or by a smooth curve through all of them: a cubic spline
+// over chord length, approximated by pairs of arcs with the spline's directions (biarcs; Bolton,
+// "Biarc curves", Computer-Aided Design 7, 1975).
 #pragma once
 
 #include <Eigen/Core>
@@ -17,23 +17,24 @@
 namespace occ {
 
 enum class RouteShape {
-  lines,   ///< straight, corners rounded
-  spline,  ///< smooth, through every way-point
+  lines,   ///< straight lines with rounded corners
+  spline,  ///< smooth curve through every way-point
 };
 
 struct RouteWaypoint {
   Eigen::Vector2d position_m = Eigen::Vector2d::Zero();
-  std::optional<double> corner_radius_m;  ///< instead of the route's; 0: a sharp corner
-  std::optional<double> speed_m_s;        ///< from here on, instead of the one before
+  std::optional<double>
+      corner_radius_m;              ///< replaces RouteOptions::corner_radius_m; 0: a sharp corner
+  std::optional<double> speed_m_s;  ///< speed from here on; default: unchanged
 };
 
 struct LIBOCC_API RouteOptions {
   RouteShape shape = RouteShape::lines;
-  bool closed = false;             ///< the last way-point is followed by the first
-  int laps = 1;                    ///< of a closed route
-  double corner_radius_m = 0.3;    ///< smaller where a line is too short for it
-  double speed_m_s = 0.5;          ///< at the first way-point
-  std::optional<PlanarPose> dock;  ///< where the vehicle shall stand at the end
+  bool closed = false;             ///< joins the last way-point to the first
+  int laps = 1;                    ///< number of laps of a closed route
+  double corner_radius_m = 0.3;    ///< reduced where a line is too short for it
+  double speed_m_s = 0.5;          ///< speed at the first way-point
+  std::optional<PlanarPose> dock;  ///< pose of the vehicle at the end
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
@@ -41,24 +42,24 @@ struct LIBOCC_API RouteOptions {
 /// A line, or an arc of constant curvature.
 struct RoutePiece {
   PlanarPose begin;
-  double begin_m = 0, length_m = 0;  ///< along the route
+  double begin_m = 0, length_m = 0;  ///< distance along the route
   double curvature_1_m = 0;          ///< left positive
   double speed_m_s = 0;
 };
 
 struct RoutePlace {
-  double along_m = 0;      ///< from the route's begin
-  PlanarPose pose;         ///< on the route, heading along it
-  double deviation_m = 0;  ///< of what was asked about, to the left of the route
+  double along_m = 0;      ///< distance from the begin of the route
+  PlanarPose pose;         ///< pose on the route, heading along it
+  double deviation_m = 0;  ///< offset of the queried position to the left of the route
   double curvature_1_m = 0;
   double speed_m_s = 0;
 };
 
 class LIBOCC_API Route {
  public:
-  /// Throws std::invalid_argument naming the way-point when there are fewer than two (closed:
-  /// three), two that follow each other are at one place, a line turns back on itself under a
-  /// radius, or a value is not finite; speeds are positive.
+  /// Throws std::invalid_argument naming the way-point if there are fewer than two (three for a
+  /// closed route), two consecutive ones coincide, a line reverses within a rounded corner, a speed
+  /// is not positive, or a value is not finite.
   explicit Route(const std::vector<RouteWaypoint>& waypoints, const RouteOptions& options = {});
 
   double length_m() const { return pieces_.back().begin_m + pieces_.back().length_m; }
@@ -68,21 +69,21 @@ class LIBOCC_API Route {
   const std::optional<PlanarPose>& dock() const { return options_.dock; }
   double lap_m() const {
     return length_m() / options_.laps;
-  }  ///< of a route that is not closed: all
+  }  ///< length of one lap; of an open route the whole length
 
-  /// Clipped to the route.
+  /// Returns the point at a distance along the route, clipped to the route.
   RoutePlace at(double along_m) const;
 
-  /// The nearest of its places; with `near_m` that within `window_m` of it along the route, for
-  /// whoever knows how far it has come: laps and crossings look alike.
+  /// Returns the nearest point of the route. With near_m, only points within window_m of it along
+  /// the route are considered, to distinguish laps and crossings.
   RoutePlace nearest(const Eigen::Vector2d& position_m, std::optional<double> near_m = {},
                      double window_m = 0.5) const;
 
-  /// The first place from along_m on that is distance_m away from `position_m`; the route's end
-  /// when there is none.
+  /// Returns the first point from along_m on whose distance from position_m is distance_m; the end
+  /// of the route if there is none.
   RoutePlace ahead(const Eigen::Vector2d& position_m, double along_m, double distance_m) const;
 
-  /// Poses at most step_m apart, from begin to end.
+  /// Returns points at most step_m apart, from begin to end.
   std::vector<RoutePlace> sampled(double step_m) const;
 
  private:
@@ -91,25 +92,25 @@ class LIBOCC_API Route {
   RouteOptions options_;
 };
 
-/// Where a vehicle would touch something.
+/// Section of a route where the vehicle would touch a wall or box.
 struct RouteConflict {
   double from_m = 0, to_m = 0;                           ///< along the route
-  Eigen::Vector2d position_m = Eigen::Vector2d::Zero();  ///< where it comes nearest
-  double clearance_m = 0;                                ///< there; negative: inside
+  Eigen::Vector2d position_m = Eigen::Vector2d::Zero();  ///< position with the smallest clearance
+  double clearance_m = 0;                                ///< smallest clearance; negative: inside
   std::string what;                                      ///< "a wall", "boxes[2]"
 };
 
-/// From a disc about `position_m` to the nearest wall or box that is no higher than height_m above
-/// the floor; infinite where there is none. `what` may be null.
+/// Returns the clearance between a disc and the nearest wall or box that is no higher than height_m
+/// above the floor; infinite if there is none. `what` may be null.
 LIBOCC_API double clearance_m(const Scene& scene, const Eigen::Vector2d& position_m,
                               double radius_m, double height_m, std::string* what = nullptr);
 
-/// In order of from_m; the dock is looked at, too. Boxes whose lower side is above `height_m` are
-/// driven under. Throws std::invalid_argument for values out of range.
+/// Returns the conflicts of a route and its dock, sorted by from_m. Boxes whose lower side is above
+/// height_m are ignored. Throws std::invalid_argument for values out of range.
 LIBOCC_API std::vector<RouteConflict> route_conflicts(const Route& route, const Scene& scene,
                                                       double radius_m, double height_m);
 
-/// Throws std::invalid_argument saying where and what, when there are any.
+/// Throws std::invalid_argument naming the first conflict, if there is one.
 LIBOCC_API void require_free(const Route& route, const Scene& scene, double radius_m,
                              double height_m);
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double look_every_m = 0.005;
 
-/// From a point to a box's outline on the floor; negative inside.
+/// Distance from a point to a box's outline on the floor; negative inside.
 double distance_to_box(const Box& box, const Eigen::Vector2d& position) {
   const Eigen::Vector2d outside =
       (box.min_m.head<2>() - position).cwiseMax(position - box.max_m.head<2>());
@@ -23,7 +23,7 @@ double distance_to_walls(const Room& room, const Eigen::Vector2d& position) {
   return std::min(position.minCoeff(), (room.size_m.head<2>() - position).minCoeff());
 }
 
-/// Joins neighbours that touch the same thing.
+/// Joins consecutive conflicts with the same object.
 class Conflicts {
  public:
   void add(double along_m, const Eigen::Vector2d& position, double clearance,
@@ -82,7 +82,7 @@ void require_free(const Route& route, const Scene& scene, double radius_m, doubl
   if (conflicts.empty()) return;
   const RouteConflict& first = conflicts.front();
   std::ostringstream got;
-  got << "one that meets " << first.what << " from " << first.from_m << " m to " << first.to_m
+  got << "one that touches " << first.what << " from " << first.from_m << " m to " << first.to_m
       << " m along it, " << -first.clearance_m << " m deep at (" << first.position_m.x() << ", "
       << first.position_m.y() << ")";
   require(false, "route", got.str(), "free of walls and boxes");

@@ -11,11 +11,11 @@
 namespace occ::internal::guide {
 namespace {
 
-constexpr double shortest_m = 1e-9;  // pieces below this are rounding
+constexpr double shortest_m = 1e-9;  // shorter pieces are rounding errors
 
 double direction_of(const Eigen::Vector2d& v) { return std::atan2(v.y(), v.x()); }
 
-/// The speed from each way-point on.
+/// Speed from each way-point on.
 std::vector<double> speeds_of(const std::vector<RouteWaypoint>& waypoints,
                               const RouteOptions& options) {
   std::vector<double> speeds;
@@ -25,14 +25,13 @@ std::vector<double> speeds_of(const std::vector<RouteWaypoint>& waypoints,
   return speeds;
 }
 
-/// A way-point with its neighbours: how much the route turns there, and what the arc takes of the
-/// lines on both sides.
+/// A corner: rotation at a way-point, and the length that the arc takes of the adjacent lines.
 struct Corner {
   double turn_rad = 0, radius_m = 0;
   double cut_m() const { return radius_m * std::tan(std::abs(turn_rad) / 2); }
 };
 
-/// As asked, whatever the lines' lengths.
+/// Corner with the requested radius, before it is fitted to the lines.
 Corner corner_at(std::size_t i, const std::vector<RouteWaypoint>& waypoints,
                  const RouteOptions& options) {
   const std::size_t n = waypoints.size();
@@ -43,12 +42,12 @@ Corner corner_at(std::size_t i, const std::vector<RouteWaypoint>& waypoints,
   const double radius_m = waypoints[i].corner_radius_m.value_or(options.corner_radius_m);
   if (radius_m == 0 || std::abs(corner.turn_rad) < 1e-9) return corner;
   require(std::abs(corner.turn_rad) < pi - 1e-3, "waypoints[" + std::to_string(i) + "].position_m",
-          waypoints[i].position_m.transpose(), "no point at which the route turns back on itself");
+          waypoints[i].position_m.transpose(), "no point at which the route reverses");
   corner.radius_m = radius_m;
   return corner;
 }
 
-/// Where two corners ask for more than the line between them, both get the same share of it.
+/// Reduces two corners that need more than the line between them by the same factor.
 std::vector<Corner> fitting_corners(const std::vector<RouteWaypoint>& waypoints,
                                     const RouteOptions& options) {
   const std::size_t n = waypoints.size(), lines = options.closed ? n : n - 1;
@@ -59,9 +58,9 @@ std::vector<Corner> fitting_corners(const std::vector<RouteWaypoint>& waypoints,
   for (std::size_t i = 0; i < lines; ++i) {
     const std::size_t next = (i + 1) % n;
     const double length = (waypoints[next].position_m - waypoints[i].position_m).norm();
-    const double asked = corners[i].cut_m() + corners[next].cut_m();
-    if (asked <= length) continue;
-    for (const std::size_t k : {i, next}) shares[k] = std::min(shares[k], length / asked);
+    const double requested = corners[i].cut_m() + corners[next].cut_m();
+    if (requested <= length) continue;
+    for (const std::size_t k : {i, next}) shares[k] = std::min(shares[k], length / requested);
   }
   for (std::size_t i = 0; i < n; ++i) corners[i].radius_m *= shares[i];
   return corners;
@@ -72,7 +71,7 @@ void add_piece(std::vector<RoutePiece>& pieces, const PlanarPose& begin, double 
   if (length_m > shortest_m) pieces.push_back({begin, 0, length_m, curvature_1_m, speed_m_s});
 }
 
-/// An arc that leaves `from` along its heading and meets `to`; a line when that is straight ahead.
+/// Arc that starts at `from` along its heading and ends at `to`; a line if that is straight ahead.
 void add_arc_to(std::vector<RoutePiece>& pieces, const PlanarPose& from, const Eigen::Vector2d& to,
                 double speed_m_s) {
   const Eigen::Vector2d off = to - from.position();
@@ -83,7 +82,7 @@ void add_arc_to(std::vector<RoutePiece>& pieces, const PlanarPose& from, const E
   add_piece(pieces, from, 2 * half_turn / curvature, curvature, speed_m_s);
 }
 
-/// Two arcs between two poses, equally long tangents: the biarc that is smoothest.
+/// Biarc between two poses, with tangents of equal length.
 void add_biarc(std::vector<RoutePiece>& pieces, const PlanarPose& from, const PlanarPose& to,
                double speed_m_s) {
   const Eigen::Vector2d v = to.position() - from.position();
@@ -99,8 +98,8 @@ void add_biarc(std::vector<RoutePiece>& pieces, const PlanarPose& from, const Pl
   add_arc_to(pieces, {joint.x(), joint.y(), direction_of(along)}, to.position(), speed_m_s);
 }
 
-/// Cubic spline through points, its parameter the chords' length: second derivatives at the knots,
-/// zero at the ends of an open one.
+/// Computes the second derivatives of a cubic spline over chord length at its knots; they are zero
+/// at the ends of an open curve.
 Eigen::MatrixX2d second_derivatives(const std::vector<Eigen::Vector2d>& points,
                                     const std::vector<double>& chords, bool closed) {
   const auto n = static_cast<Eigen::Index>(points.size());
@@ -168,7 +167,7 @@ std::vector<RoutePiece> spline_arcs(const std::vector<RouteWaypoint>& waypoints,
   }
   const Eigen::MatrixX2d bends = second_derivatives(points, chords, options.closed);
   std::vector<RoutePiece> pieces;
-  constexpr int parts = 16;  // pairs of arcs for each span
+  constexpr int parts = 16;  // pairs of arcs per span
   for (std::size_t i = 0; i < (options.closed ? n : n - 1); ++i) {
     const std::size_t next = (i + 1) % n;
     const Span span{points[i], points[next], bends.row(static_cast<Eigen::Index>(i)).transpose(),

@@ -10,8 +10,7 @@
 namespace occ {
 namespace {
 
-constexpr double image_gap_s =
-    0.15;  // without images for longer, a tracked pose is a predicted one
+constexpr double image_gap_s = 0.15;  // time without images after which the state is coasting [s]
 
 class TrackerEstimator : public LoopEstimator {
  public:

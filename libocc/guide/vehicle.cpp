@@ -10,21 +10,22 @@
 namespace occ {
 namespace {
 
-/// From `now` towards `asked` at a limited rate: where it gets to, and its mean on the way.
+/// Changes `now` towards `asked` at a limited rate; returns the final value and the mean over the
+/// step.
 struct Ramp {
   double end = 0, mean = 0;
   bool limited = false;
 
-  Ramp(double now, double asked, double rate, double dt_s) {
-    const double needed_s = std::abs(asked - now) / rate;
+  Ramp(double now, double requested, double rate, double dt_s) {
+    const double needed_s = std::abs(requested - now) / rate;
     limited = needed_s > dt_s * (1 + 1e-9);
-    end = limited ? now + std::copysign(rate * dt_s, asked - now) : asked;
+    end = limited ? now + std::copysign(rate * dt_s, requested - now) : requested;
     const double ramp_s = std::min(needed_s, dt_s);
     mean = (0.5 * (now + end) * ramp_s + end * (dt_s - ramp_s)) / dt_s;
   }
 };
 
-/// What each of the two wheels travels.
+/// Travel of the two wheels.
 struct Wheels {
   double left_m = 0, right_m = 0;
 
@@ -36,7 +37,7 @@ struct Wheels {
   double turn_rad(double track_m) const { return (right_m - left_m) / track_m; }
 };
 
-/// One standard normal number for each thing that may go wrong in a step.
+/// Standard normal numbers for the errors of one step.
 struct Draws {
   double drive[2], slip[2], odometry[2], sideways;
 
@@ -68,11 +69,11 @@ Wheels as_reported(const Wheels& turned, const DriveNoise& noise, const Draws& d
   return said;
 }
 
-/// d arc(length, turn) / d [length, turn], rows x, y, heading.
+/// Derivative of arc(length, turn) by [length, turn]; rows x, y, heading.
 Eigen::Matrix<double, 3, 2> arc_jacobian(double length_m, double turn_rad) {
   Eigen::Matrix<double, 3, 2> jacobian;
   const PlanarPose unit = arc(1, turn_rad);
-  // By turn: the integrals of -s sin(a s) and s cos(a s) over s in [0, 1].
+  // Derivative by turn: the integrals of -s sin(a s) and s cos(a s) over s in [0, 1].
   double by_x = -turn_rad / 3, by_y = 0.5 - turn_rad * turn_rad / 8;
   if (std::abs(turn_rad) > 1e-3) {
     by_x = (std::cos(turn_rad) - unit.x_m) / turn_rad;
@@ -82,7 +83,7 @@ Eigen::Matrix<double, 3, 2> arc_jacobian(double length_m, double turn_rad) {
   return jacobian;
 }
 
-/// Of the reported increment about the true one, as far as `noise` lets it be known.
+/// Covariance of the reported increment about the true one, as modelled by `noise`.
 Eigen::Matrix3d odometry_covariance(const Wheels& said, const Vehicle& vehicle) {
   const DriveNoise& noise = vehicle.noise;
   const auto variance = [&](double travel_m) {
@@ -91,7 +92,7 @@ Eigen::Matrix3d odometry_covariance(const Wheels& said, const Vehicle& vehicle) 
   };
   const double left = variance(said.left_m), right = variance(said.right_m);
   const double track = vehicle.track_m;
-  Eigen::Matrix2d motion;  // of [length, turn]
+  Eigen::Matrix2d motion;  // covariance of [length, turn]
   motion << 0.25 * (left + right), 0.5 * (right - left) / track, 0.5 * (right - left) / track,
       (left + right) / (track * track);
   const Eigen::Matrix<double, 3, 2> jacobian = arc_jacobian(said.length_m(), said.turn_rad(track));
@@ -115,13 +116,13 @@ void require_state(const DriveState& state, const DriveCommand& command) {
           "finite");
 }
 
-/// What was asked, clipped; says what was.
-double clipped(double asked, double most, bool& said) {
-  said = std::abs(asked) > most;
-  return std::clamp(asked, -most, most);
+/// Clips the command and reports what was clipped.
+double clipped(double requested, double most, bool& said) {
+  said = std::abs(requested) > most;
+  return std::clamp(requested, -most, most);
 }
 
-/// Length and turn of a step by its ramps; fills in what the state's rates become.
+/// Computes length and rotation of a step from its ramps; sets the final rates of the state.
 Wheels asked_travel(const Vehicle& vehicle, const DriveState& state, const DriveCommand& command,
                     double dt_s, DriveStep& step) {
   const bool steers = vehicle.drive == Drive::ackermann;
@@ -196,8 +197,8 @@ DriveStep drive(const Vehicle& vehicle, const DriveState& state, const DriveComm
   require(std::isfinite(dt_s) && dt_s > 0, "dt_s", dt_s, "positive");
   const Draws draws(random);
   DriveStep step;
-  const Wheels asked = asked_travel(vehicle, state, command, dt_s, step);
-  const Wheels turned = disturbed(asked, vehicle.noise.drive, draws.drive);
+  const Wheels requested = asked_travel(vehicle, state, command, dt_s, step);
+  const Wheels turned = disturbed(requested, vehicle.noise.drive, draws.drive);
   const Wheels ground = on_the_ground(turned, vehicle.noise, draws);
   const Wheels said = as_reported(turned, vehicle.noise, draws);
 
@@ -220,7 +221,7 @@ DriveCommand curve_command(const Vehicle& vehicle, double speed_m_s, double curv
   const double turn_rate = speed_m_s * curvature_1_m;
   const double most = vehicle.max_turn_rate_rad_s;
   if (std::abs(turn_rate) <= most) return {speed_m_s, turn_rate, 0};
-  // As sharp, but slower: the vehicle stays on the curve.
+  // Keeps the curvature and reduces the speed, so that the vehicle stays on the curve.
   return {std::copysign(most / std::abs(curvature_1_m), speed_m_s), std::copysign(most, turn_rate),
           0};
 }

@@ -23,7 +23,7 @@ namespace {
 
 constexpr int rim_points = 12;
 
-/// A circle about the centre that holds the face.
+/// Circle about the centre that contains the lamp's face.
 std::vector<Eigen::Vector3d> rim_of(const Lamp& lamp) {
   std::vector<Eigen::Vector3d> rim = {lamp.centre_m};
   if (lamp.reach_m() == 0) return rim;
@@ -115,7 +115,7 @@ void LampViews::bound(const PlanarPose& pose, const Rigid3& cam_from_body,
         d_point * cam_from_body.rotation * d_body * motion / options_.sigma_px;
     information += jacobian.transpose() * jacobian;
   }
-  // Singular: to 1e-12 of its scale, as pose_bound() has it.
+  // Singular to 1e-12 of its scale, as in pose_bound().
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> parts(information);
   if (!(parts.eigenvalues()[0] > 1e-12 * parts.eigenvalues()[2])) return;
   const Eigen::Matrix3d covariance = information.inverse();

@@ -11,26 +11,27 @@
 namespace occ::internal::identify {
 namespace {
 
-constexpr double max_of_one = 9;  // of chi-square: a lamp may be dirty or half hidden
-// Twice the logarithm of how much more likely a flux is by its lamp than by anything: over three
-// decades, spread evenly.
-constexpr double worth_of_one = 5;
+constexpr double max_chi2_of_one =
+    9;  // bound of one term of chi-square (3 sigma): a lamp may be dirty or half hidden
+// Twice the log likelihood ratio of a measured flux, between its lamp and a background that is
+// uniform in log flux over three decades.
+constexpr double log_ratio_of_one = 5;
 
 struct Residual {
-  double log_ratio = 0;  // of measured to predicted
+  double log_ratio = 0;  // logarithm of measured over predicted value
   double sigma = 0;
-  bool at_most = false;  // the measured value is no larger than the predicted one, but may be less
+  bool at_most = false;  // the measured value is a lower bound of the true one
   double chi2(double log_gain) const {
     const double off = (log_ratio - log_gain) / sigma;
-    return at_most && off < 0 ? 0 : std::min(off * off, max_of_one);
+    return at_most && off < 0 ? 0 : std::min(off * off, max_chi2_of_one);
   }
 };
 
-// Nothing when the blob's flux or the lamp's light is unknown.
+// Returns nothing when the blob's flux or the lamp's power is unknown.
 std::optional<Residual> flux_residual(const AssignmentProblem& problem, const Pair& pair,
                                       const Rigid3& pose) {
-  const BearingObservation& s = problem.sighting(pair.sighting);
-  const MapPoint& t = problem.target(pair.target);
+  const BearingObservation& s = problem.observation(pair.observation);
+  const MapPoint& t = problem.map_point(pair.map_point);
   if (!(s.flux > 0)) return std::nullopt;
   const Eigen::Vector3d point = pose * t.centre;
   const double distance = point.norm();
@@ -45,13 +46,13 @@ std::optional<Residual> flux_residual(const AssignmentProblem& problem, const Pa
       s.flux_is_bound || !t.steady};
 }
 
-// A disc's longer axis is its radius over the distance, the other one shorter by the cosine of the
-// angle at which it is seen.
+// The major axis of a disc's image is radius over distance; the minor axis is shorter by the cosine
+// of the viewing angle.
 void add_sizes(const AssignmentProblem& problem, const Pair& pair, const Rigid3& pose,
                std::vector<Residual>& sizes) {
   constexpr double min_cosine = 0.2;
-  const BearingObservation& s = problem.sighting(pair.sighting);
-  const MapPoint& t = problem.target(pair.target);
+  const BearingObservation& s = problem.observation(pair.observation);
+  const MapPoint& t = problem.map_point(pair.map_point);
   if (!t.disc || !(s.radius_rad > 0)) return;
   const Eigen::Vector3d point = pose * t.centre;
   const double distance = point.norm();
@@ -67,20 +68,20 @@ double sum(const std::vector<Residual>& residuals, double log_gain) {
   return chi2;
 }
 
-// The best common gain: near one of those that make a residual vanish, and there the mean of those
-// that agree.
+// Minimises the robust chi-square over the gain. Starts from the gain that makes the best single
+// residual vanish, then averages the residuals that agree with it.
 double common_log_gain(const std::vector<Residual>& fluxes) {
-  double best = 0, least = std::numeric_limits<double>::infinity();
+  double best = 0, min_chi2 = std::numeric_limits<double>::infinity();
   const auto consider = [&](double log_gain) {
     const double chi2 = sum(fluxes, log_gain);
-    if (chi2 < least) least = chi2, best = log_gain;
+    if (chi2 < min_chi2) min_chi2 = chi2, best = log_gain;
   };
   for (const Residual& r : fluxes) consider(r.log_ratio);
   for (int round = 0; round < 3; ++round) {
     double weights = 0, weighted = 0;
     for (const Residual& r : fluxes) {
       const double off = (r.log_ratio - best) / r.sigma;
-      if (off * off >= max_of_one || (r.at_most && off < 0)) continue;
+      if (off * off >= max_chi2_of_one || (r.at_most && off < 0)) continue;
       weights += 1 / (r.sigma * r.sigma);
       weighted += r.log_ratio / (r.sigma * r.sigma);
     }
@@ -89,14 +90,14 @@ double common_log_gain(const std::vector<Residual>& fluxes) {
   return best;
 }
 
-bool touches(const std::vector<Pair>& pairs, int sighting) {
+bool touches(const std::vector<Pair>& pairs, int observation) {
   return std::any_of(pairs.begin(), pairs.end(),
-                     [&](const Pair& p) { return p.sighting == sighting; });
+                     [&](const Pair& p) { return p.observation == observation; });
 }
 
 bool share_blobs(const PoseHypothesis& a, const PoseHypothesis& b) {
   return std::any_of(a.pairs.begin(), a.pairs.end(),
-                     [&](const Pair& p) { return touches(b.pairs, p.sighting); });
+                     [&](const Pair& p) { return touches(b.pairs, p.observation); });
 }
 
 }  // namespace
@@ -107,15 +108,16 @@ Brightness brightness_of(const AssignmentProblem& problem, const PoseHypothesis&
     if (const auto flux = flux_residual(problem, pair, e.estimate.pose)) fluxes.push_back(*flux);
     add_sizes(problem, pair, e.estimate.pose, sizes);
   }
-  const auto telling = static_cast<int>(
+  const auto measured = static_cast<int>(
       std::count_if(fluxes.begin(), fluxes.end(), [](const Residual& r) { return !r.at_most; }));
   Brightness b;
-  b.residuals = static_cast<int>(sizes.size()) + std::max(telling - 1, 0);
-  if (telling > 0) {
+  b.residuals = static_cast<int>(sizes.size()) + std::max(measured - 1, 0);
+  if (measured > 0) {
     b.log_gain = common_log_gain(fluxes);
     double information = 0;
     for (const Residual& r : fluxes)
-      if (!r.at_most && r.chi2(b.log_gain) < max_of_one) information += 1 / (r.sigma * r.sigma);
+      if (!r.at_most && r.chi2(b.log_gain) < max_chi2_of_one)
+        information += 1 / (r.sigma * r.sigma);
     b.gain_sigma = 1 / std::sqrt(information);
   } else {
     fluxes.clear();
@@ -125,18 +127,18 @@ Brightness brightness_of(const AssignmentProblem& problem, const PoseHypothesis&
   return b;
 }
 
-void weigh_by_brightness(const AssignmentProblem& problem, std::vector<PoseHypothesis>& found) {
+void rank_by_brightness(const AssignmentProblem& problem, std::vector<PoseHypothesis>& found) {
   if (found.empty() || !problem.options->use_brightness) return;
-  int most = 0;
-  bool counts = false;
+  int max_residuals = 0;
+  bool applies = false;
   for (PoseHypothesis& e : found) {
     e.brightness = brightness_of(problem, e);
-    most = std::max(most, e.brightness.residuals);
-    counts = counts || (e.brightness.fits && e.pairs.size() == found.front().pairs.size());
+    max_residuals = std::max(max_residuals, e.brightness.residuals);
+    applies = applies || (e.brightness.fits && e.pairs.size() == found.front().pairs.size());
   }
-  if (!counts || found.size() < 2) return;
+  if (!applies || found.size() < 2) return;
   for (PoseHypothesis& e : found)
-    e.chi2 += e.brightness.chi2 + worth_of_one * (most - e.brightness.residuals);
+    e.chi2 += e.brightness.chi2 + log_ratio_of_one * (max_residuals - e.brightness.residuals);
   const auto fewer = std::find_if(found.begin(), found.end(), [&](const PoseHypothesis& e) {
     return e.pairs.size() != found.front().pairs.size();
   });
@@ -145,11 +147,11 @@ void weigh_by_brightness(const AssignmentProblem& problem, std::vector<PoseHypot
   });
 }
 
-bool outshines(const Brightness& strong, const Brightness& weak) {
-  constexpr double least = 0.1, sigmas = 3;
+bool is_brighter(const Brightness& strong, const Brightness& weak) {
+  constexpr double min_log_ratio = 0.1, sigmas = 3;
   return strong.fits && weak.gain_sigma > 0 &&
          strong.log_gain - weak.log_gain >
-             least + sigmas * std::hypot(strong.gain_sigma, weak.gain_sigma);
+             min_log_ratio + sigmas * std::hypot(strong.gain_sigma, weak.gain_sigma);
 }
 
 int drop_reflections(const AssignmentProblem& problem, std::vector<PoseHypothesis>& found) {
@@ -160,34 +162,35 @@ int drop_reflections(const AssignmentProblem& problem, std::vector<PoseHypothesi
                                return std::any_of(
                                    all.begin(), all.end(), [&](const PoseHypothesis& strong) {
                                      return !share_blobs(weak, strong) &&
-                                            outshines(strong.brightness, weak.brightness);
+                                            is_brighter(strong.brightness, weak.brightness);
                                    });
                              }),
               found.end());
   return static_cast<int>(all.size() - found.size());
 }
 
-std::optional<AssignmentProblem> brighter_rest(const AssignmentProblem& problem,
-                                               const PoseHypothesis& e) {
-  constexpr std::size_t least = 4;
-  if (!problem.options->use_brightness || problem.sightings.size() < e.pairs.size() + least)
+std::optional<AssignmentProblem> brighter_remainder(const AssignmentProblem& problem,
+                                                    const PoseHypothesis& e) {
+  constexpr std::size_t min_blobs = 4;
+  if (!problem.options->use_brightness || problem.observations.size() < e.pairs.size() + min_blobs)
     return std::nullopt;
-  std::vector<double> explained, left;
+  std::vector<double> used_fluxes, other_fluxes;
   AssignmentProblem rest = problem;
-  rest.sightings.clear();
+  rest.observations.clear();
   rest.allowed.clear();
-  for (int s = 0; s < static_cast<int>(problem.sightings.size()); ++s) {
-    const double flux = problem.sighting(s).flux;
-    const bool known = touches(e.pairs, s);
-    if (flux > 0) (known ? explained : left).push_back(flux);
-    if (known) continue;
-    rest.sightings.push_back(problem.sighting(s));
+  for (int s = 0; s < static_cast<int>(problem.observations.size()); ++s) {
+    const double flux = problem.observation(s).flux;
+    const bool used = touches(e.pairs, s);
+    if (flux > 0) (used ? used_fluxes : other_fluxes).push_back(flux);
+    if (used) continue;
+    rest.observations.push_back(problem.observation(s));
     const auto row = problem.allowed.begin() +
-                     static_cast<std::ptrdiff_t>(s * static_cast<int>(problem.targets.size()));
+                     static_cast<std::ptrdiff_t>(s * static_cast<int>(problem.map_points.size()));
     rest.allowed.insert(rest.allowed.end(), row,
-                        row + static_cast<std::ptrdiff_t>(problem.targets.size()));
+                        row + static_cast<std::ptrdiff_t>(problem.map_points.size()));
   }
-  if (left.size() < least || explained.empty() || median(left) <= median(explained))
+  if (other_fluxes.size() < min_blobs || used_fluxes.empty() ||
+      median(other_fluxes) <= median(used_fluxes))
     return std::nullopt;
   return rest;
 }

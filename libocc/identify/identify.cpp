@@ -6,24 +6,23 @@
 #include <sstream>
 
 #include "libocc/core/require.hpp"
+#include "libocc/identify/internal/assignment_problem.hpp"
 #include "libocc/identify/internal/brightness.hpp"
 #include "libocc/identify/internal/lamp_table.hpp"
-#include "libocc/identify/internal/line_turns.hpp"
-#include "libocc/identify/internal/name_symmetry.hpp"
+#include "libocc/identify/internal/pose_hypothesis.hpp"
 #include "libocc/identify/internal/search.hpp"
-#include "libocc/identify/internal/verdict.hpp"
 
 namespace occ {
 
 using namespace internal::identify;
 namespace {
 
-constexpr double plausible_chi2 = 13.8;  // 2 ln 1000
-constexpr int more_dark = 3;             // lamps, than of the best: they are switched in groups
+constexpr int max_more_missed =
+    3;  // missed lamps beyond those of the best hypothesis; lamps are switched in groups
 
 }  // namespace
 
-void internal::identify::check(const std::vector<Blob>& blobs) {
+void internal::identify::require_finite(const std::vector<Blob>& blobs) {
   for (std::size_t i = 0; i < blobs.size(); ++i) {
     const std::string name = "blobs[" + std::to_string(i) + "].";
     require(blobs[i].centroid_px.allFinite(), name + "centroid_px",
@@ -38,7 +37,8 @@ namespace {
 Hypothesis to_hypothesis(const AssignmentProblem& problem, const PoseHypothesis& e) {
   Hypothesis h;
   h.cam_from_world = problem.from_world(e.estimate.pose);
-  for (const Pair& p : e.pairs) h.matches.push_back({p.target, problem.sighting(p.sighting).blob});
+  for (const Pair& p : e.pairs)
+    h.matches.push_back({p.map_point, problem.observation(p.observation).blob});
   h.matches.insert(h.matches.end(), e.attached.begin(), e.attached.end());
   std::sort(h.matches.begin(), h.matches.end(),
             [](const Match& a, const Match& b) { return a.lamp < b.lamp; });
@@ -48,71 +48,72 @@ Hypothesis to_hypothesis(const AssignmentProblem& problem, const PoseHypothesis&
   return h;
 }
 
-// Whether all lamps are on one line (or in one place): no pose follows from them.
-bool collinear(const AssignmentProblem& problem) {
+// True if all lamps are collinear (or at one position), so that no pose can be determined.
+bool all_collinear(const AssignmentProblem& problem) {
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();
-  for (const MapPoint& t : problem.targets)
+  for (const MapPoint& t : problem.map_points)
     if (t.centre.norm() > axis.norm()) axis = t.centre;
-  for (const MapPoint& t : problem.targets)
+  for (const MapPoint& t : problem.map_points)
     if ((t.centre * axis.squaredNorm() - axis * axis.dot(t.centre)).norm() >
         1e-9 * axis.squaredNorm() * axis.norm())
       return false;
   return true;
 }
 
-// Whether the best explanation leaves blobs unexplained, so that there are false lights, which
-// could as well have conspired to it.
+// True if the best hypothesis leaves blobs unmatched. Then there are false lights, which could also
+// have produced the hypothesis.
 bool leaves_blobs(const Identification& found, const AssignmentProblem& problem) {
   std::size_t whole = 0;
   for (const Match& match : found.hypotheses.front().matches)
-    whole += std::any_of(problem.sightings.begin(), problem.sightings.end(),
+    whole += std::any_of(problem.observations.begin(), problem.observations.end(),
                          [&](const BearingObservation& s) { return s.blob == match.blob; });
-  return whole < problem.sightings.size();
+  return whole < problem.observations.size();
 }
 
-// Every blob is a lamp and every lamp a blob: the other poses that do as much are the layout's own
-// symmetries, which a prior or the brightness has ruled out.
-bool is_all_there_is(const Identification& found, const AssignmentProblem& problem) {
+// True if every blob matches a lamp and every lamp a blob. Other poses with as many pairs are
+// symmetries of the layout, which a prior or the brightness has excluded.
+bool matches_everything(const Identification& found, const AssignmentProblem& problem) {
   return !leaves_blobs(found, problem) &&
-         found.hypotheses.front().matches.size() == problem.targets.size();
+         found.hypotheses.front().matches.size() == problem.map_points.size();
 }
 
-// The hypotheses, all of them plausible or with more dark lamps than the best; none where a turn
-// about a line of lamps is open and no prior closes it.
-void list(const std::vector<PoseHypothesis>& found, const AssignmentProblem& problem,
-          Result<Identification>& result) {
+// Adds the hypotheses that are plausible, or would be with fewer missed lamps. Clears all
+// hypotheses and sets the status `degenerate` if the lamps of one are collinear and no prior fixes
+// the rotation.
+void add_hypotheses(const std::vector<PoseHypothesis>& found, const AssignmentProblem& problem,
+                    Result<Identification>& result) {
   const IdentifyOptions& options = *problem.options;
   const bool prior = options.prior && !options.prior->empty();
   for (const PoseHypothesis& e : found) {
     const PoseHypothesis& best = found.front();
-    const int more = std::clamp(e.missed - best.missed, 0, more_dark);
+    const int more = std::clamp(e.missed - best.missed, 0, max_more_missed);
     if (e.chi2 > best.chi2 + plausible_chi2 + more * options.miss_penalty) continue;
     result.value.hypotheses.push_back(to_hypothesis(problem, e));
-    if (&e != &best) result.value.hypotheses.back().symmetry = name_symmetry(problem, best, e);
-    if (prior || !on_a_line(problem, e.pairs, e.estimate.pose, e.attached)) continue;
+    if (&e != &best) result.value.hypotheses.back().symmetry = find_symmetry(problem, best, e);
+    if (prior || !appears_collinear(problem, e.pairs, e.estimate.pose, e.attached)) continue;
     result.value.hypotheses.clear();
     result.status = Status::degenerate;
     result.message =
-        "as far as can be seen the lamps are on one line: a pose cannot be told from its turns "
-        "about it";
+        "the matched lamps are collinear within the measurement errors: rotations about their line "
+        "cannot be distinguished";
     return;
   }
 }
 
-// How the map repeats, of the plausible ones.
-void say_symmetries(const std::vector<Hypothesis>& hypotheses, std::size_t count,
-                    std::ostream& text) {
-  constexpr std::size_t most = 3;
-  std::size_t said = 0, repeats = 0;
+// Appends the symmetries that relate the plausible hypotheses.
+void append_symmetries(const std::vector<Hypothesis>& hypotheses, std::size_t count,
+                       std::ostream& text) {
+  constexpr std::size_t max_listed = 3;
+  std::size_t listed = 0, repeats = 0;
   for (std::size_t i = 1; i < count; ++i) {
-    if (hypotheses[i].symmetry->kind == SymmetryKind::none || ++repeats > most) continue;
-    text << (said++ == 0 ? ": " : "; ") << hypotheses[i].symmetry->text;
+    if (hypotheses[i].symmetry->kind == SymmetryKind::none || ++repeats > max_listed) continue;
+    text << (listed++ == 0 ? ": " : "; ") << hypotheses[i].symmetry->text;
   }
-  if (repeats > most) text << "; and " << repeats - most << " more";
+  if (repeats > max_listed) text << "; and " << repeats - max_listed << " more";
 }
 
-void judge(Result<Identification>& result, const AssignmentProblem& problem, const Search& search,
-           bool reflections) {
+void set_status(Result<Identification>& result, const AssignmentProblem& problem,
+                const Search& search, bool reflections) {
   const std::vector<Hypothesis>& hypotheses = result->hypotheses;
   const auto count = std::count_if(hypotheses.begin(), hypotheses.end(), [&](const Hypothesis& h) {
     return h.chi2 <= hypotheses.front().chi2 + plausible_chi2;
@@ -120,55 +121,57 @@ void judge(Result<Identification>& result, const AssignmentProblem& problem, con
   std::ostringstream text;
   if (count == 0) {
     result.status = Status::no_pose;
-    text << "no pose explains enough of the " << problem.sightings.size() << " blobs by the "
-         << problem.targets.size() << " lamps";
+    text << "no pose matches enough of the " << problem.observations.size() << " blobs to the "
+         << problem.map_points.size() << " lamps";
   } else if (count > 1) {
     result.status = Status::ambiguous;
-    text << count << " poses explain the same number of blobs about equally well";
-    say_symmetries(hypotheses, static_cast<std::size_t>(count), text);
-  } else if (!is_all_there_is(*result, problem) &&
-             result->chance > (hypotheses.front().missed > 0 ? unlikely_if_missing : unlikely)) {
+    text << count << " poses match the same number of blobs with similar likelihood";
+    append_symmetries(hypotheses, count, text);
+  } else if (!matches_everything(*result, problem) &&
+             result->chance >
+                 (hypotheses.front().missed > 0 ? max_chance_if_missing : max_chance)) {
     result.value.may_be_chance = true;
     result.status = Status::ambiguous;
-    text << "the one pose found may be chance: " << result->chance
-         << " wrong ones are expected to explain as many blobs";
+    text << "the only pose found may be accidental: " << result->chance
+         << " wrong poses are expected to match as many blobs";
   } else if (leaves_blobs(*result, problem) && !search.best_fits()) {
     result.value.may_be_chance = true;
     result.status = Status::ambiguous;
-    text << "the one pose found leaves blobs unexplained and fits worse than 99.9 % of right ones";
+    text
+        << "the only pose found leaves blobs unmatched and fits worse than 99.9 % of correct poses";
   }
   const auto add = [&]() -> std::ostream& { return text << (text.tellp() > 0 ? "; " : ""); };
   if (reflections)
-    add() << "fainter blobs that other poses explain are taken for reflections of the lamps";
+    add() << "fainter blobs that match other poses are treated as reflections of the lamps";
   if (search.cut_short())
     add() << "the search stopped after max_hypotheses = " << problem.options->max_hypotheses;
   result.message = text.str();
 }
 
-// The verdict on what a search has found.
-void answer(const AssignmentProblem& problem, const Search& search,
-            std::vector<PoseHypothesis> found, bool reflections, Result<Identification>& result) {
+// Fills the result from the hypotheses of a search.
+void fill(const AssignmentProblem& problem, const Search& search, std::vector<PoseHypothesis> found,
+          bool reflections, Result<Identification>& result) {
   reflections = drop_reflections(problem, found) > 0 || reflections;
   result.value.chance = search.chance();
-  list(found, problem, result);
-  if (result.ok()) judge(result, problem, search, reflections);
+  add_hypotheses(found, problem, result);
+  if (result.ok()) set_status(result, problem, search, reflections);
 }
 
-// The best explanation may be one of reflections: then what it leaves has a brighter one. True when
-// that is the answer.
-bool answer_by_brighter(const AssignmentProblem& problem, const PoseHypothesis& best,
+// The best hypothesis may match reflections. Then the remaining blobs have a brighter hypothesis.
+// Returns true if that is the case, with the result filled from the brighter one.
+bool fill_from_brighter(const AssignmentProblem& problem, const PoseHypothesis& best,
                         Result<Identification>& result) {
-  const std::optional<AssignmentProblem> rest = brighter_rest(problem, best);
+  const std::optional<AssignmentProblem> rest = brighter_remainder(problem, best);
   if (!rest) return false;
   Search search(*rest);
   search.run();
   std::vector<PoseHypothesis> found = search.found();
-  weigh_by_brightness(*rest, found);
+  rank_by_brightness(*rest, found);
   result.value.tried += search.tried();
-  if (found.empty() || search.chance() > unlikely ||
-      !outshines(found.front().brightness, best.brightness))
+  if (found.empty() || search.chance() > max_chance ||
+      !is_brighter(found.front().brightness, best.brightness))
     return false;
-  answer(*rest, search, std::move(found), true, result);
+  fill(*rest, search, std::move(found), true, result);
   return true;
 }
 
@@ -187,48 +190,49 @@ void IdentifyOptions::validate() const {
   require(max_hypotheses > 0, "max_hypotheses", max_hypotheses, "positive");
 }
 
-Result<Identification> internal::identify::verdict(const AssignmentProblem& problem) {
+Result<Identification> internal::identify::solve_assignment(const AssignmentProblem& problem) {
   Result<Identification> result;
-  if (problem.sightings.size() < 3 || problem.targets.size() < 3) {
+  if (problem.observations.size() < 3 || problem.map_points.size() < 3) {
     result.status = Status::too_few_lamps;
     std::ostringstream text;
-    text << (problem.scene ? "three lamps are needed: the scene has "
-                           : "three points are needed: the object has ")
-         << problem.targets.size() << ", the image " << problem.sightings.size()
-         << " blobs that are whole";
+    text << (problem.scene ? "at least three lamps are needed: the scene has "
+                           : "at least three points are needed: the object has ")
+         << problem.map_points.size() << ", the image has " << problem.observations.size()
+         << " blobs that are neither cut nor merged";
     result.message = text.str();
     return result;
   }
-  if (collinear(problem)) {
+  if (all_collinear(problem)) {
     result.status = Status::degenerate;
     result.message = std::string(problem.scene ? "the scene's lamps" : "the object's points") +
-                     " are on one line: a pose cannot be told from its turns about it";
+                     " are collinear: rotations about their line cannot be distinguished";
     return result;
   }
   Search search(problem);
   search.run();
   result.value.tried = search.tried();
   std::vector<PoseHypothesis> found = search.found();
-  weigh_by_brightness(problem, found);
-  if (found.empty() || !answer_by_brighter(problem, found.front(), result))
-    answer(problem, search, std::move(found), false, result);
+  rank_by_brightness(problem, found);
+  if (found.empty() || !fill_from_brighter(problem, found.front(), result))
+    fill(problem, search, std::move(found), false, result);
   return result;
 }
 
 Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& scene,
                                 const IdentifyOptions& options) {
   options.validate();
-  check(blobs);
+  require_finite(blobs);
   require(!options.index || options.index->table().is_of(scene.lamps), "index",
-          options.index ? options.index->triangles() : 0, "of the scene's lamps, places unchanged");
-  return verdict(make_problem(blobs, scene, options));
+          options.index ? options.index->triangles() : 0,
+          "of the scene's lamps, positions unchanged");
+  return solve_assignment(make_problem(blobs, scene, options));
 }
 
 Result<Identification> identify_object(const std::vector<Blob>& blobs, const Object& object,
                                        const Camera& camera, const IdentifyOptions& options) {
   options.validate();
-  check(blobs);
-  return verdict(make_problem(blobs, object, camera, options));
+  require_finite(blobs);
+  return solve_assignment(make_problem(blobs, object, camera, options));
 }
 
 }  // namespace occ

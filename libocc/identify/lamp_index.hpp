@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What identification by hashing looks up, made once for a map: the shapes of all triangles of near
-// lamps, as star trackers keep those of stars. Lamps must hang at one height, most of them to 2 cm.
+// Index of a map for IdentifyMethod::hashing: the shapes of all triangles of neighbouring lamps, as
+// star trackers store those of stars. Valid for maps in which four fifths of the lamps, and at
+// least four, hang within 2 cm of one height.
 #pragma once
 
 #include <cstddef>
@@ -18,12 +19,12 @@ class LampTable;
 
 class LIBOCC_API LampIndex {
  public:
-  /// A tenth of a millisecond a lamp. The lamps are not kept.
+  /// Takes about 0.1 ms per lamp. The lamps are copied.
   explicit LampIndex(const std::vector<Lamp>& lamps);
 
-  /// Whether four fifths of the lamps hang at one height; otherwise voting takes over.
+  /// True if the lamps hang at one height (see above). Otherwise identify() uses voting.
   bool applies() const;
-  std::size_t triangles() const;
+  std::size_t triangles() const;  ///< number of triangles
 
   const internal::identify::LampTable& table() const { return *table_; }
 

@@ -6,13 +6,15 @@
 #include <limits>
 #include <numeric>
 
+#include "libocc/identify/lamp_index.hpp"
+
 namespace occ::internal::identify {
 namespace {
 
-constexpr double one_height_m = 0.02;  // lamps of one height are within
-constexpr double most = 0.8;           // of all lamps
+constexpr double one_height_m = 0.02;  // tolerance of the common height; see LampIndex
+constexpr double min_share = 0.8;      // share of the lamps at the common height
 
-// Ends of the runs of equal keys in a sorted range, for each of `count` keys.
+// Returns the end of the run of each key 0 ... count - 1 in a sorted range.
 template <class Range, class Key>
 std::vector<int> run_ends(const Range& sorted, std::size_t count, const Key& key) {
   std::vector<int> ends(count, 0);
@@ -25,29 +27,29 @@ std::vector<int> run_ends(const Range& sorted, std::size_t count, const Key& key
 
 LampTable::LampTable(const std::vector<Lamp>& lamps) {
   for (const Lamp& lamp : lamps) {
-    places_.emplace_back(lamp.centre_m.x(), lamp.centre_m.y());
+    positions_.emplace_back(lamp.centre_m.x(), lamp.centre_m.y());
     heights_m_.push_back(lamp.centre_m.z());
   }
   const std::size_t at_height = find_height();
-  keep_one_of_each_place();
+  remove_duplicates();
   applies_ = members_.size() >= 4 &&
-             static_cast<double>(at_height) >= most * static_cast<double>(lamps.size());
+             static_cast<double>(at_height) >= min_share * static_cast<double>(lamps.size());
   if (!applies_) return;
-  lay_out();
+  build_grid();
   add_triangles();
 }
 
 bool LampTable::is_of(const std::vector<Lamp>& lamps) const {
-  if (lamps.size() != places_.size()) return false;
+  if (lamps.size() != positions_.size()) return false;
   for (std::size_t i = 0; i < lamps.size(); ++i) {
     const Eigen::Vector3d& at = lamps[i].centre_m;
-    if (at.x() != places_[i].real() || at.y() != places_[i].imag() || at.z() != heights_m_[i])
+    if (at.x() != positions_[i].real() || at.y() != positions_[i].imag() || at.z() != heights_m_[i])
       return false;
   }
   return true;
 }
 
-// The height with the most lamps about it; returns how many.
+// Finds the height that most lamps share; returns their number.
 std::size_t LampTable::find_height() {
   std::vector<double> sorted = heights_m_;
   std::sort(sorted.begin(), sorted.end());
@@ -69,21 +71,23 @@ std::size_t LampTable::find_height() {
   return largest;
 }
 
-// Of twins (see mark_twins) the first.
-void LampTable::keep_one_of_each_place() {
-  const auto at = [&](int lamp) { return std::make_pair(place(lamp).real(), place(lamp).imag()); };
+// Keeps the first of several lamps at one position (see mark_duplicates).
+void LampTable::remove_duplicates() {
+  const auto at = [&](int lamp) {
+    return std::make_pair(position(lamp).real(), position(lamp).imag());
+  };
   std::stable_sort(members_.begin(), members_.end(), [&](int a, int b) { return at(a) < at(b); });
   members_.erase(
       std::unique(members_.begin(), members_.end(), [&](int a, int b) { return at(a) == at(b); }),
       members_.end());
 }
 
-// Cells of the plan that hold about a lamp each.
-void LampTable::lay_out() {
+// Builds a grid whose cells contain about one lamp each.
+void LampTable::build_grid() {
   double x0 = std::numeric_limits<double>::infinity(), x1 = -x0, y0 = x0, y1 = -x0;
   for (const int i : members_) {
-    x0 = std::min(x0, place(i).real()), x1 = std::max(x1, place(i).real());
-    y0 = std::min(y0, place(i).imag()), y1 = std::max(y1, place(i).imag());
+    x0 = std::min(x0, position(i).real()), x1 = std::max(x1, position(i).real());
+    y0 = std::min(y0, position(i).imag()), y1 = std::max(y1, position(i).imag());
   }
   corner_ = {x0, y0};
   const double count = static_cast<double>(members_.size()), long_side = std::max(x1 - x0, y1 - y0);
@@ -92,16 +96,16 @@ void LampTable::lay_out() {
   cell_m_ = area_m2 > 0 ? std::sqrt(area_m2 / count) : 1;
   cells_ = {static_cast<int>((x1 - x0) / cell_m_) + 1, static_cast<int>((y1 - y0) / cell_m_) + 1};
   const auto cell = [&](int lamp) {
-    const auto [x, y] = cell_of(place(lamp));
+    const auto [x, y] = cell_of(position(lamp));
     return x * cells_[1] + y;
   };
   std::stable_sort(members_.begin(), members_.end(),
                    [&](int a, int b) { return cell(a) < cell(b); });
-  cell_ends_ = run_ends(members_, static_cast<std::size_t>(cells_[0] * cells_[1]), cell);
+  cell_ends_ = run_ends(members_, cells_[0] * cells_[1], cell);
 }
 
-std::array<int, 2> LampTable::cell_of(const Complex& place) const {
-  const Complex at = (place - corner_) / cell_m_;
+std::array<int, 2> LampTable::cell_of(const Complex& position) const {
+  const Complex at = (position - corner_) / cell_m_;
   return {static_cast<int>(std::clamp(at.real(), 0.0, cells_[0] - 1.0)),
           static_cast<int>(std::clamp(at.imag(), 0.0, cells_[1] - 1.0))};
 }
@@ -109,7 +113,7 @@ std::array<int, 2> LampTable::cell_of(const Complex& place) const {
 template <class Visit>
 void LampTable::visit_cell(int x, int y, const Visit& visit) const {
   if (x < 0 || y < 0 || x >= cells_[0] || y >= cells_[1]) return;
-  const auto cell = static_cast<std::size_t>(x * cells_[1] + y);
+  const int cell = x * cells_[1] + y;
   for (int i = cell == 0 ? 0 : cell_ends_[cell - 1]; i < cell_ends_[cell]; ++i) visit(members_[i]);
 }
 
@@ -117,20 +121,20 @@ int LampTable::lamp_near(const Complex& at, double distance_m) const {
   const Complex reach(distance_m, distance_m);
   const auto [x0, y0] = cell_of(at - reach);
   const auto [x1, y1] = cell_of(at + reach);
-  double least2 = distance_m * distance_m;
+  double min_distance2 = distance_m * distance_m;
   int nearest = -1;
   for (int x = x0; x <= x1; ++x)
     for (int y = y0; y <= y1; ++y)
       visit_cell(x, y, [&](int lamp) {
-        const double distance2 = std::norm(place(lamp) - at);
-        if (distance2 <= least2) least2 = distance2, nearest = lamp;
+        const double distance2 = std::norm(position(lamp) - at);
+        if (distance2 <= min_distance2) min_distance2 = distance2, nearest = lamp;
       });
   return nearest;
 }
 
-// Rings of cells about the lamp's, until none that is left out can be nearer.
+// Visits rings of cells around the lamp until no unvisited lamp can be nearer.
 std::vector<int> LampTable::nearest(int lamp) const {
-  const auto [x, y] = cell_of(place(lamp));
+  const auto [x, y] = cell_of(position(lamp));
   std::vector<std::pair<double, int>> found;
   const int widest = std::max(cells_[0], cells_[1]);
   for (int ring = 0; ring <= widest; ++ring) {
@@ -138,11 +142,13 @@ std::vector<int> LampTable::nearest(int lamp) const {
       for (int dy = -ring; dy <= ring; ++dy)
         if (std::max(std::abs(dx), std::abs(dy)) == ring)
           visit_cell(x + dx, y + dy, [&](int other) {
-            if (other != lamp) found.push_back({std::norm(place(other) - place(lamp)), other});
+            if (other != lamp)
+              found.push_back({std::norm(position(other) - position(lamp)), other});
           });
-    const double sure = ring * cell_m_;
-    if (std::count_if(found.begin(), found.end(),
-                      [&](const auto& f) { return f.first <= sure * sure; }) >= neighbours)
+    const double complete_m = ring * cell_m_;
+    if (std::count_if(found.begin(), found.end(), [&](const auto& f) {
+          return f.first <= complete_m * complete_m;
+        }) >= neighbours)
       break;
   }
   std::sort(found.begin(), found.end());
@@ -160,7 +166,7 @@ int LampTable::shape_cell_im(double im) {
   return static_cast<int>(std::clamp((im + 1) / 2 * cells_im, 0.0, cells_im - 1.0));
 }
 
-// Each lamp with every two of its neighbours; a triangle that several lamps have counts once.
+// Adds each lamp with every two of its neighbours; each triangle is added once.
 void LampTable::add_triangles() {
   std::vector<std::array<int, 3>> triples;
   for (const int a : members_) {
@@ -175,15 +181,15 @@ void LampTable::add_triangles() {
   std::sort(triples.begin(), triples.end());
   triples.erase(std::unique(triples.begin(), triples.end()), triples.end());
   for (std::array<int, 3> t : triples) {
-    const auto side2 = [&] { return std::norm(place(t[1]) - place(t[0])); };
+    const auto side2 = [&] { return std::norm(position(t[1]) - position(t[0])); };
     std::array<int, 3> longest = t;
-    double most2 = -1;
+    double longest2 = -1;
     for (int i = 0; i < 3; ++i) {
-      if (side2() > most2) most2 = side2(), longest = t;
+      if (side2() > longest2) longest2 = side2(), longest = t;
       std::rotate(t.begin(), t.begin() + 1, t.end());
     }
-    if (!(most2 > 0)) continue;  // three lamps in one place
-    Complex shape = shape_of(place(longest[0]), place(longest[1]), place(longest[2]));
+    if (!(longest2 > 0)) continue;  // three lamps at one position
+    Complex shape = shape_of(position(longest[0]), position(longest[1]), position(longest[2]));
     if (shape.real() > 0.5) {
       std::swap(longest[0], longest[1]);
       shape = 1.0 - shape;
@@ -200,3 +206,14 @@ void LampTable::add_triangles() {
 }
 
 }  // namespace occ::internal::identify
+
+namespace occ {
+
+LampIndex::LampIndex(const std::vector<Lamp>& lamps)
+    : table_(std::make_shared<const internal::identify::LampTable>(lamps)) {}
+
+bool LampIndex::applies() const { return table_->applies(); }
+
+std::size_t LampIndex::triangles() const { return table_->triangles().size(); }
+
+}  // namespace occ

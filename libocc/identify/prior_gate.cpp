@@ -7,7 +7,7 @@
 namespace occ::internal::identify {
 namespace {
 
-constexpr double sigmas = 6;
+constexpr double sigmas = 6;  // as max_prior_chi2 of the final check in search.cpp
 
 bool within(double off, double variance) { return off * off <= sigmas * sigmas * variance; }
 
@@ -35,13 +35,14 @@ PriorGate::PriorGate(const AssignmentProblem& problem, const Eigen::Matrix3d& ca
                  position_covariance(last, prior.last_pose->covariance).diagonal()};
 }
 
-bool PriorGate::allows(const Eigen::Vector3d& place, double cosine, double sine, double distance_m,
-                       double relative) const {
+bool PriorGate::allows(const Eigen::Vector3d& position, double cosine, double sine,
+                       double distance_m, double relative) const {
   const double turn2 = relative * relative, error2 = turn2 * distance_m * distance_m;
-  if (height_ && !within(place.z() - *height_, height_variance_ + error2)) return false;
+  if (height_ && !within(position.z() - *height_, height_variance_ + error2)) return false;
   for (const std::optional<Around>* around : {&position_, &last_})
     for (int i = 0; *around && i < 3; ++i)
-      if (!within(place[i] - (*around)->place[i], (*around)->variances[i] + error2)) return false;
+      if (!within(position[i] - (*around)->position[i], (*around)->variances[i] + error2))
+        return false;
   if (!heading_) return true;
   const Eigen::Vector2d right(cosine * right_.x() + sine * right_.y(),
                               cosine * right_.y() - sine * right_.x());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// RANSAC over namings (Fischler, Bolles, "Random sample consensus", CACM 24, 1981): three random
-// blobs, three random lamps that can be seen together, the poses from which they look so, and what
-// else these explain. It stops when one more sample would hardly find more.
+// RANSAC over assignments (Fischler, Bolles, "Random sample consensus", CACM 24, 1981). Each sample
+// assigns three random blobs to three random covisible lamps and verifies the resulting poses.
+// Sampling stops when a better hypothesis is unlikely.
 #include <cmath>
 #include <optional>
 
@@ -11,36 +11,36 @@
 namespace occ::internal::identify {
 namespace {
 
-// Blobs of three different sightings, and lamps that they may be.
-std::optional<Naming> random_naming(const AssignmentProblem& problem, Random& random) {
-  Naming naming;
-  const int blobs = static_cast<int>(problem.sightings.size());
-  for (Pair& pair : naming) {
-    pair.sighting = random.below(blobs);
-    const std::vector<int>& lamps = problem.sighting(pair.sighting).lamps;
+// Returns a random assignment of three blobs; nothing if the sample repeats a blob or lamp.
+std::optional<Assignment> random_assignment(const AssignmentProblem& problem, Random& random) {
+  Assignment assignment;
+  const int blobs = static_cast<int>(problem.observations.size());
+  for (Pair& pair : assignment) {
+    pair.observation = random.below(blobs);
+    const std::vector<int>& lamps = problem.observation(pair.observation).lamps;
     if (lamps.empty()) return std::nullopt;
-    pair.target = lamps[random.below(static_cast<int>(lamps.size()))];
+    pair.map_point = lamps[random.below(static_cast<int>(lamps.size()))];
   }
   for (std::size_t i = 0; i < 3; ++i) {
-    const Pair &a = naming[i], &b = naming[(i + 1) % 3];
-    if (a.sighting == b.sighting || a.target == b.target) return std::nullopt;
+    const Pair &a = assignment[i], &b = assignment[(i + 1) % 3];
+    if (a.observation == b.observation || a.map_point == b.map_point) return std::nullopt;
   }
-  return naming;
+  return assignment;
 }
 
-// Samples after which, with probability `sure`, one was right: three true lights of `pairs` among
-// all, each with its own lamp among those it may be.
+// Number of samples after which one was correct with the probability `sure`: three true lights out
+// of `pairs`, each assigned to its own lamp.
 double samples_needed(const AssignmentProblem& problem, int pairs) {
   constexpr double sure = 0.999;
-  const double blobs = static_cast<double>(problem.sightings.size());
-  const double lamps = static_cast<double>(problem.targets.size());
-  const double right = std::pow(pairs / (blobs * lamps), 3);
-  return std::log(1 - sure) / std::log1p(-right);
+  const double blobs = static_cast<double>(problem.observations.size());
+  const double lamps = static_cast<double>(problem.map_points.size());
+  const double correct = std::pow(pairs / (blobs * lamps), 3);
+  return std::log(1 - sure) / std::log1p(-correct);
 }
 
 }  // namespace
 
-void Search::sample() {
+void Search::search_by_sampling() {
   Random random(problem_.options->seed);
   for (double needed = samples_needed(problem_, 4); tried_ < needed;) {
     if (tried_ == problem_.options->max_hypotheses) {
@@ -48,13 +48,13 @@ void Search::sample() {
       break;
     }
     ++tried_;
-    const std::optional<Naming> naming = random_naming(problem_, random);
-    if (!naming || contradicts_view(*naming)) continue;
-    const Naming& n = *naming;
-    if (!together_.triple(n[0].target, n[1].target, n[2].target)) continue;
-    const int before = most_;
-    for (const FittedPose& seed : seeds_of(*naming)) consider(seed, *naming);
-    if (most_ > before && !found_.empty())
+    const std::optional<Assignment> assignment = random_assignment(problem_, random);
+    if (!assignment || contradicts_orientation(*assignment)) continue;
+    const Assignment& n = *assignment;
+    if (!covisibility_.triple(n[0].map_point, n[1].map_point, n[2].map_point)) continue;
+    const int before = best_support_;
+    for (const FittedPose& seed : candidates_from(*assignment)) consider(seed, *assignment);
+    if (best_support_ > before && !found_.empty())
       needed = samples_needed(problem_, static_cast<int>(found_.back().pairs.size()));
   }
 }

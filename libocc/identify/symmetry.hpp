@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Why an image has several explanations: how the map repeats from one to the other.
+// Symmetry between two hypotheses of an ambiguous image: the motion that maps the lamps of one
+// hypothesis to those that the other one assigns to the same blobs. Computed by least squares
+// (Kabsch) and accepted if the residual is at most 5 % of the lamps' spread.
 #pragma once
 
 #include <string>
@@ -9,21 +11,19 @@
 
 namespace occ {
 
-/// What takes one explanation of an image to another.
 enum class SymmetryKind {
-  turn,         ///< about an axis
-  shift,        ///< along the map
-  screw,        ///< both
-  planar_flip,  ///< the same lamps by the same names, seen from elsewhere
-  none,         ///< the blobs in common do not repeat in the map, or are fewer than three
+  rotation,     ///< about an axis
+  translation,  ///< rotation by less than 0.01 rad
+  screw,        ///< rotation about an axis and translation along it
+  planar_flip,  ///< both hypotheses assign the same lamps, with different camera poses
+  none,         ///< the map does not repeat, or fewer than three blobs are in both hypotheses
 };
 
 struct Symmetry {
   SymmetryKind kind = SymmetryKind::none;
-  Rigid3
-      world_from_world;  ///< takes what the best explanation sees, and its camera, to the rival's
-  double misfit_m = 0;   ///< root mean square of what is left between the lamps
-  std::string text;      ///< for people: "turn by 90 deg about the vertical through (2, 2)"
+  Rigid3 world_from_world;  ///< maps the lamps and the camera of the best hypothesis to the rival's
+  double misfit_m = 0;      ///< root mean square residual of the lamps [m]
+  std::string text;  ///< description: "rotation by 90 deg about the vertical axis through (2, 2)"
 };
 
 }  // namespace occ

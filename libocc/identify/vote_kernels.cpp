@@ -8,7 +8,7 @@ using namespace internal::core;
 namespace {
 
 template <class Lanes>
-LIBOCC_INLINE LaneVector<Lanes> places_at(const float* const from[3], int i) {
+LIBOCC_INLINE LaneVector<Lanes> positions_at(const float* const from[3], int i) {
   return {lanes_at<Lanes>(from[0] + i), lanes_at<Lanes>(from[1] + i), lanes_at<Lanes>(from[2] + i)};
 }
 
@@ -20,9 +20,9 @@ LIBOCC_INLINE LaneVector<Lanes> in_dual_frame(const LaneVector<Lanes>& n,
   return {dot(cross(c, n), v), dot(cross(n, b), v), dot(n, v)};
 }
 
-/// Whether the camera is on the first lamp's lit side; distances d in units of `size`.
+/// True if the camera is on the lit side of the first lamp; distances d in units of `size`.
 template <class Lanes>
-LIBOCC_INLINE LaneInts<Lanes> shows_lit_side(const NamedTriples& blobs, const LaneVector<Lanes>& d,
+LIBOCC_INLINE LaneInts<Lanes> shows_lit_side(const TripleInput& blobs, const LaneVector<Lanes>& d,
                                              const Lanes& size, const LaneVector<Lanes>& lit) {
   const LaneVector<Lanes> first = scaled(d.x, blobs.bearing[0]);
   const LaneVector<Lanes> e1 = scaled(d.y, blobs.bearing[1]) - first;
@@ -33,12 +33,12 @@ LIBOCC_INLINE LaneInts<Lanes> shows_lit_side(const NamedTriples& blobs, const La
 }
 
 template <Simd simd>
-LIBOCC_INLINE void solve_triples_body(const NamedTriples& blobs, const Places& places, int count,
-                                      const Depths& out) {
+LIBOCC_INLINE void solve_triples_body(const TripleInput& blobs, const LampPositions& positions,
+                                      int count, const DepthSolutions& out) {
   using Lanes = typename LanesOf<simd>::Type;
   for (int i = 0; i < count; i += lane_count<Lanes>) {
-    const LaneVector<Lanes> b = places_at<Lanes>(places.second, i),
-                            c = places_at<Lanes>(places.third, i);
+    const LaneVector<Lanes> b = positions_at<Lanes>(positions.second, i),
+                            c = positions_at<Lanes>(positions.third, i);
     const LaneVector<Lanes> bc = c - b;
     LaneSides2<Lanes> sides{dot(b, b), dot(c, c), dot(bc, bc)};
     const Lanes sum = sides.s01 + sides.s02 + sides.s12;
@@ -60,31 +60,33 @@ LIBOCC_INLINE void solve_triples_body(const NamedTriples& blobs, const Places& p
   }
 }
 LIBOCC_MULTIVERSION(solve_triples,
-                    (const NamedTriples& blobs, const Places& places, int count, const Depths& out),
-                    (blobs, places, count, out))
+                    (const TripleInput& blobs, const LampPositions& positions, int count,
+                     const DepthSolutions& out),
+                    (blobs, positions, count, out))
 
-/// x = origin + columns X of a lamp at X about the first one.
+/// Pose in the camera frame: x = origin + columns X for a lamp at X relative to the first lamp.
 template <class Lanes>
 struct LanePose {
   LaneVector<Lanes> column[3], origin;
 
-  LIBOCC_INLINE LaneVector<Lanes> turned(const float* v) const {
+  LIBOCC_INLINE LaneVector<Lanes> rotate(const float* v) const {
     const Lanes zero{};
     return (zero + v[0]) * column[0] + ((zero + v[1]) * column[1] + (zero + v[2]) * column[2]);
   }
 };
 
-/// How a pose from three blobs errs by one of their angles: dx = origin + columns X.
+/// Derivatives of a pose by the three angles between the bearings, times their standard deviations:
+/// dx = origin + columns X.
 template <class Lanes>
-struct LaneErrors {
+struct LanePoseError {
   LanePose<Lanes> of[3];
 
-  /// Squared, of the direction of x, times |x|^2.
-  LIBOCC_INLINE Lanes across2(const float* place, const LaneVector<Lanes>& x,
+  /// Variance of the direction of x, times |x|^2.
+  LIBOCC_INLINE Lanes across2(const float* position, const LaneVector<Lanes>& x,
                               const Lanes& inverse_x2) const {
     Lanes sum{};
     for (int k = 0; k < 3; ++k) {
-      const LaneVector<Lanes> dx = of[k].origin + of[k].turned(place);
+      const LaneVector<Lanes> dx = of[k].origin + of[k].rotate(position);
       const Lanes along = dot(dx, x);
       sum += dot(dx, dx) - along * along * inverse_x2;
     }
@@ -93,7 +95,7 @@ struct LaneErrors {
 };
 
 template <class Lanes>
-struct NoErrors {
+struct NoPoseError {
   LIBOCC_INLINE Lanes across2(const float*, const LaneVector<Lanes>&, const Lanes&) const {
     return Lanes{};
   }
@@ -106,45 +108,46 @@ LIBOCC_INLINE LaneInts<Lanes> in_view(const Frustum& f, const LaneVector<Lanes>&
          (x.y < f.bottom * x.z);
 }
 
-constexpr int max_others = 64;
+constexpr int max_remaining = 64;
 
 template <class Lanes, class Errors>
-LIBOCC_INLINE void judge(const LanePose<Lanes>& pose, const Errors& errors, const Jury& jury,
-                         const LaneInts<Lanes>& second, const LaneInts<Lanes>& third, int* further,
-                         int* visible) {
-  LaneInts<Lanes> hit[max_others];
-  for (int s = 0; s < jury.other_count; ++s) hit[s] = LaneInts<Lanes>{};
-  LaneInts<Lanes> seen{};
-  const unsigned char* may_be = jury.may_be;
-  for (int t = 0; t < jury.lamp_count; ++t, may_be += jury.other_count) {
-    const NearLamp& lamp = jury.lamps[t];
-    const LaneVector<Lanes> x = pose.origin + pose.turned(lamp.place);
+LIBOCC_INLINE void score(const LanePose<Lanes>& pose, const Errors& errors,
+                         const ScoringInput& input, const LaneInts<Lanes>& second,
+                         const LaneInts<Lanes>& third, int* inliers, int* visible) {
+  LaneInts<Lanes> hit[max_remaining];
+  for (int s = 0; s < input.remaining_count; ++s) hit[s] = LaneInts<Lanes>{};
+  LaneInts<Lanes> in_image{};
+  const unsigned char* allowed = input.allowed;
+  for (int t = 0; t < input.lamp_count; ++t, allowed += input.remaining_count) {
+    const NearLamp& lamp = input.lamps[t];
+    const LaneVector<Lanes> x = pose.origin + pose.rotate(lamp.position);
     const LaneInts<Lanes> lit =
-        (dot(pose.turned(lamp.normal), x) < lamp.lit_below) & (second != t) & (third != t);
+        (dot(pose.rotate(lamp.normal), x) < lamp.lit_below) & (second != t) & (third != t);
     LaneVector<Lanes> in_cam = x;
-    if (jury.to_camera) {
-      const float* r = jury.to_camera;
+    if (input.to_camera) {
+      const float* r = input.to_camera;
       in_cam = {dot(x, r), dot(x, r + 3), dot(x, r + 6)};
     }
-    seen -= lit & in_view(jury.frustum, in_cam);
+    in_image -= lit & in_view(input.frustum, in_cam);
     const Lanes x2 = dot(x, x), inverse_x2 = 1 / x2;
     const Lanes error2 =
-        errors.across2(lamp.place, x, inverse_x2) + lamp.blur * lamp.blur * inverse_x2;
-    for (int s = 0; s < jury.other_count; ++s) {
-      if (!may_be[s]) continue;
-      const Other& other = jury.others[s];
-      const LaneVector<Lanes> across = cross(x, other.bearing);
-      hit[s] |= lit & (dot(x, other.bearing) > 0) &
-                (dot(across, across) < jury.gate2 * (x2 * other.sigma2 + error2));
+        errors.across2(lamp.position, x, inverse_x2) + lamp.blur * lamp.blur * inverse_x2;
+    for (int s = 0; s < input.remaining_count; ++s) {
+      if (!allowed[s]) continue;
+      const RemainingBlob& blob = input.remaining[s];
+      const LaneVector<Lanes> across = cross(x, blob.bearing);
+      hit[s] |= lit & (dot(x, blob.bearing) > 0) &
+                (dot(across, across) < input.gate2 * (x2 * blob.sigma2 + error2));
     }
   }
   LaneInts<Lanes> count{};
-  for (int s = 0; s < jury.other_count; ++s) count -= hit[s];
-  store_lanes(count, further);
-  store_lanes(seen, visible);
+  for (int s = 0; s < input.remaining_count; ++s) count -= hit[s];
+  store_lanes(count, inliers);
+  store_lanes(in_image, visible);
 }
 
-/// From the frame of the edges e1, e2 and their cross product.
+/// Pose from the edges e1, e2 in the camera frame, their cross product, and the dual frame in the
+/// map.
 template <class Lanes>
 LIBOCC_INLINE LanePose<Lanes> from_edges(const LaneVector<Lanes>& origin,
                                          const LaneVector<Lanes>& e1, const LaneVector<Lanes>& e2,
@@ -161,16 +164,16 @@ LIBOCC_INLINE LanePose<Lanes> from_edges(const LaneVector<Lanes>& origin,
 }
 
 template <Simd simd>
-LIBOCC_INLINE void judge_triples_body(const NamedTriples& blobs, const Jury& jury,
-                                      const Judged& poses, int count, const Verdicts& out) {
+LIBOCC_INLINE void score_triples_body(const TripleInput& blobs, const ScoringInput& input,
+                                      const PoseBatch& poses, int count, const Scores& out) {
   using Lanes = typename LanesOf<simd>::Type;
   for (int i = 0; i < count; i += lane_count<Lanes>) {
-    const LaneVector<Lanes> b = places_at<Lanes>(poses.places.second, i),
-                            c = places_at<Lanes>(poses.places.third, i);
+    const LaneVector<Lanes> b = positions_at<Lanes>(poses.positions.second, i),
+                            c = positions_at<Lanes>(poses.positions.third, i);
     const LaneVector<Lanes> n = cross(b, c);
     const Lanes inverse = 1 / dot(n, n);
     const LaneVector<Lanes> dual[3] = {inverse * cross(c, n), inverse * cross(n, b), inverse * n};
-    const LaneVector<Lanes> d = places_at<Lanes>(poses.parameter, i);
+    const LaneVector<Lanes> d = positions_at<Lanes>(poses.parameter, i);
     const LaneVector<Lanes> origin = scaled(d.x, blobs.bearing[0]);
     const LaneVector<Lanes> e1 = scaled(d.y, blobs.bearing[1]) - origin;
     const LaneVector<Lanes> e2 = scaled(d.z, blobs.bearing[2]) - origin;
@@ -180,9 +183,9 @@ LIBOCC_INLINE void judge_triples_body(const NamedTriples& blobs, const Jury& jur
     const LaneVector<Lanes> by[3] = {j.by01(), j.by02(), j.by12()};
     const Lanes products[3] = {d.x * d.y, d.x * d.z, d.y * d.z};
     const float chords[3] = {blobs.chords.c01, blobs.chords.c02, blobs.chords.c12};
-    LaneErrors<Lanes> errors;
+    LanePoseError<Lanes> errors;
     for (int k = 0; k < 3; ++k) {
-      // An angle's change moves its squared chord by 2 chords.
+      // A change of an angle changes its squared chord by 2 chord times that change.
       const float change = 2 * __builtin_sqrtf(chords[k] * blobs.noise2[k]);
       const LaneVector<Lanes> dd = (by_det * products[k] * change) * by[k];
       const LaneVector<Lanes> moved = scaled(dd.x, blobs.bearing[0]);
@@ -190,40 +193,40 @@ LIBOCC_INLINE void judge_triples_body(const NamedTriples& blobs, const Jury& jur
       const LaneVector<Lanes> de2 = scaled(dd.z, blobs.bearing[2]) - moved;
       errors.of[k] = from_edges(moved, de1, de2, cross(de1, e2) + cross(e1, de2), dual);
     }
-    judge(pose, errors, jury, lanes_at<LaneInts<Lanes>>(poses.second + i),
-          lanes_at<LaneInts<Lanes>>(poses.third + i), out.further + i, out.visible + i);
+    score(pose, errors, input, lanes_at<LaneInts<Lanes>>(poses.second + i),
+          lanes_at<LaneInts<Lanes>>(poses.third + i), out.inliers + i, out.visible + i);
   }
 }
-LIBOCC_MULTIVERSION(judge_triples,
-                    (const NamedTriples& blobs, const Jury& jury, const Judged& poses, int count,
-                     const Verdicts& out),
-                    (blobs, jury, poses, count, out))
+LIBOCC_MULTIVERSION(score_triples,
+                    (const TripleInput& blobs, const ScoringInput& input, const PoseBatch& poses,
+                     int count, const Scores& out),
+                    (blobs, input, poses, count, out))
 
 template <Simd simd>
-LIBOCC_INLINE void judge_pairs_body(const float* first_bearing, const Jury& jury,
-                                    const Judged& poses, int count, const Verdicts& out) {
+LIBOCC_INLINE void score_pairs_body(const float* first_bearing, const ScoringInput& input,
+                                    const PoseBatch& poses, int count, const Scores& out) {
   using Lanes = typename LanesOf<simd>::Type;
   for (int i = 0; i < count; i += lane_count<Lanes>) {
-    const LaneVector<Lanes> p = places_at<Lanes>(poses.parameter, i);
+    const LaneVector<Lanes> p = positions_at<Lanes>(poses.parameter, i);
     const Lanes zero{}, one = 1 + zero;
     LanePose<Lanes> pose;
     pose.column[0] = {p.y, p.z, zero};
     pose.column[1] = {-p.z, p.y, zero};
     pose.column[2] = {zero, zero, one};
     pose.origin = scaled(p.x, first_bearing);
-    judge(pose, NoErrors<Lanes>{}, jury, lanes_at<LaneInts<Lanes>>(poses.second + i),
-          lanes_at<LaneInts<Lanes>>(poses.third + i), out.further + i, out.visible + i);
+    score(pose, NoPoseError<Lanes>{}, input, lanes_at<LaneInts<Lanes>>(poses.second + i),
+          lanes_at<LaneInts<Lanes>>(poses.third + i), out.inliers + i, out.visible + i);
   }
 }
-LIBOCC_MULTIVERSION(judge_pairs,
-                    (const float* first_bearing, const Jury& jury, const Judged& poses, int count,
-                     const Verdicts& out),
-                    (first_bearing, jury, poses, count, out))
+LIBOCC_MULTIVERSION(score_pairs,
+                    (const float* first_bearing, const ScoringInput& input, const PoseBatch& poses,
+                     int count, const Scores& out),
+                    (first_bearing, input, poses, count, out))
 
 }  // namespace
 
 SolveTriples solve_triples_for_cpu(Simd simd) { return solve_triples_for(simd); }
-JudgeTriples judge_triples_for_cpu(Simd simd) { return judge_triples_for(simd); }
-JudgePairs judge_pairs_for_cpu(Simd simd) { return judge_pairs_for(simd); }
+ScoreTriples score_triples_for_cpu(Simd simd) { return score_triples_for(simd); }
+ScorePairs score_pairs_for_cpu(Simd simd) { return score_pairs_for(simd); }
 
 }  // namespace occ::internal::identify

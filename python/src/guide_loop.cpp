@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The closed loop: its options, and its records as columns.
+// Closed-loop simulation: options, and records as columns.
 #include <pybind11/functional.h>
 
 #include "fields.hpp"
@@ -14,47 +14,48 @@ using Columns = py::typing::Dict<py::str, py::array>;
 void define_faults(py::module_& m) {
   using L = LampFailure;
   define_documented<L>(
-      m, "LampFailure", "A lamp that is dark for a while.",
-      std::make_tuple(required_field("lamp", &L::lamp, "its id"),
+      m, "LampFailure", "A lamp that is off for a while.",
+      std::make_tuple(required_field("lamp", &L::lamp, "id of the lamp"),
                       field("from_s", &L::from_s, "[s]"), field("to_s", &L::to_s, "[s]")));
-  using O = OdometryLie;
-  define_documented<O>(
-      m, "OdometryLie", "Odometry that says something else than the wheels did.",
-      std::make_tuple(required_field("from_s", &O::from_s, "[s]"),
-                      required_field("to_s", &O::to_s, "[s]"),
-                      field("scale", &O::scale, "of the length"),
-                      field("turn_rate_rad_s", &O::turn_rate_rad_s, "added [rad/s]")));
+  using O = OdometryFault;
+  define_documented<O>(m, "OdometryFault", "Interval with a gross error of the odometry.",
+                       std::make_tuple(required_field("from_s", &O::from_s, "[s]"),
+                                       required_field("to_s", &O::to_s, "[s]"),
+                                       field("scale", &O::scale, "factor of the reported length"),
+                                       field("turn_rate_rad_s", &O::turn_rate_rad_s,
+                                             "added to the reported turn rate [rad/s]")));
   using K = Kidnapping;
-  define_documented<K>(m, "Kidnapping", "The vehicle is lifted to another pose; nobody says so.",
+  define_documented<K>(m, "Kidnapping", "Moves the vehicle to another pose without any odometry.",
                        std::make_tuple(required_field("at_s", &K::at_s, "[s]"),
                                        required_field("to", &K::to, "PlanarPose")));
   using C = ClockJump;
-  define_documented<C>(m, "ClockJump", "From then on the camera's clock is ahead.",
+  define_documented<C>(m, "ClockJump", "Sets the camera's clock forward.",
                        std::make_tuple(required_field("at_s", &C::at_s, "[s]"),
                                        required_field("by_s", &C::by_s, "[s]")));
   using F = LoopFaults;
   define_documented<F>(
-      m, "LoopFaults", "What goes wrong in a closed loop; by default nothing.",
+      m, "LoopFaults", "Faults in a closed loop; none by default.",
       std::make_tuple(
-          field("latency_s", &F::latency_s, "from an image's capture to its arrival [s]"),
-          field("frame_loss", &F::frame_loss, "probability of each image"),
-          field("frame_repeat", &F::frame_repeat, "probability that an image comes twice"),
-          field("lamp_failures", &F::lamp_failures, "LampFailure each"),
-          field("odometry_lies", &F::odometry_lies, "OdometryLie each"),
-          field("kidnappings", &F::kidnappings, "Kidnapping each"),
-          field("clock_jumps", &F::clock_jumps, "ClockJump each")));
+          field("latency_s", &F::latency_s, "from the capture of an image to its arrival [s]"),
+          field("frame_loss", &F::frame_loss, "probability that an image is lost"),
+          field("frame_repeat", &F::frame_repeat, "probability that an image arrives twice"),
+          field("lamp_failures", &F::lamp_failures, "list of LampFailure"),
+          field("odometry_faults", &F::odometry_faults, "list of OdometryFault"),
+          field("kidnappings", &F::kidnappings, "list of Kidnapping"),
+          field("clock_jumps", &F::clock_jumps, "list of ClockJump")));
 }
 
-/// Of the tracker what a loop may want to change.
+/// Options of the tracker that are relevant for a loop.
 auto tracker_fields() {
   using T = TrackerOptions;
   return std::make_tuple(
       field("floor", &T::floor, "PlanarFilterOptions of the tracker's floor"),
-      field("gate_sigma", &T::gate_sigma, "a lamp and a blob agree within [sigma]"),
+      field("gate_sigma", &T::gate_sigma, "gate between a lamp and a blob [sigma]"),
       field("gate_model_sigma_px", &T::model_sigma_px, "camera and map error in that gate [px]"),
-      field("coast_s", &T::coast_s, "without lamps the prediction is believed so long [s]"),
-      field("coast_sigma_m", &T::coast_sigma_m, "and while its sigma is smaller [m]"),
-      field("confirmations", &T::confirmations, "images that must agree on an unforeseen pose"));
+      field("coast_s", &T::coast_s, "maximum duration of prediction without lamps [s]"),
+      field("coast_sigma_m", &T::coast_sigma_m, "maximum sigma of the prediction [m]"),
+      field("confirmations", &T::confirmations,
+            "number of images that must agree on an unexpected pose"));
 }
 
 auto loop_fields() {
@@ -62,61 +63,70 @@ auto loop_fields() {
   return std::tuple_cat(
       std::make_tuple(
           field("vehicle", &O::vehicle, "Vehicle"),
-          field("vehicle_height_m", &O::vehicle_height_m, "boxes above are driven under [m]"),
+          field("vehicle_height_m", &O::vehicle_height_m,
+                "boxes above this height are ignored [m]"),
           field("follower", &O::follower, "Follower"),
           field("pure_pursuit", &O::pure_pursuit, "PurePursuitOptions"),
           field("stanley", &O::stanley, "StanleyOptions"),
           field("docking", &O::docking, "DockOptions"),
           field("estimation", &O::estimation, "LoopEstimation"),
-          field("camera_place_m", &O::camera_place_m, "(3,) on the vehicle, above the floor [m]"),
-          field("camera_pan_rad", &O::camera_pan_rad, "as camera_on_vehicle() has it"),
-          field("camera_tilt_rad", &O::camera_tilt_rad, "alike"),
-          field("pan_tilt", &O::pan_tilt, "PanTiltPlan instead, by the way along the route"),
-          field("pan_tilt_rate_rad_s", &O::pan_tilt_rate_rad_s, "of each axis [rad/s]"),
+          field("camera_place_m", &O::camera_place_m,
+                "(3,) position on the vehicle, z above the floor [m]"),
+          field("camera_pan_rad", &O::camera_pan_rad, "see camera_on_vehicle() [rad]"),
+          field("camera_tilt_rad", &O::camera_tilt_rad, "see camera_on_vehicle() [rad]"),
+          field("pan_tilt", &O::pan_tilt, "PanTiltPlan that replaces the fixed angles"),
+          field("pan_tilt_rate_rad_s", &O::pan_tilt_rate_rad_s,
+                "maximum rate of each axis [rad/s]"),
           field("frame_rate_hz", &O::frame_rate_hz, "[Hz]"),
           field("control_rate_hz", &O::control_rate_hz, "[Hz]"),
           field("clock_guard_s", &O::clock_guard_s,
-                "images that come so much earlier or later tell that their clock jumped [s]"),
+                "change of the images' transport delay that indicates a clock jump [s]"),
           field("image_noise", &O::image_noise, "shot and read noise"),
-          field("start", &O::start, "PlanarPose, the true one; None: the route's begin"),
-          field("start_sigma_m", &O::start_sigma_m, "of the estimate's first error [m]"),
-          field("start_sigma_rad", &O::start_sigma_rad, "alike [rad]"),
-          field("max_s", &O::max_s, "the run ends [s]"),
-          field("max_lost_s", &O::max_lost_s, "without a pose so long: the run ends [s]"),
+          field("start", &O::start, "PlanarPose, true pose; None: begin of the route"),
+          field("start_sigma_m", &O::start_sigma_m,
+                "standard deviation of the initial pose error [m]"),
+          field("start_sigma_rad", &O::start_sigma_rad, "likewise, heading [rad]"),
+          field("max_s", &O::max_s, "maximum duration of the run [s]"),
+          field("max_lost_s", &O::max_lost_s, "maximum time without a pose [s]"),
           field("faults", &O::faults, "LoopFaults"),
-          field("seed", &O::seed, "of everything random")),
+          field("seed", &O::seed, "seed of all random numbers")),
       fields_within(&O::tracker, tracker_fields()));
 }
 
 void define_metrics(py::module_& m) {
   using M = LoopMetrics;
   define_documented<M>(
-      m, "LoopMetrics", "What a run of the closed loop comes to.",
+      m, "LoopMetrics", "Metrics of a closed-loop run.",
       std::make_tuple(
           field("duration_s", &M::duration_s, "[s]"), field("driven_m", &M::driven_m, "[m]"),
-          field("cross_track_mean_m", &M::cross_track_mean_m, "of its magnitude, on the route [m]"),
+          field("cross_track_mean_m", &M::cross_track_mean_m, "mean magnitude on the route [m]"),
           field("cross_track_rmse_m", &M::cross_track_rmse_m, "[m]"),
           field("cross_track_max_m", &M::cross_track_max_m, "[m]"),
-          field("position_rmse_m", &M::position_rmse_m, "of the estimate [m]"),
+          field("position_rmse_m", &M::position_rmse_m, "error of the estimate [m]"),
           field("position_max_m", &M::position_max_m, "[m]"),
           field("heading_rmse_rad", &M::heading_rmse_rad, "[rad]"),
           field("heading_max_rad", &M::heading_max_rad, "[rad]"),
-          field("final_error", &M::final_error, "PlanarPose in the frame of the dock or the end"),
+          field("final_error", &M::final_error,
+                "PlanarPose relative to the dock or the route's end"),
           field("final_position_error_m", &M::final_position_error_m, "magnitude [m]"),
           field("final_heading_error_rad", &M::final_heading_error_rad, "magnitude [rad]"),
           field("frames", &M::frames, "images captured"),
-          field("availability", &M::availability, "share of them that were tracked"),
-          field("three_lamps", &M::three_lamps, "share whose pose was made of three lamps or more"),
-          field("longest_outage_s", &M::longest_outage_s, "between tracked images [s]"),
-          field("lost_s", &M::lost_s, "without a pose [s]"),
-          field("relocations", &M::relocations, "jumps of the pose that were confirmed"),
-          field("clock_jumps", &M::clock_jumps, "that were noticed"),
+          field("availability", &M::availability, "share of the images that were tracked"),
+          field("three_lamps", &M::three_lamps,
+                "share of the images whose pose uses three lamps or more"),
+          field("longest_outage_s", &M::longest_outage_s,
+                "longest time between tracked images [s]"),
+          field("lost_s", &M::lost_s, "time without a pose [s]"),
+          field("relocations", &M::relocations, "confirmed jumps of the pose"),
+          field("clock_jumps", &M::clock_jumps, "number of jumps detected"),
           field("nees", &M::nees, "mean over the steps; 3 is expected"),
           field("nis_per_dof", &M::nis_per_dof, "over all images; 1 is expected"),
-          field("frame_mean_s", &M::frame_mean_s, "time per image on this machine [s]"),
+          field("frame_mean_s", &M::frame_mean_s,
+                "mean processing time per image on this machine [s]"),
           field("frame_median_s", &M::frame_median_s, "[s]"),
           field("frame_p99_s", &M::frame_p99_s, "[s]"),
-          field("limited_steps", &M::limited_steps, "more was asked than the vehicle can do")));
+          field("limited_steps", &M::limited_steps,
+                "steps in which the command exceeded the vehicle's limits")));
 }
 
 template <class T, class Items, class Get>
@@ -193,7 +203,7 @@ Columns frame_columns(const LoopResult& result) {
 
 using Observer = std::function<bool(double, double)>;
 
-/// Ten times a second, and with Ctrl-C heard.
+/// Calls the observer ten times a second and checks for Ctrl-C.
 LoopObserver observing(const std::optional<Observer>& observer, double control_rate_hz) {
   const int every = std::max(1, static_cast<int>(control_rate_hz / 10));
   return [observer, every, step = 0](const LoopRecord& record) mutable {
@@ -208,16 +218,17 @@ void define_result_class(py::module_& m) {
   using R = LoopResult;
   py::class_<R>(m, "LoopResult", "A run of the closed loop.")
       .def_property_readonly(
-          "ok", [](const R& r) { return r.outcome == LoopOutcome::arrived; }, "Whether it arrived.")
+          "ok", [](const R& r) { return r.outcome == LoopOutcome::arrived; },
+          "True if the vehicle arrived.")
       .def_readonly("outcome", &R::outcome, "LoopOutcome.")
-      .def_readonly("message", &R::message, "What ended it.")
+      .def_readonly("message", &R::message, "Reason for the end of the run.")
       .def_readonly("metrics", &R::metrics, "LoopMetrics.")
       .def_property_readonly(
           "records", &record_columns,
           R"(Columns by name, an entry for each control step: time_s; true_x_m, true_y_m,
 true_heading_rad; x_m, y_m, heading_rad of the estimate with covariance (n, 3, 3); state (0 searching,
-1 tracking, 2 coasting, 3 lost), lamps; along_m and deviation_m of the truth; speed_m_s,
-turn_rate_rad_s, steering_rad asked, limited; pan_rad, tilt_rad; docking; frames that arrived.)")
+1 tracking, 2 coasting, 3 lost), lamps; along_m and deviation_m of the true pose; speed_m_s,
+turn_rate_rad_s, steering_rad of the command, limited; pan_rad, tilt_rad; docking; frames arrived.)")
       .def_property_readonly(
           "frames", &frame_columns,
           R"(Columns by name, an entry for each image: captured_s, arrived_s, lost, state,
@@ -228,15 +239,15 @@ lamps_in_view, lamps_used, nis, nis_dof, relocated, clock_jumped_s, taken_s.)")
 }
 
 void define_enums(py::module_& m) {
-  py::native_enum<Follower>(m, "Follower", "enum.Enum", "Which controller follows the route.")
+  py::native_enum<Follower>(m, "Follower", "enum.Enum", "Controller that follows the route.")
       .value("pure_pursuit", Follower::pure_pursuit)
       .value("stanley", Follower::stanley)
       .finalize();
-  py::native_enum<LoopEstimation>(m, "LoopEstimation", "enum.Enum", "Who estimates the pose.")
+  py::native_enum<LoopEstimation>(m, "LoopEstimation", "enum.Enum", "Estimator of the pose.")
       .value("tracker", LoopEstimation::tracker)
       .value("locate", LoopEstimation::locate)
       .finalize();
-  py::native_enum<LoopOutcome>(m, "LoopOutcome", "enum.Enum", "How a run ended.")
+  py::native_enum<LoopOutcome>(m, "LoopOutcome", "enum.Enum", "Outcome of a run.")
       .value("arrived", LoopOutcome::arrived)
       .value("collision", LoopOutcome::collision)
       .value("lost", LoopOutcome::lost)
@@ -249,7 +260,7 @@ void define_enums(py::module_& m) {
 void define_closed_loop(py::module_& m) {
   define_enums(m);
   define_faults(m);
-  define_documented<LoopOptions>(m, "LoopOptions", "Of the closed loop.", loop_fields());
+  define_documented<LoopOptions>(m, "LoopOptions", "Options of closed_loop().", loop_fields());
   define_metrics(m);
   define_result_class(m);
   m.def(
@@ -261,11 +272,11 @@ void define_closed_loop(py::module_& m) {
       },
       py::arg("scene"), py::arg("route"), py::arg_v("options", LoopOptions{}, "LoopOptions()"),
       py::arg("observer") = py::none(),
-      R"(A vehicle drives a route by its lamps: world, rendered image, estimate, controller, world.
+      R"(Simulates a vehicle on a route: world, rendered image, pose estimate, controller, world.
 
-scene.camera is the vehicle's. observer(time_s, along_m) is called ten times a second of the run;
-False ends it. Returns: LoopResult; the same seed gives the same run.
-Raises: ValueError naming what is wrong: a route that is not free of walls and boxes, an option.
+scene.camera is the vehicle's camera. observer(time_s, along_m) is called ten times per simulated
+second; returning False ends the run. Returns: LoopResult; the same seed gives the same run.
+Raises: ValueError naming the option, or the conflict of the route with a wall or box.
 
 >>> import libocc as occ
 >>> scene = occ.Scene.load("data/scenes/kookmin_four_lamps.yaml")

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is seen from a floor, and plans that keep it in view.
+// Visibility of lamps from a floor, and plans that keep them in view.
 #include "fields.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/guide/plan_pan_tilt.hpp"
@@ -14,7 +14,7 @@ namespace {
 using GapRows = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
 using KnotRows = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
-/// Of places of the floor, as arrays.
+/// Visibility of several poses on the floor, as arrays.
 struct FloorVisibility {
   std::vector<Visibility> seen;
 
@@ -30,45 +30,48 @@ struct FloorVisibility {
 auto view_fields() {
   using O = VisibilityOptions;
   return std::make_tuple(
-      field("camera_place_m", &O::camera_place_m, "(3,) on the vehicle, above the floor [m]"),
-      field("camera_pan_rad", &O::camera_pan_rad, "as camera_on_vehicle() has it"),
-      field("camera_tilt_rad", &O::camera_tilt_rad, "alike"),
-      field("margin_px", &O::margin_px, "a lamp's rim is so far within the image [px]"),
-      field("sigma_px", &O::sigma_px, "of a lamp's centre in the image [px]"),
+      field("camera_place_m", &O::camera_place_m,
+            "(3,) position on the vehicle, z above the floor [m]"),
+      field("camera_pan_rad", &O::camera_pan_rad, "see camera_on_vehicle() [rad]"),
+      field("camera_tilt_rad", &O::camera_tilt_rad, "see camera_on_vehicle() [rad]"),
+      field("margin_px", &O::margin_px,
+            "minimum distance of a lamp's rim from the image border [px]"),
+      field("sigma_px", &O::sigma_px, "error of a lamp's centre in the image [px]"),
       field("heading_sigma_rad", &O::heading_sigma_rad,
-            "known beside the image; infinity: nothing [rad]"));
+            "prior knowledge of the heading; infinity: none [rad]"));
 }
 
 auto plan_fields() {
   using O = RoutePlanOptions;
   return std::tuple_cat(
       std::make_tuple(
-          field("min_lamps", &O::min_lamps, "in view everywhere"),
-          field("max_sigma_m", &O::max_sigma_m, "of the place, everywhere [m]"),
-          field("cell_m", &O::cell_m, "of the lattice [m]"),
+          field("min_lamps", &O::min_lamps, "minimum number in view everywhere"),
+          field("max_sigma_m", &O::max_sigma_m, "limit of position_sigma_m everywhere [m]"),
+          field("cell_m", &O::cell_m, "cell of the lattice [m]"),
           field("corner_radius_m", &O::corner_radius_m, "[m]"),
           field("vehicle_radius_m", &O::vehicle_radius_m, "[m]"),
-          field("vehicle_height_m", &O::vehicle_height_m, "boxes above are driven under [m]"),
-          field("speed_m_s", &O::speed_m_s, "of the route [m/s]"),
-          field("turn_cost_m", &O::turn_cost_m, "a corner counts as so much more way [m]")),
+          field("vehicle_height_m", &O::vehicle_height_m,
+                "boxes above this height are ignored [m]"),
+          field("speed_m_s", &O::speed_m_s, "speed of the route [m/s]"),
+          field("turn_cost_m", &O::turn_cost_m, "cost of a corner, as additional length [m]")),
       fields_within(&O::view, view_fields()));
 }
 
 auto pan_tilt_fields() {
   using O = PanTiltOptions;
   return std::tuple_cat(
-      std::make_tuple(
-          field("min_lamps", &O::min_lamps, "in view everywhere"),
-          field("min_pan_rad", &O::min_pan_rad, "[rad]"),
-          field("max_pan_rad", &O::max_pan_rad, "[rad]"),
-          field("min_tilt_rad", &O::min_tilt_rad, "[rad]"),
-          field("max_tilt_rad", &O::max_tilt_rad, "[rad]"),
-          field("pans", &O::pans, "of the grid, both ends included"),
-          field("tilts", &O::tilts, "alike"),
-          field("pan_rate_rad_s", &O::pan_rate_rad_s, "[rad/s]"),
-          field("tilt_rate_rad_s", &O::tilt_rate_rad_s, "[rad/s]"),
-          field("step_m", &O::step_m, "between the plan's knots, at most [m]"),
-          field("sigma_cost_1_m", &O::sigma_cost_1_m, "what a bound costs beside a turn by 1 rad")),
+      std::make_tuple(field("min_lamps", &O::min_lamps, "minimum number in view everywhere"),
+                      field("min_pan_rad", &O::min_pan_rad, "[rad]"),
+                      field("max_pan_rad", &O::max_pan_rad, "[rad]"),
+                      field("min_tilt_rad", &O::min_tilt_rad, "[rad]"),
+                      field("max_tilt_rad", &O::max_tilt_rad, "[rad]"),
+                      field("pans", &O::pans, "grid points of pan, both ends included"),
+                      field("tilts", &O::tilts, "grid points of tilt, both ends included"),
+                      field("pan_rate_rad_s", &O::pan_rate_rad_s, "[rad/s]"),
+                      field("tilt_rate_rad_s", &O::tilt_rate_rad_s, "[rad/s]"),
+                      field("step_m", &O::step_m, "maximum distance between the plan's knots [m]"),
+                      field("sigma_cost_1_m", &O::sigma_cost_1_m,
+                            "cost of a bound, relative to a rotation by 1 rad [1/m]")),
       fields_within(&O::view, view_fields()));
 }
 
@@ -98,7 +101,7 @@ KnotRows knot_rows(const PanTiltPlan& plan) {
 
 void define_visibility(py::module_& m) {
   using F = FloorVisibility;
-  py::class_<F>(m, "FloorVisibility", "What is seen from n poses on a floor.")
+  py::class_<F>(m, "FloorVisibility", "Visibility of lamps from n poses on a floor.")
       .def_property_readonly(
           "lamps",
           [](const F& f) {
@@ -106,22 +109,22 @@ void define_visibility(py::module_& m) {
             for (const Visibility& seen : f.seen) lamps.push_back(seen.lamps);
             return lamps;
           },
-          "Ids of the lamps wholly in view, a list for each pose.")
+          "Ids of the lamps completely in view, a list for each pose.")
       .def_property_readonly(
           "lamps_in_view",
           [](const F& f) { return f.column([](const Visibility& v) { return v.lamps.size(); }); },
-          "(n,) how many.")
+          "(n,) number of lamps completely in view.")
       .def_property_readonly(
           "power_w", [](const F& f) { return f.column([](const auto& v) { return v.power_w; }); },
-          "(n,) of all lamps through the lens [W].")
+          "(n,) power of all lamps through the lens [W].")
       .def_property_readonly(
           "position_sigma_m",
           [](const F& f) { return f.column([](const auto& v) { return v.position_sigma_m; }); },
-          "(n,) root of the trace of the place's bound [m]; infinite where there is none.")
+          "(n,) root of the trace of the position bound [m]; infinite where there is none.")
       .def_property_readonly(
           "heading_sigma_rad",
           [](const F& f) { return f.column([](const auto& v) { return v.heading_sigma_rad; }); },
-          "(n,) [rad].");
+          "(n,) bound of the heading [rad].");
   const auto fields = view_fields();
   DefaultTexts texts;
   std::apply(
@@ -138,7 +141,7 @@ void define_visibility(py::module_& m) {
               return F{visibility(scene, all, options)};
             },
             py::arg("scene"), py::arg("poses"), py::kw_only(), argument(f, texts)...,
-            (R"(What a vehicle would see from places of a floor, before it has been there.
+            (R"(Predicts the lamps in view and the accuracy of the pose for poses on a floor.
 
 poses: (n, 3), x_m, y_m, heading_rad. Returns: FloorVisibility.
 
@@ -166,7 +169,7 @@ std::vector<PlanGoal> goals_of(const std::vector<std::vector<double>>& goals) {
 }
 
 void define_plan_route(py::module_& m) {
-  py::native_enum<PlanStatus>(m, "PlanStatus", "enum.Enum", "Whether there is a plan.")
+  py::native_enum<PlanStatus>(m, "PlanStatus", "enum.Enum", "Outcome of planning.")
       .value("ok", PlanStatus::ok)
       .value("blind", PlanStatus::blind)
       .value("blocked", PlanStatus::blocked)
@@ -174,16 +177,18 @@ void define_plan_route(py::module_& m) {
       .value("goal_blocked", PlanStatus::goal_blocked)
       .finalize();
   using P = RoutePlan;
-  py::class_<P>(m, "RoutePlan", "A route on which lamps stay in view, or where there is none.")
+  py::class_<P>(m, "RoutePlan",
+                "Route on which the lamps stay in view, or the reason why there is none.")
       .def_property_readonly(
-          "ok", [](const P& p) { return p.status == PlanStatus::ok; }, "Whether there is one.")
+          "ok", [](const P& p) { return p.status == PlanStatus::ok; }, "True if status is ok.")
       .def_readonly("status", &P::status, "PlanStatus.")
-      .def_readonly("message", &P::message, "Where and why there is none.")
-      .def_readonly("route", &P::route, "Route; the least blind one when status is blind.")
+      .def_readonly("message", &P::message, "Description of the problem; empty if ok.")
+      .def_readonly("route", &P::route, "Route; if status is blind, the one with the fewest gaps.")
       .def_property_readonly(
           "gaps", [](const P& p) { return gap_rows(p.gaps); },
-          "(n, 6) places without view: from and to along the route, from (x, y), to (x, y) [m].")
-      .def_readonly("seen_share", &P::seen_share, "Of the route's length.");
+          "(n, 6) sections without view: from and to along the route, from (x, y), to (x, y) [m].")
+      .def_readonly("seen_share", &P::seen_share,
+                    "Share of the route's length with sufficient view.");
   const auto fields = plan_fields();
   DefaultTexts texts, gap_texts;
   std::apply(
@@ -200,10 +205,10 @@ void define_plan_route(py::module_& m) {
             },
             py::arg("scene"), py::arg("start"), py::arg("goals"), py::kw_only(),
             argument(f, texts)...,
-            (R"(The shortest route over goals on which the lamps stay in view.
+            (R"(Plans the shortest route over goals on which the lamps stay in view.
 
-start: PlanarPose. goals: (x_m, y_m) or (x_m, y_m, heading_rad) each, met to 0.71 of a cell. Where
-every way leads through places without view the status is blind, and `gaps` says which they are.
+start: PlanarPose. goals: (x_m, y_m) or (x_m, y_m, heading_rad) each, reached within 0.71 of a cell.
+If every route has sections without view, the status is blind and `gaps` lists them.
 
 >>> import libocc as occ
 >>> scene = occ.Scene.load("data/scenes/kookmin_four_lamps.yaml")
@@ -220,17 +225,19 @@ every way leads through places without view the status is blind, and `gaps` says
                   view_gaps(scene, route, from_values<RoutePlanOptions>(fields, values...)));
             },
             py::arg("scene"), py::arg("route"), py::kw_only(), argument(f, gap_texts)...,
-            "Where along a route too little is seen: (n, 6) as RoutePlan.gaps; options as of "
-            "plan_route().");
+            "Returns the sections of a route without sufficient view: (n, 6) as RoutePlan.gaps; "
+            "options as "
+            "of plan_route().");
       },
       fields);
 }
 
 void define_pan_tilt(py::module_& m) {
   using P = PanTiltPlan;
-  py::class_<P>(m, "PanTiltPlan", R"(How a camera pans and tilts on the way along a route.
+  py::class_<P>(m, "PanTiltPlan",
+                R"(Pan and tilt of a camera as functions of the distance along a route.
 
-knots: (n, 3), along_m, pan_rad, tilt_rad; straight between them.)")
+knots: (n, 3), along_m, pan_rad, tilt_rad; linear interpolation between them.)")
       .def(py::init(&plan_of_rows), py::arg("knots"))
       .def_property_readonly("knots", &knot_rows, "(n, 3).")
       .def(
@@ -247,15 +254,16 @@ knots: (n, 3), along_m, pan_rad, tilt_rad; straight between them.)")
       .def(py::pickle([](const P& plan) { return knot_rows(plan); },
                       [](const KnotRows& rows) { return plan_of_rows(rows); }));
   using R = PanTiltResult;
-  py::class_<R>(m, "PanTiltResult", "A plan of pan and tilt, and where there is none.")
+  py::class_<R>(m, "PanTiltResult", "Plan of pan and tilt, with its gaps.")
       .def_property_readonly(
-          "ok", [](const R& r) { return r.status == PlanStatus::ok; }, "Whether there is one.")
+          "ok", [](const R& r) { return r.status == PlanStatus::ok; }, "True if status is ok.")
       .def_readonly("status", &R::status, "PlanStatus: ok or blind.")
-      .def_readonly("message", &R::message, "Where there is none.")
-      .def_readonly("plan", &R::plan, "PanTiltPlan, the least blind one.")
+      .def_readonly("message", &R::message, "Description of the gaps; empty if ok.")
+      .def_readonly("plan", &R::plan, "PanTiltPlan; best plan, also if it has gaps.")
       .def_property_readonly(
           "gaps", [](const R& r) { return gap_rows(r.gaps); }, "(n, 6) as RoutePlan.gaps.")
-      .def_readonly("seen_share", &R::seen_share, "Of the route's length.");
+      .def_readonly("seen_share", &R::seen_share,
+                    "Share of the route's length with sufficient view.");
   const auto fields = pan_tilt_fields();
   DefaultTexts texts;
   std::apply(
@@ -269,9 +277,9 @@ knots: (n, 3), along_m, pan_rad, tilt_rad; straight between them.)")
               return plan_pan_tilt(scene, route, options);
             },
             py::arg("scene"), py::arg("route"), py::kw_only(), argument(f, texts)...,
-            ("How a camera that pans and tilts keeps lamps in view along a route, within its "
-             "rates: "
-             "PanTiltResult." +
+            ("Plans pan and tilt angles that keep the lamps in view along a route, within the "
+             "rates of "
+             "the axes. Returns: PanTiltResult." +
              fields_doc(fields, "Options"))
                 .c_str());
       },

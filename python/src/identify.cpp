@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// P3P, identification and refinement: the steps that locate() strings together.
+// Identification of lamps: matches, hypotheses, symmetries.
 #include "libocc/identify/identify.hpp"
 
 #include "fields.hpp"
@@ -12,45 +12,46 @@ namespace {
 
 void define_symmetry(py::module_& m) {
   py::native_enum<SymmetryKind>(m, "SymmetryKind", "enum.Enum",
-                                "What takes one explanation of an image to another.")
-      .value("turn", SymmetryKind::turn, "about an axis")
-      .value("shift", SymmetryKind::shift, "along the map")
-      .value("screw", SymmetryKind::screw, "both")
-      .value("planar_flip", SymmetryKind::planar_flip, "the same names, seen from elsewhere")
+                                "Motion that relates two hypotheses of an image.")
+      .value("rotation", SymmetryKind::rotation, "about an axis")
+      .value("translation", SymmetryKind::translation, "without rotation")
+      .value("screw", SymmetryKind::screw, "rotation about an axis and translation along it")
+      .value("planar_flip", SymmetryKind::planar_flip,
+             "the same lamps, with different camera poses")
       .value("none", SymmetryKind::none, "the map does not repeat")
       .finalize();
-  py::class_<Symmetry>(m, "Symmetry", "How the map repeats from one explanation to another.")
-      .def_readonly("kind", &Symmetry::kind, "Turn, shift, screw, planar_flip or none.")
+  py::class_<Symmetry>(m, "Symmetry", "Symmetry of the map between two hypotheses of an image.")
+      .def_readonly("kind", &Symmetry::kind, "SymmetryKind.")
       .def_readonly("world_from_world", &Symmetry::world_from_world,
-                    "4x4: takes the best explanation's lamps and camera to the rival's.")
-      .def_readonly("misfit_m", &Symmetry::misfit_m,
-                    "Root mean square of what is left between the lamps [m].")
-      .def_readonly("text", &Symmetry::text, "For people.")
+                    "4x4: maps the lamps and camera of the best hypothesis to the rival's.")
+      .def_readonly("misfit_m", &Symmetry::misfit_m, "Root mean square residual of the lamps [m].")
+      .def_readonly("text", &Symmetry::text, "Description of the motion.")
       .def("__repr__", [](const Symmetry& s) { return "<Symmetry: " + s.text + ">"; });
 }
 
 void define_matches(py::module_& m) {
   py::native_enum<IdentifyMethod>(m, "IdentifyMethod", "enum.Enum",
-                                  "How poses that explain an image are searched for.")
+                                  "Search method for candidate poses.")
       .value("automatic", IdentifyMethod::automatic, "alignment for small maps, else voting")
-      .value("alignment", IdentifyMethod::alignment, "every naming of a few blob triples")
+      .value("alignment", IdentifyMethod::alignment,
+             "all assignments of a few blob triples, verified")
       .value("voting", IdentifyMethod::voting,
-             "all namings in single precision, the best looked at")
-      .value("ransac", IdentifyMethod::ransac, "random namings until a better one is unlikely")
-      .value("clustering", IdentifyMethod::clustering, "poses of all namings; where many agree")
-      .value("hashing", IdentifyMethod::hashing, "triangles by their shape, where gravity is known")
+             "all assignments scored in single precision, the best verified")
+      .value("ransac", IdentifyMethod::ransac, "random assignments until a better one is unlikely")
+      .value("clustering", IdentifyMethod::clustering, "clusters of the poses of many assignments")
+      .value("hashing", IdentifyMethod::hashing, "triangles looked up by shape; needs gravity")
       .finalize();
   py::class_<LampIndex>(m, "LampIndex",
-                        "Shapes of all triangles of near lamps, made once for a map: what "
-                        "identification by hashing looks up.")
+                        "Index of a map for IdentifyMethod.hashing: the shapes of all triangles of "
+                        "neighbouring lamps.")
       .def(py::init([](const Scene& scene) { return LampIndex(scene.lamps); }), py::arg("scene"))
       .def_property_readonly("applies", &LampIndex::applies,
-                             "Whether four fifths of the lamps hang at one height.")
-      .def_property_readonly("triangles", &LampIndex::triangles, "Their number.")
+                             "True if four fifths of the lamps hang at one height.")
+      .def_property_readonly("triangles", &LampIndex::triangles, "Number of triangles.")
       .def("__repr__", [](const LampIndex& index) {
         return "<LampIndex: " + std::to_string(index.triangles()) + " triangles>";
       });
-  py::class_<Match> match(m, "Match", "Which lamp of the scene is which blob: two indices.");
+  py::class_<Match> match(m, "Match", "Assignment of a blob to a lamp: two indices.");
   const auto fields = std::make_tuple(required_field("lamp", &Match::lamp, "index in scene.lamps"),
                                       required_field("blob", &Match::blob, "index in the blobs"));
   define_value(match, fields);
@@ -59,32 +60,36 @@ void define_matches(py::module_& m) {
   });
 
   define_symmetry(m);
-  py::class_<Hypothesis>(m, "Hypothesis", "One way to explain an image.")
+  py::class_<Hypothesis>(m, "Hypothesis", "A pose with the assignment of blobs to lamps.")
       .def_readonly("cam_from_world", &Hypothesis::cam_from_world, "Coarse pose, 4x4.")
       .def_readonly("matches", &Hypothesis::matches, "Matches, sorted by lamp.")
-      .def_readonly("chi2", &Hypothesis::chi2, "Of centroids, prior and missed lamps.")
-      .def_readonly("missed", &Hypothesis::missed, "Lamps that should be in view but are not.")
+      .def_readonly("chi2", &Hypothesis::chi2,
+                    "Chi-square of centroids and prior, plus the penalties of missed lamps.")
+      .def_readonly("missed", &Hypothesis::missed,
+                    "Lamps that should be visible but match no blob.")
       .def_readonly("brightness_chi2", &Hypothesis::brightness_chi2,
-                    "Of fluxes and sizes about one common gain.")
+                    "Chi-square of fluxes, up to one common gain, and sizes.")
       .def_readonly("symmetry", &Hypothesis::symmetry,
-                    "What takes the best hypothesis to this one; None for the best.")
+                    "Symmetry that maps the best hypothesis to this one; None for the best.")
       .def("__repr__", [](const Hypothesis& h) {
         return "<Hypothesis: " + std::to_string(h.matches.size()) + " matches, " +
                std::to_string(h.missed) + " missed, chi2 " + value_repr(h.chi2) + ">";
       });
 
   using Identified = Result<Identification>;
-  py::class_<Identified> identified(m, "Identification", "Which blob is which lamp, all answers.");
+  py::class_<Identified> identified(m, "Identification",
+                                    "Assignments of blobs to lamps, with all plausible poses.");
   define_result(identified);
   identified
       .def_property_readonly(
           "hypotheses", [](const Identified& r) { return r.value.hypotheses; },
-          "Hypotheses, best first.")
+          "List of Hypothesis, best first.")
       .def_property_readonly(
-          "tried", [](const Identified& r) { return r.value.tried; }, "Poses tried.")
+          "tried", [](const Identified& r) { return r.value.tried; },
+          "Assignments of three blobs tried.")
       .def_property_readonly(
           "chance", [](const Identified& r) { return r.value.chance; },
-          "Expected number of wrong poses that explain as many blobs by accident.")
+          "Expected number of wrong poses that match as many blobs.")
       .def("__repr__", [](const Identified& r) {
         return "<Identification: " + std::string(to_string(r.status)) + ", " +
                std::to_string(r.value.hypotheses.size()) + " hypotheses>";
@@ -108,7 +113,7 @@ void define_identify_function(py::module_& m) {
             },
             py::arg("blobs"), py::arg("scene"), py::arg("prior") = py::none(), py::kw_only(),
             argument(f, texts)...,
-            ("Which blob is which lamp: by blink code, by geometry, with or without a prior.\n\n"
+            ("Assigns blobs to lamps by blink code and by geometry, with or without a prior.\n\n"
              "Returns: Identification with every pose that is consistent with the map, ranked." +
              fields_doc(fields, "Options"))
                 .c_str());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Objects of points: files, poses, recognition, points of bodies and what they are worth.
+// Objects of points: files, poses, recognition, detectable points of meshes and their value for
+// localisation.
 #include "libocc/scene/object.hpp"
 
 #include <pybind11/stl/filesystem.h>
@@ -26,14 +27,14 @@ void define_object(py::module_& m) {
                       required_field("position_m", &P::position_m, "(3,) [m, object's frame]"),
                       field("normal", &P::normal, "(3,) axis of its cone; made unit"),
                       field("cone_rad", &P::cone_rad,
-                            "half angle of the cone from within which it is seen [rad]; pi: from "
+                            "half angle of the cone from which it is visible [rad]; pi: from "
                             "everywhere"),
-                      field("radius_m", &P::radius_m, "of a disc [m]; 0: a point"),
-                      field("label", &P::label, "for people")));
-  const auto fields = std::make_tuple(required_field("name", &Object::name, "for people"),
+                      field("radius_m", &P::radius_m, "radius of a disc [m]; 0: a point"),
+                      field("label", &P::label, "description")));
+  const auto fields = std::make_tuple(required_field("name", &Object::name, "name of the object"),
                                       required_field("points", &Object::points, "ObjectPoints"));
   py::class_<Object> object(m, "Object",
-                            R"(An object by the points of it that can be found in an image.
+                            R"(An object, described by its points that can be found in an image.
 
 name: a word. points: ObjectPoints with different ids at different places.
 Raises: ValueError naming the point, the field and its value.)");
@@ -45,7 +46,7 @@ Raises: ValueError naming the point, the field and its value.)");
            })
       .def_static(
           "load", [](const std::filesystem::path& path) { return reading(path, &read_object); },
-          py::arg("path"), R"(From a YAML file (the schema is in data/objects/README.md).
+          py::arg("path"), R"(Reads a YAML file (the schema is in data/objects/README.md).
 
 Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming file, line, key
   and value.)")
@@ -54,7 +55,7 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
           [](const Object& o, const std::filesystem::path& path) {
             writing(path, [&](const std::string& name) { write_object(name, o); });
           },
-          py::arg("path"), "Writes a YAML file that load() reads back to an equal object.")
+          py::arg("path"), "Writes a YAML file; load() returns an equal object.")
       .def_static(
           "parse",
           [](const std::string& text) {
@@ -64,8 +65,8 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
               throw py::value_error(error.what());
             }
           },
-          py::arg("text"), "From YAML text. Raises: ValueError naming line, key and value.")
-      .def("format", &format_object, "The YAML text that save() writes.");
+          py::arg("text"), "Reads YAML text. Raises: ValueError naming line, key and value.")
+      .def("format", &format_object, "Returns the YAML text that save() writes.");
 }
 
 void define_identify_object(py::module_& m) {
@@ -85,10 +86,10 @@ void define_identify_object(py::module_& m) {
             },
             py::arg("blobs"), py::arg("object"), py::arg("camera"), py::arg("prior") = py::none(),
             py::kw_only(), argument(f, texts)...,
-            ("Which blob is which point of an object, and every pose that explains them.\n\n"
-             "prior: of cam_from_world, the world being the object's frame.\n"
-             "Returns: Identification; cam_from_world is of the object's frame, Match.lamp an "
-             "index in object.points." +
+            ("Assigns blobs to the points of an object and returns all plausible poses.\n\n"
+             "prior: for cam_from_world; the world frame is the object's frame.\n"
+             "Returns: Identification; cam_from_world is cam_from_object, Match.lamp an index in "
+             "object.points." +
              fields_doc(fields, "Options"))
                 .c_str());
       },
@@ -97,35 +98,40 @@ void define_identify_object(py::module_& m) {
 
 void define_recognition(py::module_& m) {
   using M = ObjectMatch;
-  py::class_<M>(m, "ObjectMatch", "An object that explains blobs, and how well.")
-      .def_readonly("object", &M::object, "Index in the objects given.")
-      .def_readonly("poses", &M::poses, "Hypotheses, best first; the world is the object's frame.")
-      .def_readonly("plausible", &M::plausible, "Of them: no less likely than 1/1000 of the first.")
-      .def_readonly("log10_false_alarms", &M::log10_false_alarms,
-                    "Of how often chance would bring as much in such an image, by any object.")
+  py::class_<M>(m, "ObjectMatch", "An object with the poses that match its points to blobs.")
+      .def_readonly("object", &M::object, "Index in the list of objects.")
+      .def_readonly("poses", &M::poses,
+                    "List of Hypothesis, best first; the world frame is the object's frame.")
+      .def_readonly("plausible", &M::plausible,
+                    "Number of poses with at least 1/1000 of the likelihood of the first.")
+      .def_readonly(
+          "log10_false_alarms", &M::log10_false_alarms,
+          "Base-10 logarithm of the expected number of matches as good by chance, by any object.")
       .def("__repr__", [](const M& match) {
         return "<ObjectMatch: object " + std::to_string(match.object) + ", " +
                std::to_string(match.poses.empty() ? 0 : match.poses.front().matches.size()) +
                " blobs, log10_false_alarms " + value_repr(match.log10_false_alarms) + ">";
       });
   using O = RecognisedObject;
-  py::class_<O>(m, "RecognisedObject", "An object that is in an image.")
+  py::class_<O>(m, "RecognisedObject", "An object found in an image.")
       .def_readonly("match", &O::match, "ObjectMatch.")
-      .def_readonly("status", &O::status, "Status.ambiguous: several poses, or rivals.")
-      .def_readonly("rivals", &O::rivals, "ObjectMatches that explain the same blobs as well.")
+      .def_readonly("status", &O::status, "Status; ambiguous: several plausible poses, or rivals.")
+      .def_readonly("rivals", &O::rivals,
+                    "ObjectMatches of other objects that match some of the blobs as well.")
       .def("__repr__", [](const O& o) {
         return "<RecognisedObject: " + std::string(to_string(o.status)) + ", object " +
                std::to_string(o.match.object) + ">";
       });
   using R = Result<Recognition>;
-  py::class_<R> recognition(m, "Recognition", "Which objects are in an image, and where.");
+  py::class_<R> recognition(m, "Recognition", "Objects found in an image, with their poses.");
   define_result(recognition);
   recognition
       .def_property_readonly(
-          "found", [](const R& r) { return r.value.found; }, "RecognisedObjects, surest first.")
+          "found", [](const R& r) { return r.value.found; },
+          "RecognisedObjects, most significant first.")
       .def_property_readonly(
           "log10_false_alarms", [](const R& r) { return r.value.log10_false_alarms; },
-          "Of each object given, at its best, found or not; inf: not worth a look.")
+          "Best match of each object, accepted or not; inf: no match.")
       .def("__repr__", [](const R& r) {
         return "<Recognition: " + std::string(to_string(r.status)) + ", " +
                std::to_string(r.value.found.size()) + " found>";
@@ -153,9 +159,9 @@ void define_recognise(py::module_& m) {
             py::arg("blobs"), py::arg("objects"), py::arg("camera"), py::arg("prior") = py::none(),
             py::kw_only(), py::arg("max_false_alarms") = RecogniseOptions{}.max_false_alarms,
             argument(f, texts)...,
-            ("Which of several objects are in an image, where, and how likely that is chance.\n\n"
-             "max_false_alarms: an object is there when chance brings fewer, in such an image.\n"
-             "Returns: Recognition. A blob is of one object; an object may be there twice." +
+            ("Recognises objects in an image, with their poses and expected false alarms.\n\n"
+             "max_false_alarms: maximum expected number of matches as good by chance.\n"
+             "Returns: Recognition. Each blob belongs to one object; an object can occur twice." +
              fields_doc(fields, "Options"))
                 .c_str());
       },
@@ -166,19 +172,19 @@ void define_detectable_points(py::module_& m) {
   using D = DetectablePoint;
   py::class_<D>(m, "DetectablePoint", "A vertex where long sharp edges of a body meet.")
       .def_readonly("point", &D::point, "ObjectPoint; its id is its rank.")
-      .def_readonly("edges", &D::edges, "How many meet there.")
-      .def_readonly("edges_m", &D::edges_m, "Their length [m].")
+      .def_readonly("edges", &D::edges, "Number of edges that meet there.")
+      .def_readonly("edges_m", &D::edges_m, "Total length of these edges [m].")
       .def("__repr__", [](const D& d) {
         return "<DetectablePoint: " + value_repr(d.point.position_m) + ", " +
                std::to_string(d.edges) + " edges>";
       });
   using O = DetectableOptions;
   const auto fields = std::make_tuple(
-      field("sharp_rad", &O::sharp_rad, "least angle between the faces of a sharp edge [rad]"),
-      field("straight_rad", &O::straight_rad, "edges that turn by less are one [rad]"),
-      field("min_edge", &O::min_edge, "shorter edges do not count [its box's diagonal]"),
-      field("max_points", &O::max_points, "those with the longest edges"),
-      field("directions", &O::directions, "from which each point is looked at"));
+      field("sharp_rad", &O::sharp_rad, "minimum angle between the faces of a sharp edge [rad]"),
+      field("straight_rad", &O::straight_rad, "edges at a smaller angle are joined [rad]"),
+      field("min_edge", &O::min_edge, "minimum length of an edge [diagonal of the bounding box]"),
+      field("max_points", &O::max_points, "maximum number of points, those with the longest edges"),
+      field("directions", &O::directions, "number of directions from which visibility is tested"));
   DefaultTexts texts;
   std::apply(
       [&](const auto&... f) {
@@ -193,10 +199,10 @@ void define_detectable_points(py::module_& m) {
               return detectable_points(v, i, options);
             },
             py::arg("vertices"), py::arg("faces"), py::kw_only(), argument(f, texts)...,
-            ("Points of a body that can be found in images: where long sharp edges meet.\n\n"
+            ("Points of a mesh that can be found in images, where long sharp edges meet.\n\n"
              "vertices: (n, 3) [m]. faces: (k, 3) indices, counterclockwise seen from outside;\n"
              "read_mesh() gives both. Returns: DetectablePoints, longest edges first.\n"
-             "Raises: ValueError naming what is wrong." +
+             "Raises: ValueError naming the argument." +
              fields_doc(fields, "Options"))
                 .c_str());
       },
@@ -205,29 +211,38 @@ void define_detectable_points(py::module_& m) {
 
 void define_localisation_value(py::module_& m) {
   using P = PointValue;
-  py::class_<P>(m, "PointValue", "What a point of an object is worth for its pose.")
-      .def_readonly("seen", &P::seen, "Share of the views that show it.")
-      .def_readonly("needed", &P::needed, "Share of the views with a pose that have none without.")
-      .def_readonly("growth", &P::growth, "Of the pose's sigmas without it, elsewhere; a mean.")
+  py::class_<P>(m, "PointValue",
+                "Contribution of a point of an object to the accuracy of its pose.")
+      .def_readonly("seen", &P::seen, "Share of the views in which the point is visible.")
+      .def_readonly("needed", &P::needed,
+                    "Share of the views with a pose that have none without the point.")
+      .def_readonly("growth", &P::growth,
+                    "Mean growth of the pose's sigmas without the point, in the other views.")
       .def("__repr__", [](const P& p) {
         return "<PointValue: seen " + value_repr(p.seen) + ", growth " + value_repr(p.growth) + ">";
       });
   using L = LocalisationValue;
-  py::class_<L>(m, "LocalisationValue", "How well an object's points determine its pose.")
-      .def_readonly("points", &L::points, "PointValues, in the object's order.")
+  py::class_<L>(m, "LocalisationValue", "Accuracy of a pose determined by the points of an object.")
+      .def_readonly("points", &L::points, "List of PointValue, in the order of the object.")
       .def_readonly("determined", &L::determined, "Share of the views that determine a pose.")
-      .def_readonly("sigma_m", &L::sigma_m, "Median bound of the camera's position there [m].")
-      .def_readonly("sigma_rad", &L::sigma_rad, "Median bound of its rotation there [rad].");
+      .def_readonly("sigma_m", &L::sigma_m,
+                    "Median bound of the camera position in these views [m].")
+      .def_readonly("sigma_rad", &L::sigma_rad,
+                    "Median bound of the camera rotation in these views [rad].");
   m.def("views_around", &views_around, py::arg("object"), py::arg("distances_m"),
         py::arg("directions") = 100,
-        "cam_from_object (4x4 each) of cameras that look at an object's middle from all sides.");
+        "Returns cam_from_object (4x4 each) of cameras that view the centre of an object from all "
+        "sides.");
   m.def("localisation_value", &localisation_value, py::arg("object"), py::arg("camera"),
         py::arg("cam_from_object"), py::arg("sigma_px"),
-        R"(Which points of an object localise it well: how often each is seen, and by how much the
-Cramer-Rao bound of the pose grows without it.
+        R"(Evaluates the points of an object for localisation.
 
-cam_from_object: views, such as views_around(). sigma_px: of each point's pixel coordinates.
-Returns: LocalisationValue. Raises: ValueError for no views and a sigma that is not positive.)");
+Computes the share of views in which each point is visible, and the growth of the Cramer-Rao bound
+of the pose without it.
+
+cam_from_object: views, such as views_around(). sigma_px: error of each pixel coordinate.
+Returns: LocalisationValue.
+Raises: ValueError if there are no views or sigma_px is not positive.)");
 }
 
 }  // namespace

@@ -25,23 +25,23 @@ inline auto detect_fields() {
 inline auto identify_fields() {
   using O = IdentifyOptions;
   return std::make_tuple(
-      field("method", &O::method, "how poses are searched for"),
-      field("seed", &O::seed, "of random namings"),
+      field("method", &O::method, "search method"),
+      field("seed", &O::seed, "seed of random assignments"),
       field("index", &O::index, "LampIndex of the scene, for hashing"),
-      field("use_frequency", &O::use_frequency,
-            "name lamps by their blink code where there is one"),
-      field("frequency_gate_sigma", &O::frequency_gate_sigma, "code and blob agree within [sigma]"),
+      field("use_frequency", &O::use_frequency, "use blink frequencies"),
+      field("frequency_gate_sigma", &O::frequency_gate_sigma,
+            "gate between a blob's frequency and a lamp's [sigma]"),
       field("frequency_tolerance", &O::frequency_tolerance,
             "relative error of lamp and row clocks"),
-      field("gate_sigma", &O::gate_sigma, "projected lamp and blob agree within [sigma]"),
+      field("gate_sigma", &O::gate_sigma, "gate between a projected lamp and a blob [sigma]"),
       field("gate_model_sigma_px", &O::model_sigma_px, "camera and map error in every gate [px]"),
       field("miss_penalty", &O::miss_penalty,
-            "chi-square for a lamp that should be seen but is not"),
+            "chi-square of a lamp that should be visible but matches no blob"),
       field("use_brightness", &O::use_brightness,
-            "tell poses apart, and reflections from lamps, by brightness and size"),
+            "rank poses and reject reflections by brightness and size"),
       field("light_sigma", &O::light_sigma,
-            "relative error of a predicted flux beyond the lamp's power_sigma"),
-      field("max_hypotheses", &O::max_hypotheses, "poses tried at most"));
+            "relative error of a predicted flux besides the lamp's power_sigma"),
+      field("max_hypotheses", &O::max_hypotheses, "maximum number of assignments tried"));
 }
 
 inline auto refine_fields() {

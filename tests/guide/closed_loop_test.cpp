@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The closed loop: a vehicle follows its route by rendered images, and docks; and everything that
-// may go wrong on the way.
+// Closed-loop runs: a vehicle follows its route by rendered images and docks, with each of the
+// faults.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -34,7 +34,7 @@ void expect_arrival(const occ::LoopResult& result, double cross_track_m = 5e-3) 
   EXPECT_LT(result.metrics.final_heading_error_rad, docked_rad);
 }
 
-/// Six lamps that no turn maps onto themselves: whoever is lost here can be found.
+/// Six lamps without rotational symmetry, so that a lost vehicle can relocalise.
 occ::Scene telling_room() {
   occ::Scene scene = four_lamp_room();
   for (int i = 0; i < 2; ++i) {
@@ -55,7 +55,7 @@ TEST(ClosedLoop, DrivesALapAndDocks) {
   EXPECT_EQ(metrics.availability, 1);
   EXPECT_EQ(metrics.lost_s, 0);
   EXPECT_LT(metrics.position_rmse_m, 1e-3);
-  EXPECT_GT(metrics.nees, 1.5);  // means over a run, whose errors go on for a while
+  EXPECT_GT(metrics.nees, 1.5);  // means over one run with correlated errors
   EXPECT_LT(metrics.nees, 4.5);
   EXPECT_GT(metrics.nis_per_dof, 0.5);
   EXPECT_LT(metrics.nis_per_dof, 1.3);
@@ -81,7 +81,7 @@ TEST(ClosedLoop, APerfectWorldNeedsNoNoise) {
   expect_arrival(lap(options), 2e-3);
 }
 
-TEST(ClosedLoop, EitherVehicleAndControllerWillDo) {
+TEST(ClosedLoop, BothVehiclesAndControllersWork) {
   occ::LoopOptions options = real_options();
   options.follower = occ::Follower::stanley;
   expect_arrival(lap(options), 2e-3);
@@ -101,7 +101,7 @@ TEST(ClosedLoop, LocateAloneDrives) {
   expect_arrival(lap(options));
 }
 
-TEST(ClosedLoop, ImagesMayComeLateOrNotOrTwice) {
+TEST(ClosedLoop, ImagesMayBeLateLostOrRepeated) {
   occ::LoopOptions options = real_options();
   options.faults.latency_s = 0.08;
   expect_arrival(lap(options));
@@ -136,7 +136,7 @@ TEST(ClosedLoop, CoastsThroughTheDark) {
   EXPECT_TRUE(std::any_of(result.records.begin(), result.records.end(), coasting));
 }
 
-TEST(ClosedLoop, StandsStillWhenItIsLost) {
+TEST(ClosedLoop, StandsStillWhenLost) {
   occ::LoopOptions options = real_options();
   for (int lamp = 0; lamp < 4; ++lamp) options.faults.lamp_failures.push_back({lamp, 5});
   options.max_lost_s = 3;
@@ -149,9 +149,9 @@ TEST(ClosedLoop, StandsStillWhenItIsLost) {
   EXPECT_EQ((result.records.back().truth.position() - stood).norm(), 0);
 }
 
-TEST(ClosedLoop, OdometryMayLie) {
+TEST(ClosedLoop, OdometryMayHaveGrossErrors) {
   occ::LoopOptions options = real_options();
-  options.faults.odometry_lies = {{5, 8, 1.2, 0.1}};
+  options.faults.odometry_faults = {{5, 8, 1.2, 0.1}};
   expect_arrival(lap(options), 10e-3);
 }
 
@@ -166,7 +166,7 @@ TEST(ClosedLoop, AClockMayJump) {
   }
 }
 
-TEST(ClosedLoop, AKidnappedVehicleIsFoundAndSaysSo) {
+TEST(ClosedLoop, AKidnappedVehicleIsRelocalisedAndReportsIt) {
   occ::LoopOptions options = real_options();
   options.faults.kidnappings = {{5, {2.5, 1.4, 1.2}}};
   const occ::LoopResult result = occ::closed_loop(telling_room(), four_lamp_route(1), options);
@@ -184,16 +184,16 @@ TEST(ClosedLoop, ACollisionEndsTheRun) {
   EXPECT_NE(inside.message.find("a wall"), std::string::npos) << inside.message;
 }
 
-TEST(ClosedLoop, SaysWhenTooMuchIsAsked) {
+TEST(ClosedLoop, ReportsCommandsBeyondTheLimits) {
   occ::LoopOptions options = real_options();
-  options.vehicle.max_speed_m_s = 0.3;  // the route says 0.5
+  options.vehicle.max_speed_m_s = 0.3;  // the route requires 0.5
   options.max_s = 3;
   const occ::LoopResult result = lap(options);
   EXPECT_GT(result.metrics.limited_steps, 200);
   EXPECT_LE(result.records.back().command.speed_m_s, 0.3);
 }
 
-TEST(ClosedLoop, RefusesWhatCannotBeDriven) {
+TEST(ClosedLoop, RejectsImpossibleRuns) {
   occ::LoopOptions options;
   options.vehicle.radius_m = 1.3;
   EXPECT_NE(complaint([&] { lap(options); }).find("a wall"), std::string::npos);
@@ -211,7 +211,7 @@ TEST(ClosedLoop, RefusesWhatCannotBeDriven) {
   EXPECT_NE(complaint([&] { lap(options); }).find("floor"), std::string::npos);
 }
 
-// A lens of 3 mm sees no lamp from the room's middle.
+// With a 3 mm lens no lamp is visible from the middle of the room.
 TEST(ClosedLoop, ALongLensNeedsPanAndTilt) {
   const occ::Scene scene = narrow_room();
   occ::LoopOptions options = real_options();
@@ -226,7 +226,7 @@ TEST(ClosedLoop, ALongLensNeedsPanAndTilt) {
   EXPECT_GE(tilted.metrics.availability, 0.99);
 }
 
-TEST(ClosedLoop, ALongLensCanDoWithAPlannedRoute) {
+TEST(ClosedLoop, ALongLensWorksWithAPlannedRoute) {
   const occ::Scene scene = narrow_room();
   occ::RoutePlanOptions planning;
   planning.corner_radius_m = 0.4;
@@ -238,7 +238,7 @@ TEST(ClosedLoop, ALongLensCanDoWithAPlannedRoute) {
   EXPECT_GE(result.metrics.availability, 0.99);
 }
 
-// What the project promises: 20 m at 0.5 m/s, thirty times.
+// Performance target of the project: 20 m at 0.5 m/s, thirty times.
 TEST(SlowClosedLoop, ThirtyRunsOfTwentyMetres) {
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
     for (const bool fails : {false, true}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Controllers with a perfect vehicle and a perfect estimate: routes are followed, docks are met.
+// Controllers with a perfect vehicle and a perfect estimate: accuracy on routes and at docks.
 #include "libocc/guide/controller.hpp"
 
 #include <gtest/gtest.h>
@@ -131,7 +131,7 @@ TEST(Controllers, SlowDownForWhatIsAhead) {
   EXPECT_NEAR(curve.command.speed_m_s, 0.25, 1e-12);
 }
 
-TEST(Controllers, SayWhatTheVehicleCannotDo) {
+TEST(Controllers, ReportVehicleLimits) {
   const occ::ControlInput input{loop().at(1).pose, 0.5, 0, 1};
   for (const Controller& controller : {pursuit(), by_stanley()}) {
     const occ::ControlOutput output = controller(loop(3), {}, input);
@@ -197,7 +197,7 @@ TEST(Docking, BacksOutWhenItWouldMiss) {
   EXPECT_LT(std::hypot(result.aside_m, result.along_m), 5e-4);
 }
 
-TEST(Docking, RefusesWhatIsNoNumber) {
+TEST(Docking, RejectsValuesThatAreNotFinite) {
   EXPECT_THROW(occ::dock({}, 0, {NAN, 0, 0}, {}, occ::DockPhase::approach), std::invalid_argument);
   occ::DockOptions options;
   options.track_length_m = 0;

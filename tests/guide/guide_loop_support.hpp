@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shared by the tests of the closed loop: a room of four equal lamps, a route of 20 m in it.
+// Support for the closed-loop tests: a room with four equal lamps and a route of 20 m.
 #pragma once
 
 #include "libocc/guide/closed_loop.hpp"
@@ -11,8 +11,8 @@ inline Scene four_lamp_room() {
   return read_scene(std::string(LIBOCC_DATA) + "/scenes/kookmin_four_lamps.yaml");
 }
 
-/// Laps of 4.1 m, one of whose sides goes through the room's middle, and from the last one to a
-/// dock.
+/// Route of 4.1 m laps, one side of which passes through the middle of the room, with a dock at the
+/// end.
 inline Route four_lamp_route(int laps = 5) {
   RouteOptions options;
   options.closed = true;
@@ -27,7 +27,7 @@ inline Route four_lamp_route(int laps = 5) {
                options);
 }
 
-/// Wheels as of a good vehicle.
+/// Wheel noise of a good vehicle.
 inline Vehicle real_vehicle() {
   Vehicle vehicle;
   vehicle.noise.drive = 0.002;
@@ -44,7 +44,7 @@ inline LoopOptions real_options(std::uint64_t seed = 1) {
   return options;
 }
 
-/// The same room by a longer lens: 3 mm.
+/// The room with a longer lens of 3 mm.
 inline Scene narrow_room() {
   Scene scene = four_lamp_room();
   const double f = 0.003 / scene.sensor.pixel_pitch_m;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Routes: lengths, places, corners and splines; those through walls are refused with the place.
+// Routes: lengths, points, corners and splines; routes through walls are rejected with the
+// position.
 #include "libocc/guide/route.hpp"
 
 #include <gtest/gtest.h>
@@ -28,7 +29,7 @@ occ::Route ring(int laps = 1, double radius_m = 0.4) {
   return occ::Route(points({{1, 1}, {3, 1}, {3, 2.5}, {1, 2.5}}), options);
 }
 
-/// The largest jumps of place and heading between pieces.
+/// Largest discontinuities of position and heading between pieces.
 void expect_smooth(const occ::Route& route, double tolerance = 1e-9) {
   for (std::size_t i = 0; i + 1 < route.pieces().size(); ++i) {
     const occ::RoutePiece& piece = route.pieces()[i];
@@ -51,7 +52,7 @@ TEST(Route, ClosedLinesHaveRoundCorners) {
 }
 
 TEST(Route, ShortLinesHaveSharperCorners) {
-  const occ::Route route = ring(1, 5);  // no more than 0.75 m of each side
+  const occ::Route route = ring(1, 5);  // at most 0.75 m of each side
   expect_smooth(route);
   double sharpest = 0;
   for (const occ::RoutePiece& piece : route.pieces())
@@ -71,7 +72,7 @@ TEST(Route, NearestFindsWhatAtGave) {
   }
 }
 
-TEST(Route, AHintTellsLapsApart) {
+TEST(Route, AHintDistinguishesLaps) {
   const occ::Route route = ring(4);
   const double lap = route.length_m() / 4;
   const Eigen::Vector2d position = route.at(0.7).pose.position();
@@ -126,7 +127,7 @@ TEST(Route, SpeedsHoldFromTheirWaypointOn) {
   EXPECT_EQ(route.at(1.5).speed_m_s, 0.2);
 }
 
-TEST(Route, RefusesWhatIsNoRoute) {
+TEST(Route, RejectsInvalidRoutes) {
   EXPECT_NE(complaint([] { occ::Route(points({{0, 0}})); }).find("waypoints"), std::string::npos);
   EXPECT_NE(complaint([] {
               occ::Route(points({{0, 0}, {1, 0}, {1, 0}}));
@@ -134,14 +135,14 @@ TEST(Route, RefusesWhatIsNoRoute) {
             std::string::npos);
   EXPECT_NE(complaint([] {
               occ::Route(points({{0, 0}, {1, 0}, {0, 0}}));
-            }).find("turns back"),
+            }).find("reverses"),
             std::string::npos);
   occ::RouteOptions options;
   options.laps = 2;
   EXPECT_NE(complaint([&] { options.validate(); }).find("laps"), std::string::npos);
 }
 
-TEST(RouteConflicts, SayWhereAndWhat) {
+TEST(RouteConflicts, ReportPositionAndObject) {
   occ::Scene scene = occ::test::square_room();
   scene.room = occ::Room{};
   occ::Box box;
@@ -163,7 +164,7 @@ TEST(RouteConflicts, SayWhereAndWhat) {
   EXPECT_NO_THROW(occ::require_free(ring(), scene, 0.2, 0.5));
 }
 
-TEST(RouteConflicts, ABoxAboveIsDrivenUnder) {
+TEST(RouteConflicts, ABoxAboveTheVehicleIsNoConflict) {
   occ::Scene scene = occ::test::square_room();
   occ::Box shelf;
   shelf.min_m = {1.9, 0.8, 1};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vehicles: exact arcs, limits that are said, noise by length, wheels that report what they turned.
+// Vehicles: exact arcs, reported limits, noise by distance, and odometry of the wheels.
 #include "libocc/guide/vehicle.hpp"
 
 #include <gtest/gtest.h>
@@ -57,7 +57,7 @@ TEST(Vehicle, RampsDoNotDependOnTheStep) {
   EXPECT_NEAR(coarse.pose.x_m, fine.pose.x_m, 1e-12);
 }
 
-TEST(Vehicle, SaysWhichLimitsHold) {
+TEST(Vehicle, ReportsActiveLimits) {
   occ::Vehicle vehicle;
   occ::Random random(1);
   const occ::DriveStep step = occ::drive(vehicle, {}, {9, -9, 0}, 0.1, random);
@@ -69,7 +69,7 @@ TEST(Vehicle, SaysWhichLimitsHold) {
   EXPECT_FALSE(slow.limited.any());
 }
 
-TEST(Vehicle, PerfectWheelsTellTheMotion) {
+TEST(Vehicle, PerfectWheelsReportTheMotion) {
   occ::Vehicle vehicle;
   occ::Random random(3);
   const occ::DriveState begin{2, {1, 2, 0.5}, 0.4, 0.3, 0};
@@ -93,7 +93,7 @@ TEST(Vehicle, AnAbsentEffectChangesNoBit) {
   EXPECT_NE(a.pose.x_m, driven(noisy, {0.5, 0.3, 0}, 50, 0.02, 2).pose.x_m);
 }
 
-// The error of many short steps has the covariance that the steps' odometry states.
+// The error of many short steps has the covariance reported by the odometry.
 TEST(Vehicle, OdometryIsConsistent) {
   occ::Vehicle vehicle = quick();
   vehicle.noise.slip = 0.01;
@@ -148,7 +148,7 @@ TEST(Vehicle, CurveCommandsKeepTheCurve) {
   EXPECT_NEAR(occ::curve_command(vehicle, 1, -30).steering_rad, -0.6, 1e-12);
 }
 
-TEST(Vehicle, RefusesWhatIsNoNumber) {
+TEST(Vehicle, RejectsValuesThatAreNotFinite) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   occ::Random random(1);
   occ::Vehicle vehicle;

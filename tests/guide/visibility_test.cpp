@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is seen from a floor, and plans that keep it in view: routes, and a camera's pan and tilt.
+// Visibility from a floor, and plans that keep lamps in view: routes, and pan and tilt of a camera.
 #include "libocc/guide/visibility.hpp"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ occ::RoutePlanOptions plan_options() {
 
 }  // namespace
 
-TEST(Mount, LooksWhereItIsTurned) {
+TEST(Mount, FollowsPanAndTilt) {
   const occ::Rigid3 up = occ::camera_on_vehicle({0.1, 0.2, 1.5});
   EXPECT_NEAR((up.rotation - Eigen::Matrix3d::Identity()).norm(), 0, 1e-15);
   EXPECT_NEAR((up.origin_in_source() - Eigen::Vector3d(0.1, 0.2, 1.5)).norm(), 0, 1e-15);
@@ -65,7 +65,7 @@ TEST(Visibility, ABoxHidesLamps) {
   EXPECT_EQ(seen.lamps, (std::vector<int>{1, 2, 3}));
 }
 
-// The bound on the floor is that of the camera's pose with the floor known.
+// The bound on the floor equals that of the camera pose with a known floor.
 TEST(Visibility, BoundIsThatOfThePoseOnAFloor) {
   const occ::Scene scene = four_lamp_room();
   occ::VisibilityOptions options;
@@ -106,7 +106,7 @@ TEST(Visibility, OneLampNeedsTheHeading) {
   EXPECT_TRUE(std::isinf(occ::visibility(scene, under, options).position_sigma_m));
 }
 
-TEST(Visibility, RefusesBadOptions) {
+TEST(Visibility, RejectsBadOptions) {
   occ::VisibilityOptions options;
   options.sigma_px = 0;
   EXPECT_NE(complaint([&] { options.validate(); }).find("sigma_px"), std::string::npos);
@@ -125,8 +125,8 @@ TEST(PlanRoute, IsStraightWhereEverythingIsSeen) {
   EXPECT_EQ(plan.seen_share, 1);
 }
 
-// A long lens sees no lamp from the room's middle: the way leads along the lamps.
-TEST(PlanRoute, GoesWhereLampsAreInView) {
+// With a long lens no lamp is visible from the middle of the room; the route leads along the lamps.
+TEST(PlanRoute, FollowsTheLampsInView) {
   const occ::Scene scene = narrow_room();
   const occ::RoutePlanOptions options = plan_options();
   const occ::Route straight({{{1, 1}, {}, {}}, {{3, 3}, {}, {}}});
@@ -153,7 +153,7 @@ TEST(PlanRoute, GoesAroundABox) {
   EXPECT_LT((plan.route->at(1e9).pose.position() - Eigen::Vector2d(3, 2)).norm(), 0.071);
 }
 
-TEST(PlanRoute, SaysWhereThereIsNone) {
+TEST(PlanRoute, ReportsSectionsWithoutView) {
   occ::Scene scene = four_lamp_room();
   occ::Box wall;
   wall.min_m = {1.9, 0, 0};
@@ -229,7 +229,7 @@ TEST(PlanPanTilt, KeepsLampsInViewWhereAFixedCameraLosesThem) {
   }
 }
 
-TEST(PlanPanTilt, SaysWhereThereIsNone) {
+TEST(PlanPanTilt, ReportsSectionsWithoutView) {
   occ::PanTiltOptions options;
   options.min_lamps = 3;
   const occ::PanTiltResult result = occ::plan_pan_tilt(narrow_room(), four_lamp_route(1), options);
@@ -239,7 +239,7 @@ TEST(PlanPanTilt, SaysWhereThereIsNone) {
   EXPECT_FALSE(result.plan.knots.empty());
 }
 
-TEST(PlanPanTilt, RefusesAGridThatItsAxesCannotFollow) {
+TEST(PlanPanTilt, RejectsAGridThatItsAxesCannotFollow) {
   occ::PanTiltOptions options;
   options.pans = 5;
   EXPECT_NE(complaint([&] {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bad input to identification ends in a clear status or error: maps that hold lamps or codes twice,
-// no blobs, a starry sky, priors that contradict each other.
+// Bad input to identification ends in a clear status or error: maps with duplicate lamps or codes,
+// no blobs, thousands of blobs, contradictory priors.
 #include "tests/identify/identify_support.hpp"
 #include "tests/identify/random_maps.hpp"
 
@@ -18,7 +18,7 @@ TEST(IdentifyBadInput, NoBlobsAreTooFew) {
   EXPECT_NE(found.message.find("0 blobs"), std::string::npos) << found.message;
 }
 
-// A map that says everything twice gives the pose that it gives saying it once, by the first names.
+// A map with every lamp twice gives the same pose, assigned to the first of each two lamps.
 TEST(IdentifyBadInput, LampsThatTheMapHasTwiceAreTheFirst) {
   Random random(1);
   for (const IdentifyMethod method :
@@ -70,8 +70,8 @@ TEST(IdentifyBadInput, AllLampsInOnePlaceAreDegenerate) {
   EXPECT_EQ(identify(blobs, scene).status, Status::degenerate);
 }
 
-// Two lamps blink at one frequency: geometry tells them apart.
-TEST(IdentifyBadInput, ACodeOfTwoLampsNamesNeither) {
+// Two lamps blink at the same frequency; geometry distinguishes them.
+TEST(IdentifyBadInput, ACodeOfTwoLampsIdentifiesNeither) {
   Scene scene = test::irregular_room();
   for (std::size_t i = 0; i < scene.lamps.size(); ++i)
     scene.lamps[i].frequency_hz = 1000.0 * static_cast<double>(1 + i / 2);
@@ -86,8 +86,8 @@ TEST(IdentifyBadInput, ACodeOfTwoLampsNamesNeither) {
   }
 }
 
-// A reflection says its lamp's id, too.
-TEST(IdentifyBadInput, TwoBlobsThatSayOneIdAreOneLampAndSomethingElse) {
+// A reflection transmits its lamp's id as well.
+TEST(IdentifyBadInput, TwoBlobsWithOneIdAreOneLampAndAFalseLight) {
   const Scene scene = test::irregular_room();
   Random random(4);
   for (int i = 0; i < 20; ++i) {

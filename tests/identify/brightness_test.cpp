@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Brightness and size as evidence: what reflections and lamps of different powers look like by the
-// image formation's own formula, and that lights which say nothing are not believed.
+// Brightness and size as evidence: reflections and lamps of different powers are simulated by the
+// image formation's own formula; fluxes without information must not matter.
 #include <Eigen/Eigenvalues>
 
 #include "libocc/core/math.hpp"
@@ -15,11 +15,11 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using test::View;
 
-/// How far lights are from what their lamps' data say.
+/// Deviations of the lights from the data of their lamps.
 struct Errors {
   double sigma_px = 0.1;
   double power = 0.1;  ///< relative
-  double gain = 1;     ///< the exposure that the sensor's data do not tell
+  double gain = 1;     ///< unknown exposure, relative to the sensor's data
 };
 
 void add_light(const Lamp& lamp, int name, const Scene& scene, const Errors& errors, double share,
@@ -47,7 +47,7 @@ View see(const Scene& scene, const Rigid3& pose, const Errors& errors, Random& r
   return view;
 }
 
-/// The lamps again, in a mirror at x = wall_m.
+/// Adds the reflections of the lamps in a mirror at x = wall_m.
 void add_mirrored(View& view, const Scene& scene, double wall_m, double reflectance,
                   const Errors& errors, Random& random) {
   for (Lamp lamp : scene.lamps) {
@@ -81,11 +81,11 @@ TEST(IdentifyBrightness, ASquareOfUnequalLampsHasOnePose) {
   Random random(1);
   for (int i = 0; i < 100; ++i) {
     Errors errors;
-    errors.gain = std::exp(random.uniform(-5, 5));  // no exposure is known
+    errors.gain = std::exp(random.uniform(-5, 5));  // the exposure is unknown
     const View view = view_of_all(scene, errors, random);
     const Result<Identification> found = identify(view.blobs, scene);
     ASSERT_TRUE(found.ok()) << found.message;
-    EXPECT_TRUE(test::names_are_right(found->hypotheses.front(), view));
+    EXPECT_TRUE(test::assignment_is_right(found->hypotheses.front(), view));
     EXPECT_EQ(identify(view.blobs, scene, without_brightness())->hypotheses.size(), 4u);
   }
 }
@@ -99,7 +99,7 @@ TEST(IdentifyBrightness, ASquareOfEqualLampsHasFourPoses) {
   }
 }
 
-// A tenth is what powers are uncertain by.
+// The powers are uncertain by 10 %.
 TEST(IdentifyBrightness, LampsThatHardlyDifferStayAmbiguous) {
   const Scene scene = square({1, 1.1, 1, 1.1});
   Random random(3);
@@ -108,13 +108,13 @@ TEST(IdentifyBrightness, LampsThatHardlyDifferStayAmbiguous) {
     const View view = view_of_all(scene, {}, random);
     const Result<Identification> found = identify(view.blobs, scene);
     unique += found.ok();
-    wrong += found.ok() && !test::names_are_right(found->hypotheses.front(), view);
+    wrong += found.ok() && !test::assignment_is_right(found->hypotheses.front(), view);
   }
   EXPECT_EQ(wrong, 0);
   EXPECT_EQ(unique, 0);
 }
 
-// Half the lamps saturated, one of them far beyond, or blinking with any share of its light.
+// Half the lamps are saturated, one of them strongly, or blink with any duty cycle.
 TEST(IdentifyBrightness, BoundsAreNoMeasurements) {
   Scene scene = square({1, 2, 4, 8});
   Random random(4);
@@ -134,7 +134,7 @@ TEST(IdentifyBrightness, BoundsAreNoMeasurements) {
   }
 }
 
-// The map says other powers than the lamps have.
+// The powers in the map are wrong.
 TEST(IdentifyBrightness, WrongPowersTakeNothingAway) {
   const Scene truth = square({8, 1, 3, 1});
   const Scene map = square({1, 1, 1, 1});
@@ -145,7 +145,7 @@ TEST(IdentifyBrightness, WrongPowersTakeNothingAway) {
   }
 }
 
-/// A map that is its own mirror image, and has no other likeness.
+/// A map that is symmetric under reflection, with no other symmetry.
 Scene mirror_symmetric_room(Random& random) {
   Scene scene = test::irregular_room();
   scene.lamps.clear();
@@ -162,7 +162,7 @@ struct Tally {
   int unique = 0, wrong = 0, lost = 0;
 };
 
-/// A camera under a glass wall at x = 4 that sees some lamps and the reflections of some.
+/// A camera near a glass wall at x = 4 that sees some lamps and some reflections.
 Tally before_a_glass_wall(int trials, int hidden, const IdentifyOptions& options) {
   Tally tally;
   Random random(6);
@@ -193,11 +193,11 @@ TEST(IdentifyBrightness, ReflectionsInAGlassWallAreNotTheLamps) {
   EXPECT_EQ(seen.wrong, 0);
   EXPECT_EQ(seen.lost, 0);
   EXPECT_GE(seen.unique, 38);
-  // Without their brightness the reflections explain as much.
+  // Without brightness the reflections match as many lamps.
   EXPECT_LT(before_a_glass_wall(40, 0, without_brightness()).unique, 20);
 }
 
-TEST(IdentifyBrightness, EvenWhereMoreReflectionsAreSeenThanLamps) {
+TEST(IdentifyBrightness, EvenWhereMoreReflectionsThanLampsAreVisible) {
   const Tally seen = before_a_glass_wall(40, 1, {});
   EXPECT_EQ(seen.wrong, 0);
   EXPECT_EQ(seen.lost, 0);
@@ -205,7 +205,7 @@ TEST(IdentifyBrightness, EvenWhereMoreReflectionsAreSeenThanLamps) {
   EXPECT_GT(before_a_glass_wall(40, 1, without_brightness()).wrong, 20);
 }
 
-/// False lights only, of any brightness.
+/// Counts unique answers for false lights of any brightness.
 Tally chance_of_false_lights(int trials, const IdentifyOptions& options) {
   Tally tally;
   Random random(7);
@@ -231,7 +231,7 @@ TEST(SlowIdentifyBrightness, AddsNoFalseMatches) {
   RecordProperty("without", without.wrong);
 }
 
-/// The ellipse that second moments make of evenly spaced points on it.
+/// Ellipse from the second moments of evenly spaced points on it.
 Ellipse ellipse_of(const std::vector<RimPoint>& rim) {
   Eigen::Matrix2Xd px(2, static_cast<Eigen::Index>(rim.size()));
   for (std::size_t i = 0; i < rim.size(); ++i) px.col(static_cast<Eigen::Index>(i)) = rim[i].px;
@@ -246,7 +246,7 @@ Ellipse ellipse_of(const std::vector<RimPoint>& rim) {
   return e;
 }
 
-TEST(IdentifyBrightness, SizesTellLampsApart) {
+TEST(IdentifyBrightness, SizesDistinguishLamps) {
   Scene scene = test::square_room();
   Random random(8);
   for (const bool differ : {true, false}) {
@@ -258,7 +258,7 @@ TEST(IdentifyBrightness, SizesTellLampsApart) {
         view.blobs[i].rim =
             test::exact_rim(scene.lamps[i], view.cam_from_world, scene.camera, 32, 0.05);
         view.blobs[i].ellipse = ellipse_of(view.blobs[i].rim);
-        view.blobs[i].flux_sigma_dn = 0;  // their light is unknown
+        view.blobs[i].flux_sigma_dn = 0;  // fluxes are unknown
       }
       const Result<Identification> found = identify(view.blobs, scene);
       EXPECT_EQ(found->hypotheses.size(), differ ? 1u : 4u) << trial;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Monte Carlo over rooms, poses, hidden lamps and false lights: what is declared unique is right.
+// Monte Carlo over rooms, poses, hidden lamps and false lights: a pose reported as unique is
+// correct.
 #include "tests/identify/identify_support.hpp"
 #include "tests/identify/random_maps.hpp"
 
@@ -9,23 +10,23 @@ namespace {
 using test::View;
 
 struct Tally {
-  int unique = 0, wrong = 0, lost = 0;  // lost: the right one is not among the answers
+  int unique = 0, wrong = 0, lost = 0;  // lost: no hypothesis is correct
 };
 
-// `least` lamps at least are seen; of the rest some are hidden.
-Tally run(int trials, int lamps, int least, int false_lights, std::uint64_t seed) {
+// Views show at least `min_lamps` lamps, of which one may be hidden.
+Tally run(int trials, int lamps, int min_lamps, int false_lights, std::uint64_t seed) {
   Tally tally;
   Random random(seed);
   for (int i = 0; i < trials; ++i) {
     const Scene scene = test::random_room(random, lamps, i % 3 ? 3 : 2.5);
-    View view = test::random_view(scene, random, least, random.uniform(0.02, 0.4));
-    if (static_cast<int>(view.blobs.size()) > least) test::hide(view, random.below(least));
+    View view = test::random_view(scene, random, min_lamps, random.uniform(0.02, 0.4));
+    if (static_cast<int>(view.blobs.size()) > min_lamps) test::hide(view, random.below(min_lamps));
     test::add_false_lights(view, scene, random, false_lights);
     test::shuffle(view, random);
     const Result<Identification> found = identify(view.blobs, scene);
     const bool right =
         std::any_of(found->hypotheses.begin(), found->hypotheses.end(),
-                    [&](const Hypothesis& h) { return test::names_are_right(h, view); });
+                    [&](const Hypothesis& h) { return test::assignment_is_right(h, view); });
     tally.unique += found.ok();
     tally.wrong += found.ok() && !right;
     tally.lost += !right;
@@ -53,8 +54,8 @@ TEST(SlowIdentifyChance, NoWrongPoseIsDeclaredUnique) {
   EXPECT_GE(lit.unique, 450);
 }
 
-// Six lights that are not the map's: some pose always explains four of them.
-TEST(IdentifyChance, RandomLightsAreNotALampMap) {
+// Six lights that are not lamps of the map: some pose often matches four of them.
+TEST(IdentifyChance, RandomLightsAreNotAUniqueMap) {
   Random random(5);
   int explained = 0;
   for (int i = 0; i < 40; ++i) {
@@ -69,8 +70,8 @@ TEST(IdentifyChance, RandomLightsAreNotALampMap) {
   EXPECT_GT(explained, 20);
 }
 
-// Few lights in many lamps, where some pose explains all of them, and three of many with gravity.
-TEST(IdentifyChance, FalseLightsAloneAreHardlyEverTakenForLamps) {
+// Few false lights in large maps, where some pose matches all of them; with and without gravity.
+TEST(IdentifyChance, FalseLightsAloneAreRarelyMatched) {
   int unique = 0, images = 0;
   for (const bool upright : {false, true})
     for (const int lamps : {5, 8, 20})

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What identify does with odd data: repeated blobs, too few lamps, crowds, options out of range.
+// Results of identify() for unusual data: repeated blobs, too few lamps, many false lights, options
+// out of range.
 #include <limits>
 
 #include "libocc/identify/identify.hpp"
@@ -25,7 +26,7 @@ TEST(IdentifyData, SameInputSameAnswer) {
   }
 }
 
-TEST(IdentifyData, ABlobGivenTwiceIsNamedOnce) {
+TEST(IdentifyData, ABlobGivenTwiceIsMatchedOnce) {
   const Scene scene = test::irregular_room();
   Random random(31);
   View view = test::random_view(scene, random, 6);
@@ -75,7 +76,7 @@ TEST(IdentifyData, LampsOnALineAreDegenerate) {
   EXPECT_EQ(identify(view.blobs, scene).status, Status::degenerate);
 }
 
-TEST(IdentifyData, NoPoseWhenOneOfFourLampsIsNotWhereTheMapSays) {
+TEST(IdentifyData, NoPoseWhenOneOfFourLampsIsMisplacedInTheMap) {
   Scene scene = test::square_room();
   Random random(35);
   const View view = test::see(scene, upright({2.1, 1.9, 0.2}, 0.3, 0.05), random, 0.05);
@@ -87,7 +88,7 @@ TEST(IdentifyData, NoPoseWhenOneOfFourLampsIsNotWhereTheMapSays) {
   EXPECT_NE(found.message.find("4 blobs"), std::string::npos) << found.message;
 }
 
-TEST(IdentifyData, SaysWhenTheSearchWasCutShort) {
+TEST(IdentifyData, ReportsWhenTheSearchWasCutShort) {
   const Scene scene = test::irregular_room();
   Random random(36);
   const View view = test::random_view(scene, random, 6);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names by blink frequency, and how geometry overrules a reflection, a misreading and silence.
+// Assignment by blink frequency, and how geometry overrules reflections, misread and missing
+// frequencies.
 #include "tests/identify/identify_support.hpp"
 
 namespace occ {
@@ -23,14 +24,14 @@ void read_codes(View& view, const Scene& scene) {
   }
 }
 
-// Every named lamp is matched with its own blob; a false light may be taken for another one.
-bool names_hold(const Hypothesis& h, const View& view) {
+// The three coded lamps are matched correctly; a false light may be matched with another lamp.
+bool coded_lamps_are_right(const Hypothesis& h, const View& view) {
   return std::count_if(h.matches.begin(), h.matches.end(),
                        [&](const Match& m) { return view.lamp[m.blob] == m.lamp; }) == 3 &&
          test::pose_is_near(h.cam_from_world, view.cam_from_world, 0.3, 0.2);
 }
 
-TEST(IdentifyFrequency, CodesTellASquareInOneTry) {
+TEST(IdentifyFrequency, CodesIdentifyASquareInOneTry) {
   const Scene scene = coded(test::square_room());
   Random random(1);
   for (int i = 0; i < 30; ++i) {
@@ -50,9 +51,10 @@ TEST(IdentifyFrequency, NearestCodeWithinTheGate) {
   Random random(2);
   View view = test::random_view(scene, random, 4);
   read_codes(view, scene);
-  for (Blob& blob : view.blobs) *blob.frequency_hz *= 1.015;  // the row clock is off
+  for (Blob& blob : view.blobs) *blob.frequency_hz *= 1.015;  // error of the row clock
   expect_unique_and_right(identify(view.blobs, scene), view);
-  for (Blob& blob : view.blobs) *blob.frequency_hz *= 1.1;  // beyond every gate: as if not read
+  for (Blob& blob : view.blobs)
+    *blob.frequency_hz *= 1.1;  // beyond every gate: the frequencies are ignored
   EXPECT_EQ(identify(view.blobs, scene)->hypotheses.size(), 4u);
 }
 
@@ -67,7 +69,7 @@ TEST(IdentifyFrequency, OneCodeAmongSilentLampsIsEnough) {
   }
 }
 
-// A reflection blinks like its lamp, and may be the brighter one.
+// A reflection blinks like its lamp and may be brighter.
 TEST(IdentifyFrequency, ReflectionsWithAFrequencyDoNotMislead) {
   const Scene scene = coded(test::irregular_room());
   Random random(4);
@@ -83,26 +85,26 @@ TEST(IdentifyFrequency, ReflectionsWithAFrequencyDoNotMislead) {
   }
 }
 
-TEST(IdentifyFrequency, AMisreadLampStaysUnnamed) {
+TEST(IdentifyFrequency, AMisreadLampStaysUnmatched) {
   const Scene scene = coded(test::irregular_room());
   Random random(5);
   for (int i = 0; i < 40; ++i) {
     View view = test::random_view(scene, random, 6, 0.1);
     read_codes(view, scene);
     const int misread = random.below(6);
-    const std::size_t k = static_cast<std::size_t>(misread);
+    const std::size_t k = misread;
     view.blobs[k].frequency_hz = view.blobs[(k + 1) % 6].frequency_hz;
     view.lamp[k] = -1;
     expect_unique_and_right(identify(view.blobs, scene), view);
   }
 }
 
-// Two poses may fit three names; where a false light falls says nothing about which one is right.
-TEST(IdentifyFrequency, AFalseLightDoesNotOverruleThreeNames) {
+// Two poses may fit three coded lamps; the position of a false light does not decide between them.
+TEST(IdentifyFrequency, AFalseLightDoesNotOverruleThreeCodes) {
   const Scene scene = coded(test::irregular_room());
   Random random(6);
   IdentifyOptions options;
-  options.miss_penalty = 0;  // lamps that are switched off
+  options.miss_penalty = 0;  // allows lamps that are switched off
   int held = 0, unique = 0;
   for (int i = 0; i < 200; ++i) {
     View view = test::random_view(scene, random, 5, 0.1);
@@ -111,14 +113,14 @@ TEST(IdentifyFrequency, AFalseLightDoesNotOverruleThreeNames) {
     test::add_false_lights(view, scene, random, 1);
     const Result<Identification> found = identify(view.blobs, scene, options);
     held += std::any_of(found->hypotheses.begin(), found->hypotheses.end(),
-                        [&](const Hypothesis& h) { return names_hold(h, view); });
+                        [&](const Hypothesis& h) { return coded_lamps_are_right(h, view); });
     unique += found.ok();
   }
-  EXPECT_GE(held, 195);  // three lamps on the danger cylinder give but a rough position
+  EXPECT_GE(held, 195);  // three lamps on the danger cylinder determine the position poorly
   EXPECT_GT(unique, 5);
 }
 
-// Once three codes are read, a light without one may be a lamp that has none, but no coded lamp.
+// After three codes are read, a light without a code may be a steady lamp but not a blinking one.
 TEST(IdentifyFrequency, ALightWithoutACodeIsNoCodedLamp) {
   Scene scene = coded(test::irregular_room());
   Random random(8);
@@ -132,7 +134,7 @@ TEST(IdentifyFrequency, ALightWithoutACodeIsNoCodedLamp) {
   expect_unique_and_right(identify(view.blobs, scene), view);
 }
 
-TEST(IdentifyFrequency, LampsThatShareACodeAreToldByGeometry) {
+TEST(IdentifyFrequency, LampsThatShareACodeAreDistinguishedByGeometry) {
   Scene scene = coded(test::irregular_room());
   for (std::size_t i = 0; i < scene.lamps.size(); ++i)
     scene.lamps[i].frequency_hz = i % 2 ? 1000 : 2000;
@@ -144,7 +146,7 @@ TEST(IdentifyFrequency, LampsThatShareACodeAreToldByGeometry) {
   }
 }
 
-TEST(IdentifyByCode, IdsNameTheBlobsOfASquare) {
+TEST(IdentifyByCode, IdsIdentifyTheBlobsOfASquare) {
   const Scene scene = test::square_room();
   Random random(31);
   for (int i = 0; i < 20; ++i) {
@@ -154,7 +156,7 @@ TEST(IdentifyByCode, IdsNameTheBlobsOfASquare) {
   }
 }
 
-TEST(IdentifyByCode, ALightThatSaysAnotherMapsIdIsNoLamp) {
+TEST(IdentifyByCode, ALightWithAnUnknownIdIsNoLamp) {
   const Scene scene = test::square_room();
   Random random(32);
   test::View view = test::random_view(scene, random, 4);

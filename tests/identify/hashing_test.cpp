@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lamp patterns looked up by shape: as right and as honest as voting, and voting takes over where
-// shapes say nothing.
+// Hashing by triangle shape: as reliable as voting; voting is used where hashing does not apply.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -62,7 +61,8 @@ TEST(IdentifyHashing, VotesWhereLampsHangAtAllHeights) { expect_found(50, 30, 0.
 TEST(SlowIdentifyHashing, FindsThePose) {
   for (const int lamps : {20, 100}) expect_found(lamps, 2000, 0);
   expect_found(1000, 200, 0);
-  expect_found(10000, 10, 0, 0.8);  // chance has so many lamps to choose from that it is named
+  expect_found(10000, 10, 0,
+               0.8);  // with so many lamps, more answers are reported as possible chance
 }
 
 TEST(IdentifyHashing, NeedsGravity) {
@@ -95,8 +95,8 @@ TEST(IdentifyHashing, AppliesToLampsOfOneHeightOnly) {
   EXPECT_FALSE(LampIndex({}).applies());
 }
 
-// Pendants below the ceiling are in no triangle, and are found all the same.
-TEST(IdentifyHashing, LampsOfOtherHeightsAreNamed) {
+// Lamps below the common height are in no triangle, but are assigned.
+TEST(IdentifyHashing, LampsOfOtherHeightsAreMatched) {
   Random random(4);
   maps::Options options;
   options.lamps = 60;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shared by the tests of identification: blobs made directly from the truth, without any image.
+// Support for the tests of identification: blobs are computed from the truth, without an image.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace occ::test {
 struct View {
   Rigid3 cam_from_world;
   std::vector<Blob> blobs;
-  std::vector<int> lamp;  ///< index of the lamp that each blob is; -1 for a false light
+  std::vector<int> lamp;  ///< lamp index of each blob; -1 for a false light
 };
 
 inline Blob spot(const Eigen::Vector2d& px, double sigma_px, double flux_dn) {
@@ -29,7 +29,7 @@ inline Blob spot(const Eigen::Vector2d& px, double sigma_px, double flux_dn) {
   return blob;
 }
 
-/// What a camera sees of the lamps that are well inside its image, with noise of the stated sigma.
+/// Blobs of the lamps that are well inside the image, with Gaussian noise.
 inline View see(const Scene& scene, const Rigid3& cam_from_world, Random& random, double sigma_px) {
   constexpr double border_px = 18;
   View view{cam_from_world, {}, {}};
@@ -51,7 +51,7 @@ inline void hide(View& view, int index) {
   view.lamp.erase(view.lamp.begin() + index);
 }
 
-/// Reflections are somewhere else in the image and dimmer than most lamps.
+/// Adds false lights at random pixels, fainter than most lamps.
 inline void add_false_lights(View& view, const Scene& scene, Random& random, int count) {
   for (int i = 0; i < count; ++i) {
     const Eigen::Vector2d px(random.uniform(10, scene.camera.width() - 10),
@@ -63,15 +63,15 @@ inline void add_false_lights(View& view, const Scene& scene, Random& random, int
 
 inline void shuffle(View& view, Random& random) {
   for (int i = static_cast<int>(view.blobs.size()) - 1; i > 0; --i) {
-    const std::size_t a = static_cast<std::size_t>(i);
-    const std::size_t b = static_cast<std::size_t>(random.below(i + 1));
+    const std::size_t a = i;
+    const std::size_t b = random.below(i + 1);
     std::swap(view.blobs[a], view.blobs[b]);
     std::swap(view.lamp[a], view.lamp[b]);
   }
 }
 
-/// Every lamp of the view is matched with its own blob, and nothing else.
-inline bool names_are_right(const Hypothesis& h, const View& view) {
+/// True if every lamp of the view is matched with its own blob, and nothing else is matched.
+inline bool assignment_is_right(const Hypothesis& h, const View& view) {
   const auto true_lights =
       std::count_if(view.lamp.begin(), view.lamp.end(), [](int lamp) { return lamp >= 0; });
   return static_cast<long>(h.matches.size()) == true_lights &&
@@ -106,26 +106,26 @@ inline Scene random_room(Random& random, int count, double low_m = 3) {
   return scene;
 }
 
-/// A view from a random pose that shows at least `least` lamps.
-inline View random_view(const Scene& scene, Random& random, int least, double sigma_px = 0.05) {
+/// A view from a random pose that shows at least `min_lamps` lamps.
+inline View random_view(const Scene& scene, Random& random, int min_lamps, double sigma_px = 0.05) {
   for (;;) {
     View view = see(scene, random_room_pose(random), random, sigma_px);
-    if (static_cast<int>(view.blobs.size()) >= least) return view;
+    if (static_cast<int>(view.blobs.size()) >= min_lamps) return view;
   }
 }
 
-/// One answer, with the right names and pose.
+/// Expects one hypothesis with the correct assignment and pose.
 inline void expect_unique_and_right(const Result<Identification>& found, const View& view) {
   ASSERT_EQ(found.status, Status::ok) << found.message;
   ASSERT_EQ(found->hypotheses.size(), 1u);
   const Hypothesis& h = found->hypotheses.front();
-  EXPECT_TRUE(names_are_right(h, view));
+  EXPECT_TRUE(assignment_is_right(h, view));
   EXPECT_TRUE(pose_is_near(h.cam_from_world, view.cam_from_world));
   EXPECT_TRUE(std::is_sorted(h.matches.begin(), h.matches.end(),
                              [](const Match& a, const Match& b) { return a.lamp < b.lamp; }));
 }
 
-/// Turned by yaw about the vertical, then tilted about the image's x axis.
+/// Pose rotated by yaw about the vertical, then tilted about the image's x axis.
 inline Rigid3 upright(const Eigen::Vector3d& position, double yaw_rad, double tilt_rad = 0) {
   const Eigen::Matrix3d rotation =
       so3_exp(Eigen::Vector3d(tilt_rad, 0, 0)) * so3_exp(Eigen::Vector3d(0, 0, yaw_rad));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names of lamps without any code in irregular rooms. Symmetric rooms, frequencies, odd data and
-// chance have their own tests beside this one.
+// Assignment without codes in irregular rooms. Other files in this folder test symmetric rooms,
+// frequencies, unusual data and chance.
 #include "libocc/identify/identify.hpp"
 
 #include "tests/identify/identify_support.hpp"
@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 using test::expect_unique_and_right;
 using test::View;
 
-TEST(Identify, NamesAnIrregularRoom) {
+TEST(Identify, AssignsAnIrregularRoom) {
   const Scene scene = test::irregular_room();
   Random random(1);
   for (int i = 0; i < 150; ++i) {
@@ -23,7 +23,7 @@ TEST(Identify, NamesAnIrregularRoom) {
   }
 }
 
-TEST(Identify, NamesRandomRooms) {
+TEST(Identify, AssignsRandomRooms) {
   Random random(2);
   for (int i = 0; i < 100; ++i) {
     const Scene scene = test::random_room(random, 6, i % 2 == 0 ? 3 : 2.4);
@@ -33,7 +33,7 @@ TEST(Identify, NamesRandomRooms) {
   }
 }
 
-TEST(Identify, NamesThroughADistortedLens) {
+TEST(Identify, AssignsThroughADistortedLens) {
   Scene scene = test::irregular_room();
   scene.camera = Camera::pinhole(640, 480, 380, 385, 322, 236, {-0.28, 0.09, 5e-4, -3e-4, -0.01});
   Random random(3);
@@ -43,7 +43,7 @@ TEST(Identify, NamesThroughADistortedLens) {
   }
 }
 
-TEST(Identify, DoesNotMindWhereTheWorldBegins) {
+TEST(Identify, IsIndependentOfTheWorldOrigin) {
   Scene scene = test::irregular_room();
   Random random(4);
   const View view = test::random_view(scene, random, 5, 0);
@@ -83,7 +83,7 @@ TEST(Identify, AnswerDoesNotDependOnTheOrderOfBlobsAndLamps) {
     test::shuffle(view, random);
     const Result<Identification> second = identify(view.blobs, scene);
     ASSERT_EQ(first->hypotheses.size(), second->hypotheses.size());
-    EXPECT_TRUE(test::names_are_right(second->hypotheses[0], view));
+    EXPECT_TRUE(test::assignment_is_right(second->hypotheses[0], view));
     EXPECT_TRUE(test::pose_is_near(first->hypotheses[0].cam_from_world,
                                    second->hypotheses[0].cam_from_world, 1e-5, 1e-5));
   }
@@ -120,8 +120,8 @@ TEST(Identify, AHiddenLampIsMissed) {
       return (b.centroid_px - Vector2d(320, 240)).cwiseAbs().maxCoeff() < 190;
     });
     ASSERT_NE(inner, view.blobs.end());
-    const auto blob = static_cast<std::size_t>(inner - view.blobs.begin());
-    const auto hidden = static_cast<std::size_t>(view.lamp[blob]);
+    const std::size_t blob = inner - view.blobs.begin();
+    const std::size_t hidden = view.lamp[blob];
     test::hide(view, static_cast<int>(blob));
     const Result<Identification> found = identify(view.blobs, scene);
     expect_unique_and_right(found, view);
@@ -136,7 +136,7 @@ TEST(Identify, AHiddenLampIsMissed) {
   }
 }
 
-TEST(Identify, FalseLightsStayUnnamed) {
+TEST(Identify, FalseLightsStayUnmatched) {
   Random random(10);
   for (int i = 0; i < 30; ++i) {
     const Scene scene = i % 2 ? test::irregular_room() : test::random_room(random, 7);
@@ -152,8 +152,8 @@ TEST(Identify, BlobsThatAreNotWholeAreAttachedNotUsed) {
   Random random(11);
   for (int i = 0; i < 20; ++i) {
     View view = test::random_view(scene, random, 6);
-    // A merged blob: its box covers the lamp, its centroid is far off.
-    const std::size_t k = static_cast<std::size_t>(random.below(6));
+    // A merged blob: its box contains the lamp, its centroid is far off.
+    const std::size_t k = random.below(6);
     Blob& blob = view.blobs[k];
     blob.merged = true;
     blob.centroid_px += Vector2d(9, -7);
@@ -162,7 +162,7 @@ TEST(Identify, BlobsThatAreNotWholeAreAttachedNotUsed) {
     const Result<Identification> found = identify(view.blobs, scene);
     expect_unique_and_right(found, view);
     EXPECT_EQ(found->hypotheses[0].missed, 0);
-    // Not flagged, it is a light in the wrong place.
+    // Without the flag it counts as a false light.
     blob.merged = false;
     const Result<Identification> unflagged = identify(view.blobs, scene);
     ASSERT_FALSE(unflagged->hypotheses.empty());
@@ -191,7 +191,7 @@ TEST(Identify, ALampCutByTheBorderIsAttached) {
   }
 }
 
-// The ellipse through most of a rim is as good as a whole lamp.
+// The ellipse through most of a rim is as accurate as that of a whole lamp.
 TEST(Identify, ALampThatIsBarelyCutCounts) {
   const Scene scene = test::irregular_room();
   Random random(14);
@@ -207,12 +207,12 @@ TEST(Identify, ALampThatIsBarelyCutCounts) {
   EXPECT_EQ(identify(view.blobs, scene).status, Status::too_few_lamps);
 }
 
-// Sizes of discs rule out most of what places alone allow.
+// Sizes of discs exclude most hypotheses that positions alone permit.
 TEST(Identify, ApparentSizesNarrowTheChoice) {
   const Scene scene = test::irregular_room();
   Random random(15);
   IdentifyOptions options;
-  options.miss_penalty = 0;  // three of the lamps are lit
+  options.miss_penalty = 0;  // only three of the lamps are lit
   std::size_t without = 0, with = 0;
   for (int i = 0; i < 20; ++i) {
     View view = test::random_view(scene, random, 4, 0.1);

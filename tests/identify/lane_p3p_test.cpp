@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// P3P for several namings at once against the one in double precision.
+// P3P for several assignments in single precision, compared with P3P in double precision.
 #include "libocc/identify/internal/lane_p3p.hpp"
 
 #include <gtest/gtest.h>
@@ -45,8 +45,8 @@ std::vector<Vector3d> depths_in_lanes(const Matrix3d& bearings, const Matrix3d& 
   return found;
 }
 
-// All poses whose points are well in front and not near a double root.
-TEST(LaneP3p, FindsWhatDoublePrecisionFinds) {
+// Compares all poses whose points are well in front of the camera.
+TEST(LaneP3p, FindsTheSolutionsOfDoublePrecision) {
   Random random(4);
   int solutions = 0, missed = 0;
   for (int i = 0; i < 20000; ++i) {
@@ -71,7 +71,7 @@ TEST(LaneP3p, FindsWhatDoublePrecisionFinds) {
   EXPECT_LT(missed, 0.002 * solutions) << missed << " of " << solutions;
 }
 
-TEST(LaneP3p, WhatItFindsHasTheTrianglesSides) {
+TEST(LaneP3p, SolutionsHaveTheTrianglesSides) {
   Random random(5);
   int found = 0, wrong = 0;
   for (int i = 0; i < 5000; ++i) {
@@ -91,7 +91,7 @@ TEST(LaneP3p, WhatItFindsHasTheTrianglesSides) {
     }
   }
   EXPECT_GT(found, 2000);
-  // Complex pairs near a double root are let through on purpose.
+  // Complex pairs near a double root are accepted on purpose.
   EXPECT_LT(wrong, 0.1 * found) << wrong << " of " << found;
 }
 

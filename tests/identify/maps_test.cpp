@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Maps of many lamps: found among hidden ones and false lights, with no prior and with gravity;
-// layouts that repeat are never taken for unique.
+// Large maps: correct results with hidden lamps and false lights, without prior and with gravity;
+// layouts that repeat are never reported as unique.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,8 @@ using Eigen::Vector3d;
 constexpr double half_a_degree = 0.00873;
 
 struct Tally {
-  int right = 0, listed = 0, wrong = 0;  // unique and right; the truth among others; unique, wrong
+  int right = 0, listed = 0,
+      wrong = 0;  // unique and correct; ambiguous with the truth listed; unique and wrong
 };
 
 Tally run(int lamps, double gravity_sigma_rad, int count, double thickness_m = 0.5) {
@@ -80,7 +81,7 @@ TEST(SlowIdentifyMaps, InOnePlane) {
   }
 }
 
-// Places of a grid that a set of its lamps can be laid on, by shifts and quarter turns.
+// Number of ways to place a set of lamps on the grid, by translations and quarter rotations.
 int placements(const std::set<std::pair<int, int>>& seen, int side) {
   int count = 0;
   for (int quarter = 0; quarter < 4; ++quarter)
@@ -94,9 +95,9 @@ int placements(const std::set<std::pair<int, int>>& seen, int side) {
   return count;
 }
 
-// An upright camera whose square image holds a block of the grid, so that from every other place of
-// the block it misses nothing.
-TEST(IdentifyMaps, PartOfAGridFitsAsOftenAsItCanBeLaidOnIt) {
+// An upright camera whose square image contains a block of the grid, so that no lamp is missed from
+// any other position of the block.
+TEST(IdentifyMaps, PartOfAGridFitsAsOftenAsItCanBePlaced) {
   constexpr int side = 5;
   const Scene scene = maps::grid(side);
   Random random(3);

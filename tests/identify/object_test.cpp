@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Poses of objects: which points can be seen together, and that only these are tried.
+// Poses of objects: covisibility of points, and assignments restricted to covisible points.
 #include <gtest/gtest.h>
 
 #include "libocc/core/math.hpp"
-#include "libocc/identify/internal/seen_together.hpp"
-#include "libocc/identify/internal/verdict.hpp"
+#include "libocc/identify/internal/assignment_problem.hpp"
+#include "libocc/identify/internal/covisibility.hpp"
 #include "tests/support/random_objects.hpp"
 #include "tests/support/support.hpp"
 
@@ -21,7 +21,7 @@ AssignmentProblem problem_of(const Object& object, const Camera& camera,
   return make_problem(none, object, camera, options);
 }
 
-TEST(SeenTogether, NeverDeniesAPlaceThatSeesAll) {
+TEST(Covisibility, NeverDeniesAPositionThatSeesAll) {
   Random random(1);
   const Camera camera = test::vga_camera();
   const IdentifyOptions options;
@@ -37,7 +37,7 @@ TEST(SeenTogether, NeverDeniesAPlaceThatSeesAll) {
       object.points.push_back(p);
     }
     const AssignmentProblem problem = problem_of(object, camera, options);
-    const bool together = seen_together(problem, {0, 1, 2});
+    const bool together = are_covisible(problem, {0, 1, 2});
     bool seen = false;
     for (int k = 0; k < 3000 && !seen; ++k) {
       const Vector3d eye =
@@ -53,10 +53,10 @@ TEST(SeenTogether, NeverDeniesAPlaceThatSeesAll) {
   EXPECT_GT(granted, 80);
 }
 
-// Two cones of half angle a whose axes make the angle b and whose apexes turn away from each other
-// meet exactly when 2 a > b.
-TEST(SeenTogether, IsSharp) {
-  const Camera camera = test::vga_camera();
+// Two cones of half angle a, whose axes enclose the angle b and whose apexes face away from each
+// other, intersect exactly if 2 a > b.
+TEST(Covisibility, IsSharp) {
+  const Camera camera;
   const IdentifyOptions options;
   for (const double between : {0.5, 1.0, 2.0, 3.0})
     for (const double half : {0.4, 0.7, 1.2, 1.55}) {
@@ -71,13 +71,13 @@ TEST(SeenTogether, IsSharp) {
       }
       object.points.push_back(object.points[0]);
       const AssignmentProblem problem = problem_of(object, camera, options);
-      EXPECT_EQ(seen_together(problem, {0, 1}), 2 * half > between) << between << ' ' << half;
+      EXPECT_EQ(are_covisible(problem, {0, 1}), 2 * half > between) << between << ' ' << half;
     }
 }
 
-// Faces that look at each other are both seen from between them.
-TEST(SeenTogether, ComprisesPlacesBetweenThePoints) {
-  const Camera camera = test::vga_camera();
+// Faces that face each other are both visible from between them.
+TEST(Covisibility, IncludesPositionsBetweenThePoints) {
+  const Camera camera;
   const IdentifyOptions options;
   for (const double facing : {-1.0, 1.0}) {
     Object object{"gate", {}};
@@ -88,7 +88,7 @@ TEST(SeenTogether, ComprisesPlacesBetweenThePoints) {
       p.normal = {facing * side, 0, 0};
       object.points.push_back(p);
     }
-    EXPECT_EQ(seen_together(problem_of(object, camera, options), {0, 1}), facing < 0);
+    EXPECT_EQ(are_covisible(problem_of(object, camera, options), {0, 1}), facing < 0);
   }
 }
 
@@ -121,7 +121,7 @@ TEST(IdentifyObject, FindsThePoseAmongFalseLights) {
   EXPECT_GE(right, 95);
 }
 
-// What cannot be seen together is not tried, and nothing is lost by that.
+// Restricting assignments to covisible points reduces the work and does not change the result.
 TEST(IdentifyObject, ConesSaveWorkAndChangeNoAnswer) {
   for (const int points : {6, 14}) {
     Random random(3);
@@ -136,9 +136,9 @@ TEST(IdentifyObject, ConesSaveWorkAndChangeNoAnswer) {
       IdentifyOptions options;
       options.model_sigma_px = 0.1;
       AssignmentProblem problem = make_problem(view.blobs, object, bodies::camera(), options);
-      const auto found = verdict(problem);
-      problem.all_together = true;
-      const auto all = verdict(problem);
+      const auto found = solve_assignment(problem);
+      problem.all_covisible = true;
+      const auto all = solve_assignment(problem);
       with += found->tried;
       without += all->tried;
       ASSERT_EQ(found->hypotheses.size(), all->hypotheses.size());
@@ -174,7 +174,7 @@ TEST(IdentifyObject, AllMethodsFindTheSame) {
   }
 }
 
-// A pose from behind a light is none.
+// A pose from behind a light is rejected.
 TEST(IdentifyObject, KeepsToTheCones) {
   Random random(5);
   Object object = bodies::random_object(random, 8, 1.4);
@@ -188,7 +188,7 @@ TEST(IdentifyObject, KeepsToTheCones) {
   for (const Hypothesis& h : found->hypotheses) EXPECT_FALSE(bodies::is_right(h, view, 0));
 }
 
-TEST(IdentifyObject, SaysWhatIsWrong) {
+TEST(IdentifyObject, ReportsBadInput) {
   Random random(6);
   Object object = bodies::random_object(random, 5);
   View view;

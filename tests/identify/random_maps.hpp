@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random maps of many lamps, and what a camera among them sees: some lamps hidden, some lights
-// false. Shared by tests and benchmarks.
+// Random maps of many lamps with views in which some lamps are hidden and some lights are false.
+// Shared by tests and benchmarks.
 #pragma once
 
 #include <cmath>
@@ -21,14 +21,14 @@ struct Options {
   int visible = 6, hidden = 2, false_lights = 2;
   double noise_px = 0.5;
   double max_tilt_rad = 0.5235987755982988;
-  double thickness_m = 0.5;  ///< lamps hang this much below the ceiling at most
+  double thickness_m = 0.5;  ///< maximum distance of a lamp below the ceiling
 };
 
 struct View {
   Scene scene;
   Rigid3 cam_from_world;
   std::vector<Blob> blobs;
-  std::vector<int> lamp;  ///< of each blob; -1 for a false light
+  std::vector<int> lamp;  ///< lamp index of each blob; -1 for a false light
 };
 
 template <class T>
@@ -38,7 +38,7 @@ void shuffle(std::vector<T>& values, Random& random) {
               values[static_cast<std::size_t>(random.uniform() * static_cast<double>(i))]);
 }
 
-/// Under a ceiling at 3 m with a lamp for each 1.6 m^2.
+/// Lamps below a ceiling at 3 m, one for each 1.6 m^2.
 inline Scene random_scene(Random& random, const Options& options) {
   const double side_m = std::sqrt(1.6 * options.lamps);
   Scene scene;
@@ -54,7 +54,7 @@ inline Scene random_scene(Random& random, const Options& options) {
   return scene;
 }
 
-/// 0.3 to 1.2 m above the floor, looking up but for a tilt, any way round.
+/// Pose 0.3 to 1.2 m above the floor, looking up with a random tilt and heading.
 inline Rigid3 random_pose(Random& random, const Options& options) {
   const double side_m = std::sqrt(1.6 * options.lamps);
   const Eigen::Vector3d eye(random.uniform(0, side_m), random.uniform(0, side_m),
@@ -74,7 +74,7 @@ inline Blob spot(const Eigen::Vector2d& px, double sigma_px) {
   return blob;
 }
 
-/// Nothing when another number of lamps is in view, or two lights are too near each other.
+/// Returns nothing if the number of lamps in view differs, or two lights are too close together.
 inline std::optional<View> see(const Scene& scene, const Rigid3& pose, Random& random,
                                const Options& options) {
   constexpr double min_gap_px = 12;
@@ -85,7 +85,7 @@ inline std::optional<View> see(const Scene& scene, const Rigid3& pose, Random& r
   }
   if (static_cast<int>(lights.size()) != options.visible + options.hidden) return std::nullopt;
   shuffle(lights, random);
-  lights.resize(static_cast<std::size_t>(options.visible));
+  lights.resize(options.visible);
   for (int i = 0; i < options.false_lights; ++i)
     lights.push_back({-1, {random.uniform(0, 639), random.uniform(0, 479)}});
   for (std::size_t i = 0; i < lights.size(); ++i)
@@ -102,7 +102,7 @@ inline std::optional<View> see(const Scene& scene, const Rigid3& pose, Random& r
 }
 
 inline View random_view(Random& random, const Options& options) {
-  constexpr int attempts = 200;  // on one map
+  constexpr int attempts = 200;  // poses tried on one map
   for (;;) {
     const Scene scene = random_scene(random, options);
     for (int i = 0; i < attempts; ++i)
@@ -110,7 +110,7 @@ inline View random_view(Random& random, const Options& options) {
   }
 }
 
-/// side x side lamps, 0.8 m apart, at 3 m.
+/// A square grid of side x side lamps, 0.8 m apart, at a height of 3 m.
 inline Scene grid(int side) {
   Scene scene;
   scene.camera = Camera::pinhole(480, 480, 400, 400, 239.5, 239.5);
@@ -124,7 +124,7 @@ inline Scene grid(int side) {
   return scene;
 }
 
-/// What an accelerometer says.
+/// Prior with the gravity measured by an accelerometer.
 inline Prior gravity(const View& view, double sigma_rad, Random& random) {
   Prior prior;
   const Eigen::Vector3d error(random.normal(), random.normal(), random.normal());
@@ -134,7 +134,8 @@ inline Prior gravity(const View& view, double sigma_rad, Random& random) {
   return prior;
 }
 
-/// Its blobs but for one are named right, and the pose is near the truth.
+/// True if at least four blobs and all but one are assigned correctly, and the position error is
+/// below 0.3 m.
 inline bool is_right(const Hypothesis& hypothesis, const View& view) {
   int right = 0;
   for (const Match& match : hypothesis.matches) right += view.lamp[match.blob] == match.lamp;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which of several objects are in an image: none that is not, the right ones, and honest doubt.
+// Recognition of several objects: no false matches, correct poses, ambiguity reported.
 #include "libocc/identify/recognise.hpp"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ Result<Recognition> recognised(const View& view, const std::vector<Object>& obje
   return recognise(view.blobs, objects, bodies::camera(), exact_camera());
 }
 
-// An image of blobs that are none of the objects, declared or not.
+// Returns 1 if an object is reported in an image that shows none of them.
 int declared(const View& view, const std::vector<Object>& objects) {
   return !recognised(view, objects)->found.empty();
 }
@@ -48,10 +48,10 @@ void absent_objects_are_not_found(int trials) {
   for (int i = 0; i < trials; ++i) {
     const std::vector<Object> objects = random_objects(random, 3);
     View view;
-    if (i % 3 == 0) {  // another object
+    if (i % 3 == 0) {  // shows another object
       bodies::add_object(view, 9, bodies::random_object(random, 12),
                          bodies::random_pose(random, 2.5), random, sigma_px);
-    } else if (i % 3 == 1) {  // lights crowded in a corner
+    } else if (i % 3 == 1) {  // lights concentrated in a corner
       for (int k = 0; k < 9; ++k)
         bodies::add_blob(view, {random.uniform(20, 90), random.uniform(20, 90)}, sigma_px, {});
     }
@@ -125,7 +125,7 @@ void two_at_once(int count) {
 TEST(Recognise, TwoAtOnce) { two_at_once(2); }
 TEST(SlowRecognise, TwoAtOnce) { two_at_once(30); }
 
-// The same object twice in one image.
+// One object is visible twice.
 TEST(Recognise, OneObjectTwice) {
   Random random(4);
   const std::vector<Object> objects = random_objects(random, 2, 16);
@@ -143,15 +143,16 @@ TEST(Recognise, OneObjectTwice) {
   EXPECT_EQ(found->found[1].match.object, 0);
 }
 
-/// An object of so many lights, and a view that shows `least` of them.
-std::pair<Object, View> seen_object(Random& random, int points, int least) {
-  constexpr int attempts = 200;  // with one object: some never show so many
+/// An object of `points` lights, and a view that shows at least `min_lights` of them.
+std::pair<Object, View> seen_object(Random& random, int points, int min_lights) {
+  constexpr int attempts =
+      200;  // poses tried with one object; some objects never show enough lights
   for (;;) {
     const Object object = bodies::random_object(random, points);
     for (int i = 0; i < attempts; ++i) {
       View view;
       bodies::add_object(view, 0, object, bodies::random_pose(random, 2.2), random, sigma_px);
-      if (bodies::lights_of(view, 0) >= least) return {object, view};
+      if (bodies::lights_of(view, 0) >= min_lights) return {object, view};
     }
   }
 }
@@ -167,7 +168,7 @@ void mirrored_and_similar_objects(int trials) {
         p.position_m.x() *= -1;
         p.normal.x() *= -1;
       } else if (p.id % 2) {
-        p.position_m *= 1.2;  // every second light farther out
+        p.position_m *= 1.2;  // moves every second light outwards
       }
     }
     const Result<Recognition> found = recognised(view, objects);
@@ -178,13 +179,13 @@ void mirrored_and_similar_objects(int trials) {
   EXPECT_GE(sure, 0.95 * trials);
 }
 
-TEST(Recognise, TellsMirroredAndSimilarObjectsApart) { mirrored_and_similar_objects(4); }
-TEST(SlowRecognise, TellsMirroredAndSimilarObjectsApart) { mirrored_and_similar_objects(60); }
+TEST(Recognise, DistinguishesMirroredAndSimilarObjects) { mirrored_and_similar_objects(4); }
+TEST(SlowRecognise, DistinguishesMirroredAndSimilarObjects) { mirrored_and_similar_objects(60); }
 
 TEST(Recognise, ObjectsThatLookAlikeAreRivals) {
   Random random(6);
   const auto [object, view] = seen_object(random, 12, 7);
-  // The third is the first but for the lights on its other side.
+  // The third object equals the first except for the lights that are not visible.
   std::vector<Object> objects{object, bodies::random_object(random, 12), object};
   for (ObjectPoint& p : objects[2].points) {
     const auto& lights = view.lights;
@@ -201,7 +202,7 @@ TEST(Recognise, ObjectsThatLookAlikeAreRivals) {
   EXPECT_TRUE(bodies::is_right(first.rivals[0].poses.front(), view, 0));
 }
 
-// A square of lights on a mast: four poses.
+// A square of lights on a mast has four poses.
 TEST(Recognise, AnObjectThatRepeatsIsAmbiguous) {
   Object square{"square", {}};
   for (int i = 0; i < 8; ++i) {
@@ -232,10 +233,10 @@ TEST(Recognise, MoreAgreementIsLessOftenChance) {
     EXPECT_GT(found->log10_false_alarms[0], last);
     last = found->log10_false_alarms[0];
   }
-  EXPECT_GT(last, -3);  // five, three of them used up by the pose
+  EXPECT_GT(last, -3);  // five lights, of which three determine the pose
 }
 
-TEST(Recognise, SaysWhatIsWrong) {
+TEST(Recognise, ReportsBadInput) {
   Random random(9);
   const std::vector<Object> objects = random_objects(random, 2);
   EXPECT_EQ(recognise({}, objects, bodies::camera()).status, Status::too_few_lamps);

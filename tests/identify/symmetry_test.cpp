@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Symmetric rooms: all poses that fit are returned, and a prior chooses among them.
+// Symmetric rooms: all poses that fit are returned, and a prior selects one of them.
 #include "tests/identify/identify_support.hpp"
 
 namespace occ {
@@ -36,7 +36,7 @@ TEST(IdentifySymmetry, SquareHasFourPoses) {
     EXPECT_EQ(found.status, Status::ambiguous);
     EXPECT_FALSE(found.message.empty());
     ASSERT_EQ(found->hypotheses.size(), 4u);
-    // The truth, and the truth turned about the square's axis.
+    // The true pose, rotated by multiples of 90 degrees about the square's axis.
     for (int quarter = 0; quarter < 4; ++quarter) {
       const Matrix3d turn = so3_exp(Vector3d(0, 0, quarter * 1.5707963267948966));
       const Vector3d axis(2, 2, 0);
@@ -112,7 +112,7 @@ TEST(IdentifySymmetry, APriorThatContradictsTheImageLeavesNoPose) {
   EXPECT_FALSE(found.message.empty());
 }
 
-TEST(IdentifySymmetry, ThreeEqualLampsCannotBeTold) {
+TEST(IdentifySymmetry, ThreeEqualLampsCannotBeDistinguished) {
   const Scene scene = equilateral_room();
   Random random(26);
   for (int i = 0; i < 20; ++i) {
@@ -135,11 +135,11 @@ TEST(IdentifySymmetry, ARegularGridHasFourPosesWhenAllIsSeen) {
   EXPECT_TRUE(test::holds_truth(*found, view));
 }
 
-TEST(IdentifySymmetry, PartOfAGridFitsInMorePlaces) {
+TEST(IdentifySymmetry, PartOfAGridFitsInMorePositions) {
   const Scene scene = grid_room();
   Random random(28);
   View view = test::see(scene, upright({2.1, 1.9, 0.2}, 0.3, 0.05), random, 0.05);
-  for (int lamp = 8; lamp >= 6; --lamp) test::hide(view, lamp);  // two rows are left
+  for (int lamp = 8; lamp >= 6; --lamp) test::hide(view, lamp);  // two rows remain
   IdentifyOptions options;
   options.miss_penalty = 0;
   const Result<Identification> found = identify(view.blobs, scene, options);

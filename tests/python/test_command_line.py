@@ -86,7 +86,7 @@ def test_identify_lists_all_poses_of_a_square(run):
 def test_identify_names_the_symmetry(run):
     assert run("simulate", "square_four", "--position", 1.7, 1.8, 0.3, "--out", "s.png")[0] == 0
     _, out, _ = run("identify", "s.png", "--map", "square_four")
-    assert "turn by 180 deg about the vertical axis through (2, 2)" in out
+    assert "rotation by 180 deg about the vertical axis through (2, 2)" in out
     _, out, _ = run("identify", "s.png", "--map", "square_four", "--json")
     best, *rivals = json.loads(out)["poses"]
     assert best["symmetry"] is None

@@ -210,7 +210,7 @@ TEST(Tracker, ASquareOfEqualLampsNeedsAPrior) {
   const Image& image = world.image(upright(1.7), 0);
   const TrackedFrame frame = blind.add_image(image.view(), 0);
   EXPECT_EQ(frame.state, TrackerState::searching);
-  EXPECT_NE(frame.reason.find("4 poses explain"), std::string::npos) << frame.reason;
+  EXPECT_NE(frame.reason.find("4 poses match"), std::string::npos) << frame.reason;
   EXPECT_TRUE(std::isinf(frame.covariance(0, 0)));
 }
 

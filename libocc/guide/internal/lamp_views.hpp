@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: the part of visibility that planners ask for many times: no power, no copies.
+// Visibility of lamps for planners, which evaluate many poses: without received power and without
+// copies.
 #pragma once
 
 #include <vector>
@@ -8,17 +9,18 @@
 
 namespace occ::internal::guide {
 
-/// Which lamps a camera has wholly in view, and what they tell of a pose on the floor.
+/// Determines which lamps a camera has completely in view, and the resulting bound of a pose on the
+/// floor.
 class LampViews {
  public:
-  /// The scene is valid and outlives this.
+  /// The scene must be valid and outlive this object.
   LampViews(const Scene& scene, const VisibilityOptions& options);
 
-  /// Indices into the scene's lamps.
+  /// Returns indices into the scene's lamps.
   std::vector<int> in_view(const Rigid3& cam_from_world) const;
   int count_in_view(const Rigid3& cam_from_world) const;
 
-  /// By the lamps of these indices. Fills in both sigmas.
+  /// Sets both standard deviations of `seen` from the lamps with these indices.
   void bound(const PlanarPose& pose, const Rigid3& cam_from_body, const std::vector<int>& lamps,
              Visibility& seen) const;
 
@@ -27,7 +29,7 @@ class LampViews {
 
   const Scene& scene_;
   VisibilityOptions options_;
-  std::vector<std::vector<Eigen::Vector3d>> rims_;  // of each lamp, in the world
+  std::vector<std::vector<Eigen::Vector3d>> rims_;  // rim of each lamp, in the world
 };
 
 }  // namespace occ::internal::guide

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: what a run's records come to.
+// Metrics of a closed-loop run, from its records.
 #pragma once
 
 #include "libocc/guide/closed_loop.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: the world of a closed loop: where the vehicle truly is, what its wheels say, and the
-// images that its camera takes on the way.
+// Simulated world of a closed loop: true state of the vehicle, its odometry, and the images of its
+// camera.
 #pragma once
 
 #include <deque>
@@ -15,12 +15,12 @@ namespace occ::internal::guide {
 
 struct Capture {
   double captured_s = 0;  ///< true time
-  double stamped_s = 0;   ///< by the camera's clock
+  double stamped_s = 0;   ///< time stamp of the camera's clock
   bool lost = false;
-  int times = 1;  ///< that it arrives
+  int times = 1;  ///< number of arrivals
   int lamps_in_view = 0;
   Rigid3 cam_from_body;
-  std::vector<int> dark;  ///< lamps that have failed
+  std::vector<int> dark;  ///< indices of lamps that have failed
   Rendered rendered;
 };
 
@@ -33,13 +33,14 @@ class LoopWorld {
   double pan_rad() const { return pan_rad_; }
   double tilt_rad() const { return tilt_rad_; }
 
-  /// Drives for dt_s while the camera turns towards `aim`; what the wheels say of it.
+  /// Advances the vehicle by dt_s and moves the camera towards `aim`. Returns the odometry.
   PlanarOdometry step(const DriveCommand& command, const PanTiltKnot& aim, double dt_s);
 
-  /// Images that have arrived by now, oldest first; lost ones come, too, without pixels.
+  /// Returns the images that have arrived by now, oldest first. Lost images are included without
+  /// pixels.
   std::vector<Capture> arrived();
 
-  /// For whoever has looked at it: its memory is used again.
+  /// Returns the memory of a processed image for reuse.
   void recycle(Capture capture);
 
  private:
@@ -49,7 +50,7 @@ class LoopWorld {
                double share);
   void render(Capture& capture, int number, const Rigid3& cam_from_world, const Vector6& velocity);
   std::vector<int> dark_lamps(double time_s) const;
-  PlanarOdometry as_told(PlanarOdometry step) const;
+  PlanarOdometry with_faults(PlanarOdometry step) const;
   Renderer& renderer_without(const std::vector<int>& dark);
 
   Scene scene_;
@@ -59,9 +60,10 @@ class LoopWorld {
   double pan_rad_ = 0, tilt_rad_ = 0;
   Random driving_, frames_;
   int next_frame_ = 1;
-  std::deque<Capture> under_way_;
-  std::map<std::vector<int>, Renderer> renderers_;           // by the lamps that are dark
-  std::map<std::vector<int>, std::vector<Rendered>> spare_;  // what each has filled before
+  std::deque<Capture> in_transit_;
+  std::map<std::vector<int>, Renderer> renderers_;  // by the set of dark lamps
+  std::map<std::vector<int>, std::vector<Rendered>>
+      spare_;  // buffers for reuse, by the set of dark lamps
 };
 
 }  // namespace occ::internal::guide

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: from way-points to one lap of lines and arcs; begin_m is left to the route.
+// Converts way-points to one lap of lines and arcs. The caller sets begin_m.
 #pragma once
 
 #include <vector>

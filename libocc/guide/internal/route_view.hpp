@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: whether enough is seen from a pose, and where along a route not.
+// Checks whether the view from a pose suffices, and finds sections of a route where it does not.
 #pragma once
 
 #include <vector>
@@ -11,7 +11,7 @@ namespace occ::internal::guide {
 
 class RouteView {
  public:
-  /// The scene is valid and outlives this.
+  /// The scene must be valid and outlive this object.
   RouteView(const Scene& scene, const RoutePlanOptions& options);
 
   bool enough(const PlanarPose& pose) const;
@@ -24,7 +24,7 @@ class RouteView {
   double max_sigma_m_;
 };
 
-/// Joins places one after another to gaps.
+/// Joins consecutive positions without view to gaps.
 class GapList {
  public:
   void add(const RoutePlace& place, bool seen);

@@ -1,29 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: whether an explanation's blobs are as bright and as large as its lamps would look from
-// its pose: fluxes up to one common gain, as exposure and aperture may be anything.
+// Compares the fluxes and sizes of a hypothesis' blobs with those predicted for its lamps and pose.
+// Fluxes are compared up to one common gain, because exposure and aperture may be unknown.
 #pragma once
 
-#include "libocc/identify/internal/explain.hpp"
+#include "libocc/identify/internal/pose_hypothesis.hpp"
 
 namespace occ::internal::identify {
 
 Brightness brightness_of(const AssignmentProblem& problem, const PoseHypothesis& e);
 
-/// Fills in the brightness of all, and counts it in the chi-square of several when one of those
-/// that are worth most is as bright as its lamps let expect; when none is, the map's powers are not
-/// these lamps'. The order stays that of `found`, but for those of one worth.
-void weigh_by_brightness(const AssignmentProblem& problem, std::vector<PoseHypothesis>& found);
+/// Sets the brightness of all hypotheses and adds it to their chi-square, provided that one of
+/// those with the most pairs fits the map; otherwise the powers in the map are assumed to be wrong.
+/// Sorts the hypotheses that have as many pairs as the first one by chi-square.
+void rank_by_brightness(const AssignmentProblem& problem, std::vector<PoseHypothesis>& found);
 
-/// Leaves out what explains reflections: other blobs than a better one, for some of the same lamps,
-/// and fainter by more than errors make them. Returns how many.
+/// Removes hypotheses that match reflections: they share no blob with another hypothesis, and their
+/// lamps are fainter by more than the errors permit. Returns the number removed.
 int drop_reflections(const AssignmentProblem& problem, std::vector<PoseHypothesis>& found);
 
-/// The problem of the blobs that `e` leaves, when these are at least four and most of them brighter
-/// than those that it explains: what it explains may be reflections.
-std::optional<AssignmentProblem> brighter_rest(const AssignmentProblem& problem,
-                                               const PoseHypothesis& e);
+/// Returns the problem of the observations that `e` does not use. Empty unless at least four of
+/// these have a flux and their median exceeds that of the used ones: then `e` may match
+/// reflections.
+std::optional<AssignmentProblem> brighter_remainder(const AssignmentProblem& problem,
+                                                    const PoseHypothesis& e);
 
-/// Whether `strong`, found among what `weak` leaves, shows that this is a reflection.
-bool outshines(const Brightness& strong, const Brightness& weak);
+/// True if `strong` is so much brighter than `weak` that the latter matches reflections.
+bool is_brighter(const Brightness& strong, const Brightness& weak);
 
 }  // namespace occ::internal::identify

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: P3P for several namings of the same three blobs at once, in single precision: the
-// distances of the three lamps, good to about 1e-5. The equations and the way are those of
-// pose/internal/conic_pencil.hpp, with branches turned into selections; see there for the sources.
+// P3P for several assignments of the same three blobs at once, in single precision. Returns the
+// distances of the three lamps with a relative error of about 1e-5.
+//
+// The equations and the method are those of pose/internal/conic_pencil.hpp, which lists the
+// sources. Branches are replaced by selections, so that all lanes run the same instructions.
 #pragma once
 
 #include "libocc/core/internal/lanes.hpp"
 
 namespace occ::internal::identify {
 
-/// Of three blobs: squared chords |f_i - f_j|^2 of their unit bearings.
+/// Squared chords |f_i - f_j|^2 between the unit bearings of three blobs.
 struct Chords2 {
   float c01, c02, c12;
 };
@@ -47,7 +49,8 @@ LIBOCC_INLINE LaneConic<Lanes> combined(const Lanes& x, const LaneConic<Lanes>& 
           x * a.uv + y * b.uv, x * a.uw + y * b.uw, x * a.vw + y * b.vw};
 }
 
-/// The real root of t^3 + b t^2 + c t + d that lies furthest from the others.
+/// Returns the real root of t^3 + b t^2 + c t + d that is farthest from the other roots, by a fixed
+/// number of Newton steps from a rough start.
 template <class Lanes>
 LIBOCC_INLINE Lanes separated_root(const Lanes& b, const Lanes& c, const Lanes& d) {
   constexpr int steps = 7;
@@ -66,7 +69,7 @@ struct LaneMember {
   Lanes x, y;
 };
 
-/// A member x A + y B of the pencil with determinant 0.
+/// Returns a member x A + y B of the pencil whose determinant is 0.
 template <class Lanes>
 LIBOCC_INLINE LaneMember<Lanes> degenerate_member(const LaneConic<Lanes>& a,
                                                   const LaneConic<Lanes>& b) {
@@ -77,11 +80,11 @@ LIBOCC_INLINE LaneMember<Lanes> degenerate_member(const LaneConic<Lanes>& a,
   const Lanes end0 = core::absolute(c0), end3 = core::absolute(c3), mid1 = core::absolute(c1),
               mid2 = core::absolute(c2);
   const Lanes ends = end0 > end3 ? end0 : end3, mids = mid1 > mid2 ? mid1 : mid2;
-  const core::LaneInts<Lanes> turned =
-      ends < 0.05F * mids;  // then y = z - k x makes the lead large
+  const core::LaneInts<Lanes> substituted =
+      ends < 0.05F * mids;  // substitute y = z - k x for a large leading coefficient
   const Lanes one = 1 + Lanes{};
-  const Lanes k = turned ? ((c0 + c2) * (c1 + c3) > 0 ? -one : one) : Lanes{};
-  const core::LaneInts<Lanes> forward = turned | (end0 >= end3);
+  const Lanes k = substituted ? ((c0 + c2) * (c1 + c3) > 0 ? -one : one) : Lanes{};
+  const core::LaneInts<Lanes> forward = substituted | (end0 >= end3);
   const Lanes t0 = forward ? c0 - k * c1 + c2 * k * k - k * k * k * c3 : c3;
   const Lanes t1 = forward ? c1 - 2 * k * c2 + 3 * k * k * c3 : c2;
   const Lanes t2 = forward ? c2 - 3 * k * c3 : c1;
@@ -91,13 +94,13 @@ LIBOCC_INLINE LaneMember<Lanes> degenerate_member(const LaneConic<Lanes>& a,
   return {forward ? r : one, forward ? 1 - k * r : r};
 }
 
-/// The larger of three by selections: masks of which.
+/// Masks that select the largest of three values.
 template <class Lanes>
 struct LaneChoice {
-  core::LaneInts<Lanes> first, second;  // neither: the third
+  core::LaneInts<Lanes> first, second;  // both false: the third
 };
 template <class Lanes>
-LIBOCC_INLINE LaneChoice<Lanes> largest_of(const Lanes& a, const Lanes& b, const Lanes& c) {
+LIBOCC_INLINE LaneChoice<Lanes> select_max(const Lanes& a, const Lanes& b, const Lanes& c) {
   const core::LaneInts<Lanes> first = (a >= b) & (a >= c);
   return {first, ~first & (b >= c)};
 }
@@ -107,12 +110,13 @@ LIBOCC_INLINE Lanes chosen(const LaneChoice<Lanes>& i, const Lanes& a, const Lan
   return i.first ? a : (i.second ? b : c);
 }
 
-/// The two lines of a degenerate conic; a pair that is not real becomes the double line near it.
+/// Computes the two lines of a degenerate conic. A complex pair is replaced by the nearest double
+/// line.
 template <class Lanes>
 LIBOCC_INLINE void split(const LaneConic<Lanes>& c, core::LaneVector<Lanes>& first,
                          core::LaneVector<Lanes>& second) {
   const LaneConic<Lanes> adj = adjugate(c);
-  const LaneChoice<Lanes> i = largest_of(-adj.uu, -adj.vv, -adj.ww);
+  const LaneChoice<Lanes> i = select_max(-adj.uu, -adj.vv, -adj.ww);
   const Lanes square = -chosen(i, adj.uu, adj.vv, adj.ww);
   const Lanes inverse = square > 0 ? core::inverse_root(square) : Lanes{};
   const core::LaneVector<Lanes> v{chosen(i, adj.uu, adj.uv, adj.uw) * inverse,
@@ -123,9 +127,9 @@ LIBOCC_INLINE void split(const LaneConic<Lanes>& c, core::LaneVector<Lanes>& fir
   const auto size = [](const Lanes& a, const Lanes& b, const Lanes& d) LIBOCC_LAMBDA_INLINE {
     return core::absolute(a) + core::absolute(b) + core::absolute(d);
   };
-  const LaneChoice<Lanes> row = largest_of(
+  const LaneChoice<Lanes> row = select_max(
       size(row0.x, row0.y, row0.z), size(row1.x, row1.y, row1.z), size(row2.x, row2.y, row2.z));
-  const LaneChoice<Lanes> column = largest_of(
+  const LaneChoice<Lanes> column = select_max(
       size(row0.x, row1.x, row2.x), size(row0.y, row1.y, row2.y), size(row0.z, row1.z, row2.z));
   first = {chosen(row, row0.x, row1.x, row2.x), chosen(row, row0.y, row1.y, row2.y),
            chosen(row, row0.z, row1.z, row2.z)};
@@ -133,12 +137,13 @@ LIBOCC_INLINE void split(const LaneConic<Lanes>& c, core::LaneVector<Lanes>& fir
             chosen(column, row2.x, row2.y, row2.z)};
 }
 
-/// The two points of a conic on a line, up to scale; of a complex pair the real part twice.
+/// Computes the two intersections of a conic and a line, up to scale. A complex pair is replaced by
+/// its real part, twice.
 template <class Lanes>
 LIBOCC_INLINE void intersect(const LaneConic<Lanes>& c, const core::LaneVector<Lanes>& l,
                              core::LaneVector<Lanes> points[2]) {
   const LaneChoice<Lanes> i =
-      largest_of(core::absolute(l.x), core::absolute(l.y), core::absolute(l.z));
+      select_max(core::absolute(l.x), core::absolute(l.y), core::absolute(l.z));
   const Lanes ii = chosen(i, c.uu, c.vv, c.ww), jj = chosen(i, c.vv, c.ww, c.uu),
               kk = chosen(i, c.ww, c.uu, c.vv);
   const Lanes ij = chosen(i, c.uv, c.vw, c.uw), ik = chosen(i, c.uw, c.uv, c.vw),
@@ -157,7 +162,7 @@ LIBOCC_INLINE void intersect(const LaneConic<Lanes>& c, const core::LaneVector<L
   }
 }
 
-/// Partial derivatives of the three distance equations, and the cofactors that solve them.
+/// Partial derivatives of the three distance equations, and the cofactors of their Jacobian.
 template <class Lanes>
 struct LaneJacobian {
   Lanes a0, a1, b0, b2, g1, g2;
@@ -174,13 +179,13 @@ struct LaneJacobian {
     const Lanes det = -(a0 * b2 * g1 + a1 * b0 * g2);
     return core::absolute(det) > 1e-12F ? 1 / det : Lanes{};
   }
-  /// The change of the distances that changes equation 01, 02 or 12 by the determinant.
+  /// Change of the distances that changes equation 01, 02 or 12 alone, by the determinant.
   LIBOCC_INLINE core::LaneVector<Lanes> by01() const { return {-(b2 * g1), -(b0 * g2), b0 * g1}; }
   LIBOCC_INLINE core::LaneVector<Lanes> by02() const { return {-(a1 * g2), a0 * g2, -(a0 * g1)}; }
   LIBOCC_INLINE core::LaneVector<Lanes> by12() const { return {a1 * b2, -(a0 * b2), -(a1 * b0)}; }
 };
 
-/// What the three distance equations lack.
+/// Residuals of the three distance equations.
 template <class Lanes>
 LIBOCC_INLINE core::LaneVector<Lanes> off_sides(const Chords2& c, const LaneSides2<Lanes>& s,
                                                 const core::LaneVector<Lanes>& d) {
@@ -194,8 +199,8 @@ LIBOCC_INLINE Lanes sum_of_sizes(const core::LaneVector<Lanes>& v) {
   return core::absolute(v.x) + core::absolute(v.y) + core::absolute(v.z);
 }
 
-/// A step of Newton's method where it leads to a root; the real part of a complex pair stays.
-/// Returns what the equations lack after it.
+/// Performs one step of Newton's method if it reduces the residuals; the real part of a complex
+/// pair stays. Returns the sum of the absolute residuals.
 template <class Lanes>
 LIBOCC_INLINE Lanes improve(const Chords2& c, const LaneSides2<Lanes>& s,
                             core::LaneVector<Lanes>& d) {
@@ -209,11 +214,11 @@ LIBOCC_INLINE Lanes improve(const Chords2& c, const LaneSides2<Lanes>& s,
   return better ? after : before;
 }
 
-/// Up to four sets of distances. Sides are squared, in units of which their sum is 1.
+/// Computes up to four sets of distances. The sides are squared and scaled to a sum of 1.
 template <class Lanes>
 LIBOCC_INLINE void solve_depths(const Chords2& c, const LaneSides2<Lanes>& s,
                                 LaneDepths<Lanes> out[4]) {
-  constexpr float by_noise = 0.05F;  // that turned a double root into a complex pair
+  constexpr float by_noise = 0.05F;  // residual accepted where noise makes a double root complex
   const float k2 = c.c01 + c.c02 + c.c12, k = __builtin_sqrtf(k2), half = 0.5F / k;
   const float uv = 0.5F * c.c01 - 1, uw = (c.c01 + c.c02) * half, vw = (c.c01 + c.c12) * half;
   const LaneConic<Lanes> a{

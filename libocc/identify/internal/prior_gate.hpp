@@ -1,41 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: which poses of an upright camera a prior leaves, told before any fit.
+// Rejects poses of an upright camera that contradict the prior, before any fit. The camera is
+// upright when its rotation is known from gravity except for the heading.
 #pragma once
 
 #include <optional>
 
-#include "libocc/identify/internal/problem.hpp"
+#include "libocc/identify/internal/assignment_problem.hpp"
 
 namespace occ::internal::identify {
 
-/// The rotation from a frame with its z up, when the prior knows gravity.
+/// Rotation from a frame whose z axis points up to the camera frame. The prior must contain
+/// gravity.
 Eigen::Matrix3d cam_from_upright(const AssignmentProblem& problem);
 
-/// Cuts off what is so far from the prior that no explanation with it would be believed.
+/// Compares poses with the height, position, heading and last pose of the prior, at six sigma.
 class PriorGate {
  public:
-  /// What a prior says of poses turned by `cam_from_upright` and then about the vertical.
   PriorGate(const AssignmentProblem& problem, const Eigen::Matrix3d& cam_from_upright);
 
-  /// place: of the camera, local frame; cosine, sine: of the turn from the world to the upright
-  /// frame; relative: error of the pose as voted on, a part of its distance and an angle alike.
-  bool allows(const Eigen::Vector3d& place, double cosine, double sine, double distance_m,
+  /// position: of the camera, local frame [m]; cosine, sine: of the rotation about the vertical
+  /// from the world to the upright frame; distance_m: distance of the first lamp; relative: error
+  /// of the candidate pose, both as an angle [rad] and as a fraction of the distance.
+  bool allows(const Eigen::Vector3d& position, double cosine, double sine, double distance_m,
               double relative) const;
 
-  /// Whether it allows all: the prior says nothing beyond gravity.
+  /// True if the prior contains nothing beyond gravity, so that allows() is always true.
   bool is_open() const { return !height_ && !position_ && !last_ && !heading_; }
 
  private:
   struct Around {
-    Eigen::Vector3d place;      // local frame
+    Eigen::Vector3d position;   // local frame
     Eigen::Vector3d variances;  // along the axes
   };
   std::optional<Around> position_, last_;
   std::optional<double> height_;  // local frame
   double height_variance_ = 0;
-  std::optional<Eigen::Vector2d> heading_;  // of the image's right, unit
+  std::optional<Eigen::Vector2d> heading_;  // direction of the image's x axis, unit
   double heading_variance_ = 0;
-  Eigen::Vector2d right_;  // the image's right in the upright frame, level part
+  Eigen::Vector2d right_;  // horizontal part of the image's x axis in the upright frame
 };
 
 }  // namespace occ::internal::identify

@@ -1,31 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: all explanations of the blobs that explain as many of them as any does.
+// Search for all pose hypotheses with the largest support, by one of the methods of IdentifyMethod.
 #pragma once
 
 #include <functional>
 
-#include "libocc/identify/internal/ballot.hpp"
-#include "libocc/identify/internal/explain.hpp"
-#include "libocc/identify/internal/seen_together.hpp"
-#include "libocc/identify/internal/triples.hpp"
+#include "libocc/identify/internal/covisibility.hpp"
+#include "libocc/identify/internal/hypothesis_voting.hpp"
+#include "libocc/identify/internal/pose_hypothesis.hpp"
+#include "libocc/identify/internal/triple_order.hpp"
 
 namespace occ::internal::identify {
 
-/// Expected number of wrong poses that explain as much as one that is taken for the only one, when
-/// it sees all lamps that it should see, and when it misses some.
-inline constexpr double unlikely = 0.1, unlikely_if_missing = 0.01;
+/// Maximum expected number of wrong poses for a unique answer: if the pose misses no lamp, and if
+/// it misses some.
+inline constexpr double max_chance = 0.1, max_chance_if_missing = 0.01;
 
-/// Pairs that hardly agree by chance.
-inline constexpr int strong = 6;
+/// A hypothesis with this many pairs is very unlikely to be wrong, so fewer alternatives are tried.
+inline constexpr int strong_pairs = 6;
 
+/// Share of the image that the gate of one blob covers, with the error of a well-determined pose.
 double gate_share(const AssignmentProblem& problem);
-bool looks_right(const AssignmentProblem& problem, const Naming& naming, const Rigid3& pose);
 
-/// How groups of blobs are voted on.
-struct Poll {
-  bool neighbours_only = false;
-  std::function<void(const std::array<int, 3>&, int least, std::vector<Vote>&)> cast;
-  std::function<const Turnout&()> turnout;
+/// True if the camera sees the lit side of the three lamps and their sizes agree with the blobs.
+bool appearance_agrees(const AssignmentProblem& problem, const Assignment& assignment,
+                       const Rigid3& pose);
+
+/// A scoring function for groups of blobs: HypothesisVoting or ShapeVoting.
+struct VotingMethod {
+  bool neighbours_truncated = false;
+  std::function<void(const std::array<int, 3>&, int min_inliers, std::vector<ScoredPose>&)> score;
+  std::function<const VoteStatistics&()> statistics;
 };
 
 class Search {
@@ -34,62 +38,64 @@ class Search {
 
   void run();
 
-  /// Most pairs first, then the smallest chi-square. All pair as many blobs as the best one, or
-  /// three that are named when the best adds but one unnamed blob: that may be an accident.
+  /// Hypotheses by decreasing support, then by increasing chi-square. All have the support of the
+  /// best one. If the best has three coded pairs and one uncoded pair, those with the three coded
+  /// pairs are included, because the fourth pair may be accidental.
   const std::vector<PoseHypothesis>& found() const { return found_; }
-  /// Explanations by accident that are to be expected to pair as many blobs as the best one.
+  /// Expected number of wrong hypotheses with as many pairs as the best one.
   double chance() const;
-  /// False for a best explanation by vote whose blobs are further off than their errors let expect.
-  bool best_fits() const { return found_.empty() || !turnout_ || fits(found_.front()); }
-  int tried() const { return tried_; }  ///< namings of three blobs
+  /// False if the best hypothesis was found by voting and its chi-square exceeds the 99.9 %
+  /// quantile.
+  bool best_fits() const { return found_.empty() || !statistics_ || fits(found_.front()); }
+  int tried() const { return tried_; }  ///< assignments of three blobs
   bool cut_short() const { return cut_short_; }
 
  private:
+  /// A pose from three pairs, with the pairs that agree with it before any refit.
   struct Seed {
-    Naming naming;
-    int further = 0;  // pairs found beyond these, before any fit
-    int named = 0;    // of all these
+    Assignment assignment;
+    int further = 0;  // pairs besides the assignment
+    int coded = 0;    // coded pairs, the assignment included
   };
 
-  void try_all();
+  void search_by_alignment();
   void try_triple(const BlobTriple& triple);
-  void sample();
-  void cluster();
-  void vote();
-  void hash();
-  void vote_by_levels(const Poll& poll, TripleOrder& order, int far_apart);
-  void run_poll(const Poll& poll);
-  int named_by_vote() const;
-  int spent() const;
-  void elect(std::vector<Vote>& votes, int least);
-  void consider(const Vote& vote);
-  bool known(const Vote& vote) const;
+  void search_by_sampling();
+  void search_by_clustering();
+  void search_by_voting();
+  void search_by_hashing();
+  void run_voting(const VotingMethod& method);
+  void vote_by_levels(const VotingMethod& method, TripleOrder& order, int distant_outliers);
+  int group_size() const;
+  int cost() const;
+  void verify_best(std::vector<ScoredPose>& candidates, int min_inliers);
+  void consider(const ScoredPose& candidate);
+  bool is_duplicate(const ScoredPose& candidate) const;
   double chance_of(const PoseHypothesis& e) const;
   double chance_of_prior(const std::vector<Pair>& best) const;
-  bool misses_too_much(const PoseHypothesis& e) const;
+  bool misses_too_many(const PoseHypothesis& e) const;
   bool fits(const PoseHypothesis& e) const;
-  std::vector<FittedPose> seeds_of(const Naming& naming) const;
-  void consider(const FittedPose& seed, const Naming& naming);
-  void keep(PoseHypothesis explanation);
+  std::vector<FittedPose> candidates_from(const Assignment& assignment) const;
+  void consider(const FittedPose& seed, const Assignment& assignment);
+  void keep(PoseHypothesis hypothesis);
   void merge_and_rank();
-  bool contradicts_view(const Naming& naming) const;
-  bool worth_keeping(const Naming& naming, const std::vector<Pair>& pairs) const;
-  int false_lights() const;
-  int named_pairs(const std::vector<Pair>& pairs) const;
-  int worth(const std::vector<Pair>& pairs) const;
-  bool rivals(const PoseHypothesis& e) const;
+  bool contradicts_orientation(const Assignment& assignment) const;
+  bool has_enough_support(const Assignment& assignment, const std::vector<Pair>& pairs) const;
+  int max_outliers() const;
+  int coded_pairs(const std::vector<Pair>& pairs) const;
+  int support(const std::vector<Pair>& pairs) const;
+  bool has_equal_support(const PoseHypothesis& e) const;
 
   const AssignmentProblem& problem_;
-  SeenTogether together_;
+  Covisibility covisibility_;
   bool prior_ = false;
   std::vector<PoseHypothesis> found_;
-  int most_ = 0;  // the largest worth of an explanation so far
+  int best_support_ = 0;
   int tried_ = 0;
-  std::vector<Seed>
-      seeds_;  // poses from three pairs that face their lamps and agree with the prior
-  std::vector<double> prior_chi2_of_seeds_;  // of all poses from three pairs
-  std::optional<Turnout> turnout_;           // of the vote so far
-  int looks_ = 0;                            // at votes
+  std::vector<Seed> seeds_;                   // those on the lit sides that agree with the prior
+  std::vector<double> prior_chi2_of_seeds_;   // of all poses from three pairs
+  std::optional<VoteStatistics> statistics_;  // set by the methods that vote
+  int verified_ = 0;                          // candidates verified in double precision
   bool by_shape_ = false;
   bool cut_short_ = false;
 };

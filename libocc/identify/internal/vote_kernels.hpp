@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: the hot loops of ballots (identify/internal/ballot.hpp), for several namings at once.
+// Inner loops of hypothesis voting (hypothesis_voting.hpp), for several assignments at once.
+// Lengths are in units of the map, positions are relative to the first lamp of the assignment.
 #pragma once
 
 #include <cstddef>
@@ -9,82 +10,84 @@
 
 namespace occ::internal::identify {
 
-/// A lamp about the first of the naming, in units of the map.
+/// A lamp in the neighbourhood of the first lamp.
 struct NearLamp {
-  float place[3], normal[3];
-  float lit_below;  ///< it shows its lit side where normal . place, camera frame, is less
-  float blur;  ///< radius^2: how far an ellipse's centre may be off the lamp's, times its distance
+  float position[3], normal[3];
+  float lit_below;  ///< the lit side is visible if normal . position < lit_below, camera frame
+  float blur;       ///< radius^2; blur / distance bounds the offset of the image ellipse's centre
 };
 
-/// A blob that is not named.
-struct Other {
+/// A blob outside the assignment.
+struct RemainingBlob {
   float bearing[3];
-  float sigma2;  ///< [rad^2] of its direction, that of the predicted one not included
+  float sigma2;  ///< variance of the direction [rad^2], without that of the predicted direction
 };
 
-/// Where lamps must be to be in the image: bounds of x / z and y / z.
+/// Field of view of a pinhole camera: bounds of x / z and y / z.
 struct Frustum {
   float left, right, top, bottom;
-  bool everywhere;  ///< a camera that may see behind itself: all directions count as in view
+  bool everywhere;  ///< wide-angle camera: every direction counts as in view
 };
 
-/// What all namings that share their first lamp have in common.
-struct NamedTriples {
+/// Data shared by all assignments with the same first lamp.
+struct TripleInput {
   float bearing[3][3];
   Chords2 chords;
-  float noise2[3];  ///< [rad^2] of the angles 01, 02, 12
+  float noise2[3];  ///< variances of the angles 01, 02, 12 [rad^2]
   float first_normal[3];
   float first_lit_below;
 };
 
-/// Places of the second and the third lamp about the first: lanes[coordinate][naming], to a
+/// Positions of the second and third lamp: [coordinate][assignment]. Arrays are padded to a
 /// multiple of max_lanes.
-struct Places {
+struct LampPositions {
   const float* second[3];
   const float* third[3];
 };
 
-/// Distances of three lamps for each naming: up to four sets each, at naming + set * count; valid
-/// where they are real, and the camera is on the first lamp's lit side.
-struct Depths {
+/// Distances of three lamps for each assignment: up to four solutions, at index
+/// assignment + solution * count. Valid if real and the camera is on the lit side of the first
+/// lamp.
+struct DepthSolutions {
   float* depth[3];
   int* valid;
 };
 
-/// Poses to judge: for three blobs by their distances, for two by the first one's distance and the
-/// cosine and sine of the heading.
-struct Judged {
+/// Poses to score. Parameters of a triple are its three distances; parameters of a pair are the
+/// distance of the first lamp and the cosine and sine of the heading.
+struct PoseBatch {
   const float* parameter[3];
-  Places places;      ///< three blobs
-  const int* second;  ///< of the near lamps; -1 for padding
-  const int* third;   ///< -1 for two blobs
+  LampPositions positions;  ///< triples only
+  const int* second;        ///< index of the near lamp; -1 for padding
+  const int* third;         ///< -1 for pairs
 };
 
-struct Jury {
+struct ScoringInput {
   const NearLamp* lamps;
   int lamp_count;
-  const Other* others;
-  int other_count;
-  const unsigned char* may_be;  ///< [lamp * other_count + other]
-  float gate2;
+  const RemainingBlob* remaining;
+  int remaining_count;
+  const unsigned char* allowed;  ///< [lamp * remaining_count + blob]
+  float gate2;                   ///< squared gate [sigma^2]
   Frustum frustum;
-  const float* to_camera;  ///< rows; for two blobs: from the upright frame
+  const float* to_camera;  ///< rotation from the upright frame, row-major; null for triples
 };
 
-/// For each pose: how many other blobs have a lamp in their gate, and how many lamps are in view.
-struct Verdicts {
-  int* further;
+/// Results per pose: number of remaining blobs with a lamp in their gate, number of lamps in view.
+struct Scores {
+  int* inliers;
   int* visible;
 };
 
-using SolveTriples = void (*)(const NamedTriples&, const Places&, int count, const Depths&);
-using JudgeTriples = void (*)(const NamedTriples&, const Jury&, const Judged&, int count,
-                              const Verdicts&);
-using JudgePairs = void (*)(const float* first_bearing, const Jury&, const Judged&, int count,
-                            const Verdicts&);
+using SolveTriples = void (*)(const TripleInput&, const LampPositions&, int count,
+                              const DepthSolutions&);
+using ScoreTriples = void (*)(const TripleInput&, const ScoringInput&, const PoseBatch&, int count,
+                              const Scores&);
+using ScorePairs = void (*)(const float* first_bearing, const ScoringInput&, const PoseBatch&,
+                            int count, const Scores&);
 
 SolveTriples solve_triples_for_cpu(Simd simd);
-JudgeTriples judge_triples_for_cpu(Simd simd);
-JudgePairs judge_pairs_for_cpu(Simd simd);
+ScoreTriples score_triples_for_cpu(Simd simd);
+ScorePairs score_pairs_for_cpu(Simd simd);
 
 }  // namespace occ::internal::identify

@@ -17,7 +17,7 @@ from .._core import (
     LoopEstimation,
     LoopFaults,
     LoopOptions,
-    OdometryLie,
+    OdometryFault,
     PaceOptions,
     PanTiltPlan,
     PlanarFilterOptions,
@@ -36,7 +36,7 @@ from .route_file import load_route, route_of
 from .sections import chosen, fields_of, key_of, made, mapping, number, values_by_name, values_of
 
 SCHEMA = "libocc-experiment/1"
-FAULTS = {"lamp_failures": LampFailure, "odometry_lies": OdometryLie, "clock_jumps": ClockJump}
+FAULTS = {"lamp_failures": LampFailure, "odometry_faults": OdometryFault, "clock_jumps": ClockJump}
 SECTIONS = (
     "schema", "scene", "focal_length_m", "route", "plan", "runs", "seed", "vehicle", "controller", "docking", "camera",
     "tracker", "estimation", "faults", "docking_test", "start",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/internal/problem.hpp"
+#include "libocc/identify/internal/assignment_problem.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -15,67 +15,67 @@ namespace occ::internal::identify {
 using namespace internal::scene;
 namespace {
 
-void add_targets(AssignmentProblem& problem, std::vector<MapPoint> targets) {
-  for (const MapPoint& target : targets)
-    problem.origin += target.centre / static_cast<double>(targets.size());
-  for (MapPoint& target : targets) {
-    target.centre -= problem.origin;
-    problem.size_m = std::max(problem.size_m, target.centre.norm());
+void add_map_points(AssignmentProblem& problem, std::vector<MapPoint> map_points) {
+  for (const MapPoint& map_point : map_points)
+    problem.origin += map_point.centre / static_cast<double>(map_points.size());
+  for (MapPoint& map_point : map_points) {
+    map_point.centre -= problem.origin;
+    problem.size_m = std::max(problem.size_m, map_point.centre.norm());
   }
-  problem.targets = std::move(targets);
+  problem.map_points = std::move(map_points);
 }
 
-MapPoint target_of(const Lamp& lamp) {
-  MapPoint target{lamp.centre_m, lamp.normal.normalized(), lamp.reach_m(),
-                  lamp.shape == LampShape::disc};
-  target.power_w = lamp.power_w;
-  target.power_sigma = lamp.power_sigma;
-  target.order = lamp.order();
-  target.steady = !lamp.frequency_hz;
-  return target;
+MapPoint to_map_point(const Lamp& lamp) {
+  MapPoint map_point{lamp.centre_m, lamp.normal.normalized(), lamp.reach_m(),
+                     lamp.shape == LampShape::disc};
+  map_point.power_w = lamp.power_w;
+  map_point.power_sigma = lamp.power_sigma;
+  map_point.order = lamp.order();
+  map_point.steady = !lamp.frequency_hz;
+  return map_point;
 }
 
-std::vector<MapPoint> targets_of(const std::vector<Lamp>& lamps) {
-  std::vector<MapPoint> targets;
-  for (const Lamp& lamp : lamps) targets.push_back(target_of(lamp));
-  return targets;
+std::vector<MapPoint> to_map_points(const std::vector<Lamp>& lamps) {
+  std::vector<MapPoint> map_points;
+  for (const Lamp& lamp : lamps) map_points.push_back(to_map_point(lamp));
+  return map_points;
 }
 
-std::vector<MapPoint> targets_of(const Object& object) {
+std::vector<MapPoint> to_map_points(const Object& object) {
   constexpr double everywhere = -2;
-  constexpr double sure_rad = 0.1;  // so near to the cone's edge a point may be overlooked
-  std::vector<MapPoint> targets;
+  constexpr double sure_rad = 0.1;  // margin at the cone's edge, where a point may be overlooked
+  std::vector<MapPoint> map_points;
   for (const ObjectPoint& point : object.points) {
-    MapPoint target{point.position_m, point.normal.normalized(), point.radius_m,
-                    point.radius_m > 0};
+    MapPoint map_point{point.position_m, point.normal.normalized(), point.radius_m,
+                       point.radius_m > 0};
     const double cosine = std::cos(point.cone_rad);
     if (point.cone_rad >= pi) {
-      target.cone_cos = target.sure_cos = everywhere;
+      map_point.cone_cos = map_point.reliable_cos = everywhere;
     } else {
-      target.cone_cos = std::abs(cosine) < 1e-15 ? 0 : cosine;
-      target.sure_cos = std::cos(std::max(0.5 * point.cone_rad, point.cone_rad - sure_rad));
+      map_point.cone_cos = std::abs(cosine) < 1e-15 ? 0 : cosine;
+      map_point.reliable_cos = std::cos(std::max(0.5 * point.cone_rad, point.cone_rad - sure_rad));
     }
-    targets.push_back(target);
+    map_points.push_back(map_point);
   }
-  return targets;
+  return map_points;
 }
 
-// Lamps in one place, such as the emitters of three colours, or a lamp that the map has twice: no
-// geometry tells them apart, so the first stands for all. Their light is not that of one.
-void mark_twins(AssignmentProblem& problem) {
+// Marks lamps at one position, such as the emitters of three colours or a lamp listed twice.
+// Geometry cannot distinguish them, so the first represents all. Its power is unknown.
+void mark_duplicates(AssignmentProblem& problem) {
   const double one_place_m = 1e-4 * problem.size_m;
-  std::vector<MapPoint>& targets = problem.targets;
-  std::vector<std::size_t> by_x(targets.size());
+  std::vector<MapPoint>& map_points = problem.map_points;
+  std::vector<std::size_t> by_x(map_points.size());
   std::iota(by_x.begin(), by_x.end(), std::size_t{0});
   std::stable_sort(by_x.begin(), by_x.end(), [&](std::size_t a, std::size_t b) {
-    return targets[a].centre.x() < targets[b].centre.x();
+    return map_points[a].centre.x() < map_points[b].centre.x();
   });
   for (std::size_t i = 0; i < by_x.size(); ++i)
     for (std::size_t j = i + 1; j < by_x.size(); ++j) {
-      MapPoint &a = targets[by_x[i]], &b = targets[by_x[j]];
+      MapPoint &a = map_points[by_x[i]], &b = map_points[by_x[j]];
       if (b.centre.x() - a.centre.x() > one_place_m) break;
       if ((a.centre - b.centre).norm() > one_place_m || a.normal.dot(b.normal) < 0.5) continue;
-      (by_x[i] < by_x[j] ? b : a).twin = true;
+      (by_x[i] < by_x[j] ? b : a).duplicate = true;
       a.power_w = b.power_w = 0;
     }
 }
@@ -89,8 +89,8 @@ Eigen::Matrix<double, 2, 3> tangent_plane(const Eigen::Vector3d& bearing) {
   return rows;
 }
 
-// A disc's apparent radius is that of its ellipse's longer axis: lamp radius over distance. Rims of
-// saturated lamps have grown.
+// The apparent radius of a disc, lamp radius over distance, is the semi-major axis of its image.
+// The rim of a saturated blob lies outside the true rim.
 void measure_size(const Blob& blob, const Eigen::Matrix2d& rad_per_px, BearingObservation& s) {
   constexpr double tolerance = 1.3, error_px = 1, growth_px = 5;
   if (blob.rim.empty() || blob.merged) return;
@@ -101,16 +101,16 @@ void measure_size(const Blob& blob, const Eigen::Matrix2d& rad_per_px, BearingOb
   const double pixel_rad = rad_per_px.norm();
   const double grown_px = blob.saturated ? growth_px : 0;
   s.min_radius_rad = (radius_rad - (error_px + grown_px) * pixel_rad) / tolerance;
-  s.largest_radius_rad = (radius_rad + error_px * pixel_rad) * tolerance;
+  s.max_radius_rad = (radius_rad + error_px * pixel_rad) * tolerance;
   if (blob.saturated || blob.cut_by_border || blob.striped || !(blob.ellipse.semi_minor_px > 0))
     return;
-  constexpr double model = 0.05;  // relative; a pixel's error weighs on small discs
+  constexpr double model = 0.05;  // relative error; the pixel error matters for small discs
   s.radius_rad = radius_rad;
   s.radius_sigma = std::hypot(model, error_px / blob.ellipse.semi_minor_px);
   s.flatness = blob.ellipse.semi_minor_px / blob.ellipse.semi_major_px;
 }
 
-// A flux without a sigma has not been measured.
+// A flux without a sigma is not a measurement and is ignored.
 void measure_flux(const Blob& blob, const Scene& scene, BearingObservation& s) {
   if (!(blob.flux_dn > 0 && blob.flux_sigma_dn > 0) || blob.merged) return;
   const double transmission = Vignetting(scene).transmission(blob.centroid_px);
@@ -120,17 +120,19 @@ void measure_flux(const Blob& blob, const Scene& scene, BearingObservation& s) {
   s.flux_is_bound = blob.saturated || blob.cut_by_border || blob.striped;
 }
 
-// Whether enough of a lamp is inside the image that the ellipse through its rim has its centre.
+// True if enough of a lamp is inside the image for the ellipse through its rim to give the centre.
 bool is_almost_whole(const Blob& blob) {
   constexpr double share = 0.7;
   return !blob.rim.empty() && !blob.merged &&
          blob.area_px > share * pi * blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px;
 }
 
-// Nothing when the pixel is outside the camera's domain.
-std::optional<BearingObservation> make_sighting(const AssignmentProblem& problem, int blob_index) {
-  constexpr double min_variance_px2 = 1e-8;  // noise-free blobs under a perfect model
-  constexpr double cut_sigma_px = 0.5;       // an ellipse through part of a rim
+// Returns nothing when the pixel is outside the camera's domain.
+std::optional<BearingObservation> make_observation(const AssignmentProblem& problem,
+                                                   int blob_index) {
+  constexpr double min_variance_px2 =
+      1e-8;  // keeps the covariance positive for noise-free blobs and a perfect model
+  constexpr double cut_sigma_px = 0.5;  // error of an ellipse fitted to part of a rim
   const Blob& blob = (*problem.blobs)[blob_index];
   Eigen::Matrix<double, 3, 2> jacobian;
   const auto bearing = problem.camera->unproject(blob.centroid_px, &jacobian);
@@ -156,16 +158,16 @@ std::optional<BearingObservation> make_sighting(const AssignmentProblem& problem
   return s;
 }
 
-// A lamp that says its id has a frequency, too: of its packets.
+// A lamp that transmits an id has a frequency as well, that of its packets.
 bool blinks(const Lamp& lamp) { return lamp.frequency_hz && !lamp.code; }
 
-// Lamps whose code agrees with the blob's frequency and is as near to it as any; none when the
-// frequency is absent or fits no code.
+// Returns the lamps whose frequency agrees with the blob's within the gate; of these the nearest
+// ones.
 std::vector<int> lamps_of_frequency(const Blob& blob, const AssignmentProblem& problem) {
   std::vector<int> lamps;
   if (!problem.scene || !problem.options->use_frequency || !blob.frequency_hz) return lamps;
   double nearest = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < static_cast<int>(problem.targets.size()); ++i) {
+  for (int i = 0; i < static_cast<int>(problem.map_points.size()); ++i) {
     const Lamp& lamp = problem.scene->lamps[i];
     if (!blinks(lamp)) continue;
     const double code = *lamp.frequency_hz, off = std::abs(*blob.frequency_hz - code);
@@ -179,46 +181,46 @@ std::vector<int> lamps_of_frequency(const Blob& blob, const AssignmentProblem& p
   return lamps;
 }
 
-// The lamp whose id the blob's code told; none for a light that is in no map.
+// Returns the lamp whose id was decoded from the blob; empty for an id that is not in the map.
 std::vector<int> lamp_of_id(const Blob& blob, const AssignmentProblem& problem) {
   if (!problem.scene) return {};
   const std::vector<Lamp>& lamps = problem.scene->lamps;
-  const auto told = std::find_if(lamps.begin(), lamps.end(),
-                                 [&](const Lamp& lamp) { return lamp.id == blob.lamp_id; });
-  if (told == lamps.end()) return {};
-  return {static_cast<int>(told - lamps.begin())};
+  const auto lamp =
+      std::find_if(lamps.begin(), lamps.end(), [&](const Lamp& l) { return l.id == blob.lamp_id; });
+  if (lamp == lamps.end()) return {};
+  return {static_cast<int>(lamp - lamps.begin())};
 }
 
-void name_by_code(BearingObservation& s, const AssignmentProblem& problem) {
+void assign_by_code(BearingObservation& s, const AssignmentProblem& problem) {
   const Blob& blob = (*problem.blobs)[s.blob];
   s.lamps = blob.lamp_id ? lamp_of_id(blob, problem) : lamps_of_frequency(blob, problem);
-  s.named = !s.lamps.empty();
-  if (s.named || blob.lamp_id) return;
-  for (int i = 0; i < static_cast<int>(problem.targets.size()); ++i)
-    if (!problem.target(i).twin) s.lamps.push_back(i);
+  s.coded = !s.lamps.empty();
+  if (s.coded || blob.lamp_id) return;
+  for (int i = 0; i < static_cast<int>(problem.map_points.size()); ++i)
+    if (!problem.map_point(i).duplicate) s.lamps.push_back(i);
 }
 
-// Where codes are legible, a light without one is no coded lamp: three lamps named by their codes
-// show that they are. What then can be no lamp at all is left out.
-void rule_out_by_code(AssignmentProblem& problem) {
+// Three lamps identified by their codes show that codes are legible. Then a blob without a code
+// cannot be a blinking lamp; blobs without any candidate lamp are removed.
+void exclude_by_code(AssignmentProblem& problem) {
   const std::vector<Lamp>& lamps = problem.scene->lamps;
-  std::vector<char> named(lamps.size(), 0);
-  for (const BearingObservation& s : problem.sightings)
-    if (s.named) named[s.lamps.front()] = 1;
-  if (std::count(named.begin(), named.end(), 1) < 3) return;
+  std::vector<char> read(lamps.size(), 0);
+  for (const BearingObservation& s : problem.observations)
+    if (s.coded) read[s.lamps.front()] = 1;
+  if (std::count(read.begin(), read.end(), 1) < 3) return;
   const auto coded = [&](int lamp) { return blinks(lamps[lamp]); };
-  for (BearingObservation& s : problem.sightings)
-    if (!s.named)
+  for (BearingObservation& s : problem.observations)
+    if (!s.coded)
       s.lamps.erase(std::remove_if(s.lamps.begin(), s.lamps.end(), coded), s.lamps.end());
-  problem.sightings.erase(
-      std::remove_if(problem.sightings.begin(), problem.sightings.end(),
+  problem.observations.erase(
+      std::remove_if(problem.observations.begin(), problem.observations.end(),
                      [](const BearingObservation& s) { return s.lamps.empty(); }),
-      problem.sightings.end());
+      problem.observations.end());
 }
 
-// A merged blob serves as a whole one when there are too few of those and something else than its
-// vague place, a code or a prior, can speak for what is made of it.
-void add_sightings(AssignmentProblem& problem) {
+// Adds the whole blobs as observations. A merged blob is used like a whole one if fewer than three
+// are whole and a frequency or a prior can confirm the result, because its centroid is inaccurate.
+void add_observations(AssignmentProblem& problem) {
   const std::vector<Blob>& blobs = *problem.blobs;
   const auto is_cut = [](const Blob& b) { return b.cut_by_border && !is_almost_whole(b); };
   const auto whole = std::count_if(blobs.begin(), blobs.end(),
@@ -227,37 +229,37 @@ void add_sightings(AssignmentProblem& problem) {
     const Blob& blob = blobs[i];
     const bool serves = whole < 3 && (blob.frequency_hz || problem.options->prior);
     if (is_cut(blob) || (blob.merged && !serves)) {
-      problem.weak_blobs.push_back(i);
-    } else if (std::optional<BearingObservation> s = make_sighting(problem, i)) {
-      name_by_code(*s, problem);
-      problem.sightings.push_back(std::move(*s));
+      problem.partial_blobs.push_back(i);
+    } else if (std::optional<BearingObservation> s = make_observation(problem, i)) {
+      assign_by_code(*s, problem);
+      problem.observations.push_back(std::move(*s));
     }
   }
-  if (problem.scene) rule_out_by_code(problem);
-  std::stable_sort(problem.sightings.begin(), problem.sightings.end(),
+  if (problem.scene) exclude_by_code(problem);
+  std::stable_sort(problem.observations.begin(), problem.observations.end(),
                    [&](const BearingObservation& a, const BearingObservation& b) {
-                     if (a.named != b.named) return a.named;
+                     if (a.coded != b.coded) return a.coded;
                      return blobs[a.blob].flux_dn > blobs[b.blob].flux_dn;
                    });
-  if (problem.sightings.size() > max_sightings) problem.sightings.resize(max_sightings);
+  if (problem.observations.size() > max_observations) problem.observations.resize(max_observations);
 }
 
 AssignmentProblem make_problem(const std::vector<Blob>& blobs, const Scene* scene,
-                               std::vector<MapPoint> targets, const Camera& camera,
+                               std::vector<MapPoint> map_points, const Camera& camera,
                                const IdentifyOptions& options) {
   AssignmentProblem problem;
   problem.blobs = &blobs;
   problem.camera = &camera;
   problem.scene = scene;
-  problem.all_together = scene != nullptr;
+  problem.all_covisible = scene != nullptr;
   problem.options = &options;
-  add_targets(problem, std::move(targets));
-  mark_twins(problem);
-  add_sightings(problem);
-  problem.allowed.assign(problem.sightings.size() * problem.targets.size(), 0);
-  for (std::size_t i = 0; i < problem.sightings.size(); ++i)
-    for (const int lamp : problem.sightings[i].lamps)
-      problem.allowed[i * problem.targets.size() + static_cast<std::size_t>(lamp)] = 1;
+  add_map_points(problem, std::move(map_points));
+  mark_duplicates(problem);
+  add_observations(problem);
+  problem.allowed.assign(problem.observations.size() * problem.map_points.size(), 0);
+  for (std::size_t i = 0; i < problem.observations.size(); ++i)
+    for (const int lamp : problem.observations[i].lamps)
+      problem.allowed[i * problem.map_points.size() + lamp] = 1;
   return problem;
 }
 
@@ -265,12 +267,12 @@ AssignmentProblem make_problem(const std::vector<Blob>& blobs, const Scene* scen
 
 AssignmentProblem make_problem(const std::vector<Blob>& blobs, const Scene& scene,
                                const IdentifyOptions& options) {
-  return make_problem(blobs, &scene, targets_of(scene.lamps), scene.camera, options);
+  return make_problem(blobs, &scene, to_map_points(scene.lamps), scene.camera, options);
 }
 
 AssignmentProblem make_problem(const std::vector<Blob>& blobs, const Object& object,
                                const Camera& camera, const IdentifyOptions& options) {
-  return make_problem(blobs, nullptr, targets_of(object), camera, options);
+  return make_problem(blobs, nullptr, to_map_points(object), camera, options);
 }
 
 }  // namespace occ::internal::identify

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An ambiguous answer says how the map repeats: the turn, shift or flip that takes one explanation
-// to the other.
+// An ambiguous result describes the symmetry of the map: the rotation, translation or flip from the
+// best hypothesis to a rival.
 #include <set>
 
 #include "tests/identify/identify_support.hpp"
@@ -20,7 +20,7 @@ Scene room_of(const std::vector<Vector3d>& places) {
   return scene;
 }
 
-/// Each rival's symmetry takes the best explanation's lamps and camera to its own.
+/// Each rival's symmetry maps the lamps and camera of the best hypothesis to its own.
 void expect_symmetries_hold(const Result<Identification>& found, const std::vector<Lamp>& lamps) {
   ASSERT_EQ(found.status, Status::ambiguous);
   ASSERT_GE(found->hypotheses.size(), 2u);
@@ -48,22 +48,22 @@ std::multiset<std::string> texts(const Identification& found) {
   return texts;
 }
 
-TEST(IdentifyLikeness, ASquareTurns) {
+TEST(IdentifySymmetryMotion, ASquareTurns) {
   Scene scene = test::square_room();
   Random random(1);
   const View view = test::random_view(scene, random, 4);
   const Result<Identification> found = identify(view.blobs, scene);
   expect_symmetries_hold(found, scene.lamps);
-  EXPECT_EQ(texts(found.value),
-            (std::multiset<std::string>{"turn by 180 deg about the vertical axis through (2, 2)",
-                                        "turn by 90 deg about the vertical axis through (2, 2)",
-                                        "turn by -90 deg about the vertical axis through (2, 2)"}));
+  EXPECT_EQ(texts(found.value), (std::multiset<std::string>{
+                                    "rotation by 180 deg about the vertical axis through (2, 2)",
+                                    "rotation by 90 deg about the vertical axis through (2, 2)",
+                                    "rotation by -90 deg about the vertical axis through (2, 2)"}));
   for (std::size_t i = 1; i < 4; ++i)
-    EXPECT_EQ(found->hypotheses[i].symmetry->kind, SymmetryKind::turn);
-  EXPECT_NE(found.message.find("turn by 180 deg"), std::string::npos) << found.message;
+    EXPECT_EQ(found->hypotheses[i].symmetry->kind, SymmetryKind::rotation);
+  EXPECT_NE(found.message.find("rotation by 180 deg"), std::string::npos) << found.message;
 }
 
-TEST(IdentifyLikeness, TheWorldMayBeFarAway) {
+TEST(IdentifySymmetryMotion, TheWorldMayBeFarAway) {
   Scene scene = test::square_room();
   for (Lamp& lamp : scene.lamps) lamp.centre_m += Vector3d(5000, -3000, 100);
   Random random(1);
@@ -72,12 +72,13 @@ TEST(IdentifyLikeness, TheWorldMayBeFarAway) {
   const Result<Identification> found = identify(view.blobs, scene);
   expect_symmetries_hold(found, scene.lamps);
   EXPECT_EQ(
-      texts(found.value).count("turn by 180 deg about the vertical axis through (5002, -2998)"), 1u)
+      texts(found.value).count("rotation by 180 deg about the vertical axis through (5002, -2998)"),
+      1u)
       << found.message;
 }
 
-// Two like groups 1.2 m apart, of which one is seen.
-TEST(IdentifyLikeness, LikeGroupsAreAShiftApart) {
+// Two identical groups 6 m apart; one of them is visible.
+TEST(IdentifySymmetryMotion, LikeGroupsAreAShiftApart) {
   const std::vector<Vector3d> group{
       {1, 1, 3}, {1.5, 1.1, 3}, {1.2, 1.6, 2.8}, {1.7, 1.8, 3}, {0.9, 1.9, 3}};
   std::vector<Vector3d> places = group;
@@ -90,12 +91,13 @@ TEST(IdentifyLikeness, LikeGroupsAreAShiftApart) {
   expect_symmetries_hold(found, scene.lamps);
   ASSERT_EQ(found->hypotheses.size(), 2u);
   const Symmetry& s = *found->hypotheses[1].symmetry;
-  EXPECT_EQ(s.kind, SymmetryKind::shift);
-  EXPECT_TRUE(s.text == "shift by (6, 0, 0) m" || s.text == "shift by (-6, 0, 0) m") << s.text;
+  EXPECT_EQ(s.kind, SymmetryKind::translation);
+  EXPECT_TRUE(s.text == "translation by (6, 0, 0) m" || s.text == "translation by (-6, 0, 0) m")
+      << s.text;
 }
 
-// The same group a storey up, turned: a screw.
-TEST(IdentifyLikeness, ATurnedGroupAboveIsAScrewApart) {
+// An identical group one storey above, rotated: a screw.
+TEST(IdentifySymmetryMotion, ATurnedGroupAboveIsAScrewApart) {
   const std::vector<Vector3d> group{
       {1, 1, 3}, {1.5, 1.1, 3}, {1.2, 1.6, 2.8}, {1.7, 1.8, 3}, {0.9, 1.9, 3}};
   const Rigid3 up{so3_exp({0, 0, 0.5}), {0, 0, 4}};
@@ -105,18 +107,18 @@ TEST(IdentifyLikeness, ATurnedGroupAboveIsAScrewApart) {
   Random random(3);
   View view = test::see(scene, upright({1.3, 1.5, 0.3}, 0.3), random, 0.05);
   for (int i = static_cast<int>(view.blobs.size()) - 1; i >= 0; --i)
-    if (view.lamp[i] >= 5) test::hide(view, i);  // behind a floor
+    if (view.lamp[i] >= 5) test::hide(view, i);  // hidden by a floor
   IdentifyOptions options;
   options.miss_penalty = 0;
   const Result<Identification> found = identify(view.blobs, scene, options);
   expect_symmetries_hold(found, scene.lamps);
   ASSERT_EQ(found->hypotheses.size(), 2u);
   EXPECT_EQ(found->hypotheses[1].symmetry->kind, SymmetryKind::screw);
-  EXPECT_NE(found->hypotheses[1].symmetry->text.find("shift by"), std::string::npos);
+  EXPECT_NE(found->hypotheses[1].symmetry->text.find("translation by"), std::string::npos);
 }
 
-// The lamps' places are alike but for 5 mm.
-TEST(IdentifyLikeness, SaysHowNearlyTheMapRepeats) {
+// The square is regular except for 5 mm.
+TEST(IdentifySymmetryMotion, ReportsHowNearlyTheMapRepeats) {
   Scene scene = test::square_room();
   scene.lamps[0].centre_m.x() += 0.005;
   Random random(4);
@@ -129,8 +131,8 @@ TEST(IdentifyLikeness, SaysHowNearlyTheMapRepeats) {
   EXPECT_LT(s.misfit_m, 0.005);
 }
 
-// Three lamps named by their codes: up to four poses see them alike.
-TEST(IdentifyLikeness, OneNamingFromTwoPlacesIsAFlip) {
+// Three coded lamps: up to four poses fit them.
+TEST(IdentifySymmetryMotion, OneAssignmentFromTwoPosesIsAFlip) {
   Scene scene = room_of({{1.6, 1.6, 3}, {2.4, 1.6, 3}, {2, 2.3, 3}});
   for (std::size_t i = 0; i < 3; ++i)
     scene.lamps[i].frequency_hz = 1000.0 * static_cast<double>(i + 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/internal/point_pose.hpp"
+#include "libocc/identify/internal/pose_fit.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -17,23 +17,23 @@ struct NormalEquations {
   double chi2 = 0;
 };
 
-// Columns point x m_k, that is skew(point) m.
+// Returns skew(point) m, with the columns point x m_k.
 Eigen::Matrix3d cross_columns(const Eigen::Vector3d& point, const Eigen::Matrix3d& m) {
   Eigen::Matrix3d result;
   for (int k = 0; k < 3; ++k) result.col(k) = point.cross(Eigen::Vector3d(m.col(k)));
   return result;
 }
 
-// chi2 is infinite when a lamp is not in front of the camera. A point moves by
-// delta_rot x point + delta_trans.
+// Sets chi2 to infinity when a lamp is not in front of the camera. The derivative of a point by the
+// pose is delta_rot x point + delta_trans.
 NormalEquations normal_equations(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
                                  const Rigid3& pose) {
   NormalEquations n;
   for (const Pair& pair : pairs) {
-    const MapPoint& target = problem.target(pair.target);
-    const Eigen::Vector3d point = pose * target.centre;
+    const MapPoint& map_point = problem.map_point(pair.map_point);
+    const Eigen::Vector3d point = pose * map_point.centre;
     Mismatch m;
-    if (!compare(problem.sighting(pair.sighting), target, pose.rotation, point, m)) {
+    if (!compare(problem.observation(pair.observation), map_point, pose.rotation, point, m)) {
       n.chi2 = std::numeric_limits<double>::infinity();
       return n;
     }
@@ -53,7 +53,7 @@ NormalEquations normal_equations(const AssignmentProblem& problem, const std::ve
   return n;
 }
 
-// The pose in the world is perturbed as that in the local frame is.
+// Adds the prior. A left perturbation of the pose is the same in the world and in the local frame.
 void add_prior(const AssignmentProblem& problem, const Prior& prior, const Rigid3& pose,
                NormalEquations& n) {
   const PriorRows rows = prior.rows(problem.from_world(pose));
@@ -62,8 +62,8 @@ void add_prior(const AssignmentProblem& problem, const Prior& prior, const Rigid
   n.chi2 += rows.residuals.squaredNorm();
 }
 
-// A pose is never worse known than a radian and ten times the lamps' spread: keeps weak ones
-// finite.
+// Adds a weak prior of one radian and ten times the map's size, which keeps the information matrix
+// positive definite.
 Matrix6 with_floor(const AssignmentProblem& problem, const Matrix6& information) {
   Matrix6 m = information;
   const double spread = 10 * problem.size_m;
@@ -72,7 +72,7 @@ Matrix6 with_floor(const AssignmentProblem& problem, const Matrix6& information)
   return m;
 }
 
-// By 3x3 blocks (Schur's complement): several times faster than a general inverse.
+// Inverts by 3x3 blocks (Schur complement), several times faster than a general inverse.
 Matrix6 invert(const AssignmentProblem& problem, const Matrix6& information) {
   const Matrix6 m = with_floor(problem, information);
   const Eigen::Matrix3d mixed = m.topRightCorner<3, 3>();
@@ -86,12 +86,12 @@ Matrix6 invert(const AssignmentProblem& problem, const Matrix6& information) {
   return inverse;
 }
 
-// Levenberg and Marquardt's; equations_at(pose).
+// Levenberg-Marquardt method; equations_at(pose) returns the normal equations.
 template <typename EquationsAt>
 FittedPose fit(const AssignmentProblem& problem, const Rigid3& start,
                const EquationsAt& equations_at) {
   constexpr int max_steps = 20;
-  constexpr double negligible = 1e-4;  // squared step in sigmas
+  constexpr double negligible = 1e-4;  // squared length of the last step [sigma^2]
   FittedPose best;
   best.pose = start;
   NormalEquations n = equations_at(start);
@@ -120,22 +120,23 @@ FittedPose fit(const AssignmentProblem& problem, const Rigid3& start,
 
 }  // namespace
 
-bool compare(const BearingObservation& sighting, const MapPoint& target,
+bool compare(const BearingObservation& observation, const MapPoint& map_point,
              const Eigen::Matrix3d& rotation, const Eigen::Vector3d& point_in_cam,
              Mismatch& mismatch) {
-  const Eigen::Vector3d point = point_in_cam - sighting.origin;
-  const double depth = sighting.bearing.dot(point), along = sighting.axis.dot(point);
+  const Eigen::Vector3d point = point_in_cam - observation.origin;
+  const double depth = observation.bearing.dot(point), along = observation.axis.dot(point);
   if (!(along > 0) || !(depth > 0)) return false;
-  mismatch.error = sighting.tangent * point / depth;
-  mismatch.by_point = (sighting.tangent - mismatch.error * sighting.bearing.transpose()) / depth;
-  mismatch.covariance = sighting.covariance;
-  if (target.radius_m > 0) {
-    // The ellipse's centre is along C + (r^2 / C_z) (n_z n - e_z), not along C.
-    const Eigen::Vector3d normal = rotation * target.normal;
-    const Eigen::Vector3d shift = (sighting.axis.dot(normal) * normal - sighting.axis) *
-                                  (target.radius_m * target.radius_m / along);
+  mismatch.error = observation.tangent * point / depth;
+  mismatch.by_point =
+      (observation.tangent - mismatch.error * observation.bearing.transpose()) / depth;
+  mismatch.covariance = observation.covariance;
+  if (map_point.radius_m > 0) {
+    // The centre of the image ellipse has the direction C + (r^2 / C_z) (n_z n - e_z), not C.
+    const Eigen::Vector3d normal = rotation * map_point.normal;
+    const Eigen::Vector3d shift = (observation.axis.dot(normal) * normal - observation.axis) *
+                                  (map_point.radius_m * map_point.radius_m / along);
     mismatch.covariance.diagonal().array() +=
-        (sighting.tangent * shift).squaredNorm() / (depth * depth);
+        (observation.tangent * shift).squaredNorm() / (depth * depth);
   }
   return true;
 }

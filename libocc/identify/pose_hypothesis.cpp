@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/identify/internal/explain.hpp"
+#include "libocc/identify/internal/pose_hypothesis.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -11,7 +11,7 @@
 namespace occ::internal::identify {
 namespace {
 
-// Covariance of a point in the camera's frame: it moves by delta_rot x point + delta_trans.
+// Covariance of a point in the camera frame, with the derivative delta_rot x point + delta_trans.
 Eigen::Matrix3d point_covariance(const Matrix6& pose_covariance, const Eigen::Vector3d& point) {
   Eigen::Matrix<double, 3, 6> jacobian;
   jacobian << 0, point.z(), -point.y(), 1, 0, 0,  //
@@ -24,10 +24,10 @@ double squared_sigmas(const Eigen::Vector2d& error, const Eigen::Matrix2d& covar
   return error.dot(covariance.inverse() * error);
 }
 
-// Trace of point_covariance for many points, quickly: |p|^2 tr(RR) - p' RR p + tr(TT) + 2 p .
-// twist.
-struct SpreadBound {
-  explicit SpreadBound(const Matrix6& c)
+// Evaluates the trace of point_covariance for many points:
+// |p|^2 tr(RR) - p' RR p + tr(TT) + 2 p . twist.
+struct PointSpread {
+  explicit PointSpread(const Matrix6& c)
       : rotation(c.topLeftCorner<3, 3>()),
         rotation_trace(rotation.trace()),
         translation_trace(c.bottomRightCorner<3, 3>().trace()),
@@ -42,48 +42,48 @@ struct SpreadBound {
   Eigen::Vector3d twist;
 };
 
-// Upper bound of the gate, and cheap: most pairs are far outside it.
-bool far_outside(const BearingObservation& sighting, const MapPoint& target,
+// Compares with an upper bound of the gate. It is cheap, and most pairs are far outside the gate.
+bool far_outside(const BearingObservation& observation, const MapPoint& map_point,
                  const Eigen::Vector3d& point_in_cam, double spread_trace, double gate2) {
-  const Eigen::Vector3d point = point_in_cam - sighting.origin;
-  const double depth = sighting.bearing.dot(point), distance2 = point.squaredNorm();
+  const Eigen::Vector3d point = point_in_cam - observation.origin;
+  const double depth = observation.bearing.dot(point), distance2 = point.squaredNorm();
   const double depth2 = depth * depth;
-  if (!(depth > 0) || depth2 < 0.25 * distance2) return true;  // 60 degrees off
-  const double shift = target.radius_m * target.radius_m / sighting.axis.dot(point);
+  if (!(depth > 0) || depth2 < 0.25 * distance2) return true;  // more than 60 degrees apart
+  const double shift = map_point.radius_m * map_point.radius_m / observation.axis.dot(point);
   return distance2 - depth2 > gate2 * (distance2 / depth2 * spread_trace +
-                                       sighting.covariance.trace() * depth2 + shift * shift);
+                                       observation.covariance.trace() * depth2 + shift * shift);
 }
 
-std::optional<PairFit> fit_at(const BearingObservation& sighting, const MapPoint& target,
+std::optional<PairFit> fit_at(const BearingObservation& observation, const MapPoint& map_point,
                               const FittedPose& estimate, const Eigen::Vector3d& point) {
   Mismatch m;
-  if (!compare(sighting, target, estimate.pose.rotation, point, m)) return std::nullopt;
+  if (!compare(observation, map_point, estimate.pose.rotation, point, m)) return std::nullopt;
   const Eigen::Matrix2d total = m.covariance + m.by_point *
                                                    point_covariance(estimate.covariance, point) *
                                                    m.by_point.transpose();
   return PairFit{squared_sigmas(m.error, total), total.determinant()};
 }
 
-// All pairs within the gate that `wanted(sighting, target)`.
+// Returns all pairs within the gate for which wanted(observation, map_point) is true.
 template <typename Wanted>
 std::vector<ScoredPair> pairs_within_gate(const AssignmentProblem& problem,
                                           const FittedPose& estimate, const Wanted& wanted) {
   const double gate2 = problem.options->gate_sigma * problem.options->gate_sigma;
   const Eigen::Vector3d camera = estimate.pose.origin_in_source();
-  const SpreadBound bound(estimate.covariance);
+  const PointSpread bound(estimate.covariance);
   std::vector<ScoredPair> pairs;
-  for (int t = 0; t < static_cast<int>(problem.targets.size()); ++t) {
-    const MapPoint& target = problem.target(t);
-    const Eigen::Vector3d point = estimate.pose * target.centre;
-    if (!(problem.camera->depth_m(point) > 0) || !faces(target, camera)) continue;
+  for (int t = 0; t < static_cast<int>(problem.map_points.size()); ++t) {
+    const MapPoint& map_point = problem.map_point(t);
+    const Eigen::Vector3d point = estimate.pose * map_point.centre;
+    if (!(problem.camera->depth_m(point) > 0) || !faces(map_point, camera)) continue;
     const double spread_trace = bound.trace(point);
-    for (int s = 0; s < static_cast<int>(problem.sightings.size()); ++s) {
-      const BearingObservation& sighting = problem.sighting(s);
-      if (!problem.may_be(s, t) || !wanted(s, t) ||
-          far_outside(sighting, target, point, spread_trace, gate2) ||
-          !sizes_agree(sighting, target, point))
+    for (int s = 0; s < static_cast<int>(problem.observations.size()); ++s) {
+      const BearingObservation& observation = problem.observation(s);
+      if (!problem.allows(s, t) || !wanted(s, t) ||
+          far_outside(observation, map_point, point, spread_trace, gate2) ||
+          !sizes_agree(observation, map_point, point))
         continue;
-      const auto fit = fit_at(sighting, target, estimate, point);
+      const auto fit = fit_at(observation, map_point, estimate, point);
       if (fit && fit->chi2 <= gate2)
         pairs.push_back({{s, t}, fit->chi2 + std::log(fit->determinant)});
     }
@@ -96,9 +96,10 @@ std::vector<Pair> match_all(const AssignmentProblem& problem, const FittedPose& 
 }
 
 double pair_chi2(const AssignmentProblem& problem, const Pair& pair, const Rigid3& pose) {
-  const MapPoint& target = problem.target(pair.target);
+  const MapPoint& map_point = problem.map_point(pair.map_point);
   Mismatch m;
-  return compare(problem.sighting(pair.sighting), target, pose.rotation, pose * target.centre, m)
+  return compare(problem.observation(pair.observation), map_point, pose.rotation,
+                 pose * map_point.centre, m)
              ? squared_sigmas(m.error, m.covariance)
              : std::numeric_limits<double>::infinity();
 }
@@ -110,8 +111,9 @@ double worst_chi2(const AssignmentProblem& problem, const std::vector<Pair>& pai
   return worst;
 }
 
-// Drops pairs until all residuals are inside the gate. A false pair that pulls the pose over makes
-// a true one the farthest out, so of those outside it is the one without which the rest fits best.
+// Removes pairs until all residuals are inside the gate. The largest residual may belong to a
+// correct pair, because an outlier pulls the pose towards itself. So each pair with a comparable
+// chi-square is left out in turn, and the removal that gives the best fit is kept.
 void drop_outliers(const AssignmentProblem& problem, PoseHypothesis& e) {
   const double gate2 = problem.options->gate_sigma * problem.options->gate_sigma;
   while (e.pairs.size() >= 3) {
@@ -138,16 +140,16 @@ void drop_outliers(const AssignmentProblem& problem, PoseHypothesis& e) {
   }
 }
 
-// A pose from three pairs first gets the one further pair that is surest: with four it is firm, and
-// the others are no longer guesses.
-FittedPose firm_up(const AssignmentProblem& problem, const FittedPose& seed, const Naming& naming,
-                   const std::vector<ScoredPair>& further) {
+// Refits the pose with the most likely additional pair. Four pairs usually determine the pose well,
+// so that the gates of the remaining pairs shrink.
+FittedPose add_best_pair(const AssignmentProblem& problem, const FittedPose& seed,
+                         const Assignment& assignment, const std::vector<ScoredPair>& further) {
   if (further.empty()) return seed;
-  const auto surest =
+  const auto best =
       std::min_element(further.begin(), further.end(),
                        [](const ScoredPair& a, const ScoredPair& b) { return a.score < b.score; });
-  std::vector<Pair> four(naming.begin(), naming.end());
-  four.push_back(surest->pair);
+  std::vector<Pair> four(assignment.begin(), assignment.end());
+  four.push_back(best->pair);
   return fit_pose_with_prior(problem, four, seed.pose);
 }
 
@@ -155,7 +157,7 @@ FittedPose firm_up(const AssignmentProblem& problem, const FittedPose& seed, con
 
 bool contains(const std::vector<Pair>& pairs, const Pair& pair) {
   return std::any_of(pairs.begin(), pairs.end(), [&](const Pair& p) {
-    return p.sighting == pair.sighting && p.target == pair.target;
+    return p.observation == pair.observation && p.map_point == pair.map_point;
   });
 }
 
@@ -164,31 +166,33 @@ bool same_pairs(const std::vector<Pair>& a, const std::vector<Pair>& b) {
          std::all_of(a.begin(), a.end(), [&](const Pair& p) { return contains(b, p); });
 }
 
-bool faces(const MapPoint& target, const Eigen::Vector3d& camera_position) {
-  const Eigen::Vector3d to_camera = camera_position - target.centre;
-  const double along = target.normal.dot(to_camera);
-  const bool inside = target.cone_cos == 0 ? along > 0 : along > target.cone_cos * to_camera.norm();
-  return inside && to_camera.squaredNorm() > 4 * target.radius_m * target.radius_m;
+bool faces(const MapPoint& map_point, const Eigen::Vector3d& camera_position) {
+  const Eigen::Vector3d to_camera = camera_position - map_point.centre;
+  const double along = map_point.normal.dot(to_camera);
+  const bool inside =
+      map_point.cone_cos == 0 ? along > 0 : along > map_point.cone_cos * to_camera.norm();
+  return inside && to_camera.squaredNorm() > 4 * map_point.radius_m * map_point.radius_m;
 }
 
-bool sizes_agree(const BearingObservation& sighting, const MapPoint& target,
+bool sizes_agree(const BearingObservation& observation, const MapPoint& map_point,
                  const Eigen::Vector3d& point) {
-  if (!target.disc || sighting.largest_radius_rad == 0) return true;
-  const double radius_rad = target.radius_m / point.norm();
-  return radius_rad > sighting.min_radius_rad && radius_rad < sighting.largest_radius_rad;
+  if (!map_point.disc || observation.max_radius_rad == 0) return true;
+  const double radius_rad = map_point.radius_m / point.norm();
+  return radius_rad > observation.min_radius_rad && radius_rad < observation.max_radius_rad;
 }
 
 std::optional<PairFit> fit_of_pair(const AssignmentProblem& problem, const Pair& pair,
                                    const FittedPose& estimate) {
-  const MapPoint& target = problem.target(pair.target);
-  return fit_at(problem.sighting(pair.sighting), target, estimate, estimate.pose * target.centre);
+  const MapPoint& map_point = problem.map_point(pair.map_point);
+  return fit_at(problem.observation(pair.observation), map_point, estimate,
+                estimate.pose * map_point.centre);
 }
 
-std::vector<ScoredPair> further_pairs(const AssignmentProblem& problem, const FittedPose& estimate,
-                                      const Naming& naming) {
-  return pairs_within_gate(problem, estimate, [&](int sighting, int target) {
-    return std::none_of(naming.begin(), naming.end(), [&](const Pair& p) {
-      return p.sighting == sighting || p.target == target;
+std::vector<ScoredPair> additional_pairs(const AssignmentProblem& problem,
+                                         const FittedPose& estimate, const Assignment& assignment) {
+  return pairs_within_gate(problem, estimate, [&](int observation, int map_point) {
+    return std::none_of(assignment.begin(), assignment.end(), [&](const Pair& p) {
+      return p.observation == observation || p.map_point == map_point;
     });
   });
 }
@@ -198,19 +202,20 @@ std::vector<Pair> one_to_one(std::vector<ScoredPair> candidates) {
             [](const ScoredPair& a, const ScoredPair& b) { return a.score < b.score; });
   std::vector<Pair> pairs;
   for (const ScoredPair& c : candidates) {
-    const bool taken = std::any_of(pairs.begin(), pairs.end(), [&](const Pair& p) {
-      return p.sighting == c.pair.sighting || p.target == c.pair.target;
+    const bool used = std::any_of(pairs.begin(), pairs.end(), [&](const Pair& p) {
+      return p.observation == c.pair.observation || p.map_point == c.pair.map_point;
     });
-    if (!taken) pairs.push_back(c.pair);
+    if (!used) pairs.push_back(c.pair);
   }
   std::sort(pairs.begin(), pairs.end(),
-            [](const Pair& a, const Pair& b) { return a.sighting < b.sighting; });
+            [](const Pair& a, const Pair& b) { return a.observation < b.observation; });
   return pairs;
 }
 
 double prior_chi2(const AssignmentProblem& problem, const FittedPose& estimate) {
   if (!problem.options->prior) return 0;
-  // The least sum of the prior's chi-square and the pose's own is that of the sum of variances.
+  // Minimum over the true pose of the prior's chi-square plus that of the estimate: the chi-square
+  // for the sum of both covariances.
   Prior prior = *problem.options->prior;
   const double turn2 = estimate.covariance.topLeftCorner<3, 3>().trace();
   const double shift2 = estimate.covariance.bottomRightCorner<3, 3>().trace();
@@ -223,12 +228,13 @@ double prior_chi2(const AssignmentProblem& problem, const FittedPose& estimate) 
   return prior.chi2(problem.from_world(estimate.pose));
 }
 
-PoseHypothesis explain(const AssignmentProblem& problem, const FittedPose& seed,
-                       const Naming& naming, const std::vector<ScoredPair>& further) {
+PoseHypothesis verify_hypothesis(const AssignmentProblem& problem, const FittedPose& seed,
+                                 const Assignment& assignment,
+                                 const std::vector<ScoredPair>& further) {
   constexpr int max_rounds = 5;
   PoseHypothesis e;
-  e.estimate = firm_up(problem, seed, naming, further);
-  std::vector<Pair> found(naming.begin(), naming.end());
+  e.estimate = add_best_pair(problem, seed, assignment, further);
+  std::vector<Pair> found(assignment.begin(), assignment.end());
   if (!further.empty()) found = match_all(problem, e.estimate);
   for (int i = 0; i < max_rounds && found.size() >= 3 && !same_pairs(found, e.pairs); ++i) {
     e.pairs = found;
@@ -237,7 +243,7 @@ PoseHypothesis explain(const AssignmentProblem& problem, const FittedPose& seed,
   }
   drop_outliers(problem, e);
   std::sort(e.pairs.begin(), e.pairs.end(),
-            [](const Pair& a, const Pair& b) { return a.sighting < b.sighting; });
+            [](const Pair& a, const Pair& b) { return a.observation < b.observation; });
   e.chi2 = e.estimate.chi2;
   return e;
 }

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// Input of the assignment search, prepared once per image: blobs as bearings with the covariance of
+// their direction, map points relative to a local origin, and the list of allowed assignments.
+//
+// The residual of a map point against a bearing is measured in the tangent plane of the bearing.
+// For a point Y in the camera frame, relative to the origin of the ray,
+//     e = tangent Y / (bearing . Y)      [rad, to first order].
+// The local origin is the mean of the map points, so that large world coordinates cost no digits.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "libocc/core/abi.hpp"
+#include "libocc/identify/identify.hpp"
+
+namespace occ::internal::identify {
+
+/// Measured direction of a whole blob (not cut by the border, not merged).
+struct BearingObservation {
+  int blob = 0;                                      ///< index of the blob
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< origin of the ray, camera frame [m]
+  double parallax_rad = 0;              ///< bound of the error when the origin is ignored
+  Eigen::Vector3d bearing;              ///< unit vector, camera frame
+  Eigen::Matrix<double, 2, 3> tangent;  ///< orthonormal rows perpendicular to the bearing
+  Eigen::Vector3d axis;        ///< direction of depth: optical axis of a pinhole, else the bearing
+  Eigen::Matrix2d covariance;  ///< covariance of e [rad^2], with the error of the camera model
+  double sigma_rad = 0;        ///< largest standard deviation
+  double min_radius_rad = 0;   ///< smallest apparent radius of a disc within the tolerance
+  double max_radius_rad = 0;   ///< largest one; 0 without a measured rim
+  double radius_rad = 0;       ///< radius of an unsaturated rim; 0 without one
+  double radius_sigma = 0;     ///< relative
+  double flatness = 1;         ///< minor axis over major axis
+  double flux = 0;             ///< with vignetting corrected; 0 if unknown
+  double flux_sigma = 0;       ///< relative
+  bool flux_is_bound = false;  ///< true for a lower bound: saturated, cut or striped blob
+  bool coded = false;          ///< candidate lamps come from a code or a blink frequency
+  std::vector<int> lamps;      ///< candidate lamps, as indices of the map points
+};
+
+/// A lamp of a scene or a point of an object.
+struct MapPoint {
+  Eigen::Vector3d centre;  ///< relative to the local origin [m]
+  Eigen::Vector3d normal;
+  double radius_m = 0;  ///< radius of the circumscribed circle
+  bool disc = false;
+  double cone_cos = 0;  ///< cosine of the half angle of the cone from which the point is visible; 0
+                        ///< for a lamp (half space), -2 for a point that is visible from everywhere
+  double reliable_cos = 0.1;  ///< cosine of the narrower cone from which detection is certain
+  double power_w = 0, power_sigma = 0, order = 1;  ///< power 0: unknown
+  bool steady = true;      ///< false for a blinking lamp, whose flux is between dark and lit
+  bool duplicate = false;  ///< an earlier point has the same position and represents both
+};
+
+struct AssignmentProblem {
+  const std::vector<Blob>* blobs = nullptr;
+  const Camera* camera = nullptr;
+  const Scene* scene = nullptr;  ///< null for the points of an object
+  bool all_covisible = true;     ///< any points can be visible together, as lamps of a scene
+  const IdentifyOptions* options = nullptr;
+  int min_pairs = 0;                                 ///< hypotheses with fewer pairs are discarded
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< origin of the local frame, in the world
+  double size_m = 0;                 ///< largest distance of a map point from the origin
+  std::vector<MapPoint> map_points;  ///< in the order of the scene's lamps or object's points
+  std::vector<BearingObservation> observations;  ///< coded ones first, then by decreasing flux
+  std::vector<int> partial_blobs;  ///< cut or merged: their extent is used, not their centroid
+  std::vector<char> allowed;       ///< [observation * map_points.size() + map_point]
+
+  bool allows(int observation, int map_point) const {
+    return allowed[observation * map_points.size() + map_point] != 0;
+  }
+  const BearingObservation& observation(int i) const { return observations[i]; }
+  const MapPoint& map_point(int i) const { return map_points[i]; }
+  /// Returns cam_from_world for a pose relative to the local frame.
+  Rigid3 from_world(const Rigid3& cam_from_local) const {
+    return {cam_from_local.rotation, cam_from_local.translation - cam_from_local.rotation * origin};
+  }
+};
+
+/// Maximum number of observations; the blobs with the largest flux are used. TripleOrder keeps a
+/// set of blobs in the bits of a 64-bit integer.
+inline constexpr std::size_t max_observations = 64;
+
+/// Maximum chi-square of a plausible hypothesis above that of the best one: 2 ln 1000, a likelihood
+/// ratio of 1000.
+inline constexpr double plausible_chi2 = 13.8;
+
+/// Throws std::invalid_argument for blobs that are not finite.
+void require_finite(const std::vector<Blob>& blobs);
+
+/// The arguments must outlive the problem.
+LIBOCC_API AssignmentProblem make_problem(const std::vector<Blob>& blobs, const Scene& scene,
+                                          const IdentifyOptions& options);
+LIBOCC_API AssignmentProblem make_problem(const std::vector<Blob>& blobs, const Object& object,
+                                          const Camera& camera, const IdentifyOptions& options);
+
+/// Searches the assignments and returns the result of identify() for this problem.
+LIBOCC_API Result<Identification> solve_assignment(const AssignmentProblem& problem);
+
+}  // namespace occ::internal::identify

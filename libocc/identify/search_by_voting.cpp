@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+// Search by voting, for maps with many possible assignments. Candidate poses are scored first and
+// verified in the order of their scores, so that only a few are verified.
+//
+// Hashing scores only triangles of blobs whose shape occurs in the map, as star trackers do with
+// triples of stars (Liebe, "Star trackers for attitude determination", IEEE AES Magazine 10, 1995;
+// Lamdan, Wolfson, "Geometric hashing", ICCV 1988). Gravity must be known and the lamps must hang
+// at one height: a perspective image of unknown tilt has no invariant of three or four coplanar
+// points.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/core/statistics.hpp"
+#include "libocc/identify/internal/search.hpp"
+#include "libocc/identify/internal/shape_voting.hpp"
+#include "libocc/identify/lamp_index.hpp"
+
+namespace occ::internal::identify {
+namespace {
+
+// Rivals of a strong hypothesis result from symmetries of the map. They match the same blobs except
+// for accidents, so one outlier is assumed.
+constexpr int max_outliers_if_strong = 1;
+
+Assignment to_assignment(const std::vector<Pair>& pairs) { return {pairs[0], pairs[1], pairs[2]}; }
+
+// Returns for every remaining blob the lamp nearest to it, if within the gate.
+std::vector<Pair> pairs_near(const AssignmentProblem& problem, const ScoredPose& candidate) {
+  const double gate_rad =
+      problem.options->gate_sigma * (2 * problem.options->prior->gravity_sigma_rad + 0.01);
+  std::vector<Pair> near;
+  for (int s = 0; s < static_cast<int>(problem.observations.size()); ++s) {
+    if (s == candidate.assignment[0].observation || s == candidate.assignment[1].observation)
+      continue;
+    double max_cosine = std::cos(gate_rad);
+    int map_point = -1;
+    for (int t = 0; t < static_cast<int>(problem.map_points.size()); ++t) {
+      if (t == candidate.assignment[0].map_point || t == candidate.assignment[1].map_point ||
+          !problem.allows(s, t))
+        continue;
+      const Eigen::Vector3d x = candidate.pose * problem.map_point(t).centre;
+      const double cosine = problem.observation(s).bearing.dot(x) / x.norm();
+      if (cosine > max_cosine) max_cosine = cosine, map_point = t;
+    }
+    if (map_point >= 0) near.push_back({s, map_point});
+  }
+  return near;
+}
+
+}  // namespace
+
+void Search::search_by_voting() {
+  HypothesisVoting voting(problem_, covisibility_);
+  const bool two = group_size() == 2;
+  run_voting(
+      {voting.neighbours_truncated(),
+       [&](const std::array<int, 3>& s, int min_inliers, std::vector<ScoredPose>& candidates) {
+         if (two)
+           voting.score_pairs({s[0], s[1]}, min_inliers, candidates);
+         else
+           voting.score_triples(s, min_inliers, candidates);
+       },
+       [&]() -> const VoteStatistics& { return voting.statistics(); }});
+}
+
+void Search::search_by_hashing() {
+  if (!problem_.scene || !prior_ || !problem_.options->prior->gravity_in_cam) {
+    search_by_voting();
+    return;
+  }
+  const LampIndex index =
+      problem_.options->index ? *problem_.options->index : LampIndex(problem_.scene->lamps);
+  if (!index.applies()) {
+    search_by_voting();
+    return;
+  }
+  by_shape_ = true;
+  ShapeVoting voting(problem_, index.table());
+  run_voting(
+      {voting.neighbours_truncated(),
+       [&](const std::array<int, 3>& s, int min_inliers, std::vector<ScoredPose>& candidates) {
+         voting.score_triples(s, min_inliers, candidates);
+       },
+       [&]() -> const VoteStatistics& { return voting.statistics(); }});
+}
+
+void Search::run_voting(const VotingMethod& method) {
+  TripleOrder order(problem_, group_size());
+  // If only neighbouring lamps are combined, groups of true but distant lights yield no pose, as if
+  // more blobs were outliers.
+  constexpr int max_distant_outliers = 3;
+  if (method.neighbours_truncated) order.prefer_neighbours(problem_);
+  statistics_.emplace();
+  for (int distant_outliers = method.neighbours_truncated ? 1 : 0; !cut_short_;
+       ++distant_outliers) {
+    vote_by_levels(method, order, distant_outliers);
+    if (!method.neighbours_truncated || distant_outliers == max_distant_outliers ||
+        best_support_ >= strong_pairs)
+      break;
+  }
+  tried_ = cost();
+}
+
+// All hypotheses with `level` pairs are found once no set of `blobs - level` outliers intersects
+// all groups scored.
+void Search::vote_by_levels(const VotingMethod& method, TripleOrder& order, int distant_outliers) {
+  const int group = group_size(), enough = std::max(prior_ ? 3 : 4, problem_.min_pairs);
+  const int blobs = static_cast<int>(problem_.observations.size());
+  std::vector<ScoredPose> candidates;
+  for (int level = blobs; level >= std::max(enough, best_support_) && !cut_short_; --level) {
+    const auto max_outliers = [&] {
+      return best_support_ >= strong_pairs ? std::min(blobs - level, max_outliers_if_strong)
+                                           : blobs - level + distant_outliers;
+    };
+    while (const auto triple = order.next(max_outliers())) {
+      method.score(triple->observations, enough - group, candidates);
+      statistics_ = method.statistics();
+      verify_best(candidates, std::max(std::min(level, strong_pairs), best_support_) - group);
+      if (cut_short_) break;
+    }
+    verify_best(candidates, std::max(level, best_support_) - group);
+  }
+}
+
+// Number of blobs in a group: two if gravity is known.
+int Search::group_size() const {
+  if (by_shape_ || problem_.options->method == IdentifyMethod::clustering) return 3;
+  return prior_ && problem_.options->prior->gravity_in_cam ? 2 : 3;
+}
+
+// Verifies the candidates with enough inliers, best first, and removes them from the list.
+void Search::verify_best(std::vector<ScoredPose>& candidates, int min_inliers) {
+  const auto rest =
+      std::stable_partition(candidates.begin(), candidates.end(),
+                            [&](const ScoredPose& v) { return v.inliers >= min_inliers; });
+  std::stable_sort(candidates.begin(), rest,
+                   [](const ScoredPose& a, const ScoredPose& b) { return a.inliers > b.inliers; });
+  for (auto candidate = candidates.begin(); candidate != rest && !cut_short_; ++candidate)
+    if (candidate->inliers + static_cast<int>(candidate->assignment.size()) >= best_support_ &&
+        !is_duplicate(*candidate)) {
+      consider(*candidate);
+      cut_short_ = cost() >= problem_.options->max_hypotheses;
+    }
+  cut_short_ = cost() >= problem_.options->max_hypotheses;
+  candidates.erase(candidates.begin(), rest);
+}
+
+// Cost of the search in assignments scored.
+int Search::cost() const {
+  constexpr int cost_of_verification = 30;  // of one candidate, in assignments scored
+  return statistics_->assignments + cost_of_verification * verified_;
+}
+
+// True if a hypothesis found contains the assignment and has nearly the same rotation.
+bool Search::is_duplicate(const ScoredPose& candidate) const {
+  constexpr double same_rotation = 0.05;
+  return std::any_of(found_.begin(), found_.end(), [&](const PoseHypothesis& e) {
+    return std::all_of(candidate.assignment.begin(), candidate.assignment.end(),
+                       [&](const Pair& p) { return contains(e.pairs, p); }) &&
+           (candidate.pose.rotation - e.estimate.pose.rotation).norm() < same_rotation;
+  });
+}
+
+void Search::consider(const ScoredPose& candidate) {
+  const auto try_three = [&](const std::vector<Pair>& three) {
+    verified_ += 1;
+    const Assignment assignment = to_assignment(three);
+    const FittedPose seed = fit_pose(problem_, three, candidate.pose);
+    const double gate2 = problem_.options->gate_sigma * problem_.options->gate_sigma;
+    if (seed.chi2 <= gate2 && appearance_agrees(problem_, assignment, seed.pose))
+      consider(seed, assignment);
+  };
+  if (candidate.assignment.size() == 3) {
+    try_three(candidate.assignment);
+    return;
+  }
+  for (const Pair& third : pairs_near(problem_, candidate)) {
+    if (std::any_of(found_.begin(), found_.end(), [&](const PoseHypothesis& e) {
+          return contains(e.pairs, third) && contains(e.pairs, candidate.assignment[0]) &&
+                 contains(e.pairs, candidate.assignment[1]);
+        }))
+      continue;
+    std::vector<Pair> three = candidate.assignment;
+    three.push_back(third);
+    try_three(three);
+  }
+}
+
+// Compares the penalty of the missed lamps with the evidence of the pairs beyond those that
+// determine the pose: each of these would be inside its gate by chance with a probability of the
+// gate's image share.
+bool Search::misses_too_many(const PoseHypothesis& e) const {
+  const double probability = gate_share(problem_);
+  const int beyond = static_cast<int>(e.pairs.size()) - group_size();
+  return 0.5 * problem_.options->miss_penalty * e.missed > -std::log(probability) * (beyond + 1);
+}
+
+// Tests chi-square against its 99.9 % quantile. Accidental pairs are uniformly distributed in their
+// gates, so their chi-square is larger.
+bool Search::fits(const PoseHypothesis& e) const {
+  const int prior_dof = prior_ ? problem_.options->prior->dof() : 0;
+  return variance_factor(e.estimate.chi2, 2 * static_cast<int>(e.pairs.size()) - 6 + prior_dof) ==
+         1;
+}
+
+// Expected number of wrong hypotheses by a Poisson model: for each pose scored, each further blob
+// matches a lamp in view with the probability of the gate's image share. A pose that misses many
+// lamps has many lamps in view.
+double Search::chance_of(const PoseHypothesis& e) const {
+  constexpr double gate_of_few = 5;  // typical area of a gate, relative to a well-determined pose
+  if (!(statistics_->poses > 0)) return 0;
+  const int size = static_cast<int>(e.pairs.size()), group = group_size();
+  const double in_view = std::max(statistics_->visible / statistics_->poses,
+                                  static_cast<double>(size + e.missed - group));
+  const double share = gate_share(problem_);
+  double expected = statistics_->poses * gate_of_few;
+  for (int pairs = group; pairs < size; ++pairs)
+    expected *= std::max(in_view - (pairs - group), 0.0) *
+                static_cast<double>(static_cast<int>(problem_.observations.size()) - pairs) *
+                share / (pairs - group + 1);
+  return expected;
+}
+
+}  // namespace occ::internal::identify
