@@ -5,7 +5,7 @@
 #include "libocc/core/math.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/identify/internal/pose_hypothesis.hpp"
-#include "libocc/pose/internal/spread.hpp"
+#include "libocc/pose/internal/point_layout.hpp"
 
 namespace occ::internal::identify {
 

@@ -56,7 +56,7 @@ TEST(Covisibility, NeverDeniesAPositionThatSeesAll) {
 // Two cones of half angle a, whose axes enclose the angle b and whose apexes face away from each
 // other, intersect exactly if 2 a > b.
 TEST(Covisibility, IsSharp) {
-  const Camera camera;
+  const Camera camera = test::vga_camera();
   const IdentifyOptions options;
   for (const double between : {0.5, 1.0, 2.0, 3.0})
     for (const double half : {0.4, 0.7, 1.2, 1.55}) {
@@ -77,7 +77,7 @@ TEST(Covisibility, IsSharp) {
 
 // Faces that face each other are both visible from between them.
 TEST(Covisibility, IncludesPositionsBetweenThePoints) {
-  const Camera camera;
+  const Camera camera = test::vga_camera();
   const IdentifyOptions options;
   for (const double facing : {-1.0, 1.0}) {
     Object object{"gate", {}};
