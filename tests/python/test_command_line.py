@@ -91,7 +91,7 @@ def test_identify_names_the_symmetry(run):
     best, *rivals = json.loads(out)["poses"]
     assert best["symmetry"] is None
     for rival in rivals:
-        assert rival["symmetry"]["kind"] == "turn" and rival["symmetry"]["misfit_m"] < 1e-6
+        assert rival["symmetry"]["kind"] == "rotation" and rival["symmetry"]["misfit_m"] < 1e-6
         moved = np.array(rival["symmetry"]["world_from_world"]) @ [*best["position_m"], 1]
         np.testing.assert_allclose(moved[:3], rival["position_m"], atol=0.01)
 
