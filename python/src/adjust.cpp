@@ -61,13 +61,13 @@ control: the observations alone; scale_only: shift and turn inner, scale by two 
 
 void define_adjustment(py::module_& m) {
   using A = Adjustment;
-  py::class_<RejectedObservation>(m, "RejectedObservation", "Taken for a gross error.")
+  ResultClass<RejectedObservation>(m, "RejectedObservation", "Taken for a gross error.")
       .def_readonly("observation", &RejectedObservation::observation, "Its index.")
       .def_readonly("normalised", &RejectedObservation::normalised, "Residual over its sigma.")
       .def_readonly("reason", &RejectedObservation::reason,
                     "robust, snooping, not in view, alone.");
-  py::class_<Adjusted> adjusted(m, "Adjustment",
-                                "An adjusted network; the state so far if not ok.");
+  ResultClass<Adjusted> adjusted(m, "Adjustment",
+                                 "An adjusted network; the state so far if not ok.");
   define_result(adjusted);
   adjusted.def_property_readonly("network", value_of(&A::network), "With the estimates.")
       .def_property_readonly("iterations", value_of(&A::iterations), "Of all stages.")
@@ -132,7 +132,7 @@ py::array_t<double> stacked(const std::vector<Eigen::Matrix3d>& all) {
 }
 
 void define_precision(py::module_& m) {
-  py::class_<Known> known(m, "Precision", "Covariance of a network's unknowns, in a datum.");
+  ResultClass<Known> known(m, "Precision", "Covariance of a network's unknowns, in a datum.");
   define_result(known);
   const auto of = [](auto member) {
     return [member](const Known& k, int index) { return (k.value.*member)(index); };

@@ -40,7 +40,7 @@ void define_enums(py::module_& m) {
 }
 
 void define_results(py::module_& m) {
-  py::class_<LampFlux>(m, "LampFlux", "A lamp's flux in one image.")
+  ResultClass<LampFlux>(m, "LampFlux", "A lamp's flux in one image.")
       .def_readonly("image", &LampFlux::image, "Index of the image.")
       .def_readonly("use", &LampFlux::use, "Used, or why not.")
       .def_readonly("cos_emission", &LampFlux::cos_emission, "Of the angle from its normal.")
@@ -50,7 +50,7 @@ void define_results(py::module_& m) {
       .def("__repr__", [](const LampFlux& f) {
         return "<LampFlux: image " + std::to_string(f.image) + ", " + to_string(f.use) + ">";
       });
-  py::class_<LampLight>(m, "LampLight", "Power and Lambertian order of one lamp.")
+  ResultClass<LampLight>(m, "LampLight", "Power and Lambertian order of one lamp.")
       .def_readonly("id", &LampLight::id, "The lamp's.")
       .def_readonly("status", &LampLight::status,
                     "ok; no_lamps: used in no image; degenerate: order not determined.")
@@ -67,13 +67,13 @@ void define_results(py::module_& m) {
         return "<LampLight: lamp " + std::to_string(l.id) + ", " + to_string(l.status) + ", " +
                value_repr(l.power_w) + " W, order " + value_repr(l.order) + ">";
       });
-  py::class_<CommonFactor>(m, "CommonFactor", "Of all the scene's powers.")
+  ResultClass<CommonFactor>(m, "CommonFactor", "Of all the scene's powers.")
       .def_readonly("value", &CommonFactor::value, "The powers are the scene's times this.")
       .def_readonly("covariance", &CommonFactor::covariance,
                     "(1 + lamps, 1 + lamps) of (ln value, orders); inf: order not determined.")
       .def("__repr__",
            [](const CommonFactor& f) { return "<CommonFactor: " + value_repr(f.value) + ">"; });
-  py::class_<Calibrated> calibrated(m, "CalibratedLight", "The light of a scene's lamps.");
+  ResultClass<Calibrated> calibrated(m, "CalibratedLight", "The light of a scene's lamps.");
   define_result(calibrated);
   calibrated
       .def_property_readonly("lamps", value_of(&CalibratedLight::lamps),
@@ -105,7 +105,7 @@ Calibrated calibrated(const Scene& scene, const std::vector<ImageOrBlobs>& image
 using Ambient = Result<AmbientLight>;
 
 void define_ambient(py::module_& m) {
-  py::class_<AmbientImage>(m, "AmbientImage", "What one image says of the ambient light.")
+  ResultClass<AmbientImage>(m, "AmbientImage", "What one image says of the ambient light.")
       .def_readonly("left_out", &AmbientImage::left_out, "Why it does not count; empty: it does.")
       .def_readonly("pixels", &AmbientImage::pixels, "That no lamp reaches.")
       .def_readonly("irradiance_w_m2", &AmbientImage::irradiance_w_m2, "[W/m^2] on the sensor.")
@@ -114,7 +114,7 @@ void define_ambient(py::module_& m) {
         return "<AmbientImage: " +
                (i.left_out.empty() ? value_repr(i.irradiance_w_m2) + " W/m^2" : i.left_out) + ">";
       });
-  py::class_<Ambient> ambient(m, "AmbientLight", "Light on the sensor that comes from no lamp.");
+  ResultClass<Ambient> ambient(m, "AmbientLight", "Light on the sensor that comes from no lamp.");
   define_result(ambient);
   ambient
       .def_property_readonly("irradiance_w_m2", value_of(&AmbientLight::irradiance_w_m2),

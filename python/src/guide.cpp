@@ -8,6 +8,7 @@
 #include "libocc/guide/route.hpp"
 #include "libocc/guide/vehicle.hpp"
 #include "module.hpp"
+#include "results.hpp"
 #include "rows.hpp"
 
 namespace occ::python {
@@ -73,7 +74,7 @@ void define_vehicle_values(py::module_& m) {
 
 void define_drive(py::module_& m) {
   using D = DriveStep;
-  py::class_<D>(m, "DriveStep", "What came of a command.")
+  ResultClass<D>(m, "DriveStep", "What came of a command.")
       .def_readonly("state", &D::state, "DriveState: the truth.")
       .def_readonly("odometry", &D::odometry, "PlanarOdometry: what the wheels say.")
       .def_readonly("limited", &D::limited, "DriveLimited.");
@@ -209,7 +210,7 @@ void define_route(py::module_& m) {
       .finalize();
   define_documented<RouteWaypoint>(m, "RouteWaypoint", "Where a route leads.", waypoint_fields());
   using P = RoutePlace;
-  py::class_<P>(m, "RoutePlace", "A place on a route.")
+  ResultClass<P>(m, "RoutePlace", "A place on a route.")
       .def_readonly("along_m", &P::along_m, "From the route's begin [m].")
       .def_readonly("pose", &P::pose, "PlanarPose, heading along the route.")
       .def_readonly("deviation_m", &P::deviation_m,
@@ -233,7 +234,7 @@ way-point.
   define_route_from<Rows2>(cls, &plain_waypoints);
   define_route_queries(cls);
   using C = RouteConflict;
-  py::class_<C>(m, "RouteConflict", "Where a vehicle would touch something.")
+  ResultClass<C>(m, "RouteConflict", "Where a vehicle would touch something.")
       .def_readonly("from_m", &C::from_m, "Along the route [m].")
       .def_readonly("to_m", &C::to_m, "Along the route [m].")
       .def_readonly("position_m", &C::position_m, "(2,) where it comes nearest.")
@@ -278,7 +279,7 @@ void define_controller_values(py::module_& m) {
           field("turn_on_spot_rad", &S::turn_on_spot_rad, "of the heading error [rad]"),
           field("pace", &S::pace, "PaceOptions")));
   using O = ControlOutput;
-  py::class_<O>(m, "ControlOutput", "What a controller asks of a vehicle.")
+  ResultClass<O>(m, "ControlOutput", "What a controller asks of a vehicle.")
       .def_readonly("command", &O::command, "DriveCommand.")
       .def_readonly("place", &O::place, "The route's nearest RoutePlace.")
       .def_readonly("heading_error_rad", &O::heading_error_rad, "Route less vehicle [rad].")
@@ -327,7 +328,7 @@ void define_docking(py::module_& m) {
           field("tolerance_m", &O::tolerance_m, "along the axis [m]"),
           field("tolerance_rad", &O::tolerance_rad, "[rad]")));
   using D = DockOutput;
-  py::class_<D>(m, "DockOutput", "What docking asks of a vehicle.")
+  ResultClass<D>(m, "DockOutput", "What docking asks of a vehicle.")
       .def_readonly("command", &D::command, "DriveCommand.")
       .def_readonly("phase", &D::phase, "DockPhase, for the next call.")
       .def_readonly("in_dock", &D::in_dock, "PlanarPose of the vehicle in the dock's frame.")

@@ -6,6 +6,7 @@
 #include "libocc/guide/plan_route.hpp"
 #include "libocc/guide/visibility.hpp"
 #include "module.hpp"
+#include "results.hpp"
 #include "rows.hpp"
 
 namespace occ::python {
@@ -98,7 +99,7 @@ KnotRows knot_rows(const PanTiltPlan& plan) {
 
 void define_visibility(py::module_& m) {
   using F = FloorVisibility;
-  py::class_<F>(m, "FloorVisibility", "What is seen from n poses on a floor.")
+  ResultClass<F>(m, "FloorVisibility", "What is seen from n poses on a floor.")
       .def_property_readonly(
           "lamps",
           [](const F& f) {
@@ -174,7 +175,7 @@ void define_plan_route(py::module_& m) {
       .value("goal_blocked", PlanStatus::goal_blocked)
       .finalize();
   using P = RoutePlan;
-  py::class_<P>(m, "RoutePlan", "A route on which lamps stay in view, or where there is none.")
+  ResultClass<P>(m, "RoutePlan", "A route on which lamps stay in view, or where there is none.")
       .def_property_readonly(
           "ok", [](const P& p) { return p.status == PlanStatus::ok; }, "Whether there is one.")
       .def_readonly("status", &P::status, "PlanStatus.")
@@ -247,7 +248,7 @@ knots: (n, 3), along_m, pan_rad, tilt_rad; straight between them.)")
       .def(py::pickle([](const P& plan) { return knot_rows(plan); },
                       [](const KnotRows& rows) { return plan_of_rows(rows); }));
   using R = PanTiltResult;
-  py::class_<R>(m, "PanTiltResult", "A plan of pan and tilt, and where there is none.")
+  ResultClass<R>(m, "PanTiltResult", "A plan of pan and tilt, and where there is none.")
       .def_property_readonly(
           "ok", [](const R& r) { return r.status == PlanStatus::ok; }, "Whether there is one.")
       .def_readonly("status", &R::status, "PlanStatus: ok or blind.")

@@ -19,7 +19,7 @@ void define_symmetry(py::module_& m) {
       .value("planar_flip", SymmetryKind::planar_flip, "the same names, seen from elsewhere")
       .value("none", SymmetryKind::none, "the map does not repeat")
       .finalize();
-  py::class_<Symmetry>(m, "Symmetry", "How the map repeats from one explanation to another.")
+  ResultClass<Symmetry>(m, "Symmetry", "How the map repeats from one explanation to another.")
       .def_readonly("kind", &Symmetry::kind, "Turn, shift, screw, planar_flip or none.")
       .def_readonly("world_from_world", &Symmetry::world_from_world,
                     "4x4: takes the best explanation's lamps and camera to the rival's.")
@@ -59,7 +59,7 @@ void define_matches(py::module_& m) {
   });
 
   define_symmetry(m);
-  py::class_<Hypothesis>(m, "Hypothesis", "One way to explain an image.")
+  ResultClass<Hypothesis>(m, "Hypothesis", "One way to explain an image.")
       .def_readonly("cam_from_world", &Hypothesis::cam_from_world, "Coarse pose, 4x4.")
       .def_readonly("matches", &Hypothesis::matches, "Matches, sorted by lamp.")
       .def_readonly("chi2", &Hypothesis::chi2, "Of centroids, prior and missed lamps.")
@@ -74,7 +74,7 @@ void define_matches(py::module_& m) {
       });
 
   using Identified = Result<Identification>;
-  py::class_<Identified> identified(m, "Identification", "Which blob is which lamp, all answers.");
+  ResultClass<Identified> identified(m, "Identification", "Which blob is which lamp, all answers.");
   define_result(identified);
   identified
       .def_property_readonly(

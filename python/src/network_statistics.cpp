@@ -31,7 +31,7 @@ auto rows_of(Member member) {
 void define_statistics(py::module_& m) {
   using S = NetworkStatistics;
   using O = ObservationStatistics;
-  py::class_<Statistics> statistics(m, "NetworkStatistics", R"(Reliability of an adjusted network.
+  ResultClass<Statistics> statistics(m, "NetworkStatistics", R"(Reliability of an adjusted network.
 
 Arrays (n, 2) have a row for each image observation, columns along x and y; zero when not used.)");
   define_result(statistics);
@@ -88,12 +88,12 @@ void define_parameters(py::module_& m) {
 
 void define_selection(py::module_& m) {
   using T = SelectionStep;
-  py::class_<T>(m, "SelectionStep", "One adjustment of select_parameters().")
+  ResultClass<T>(m, "SelectionStep", "One adjustment of select_parameters().")
       .def_readonly("dropped", &T::dropped, "The parameter; empty: the first, with all.")
       .def_readonly("reason", &T::reason, "Why.")
       .def_readonly("sigma0", &T::sigma0, "After it.")
       .def_readonly("bic", &T::bic, "Bayes' information criterion after it.");
-  py::class_<Selected> selected(m, "Selection", "Parameters that the observations ask for.");
+  ResultClass<Selected> selected(m, "Selection", "Parameters that the observations ask for.");
   define_result(selected);
   selected
       .def_property_readonly(
@@ -128,13 +128,13 @@ keep: names that are never dropped. Returns: Selection.)");
 
 void define_components(py::module_& m) {
   using C = VarianceComponent;
-  py::class_<C>(m, "VarianceComponent", "How much larger sigmas are than stated.")
+  ResultClass<C>(m, "VarianceComponent", "How much larger sigmas are than stated.")
       .def_readonly("camera", &C::camera, "Its index.")
       .def_readonly("axis", &C::axis, "0: columns, 1: rows.")
       .def_readonly("factor", &C::factor, "Of the stated sigmas.")
       .def_readonly("redundancy", &C::redundancy, "Of the group.")
       .def_readonly("observations", &C::observations, "In it.");
-  py::class_<Components> components(m, "VarianceComponents", "By variance_components().");
+  ResultClass<Components> components(m, "VarianceComponents", "By variance_components().");
   define_result(components);
   components
       .def_property_readonly("components", value_of(&VarianceComponents::components), "Of each.")
@@ -158,7 +158,7 @@ void define_components(py::module_& m) {
 }
 
 void define_checks(py::module_& m) {
-  py::class_<Checked> checked(m, "CheckResult", "Errors at points that are known better.");
+  ResultClass<Checked> checked(m, "CheckResult", "Errors at points that are known better.");
   define_result(checked);
   checked.def_property_readonly("rmse_m", value_of(&CheckResult::rmse_m), "(3,).")
       .def_property_readonly("predicted_m", value_of(&CheckResult::predicted_m), "(3,).")
@@ -199,7 +199,7 @@ using MeasuredPoints = Measurement;
 
 void define_measuring(py::module_& m) {
   using P = MeasuredPoint;
-  py::class_<P>(m, "MeasuredPoint", "By intersection of rays.")
+  ResultClass<P>(m, "MeasuredPoint", "By intersection of rays.")
       .def_readonly("status", &P::status, "ok, too_few_lamps, degenerate or not_converged.")
       .def_readonly("position_m", &P::position_m, "(3,) [m].")
       .def_readonly("covariance_m2", &P::covariance_m2, "(3, 3); infinite when not ok.")
@@ -208,7 +208,7 @@ void define_measuring(py::module_& m) {
       .def_readonly("angle_rad", &P::angle_rad, "Largest between two rays.")
       .def_property_readonly(
           "images", [](const P& p) { return p.sightings.size(); }, "That show it.");
-  py::class_<MeasuredPoints> measurement(m, "Measurement", "Points by measure_points().");
+  ResultClass<MeasuredPoints> measurement(m, "Measurement", "Points by measure_points().");
   measurement.def_readonly("points", &Measurement::points, "MeasuredPoints.")
       .def_readonly("covariance_m2", &Measurement::covariance_m2, "(3n, 3n) of all together.")
       .def(

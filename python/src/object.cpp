@@ -8,6 +8,7 @@
 #include "libocc/identify/recognise.hpp"
 #include "libocc/refine/localisation_value.hpp"
 #include "libocc/scene/detectable_points.hpp"
+#include "libocc/scene/internal/scene_fields.hpp"
 #include "module.hpp"
 #include "results.hpp"
 #include "rows.hpp"
@@ -19,25 +20,15 @@ namespace {
 using RowIndices = Eigen::Ref<const Eigen::Matrix<int, Eigen::Dynamic, 3, Eigen::RowMajor>>;
 
 void define_object(py::module_& m) {
-  using P = ObjectPoint;
-  define_documented<P>(
-      m, "ObjectPoint", "A point of an object that can be found in an image, such as a lamp.",
-      std::make_tuple(required_field("id", &P::id, "unique in its object"),
-                      required_field("position_m", &P::position_m, "(3,) [m, object's frame]"),
-                      field("normal", &P::normal, "(3,) axis of its cone; made unit"),
-                      field("cone_rad", &P::cone_rad,
-                            "half angle of the cone from within which it is seen [rad]; pi: from "
-                            "everywhere"),
-                      field("radius_m", &P::radius_m, "of a disc [m]; 0: a point"),
-                      field("label", &P::label, "for people")));
-  const auto fields = std::make_tuple(required_field("name", &Object::name, "for people"),
-                                      required_field("points", &Object::points, "ObjectPoints"));
+  define_documented<ObjectPoint>(
+      m, "ObjectPoint", "A point of an object that is detectable in an image, such as a lamp.",
+      internal::scene::object_point_fields);
   py::class_<Object> object(m, "Object",
                             R"(An object by the points of it that can be found in an image.
 
 name: a word. points: ObjectPoints with different ids at different places.
 Raises: ValueError naming the point, the field and its value.)");
-  define_value(object, fields);
+  define_value(object, internal::scene::object_fields);
   object
       .def("__repr__",
            [](const Object& o) {
@@ -97,7 +88,7 @@ void define_identify_object(py::module_& m) {
 
 void define_recognition(py::module_& m) {
   using M = ObjectMatch;
-  py::class_<M>(m, "ObjectMatch", "An object that explains blobs, and how well.")
+  ResultClass<M>(m, "ObjectMatch", "An object that explains blobs, and how well.")
       .def_readonly("object", &M::object, "Index in the objects given.")
       .def_readonly("poses", &M::poses, "Hypotheses, best first; the world is the object's frame.")
       .def_readonly("plausible", &M::plausible, "Of them: no less likely than 1/1000 of the first.")
@@ -109,7 +100,7 @@ void define_recognition(py::module_& m) {
                " blobs, log10_false_alarms " + value_repr(match.log10_false_alarms) + ">";
       });
   using O = RecognisedObject;
-  py::class_<O>(m, "RecognisedObject", "An object that is in an image.")
+  ResultClass<O>(m, "RecognisedObject", "An object that is in an image.")
       .def_readonly("match", &O::match, "ObjectMatch.")
       .def_readonly("status", &O::status, "Status.ambiguous: several poses, or rivals.")
       .def_readonly("rivals", &O::rivals, "ObjectMatches that explain the same blobs as well.")
@@ -118,7 +109,7 @@ void define_recognition(py::module_& m) {
                std::to_string(o.match.object) + ">";
       });
   using R = Result<Recognition>;
-  py::class_<R> recognition(m, "Recognition", "Which objects are in an image, and where.");
+  ResultClass<R> recognition(m, "Recognition", "Which objects are in an image, and where.");
   define_result(recognition);
   recognition
       .def_property_readonly(
@@ -164,7 +155,7 @@ void define_recognise(py::module_& m) {
 
 void define_detectable_points(py::module_& m) {
   using D = DetectablePoint;
-  py::class_<D>(m, "DetectablePoint", "A vertex where long sharp edges of a body meet.")
+  ResultClass<D>(m, "DetectablePoint", "A vertex where long sharp edges of a body meet.")
       .def_readonly("point", &D::point, "ObjectPoint; its id is its rank.")
       .def_readonly("edges", &D::edges, "How many meet there.")
       .def_readonly("edges_m", &D::edges_m, "Their length [m].")
@@ -173,12 +164,7 @@ void define_detectable_points(py::module_& m) {
                std::to_string(d.edges) + " edges>";
       });
   using O = DetectableOptions;
-  const auto fields = std::make_tuple(
-      field("sharp_rad", &O::sharp_rad, "least angle between the faces of a sharp edge [rad]"),
-      field("straight_rad", &O::straight_rad, "edges that turn by less are one [rad]"),
-      field("min_edge", &O::min_edge, "shorter edges do not count [its box's diagonal]"),
-      field("max_points", &O::max_points, "those with the longest edges"),
-      field("directions", &O::directions, "from which each point is looked at"));
+  const auto fields = internal::scene::detectable_fields;
   DefaultTexts texts;
   std::apply(
       [&](const auto&... f) {
@@ -205,7 +191,7 @@ void define_detectable_points(py::module_& m) {
 
 void define_localisation_value(py::module_& m) {
   using P = PointValue;
-  py::class_<P>(m, "PointValue", "What a point of an object is worth for its pose.")
+  ResultClass<P>(m, "PointValue", "What a point of an object is worth for its pose.")
       .def_readonly("seen", &P::seen, "Share of the views that show it.")
       .def_readonly("needed", &P::needed, "Share of the views with a pose that have none without.")
       .def_readonly("growth", &P::growth, "Of the pose's sigmas without it, elsewhere; a mean.")
@@ -213,7 +199,7 @@ void define_localisation_value(py::module_& m) {
         return "<PointValue: seen " + value_repr(p.seen) + ", growth " + value_repr(p.growth) + ">";
       });
   using L = LocalisationValue;
-  py::class_<L>(m, "LocalisationValue", "How well an object's points determine its pose.")
+  ResultClass<L>(m, "LocalisationValue", "How well an object's points determine its pose.")
       .def_readonly("points", &L::points, "PointValues, in the object's order.")
       .def_readonly("determined", &L::determined, "Share of the views that determine a pose.")
       .def_readonly("sigma_m", &L::sigma_m, "Median bound of the camera's position there [m].")

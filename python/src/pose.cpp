@@ -119,8 +119,8 @@ Raises: ValueError for numbers that are not finite, bearings that are not unit a
 }
 
 void define_candidates(py::module_& m) {
-  py::class_<Conditioned>(m, "PoseCandidate",
-                          "A pose from which known points are seen as they are.")
+  ResultClass<Conditioned>(m, "PoseCandidate",
+                           "A pose from which known points are seen as they are.")
       .def_property_readonly(
           "cam_from_world", [](const Conditioned& c) { return c.candidate.cam_from_world; },
           "Pose, 4x4.")
@@ -134,7 +134,7 @@ void define_candidates(py::module_& m) {
         return "<PoseCandidate: misfit " + value_repr(c.candidate.misfit_rad) + " rad, condition " +
                value_repr(c.condition) + ">";
       });
-  py::class_<Candidates> candidates(m, "PoseCandidates", "What a solver found, guarded.");
+  ResultClass<Candidates> candidates(m, "PoseCandidates", "What a solver found, guarded.");
   define_result(candidates);
   candidates
       .def_property_readonly(

@@ -7,6 +7,7 @@
 
 #include "libocc/simulate/explain.hpp"
 #include "module.hpp"
+#include "results.hpp"
 #include "truth.hpp"
 
 namespace occ::python {
@@ -21,7 +22,7 @@ std::string lamp_truth_repr(const LampTruth& lamp) {
 }
 
 void define_truth(py::module_& m) {
-  py::class_<LampTruth>(m, "LampTruth", "What is true of one lamp in a rendered image.")
+  ResultClass<LampTruth>(m, "LampTruth", "What is true of one lamp in a rendered image.")
       .def_readonly("id", &LampTruth::id, "Of the lamp.")
       .def_readonly("in_view", &LampTruth::in_view, "Some of its image lies on the sensor.")
       .def_readonly("whole", &LampTruth::whole, "All of its rim does.")
@@ -35,7 +36,7 @@ void define_truth(py::module_& m) {
           "(n, 2) its rim; empty out of view.")
       .def("__repr__", &lamp_truth_repr);
 
-  py::class_<Truth>(m, "Truth", "What is true of a rendered image: the pose and every lamp.")
+  ResultClass<Truth>(m, "Truth", "What is true of a rendered image: the pose and every lamp.")
       .def_readonly("cam_from_world", &Truth::cam_from_world, "Pose, 4x4.")
       .def_property_readonly(
           "position_m", [](const Truth& t) { return t.cam_from_world.origin_in_source(); },
@@ -61,7 +62,7 @@ void define_truth(py::module_& m) {
 }
 
 void define_plan(py::module_& m) {
-  py::class_<EffectPlan>(m, "EffectPlan", "What plan_render() makes of one effect.")
+  ResultClass<EffectPlan>(m, "EffectPlan", "What plan_render() makes of one effect.")
       .def_property_readonly(
           "effect", [](const EffectPlan& p) { return effect_name(p.effect); }, "Its name.")
       .def_readonly("use", &EffectPlan::use, "What the scene says of it.")
@@ -76,14 +77,14 @@ void define_plan(py::module_& m) {
         return std::string("<EffectPlan ") + effect_name(p.effect) +
                (p.applied ? ": applied" : ": left out") + ", " + p.reason + ">";
       });
-  py::class_<ExplainedEffect, EffectPlan>(m, "ExplainedEffect",
-                                          "What explain() says of one effect.")
+  ResultClass<ExplainedEffect, EffectPlan>(m, "ExplainedEffect",
+                                           "What explain() says of one effect.")
       .def_readonly("position_bound_m", &ExplainedEffect::position_bound_m,
                     "How far a position from the lamps' centroids moves without it, at most [m]; "
                     "infinite where the lamps in view determine no pose.")
       .def_readonly("cost_s", &ExplainedEffect::cost_s,
                     "Of rendering one image of many, the difference of two measured times [s].");
-  py::class_<Explanation>(m, "Explanation", "What every effect does to an image and costs.")
+  ResultClass<Explanation>(m, "Explanation", "What every effect does to an image and costs.")
       .def_property_readonly(
           "effects",
           [](const Explanation& e) {

@@ -41,7 +41,7 @@ Returns: None when the whole board is not seen. Raises: ValueError for a bad ima
 }
 
 void define_resection(py::module_& m) {
-  py::class_<Resected> resection(m, "Resection", "The pose of an image from known points.");
+  ResultClass<Resected> resection(m, "Resection", "The pose of an image from known points.");
   define_result(resection);
   resection.def_property_readonly("cam_from_world", value_of(&Resection::cam_from_world), "4x4.")
       .def_property_readonly("sigma_px", value_of(&Resection::sigma_px), "Robust, per axis.")
@@ -123,7 +123,7 @@ scene: says about where; images: (name, camera's index, [(lamp id, centroid (2,)
 void define_start_network(py::module_& m) {
   define_chessboard(m);
   define_resection(m);
-  py::class_<Started> started(m, "NetworkStart", "Start values from pictures of tags.");
+  ResultClass<Started> started(m, "NetworkStart", "Start values from pictures of tags.");
   define_result(started);
   started
       .def_property_readonly("network", value_of(&NetworkStart::network),

@@ -4,6 +4,7 @@
 #include "casters.hpp"
 #include "fields.hpp"
 #include "module.hpp"
+#include "results.hpp"
 
 namespace occ::python {
 namespace {
@@ -34,7 +35,7 @@ void define_kinds(py::module_& m) {
 }
 
 void define_truth(py::module_& m) {
-  py::class_<TagTruth>(m, "TagTruth", "Where a tag is in a rendered image.")
+  ResultClass<TagTruth>(m, "TagTruth", "Where a tag is in a rendered image.")
       .def_readonly("id", &TagTruth::id, "Of the tag.")
       .def_readonly("in_view", &TagTruth::in_view, "Drawn, and some of it lies on the image.")
       .def_readonly("whole", &TagTruth::whole, "All of its sheet lies on the image.")
@@ -46,13 +47,13 @@ void define_truth(py::module_& m) {
             return rows;
           },
           "(4, 2) as detect_april_tags() has them.");
-  py::class_<CircleTruth>(m, "CircleTruth", "Where a circular target is in a rendered image.")
+  ResultClass<CircleTruth>(m, "CircleTruth", "Where a circular target is in a rendered image.")
       .def_readonly("id", &CircleTruth::id, "Of the target.")
       .def_readonly("in_view", &CircleTruth::in_view, "Drawn, and some of it on the image.")
       .def_readonly("whole", &CircleTruth::whole, "All of its sheet lies on the image.")
       .def_readonly("centre_px", &CircleTruth::centre_px, "The centre's projection.")
       .def_readonly("image_centre_px", &CircleTruth::image_centre_px, "The image's centroid.");
-  py::class_<ChessboardTruth>(m, "ChessboardTruth", "Where a board is in a rendered image.")
+  ResultClass<ChessboardTruth>(m, "ChessboardTruth", "Where a board is in a rendered image.")
       .def_readonly("in_view", &ChessboardTruth::in_view, "Drawn, and some of it on the image.")
       .def_readonly("whole", &ChessboardTruth::whole, "All of it lies on the image.")
       .def_property_readonly(

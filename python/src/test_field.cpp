@@ -49,13 +49,13 @@ void define_test_field(py::module_& m) {
                                      "A room with targets, stations and a camera, on paper.");
   define_value(design, design_fields());
   define_repr(design, "TestFieldDesign", design_fields());
-  py::class_<TestField>(m, "TestField", "A simulated network and its truth.")
+  ResultClass<TestField>(m, "TestField", "A simulated network and its truth.")
       .def_readonly("network", &TestField::network, "Noisy pixels, starts that are off.")
       .def_readonly("truth", &TestField::truth, "The same without any error.");
   py::class_<ScaleSource> source(m, "ScaleSource", "What could give a network its scale.");
   define_value(source, source_fields());
   define_repr(source, "ScaleSource", source_fields());
-  py::class_<ScalePrediction>(m, "ScalePrediction", "What a ScaleSource is worth.")
+  ResultClass<ScalePrediction>(m, "ScalePrediction", "What a ScaleSource is worth.")
       .def_readonly("name", &ScalePrediction::name, "Of the source.")
       .def_readonly("scale_sigma", &ScalePrediction::scale_sigma, "Relative.")
       .def_readonly("point_sigma_m", &ScalePrediction::point_sigma_m, "3D, r.m.s. of the points.")
