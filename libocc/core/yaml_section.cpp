@@ -213,7 +213,7 @@ void YamlSection::check(const std::function<void()>& check, const std::string& o
   }
 }
 
-void YamlSection::refuse_unknown() const {
+void YamlSection::reject_unknown() const {
   for (const YamlNode::Entry& entry : node_->entries)
     if (std::find(known_.begin(), known_.end(), entry.key) == known_.end())
       fail_unknown(entry, known_);

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <tuple>
 
+#include "libocc/core/internal/fields.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/detect/internal/background.hpp"
 #include "libocc/detect/internal/components.hpp"
+#include "libocc/detect/internal/detect_fields.hpp"
 #include "libocc/detect/internal/linear_image.hpp"
 #include "libocc/detect/internal/measure.hpp"
 
@@ -43,15 +45,7 @@ Image negative(const ImageView& image) {
 }  // namespace
 
 void DetectOptions::validate() const {
-  require(threshold_sigma > 0 && std::isfinite(threshold_sigma), "threshold_sigma", threshold_sigma,
-          "positive");
-  if (threshold_dn)
-    require(*threshold_dn >= 0 && std::isfinite(*threshold_dn), "threshold_dn", *threshold_dn,
-            "zero or positive");
-  require(min_area_px >= 1, "min_area_px", min_area_px, "at least 1");
-  require(max_blobs >= 1, "max_blobs", max_blobs, "at least 1");
-  require(max_frequency_hz > 0 && std::isfinite(max_frequency_hz), "max_frequency_hz",
-          max_frequency_hz, "positive");
+  internal::core::check_fields(*this, detect_fields, "");
   if (sensor) sensor->validate();
   if (dark) require(!sensor, "sensor", "one", "none when dark blobs are looked for");
   if (stripes.value_or(false)) {

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <sstream>
 
+#include "libocc/core/internal/fields.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/identify/internal/assignment_problem.hpp"
 #include "libocc/identify/internal/brightness.hpp"
+#include "libocc/identify/internal/identify_fields.hpp"
 #include "libocc/identify/internal/lamp_table.hpp"
 #include "libocc/identify/internal/pose_hypothesis.hpp"
 #include "libocc/identify/internal/search.hpp"
@@ -179,15 +181,7 @@ bool fill_from_brighter(const AssignmentProblem& problem, const PoseHypothesis& 
 
 void IdentifyOptions::validate() const {
   if (prior) prior->validate();
-  require(frequency_gate_sigma >= 0, "frequency_gate_sigma", frequency_gate_sigma, "not negative");
-  require(frequency_tolerance >= 0, "frequency_tolerance", frequency_tolerance, "not negative");
-  require(gate_sigma > 0 && std::isfinite(gate_sigma), "gate_sigma", gate_sigma, "positive");
-  require(model_sigma_px >= 0 && std::isfinite(model_sigma_px), "model_sigma_px", model_sigma_px,
-          "not negative");
-  require(miss_penalty >= 0, "miss_penalty", miss_penalty, "not negative");
-  require(light_sigma >= 0 && std::isfinite(light_sigma), "light_sigma", light_sigma,
-          "not negative");
-  require(max_hypotheses > 0, "max_hypotheses", max_hypotheses, "positive");
+  internal::core::check_fields(*this, identify_fields, "");
 }
 
 Result<Identification> internal::identify::solve_assignment(const AssignmentProblem& problem) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "libocc/core/internal/fields.hpp"
 #include "libocc/core/internal/robust_loss.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
@@ -13,6 +14,7 @@
 #include "libocc/refine/internal/pose_covariance.hpp"
 #include "libocc/refine/internal/predicted_place.hpp"
 #include "libocc/refine/internal/prior_rows.hpp"
+#include "libocc/refine/internal/refine_fields.hpp"
 
 namespace occ {
 
@@ -263,11 +265,7 @@ void conclude(const Minimum& minimum, const RefineOptions& options, Result<Refin
 
 void RefineOptions::validate() const {
   if (prior) prior->validate();
-  require(model_sigma_px >= 0 && std::isfinite(model_sigma_px), "model_sigma_px", model_sigma_px,
-          "zero or positive");
-  require(huber_sigma > 0, "huber_sigma", huber_sigma, "positive");
-  require(max_iterations > 0, "max_iterations", max_iterations, "positive");
-  require(tolerance_px > 0, "tolerance_px", tolerance_px, "positive");
+  internal::core::check_fields(*this, refine_fields, "");
 }
 
 namespace {

@@ -58,7 +58,7 @@ Camera read_line(YamlSection& camera, CameraKind kind, int width, int height) {
   if (tumbling.size() != line.tumbling_rad.size())
     camera.fail_value("tumbling_rad", "must be a list of 6 numbers");
   std::copy(tumbling.begin(), tumbling.end(), line.tumbling_rad.begin());
-  camera.refuse_unknown();
+  camera.reject_unknown();
   std::optional<Camera> made;
   camera.check([&] {
     made = kind == CameraKind::rotating_line ? Camera::rotating_line(line)
@@ -87,7 +87,7 @@ Camera read_plane(YamlSection& camera, YamlSection& root, CameraKind kind, int w
     camera.read("skew_px", skew_px);
     camera.read("distortion", distortion);
   }
-  camera.refuse_unknown();
+  camera.reject_unknown();
   std::optional<Camera> made;
   camera.check([&] {
     if (kind == CameraKind::double_sphere)
@@ -175,7 +175,7 @@ Camera internal::scene::read_camera_section(YamlSection& root) {
   if (!camera.has("file")) return read_inline(camera, root);
   std::string name;
   camera.read("file", name);
-  camera.refuse_unknown();
+  camera.reject_unknown();
   const std::filesystem::path path = std::filesystem::path(root.file()).parent_path() / name;
   try {
     const auto node = read_yaml(path.string());

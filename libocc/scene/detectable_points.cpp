@@ -6,12 +6,15 @@
 #include <cmath>
 #include <string>
 
+#include "libocc/core/internal/fields.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/scene/internal/mesh_edges.hpp"
+#include "libocc/scene/internal/scene_fields.hpp"
 
 namespace occ {
 
+using namespace internal::core;
 using namespace internal::scene;
 namespace {
 
@@ -22,10 +25,10 @@ struct Corner {
   double edges_m = 0;
 };
 
-// A vertex at which long edges meet that are not one.
-bool is_corner(const std::vector<Vector3d>& ways, double straight_rad) {
-  for (const Vector3d& a : ways)
-    for (const Vector3d& b : ways)
+// Whether two of the edges, as unit directions, are not in one straight line.
+bool is_corner(const std::vector<Vector3d>& edges, double straight_rad) {
+  for (const Vector3d& a : edges)
+    for (const Vector3d& b : edges)
       if (a.cross(b).norm() > std::sin(straight_rad)) return true;
   return false;
 }
@@ -35,103 +38,102 @@ std::vector<Corner> corners_of(const Mesh& mesh, const DetectableOptions& option
   std::vector<Corner> corners;
   for (std::size_t v = 0; v < edges.size(); ++v) {
     Corner corner{static_cast<int>(v), 0, 0};
-    std::vector<Vector3d> ways;
+    std::vector<Vector3d> directions;
     for (const int end : edges[v]) {
       const double length = edge_length(mesh, edges, corner.vertex, end, options.straight_rad);
       if (length < options.min_edge * mesh.size_m) continue;
       corner.edges_m += length;
-      ways.push_back((mesh.vertices[end] - mesh.vertices[v]).normalized());
+      directions.push_back((mesh.vertices[end] - mesh.vertices[v]).normalized());
     }
-    corner.edges = static_cast<int>(ways.size());
-    if (is_corner(ways, options.straight_rad)) corners.push_back(corner);
+    corner.edges = static_cast<int>(directions.size());
+    if (is_corner(directions, options.straight_rad)) corners.push_back(corner);
   }
   std::stable_sort(corners.begin(), corners.end(),
                    [](const Corner& a, const Corner& b) { return a.edges_m > b.edges_m; });
   return corners;
 }
 
-// Moeller, Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
-bool hides(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& eye,
-           const Vector3d& way) {
-  const Vector3d ab = b - a, ac = c - a, across = way.cross(ac);
-  const double det = ab.dot(across);
+// Whether a ray meets the triangle abc: Moeller, Trumbore, "Fast, minimum storage ray/triangle
+// intersection", 1997.
+bool meets(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& origin,
+           const Vector3d& direction) {
+  const Vector3d ab = b - a, ac = c - a, p = direction.cross(ac);
+  const double det = ab.dot(p);
   if (det == 0) return false;
-  const Vector3d from = (eye - a) / det;
-  const double u = from.dot(across);
+  const Vector3d t = (origin - a) / det;
+  const double u = t.dot(p);
   if (!(u >= 0 && u <= 1)) return false;
-  const Vector3d turned = from.cross(ab);
-  const double v = way.dot(turned);
-  return v >= 0 && u + v <= 1 && ac.dot(turned) > 0;
+  const Vector3d q = t.cross(ab);
+  const double v = direction.dot(q);
+  return v >= 0 && u + v <= 1 && ac.dot(q) > 0;
 }
 
-// Faces at the vertex itself hide it only together with the others: a way into a closed body leaves
-// it somewhere else.
-bool is_visible(const Mesh& mesh, int vertex, const Vector3d& way) {
-  const Vector3d& eye = mesh.vertices[vertex];
+// Whether the ray from a vertex leaves the body. The faces at the vertex need no test: a ray into a
+// closed body leaves it through another face.
+bool is_visible(const Mesh& mesh, int vertex, const Vector3d& direction) {
+  const Vector3d& origin = mesh.vertices[vertex];
   return std::none_of(mesh.faces.begin(), mesh.faces.end(), [&](const Eigen::Vector3i& face) {
     if ((face.array() == vertex).any()) return false;
     const auto at = [&](int k) { return mesh.vertices[face[k]]; };
-    return hides(at(0), at(1), at(2), eye, way);
+    return meets(at(0), at(1), at(2), origin, direction);
   });
 }
 
-// Directions spread evenly over the sphere (Fibonacci's lattice).
+// Unit vectors distributed evenly over the sphere (Fibonacci lattice).
 std::vector<Vector3d> sphere(int count) {
-  const double turn = pi * (3 - std::sqrt(5.0));
-  std::vector<Vector3d> ways;
+  const double golden_angle = pi * (3 - std::sqrt(5.0));
+  std::vector<Vector3d> directions;
   for (int i = 0; i < count; ++i) {
     const double z = 1 - (2 * i + 1.0) / count, across = std::sqrt(1 - z * z);
-    ways.emplace_back(across * std::cos(i * turn), across * std::sin(i * turn), z);
+    directions.emplace_back(across * std::cos(i * golden_angle),
+                            across * std::sin(i * golden_angle), z);
   }
-  return ways;
+  return directions;
 }
 
-/// Half angle with which a cone about `normal` is right about most directions.
-double best_cone(const std::vector<Vector3d>& ways, const std::vector<bool>& visible,
+// Half angle of the cone about `normal` that classifies most directions correctly as visible
+// (inside) or hidden (outside).
+double best_cone(const std::vector<Vector3d>& directions, const std::vector<bool>& visible,
                  const Vector3d& normal) {
   std::vector<std::pair<double, int>> by_angle;  // angle, +1 for visible, -1 for hidden
-  for (std::size_t i = 0; i < ways.size(); ++i)
+  for (std::size_t i = 0; i < directions.size(); ++i)
     by_angle.push_back(
-        {std::acos(std::clamp(ways[i].dot(normal), -1.0, 1.0)), visible[i] ? 1 : -1});
+        {std::acos(std::clamp(directions[i].dot(normal), -1.0, 1.0)), visible[i] ? 1 : -1});
   std::sort(by_angle.begin(), by_angle.end());
   double cone = by_angle.front().first;
-  int right = 0, most = 0;
+  int score = 0, best = 0;
   for (std::size_t i = 0; i < by_angle.size(); ++i) {
-    right += by_angle[i].second;
-    if (right <= most) continue;
-    most = right;
+    score += by_angle[i].second;
+    if (score <= best) continue;
+    best = score;
     cone = i + 1 < by_angle.size() ? 0.5 * (by_angle[i].first + by_angle[i + 1].first) : pi;
   }
   return cone;
 }
 
-/// False when it is hidden from everywhere.
-bool look_at_point(const Mesh& mesh, int vertex, const std::vector<Vector3d>& ways,
-                   ObjectPoint& point) {
+// Sets the cone of a point. Returns false when the point is hidden from all directions.
+bool set_cone(const Mesh& mesh, int vertex, const std::vector<Vector3d>& directions,
+              ObjectPoint& point) {
   std::vector<bool> visible;
   Vector3d sum = Vector3d::Zero();
-  for (const Vector3d& way : ways) {
-    visible.push_back(is_visible(mesh, vertex, way));
-    if (visible.back()) sum += way;
+  for (const Vector3d& direction : directions) {
+    visible.push_back(is_visible(mesh, vertex, direction));
+    if (visible.back()) sum += direction;
   }
   const auto count = std::count(visible.begin(), visible.end(), true);
   if (count == 0) return false;
-  constexpr double no_side = 1e-2;  // the rest of a lattice that is visible all round
-  point.normal = sum.norm() > no_side * static_cast<double>(count) ? Vector3d(sum.normalized())
-                                                                   : Vector3d::UnitZ();
-  point.cone_rad = best_cone(ways, visible, point.normal);
+  // A point visible from all directions has no preferred side: the sum over the lattice is near
+  // zero.
+  constexpr double min_mean = 1e-2;
+  point.normal = sum.norm() > min_mean * static_cast<double>(count) ? Vector3d(sum.normalized())
+                                                                    : Vector3d::UnitZ();
+  point.cone_rad = best_cone(directions, visible, point.normal);
   return true;
 }
 
 }  // namespace
 
-void DetectableOptions::validate() const {
-  require(sharp_rad > 0 && sharp_rad < pi, "sharp_rad", sharp_rad, "in (0, pi)");
-  require(straight_rad > 0 && straight_rad < pi / 2, "straight_rad", straight_rad, "in (0, pi/2)");
-  require(min_edge >= 0 && min_edge < 1, "min_edge", min_edge, "in [0, 1)");
-  require(max_points > 0, "max_points", max_points, "positive");
-  require(directions >= 10, "directions", directions, "at least 10");
-}
+void DetectableOptions::validate() const { check_fields(*this, detectable_fields, ""); }
 
 std::vector<DetectablePoint> detectable_points(const Eigen::Matrix3Xd& vertices,
                                                const Eigen::Matrix3Xi& faces,
@@ -144,7 +146,7 @@ std::vector<DetectablePoint> detectable_points(const Eigen::Matrix3Xd& vertices,
             "faces[" + std::to_string(i) + "]", faces.col(i).transpose(),
             "indices of the " + std::to_string(vertices.cols()) + " vertices");
   const Mesh mesh = welded(vertices, faces);
-  const std::vector<Vector3d> ways = sphere(options.directions);
+  const std::vector<Vector3d> directions = sphere(options.directions);
   std::vector<DetectablePoint> points;
   for (const Corner& corner : corners_of(mesh, options)) {
     DetectablePoint found;
@@ -152,7 +154,7 @@ std::vector<DetectablePoint> detectable_points(const Eigen::Matrix3Xd& vertices,
     found.point.position_m = mesh.vertices[corner.vertex];
     found.edges = corner.edges;
     found.edges_m = corner.edges_m;
-    if (look_at_point(mesh, corner.vertex, ways, found.point)) points.push_back(found);
+    if (set_cone(mesh, corner.vertex, directions, found.point)) points.push_back(found);
     if (static_cast<int>(points.size()) == options.max_points) break;
   }
   return points;

@@ -21,9 +21,10 @@ double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 
 }  // namespace
 
-// Files such as STL give every face its own vertices.
+// Files such as STL store each face with its own vertices, so vertices at one place are merged.
 Mesh welded(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& faces) {
-  constexpr double same = 1e-7, empty = 1e-14;  // of the size, of its square
+  constexpr double same = 1e-7;    // distance of merged vertices, over the size: float precision
+  constexpr double empty = 1e-14;  // area of an empty triangle, over the size squared
   Mesh mesh;
   const Eigen::Vector3d low = vertices.rowwise().minCoeff();
   mesh.size_m = (vertices.rowwise().maxCoeff() - low).norm();
@@ -54,8 +55,8 @@ SharpEdges sharp_edges(const Mesh& mesh, double sharp_rad) {
       normals[{std::min(a, b), std::max(a, b)}].push_back(normal_of(mesh, face));
     }
   SharpEdges edges(mesh.vertices.size());
-  for (const auto& [ends, of] : normals) {
-    if (of.size() == 2 && angle_between(of[0], of[1]) < sharp_rad) continue;
+  for (const auto& [ends, sides] : normals) {
+    if (sides.size() == 2 && angle_between(sides[0], sides[1]) < sharp_rad) continue;
     edges[ends.first].push_back(ends.second);
     edges[ends.second].push_back(ends.first);
   }
@@ -64,21 +65,21 @@ SharpEdges sharp_edges(const Mesh& mesh, double sharp_rad) {
 
 double edge_length(const Mesh& mesh, const SharpEdges& edges, int from, int towards,
                    double straight_rad) {
-  const auto place = [&](int v) { return mesh.vertices[v]; };
+  const auto position = [&](int v) { return mesh.vertices[v]; };
   double length = 0;
   int at = from, next = towards;
   for (std::size_t steps = 0; steps < mesh.vertices.size(); ++steps) {
-    const Eigen::Vector3d way = place(next) - place(at);
-    length += way.norm();
-    double least = straight_rad;
-    int on = -1;
+    const Eigen::Vector3d edge = position(next) - position(at);
+    length += edge.norm();
+    double min_angle = straight_rad;
+    int following = -1;
     for (const int end : edges[next]) {
-      const double turn = angle_between(way, place(end) - place(next));
-      if (end != at && turn < least) least = turn, on = end;
+      const double angle = angle_between(edge, position(end) - position(next));
+      if (end != at && angle < min_angle) min_angle = angle, following = end;
     }
-    if (on < 0 || next == from) break;
+    if (following < 0 || next == from) break;
     at = next;
-    next = on;
+    next = following;
   }
   return length;
 }

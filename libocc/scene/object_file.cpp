@@ -20,14 +20,14 @@ Object read_root(const std::shared_ptr<const YamlNode>& node, const std::string&
   std::map<int, std::size_t> ids;
   for (YamlSection& section : root.sections("points")) {
     read_fields(section, object.points.emplace_back(), object_point_fields);
-    section.refuse_unknown();
+    section.reject_unknown();
     section.check([&] { Object{"any", {object.points.back()}}.validate(); });
     const auto [first, is_new] = ids.emplace(object.points.back().id, object.points.size() - 1);
     if (!is_new)
       section.fail_value("id", "must be of one point only, points[" +
                                    std::to_string(first->second) + "] has it too");
   }
-  root.refuse_unknown();
+  root.reject_unknown();
   root.check([&] { object.validate(); });
   return object;
 }

@@ -27,11 +27,12 @@ class RowList {
     add(off_m / sigma_m, row);
   }
 
-  /// A rotation vector and its derivatives by the turn.
-  void add_turn(const Eigen::Vector3d& vector, const Eigen::Matrix3d& by_turn, double sigma_rad) {
+  /// A rotation vector and its derivative with respect to the rotation of the perturbation.
+  void add_rotation(const Eigen::Vector3d& vector, const Eigen::Matrix3d& derivative,
+                    double sigma_rad) {
     for (int i = 0; i < 3; ++i) {
       Row row = Row::Zero();
-      row.head<3>() = by_turn.row(i) / sigma_rad;
+      row.head<3>() = derivative.row(i) / sigma_rad;
       add(vector[i] / sigma_rad, row);
     }
   }
@@ -48,11 +49,11 @@ void add_position(const Prior& prior, const Rigid3& cam_from_world, RowList& lis
   for (int i = 0; i < 3; ++i) list.add_coordinate(i, off_m[i], sigmas_m[i], cam_from_world);
 }
 
-/// The camera's x axis in the world, R^T e, moves by R^T (e x w): a turn w about it changes
-/// nothing.
+/// The camera's x axis e in the world, R^T e, moves by R^T (e x w) for a rotation w of the
+/// perturbation.
 void add_heading(const Prior& prior, const Rigid3& cam_from_world, RowList& list) {
   const Eigen::Matrix3d& r = cam_from_world.rotation;
-  const double turn = heading_rad(cam_from_world) - *prior.heading_rad;
+  const double difference = heading_rad(cam_from_world) - *prior.heading_rad;
   const double level_squared = r(0, 0) * r(0, 0) + r(0, 1) * r(0, 1);
   Row row = Row::Zero();
   if (level_squared > 0) {
@@ -61,10 +62,10 @@ void add_heading(const Prior& prior, const Rigid3& cam_from_world, RowList& list
     row.head<3>() =
         azimuth_gradient.cross(Eigen::Vector3d::UnitX()).transpose() / prior.heading_sigma_rad;
   }
-  list.add(std::atan2(std::sin(turn), std::cos(turn)) / prior.heading_sigma_rad, row);
+  list.add(std::atan2(std::sin(difference), std::cos(difference)) / prior.heading_sigma_rad, row);
 }
 
-/// The rotation vector that takes the measured direction m to the predicted p = R (0, 0, -1):
+/// The rotation vector from the measured direction m to the predicted one, p = R (0, 0, -1), is
 /// a theta / sin(theta) with a = m x p.
 void add_gravity(const Prior& prior, const Rigid3& cam_from_world, RowList& list) {
   const Eigen::Vector3d m = prior.gravity_in_cam->normalized();
@@ -72,9 +73,9 @@ void add_gravity(const Prior& prior, const Rigid3& cam_from_world, RowList& list
   const Eigen::Vector3d a = m.cross(p);
   const double sine = a.norm(), cosine = m.dot(p);
   const double angle = std::atan2(sine, cosine);
-  if (sine < 1e-12 && cosine < 0) {  // upside down: about any level axis
+  if (sine < 1e-12 && cosine < 0) {  // opposite directions: any horizontal axis
     const Eigen::Vector3d axis = m.unitOrthogonal();
-    list.add_turn(angle * axis, axis * axis.transpose(), prior.gravity_sigma_rad);
+    list.add_rotation(angle * axis, axis * axis.transpose(), prior.gravity_sigma_rad);
     return;
   }
   const bool small = sine < 1e-4 && cosine > 0;
@@ -83,11 +84,11 @@ void add_gravity(const Prior& prior, const Rigid3& cam_from_world, RowList& list
       small ? 1.0 / 3 : (sine - angle * cosine) / std::pow(std::max(sine, 1e-12), 3);
   const Eigen::Matrix3d d_a = cosine * Eigen::Matrix3d::Identity() - p * m.transpose();
   const Eigen::Matrix3d d_vector = ratio * d_a + bend * a * a.transpose();
-  list.add_turn(ratio * a, d_vector, prior.gravity_sigma_rad);
+  list.add_rotation(ratio * a, d_vector, prior.gravity_sigma_rad);
 }
 
-/// delta = difference(pose, last): its rotation vector w moves by J(w)^-1 (rotation), its
-/// translation d by rotation x d + translation.
+/// delta = difference(pose, last). Under a perturbation its rotation vector w changes by
+/// J(w)^-1 (rotation), its translation d by rotation x d + translation.
 void add_last_pose(const PriorPose& last, const Rigid3& cam_from_world, RowList& list) {
   const Vector6 delta = difference(cam_from_world, last.cam_from_world);
   Matrix6 jacobian = d_difference(delta);

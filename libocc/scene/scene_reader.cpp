@@ -35,9 +35,9 @@ void read_channels(YamlSection section, Sensor& sensor) {
     Channel& channel = sensor.channels.emplace_back();
     read_fields(part, channel, channel_fields);
     read_response_coefficients(part, channel);
-    part.refuse_unknown();
+    part.reject_unknown();
   }
-  section.refuse_unknown();
+  section.reject_unknown();
 }
 
 Sensor read_sensor(YamlSection section) {
@@ -45,7 +45,7 @@ Sensor read_sensor(YamlSection section) {
   read_fields(section, sensor, sensor_fields);
   read_response_coefficients(section, sensor);
   if (section.has("channels")) read_channels(section.section("channels"), sensor);
-  section.refuse_unknown();
+  section.reject_unknown();
   section.check([&] { sensor.validate(); });
   return sensor;
 }
@@ -58,7 +58,7 @@ void read_code(YamlSection section, Lamp& lamp) {
   read_fields(section, lamp_code.code, code_fields);
   section.read("id", lamp_code.id);
   section.read("channel", lamp_code.channel);
-  section.refuse_unknown();
+  section.reject_unknown();
   section.check([&] { lamp.set_code(lamp_code); });
 }
 
@@ -69,7 +69,7 @@ Lamp read_lamp(YamlSection section) {
       section.fail(key, "must not be beside `code`, which sets it");
   read_fields(section, lamp, lamp_fields);
   if (section.has("code")) read_code(section.section("code"), lamp);
-  section.refuse_unknown();
+  section.reject_unknown();
   section.check([&] { lamp.validate(); });
   return lamp;
 }
@@ -93,9 +93,9 @@ Lens read_lens(YamlSection section) {
   if (section.has("ghosts"))
     for (YamlSection& part : section.sections("ghosts")) {
       read_fields(part, lens.ghosts.emplace_back(), ghost_fields);
-      part.refuse_unknown();
+      part.reject_unknown();
     }
-  section.refuse_unknown();
+  section.reject_unknown();
   section.check([&] { lens.validate(); });
   return lens;
 }
@@ -108,14 +108,14 @@ void read_parts(YamlSection& root, const char* key, std::vector<Part>& parts, co
   if (!root.has(key)) return;
   for (YamlSection& section : root.sections(key)) {
     read_fields(section, parts.emplace_back(), fields);
-    section.refuse_unknown();
+    section.reject_unknown();
     section.check([&] { scene.validate(); });
   }
 }
 
 void read_room(YamlSection section, Scene& scene) {
   read_fields(section, scene.room.emplace(), room_fields);
-  section.refuse_unknown();
+  section.reject_unknown();
   section.check([&] { scene.validate(); });
 }
 
@@ -128,7 +128,7 @@ Effects read_effects(YamlSection section) {
   for (std::size_t i = 0; i < effect_count; ++i)
     section.read(effect_name(static_cast<Effect>(i)), effects.use[i], use_words);
   read_fields(section, effects, effects_fields);
-  section.refuse_unknown();
+  section.reject_unknown();
   section.check([&] { effects.validate(); });
   return effects;
 }
@@ -148,7 +148,7 @@ Scene read_root(const std::shared_ptr<const YamlNode>& node, const std::string& 
   if (root.has("room")) read_room(root.section("room"), scene);
   if (root.has("effects")) scene.effects = read_effects(root.section("effects"));
   root.read("assumed", scene.assumed);
-  root.refuse_unknown();
+  root.reject_unknown();
   return scene;
 }
 

@@ -52,7 +52,8 @@ Vector6 Trajectory::velocity(double time_s) const {
 Vector6 Trajectory::velocity(double from_s, double to_s) const {
   require(to_s >= from_s, "to_s", to_s, "no earlier than from_s");
   const std::size_t i = segment(from_s);
-  // Within one segment without rounding, which divided by a frame's milliseconds would show.
+  // Within one segment the velocity is known exactly; a difference of poses over milliseconds would
+  // amplify rounding.
   const bool within = i < velocities_.size() && to_s <= waypoints_[i + 1].time_s;
   if (within || to_s == from_s) return velocity(from_s);
   return velocity_between(cam_from_world(from_s), cam_from_world(to_s), to_s - from_s);

@@ -16,7 +16,7 @@ namespace occ {
 using namespace internal::core;
 namespace {
 
-constexpr double unit_tolerance = 1e-2;  // of a quaternion written with two digits
+constexpr double unit_tolerance = 1e-2;  // of the norm of a quaternion written with two digits
 using Numbers = std::array<double, 8>;
 
 [[noreturn]] void fail(const std::string& name, int line, const std::string& reason) {

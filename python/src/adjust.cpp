@@ -64,13 +64,13 @@ control: no conditions; scale_only: inner constraints, the distance of two targe
 
 void define_adjustment(py::module_& m) {
   using A = Adjustment;
-  py::class_<RejectedObservation>(m, "RejectedObservation",
-                                  "Observation rejected as a gross error.")
+  ResultClass<RejectedObservation>(m, "RejectedObservation",
+                                   "Observation rejected as a gross error.")
       .def_readonly("observation", &RejectedObservation::observation, "Index of the observation.")
       .def_readonly("normalised", &RejectedObservation::normalised, "Residual over its sigma.")
       .def_readonly("reason", &RejectedObservation::reason,
                     "robust, snooping, not in view, no agreement.");
-  py::class_<Adjusted> adjusted(m, "Adjustment", "An adjusted network; the last state if not ok.");
+  ResultClass<Adjusted> adjusted(m, "Adjustment", "An adjusted network; the last state if not ok.");
   define_result(adjusted);
   adjusted.def_property_readonly("network", value_of(&A::network), "Network with the estimates.")
       .def_property_readonly("iterations", value_of(&A::iterations),
@@ -140,7 +140,7 @@ py::array_t<double> stacked(const std::vector<Eigen::Matrix3d>& all) {
 }
 
 void define_precision(py::module_& m) {
-  py::class_<Known> known(m, "Precision", "Covariances of a network's unknowns in a datum.");
+  ResultClass<Known> known(m, "Precision", "Covariances of a network's unknowns in a datum.");
   define_result(known);
   const auto of = [](auto member) {
     return [member](const Known& k, int index) { return (k.value.*member)(index); };

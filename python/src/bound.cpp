@@ -31,7 +31,7 @@ Bound bound_of_scene(const Scene& scene, const Rigid3& cam_from_world, Rung rung
 }
 
 void define_pose_bound(py::module_& m) {
-  py::class_<Bound> bound(m, "PoseBound", "The least covariance that an unbiased pose can have.");
+  ResultClass<Bound> bound(m, "PoseBound", "The least covariance that an unbiased pose can have.");
   define_result(bound);
   bound
       .def_property_readonly("covariance", value_of(&PoseBound::covariance),

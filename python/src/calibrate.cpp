@@ -33,7 +33,7 @@ Eigen::Matrix<double, Eigen::Dynamic, 7, Eigen::RowMajor> residual_rows(const Ch
 
 void define_channel(py::module_& m) {
   using C = ChannelResponse;
-  py::class_<C>(m, "ChannelResponse", R"(The response curve of one channel.
+  ResultClass<C>(m, "ChannelResponse", R"(The response curve of one channel.
 
 log_exposure is g(level) = ln(light x time), 0 at the middle level, as the scale is arbitrary.)")
       .def_readonly("black_level_dn", &C::black_level_dn, "Stored level without light.")
@@ -82,7 +82,7 @@ void define_calibrate(py::module_& m) {
       .value("basis", ResponseMethod::basis)
       .finalize();
   define_channel(m);
-  py::class_<Recovered> result(m, "RecoveredResponse", "Response curves of a camera's channels.");
+  ResultClass<Recovered> result(m, "RecoveredResponse", "Response curves of a camera's channels.");
   define_result(result);
   result
       .def_property_readonly("channels", value_of(&RecoveredResponse::channels),

@@ -45,7 +45,7 @@ void define_enums(py::module_& m) {
 }
 
 void define_results(py::module_& m) {
-  py::class_<LampFlux>(m, "LampFlux", "A lamp's flux in one image.")
+  ResultClass<LampFlux>(m, "LampFlux", "A lamp's flux in one image.")
       .def_readonly("image", &LampFlux::image, "Index of the image.")
       .def_readonly("use", &LampFlux::use, "FluxUse: used, or the reason for exclusion.")
       .def_readonly("cos_emission", &LampFlux::cos_emission, "Cosine of the emission angle.")
@@ -55,7 +55,7 @@ void define_results(py::module_& m) {
       .def("__repr__", [](const LampFlux& f) {
         return "<LampFlux: image " + std::to_string(f.image) + ", " + to_string(f.use) + ">";
       });
-  py::class_<LampLight>(m, "LampLight", "Power and Lambertian order of one lamp.")
+  ResultClass<LampLight>(m, "LampLight", "Power and Lambertian order of one lamp.")
       .def_readonly("id", &LampLight::id, "Id of the lamp.")
       .def_readonly("status", &LampLight::status,
                     "ok; no_lamps: used in no image; degenerate: order not determined.")
@@ -74,14 +74,14 @@ void define_results(py::module_& m) {
         return "<LampLight: lamp " + std::to_string(l.id) + ", " + to_string(l.status) + ", " +
                value_repr(l.power_w) + " W, order " + value_repr(l.order) + ">";
       });
-  py::class_<CommonFactor>(m, "CommonFactor", "Common factor of all powers of the scene.")
+  ResultClass<CommonFactor>(m, "CommonFactor", "Common factor of all powers of the scene.")
       .def_readonly("value", &CommonFactor::value, "Ratio of the powers to those of the scene.")
       .def_readonly(
           "covariance", &CommonFactor::covariance,
           "Covariance (1 + lamps, 1 + lamps) of (ln value, orders); inf: undetermined order.")
       .def("__repr__",
            [](const CommonFactor& f) { return "<CommonFactor: " + value_repr(f.value) + ">"; });
-  py::class_<Calibrated> calibrated(m, "CalibratedLight", "Calibrated light of a scene's lamps.");
+  ResultClass<Calibrated> calibrated(m, "CalibratedLight", "Calibrated light of a scene's lamps.");
   define_result(calibrated);
   calibrated
       .def_property_readonly("lamps", value_of(&CalibratedLight::lamps),
@@ -113,7 +113,7 @@ Calibrated calibrated(const Scene& scene, const std::vector<ImageOrBlobs>& image
 using Ambient = Result<AmbientLight>;
 
 void define_ambient(py::module_& m) {
-  py::class_<AmbientImage>(m, "AmbientImage", "Ambient light estimated from one image.")
+  ResultClass<AmbientImage>(m, "AmbientImage", "Ambient light estimated from one image.")
       .def_readonly("left_out", &AmbientImage::left_out, "Reason for exclusion; empty: used.")
       .def_readonly("pixels", &AmbientImage::pixels, "Number of pixels without light of lamps.")
       .def_readonly("irradiance_w_m2", &AmbientImage::irradiance_w_m2, "[W/m^2] on the sensor.")
@@ -123,7 +123,7 @@ void define_ambient(py::module_& m) {
         return "<AmbientImage: " +
                (i.left_out.empty() ? value_repr(i.irradiance_w_m2) + " W/m^2" : i.left_out) + ">";
       });
-  py::class_<Ambient> ambient(m, "AmbientLight", "Ambient light on the sensor.");
+  ResultClass<Ambient> ambient(m, "AmbientLight", "Ambient light on the sensor.");
   define_result(ambient);
   ambient
       .def_property_readonly("irradiance_w_m2", value_of(&AmbientLight::irradiance_w_m2),

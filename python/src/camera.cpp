@@ -9,6 +9,7 @@
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/camera_file.hpp"
 #include "module.hpp"
+#include "results.hpp"
 
 namespace occ::python {
 namespace {
@@ -138,7 +139,7 @@ void define_kinds(py::module_& m) {
   py::class_<CameraParameter> parameter(m, "CameraParameter", "One number of a camera's model.");
   define_properties(parameter, fields);
   define_repr(parameter, "CameraParameter", fields);
-  py::class_<Ray> ray(m, "Ray", "Ray of a pixel in the camera frame.");
+  ResultClass<Ray> ray(m, "Ray", "Ray of a pixel in the camera frame.");
   ray.def_readonly("origin", &Ray::origin, "[m]; zero for a camera with one centre")
       .def_readonly("direction", &Ray::direction, "unit");
 }

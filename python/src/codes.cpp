@@ -6,31 +6,16 @@
 #include "libocc/codes/code.hpp"
 #include "libocc/codes/decode_samples.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/scene/internal/scene_fields.hpp"
 #include "libocc/scene/lamp.hpp"
 #include "module.hpp"
+#include "results.hpp"
 
 namespace occ::python {
+
+using namespace internal::codes;
+using internal::scene::lamp_code_fields;
 namespace {
-
-auto code_fields() {
-  return std::make_tuple(
-      field("kind", &Code::kind, "CodeKind"),
-      field("id_bits", &Code::id_bits, "with the checksum's a multiple of 4, at most 16"),
-      field("checksum", &Code::checksum, "Checksum of the id"),
-      field("clock_hz", &Code::clock_hz, "c_ook: chips a second; csk: symbols"),
-      field("line", &Code::line, "LineCode of c_ook"),
-      field("repeats", &Code::repeats, "c_ook: of a sub-packet before the next one"),
-      field("frame_rate_hz", &Code::frame_rate_hz, "of the camera; ufsook, s2psk are made for it"),
-      field("min_hz", &Code::min_hz, "ufsook, s2psk: blinks faster than this"));
-}
-
-auto lamp_code_fields() {
-  return std::make_tuple(
-      required_field("code", &LampCode::code, "Code"),
-      required_field("id", &LampCode::id, "what the lamp says"),
-      field("channel", &LampCode::channel,
-            "s2psk: 0 the lamp, 1 its reference; csk: 0 red, 1 green, 2 blue emitter"));
-}
 
 auto samples_fields() {
   using O = DecodeSamplesOptions;
@@ -43,20 +28,12 @@ auto samples_fields() {
 }
 
 void define_enums(py::module_& m) {
-  py::native_enum<CodeKind>(m, "CodeKind", "enum.Enum", "How a lamp says its id by blinking.")
-      .value("c_ook", CodeKind::c_ook)
-      .value("ufsook", CodeKind::ufsook)
-      .value("s2psk", CodeKind::s2psk)
-      .value("csk", CodeKind::csk)
-      .finalize();
+  define_enum(m, "CodeKind", "Kind of code by which a lamp transmits its id.", code_kind_words);
   py::native_enum<LineCode>(m, "LineCode", "enum.Enum", "How bits become chips.")
       .value("manchester", LineCode::manchester)
       .value("code_4b6b", LineCode::code_4b6b)
       .finalize();
-  py::native_enum<Checksum>(m, "Checksum", "enum.Enum", "Of an id: 8 or 16 bits.")
-      .value("crc8", Checksum::crc8)
-      .value("crc16", Checksum::crc16)
-      .finalize();
+  define_enum(m, "Checksum", "Checksum of an id: 8 or 16 bits.", checksum_words);
   py::native_enum<CodeStatus>(m, "CodeStatus", "enum.Enum", "How reading a code ended.")
       .value("ok", CodeStatus::ok)
       .value("no_signal", CodeStatus::no_signal)
@@ -67,7 +44,7 @@ void define_enums(py::module_& m) {
 }
 
 void define_results(py::module_& m) {
-  py::class_<Waveform>(m, "Waveform", "The light of a lamp over one period, repeated without end.")
+  ResultClass<Waveform>(m, "Waveform", "The light of a lamp over one period, repeated without end.")
       .def_readonly("chips", &Waveform::chips, "By channel: light over its greatest, equal parts.")
       .def_readonly("chip_rate_hz", &Waveform::chip_rate_hz, "[Hz]")
       .def_property_readonly("frequency_hz", &Waveform::frequency_hz, "Of the period [Hz].")
@@ -77,7 +54,7 @@ void define_results(py::module_& m) {
                " Hz>";
       });
   using D = DecodedCode;
-  py::class_<D>(m, "DecodedCode", "An id that was read, or why none was.")
+  ResultClass<D>(m, "DecodedCode", "An id that was read, or why none was.")
       .def_property_readonly("ok", &D::ok, "Whether status is CodeStatus.ok.")
       .def_readonly("status", &D::status, "How it ended, a CodeStatus.")
       .def_readonly("message", &D::message, "A sentence, may be empty.")
@@ -93,7 +70,7 @@ void define_results(py::module_& m) {
                (d.id ? ", id " + std::to_string(*d.id) : ", " + d.message) + ">";
       });
   using B = CodeBudget;
-  py::class_<B>(m, "CodeBudget", "Whether a camera can read a code.")
+  ResultClass<B>(m, "CodeBudget", "Whether a camera can read a code.")
       .def_readonly("fits", &B::fits, "Whether it can.")
       .def_readonly("message", &B::message, "Why not, with the numbers.")
       .def_readonly("chips_in_view", &B::chips_in_view, "In one image of the lamp.")
@@ -175,18 +152,9 @@ each. channels: see Waveform. frames: which image each is of.)" +
 
 void define_codes(py::module_& m) {
   define_enums(m);
-  py::class_<Code> code(m, "Code",
-                        ("How a lamp says its id by blinking." +
-                         fields_doc(code_fields(), "Keywords (and properties)"))
-                            .c_str());
-  define_value(code, code_fields());
-  define_repr(code, "Code", code_fields());
-  py::class_<LampCode> lamp_code(m, "LampCode",
-                                 ("What a lamp says by blinking." +
-                                  fields_doc(lamp_code_fields(), "Keywords (and properties)"))
-                                     .c_str());
-  define_value(lamp_code, lamp_code_fields());
-  define_repr(lamp_code, "LampCode", lamp_code_fields());
+  define_documented<Code>(m, "Code", "A code by which a lamp transmits its id.", code_fields);
+  define_documented<LampCode>(m, "LampCode", "The code and the id that a lamp transmits.",
+                              lamp_code_fields);
   define_results(m);
   define_functions(m);
 }

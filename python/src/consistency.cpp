@@ -6,6 +6,7 @@
 #include "fields.hpp"
 #include "libocc/core/statistics.hpp"
 #include "module.hpp"
+#include "results.hpp"
 
 namespace occ::python {
 namespace {
@@ -30,8 +31,8 @@ void define_consistency(py::module_& m) {
       .value("pessimistic", Consistency::pessimistic, "smaller")
       .finalize();
   using R = ConsistencyReport;
-  py::class_<R>(m, "ConsistencyReport",
-                "Means of NEES or NIS in units of their expectation, 1 of a consistent estimator.")
+  ResultClass<R>(m, "ConsistencyReport",
+                 "Means of NEES or NIS in units of their expectation, 1 of a consistent estimator.")
       .def_readonly("mean", &R::mean, "Over all values.")
       .def_readonly("low", &R::low, "End of the mean's interval.")
       .def_readonly("high", &R::high, "Alike.")

@@ -49,7 +49,7 @@ Eigen::MatrixX2d places(const Track& track) {
 
 void define_decode(py::module_& m) {
   using L = DecodedLamp;
-  py::class_<L>(m, "DecodedLamp", "One light of a sequence and what it says.")
+  ResultClass<L>(m, "DecodedLamp", "One light of a sequence and what it says.")
       .def_property_readonly(
           "id", [](const L& l) { return l.code.id; }, "What it says, or None.")
       .def_readonly("code", &L::code, "DecodedCode.")
@@ -67,7 +67,7 @@ void define_decode(py::module_& m) {
         return std::string("<DecodedLamp: ") +
                (l.code.id ? "id " + std::to_string(*l.code.id) : to_string(l.code.status)) + ">";
       });
-  py::class_<Result<Decoded>> result(m, "Decoded", "The lights of a sequence and what they say.");
+  ResultClass<Result<Decoded>> result(m, "Decoded", "The lights of a sequence and what they say.");
   define_result(result);
   result.def_property_readonly("lamps", value_of(&Decoded::lamps), "A DecodedLamp for each light.")
       .def_property_readonly("blobs", value_of(&Decoded::blobs),

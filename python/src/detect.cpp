@@ -4,47 +4,15 @@
 #include <sstream>
 
 #include "fields.hpp"
+#include "libocc/core/internal/blob_fields.hpp"
 #include "module.hpp"
 #include "tables.hpp"
 
 namespace occ::python {
+
+using internal::core::blob_fields;
+using internal::core::ellipse_fields;
 namespace {
-
-auto ellipse_fields() {
-  using E = Ellipse;
-  return std::make_tuple(
-      field("centre_px", &E::centre_px, "(2,) [px]"),
-      field("semi_major_px", &E::semi_major_px, "[px]"),
-      field("semi_minor_px", &E::semi_minor_px, "[px]"),
-      field("angle_rad", &E::angle_rad, "of the major axis from +x towards +y [rad]"));
-}
-
-auto blob_fields() {
-  using B = Blob;
-  return std::make_tuple(
-      required_field("centroid_px", &B::centroid_px, "(2,) best centre: rim fit, PSF or moments"),
-      field("covariance_px2", &B::covariance_px2, "(2, 2) of the centroid [px^2]"),
-      field("flux_dn", &B::flux_dn, "sum of grey levels above the background"),
-      field("flux_sigma_dn", &B::flux_sigma_dn, "its standard deviation"),
-      field("peak_dn", &B::peak_dn, "brightest pixel, background included"),
-      field("background_dn", &B::background_dn, "local background [grey levels]"),
-      field("noise_dn", &B::noise_dn, "standard deviation of a background pixel"),
-      field("area_px", &B::area_px, "pixels above the threshold"),
-      field("x0", &B::x0, "bounding box, both ends included"),
-      field("y0", &B::y0, "bounding box, both ends included"),
-      field("x1", &B::x1, "bounding box, both ends included"),
-      field("y1", &B::y1, "bounding box, both ends included"),
-      field("saturated", &B::saturated, "pixels at full scale: rim has grown, flux is too low"),
-      field("merged", &B::merged, "shape of more than one lamp"),
-      field("cut_by_border", &B::cut_by_border, "touches the image's border"),
-      field("striped", &B::striped, "rolling-shutter stripes joined into one blob"),
-      field("frequency_hz", &B::frequency_hz, "blink frequency read from the stripes, or None"),
-      field("frequency_sigma_hz", &B::frequency_sigma_hz, "its standard deviation"),
-      field("lamp_id", &B::lamp_id, "of the lamp that its code told, or None"),
-      field("ellipse", &B::ellipse, "of the rim, else of the second moments"),
-      field("rim", &B::rim,
-            "(n, 5) sub-pixel rim: x, y, outward unit normal x, y, sigma along it [px]"));
-}
 
 std::string blob_repr(const Blob& blob) {
   std::ostringstream text;
@@ -65,13 +33,13 @@ std::string blob_repr(const Blob& blob) {
 
 void define_detect(py::module_& m) {
   py::class_<Ellipse> ellipse(m, "Ellipse", "Ellipse of a disc's image.");
-  define_value(ellipse, ellipse_fields());
-  define_repr(ellipse, "Ellipse", ellipse_fields());
+  define_value(ellipse, ellipse_fields);
+  define_repr(ellipse, "Ellipse", ellipse_fields);
   py::class_<Blob> blob(m, "Blob",
                         ("One bright region of an image, measured." +
-                         fields_doc(blob_fields(), "Keywords (and properties)"))
+                         fields_doc(blob_fields, "Keywords (and properties)"))
                             .c_str());
-  define_value(blob, blob_fields());
+  define_value(blob, blob_fields);
   blob.def("__repr__", &blob_repr);
 
   const auto fields = detect_fields();

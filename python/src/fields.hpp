@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// One table of fields per plain struct says its Python side: the constructor's keywords, read-only
-// properties, repr, `replace` and pickling; and the keyword options of the functions that take it.
-// Defaults come from the C++ struct, so they are written once.
+// The Python side of a plain struct follows from its list of fields (core/internal/fields.hpp): the
+// constructor's keywords, read-only properties with documentation, repr, `replace` and pickling;
+// also the keyword options of functions that take an options struct. Defaults come from the C++
+// struct. Structs without rules may list their fields here, by field(name, member, doc).
 #pragma once
 
 #include <pybind11/eigen.h>
@@ -10,6 +11,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/typing.h>
 
+#include <array>
 #include <cmath>
 #include <deque>
 #include <optional>
@@ -19,43 +21,96 @@
 #include <utility>
 
 #include "casters.hpp"
+#include "libocc/core/internal/fields.hpp"
 
 namespace occ::python {
 
 namespace py = pybind11;
 
-/// `access(C&)` gives the field's reference; without `is_required` the struct's default holds.
-template <class C, class T, class Access, bool is_required>
-struct Field {
-  using value_type = T;
-  const char* name;
-  const char* doc;
-  Access access;
-};
+using internal::core::Field;
+using internal::core::for_each_field;
+using internal::core::MemberAccess;
+using internal::core::NestedAccess;
+using internal::core::Unrestricted;
+using internal::core::Word;
 
+/// A field without rule, whose `doc` contains shape and unit.
 template <class C, class T>
 auto field(const char* name, T C::*member, const char* doc) {
-  const auto access = [member](C& object) -> T& { return object.*member; };
-  return Field<C, T, decltype(access), false>{name, doc, access};
+  return Field<C, T, MemberAccess<C, T>, Unrestricted, false>{name, nullptr, doc, {member}, {}};
 }
 
 template <class C, class T>
 auto required_field(const char* name, T C::*member, const char* doc) {
-  const auto access = [member](C& object) -> T& { return object.*member; };
-  return Field<C, T, decltype(access), true>{name, doc, access};
+  return Field<C, T, MemberAccess<C, T>, Unrestricted, true>{name, nullptr, doc, {member}, {}};
+}
+
+/// The fields of an options struct that are keyword options of functions: all but those ByHand.
+template <class... Fields>
+auto options_of(const std::tuple<Fields...>& fields) {
+  const auto kept = [](const auto& field) {
+    using Rule = decltype(std::decay_t<decltype(field)>::rule);
+    if constexpr (std::is_same_v<Rule, internal::core::ByHand>)
+      return std::make_tuple();
+    else
+      return std::make_tuple(field);
+  };
+  return std::apply([&](const auto&... field) { return std::tuple_cat(kept(field)...); }, fields);
+}
+
+/// The same fields, one under another name.
+template <class... Fields>
+std::tuple<Fields...> renamed(std::tuple<Fields...> fields, const std::string& from,
+                              const char* to) {
+  const auto rename = [&](auto& field) {
+    if (field.name == from) field.name = to;
+  };
+  std::apply([&](auto&... field) { (rename(field), ...); }, fields);
+  return fields;
 }
 
 /// The fields of a member struct as fields of the struct that contains it.
 template <class Outer, class C, class... Fields>
 auto fields_within(C Outer::*member, const std::tuple<Fields...>& fields) {
   const auto nest = [member](const auto& inner) {
-    using T = typename std::decay_t<decltype(inner)>::value_type;
-    const auto access = [member, get = inner.access](Outer& object) -> T& {
-      return get(object.*member);
-    };
-    return Field<Outer, T, decltype(access), false>{inner.name, inner.doc, access};
+    using F = std::decay_t<decltype(inner)>;
+    using Access = NestedAccess<Outer, C, decltype(F::access)>;
+    return Field<Outer, typename F::value_type, Access, Unrestricted, false>{
+        inner.name, inner.unit, inner.help, {member, inner.access}, {}};
   };
   return std::apply([&](const auto&... inner) { return std::make_tuple(nest(inner)...); }, fields);
+}
+
+/// "(3,) " or "(2, 2) " for a matrix of fixed size, else "".
+template <class T>
+std::string shape_text() {
+  if constexpr (internal::core::is_optional_v<T>) {
+    return shape_text<typename T::value_type>();
+  } else if constexpr (std::is_base_of_v<Eigen::PlainObjectBase<T>, T>) {
+    if (T::ColsAtCompileTime == 1) return "(" + std::to_string(T::RowsAtCompileTime) + ",) ";
+    return "(" + std::to_string(T::RowsAtCompileTime) + ", " +
+           std::to_string(T::ColsAtCompileTime) + ") ";
+  } else {
+    return "";
+  }
+}
+
+/// Shape, help and unit of a field: "(3,) centre in the world [m]".
+template <class F>
+std::string field_doc(const F& field) {
+  if (!field.unit) return field.help;
+  const std::string unit = field.unit;
+  return shape_text<typename F::value_type>() + field.help +
+         (unit.empty() ? "" : " [" + unit + "]");
+}
+
+/// A Python enumeration whose names are those of files.
+template <class T, std::size_t count>
+void define_enum(py::module_& m, const char* name, const char* doc,
+                 const std::array<Word<T>, count>& words) {
+  py::native_enum<T> values(m, name, "enum.Enum", doc);
+  for (const Word<T>& word : words) values.value(word.text, word.value);
+  values.finalize();
 }
 
 /// Python's repr of a value, arrays as nested lists (adding 0 makes -0 a plain 0).
@@ -69,16 +124,16 @@ std::string value_repr(const T& value) {
   return py::cast<std::string>(py::repr(object));
 }
 
-/// Signature texts of default values: alive until the function is defined, when pybind11 copies
-/// them.
+/// Texts of default values in signatures. They must live until the function is defined, when
+/// pybind11 copies them.
 using DefaultTexts = std::deque<std::string>;
 
-template <class C, class T, class Access, bool is_required>
-auto argument(const Field<C, T, Access, is_required>& field, DefaultTexts& texts) {
+template <class C, class T, class Access, class Rule, bool is_required>
+auto argument(const Field<C, T, Access, Rule, is_required>& field, DefaultTexts& texts) {
   if constexpr (is_required) {
     return py::arg(field.name);
   } else {
-    C defaults{};
+    const C defaults{};
     const T& value = field.access(defaults);
     texts.push_back(value_repr(value));
     if constexpr (std::is_floating_point_v<T>)
@@ -115,35 +170,33 @@ C from_values(const std::tuple<F...>& fields, const typename F::value_type&... v
 template <class... F>
 std::string fields_doc(const std::tuple<F...>& fields, const char* title) {
   std::string text = std::string("\n\n") + title + ":\n";
-  const auto add = [&](const auto& f) { text += std::string("  ") + f.name + ": " + f.doc + "\n"; };
-  std::apply([&](const auto&... f) { (add(f), ...); }, fields);
+  for_each_field(fields, [&](const auto& f) {
+    text += std::string("  ") + f.name + ": " + field_doc(f) + "\n";
+  });
   return text;
 }
 
 /// Read-only properties, documented.
 template <class C, class... Extra, class... F>
 void define_properties(py::class_<C, Extra...>& cls, const std::tuple<F...>& fields) {
-  const auto define = [&](const auto& f) {
+  for_each_field(fields, [&](const auto& f) {
     using T = typename std::decay_t<decltype(f)>::value_type;
     cls.def_property_readonly(
-        f.name,
-        [get = f.access](const C& object) -> const T& { return get(const_cast<C&>(object)); },
-        f.doc);
-  };
-  std::apply([&](const auto&... f) { (define(f), ...); }, fields);
+        f.name, [get = f.access](const C& object) -> const T& { return get(object); },
+        field_doc(f).c_str());
+  });
 }
 
 /// "Name(field=value, ...)" of the fields that differ from their defaults.
 template <class C, class... F>
 std::string fields_repr(const char* name, const C& object, const std::tuple<F...>& fields) {
   std::string text;
-  C defaults{};
-  const auto add = [&](const auto& f) {
-    const std::string value = value_repr(f.access(const_cast<C&>(object)));
+  const C defaults{};
+  for_each_field(fields, [&](const auto& f) {
+    const std::string value = value_repr(f.access(object));
     if (value == value_repr(f.access(defaults))) return;
     text += (text.empty() ? "" : ", ") + std::string(f.name) + "=" + value;
-  };
-  std::apply([&](const auto&... f) { (add(f), ...); }, fields);
+  });
   return std::string(name) + "(" + text + ")";
 }
 
@@ -157,7 +210,7 @@ void define_repr(py::class_<C, Extra...>& cls, const char* name, const std::tupl
 template <class C, class... F>
 C replaced(C object, const py::dict& changes, const std::tuple<F...>& fields) {
   std::size_t used = 0;
-  const auto set = [&](const auto& f) {
+  for_each_field(fields, [&](const auto& f) {
     using T = typename std::decay_t<decltype(f)>::value_type;
     if (!changes.contains(f.name)) return;
     ++used;
@@ -166,8 +219,7 @@ C replaced(C object, const py::dict& changes, const std::tuple<F...>& fields) {
       throw py::type_error(std::string(f.name) + ": unsuitable value " +
                            py::cast<std::string>(py::repr(changes[f.name])));
     f.access(object) = py::detail::cast_op<T&&>(std::move(caster));
-  };
-  std::apply([&](const auto&... f) { (set(f), ...); }, fields);
+  });
   if (used != changes.size()) {
     for (const auto& item : changes) {
       const auto name = py::cast<std::string>(item.first);
@@ -180,6 +232,31 @@ C replaced(C object, const py::dict& changes, const std::tuple<F...>& fields) {
 }
 
 using State = py::typing::Dict<py::str, py::object>;
+
+template <class C, class... F>
+inline constexpr bool lists_all_members = [] {
+  if constexpr (std::is_aggregate_v<C> &&
+                (std::is_same_v<decltype(F::access), MemberAccess<C, typename F::value_type>> &&
+                 ...))
+    return sizeof...(F) == internal::core::member_count<C>();
+  else
+    return true;  // a class with constructors, or fields of nested structs: cannot be counted
+}();
+
+/// Pickling as a dictionary of the fields.
+template <class C, class... Extra, class... F>
+void define_pickling(py::class_<C, Extra...>& cls, const std::tuple<F...>& fields) {
+  static_assert(lists_all_members<C, F...>, "a pickled object would lose the missing fields");
+  cls.def(py::pickle(
+      [fields](const C& object) {
+        State state;
+        for_each_field(fields, [&](const auto& f) {
+          state[f.name] = py::cast(f.access(object), py::return_value_policy::copy);
+        });
+        return state;
+      },
+      [fields](const State& state) { return replaced(C{}, state, fields); }));
+}
 
 /// An immutable Python value with keywords (its repr is defined apart).
 template <class C, class... Extra, class... F>
@@ -200,16 +277,7 @@ void define_value(py::class_<C, Extra...>& cls, const std::tuple<F...>& fields) 
         return replaced(object, changes, fields);
       },
       "A copy with the given fields changed.");
-  cls.def(py::pickle(
-      [fields](const C& object) {
-        State state;
-        const auto add = [&](const auto& f) {
-          state[f.name] = py::cast(f.access(const_cast<C&>(object)), py::return_value_policy::copy);
-        };
-        std::apply([&](const auto&... f) { (add(f), ...); }, fields);
-        return state;
-      },
-      [fields](const State& state) { return replaced(C{}, state, fields); }));
+  define_pickling(cls, fields);
 }
 
 /// A plain struct with all of that.

@@ -8,6 +8,7 @@
 #include "libocc/guide/route.hpp"
 #include "libocc/guide/vehicle.hpp"
 #include "module.hpp"
+#include "results.hpp"
 #include "rows.hpp"
 
 namespace occ::python {
@@ -78,7 +79,7 @@ void define_vehicle_values(py::module_& m) {
 
 void define_drive(py::module_& m) {
   using D = DriveStep;
-  py::class_<D>(m, "DriveStep", "Result of a command.")
+  ResultClass<D>(m, "DriveStep", "Result of a command.")
       .def_readonly("state", &D::state, "DriveState: true state.")
       .def_readonly("odometry", &D::odometry, "PlanarOdometry reported by the wheels.")
       .def_readonly("limited", &D::limited, "DriveLimited.");
@@ -220,7 +221,7 @@ void define_route(py::module_& m) {
   define_documented<RouteWaypoint>(m, "RouteWaypoint", "A way-point of a route.",
                                    waypoint_fields());
   using P = RoutePlace;
-  py::class_<P>(m, "RoutePlace", "A point of a route.")
+  ResultClass<P>(m, "RoutePlace", "A point of a route.")
       .def_readonly("along_m", &P::along_m, "Distance from the begin of the route [m].")
       .def_readonly("pose", &P::pose, "PlanarPose, heading along the route.")
       .def_readonly("deviation_m", &P::deviation_m,
@@ -244,8 +245,8 @@ the way-point.
   define_route_from<Rows2>(cls, &plain_waypoints);
   define_route_queries(cls);
   using C = RouteConflict;
-  py::class_<C>(m, "RouteConflict",
-                "Section of a route where the vehicle would touch a wall or box.")
+  ResultClass<C>(m, "RouteConflict",
+                 "Section of a route where the vehicle would touch a wall or box.")
       .def_readonly("from_m", &C::from_m, "Along the route [m].")
       .def_readonly("to_m", &C::to_m, "Along the route [m].")
       .def_readonly("position_m", &C::position_m, "(2,) position with the smallest clearance [m].")
@@ -295,7 +296,7 @@ void define_controller_values(py::module_& m) {
           field("turn_on_spot_rad", &S::turn_on_spot_rad, "as in PurePursuitOptions [rad]"),
           field("pace", &S::pace, "PaceOptions")));
   using O = ControlOutput;
-  py::class_<O>(m, "ControlOutput", "Output of a controller.")
+  ResultClass<O>(m, "ControlOutput", "Output of a controller.")
       .def_readonly("command", &O::command, "DriveCommand.")
       .def_readonly("place", &O::place, "RoutePlace nearest to the vehicle.")
       .def_readonly("heading_error_rad", &O::heading_error_rad,
@@ -351,7 +352,7 @@ void define_docking(py::module_& m) {
           field("tolerance_m", &O::tolerance_m, "along the axis [m]"),
           field("tolerance_rad", &O::tolerance_rad, "[rad]")));
   using D = DockOutput;
-  py::class_<D>(m, "DockOutput", "Output of docking.")
+  ResultClass<D>(m, "DockOutput", "Output of docking.")
       .def_readonly("command", &D::command, "DriveCommand.")
       .def_readonly("phase", &D::phase, "DockPhase, for the next call.")
       .def_readonly("in_dock", &D::in_dock, "PlanarPose of the vehicle in the dock's frame.")

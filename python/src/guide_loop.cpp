@@ -5,6 +5,7 @@
 #include "fields.hpp"
 #include "libocc/guide/closed_loop.hpp"
 #include "module.hpp"
+#include "results.hpp"
 
 namespace occ::python {
 namespace {
@@ -216,7 +217,7 @@ LoopObserver observing(const std::optional<Observer>& observer, double control_r
 
 void define_result_class(py::module_& m) {
   using R = LoopResult;
-  py::class_<R>(m, "LoopResult", "A run of the closed loop.")
+  ResultClass<R>(m, "LoopResult", "A run of the closed loop.")
       .def_property_readonly(
           "ok", [](const R& r) { return r.outcome == LoopOutcome::arrived; },
           "True if the vehicle arrived.")

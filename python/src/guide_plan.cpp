@@ -6,6 +6,7 @@
 #include "libocc/guide/plan_route.hpp"
 #include "libocc/guide/visibility.hpp"
 #include "module.hpp"
+#include "results.hpp"
 #include "rows.hpp"
 
 namespace occ::python {
@@ -101,7 +102,7 @@ KnotRows knot_rows(const PanTiltPlan& plan) {
 
 void define_visibility(py::module_& m) {
   using F = FloorVisibility;
-  py::class_<F>(m, "FloorVisibility", "Visibility of lamps from n poses on a floor.")
+  ResultClass<F>(m, "FloorVisibility", "Visibility of lamps from n poses on a floor.")
       .def_property_readonly(
           "lamps",
           [](const F& f) {
@@ -177,8 +178,8 @@ void define_plan_route(py::module_& m) {
       .value("goal_blocked", PlanStatus::goal_blocked)
       .finalize();
   using P = RoutePlan;
-  py::class_<P>(m, "RoutePlan",
-                "Route on which the lamps stay in view, or the reason why there is none.")
+  ResultClass<P>(m, "RoutePlan",
+                 "Route on which the lamps stay in view, or the reason why there is none.")
       .def_property_readonly(
           "ok", [](const P& p) { return p.status == PlanStatus::ok; }, "True if status is ok.")
       .def_readonly("status", &P::status, "PlanStatus.")
@@ -254,7 +255,7 @@ knots: (n, 3), along_m, pan_rad, tilt_rad; linear interpolation between them.)")
       .def(py::pickle([](const P& plan) { return knot_rows(plan); },
                       [](const KnotRows& rows) { return plan_of_rows(rows); }));
   using R = PanTiltResult;
-  py::class_<R>(m, "PanTiltResult", "Plan of pan and tilt, with its gaps.")
+  ResultClass<R>(m, "PanTiltResult", "Plan of pan and tilt, with its gaps.")
       .def_property_readonly(
           "ok", [](const R& r) { return r.status == PlanStatus::ok; }, "True if status is ok.")
       .def_readonly("status", &R::status, "PlanStatus: ok or blind.")

@@ -29,7 +29,8 @@ void define_classes(py::module_& m) {
                       field("camera_sigma_m", &G::camera_sigma_m, "its standard deviation [m]"),
                       field("up_in_cam", &G::up_in_cam, "(3,) unit, camera frame"),
                       field("up_sigma_rad", &G::up_sigma_rad, "of its pitch [rad]")));
-  py::class_<R> cls(m, "HeadlightDistance", R"(How far a car is: the answer of headlight_distance().
+  ResultClass<R> cls(m, "HeadlightDistance",
+                     R"(How far a car is: the answer of headlight_distance().
 
 A degenerate one tells the bearing alone: look at status and message.)");
   define_result(cls);
@@ -71,7 +72,7 @@ auto headlight_fields() {
 
 void define_vehicles(py::module_& m) {
   using V = VehiclePose;
-  py::class_<V>(m, "VehiclePose", "Where a vehicle is and which way it faces.")
+  ResultClass<V>(m, "VehiclePose", "Where a vehicle is and which way it faces.")
       .def_readonly("pose", &V::pose, "Candidate; its world is the vehicle's frame.")
       .def_readonly("distance_m", &V::distance_m, "Of the vehicle's origin [m].")
       .def_readonly("sigma_m", &V::sigma_m, "Its standard deviation [m].")
@@ -82,7 +83,7 @@ void define_vehicles(py::module_& m) {
                " rad>";
       });
   using P = Result<std::vector<V>>;
-  py::class_<P> poses(m, "VehiclePoses", "Every upright pose of a vehicle that fits.");
+  ResultClass<P> poses(m, "VehiclePoses", "Every upright pose of a vehicle that fits.");
   define_result(poses);
   poses
       .def_property_readonly(

@@ -20,7 +20,7 @@ void define_symmetry(py::module_& m) {
              "the same lamps, with different camera poses")
       .value("none", SymmetryKind::none, "the map does not repeat")
       .finalize();
-  py::class_<Symmetry>(m, "Symmetry", "Symmetry of the map between two hypotheses of an image.")
+  ResultClass<Symmetry>(m, "Symmetry", "Symmetry of the map between two hypotheses of an image.")
       .def_readonly("kind", &Symmetry::kind, "SymmetryKind.")
       .def_readonly("world_from_world", &Symmetry::world_from_world,
                     "4x4: maps the lamps and camera of the best hypothesis to the rival's.")
@@ -60,7 +60,7 @@ void define_matches(py::module_& m) {
   });
 
   define_symmetry(m);
-  py::class_<Hypothesis>(m, "Hypothesis", "A pose with the assignment of blobs to lamps.")
+  ResultClass<Hypothesis>(m, "Hypothesis", "A pose with the assignment of blobs to lamps.")
       .def_readonly("cam_from_world", &Hypothesis::cam_from_world, "Coarse pose, 4x4.")
       .def_readonly("matches", &Hypothesis::matches, "Matches, sorted by lamp.")
       .def_readonly("chi2", &Hypothesis::chi2,
@@ -77,8 +77,8 @@ void define_matches(py::module_& m) {
       });
 
   using Identified = Result<Identification>;
-  py::class_<Identified> identified(m, "Identification",
-                                    "Assignments of blobs to lamps, with all plausible poses.");
+  ResultClass<Identified> identified(m, "Identification",
+                                     "Assignments of blobs to lamps, with all plausible poses.");
   define_result(identified);
   identified
       .def_property_readonly(

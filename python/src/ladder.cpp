@@ -10,6 +10,7 @@
 #include "libocc/refine/rung_choice.hpp"
 #include "libocc/refine/rung_costs.hpp"
 #include "module.hpp"
+#include "results.hpp"
 
 namespace occ::python {
 namespace {
@@ -50,7 +51,7 @@ void define_costs(py::module_& m) {
 }
 
 void define_choice(py::module_& m) {
-  py::class_<RungForecast>(m, "RungForecast", "What a rung was predicted to take and to reach.")
+  ResultClass<RungForecast>(m, "RungForecast", "What a rung was predicted to take and to reach.")
       .def_readonly("rung", &RungForecast::rung, "Rung.")
       .def_readonly("predicted_s", &RungForecast::predicted_s, "Time of the refinement [s].")
       .def_readonly("predicted_sigma_m", &RungForecast::predicted_sigma_m,
@@ -59,7 +60,7 @@ void define_choice(py::module_& m) {
         return "<RungForecast: " + std::string(to_string(f.rung)) + ", " +
                value_repr(f.predicted_s) + " s, sigma " + value_repr(f.predicted_sigma_m) + " m>";
       });
-  py::class_<RungChoice>(m, "RungChoice", "By which rung a pose was refined, and why.")
+  ResultClass<RungChoice>(m, "RungChoice", "By which rung a pose was refined, and why.")
       .def_readonly("rung", &RungChoice::rung, "Rung.")
       .def_readonly("predicted_s", &RungChoice::predicted_s, "Time of the refinement [s].")
       .def_readonly("predicted_sigma_m", &RungChoice::predicted_sigma_m,
@@ -75,7 +76,7 @@ void define_choice(py::module_& m) {
 }
 
 void define_steps(py::module_& m) {
-  py::class_<LadderStep>(m, "LadderStep", "A way from blobs with names to a pose.")
+  ResultClass<LadderStep>(m, "LadderStep", "A way from blobs with names to a pose.")
       .def_readonly("name", &LadderStep::name, "For ladder_frame().")
       .def_readonly("family", &LadderStep::family, "Who wrote what it times.")
       .def_readonly("what", &LadderStep::what, "A phrase for people.")
@@ -85,7 +86,7 @@ void define_steps(py::module_& m) {
   m.def("ladder_steps", &ladder_steps, "Every step of the ladder.");
 
   using B = LadderBound;
-  py::class_<B>(m, "LadderBound", "Least errors, root mean squares; 0 where there is no bound.")
+  ResultClass<B>(m, "LadderBound", "Least errors, root mean squares; 0 where there is no bound.")
       .def_readonly("position_m", &B::position_m, "Cramer-Rao bound [m].")
       .def_readonly("rotation_rad", &B::rotation_rad, "Cramer-Rao bound [rad].")
       .def_readonly("position_expected_m", &B::position_expected_m, "Bound and bias [m].")
@@ -94,7 +95,7 @@ void define_steps(py::module_& m) {
            [](const B& b) { return "<LadderBound: " + value_repr(b.position_m) + " m>"; });
 
   using O = LadderOutcome;
-  py::class_<O>(m, "LadderOutcome", "What one step took and erred on one image.")
+  ResultClass<O>(m, "LadderOutcome", "What one step took and erred on one image.")
       .def_readonly("name", &O::name, "Of the step.")
       .def_readonly("answered", &O::answered, "Whether it returned a pose.")
       .def_readonly("cam_from_world", &O::cam_from_world, "Pose, 4x4.")
@@ -134,7 +135,7 @@ LadderFrame ladder_frame(const NumpyImage& image, const Scene& scene, const Rigi
 
 void define_frame(py::module_& m) {
   using F = LadderFrame;
-  py::class_<F>(m, "LadderFrame", "What every step took and erred on one image.")
+  ResultClass<F>(m, "LadderFrame", "What every step took and erred on one image.")
       .def_readonly("detect_s", &F::detect_s, "Finding the blobs [s].")
       .def_readonly("pixels", &F::pixels, "LadderBound of all pixels.")
       .def_readonly("points", &F::points, "LadderBound of the centroids.")

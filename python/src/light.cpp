@@ -8,6 +8,7 @@
 #include "libocc/radiometry/lambertian.hpp"
 #include "libocc/simulate/received_power.hpp"
 #include "module.hpp"
+#include "results.hpp"
 
 namespace occ::python {
 namespace {
@@ -87,9 +88,9 @@ void define_formulas(py::module_& m) {
 
 void define_light(py::module_& m) {
   define_formulas(m);
-  py::class_<Received>(m, "ReceivedPower",
-                       "Power of the lamps' light that the lens takes in and the sensor gets. "
-                       "Many poses are the arrays' first axis.")
+  ResultClass<Received>(m, "ReceivedPower",
+                        "Power of the lamps' light that the lens takes in and the sensor gets. "
+                        "Many poses are the arrays' first axis.")
       .def_readonly("power_w", &Received::power_w, "() or (n,) of all lamps [W].")
       .def_readonly("lamp_power_w", &Received::lamp_power_w,
                     "(lamps,) or (n, lamps) [W], in the scene's order.")

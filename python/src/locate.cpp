@@ -38,7 +38,7 @@ void define_refine(py::module_& m) {
       .value("known_power", FluxModel::known_power)
       .value("common_factor", FluxModel::common_factor)
       .finalize();
-  py::class_<LampResidual>(m, "LampResidual", "How well one lamp fits.")
+  ResultClass<LampResidual>(m, "LampResidual", "How well one lamp fits.")
       .def_readonly("match", &LampResidual::match, "Which lamp and blob.")
       .def_readonly("contradicts", &LampResidual::contradicts,
                     "Left out: the other lamps agree without it.")
@@ -50,7 +50,7 @@ void define_refine(py::module_& m) {
       });
 
   using R = Result<Refined>;
-  py::class_<R> refined(m, "Refined", "The most likely pose for one naming of the blobs.");
+  ResultClass<R> refined(m, "Refined", "The most likely pose for one naming of the blobs.");
   define_result(refined);
   refined.def_property_readonly("cam_from_world", value_of(&Refined::cam_from_world), "Pose, 4x4.")
       .def_property_readonly("covariance", value_of(&Refined::covariance),
@@ -100,7 +100,7 @@ void define_refine(py::module_& m) {
 
 void define_fix(py::module_& m) {
   using C = Candidate;
-  py::class_<C>(m, "Candidate", "One pose that explains the image.")
+  ResultClass<C>(m, "Candidate", "One pose that explains the image.")
       .def_readonly("cam_from_world", &C::cam_from_world, "Pose, 4x4.")
       .def_readonly("covariance", &C::covariance,
                     "(6, 6) of cam_from_world [rotation, translation], left perturbation.")
@@ -118,7 +118,7 @@ void define_fix(py::module_& m) {
                keys_text(c.lamps) + ", rms " + value_repr(c.rms_px) + " px>";
       });
 
-  py::class_<Timing>(m, "Timing", "Where the time went [s].")
+  ResultClass<Timing>(m, "Timing", "Where the time went [s].")
       .def_readonly("detect_s", &Timing::detect_s, "Finding blobs [s].")
       .def_readonly("identify_s", &Timing::identify_s, "Naming them [s].")
       .def_readonly("refine_s", &Timing::refine_s, "Refining poses [s].")
@@ -126,7 +126,7 @@ void define_fix(py::module_& m) {
       .def("__repr__", [](const Timing& t) { return "<Timing: " + value_repr(t.total_s) + " s>"; });
 
   using R = Result<Fix>;
-  py::class_<R> fix(m, "Fix", R"(Where the camera was: the answer of locate().
+  ResultClass<R> fix(m, "Fix", R"(Where the camera was: the answer of locate().
 
 What was found so far is there even when the fix is not ok: look at status and message. Without
 candidates there is no pose: its covariance is infinite.)");

@@ -6,6 +6,7 @@
 #include "libocc/track/planar_filter.hpp"
 #include "libocc/track/pose_filter.hpp"
 #include "module.hpp"
+#include "results.hpp"
 
 namespace occ::python {
 namespace {
@@ -63,8 +64,8 @@ void define_inputs(py::module_& m) {
                       field("acceleration_m_s2", &I::acceleration_m_s2,
                             "(3,) specific force: +9.81 upwards at rest [m/s^2]")));
   using S = PoseObservation;
-  py::class_<S>(m, "PoseObservation",
-                "What one image says of a camera's pose, to second order about it.")
+  ResultClass<S>(m, "PoseObservation",
+                 "What one image says of a camera's pose, to second order about it.")
       .def_static("of_pose", &S::of_pose, py::arg("time_s"), py::arg("cam_from_world"),
                   py::arg("covariance"), py::arg("cam_from_body") = Rigid3{},
                   "From a pose (4x4) with covariance (6, 6), as a Fix has them; cam_from_body: how "
@@ -86,7 +87,7 @@ void define_updates(py::module_& m) {
       .value("not_started", FilterOutcome::not_started)
       .finalize();
   using U = FilterUpdate;
-  py::class_<U>(m, "FilterUpdate", "What a filter made of a measurement.")
+  ResultClass<U>(m, "FilterUpdate", "What a filter made of a measurement.")
       .def_readonly("outcome", &U::outcome, "A FilterOutcome.")
       .def_property_readonly("accepted", &U::accepted, "Whether it was taken.")
       .def_readonly("nis", &U::nis, "Normalised innovation squared.")
@@ -99,7 +100,7 @@ void define_updates(py::module_& m) {
 
 void define_estimates(py::module_& m) {
   using P = PosePrediction;
-  py::class_<P>(m, "PosePrediction", "Where a body is expected to be.")
+  ResultClass<P>(m, "PosePrediction", "Where a body is expected to be.")
       .def_readonly("time_s", &P::time_s, "[s].")
       .def_readonly("body_from_world", &P::body_from_world, "Pose, 4x4.")
       .def_readonly("covariance", &P::covariance,
@@ -108,11 +109,11 @@ void define_estimates(py::module_& m) {
                     "(6,) of body_from_world's left perturbation [rad/s, m/s].")
       .def_readonly("velocity_covariance", &P::velocity_covariance, "(6, 6) of it.");
   using E = PoseEstimate;
-  py::class_<E, P>(m, "PoseEstimate", "Where a body is, and the biases of its inertial sensors.")
+  ResultClass<E, P>(m, "PoseEstimate", "Where a body is, and the biases of its inertial sensors.")
       .def_readonly("gyro_bias_rad_s", &E::gyro_bias_rad_s, "(3,) [rad/s].")
       .def_readonly("accelerometer_bias_m_s2", &E::accelerometer_bias_m_s2, "(3,) [m/s^2].");
   using F = PlanarEstimate;
-  py::class_<F>(m, "PlanarEstimate", "Where a vehicle is on its floor.")
+  ResultClass<F>(m, "PlanarEstimate", "Where a vehicle is on its floor.")
       .def_readonly("time_s", &F::time_s, "[s].")
       .def_readonly("pose", &F::pose, "PlanarPose.")
       .def_readonly("covariance", &F::covariance, "(3, 3) of [x_m, y_m, heading_rad].")

@@ -6,6 +6,7 @@
 #include "fields.hpp"
 #include "libocc/core/require.hpp"
 #include "module.hpp"
+#include "results.hpp"
 #include "rows.hpp"
 
 namespace occ::python {
@@ -95,7 +96,7 @@ RowsX rows_of_observations(const Network& n) {
 }
 
 void define_target(py::module_& m) {
-  py::class_<Target> target(m, "Target", R"(A point of a network, or a corner of a body.
+  ResultClass<Target> target(m, "Target", R"(A point of a network, or a corner of a body.
 
 >>> import libocc as occ
 >>> occ.Target.point(3) == occ.Target.point(3)

@@ -31,7 +31,7 @@ auto rows_of(Member member) {
 void define_statistics(py::module_& m) {
   using S = NetworkStatistics;
   using O = ObservationStatistics;
-  py::class_<Statistics> statistics(m, "NetworkStatistics", R"(Reliability of an adjusted network.
+  ResultClass<Statistics> statistics(m, "NetworkStatistics", R"(Reliability of an adjusted network.
 
 Arrays (n, 2) have a row for each image observation, columns along x and y; zero when not used.)");
   define_result(statistics);
@@ -94,13 +94,13 @@ void define_parameters(py::module_& m) {
 
 void define_selection(py::module_& m) {
   using T = SelectionStep;
-  py::class_<T>(m, "SelectionStep", "One adjustment of select_parameters().")
+  ResultClass<T>(m, "SelectionStep", "One adjustment of select_parameters().")
       .def_readonly("dropped", &T::dropped, "Dropped parameter; empty: first adjustment, with all.")
       .def_readonly("reason", &T::reason, "Reason.")
       .def_readonly("sigma0", &T::sigma0, "Sigma0 after it.")
       .def_readonly("bic", &T::bic, "Bayesian information criterion after it.");
-  py::class_<Selected> selected(m, "Selection",
-                                "Parameters that the observations determine significantly.");
+  ResultClass<Selected> selected(m, "Selection",
+                                 "Parameters that the observations determine significantly.");
   define_result(selected);
   selected
       .def_property_readonly(
@@ -135,13 +135,13 @@ keep: names that are never dropped. Returns: Selection.)");
 
 void define_components(py::module_& m) {
   using C = VarianceComponent;
-  py::class_<C>(m, "VarianceComponent", "Ratio of estimated to given sigmas of a group.")
+  ResultClass<C>(m, "VarianceComponent", "Ratio of estimated to given sigmas of a group.")
       .def_readonly("camera", &C::camera, "Index of the camera.")
       .def_readonly("axis", &C::axis, "0: columns, 1: rows.")
       .def_readonly("factor", &C::factor, "Ratio of estimated to given sigmas.")
       .def_readonly("redundancy", &C::redundancy, "Redundancy of the group.")
       .def_readonly("observations", &C::observations, "Number of observations.");
-  py::class_<Components> components(m, "VarianceComponents", "Result of variance_components().");
+  ResultClass<Components> components(m, "VarianceComponents", "Result of variance_components().");
   define_result(components);
   components
       .def_property_readonly("components", value_of(&VarianceComponents::components),
@@ -167,7 +167,7 @@ void define_components(py::module_& m) {
 }
 
 void define_checks(py::module_& m) {
-  py::class_<Checked> checked(m, "CheckResult", "Errors at check points.");
+  ResultClass<Checked> checked(m, "CheckResult", "Errors at check points.");
   define_result(checked);
   checked.def_property_readonly("rmse_m", value_of(&CheckResult::rmse_m), "R.m.s. error (3,).")
       .def_property_readonly("predicted_m", value_of(&CheckResult::predicted_m), "Predicted (3,).")
@@ -210,7 +210,7 @@ using MeasuredPoints = Measurement;
 
 void define_measuring(py::module_& m) {
   using P = MeasuredPoint;
-  py::class_<P>(m, "MeasuredPoint", "Point measured by intersection of rays.")
+  ResultClass<P>(m, "MeasuredPoint", "Point measured by intersection of rays.")
       .def_readonly("status", &P::status, "ok, too_few_lamps, degenerate or not_converged.")
       .def_readonly("position_m", &P::position_m, "(3,) [m].")
       .def_readonly("covariance_m2", &P::covariance_m2, "(3, 3); infinite when not ok.")
@@ -219,7 +219,7 @@ void define_measuring(py::module_& m) {
       .def_readonly("angle_rad", &P::angle_rad, "Largest angle between two rays.")
       .def_property_readonly(
           "images", [](const P& p) { return p.observations.size(); }, "Number of image points.");
-  py::class_<MeasuredPoints> measurement(m, "Measurement", "Result of measure_points().");
+  ResultClass<MeasuredPoints> measurement(m, "Measurement", "Result of measure_points().");
   measurement.def_readonly("points", &Measurement::points, "List of MeasuredPoint.")
       .def_readonly("covariance_m2", &Measurement::covariance_m2, "Joint covariance (3n, 3n).")
       .def(

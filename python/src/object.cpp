@@ -9,6 +9,7 @@
 #include "libocc/identify/recognise.hpp"
 #include "libocc/refine/localisation_value.hpp"
 #include "libocc/scene/detectable_points.hpp"
+#include "libocc/scene/internal/scene_fields.hpp"
 #include "module.hpp"
 #include "results.hpp"
 #include "rows.hpp"
@@ -38,7 +39,7 @@ void define_object(py::module_& m) {
 
 name: a word. points: ObjectPoints with different ids at different places.
 Raises: ValueError naming the point, the field and its value.)");
-  define_value(object, fields);
+  define_value(object, internal::scene::object_fields);
   object
       .def("__repr__",
            [](const Object& o) {
@@ -98,7 +99,7 @@ void define_identify_object(py::module_& m) {
 
 void define_recognition(py::module_& m) {
   using M = ObjectMatch;
-  py::class_<M>(m, "ObjectMatch", "An object with the poses that match its points to blobs.")
+  ResultClass<M>(m, "ObjectMatch", "An object with the poses that match its points to blobs.")
       .def_readonly("object", &M::object, "Index in the list of objects.")
       .def_readonly("poses", &M::poses,
                     "List of Hypothesis, best first; the world frame is the object's frame.")
@@ -113,7 +114,7 @@ void define_recognition(py::module_& m) {
                " blobs, log10_false_alarms " + value_repr(match.log10_false_alarms) + ">";
       });
   using O = RecognisedObject;
-  py::class_<O>(m, "RecognisedObject", "An object found in an image.")
+  ResultClass<O>(m, "RecognisedObject", "An object found in an image.")
       .def_readonly("match", &O::match, "ObjectMatch.")
       .def_readonly("status", &O::status, "Status; ambiguous: several plausible poses, or rivals.")
       .def_readonly("rivals", &O::rivals,
@@ -123,7 +124,7 @@ void define_recognition(py::module_& m) {
                std::to_string(o.match.object) + ">";
       });
   using R = Result<Recognition>;
-  py::class_<R> recognition(m, "Recognition", "Objects found in an image, with their poses.");
+  ResultClass<R> recognition(m, "Recognition", "Objects found in an image, with their poses.");
   define_result(recognition);
   recognition
       .def_property_readonly(
@@ -170,7 +171,7 @@ void define_recognise(py::module_& m) {
 
 void define_detectable_points(py::module_& m) {
   using D = DetectablePoint;
-  py::class_<D>(m, "DetectablePoint", "A vertex where long sharp edges of a body meet.")
+  ResultClass<D>(m, "DetectablePoint", "A vertex where long sharp edges of a body meet.")
       .def_readonly("point", &D::point, "ObjectPoint; its id is its rank.")
       .def_readonly("edges", &D::edges, "Number of edges that meet there.")
       .def_readonly("edges_m", &D::edges_m, "Total length of these edges [m].")
@@ -211,8 +212,8 @@ void define_detectable_points(py::module_& m) {
 
 void define_localisation_value(py::module_& m) {
   using P = PointValue;
-  py::class_<P>(m, "PointValue",
-                "Contribution of a point of an object to the accuracy of its pose.")
+  ResultClass<P>(m, "PointValue",
+                 "Contribution of a point of an object to the accuracy of its pose.")
       .def_readonly("seen", &P::seen, "Share of the views in which the point is visible.")
       .def_readonly("needed", &P::needed,
                     "Share of the views with a pose that have none without the point.")
@@ -222,7 +223,8 @@ void define_localisation_value(py::module_& m) {
         return "<PointValue: seen " + value_repr(p.seen) + ", growth " + value_repr(p.growth) + ">";
       });
   using L = LocalisationValue;
-  py::class_<L>(m, "LocalisationValue", "Accuracy of a pose determined by the points of an object.")
+  ResultClass<L>(m, "LocalisationValue",
+                 "Accuracy of a pose determined by the points of an object.")
       .def_readonly("points", &L::points, "List of PointValue, in the order of the object.")
       .def_readonly("determined", &L::determined, "Share of the views that determine a pose.")
       .def_readonly("sigma_m", &L::sigma_m,

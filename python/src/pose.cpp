@@ -120,8 +120,8 @@ Raises: ValueError for numbers that are not finite, bearings that are not unit a
 }
 
 void define_candidates(py::module_& m) {
-  py::class_<Conditioned>(m, "PoseCandidate",
-                          "A pose that reproduces the bearings of known points.")
+  ResultClass<Conditioned>(m, "PoseCandidate",
+                           "A pose that reproduces the bearings of known points.")
       .def_property_readonly(
           "cam_from_world", [](const Conditioned& c) { return c.candidate.cam_from_world; },
           "Pose, 4x4.")
@@ -135,7 +135,7 @@ void define_candidates(py::module_& m) {
         return "<PoseCandidate: misfit " + value_repr(c.candidate.misfit_rad) + " rad, condition " +
                value_repr(c.condition) + ">";
       });
-  py::class_<Candidates> candidates(m, "PoseCandidates", "Checked results of a solver.");
+  ResultClass<Candidates> candidates(m, "PoseCandidates", "Checked results of a solver.");
   define_result(candidates);
   candidates
       .def_property_readonly(

@@ -24,7 +24,7 @@ py::array_t<bool> inliers_of(const R& r) {
 }
 
 void define_result_class(py::module_& m) {
-  py::class_<R> cls(m, "RobustPose", R"(A pose among wrong matches: the answer of robust_pose().
+  ResultClass<R> cls(m, "RobustPose", R"(A pose among wrong matches: the answer of robust_pose().
 
 What was found so far is there even when it is not ok: look at status and message.)");
   define_result(cls);

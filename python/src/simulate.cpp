@@ -7,6 +7,7 @@
 
 #include "libocc/simulate/explain.hpp"
 #include "module.hpp"
+#include "results.hpp"
 #include "truth.hpp"
 
 namespace occ::python {
@@ -21,7 +22,7 @@ std::string lamp_truth_repr(const LampTruth& lamp) {
 }
 
 void define_truth(py::module_& m) {
-  py::class_<LampTruth>(m, "LampTruth", "Ground truth of one lamp in a rendered image.")
+  ResultClass<LampTruth>(m, "LampTruth", "Ground truth of one lamp in a rendered image.")
       .def_readonly("id", &LampTruth::id, "Id of the lamp.")
       .def_readonly("in_view", &LampTruth::in_view, "Part of its image lies on the sensor.")
       .def_readonly("whole", &LampTruth::whole, "Its whole rim lies on the sensor.")
@@ -35,7 +36,7 @@ void define_truth(py::module_& m) {
           "(n, 2) rim; empty if the lamp is out of view.")
       .def("__repr__", &lamp_truth_repr);
 
-  py::class_<Truth>(m, "Truth", "Ground truth of a rendered image: the pose and all lamps.")
+  ResultClass<Truth>(m, "Truth", "Ground truth of a rendered image: the pose and all lamps.")
       .def_readonly("cam_from_world", &Truth::cam_from_world, "Pose, 4x4.")
       .def_property_readonly(
           "position_m", [](const Truth& t) { return t.cam_from_world.origin_in_source(); },
@@ -60,7 +61,7 @@ void define_truth(py::module_& m) {
 }
 
 void define_plan(py::module_& m) {
-  py::class_<EffectPlan>(m, "EffectPlan", "Plan of one effect, from plan_render().")
+  ResultClass<EffectPlan>(m, "EffectPlan", "Plan of one effect, from plan_render().")
       .def_property_readonly(
           "effect", [](const EffectPlan& p) { return effect_name(p.effect); },
           "Name of the effect.")
@@ -85,7 +86,7 @@ void define_plan(py::module_& m) {
       .def_readonly(
           "cost_s", &ExplainedEffect::cost_s,
           "Time that it adds to one image of many [s], the difference of two measured times.");
-  py::class_<Explanation>(m, "Explanation", "Changes of an image by the effects, and their times.")
+  ResultClass<Explanation>(m, "Explanation", "Changes of an image by the effects, and their times.")
       .def_property_readonly(
           "effects",
           [](const Explanation& e) {

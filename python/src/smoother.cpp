@@ -48,7 +48,7 @@ Eigen::Matrix3d position_covariance_of(const SmoothedPose& pose) {
 }
 
 void define_frame(py::module_& m) {
-  py::class_<SmootherFrame>(m, "SmootherFrame", R"(What one camera saw at one time.
+  ResultClass<SmootherFrame>(m, "SmootherFrame", R"(What one camera saw at one time.
 
 Keywords: time_s; camera; points_in_world_m: (n, 3), points whose names are known; points_px: (n, 2),
   where they were seen; sigma_px: of each pixel coordinate, a number; covariances_px2: (n, 2, 2)
@@ -103,7 +103,7 @@ Raises: ValueError for counts that differ, numbers that are not finite, no posit
                std::to_string(frame.sightings.size()) + ">";
       });
 
-  py::class_<PlanarPrior>(m, "PlanarPrior", "What is known of a pose on a floor.")
+  ResultClass<PlanarPrior>(m, "PlanarPrior", "What is known of a pose on a floor.")
       .def(py::init([](double time_s, const PlanarPose& pose, const Eigen::Matrix3d& covariance) {
              return validated(PlanarPrior{time_s, pose, covariance});
            }),
@@ -115,7 +115,7 @@ Raises: ValueError for counts that differ, numbers that are not finite, no posit
 
 void define_link(py::module_& m) {
   using L = OdometryLink;
-  py::class_<L>(m, "OdometryLink", "Between one smoothed pose and the next.")
+  ResultClass<L>(m, "OdometryLink", "Between one smoothed pose and the next.")
       .def_readonly("from_s", &L::from_s, "[s].")
       .def_readonly("to_s", &L::to_s, "[s].")
       .def_readonly("odometry", &L::odometry, "False: there was none.")
@@ -131,7 +131,7 @@ void define_link(py::module_& m) {
 }
 
 template <class R>
-void define_smoothing(py::class_<R>& cls) {
+void define_smoothing(ResultClass<R>& cls) {
   define_result(cls);
   using S = std::decay_t<decltype(std::declval<R>().value)>;
   cls.def("__len__", [](const R& r) { return r.value.poses.size(); })
@@ -174,7 +174,7 @@ void define_smoothing(py::class_<R>& cls) {
 }
 
 void define_smoothings(py::module_& m) {
-  py::class_<Spatial> spatial(m, "Smoothing", R"(Poses over time: the answer of smooth().
+  ResultClass<Spatial> spatial(m, "Smoothing", R"(Poses over time: the answer of smooth().
 
 What was found is there even when it is not ok: look at status, message and determined.)");
   define_smoothing(spatial);
@@ -212,8 +212,8 @@ What was found is there even when it is not ok: look at status, message and dete
         return "<Smoothing: " + std::string(to_string(r.status)) + ", poses " +
                std::to_string(r.value.poses.size()) + ">";
       });
-  py::class_<Planar> planar(m, "PlanarSmoothing",
-                            "Poses on a floor over time: the answer of smooth_planar().");
+  ResultClass<Planar> planar(m, "PlanarSmoothing",
+                             "Poses on a floor over time: the answer of smooth_planar().");
   define_smoothing(planar);
   planar
       .def_property_readonly(
@@ -317,7 +317,7 @@ void define_smooth(py::module_& m) {
 }
 
 template <class E, class Whole>
-void define_estimate(py::class_<E>& cls) {
+void define_estimate(ResultClass<E>& cls) {
   using W = std::decay_t<decltype(std::declval<E>().value)>;
   define_result(cls);
   cls.def_property_readonly("used", value_of(&W::used), "False: what came was before the window.")
@@ -336,7 +336,7 @@ void define_estimate(py::class_<E>& cls) {
 
 void define_estimates(py::module_& m) {
   using S = WindowSmoother::Estimate;
-  py::class_<S> spatial(m, "WindowEstimate", "The newest pose, and the window behind it.");
+  ResultClass<S> spatial(m, "WindowEstimate", "The newest pose, and the window behind it.");
   define_estimate<S, Spatial>(spatial);
   spatial
       .def_property_readonly(
@@ -354,7 +354,7 @@ void define_estimates(py::module_& m) {
           [](const S& e) { return position_covariance_of(e.value.newest); },
           "(3, 3) [m^2, world].");
   using P = PlanarWindowSmoother::Estimate;
-  py::class_<P> planar(m, "PlanarWindowEstimate", "The newest pose, and the window behind it.");
+  ResultClass<P> planar(m, "PlanarWindowEstimate", "The newest pose, and the window behind it.");
   define_estimate<P, Planar>(planar);
   planar
       .def_property_readonly(

@@ -41,7 +41,7 @@ Returns: None if a part of the board is not visible. Raises: ValueError for an i
 }
 
 void define_resection(py::module_& m) {
-  py::class_<Resected> resection(m, "Resection", "Pose of an image from known points.");
+  ResultClass<Resected> resection(m, "Resection", "Pose of an image from known points.");
   define_result(resection);
   resection
       .def_property_readonly("cam_from_world", value_of(&Resection::cam_from_world), "Pose, 4x4.")
@@ -125,7 +125,7 @@ scene: approximate positions; images: (name, camera index, [(lamp id, centroid (
 void define_start_network(py::module_& m) {
   define_chessboard(m);
   define_resection(m);
-  py::class_<Started> started(m, "NetworkStart", "Start values of a network.");
+  ResultClass<Started> started(m, "NetworkStart", "Start values of a network.");
   define_result(started);
   started
       .def_property_readonly("network", value_of(&NetworkStart::network),

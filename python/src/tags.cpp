@@ -3,6 +3,8 @@
 
 #include "fields.hpp"
 #include "libocc/calibrate/resection.hpp"
+#include "libocc/calibrate/side_bends.hpp"
+#include "libocc/scene/internal/scene_fields.hpp"
 #include "module.hpp"
 #include "results.hpp"
 
@@ -25,7 +27,7 @@ py::array_t<double> covariances_of(const AprilTag& tag) {
 }
 
 void define_april_tag(py::module_& m) {
-  py::class_<AprilTag>(m, "AprilTag", "A tag found in an image.")
+  ResultClass<AprilTag>(m, "AprilTag", "A tag found in an image.")
       .def_readonly("id", &AprilTag::id, "Its number.")
       .def_readonly("family", &AprilTag::family, "That the number is of.")
       .def_readonly("hamming", &AprilTag::hamming, "Bits that were corrected.")
@@ -61,15 +63,8 @@ auto april_tag_fields() {
 }  // namespace
 
 void define_tag(py::module_& m) {
-  const auto fields = std::make_tuple(
-      required_field("id", &Tag::id, "number, unique in its family"),
-      required_field("size_m", &Tag::size_m, "side of the square whose corners are detected [m]"),
-      required_field("centre_m", &Tag::centre_m, "(3,) [m, world]"),
-      field("family", &Tag::family, "a name in april_tag_families()"),
-      field("normal", &Tag::normal, "(3,) towards the printed side"),
-      field("x_axis", &Tag::x_axis, "(3,) to the right on the print, seen upright"));
   define_documented<Tag>(m, "Tag", "An AprilTag as a landmark: its number, size and place.",
-                         fields);
+                         internal::scene::tag_fields);
 }
 
 void define_april_tags(py::module_& m) {

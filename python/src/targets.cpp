@@ -4,6 +4,7 @@
 #include "casters.hpp"
 #include "fields.hpp"
 #include "module.hpp"
+#include "results.hpp"
 
 namespace occ::python {
 namespace {
@@ -36,7 +37,7 @@ void define_kinds(py::module_& m) {
 }
 
 void define_truth(py::module_& m) {
-  py::class_<TagTruth>(m, "TagTruth", "Ground truth of a tag in a rendered image.")
+  ResultClass<TagTruth>(m, "TagTruth", "Ground truth of a tag in a rendered image.")
       .def_readonly("id", &TagTruth::id, "Id of the tag.")
       .def_readonly("in_view", &TagTruth::in_view, "It is drawn, and part of it lies on the image.")
       .def_readonly("whole", &TagTruth::whole, "Its whole sheet lies on the image.")
@@ -48,8 +49,8 @@ void define_truth(py::module_& m) {
             return rows;
           },
           "(4, 2) corners in the order of detect_april_tags().");
-  py::class_<CircleTruth>(m, "CircleTruth",
-                          "Ground truth of a circular target in a rendered image.")
+  ResultClass<CircleTruth>(m, "CircleTruth",
+                           "Ground truth of a circular target in a rendered image.")
       .def_readonly("id", &CircleTruth::id, "Id of the target.")
       .def_readonly("in_view", &CircleTruth::in_view,
                     "It is drawn, and part of it lies on the image.")
@@ -57,7 +58,7 @@ void define_truth(py::module_& m) {
       .def_readonly("centre_px", &CircleTruth::centre_px, "(2,) projection of the centre.")
       .def_readonly("image_centre_px", &CircleTruth::image_centre_px,
                     "(2,) centroid of the disc's image.");
-  py::class_<ChessboardTruth>(m, "ChessboardTruth", "Ground truth of a board in a rendered image.")
+  ResultClass<ChessboardTruth>(m, "ChessboardTruth", "Ground truth of a board in a rendered image.")
       .def_readonly("in_view", &ChessboardTruth::in_view,
                     "It is drawn, and part of it lies on the image.")
       .def_readonly("whole", &ChessboardTruth::whole, "The whole board lies on the image.")

@@ -51,13 +51,13 @@ void define_test_field(py::module_& m) {
       m, "TestFieldDesign", "Design of a test field: a room with targets, stations and a camera.");
   define_value(design, design_fields());
   define_repr(design, "TestFieldDesign", design_fields());
-  py::class_<TestField>(m, "TestField", "A simulated network with noise, and without.")
+  ResultClass<TestField>(m, "TestField", "A simulated network with noise, and without.")
       .def_readonly("network", &TestField::network, "Network with noisy pixels and start values.")
       .def_readonly("truth", &TestField::truth, "Network without errors.");
   py::class_<ScaleSource> source(m, "ScaleSource", "Source of a network's scale.");
   define_value(source, source_fields());
   define_repr(source, "ScaleSource", source_fields());
-  py::class_<ScalePrediction>(m, "ScalePrediction", "Predicted precision with a ScaleSource.")
+  ResultClass<ScalePrediction>(m, "ScalePrediction", "Predicted precision with a ScaleSource.")
       .def_readonly("name", &ScalePrediction::name, "Label of the source.")
       .def_readonly("scale_sigma", &ScalePrediction::scale_sigma,
                     "Relative standard deviation of the scale.")

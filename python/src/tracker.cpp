@@ -3,6 +3,7 @@
 
 #include "fields.hpp"
 #include "module.hpp"
+#include "results.hpp"
 #include "tables.hpp"
 
 namespace occ::python {
@@ -16,7 +17,7 @@ void define_frame(py::module_& m) {
       .value("lost", TrackerState::lost)
       .finalize();
   using F = TrackedFrame;
-  py::class_<F>(m, "TrackedFrame", R"(Where the camera was when it took an image.
+  ResultClass<F>(m, "TrackedFrame", R"(Where the camera was when it took an image.
 
 While searching or lost there is no pose: its covariance is infinite.)")
       .def_readonly("time_s", &F::time_s, "Of the image [s].")

@@ -91,7 +91,7 @@ TEST(BadScene, LampKeys) {
                 .find(at + "radius_m`: is not known, got 1; "),
             0u);
   EXPECT_NE(lamp_complaint("id: 0, centre_m: [0, 0, 3], radius_m: 1, colour_temperature: 3000")
-                .find("got 3000; known here: id, name, centre_m, "),
+                .find("got 3000; known here: id, name, shape, centre_m, "),
             std::string::npos);
 }
 

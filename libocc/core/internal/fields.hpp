@@ -43,8 +43,8 @@ struct Unrestricted {
   }
 };
 
-/// A field that the generic reader and writer of files leave out: it is nested or conditional, so
-/// code beside the struct's reader and writer treats it.
+/// A field that generic code leaves out: in files it is nested or conditional, so the struct's own
+/// reader and writer treat it; in Python it is no keyword option but an argument by itself.
 struct ByHand : Unrestricted {};
 
 /// A list that files show as `[]` when it is empty; other lists are then left out.
@@ -91,6 +91,25 @@ struct NotNegative {
   }
 };
 
+/// At least zero, and may be infinite.
+struct NotNegativeOrInfinite {
+  bool holds(double value) const { return value >= 0; }
+  template <class T>
+  std::string text(const T&) const {
+    return "zero or positive";
+  }
+};
+
+struct AtLeast {
+  int low;
+
+  bool holds(double value) const { return value >= low && std::isfinite(value); }
+  template <class T>
+  std::string text(const T&) const {
+    return "at least " + std::to_string(low);
+  }
+};
+
 /// low and high are included where the bracket is square.
 struct Interval {
   char left = '[';
@@ -121,7 +140,7 @@ struct Angle {
   }
   template <class T>
   std::string text(const T&) const {
-    return limit_deg == 90 ? "in (0, pi/2)" : "in (0, pi]";
+    return std::string(limit_deg == 90 ? "in (0, pi/2" : "in (0, pi") + right;
   }
 };
 

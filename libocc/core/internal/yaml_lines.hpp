@@ -5,6 +5,8 @@
 #include <Eigen/Core>
 #include <string>
 
+#include "libocc/core/abi.hpp"
+
 namespace occ::internal::core {
 
 /// Angles are radians in the library and degrees in files. The extended precision gives every angle
@@ -17,13 +19,13 @@ inline double radians(long double degrees) {
 }
 
 /// The fewest digits that read back to the same double; -0 becomes 0.
-std::string text_of(double value);
+LIBOCC_API std::string text_of(double value);
 
 /// The fewest digits in degrees that read back to the same double in radians.
-std::string degrees_text(double value_rad);
+LIBOCC_API std::string degrees_text(double value_rad);
 
 /// A YAML string in double quotes, with escapes for quotes, backslashes and control characters.
-std::string quoted(const std::string& text);
+LIBOCC_API std::string quoted(const std::string& text);
 
 template <typename List>
 std::string list_text(const List& values) {

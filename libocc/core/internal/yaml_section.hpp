@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Strict reading of one mapping of a YAML file, key by key. Every error is a std::runtime_error
-// "FILE:LINE: key `PATH`: REASON, got VALUE". A key that has been read is known; `refuse_unknown`
+// "FILE:LINE: key `PATH`: REASON, got VALUE". A key that has been read is known; `reject_unknown`
 // then rejects every other key of the mapping and suggests a known one.
 #pragma once
 
@@ -66,7 +66,7 @@ class YamlSection {
   /// the key that it names, or of the key `otherwise` when there is no such key.
   void check(const std::function<void()>& check, const std::string& otherwise = "") const;
 
-  void refuse_unknown() const;
+  void reject_unknown() const;
 
   [[noreturn]] void fail_missing(const std::string& key) const;
   [[noreturn]] void fail(const std::string& key, const std::string& reason) const;

@@ -8,6 +8,7 @@
 #include "libocc/codes/internal/code_fields.hpp"
 #include "libocc/core/internal/fields.hpp"
 #include "libocc/radiometry/internal/sensor_fields.hpp"
+#include "libocc/scene/detectable_points.hpp"
 #include "libocc/scene/object.hpp"
 #include "libocc/scene/prior.hpp"
 #include "libocc/scene/scene.hpp"
@@ -161,6 +162,18 @@ inline constexpr auto object_point_fields = core::fields_of<ObjectPoint>(
 inline constexpr auto object_fields = core::fields_of<Object>(
     core::required_field("name", &Object::name, "", core::Unrestricted{}, "name of the object"),
     core::required_field("points", &Object::points, "", core::ByHand{}, "1 to 1000 ObjectPoints"));
+
+inline constexpr auto detectable_fields = core::fields_of<DetectableOptions>(
+    core::field("sharp_rad", &DetectableOptions::sharp_rad, "rad", core::Angle{180, ')'},
+                "minimum angle between the normals of a sharp edge's faces"),
+    core::field("straight_rad", &DetectableOptions::straight_rad, "rad", core::Angle{90, ')'},
+                "two edges with a smaller angle between them count as one"),
+    core::field("min_edge", &DetectableOptions::min_edge, "", core::Interval{'[', 0, 1, ')'},
+                "minimum length of an edge over the diagonal of the bounding box"),
+    core::field("max_points", &DetectableOptions::max_points, "", core::Positive{},
+                "the points with the longest edges are kept"),
+    core::field("directions", &DetectableOptions::directions, "", core::AtLeast{10},
+                "number of viewing directions tested for each point"));
 
 inline constexpr auto prior_fields = core::fields_of<Prior>(
     core::field("position_m", &Prior::position_m, "m", core::Finite{},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What part of the light a lens lets through to a pixel, beyond cos^4.
+// Transmission of a lens at a pixel (vignetting), beyond cos^4.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,7 +14,8 @@ class Vignetting {
  public:
   explicit Vignetting(const Scene& scene);
 
-  /// 1 + a1 q^2 + a2 q^4 + ..., see Lens::vignetting; beyond the farthest corner as there.
+  /// 1 + a1 q^2 + a2 q^4 + ... (Lens::vignetting); beyond the farthest corner the value at the
+  /// corner.
   double transmission(const Eigen::Vector2d& px) const;
 
  private:

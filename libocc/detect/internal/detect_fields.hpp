@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// The fields of DetectOptions (core/internal/fields.hpp).
+#pragma once
+
+#include "libocc/core/internal/fields.hpp"
+#include "libocc/detect/detect.hpp"
+
+namespace occ::internal::detect {
+
+// detect() in Python finds bright blobs only: `dark` is no keyword option.
+inline constexpr auto detect_fields = core::fields_of<DetectOptions>(
+    core::field("threshold_sigma", &DetectOptions::threshold_sigma, "", core::Positive{},
+                "threshold above the local background, in standard deviations of the noise"),
+    core::field("threshold_dn", &DetectOptions::threshold_dn, "grey levels", core::NotNegative{},
+                "absolute threshold instead of threshold_sigma"),
+    core::field("min_area_px", &DetectOptions::min_area_px, "px", core::AtLeast{1},
+                "smaller blobs are dropped"),
+    core::field("max_blobs", &DetectOptions::max_blobs, "", core::AtLeast{1},
+                "the brightest blobs are kept"),
+    core::field("dark", &DetectOptions::dark, "", core::ByHand{},
+                "detect regions darker than their surroundings"),
+    core::field("rims", &DetectOptions::rims, "", core::Unrestricted{},
+                "measure the sub-pixel rims of discs"),
+    core::field(
+        "sensor", &DetectOptions::sensor, "", core::Unrestricted{},
+        "Sensor: noise model, full scale, response, row time; None: the noise is estimated"),
+    core::field("stripes", &DetectOptions::stripes, "", core::Unrestricted{},
+                "join rolling-shutter stripes and measure frequencies; None: if the sensor has a "
+                "row time"),
+    core::field("max_frequency_hz", &DetectOptions::max_frequency_hz, "Hz", core::Positive{},
+                "highest frequency measured from stripes"));
+
+}  // namespace occ::internal::detect
