@@ -175,11 +175,11 @@ PointConsensus point_consensus(const Network& network, const NetworkState& state
   };
   if (!is_majority()) {
     for (const auto& [a, b] : pairs_of(static_cast<int>(total), point)) {
-      const auto point = intersect_observations(network, state, {observations[a], observations[b]});
-      if (!point) continue;
-      std::vector<char> is_inlier = trial.inliers(*point);
+      const auto start = intersect_observations(network, state, {observations[a], observations[b]});
+      if (!start) continue;
+      std::vector<char> is_inlier = trial.inliers(*start);
       if (count(is_inlier) < 2) continue;
-      const Vector3d position = trial.refined(*point, is_inlier);
+      const Vector3d position = trial.refined(*start, is_inlier);
       if (count(is_inlier) > count(best)) {
         best = is_inlier;
         result.position_m = position;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A camera's response curve from photographs of the same still scene with several exposure times.
 //
-//     g(Z_ij) = ln E_i + ln t_j        Z: stored level, E: light on place i, t: exposure time
+//     g(Z_ij) = ln E_i + ln t_j        Z: stored level, E: light on patch i, t: exposure time
 //
 // with g = ln f^-1 and f the response (Debevec, Malik, "Recovering high dynamic range radiance maps
 // from photographs", SIGGRAPH 1997, eq (2), (3)). The scale of light is arbitrary: g is 0 at the

@@ -196,9 +196,9 @@ TEST(StartNetwork, ATagOfAnotherSizeIsNamed) {
     EXPECT_EQ(body.scale_free, body.name == "tag " + std::to_string(field.tags[5].id));
   StartOptions options = tag_size(0.16);
   options.other_sizes_m[field.tags[5].id] = 0.2;
-  const Result<NetworkStart> told = start_network(
+  const Result<NetworkStart> corrected = start_network(
       {{"camera", pinhole(), {}}}, seen_from(field, pinhole(), around_wall(8), 0.05), options);
-  EXPECT_TRUE(told->wrong_sizes.empty());
+  EXPECT_TRUE(corrected->wrong_sizes.empty());
 }
 
 TEST(StartNetwork, ReportsBlocksWithoutCommonTags) {

@@ -45,10 +45,10 @@ TEST(Adjust, RecoversANoiseFreeNetworkExactly) {
 void expect_parity(const Network& network) {
   const auto own = adjust(network, plain());
   ASSERT_TRUE(own.ok()) << own.message;
-  const test::CeresResult peer = test::ceres_adjust(network);
-  ASSERT_TRUE(peer.converged);
-  EXPECT_NEAR(own->cost, peer.cost, 1e-9 * peer.cost);
-  const auto a = in_datum(own->network, network), b = in_datum(peer.network, network);
+  const test::CeresResult reference = test::ceres_adjust(network);
+  ASSERT_TRUE(reference.converged);
+  EXPECT_NEAR(own->cost, reference.cost, 1e-9 * reference.cost);
+  const auto a = in_datum(own->network, network), b = in_datum(reference.network, network);
   ASSERT_TRUE(a.ok() && b.ok());
   EXPECT_LT(test::worst_distance(*a, *b), 1e-8);
   for (const std::string& name : network.cameras[0].free_parameters)
@@ -170,16 +170,16 @@ TEST(Adjust, RecoversRigsBodiesAndPriors) {
 }
 
 /// Adds gross errors of 5 to 200 px to a part of the observations; returns their indices.
-std::set<int> spoil(Network& network, double part, std::uint64_t seed) {
+std::set<int> add_gross_errors(Network& network, double part, std::uint64_t seed) {
   Random random(seed, 9);
-  std::set<int> spoiled;
+  std::set<int> faulty;
   for (std::size_t i = 0; i < network.observations.size(); ++i) {
     if (random.uniform() >= part) continue;
     const double angle = random.uniform(0, 2 * pi), far = std::exp(random.uniform(1.6, 5.3));
     network.observations[i].pixel += far * Eigen::Vector2d(std::cos(angle), std::sin(angle));
-    spoiled.insert(static_cast<int>(i));
+    faulty.insert(static_cast<int>(i));
   }
-  return spoiled;
+  return faulty;
 }
 
 TEST(Adjust, RejectsGrossErrors) {
@@ -188,7 +188,7 @@ TEST(Adjust, RejectsGrossErrors) {
     const Network truth = panorama ? test::line_network(8, 60) : test::pinhole_network(8, 60);
     Network network = noisy_network(truth, 1, 0.03);
     const auto clean = adjust(network, plain());
-    const std::set<int> spoiled = spoil(network, 0.1, 5);
+    const std::set<int> faulty = add_gross_errors(network, 0.1, 5);
     const auto found = adjust(network);
     ASSERT_TRUE(found.ok()) << found.message;
     std::set<int> rejected;
@@ -197,10 +197,10 @@ TEST(Adjust, RejectsGrossErrors) {
       EXPECT_FALSE(found->network.observations[one.observation].used);
       EXPECT_FALSE(one.reason.empty());
     }
-    std::size_t caught = 0;
-    for (const int i : spoiled) caught += rejected.count(i);
-    EXPECT_GE(caught, spoiled.size() - 1) << "of " << spoiled.size();
-    EXPECT_LE(rejected.size() - caught, 2U);
+    std::size_t detected = 0;
+    for (const int i : faulty) detected += rejected.count(i);
+    EXPECT_GE(detected, faulty.size() - 1) << "of " << faulty.size();
+    EXPECT_LE(rejected.size() - detected, 2U);
     EXPECT_LT(found->sigma0, 1.2);
     const auto a = in_datum(clean->network, truth), b = in_datum(found->network, truth);
     EXPECT_LT(test::worst_distance(*b, truth), 2 * test::worst_distance(*a, truth));
@@ -218,19 +218,20 @@ TEST(Adjust, RejectsGrossErrorsWithFewRays) {
   const TestField field = simulate_test_field(design);
   const auto clean = adjust(noisy_network(field.truth, design.seed, 0), plain());
   Network network = field.network;
-  const std::set<int> spoiled = spoil(network, 0.1, 5);
+  const std::set<int> faulty = add_gross_errors(network, 0.1, 5);
   const auto found = adjust(network);
   ASSERT_TRUE(found.ok()) << found.message;
-  std::size_t caught = 0;
-  for (const RejectedObservation& one : found->rejected) caught += spoiled.count(one.observation);
-  EXPECT_GT(static_cast<double>(caught), 0.96 * static_cast<double>(spoiled.size()));
-  EXPECT_LT(static_cast<double>(found->rejected.size() - caught),
-            0.1 * static_cast<double>(spoiled.size()));
+  std::size_t detected = 0;
+  for (const RejectedObservation& one : found->rejected) detected += faulty.count(one.observation);
+  EXPECT_GT(static_cast<double>(detected), 0.96 * static_cast<double>(faulty.size()));
+  EXPECT_LT(static_cast<double>(found->rejected.size() - detected),
+            0.1 * static_cast<double>(faulty.size()));
   EXPECT_LT(found->sigma0, 1.1);
   const auto rms = [&](const Network& from) {
     const auto aligned = in_datum(from, field.truth);
     std::vector<int> rays(from.points.size());
-    for (const ImageObservation& seen : from.observations) rays[seen.target.point] += seen.used;
+    for (const ImageObservation& observation : from.observations)
+      rays[observation.target.point] += observation.used;
     double squares = 0, count = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (rays[i] < 2) continue;
@@ -279,21 +280,22 @@ TEST(Adjust, RejectsTagsWithWrongIds) {
   for (int image = 0; image < 5; ++image)
     for (int tag = 0; tag < 80; ++tag)
       if (random.uniform() < 0.1) moved.insert({image, tag});
-  std::size_t spoiled = 0;
-  for (ImageObservation& seen : network.observations)
-    if (moved.count({seen.image, seen.target.body})) {
-      seen.pixel += Eigen::Vector2d(300 - 5 * seen.target.body, 40 + 3 * seen.target.body);
-      ++spoiled;
+  std::size_t faulty = 0;
+  for (ImageObservation& observation : network.observations)
+    if (moved.count({observation.image, observation.target.body})) {
+      observation.pixel +=
+          Eigen::Vector2d(300 - 5 * observation.target.body, 40 + 3 * observation.target.body);
+      ++faulty;
     }
   const auto found = adjust(network);
   ASSERT_TRUE(found.ok()) << found.message;
-  std::size_t caught = 0;
+  std::size_t detected = 0;
   for (const RejectedObservation& one : found->rejected) {
-    const ImageObservation& seen = network.observations[one.observation];
-    caught += moved.count({seen.image, seen.target.body});
+    const ImageObservation& observation = network.observations[one.observation];
+    detected += moved.count({observation.image, observation.target.body});
   }
-  EXPECT_EQ(caught, spoiled);
-  EXPECT_LT(found->rejected.size() - caught, spoiled / 4);
+  EXPECT_EQ(detected, faulty);
+  EXPECT_LT(found->rejected.size() - detected, faulty / 4);
   EXPECT_LT(found->sigma0, 1.1);
 }
 
@@ -360,16 +362,16 @@ TEST(Adjust, ReportsInsufficientData) {
   }
   {
     Network network = good;
-    for (ImageObservation& seen : network.observations)
-      seen.used = seen.image != 2 || seen.target.point < 2;
+    for (ImageObservation& observation : network.observations)
+      observation.used = observation.image != 2 || observation.target.point < 2;
     const auto found = adjust(network);
     EXPECT_EQ(found.status, Status::too_few_lamps);
     EXPECT_NE(found.message.find("s2"), std::string::npos) << found.message;
   }
   {
     Network network = good;  // stations 0 to 2 observe the first half only, 3 to 5 the second
-    for (ImageObservation& seen : network.observations)
-      seen.used = (seen.image < 3) == (seen.target.point < 15);
+    for (ImageObservation& observation : network.observations)
+      observation.used = (observation.image < 3) == (observation.target.point < 15);
     const auto found = adjust(network);
     EXPECT_EQ(found.status, Status::degenerate);
     EXPECT_NE(found.message.find("2 blocks"), std::string::npos) << found.message;
@@ -466,37 +468,39 @@ TEST(Adjust, TheCallbackReportsAndStops) {
 
 TEST(Adjust, RejectsInvalidNetworks) {
   const Network good = test::pinhole_network();
-  const auto refusal = [&](const std::function<void(Network&)>& spoil) {
+  const auto error_message = [&](const std::function<void(Network&)>& change) {
     Network network = good;
-    spoil(network);
+    change(network);
     return test::complaint([&] { adjust(network); });
   };
   const auto names = [&](const std::string& text, const char* what) {
     return text.find(what) != std::string::npos;
   };
-  EXPECT_TRUE(
-      names(refusal([](Network& n) { n.observations[4].image = 17; }), "observations[4].image"));
-  EXPECT_TRUE(names(refusal([](Network& n) { n.observations[4].target.point = -3; }),
+  EXPECT_TRUE(names(error_message([](Network& n) { n.observations[4].image = 17; }),
+                    "observations[4].image"));
+  EXPECT_TRUE(names(error_message([](Network& n) { n.observations[4].target.point = -3; }),
                     "observations[4].target"));
-  EXPECT_TRUE(names(refusal([](Network& n) { n.observations[4].sigma_px.y() = 0; }),
+  EXPECT_TRUE(names(error_message([](Network& n) { n.observations[4].sigma_px.y() = 0; }),
                     "observations[4].sigma_px"));
-  EXPECT_TRUE(names(refusal([](Network& n) { n.observations[4].pixel.x() = NAN; }),
+  EXPECT_TRUE(names(error_message([](Network& n) { n.observations[4].pixel.x() = NAN; }),
                     "observations[4].pixel"));
-  EXPECT_TRUE(names(refusal([](Network& n) { n.cameras[0].free_parameters = {"fz"}; }), "fz"));
-  EXPECT_TRUE(names(refusal([](Network& n) {
+  EXPECT_TRUE(
+      names(error_message([](Network& n) { n.cameras[0].free_parameters = {"fz"}; }), "fz"));
+  EXPECT_TRUE(names(error_message([](Network& n) {
                       n.cameras[0].free_parameters = {"k1", "k1"};
                     }),
                     "once"));
   EXPECT_TRUE(
-      names(refusal([](Network& n) { n.points[2].position_m.z() = INFINITY; }), "points[2]"));
-  EXPECT_TRUE(names(refusal([](Network& n) { n.stations[1].station_from_world.rotation *= 2; }),
-                    "stations[1]"));
-  EXPECT_TRUE(names(refusal([](Network& n) {
+      names(error_message([](Network& n) { n.points[2].position_m.z() = INFINITY; }), "points[2]"));
+  EXPECT_TRUE(
+      names(error_message([](Network& n) { n.stations[1].station_from_world.rotation *= 2; }),
+            "stations[1]"));
+  EXPECT_TRUE(names(error_message([](Network& n) {
                       n.distances.push_back({Target::of_point(0), Target::of_point(0), 1, 1, true});
                     }),
                     "distances[0]"));
   EXPECT_TRUE(
-      names(refusal([](Network& n) {
+      names(error_message([](Network& n) {
               n.control.push_back({Target::of_point(0), {0, 0, 0}, -Eigen::Matrix3d::Identity()});
             }),
             "control[0].covariance_m2"));

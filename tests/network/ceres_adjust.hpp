@@ -23,7 +23,7 @@ struct CeresResult {
   bool converged = false;
 };
 
-namespace ceres_peer {
+namespace ceres_reference {
 
 /// Start values. Blocks of six are steps from them: rotation and translation of a pose.
 struct Bases : ceres::EvaluationCallback {
@@ -31,15 +31,15 @@ struct Bases : ceres::EvaluationCallback {
   std::vector<std::vector<int>> free_columns;  // one list per camera
   std::vector<std::vector<double>> values;     // their values
   std::vector<Camera> cameras;                 // with these values; updated once per evaluation
-  bool sound = true;
+  bool valid = true;
 
   void PrepareForEvaluation(bool, bool) override {
-    sound = true;
+    valid = true;
     try {
       for (std::size_t i = 0; i < cameras.size(); ++i)
         cameras[i] = camera(static_cast<int>(i), values[i].data());
     } catch (const std::invalid_argument&) {
-      sound = false;
+      valid = false;
     }
   }
 
@@ -69,41 +69,43 @@ struct Bases : ceres::EvaluationCallback {
 /// Parameter blocks: free camera parameters (if any), station, point or body.
 class ImageCost : public ceres::CostFunction {
  public:
-  ImageCost(const Bases& bases, const ImageObservation& seen) : bases_(bases), seen_(seen) {
-    const NetworkImage& image = bases.network.images[seen.image];
+  ImageCost(const Bases& bases, const ImageObservation& observation)
+      : bases_(bases), observation_(observation) {
+    const NetworkImage& image = bases.network.images[observation.image];
     camera_ = image.camera;
     station_ = bases.network.stations[image.station].station_from_world;
     free_ = static_cast<int>(bases.free_columns[camera_].size());
     if (free_ > 0) mutable_parameter_block_sizes()->push_back(free_);
     mutable_parameter_block_sizes()->push_back(6);
-    mutable_parameter_block_sizes()->push_back(seen.target.body < 0 ? 3 : 6);
+    mutable_parameter_block_sizes()->push_back(observation.target.body < 0 ? 3 : 6);
     set_num_residuals(2);
   }
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
     using RowMajor6 = Eigen::Matrix<double, 2, 6, Eigen::RowMajor>;
     const int first = free_ > 0 ? 1 : 0;
-    if (!bases_.sound) return false;
+    if (!bases_.valid) return false;
     const Camera& camera = bases_.cameras[camera_];
     const Eigen::Map<const Vector6> step(blocks[first]);
     const double* target = blocks[first + 1];
     Eigen::Vector3d x(target[0], target[1], target[2]), arm = Eigen::Vector3d::Zero();
-    if (seen_.target.body >= 0) {
-      const NetworkBody& body = bases_.network.bodies[seen_.target.body];
+    if (observation_.target.body >= 0) {
+      const NetworkBody& body = bases_.network.bodies[observation_.target.body];
       arm = so3_exp(x) * (body.world_from_body.rotation *
-                          (body.scale * body.corners_m.col(seen_.target.corner)));
+                          (body.scale * body.corners_m.col(observation_.target.corner)));
       x = arm + body.world_from_body.translation + Eigen::Vector3d(target[3], target[4], target[5]);
     }
-    const Eigen::Matrix3d turn = so3_exp(step.head<3>());
-    const Eigen::Vector3d turned = turn * (station_ * x);
-    const Eigen::Vector3d in_cam = turned + step.tail<3>();
+    const Eigen::Matrix3d rotation = so3_exp(step.head<3>());
+    const Eigen::Vector3d rotated = rotation * (station_ * x);
+    const Eigen::Vector3d in_cam = rotated + step.tail<3>();
     Eigen::Matrix<double, 2, 3> d_point;
     Camera::ParameterJacobian d_parameters;
     const auto pixel = camera.project(in_cam, jacobians ? &d_point : nullptr,
                                       jacobians && free_ > 0 ? &d_parameters : nullptr);
     if (!pixel) return false;
-    const Eigen::Vector2d inverse = seen_.sigma_px.cwiseInverse();
-    const Eigen::Vector2d off = camera.difference_px(*pixel, seen_.pixel).cwiseProduct(inverse);
+    const Eigen::Vector2d inverse = observation_.sigma_px.cwiseInverse();
+    const Eigen::Vector2d off =
+        camera.difference_px(*pixel, observation_.pixel).cwiseProduct(inverse);
     residuals[0] = off[0];
     residuals[1] = off[1];
     if (!jacobians) return true;
@@ -116,19 +118,19 @@ class ImageCost : public ceres::CostFunction {
     }
     if (jacobians[first]) {
       Eigen::Map<RowMajor6> j{jacobians[first]};
-      j.leftCols<3>() = -d_point * skew(turned) * so3_left_jacobian(step.head<3>());
+      j.leftCols<3>() = -d_point * skew(rotated) * so3_left_jacobian(step.head<3>());
       j.rightCols<3>() = d_point;
     }
     if (jacobians[first + 1]) {
-      const Eigen::Matrix<double, 2, 3> by_world = d_point * turn * station_.rotation;
-      if (seen_.target.body < 0) {
+      const Eigen::Matrix<double, 2, 3> d_world = d_point * rotation * station_.rotation;
+      if (observation_.target.body < 0) {
         Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> j{jacobians[first + 1]};
-        j = by_world;
+        j = d_world;
       } else {
         Eigen::Map<RowMajor6> j{jacobians[first + 1]};
-        j.leftCols<3>() = -by_world * skew(arm) *
+        j.leftCols<3>() = -d_world * skew(arm) *
                           so3_left_jacobian(Eigen::Vector3d(target[0], target[1], target[2]));
-        j.rightCols<3>() = by_world;
+        j.rightCols<3>() = d_world;
       }
     }
     return true;
@@ -136,35 +138,35 @@ class ImageCost : public ceres::CostFunction {
 
  private:
   const Bases& bases_;
-  const ImageObservation& seen_;
+  const ImageObservation& observation_;
   Rigid3 station_;
   int camera_ = 0, free_ = 0;
 };
 
 class DistanceCost : public ceres::SizedCostFunction<1, 3, 3> {
  public:
-  explicit DistanceCost(const DistanceObservation& known) : known_(known) {}
+  explicit DistanceCost(const DistanceObservation& distance) : distance_(distance) {}
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    const Eigen::Vector3d apart =
+    const Eigen::Vector3d difference =
         Eigen::Map<const Eigen::Vector3d>(blocks[1]) - Eigen::Map<const Eigen::Vector3d>(blocks[0]);
-    residuals[0] = (apart.norm() - known_.length_m) / known_.sigma_m;
+    residuals[0] = (difference.norm() - distance_.length_m) / distance_.sigma_m;
     for (int k = 0; jacobians && k < 2; ++k) {
-      const Eigen::Vector3d along = (k == 0 ? -1 : 1) / known_.sigma_m * apart.normalized();
+      const Eigen::Vector3d along = (k == 0 ? -1 : 1) / distance_.sigma_m * difference.normalized();
       for (int c = 0; jacobians[k] && c < 3; ++c) jacobians[k][c] = along[c];
     }
     return true;
   }
 
  private:
-  const DistanceObservation& known_;
+  const DistanceObservation& distance_;
 };
 
-}  // namespace ceres_peer
+}  // namespace ceres_reference
 
 /// `tolerance` 0: iterates until the cost no longer decreases.
 inline CeresResult ceres_adjust(const Network& network, int threads = 1, int max_iterations = 200,
                                 double tolerance = 0) {
-  using namespace ceres_peer;
+  using namespace ceres_reference;
   Bases bases(network);
   std::vector<std::vector<double>>& cameras = bases.values;
   std::vector<std::vector<double>> stations(network.stations.size(), std::vector<double>(6, 0.0)),
@@ -181,21 +183,22 @@ inline CeresResult ceres_adjust(const Network& network, int threads = 1, int max
   owned.evaluation_callback = &bases;
   ceres::Problem problem(owned);
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  for (const ImageObservation& seen : network.observations) {
-    if (!seen.used) continue;
-    const NetworkImage& image = network.images[seen.image];
+  for (const ImageObservation& observation : network.observations) {
+    if (!observation.used) continue;
+    const NetworkImage& image = network.images[observation.image];
     std::vector<double*> blocks;
     if (!cameras[image.camera].empty()) blocks.push_back(cameras[image.camera].data());
     blocks.push_back(stations[image.station].data());
-    blocks.push_back(block(seen.target));
-    problem.AddResidualBlock(new ImageCost(bases, seen), nullptr, blocks);
+    blocks.push_back(block(observation.target));
+    problem.AddResidualBlock(new ImageCost(bases, observation), nullptr, blocks);
     for (double* own : blocks) ordering->AddElementToGroup(own, own == blocks.back() ? 0 : 1);
   }
-  for (const DistanceObservation& known : network.distances) {
-    if (!known.used) continue;
-    problem.AddResidualBlock(new DistanceCost(known), nullptr, block(known.from), block(known.to));
-    ordering->AddElementToGroup(block(known.from), 1);
-    ordering->AddElementToGroup(block(known.to), 1);
+  for (const DistanceObservation& distance : network.distances) {
+    if (!distance.used) continue;
+    problem.AddResidualBlock(new DistanceCost(distance), nullptr, block(distance.from),
+                             block(distance.to));
+    ordering->AddElementToGroup(block(distance.from), 1);
+    ordering->AddElementToGroup(block(distance.to), 1);
   }
   for (std::size_t i = 0; i < stations.size(); ++i)
     if (network.stations[i].fixed && problem.HasParameterBlock(stations[i].data()))

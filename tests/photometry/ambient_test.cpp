@@ -168,16 +168,17 @@ TEST(CalibrateAmbient, RejectsInvalidInput) {
   Image small = image;
   small.height = 10;
   small.u8.resize(6400);
-  const auto says = [&](const std::vector<ImageView>& images) {
+  const auto error_message = [&](const std::vector<ImageView>& images) {
     return test::complaint([&] { calibrate_ambient(scene, images, {Rigid3{}}); });
   };
-  EXPECT_NE(says({}).find("one pose for each of 0 images"), std::string::npos);
-  EXPECT_NE(says({small.view()}).find("images[0] must be of the camera's size, got 640x10"),
-            std::string::npos);
+  EXPECT_NE(error_message({}).find("one pose for each of 0 images"), std::string::npos);
+  EXPECT_NE(
+      error_message({small.view()}).find("images[0] must be of the camera's size, got 640x10"),
+      std::string::npos);
   scene.sensor.mosaic = Mosaic::rggb;
-  EXPECT_NE(says({image.view()}).find("sensor.mosaic"), std::string::npos);
+  EXPECT_NE(error_message({image.view()}).find("sensor.mosaic"), std::string::npos);
   scene.effects.set(Effect::ambient, Use::off);
-  EXPECT_NE(says({image.view()}).find("effects.ambient"), std::string::npos);
+  EXPECT_NE(error_message({image.view()}).find("effects.ambient"), std::string::npos);
 }
 
 }  // namespace

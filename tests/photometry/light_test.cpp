@@ -293,15 +293,15 @@ TEST(CalibrateLight, MatchesReplaceTheGate) {
   const auto found = calibrate_light(supposed(truth), blobs, poses, matches);
   for (std::size_t i = 0; i < truth.lamps.size(); ++i)
     EXPECT_LT(error_of(found->lamps[i], truth.lamps[i]).norm(), 1e-6);
-  const auto says = [&] {
+  const auto error_message = [&] {
     return test::complaint([&] { calibrate_light(truth, blobs, poses, matches); });
   };
   matches[3][0].blob = 6;
-  EXPECT_NE(says().find("matches[3].blob must be an index"), std::string::npos);
+  EXPECT_NE(error_message().find("matches[3].blob must be an index"), std::string::npos);
   matches[3][0] = {-1, 0};
-  EXPECT_NE(says().find("matches[3].lamp must be an index"), std::string::npos);
+  EXPECT_NE(error_message().find("matches[3].lamp must be an index"), std::string::npos);
   matches.pop_back();
-  EXPECT_NE(says().find("matches must be a list for each of 8 images"), std::string::npos);
+  EXPECT_NE(error_message().find("matches must be a list for each of 8 images"), std::string::npos);
 }
 
 TEST(CalibrateLight, AnOutlierHasLittleWeight) {
@@ -379,16 +379,16 @@ TEST(CalibrateLight, ASmallRangeOfAnglesLeavesTheOrderUndetermined) {
 
 TEST(CalibrateLight, RejectsInvalidInput) {
   const Scene scene = true_room();
-  const auto says = [&](const std::vector<Rigid3>& poses, const LightOptions& options) {
+  const auto error_message = [&](const std::vector<Rigid3>& poses, const LightOptions& options) {
     return test::complaint([&] { calibrate_light(scene, {{}, {}}, poses, options); });
   };
-  EXPECT_NE(says({Rigid3{}}, {}).find("one pose for each of 2 images"), std::string::npos);
+  EXPECT_NE(error_message({Rigid3{}}, {}).find("one pose for each of 2 images"), std::string::npos);
   Rigid3 skew;
   skew.rotation(0, 1) = 1;
-  EXPECT_NE(says({Rigid3{}, skew}, {}).find("cam_from_world[1]"), std::string::npos);
+  EXPECT_NE(error_message({Rigid3{}, skew}, {}).find("cam_from_world[1]"), std::string::npos);
   LightOptions options;
   options.gate_px = -1;
-  EXPECT_NE(says({Rigid3{}, Rigid3{}}, options).find("gate_px"), std::string::npos);
+  EXPECT_NE(error_message({Rigid3{}, Rigid3{}}, options).find("gate_px"), std::string::npos);
 }
 
 }  // namespace

@@ -220,7 +220,7 @@ TEST(Response, TwelveBits) {
   EXPECT_EQ(channel.level_dn[channel.level_dn.size() - 1], 4095);
   EXPECT_LT(channel.highest_dn, scene.sensor.grey_level(8000));
   EXPECT_EQ(channel.variance_factor, 1);
-  scene.sensor.full_well_e = 1e9;  // the response itself goes on
+  scene.sensor.full_well_e = 1e9;  // no saturation below full scale
   EXPECT_LT(table_error(channel, scene.sensor, 0.05), 0.02);
   EXPECT_LT(squared_errors(channel, scene.sensor, {900, 1500, 3000}), 11);
 }
@@ -262,25 +262,25 @@ TEST(Response, TreatsThreeChannelsSeparately) {
 
 TEST(Response, ReportsAnUndeterminedCurve) {
   const Scene scene = test::wall_of_lamps();
-  const auto says = [](const test::Series& series, const std::string& text,
-                       const ResponseOptions& options = {}) {
+  const auto expect_degenerate = [](const test::Series& series, const std::string& text,
+                                    const ResponseOptions& options = {}) {
     const auto found = recover_response(series.views(), series.exposures_s, options);
     EXPECT_EQ(found.status, Status::degenerate);
     EXPECT_NE(found.message.find(text), std::string::npos) << found.message;
     EXPECT_TRUE(found->channels.empty());
   };
-  says(test::exposure_series(scene, 2, 2), "2 different exposure times");
+  expect_degenerate(test::exposure_series(scene, 2, 2), "2 different exposure times");
   test::Series same = test::exposure_series(scene, 3, 1);
-  says(same, "1 different exposure times");
+  expect_degenerate(same, "1 different exposure times");
   ResponseOptions basis;
   basis.method = ResponseMethod::basis;
-  says(same, "1 different exposure times", basis);
-  says(test::exposure_series(scene, 3, 2, 1, 0.001), "neither black nor clipped");
+  expect_degenerate(same, "1 different exposure times", basis);
+  expect_degenerate(test::exposure_series(scene, 3, 2, 1, 0.001), "neither black nor clipped");
   // Two groups of lamps with very different brightness, and almost equal exposure times.
   Scene apart = scene;
   for (std::size_t i = 0; i < apart.lamps.size(); ++i)
     apart.lamps[i].power_w = (i % 2 ? 3.5 : 35) * (1 + 0.002 * static_cast<double>(i));
-  says(test::exposure_series(apart, 3, 1.1, 1, 50), "no patch links the levels below");
+  expect_degenerate(test::exposure_series(apart, 3, 1.1, 1, 50), "no patch links the levels below");
   // Texture everywhere.
   test::Series texture = test::exposure_series(scene, 3);
   Random random(1);
@@ -304,8 +304,8 @@ TEST(Response, RejectsLongerTimesWithDarkerImages) {
 
 TEST(Response, RejectsInvalidInput) {
   test::Series series = test::exposure_series(test::wall_of_lamps(), 3);
-  const auto refuses = [&](const std::function<void(test::Series&, ResponseOptions&)>& change,
-                           const std::string& text) {
+  const auto expect_error = [&](const std::function<void(test::Series&, ResponseOptions&)>& change,
+                                const std::string& text) {
     test::Series changed = series;
     ResponseOptions options;
     change(changed, options);
@@ -313,28 +313,30 @@ TEST(Response, RejectsInvalidInput) {
         test::complaint([&] { recover_response(changed.views(), changed.exposures_s, options); });
     EXPECT_NE(said.find(text), std::string::npos) << text << ": " << said;
   };
-  refuses([](auto& s, auto&) { s.images.resize(1); }, "images must be at least two, got 1");
-  refuses([](auto& s, auto&) { s.exposures_s.pop_back(); },
-          "exposures_s must be one for each of 3");
-  refuses([](auto& s, auto&) { s.exposures_s[1] = 0; }, "exposures_s[1] must be positive, got 0");
-  refuses([](auto& s, auto&) { s.exposures_s[2] = NAN; }, "exposures_s[2]");
-  refuses([](auto& s, auto&) { s.images[2].height /= 2, s.images[2].u8.resize(240 * 80); },
-          "images[2]'s size must be that of images[0], 240 x 160, got 240 x 80");
-  refuses([](auto& s, auto&) { s.images[1].channels = 3, s.images[1].u8.resize(3 * 240 * 160); },
-          "images[1]'s channels");
-  refuses([](auto&, auto& o) { o.bit_depth = 12; }, "bit_depth must be 8 for 8-bit images");
-  refuses([](auto&, auto& o) { o.smoothness = 0; }, "smoothness");
-  refuses([](auto&, auto& o) { o.basis_functions = 9; }, "basis_functions");
-  refuses([](auto&, auto& o) { o.black_level_dn = 250; }, "black_level_dn");
-  refuses([](auto&, auto& o) { o.max_patches = 3; }, "max_patches");
+  expect_error([](auto& s, auto&) { s.images.resize(1); }, "images must be at least two, got 1");
+  expect_error([](auto& s, auto&) { s.exposures_s.pop_back(); },
+               "exposures_s must be one for each of 3");
+  expect_error([](auto& s, auto&) { s.exposures_s[1] = 0; },
+               "exposures_s[1] must be positive, got 0");
+  expect_error([](auto& s, auto&) { s.exposures_s[2] = NAN; }, "exposures_s[2]");
+  expect_error([](auto& s, auto&) { s.images[2].height /= 2, s.images[2].u8.resize(240 * 80); },
+               "images[2]'s size must be that of images[0], 240 x 160, got 240 x 80");
+  expect_error(
+      [](auto& s, auto&) { s.images[1].channels = 3, s.images[1].u8.resize(3 * 240 * 160); },
+      "images[1]'s channels");
+  expect_error([](auto&, auto& o) { o.bit_depth = 12; }, "bit_depth must be 8 for 8-bit images");
+  expect_error([](auto&, auto& o) { o.smoothness = 0; }, "smoothness");
+  expect_error([](auto&, auto& o) { o.basis_functions = 9; }, "basis_functions");
+  expect_error([](auto&, auto& o) { o.black_level_dn = 250; }, "black_level_dn");
+  expect_error([](auto&, auto& o) { o.max_patches = 3; }, "max_patches");
   for (Image& image : series.images) {
     image.type = PixelType::u16;
     image.u16.assign(image.u8.begin(), image.u8.end());
     image.u8.clear();
   }
-  refuses([](auto&, auto&) {}, "bit_depth must be given for 16-bit images");
-  refuses([](auto& s, auto& o) { o.bit_depth = 10, s.images[1].u16[7] = 1024; },
-          "images[1]'s brightest pixel must be at most 1023");
+  expect_error([](auto&, auto&) {}, "bit_depth must be given for 16-bit images");
+  expect_error([](auto& s, auto& o) { o.bit_depth = 10, s.images[1].u16[7] = 1024; },
+               "images[1]'s brightest pixel must be at most 1023");
 }
 
 }  // namespace
