@@ -22,8 +22,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 core::LeastSquaresOptions options_of(int max_iterations) {
   core::LeastSquaresOptions options;
   options.max_iterations = max_iterations;
-  options.step_tolerance = 1e-10;  // below the rounding of any image coordinate
-  options.chi2_tolerance = 1e-20;
+  options.step_tolerance = 1e-5;  // px
+  options.take_last_step = true;
   return options;
 }
 

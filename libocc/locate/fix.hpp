@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the camera is, how well that is known, and what else would explain what was seen.
+// Result of localisation: the camera's pose with covariance, and all other plausible poses.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,14 +15,14 @@
 
 namespace occ {
 
-/// One pose that explains the image.
+/// One plausible pose.
 struct Candidate {
   Rigid3 cam_from_world;
   Matrix6 covariance = unknown_covariance<6>();
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< of the camera in the world
   double rms_px = 0;
   double chi2 = 0;
-  int dof = 0;
+  int dof = 0;                ///< residuals minus unknowns
   std::map<int, Blob> lamps;  ///< lamp id -> blob
 };
 
@@ -30,7 +30,7 @@ struct Timing {
   double detect_s = 0, identify_s = 0, refine_s = 0, total_s = 0;
 };
 
-/// Without candidates pose and position are of no meaning, which their covariances say.
+/// Without candidates, pose and position are undefined and their covariances infinite.
 struct Fix {
   Rigid3 cam_from_world;
   Matrix6 covariance = unknown_covariance<6>();  ///< of cam_from_world, see geometry/rigid.hpp
@@ -38,9 +38,9 @@ struct Fix {
   Eigen::Matrix3d position_covariance_m2 = unknown_covariance<3>();
   double rms_px = 0;
   std::map<int, Blob> lamps;          ///< lamp id -> blob, of the best candidate
-  std::vector<Blob> blobs;            ///< everything detected
+  std::vector<Blob> blobs;            ///< all detected blobs
   std::vector<Candidate> candidates;  ///< all plausible poses, best first; the first is the fix
-  std::optional<RungChoice> choice;   ///< locate(): by which rung it was refined, and why
+  std::optional<RungChoice> choice;   ///< locate(): rung of the refinement, with the reason
   Timing timing_s;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one verb: where was the camera when it took this image of these lamps? Detects blobs, names
-// them, solves the pose and refines it; returns every pose that explains the image, best first.
+// Pose of the camera from one image of known lamps: detects blobs, assigns them to lamps
+// (identify), solves for the pose and refines it. Returns all plausible poses, best first.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,35 +24,34 @@
 namespace occ {
 
 struct LIBOCC_API LocateOptions {
-  std::optional<Prior> prior;  ///< used to identify and to refine
-  /// For the whole call; detection and identification are done when the rung is chosen, and what
-  /// they took is measured. The most accurate rung that is predicted to fit is taken instead of
-  /// refine.rung (its flux model is kept).
+  std::optional<Prior> prior;  ///< for identification and refinement
+  /// Time budget of the whole call. The rung is chosen after detection and identification, whose
+  /// time is measured. The most accurate rung that is predicted to fit replaces refine.rung; the
+  /// flux model is kept.
   std::optional<double> budget_s;
-  /// Root of the trace of the position's covariance: the cheapest rung that is predicted to meet it
-  /// is taken; together with a budget, the cheapest that meets it within the budget.
+  /// Target for the root of the trace of the position's covariance. The fastest rung that is
+  /// predicted to meet it is used; with a budget, the fastest that meets it within the budget.
   std::optional<double> target_sigma_m;
-  RungCosts costs;           ///< what each rung takes on this machine
-  DetectOptions detect;      ///< its sensor is the scene's unless set
-  IdentifyOptions identify;  ///< its prior is the one above
-  RefineOptions refine;      ///< its prior is the one above
-  int max_candidates = 16;   ///< poses that fit: refined and returned at most
+  RungCosts costs;           ///< computing time of each rung on this machine
+  DetectOptions detect;      ///< its sensor defaults to the scene's
+  IdentifyOptions identify;  ///< its prior is replaced by the one above
+  RefineOptions refine;      ///< its prior is replaced by the one above
+  int max_candidates = 16;   ///< maximum number of poses that are refined and returned
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
-/// Status: ok; ambiguous (the best candidate is in the fix, all are in `candidates`); no_lamps,
-/// too_few_lamps, no_pose (also when a pose puts the lamps in place but not to size, their names
-/// following from geometry alone), degenerate (the lamps are seen on a line, see identify),
-/// not_converged (any candidate; the fix holds what was found so far); budget_not_met (one pose,
-/// but not within the budget or not to the target as predicted: the best there is; Fix::choice says
-/// what it would take). Throws std::invalid_argument when the image's size is not the camera's, or
-/// the scene or the options do not validate. What the scene's effects switch off does not count
-/// (Scene::as_rendered).
+/// Status: ok; ambiguous (the fix is the best candidate, all are in `candidates`); no_lamps;
+/// too_few_lamps; no_pose (also if a pose matches the lamps' positions but not their sizes, and the
+/// assignment follows from geometry alone); degenerate (the lamps are on a line in the image, see
+/// identify); not_converged (for any candidate; the fix holds the last iterate); budget_not_met
+/// (one pose, which is predicted to miss the budget or the target; Fix::choice states what would be
+/// needed). Throws std::invalid_argument if the image does not have the camera's size, or if scene
+/// or options are not valid. Effects that the scene switches off are ignored (Scene::as_rendered).
 LIBOCC_API Result<Fix> locate(const ImageView& image, const Scene& scene,
                               const LocateOptions& options = {});
 
-/// The same from blobs that are already detected.
+/// The same from detected blobs.
 LIBOCC_API Result<Fix> locate(const std::vector<Blob>& blobs, const Scene& scene,
                               const LocateOptions& options = {});
 

@@ -75,8 +75,8 @@ class PointIntersection {
     Vector3d x = *start;
     core::LeastSquaresOptions options;
     options.max_iterations = 100;
-    options.step_tolerance = 1e-9;
-    options.chi2_tolerance = 1e-20;
+    options.step_tolerance = 1e-5;
+    options.take_last_step = true;
     const core::LeastSquaresResult result = core::minimise_sums(*this, x, options);
     core::NormalSums<3> final_sums;
     if (!sums(x, final_sums)) return fail(out, Status::degenerate);

@@ -92,8 +92,9 @@ bool descend(const std::vector<FluxEquation>& equations, double huber, LightFit&
   const LightProblem problem{equations, fit, huber};
   core::LeastSquaresOptions options;
   options.max_iterations = max_steps;
-  options.step_tolerance = 1e-8;
-  options.chi2_tolerance = 1e-16;
+  options.step_tolerance = 1e-5;
+  options.take_last_step = true;
+  options.chi2_tolerance = 1e-12;  // at the limits of an order the gradient does not vanish
   const auto fitted = std::count(fit.determined.begin(), fit.determined.end(), true);
   Eigen::VectorXd step = Eigen::VectorXd::Zero(1 + fitted);
   const bool converged = core::minimise_sums(problem, step, options).converged;

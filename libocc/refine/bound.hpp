@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Cramer-Rao bound of the pose: no unbiased estimate from the same observations has a smaller
-// covariance. With Gaussian observations of mean mu(x) and variance v(x) the Fisher information is
+// Cramer-Rao bound of the pose: no unbiased estimate from the same observations has a smaller
+// covariance. For Gaussian observations of mean mu(x) and variance v(x) the Fisher information is
 //     I_jk = sum mu_j mu_k / v + v_j v_k / (2 v^2),      subscripts: derivatives by x_j
 // (Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, eq (3.31), due to
-// Slepian and Bangs); unknowns that are not the pose are eliminated by the Schur complement, and
-// the bound is the inverse of what is left.
+// Slepian and Bangs). The Schur complement eliminates the unknowns other than the pose; the bound
+// is the inverse of the remaining information.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,14 +24,14 @@ struct PoseBound {
   int lamps = 0;  ///< lamps or points that contribute
 };
 
-/// Every function here: status ok; too_few_lamps (fewer than three points or lamps, and they do not
-/// determine the pose); degenerate (the information is singular to 1e-12 of its scale; the message
-/// says its rank). The covariance is infinite where there is no bound, never NaN. A pose that is
-/// not finite throws std::invalid_argument.
+/// All functions of this header: status ok; too_few_lamps (fewer than three points or lamps, and
+/// they do not determine the pose); degenerate (the information is singular to 1e-12 of its scale;
+/// the message states its rank). Without a bound the covariance is infinite, never NaN. They throw
+/// std::invalid_argument for a pose that is not finite.
 
-/// From image points: independent errors of sigma_px in x and y. Points outside the camera's domain
-/// are left out. Throws std::invalid_argument for points that are not finite, a sigma that is not
-/// positive, or another number of sigmas than of points.
+/// Bound from image points with independent errors of sigma_px in x and y. Points outside the
+/// camera's domain are ignored. Throws std::invalid_argument for points that are not finite, a
+/// sigma that is not positive, or a number of sigmas that differs from the number of points.
 LIBOCC_API Result<PoseBound> pose_bound(const std::vector<Eigen::Vector3d>& points_in_world,
                                         const Camera& camera, const Rigid3& cam_from_world,
                                         double sigma_px);
@@ -39,21 +39,21 @@ LIBOCC_API Result<PoseBound> pose_bound(const std::vector<Eigen::Vector3d>& poin
                                         const Camera& camera, const Rigid3& cam_from_world,
                                         const std::vector<double>& sigmas_px);
 
-/// From what the scene says an image at this pose would show, by the sensor's noise:
-///   points, centres   each lamp's place in the image, its size known, its light and the background
-///                     not: the least that any centroid can err
-///   rims              each part of a lamp's rim for itself, light and background on its two sides
-///                     known; per length along the rim the information is integral mu'^2 / v across
-///   direct            all pixels around the lamps, each lamp's light and background unknown
-/// The flux model adds what is known of light: lamp powers, up to a common factor or not. Lamps
-/// that are dark, outside the image or cut by its border are left out. Throws
-/// std::invalid_argument when the scene does not validate.
+/// Bound from the image of a scene, predicted with the sensor's noise:
+///   points, centres   position of each lamp in the image; its size is known, its light and the
+///                     background are unknown: a lower limit for the error of any centroid
+///   rims              independent parts of each lamp's rim; light and background on both sides are
+///                     known; the information per length along the rim is integral mu'^2 / v across
+///                     it
+///   direct            all pixels around the lamps; the light and background of each are unknown
+/// The flux model adds the information of known lamp powers. Lamps that are dark, outside the image
+/// or cut by its border are ignored. Throws std::invalid_argument if the scene is not valid.
 LIBOCC_API Result<PoseBound> pose_bound(const Scene& scene, const Rigid3& cam_from_world,
                                         Rung rung = Rung::direct,
                                         FluxModel flux = FluxModel::ignore);
 
-/// From observations as they are, with their stated sigmas, at a given pose: what refine() with
-/// these options could attain. Throws as refine() does.
+/// Bound from measured blobs with their stated sigmas at a given pose: the limit of refine() with
+/// these options. Throws as refine() does.
 LIBOCC_API Result<PoseBound> pose_bound(const std::vector<Match>& matches,
                                         const std::vector<Blob>& blobs, const Scene& scene,
                                         const Rigid3& cam_from_world,

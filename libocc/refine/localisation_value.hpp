@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which points of an object localise it well: over many views, how often each point is seen, and by
-// how much the Cramer-Rao bound of the pose (refine/bound.hpp) grows without it.
+// Contribution of each point of an object to its localisation, over many views: how often the point
+// is visible, and by how much the Cramer-Rao bound of the pose (refine/bound.hpp) grows without it.
 #pragma once
 
 #include <vector>
@@ -13,26 +13,29 @@
 namespace occ {
 
 struct PointValue {
-  double seen = 0;    ///< share of the views in which the camera is in its cone and has it in view
-  double needed = 0;  ///< share of the views whose pose is determined with it and not without it
-  double growth = 1;  ///< of the pose's sigmas without it: geometric mean over their six directions
-                      ///< and over those views that show it and determine the pose without it, too
+  double seen = 0;    ///< share of the views that have it in view, with the camera in its cone
+  double needed = 0;  ///< share of the views whose pose is determined with it but not without it
+  /// Growth of the pose's sigmas without it: geometric mean over the six directions, and over the
+  /// views that show it and determine the pose without it as well.
+  double growth = 1;
 };
 
 struct LocalisationValue {
   std::vector<PointValue> points;  ///< in the object's order
   double determined = 0;           ///< share of the views that determine the pose
-  double sigma_m = 0;    ///< median bound of the camera's position there, root of the trace
-  double sigma_rad = 0;  ///< of its rotation
+  double sigma_m = 0;    ///< median over these of the bound of the position: root of the trace
+  double sigma_rad = 0;  ///< the same of the rotation
 };
 
-/// Views of an object's middle: `directions` of them, even over the sphere, from each distance.
+/// Poses (camera from object) of cameras that look at the object's middle: from each distance,
+/// `directions` evenly over the sphere.
 LIBOCC_API std::vector<Rigid3> views_around(const Object& object,
                                             const std::vector<double>& distances_m,
                                             int directions = 100);
 
-/// sigma_px: of each point's pixel coordinates. Throws std::invalid_argument for no views, a view
-/// that is not finite and a sigma that is not positive; the object must be valid.
+/// `sigma_px`: standard deviation of each pixel coordinate. The object must be valid. Throws
+/// std::invalid_argument without views, for a view that is not finite, and for a sigma that is not
+/// positive.
 LIBOCC_API LocalisationValue localisation_value(const Object& object, const Camera& camera,
                                                 const std::vector<Rigid3>& cam_from_object,
                                                 double sigma_px);

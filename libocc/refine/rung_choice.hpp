@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which rung of the refinement to take: the cheapest that is predicted to meet a target, the most
-// accurate that is predicted to fit a budget, or, with both, the cheapest that meets the target
-// within the budget. Where nothing does, the best there is.
+// Choice of the refinement's rung from predicted times and errors: with a target, the fastest rung
+// that meets it; with a time budget, the most accurate rung within it; with both, the fastest rung
+// that meets the target within the budget. If no rung does, the nearest one.
 #pragma once
 
 #include <functional>
@@ -16,9 +16,9 @@ namespace occ {
 
 struct RungForecast {
   Rung rung = Rung::rims;
-  double predicted_s = 0;  ///< of the refinement, every pose that it has to refine included
-  /// Root of the trace of the position's covariance, by the bound of the observations at hand; for
-  /// Rung::points with what taking the lamps' centres for those of their images adds. Nothing where
+  double predicted_s = 0;  ///< time of the refinement of all poses
+  /// Root of the trace of the position's covariance, from the Cramer-Rao bound of the observations;
+  /// for Rung::points plus the bias of using the lamps' centres for those of their images. Empty if
   /// the choice did not depend on it.
   std::optional<double> predicted_sigma_m;
 };
@@ -26,22 +26,23 @@ struct RungForecast {
 struct RungChoice {
   Rung rung = Rung::rims;
   double predicted_s = 0;
-  /// As above; where it was not predicted, that of the fix, as its own observations' bound has it.
+  /// As above; if it was not predicted, the bound of the observations at the fix.
   std::optional<double> predicted_sigma_m;
-  bool met = true;                         ///< target and budget, as predicted
-  std::string reason;                      ///< a sentence; unless met, what would be needed
-  std::vector<RungForecast> alternatives;  ///< all that were considered, cheapest first
+  bool met = true;     ///< true if the prediction meets target and budget
+  std::string reason;  ///< a sentence; if not met, it states what would be needed
+  std::vector<RungForecast> alternatives;  ///< all rungs considered, fastest first
 };
 
 struct RungWish {
-  /// Time left for the refinement [s], when asked; may be negative. Empty: no budget.
+  /// Returns the time left for the refinement [s]; may be negative. Empty: no budget.
   std::function<double()> left_s;
   std::optional<double> target_sigma_m;
 };
 
-/// `forecasts`: at least one, their times filled in. `sigma_of` is asked, cheapest rung first, for
-/// as few rungs as the choice takes (a bound costs up to as much as the rung itself); infinite when
-/// the rung has no answer. Without any wish the first forecast's rung is taken.
+/// `forecasts`: at least one, fastest first, with their times. `sigma_of` returns the predicted
+/// error of a rung, infinite if the rung does not determine the position. It is called for as few
+/// rungs as possible, because a bound takes up to as long as the rung itself. Without target and
+/// budget the first forecast is chosen.
 LIBOCC_API RungChoice choose_rung(std::vector<RungForecast> forecasts, const RungWish& wish,
                                   const std::function<double(Rung)>& sigma_of);
 

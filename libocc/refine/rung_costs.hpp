@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a rung of the refinement costs, as measured: a line for each rung,
-//     time = fixed + per lamp + per rim point + per pixel.
+// Computing time of each rung of the refinement, as measured:
+//     time = fixed + per_lamp lamps + per_rim_point rim points + per_pixel pixels.
 // `libocc ladder --costs FILE.yaml` measures one on the machine at hand.
 #pragma once
 
@@ -14,11 +14,11 @@
 
 namespace occ {
 
-/// What there is to refine one pose by.
+/// Numbers of measurements of one pose.
 struct RungWork {
   int lamps = 0;
   int rim_points = 0;
-  int pixels = 0;  ///< in the boxes around the blobs, the dark margin of 4 px that is used included
+  int pixels = 0;  ///< in the boxes around the blobs, including their dark margin of 4 px
 };
 
 LIBOCC_API RungWork work_of(const std::vector<Match>& matches, const std::vector<Blob>& blobs);
@@ -30,8 +30,8 @@ struct LIBOCC_API RungCost {
   bool operator==(const RungCost& other) const;
 };
 
-/// One pose each. The defaults were measured by `libocc ladder --costs` (irregular_six, three to
-/// six lamps of 13 to 29 px) on one core of an x86-64 server of about 2.5 GHz.
+/// Times for one pose. The defaults were measured by `libocc ladder --costs` (irregular_six, three
+/// to six lamps of 13 to 29 px) on one core of an x86-64 server of about 2.5 GHz.
 struct LIBOCC_API RungCosts {
   RungCost points{7e-6, 0.55e-6, 0, 0};
   RungCost centres{7e-6, 0.6e-6, 0, 0};
@@ -43,9 +43,9 @@ struct LIBOCC_API RungCosts {
   void validate() const;  ///< throws std::invalid_argument: finite, not negative
 };
 
-/// A YAML file with a mapping for each rung. Reading throws std::runtime_error "FILE:LINE: key
-/// `direct.per_lamp_s`: must be zero or positive, got -1", writing one that names the file; it is
-/// written whole or not at all.
+/// YAML files with one mapping for each rung. Reading throws std::runtime_error, e.g. "FILE:LINE:
+/// key `direct.per_lamp_s`: must be zero or positive, got -1". Writing is atomic and throws
+/// std::runtime_error with the file's name.
 LIBOCC_API RungCosts read_rung_costs(const std::string& path);
 LIBOCC_API RungCosts parse_rung_costs(const std::string& text, const std::string& name = "<text>");
 LIBOCC_API std::string format_rung_costs(const RungCosts& costs);

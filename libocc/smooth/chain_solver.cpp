@@ -233,8 +233,8 @@ ChainSolution<Body> solved(Chain<Body>& chain, std::vector<typename Body::Pose> 
 }
 
 template <class Body>
-Result<Smoothing<typename Body::Smoothed>> told(const Chain<Body>& chain,
-                                                const ChainSolution<Body>& solution) {
+Result<Smoothing<typename Body::Smoothed>> to_result(const Chain<Body>& chain,
+                                                     const ChainSolution<Body>& solution) {
   Result<Smoothing<typename Body::Smoothed>> out;
   const std::vector<bool>& determined = solution.covariance.determined;
   for (std::size_t k = 0; k < chain.nodes.size(); ++k) {
@@ -270,9 +270,9 @@ template ChainSolution<SpatialBody> solved(Chain<SpatialBody>&, std::vector<Rigi
                                            const SmootherOptions&);
 template ChainSolution<PlanarBody> solved(Chain<PlanarBody>&, std::vector<PlanarPose>,
                                           const SmootherOptions&);
-template Result<Smoothing<SmoothedPose>> told(const Chain<SpatialBody>&,
-                                              const ChainSolution<SpatialBody>&);
-template Result<Smoothing<SmoothedPlanarPose>> told(const Chain<PlanarBody>&,
-                                                    const ChainSolution<PlanarBody>&);
+template Result<Smoothing<SmoothedPose>> to_result(const Chain<SpatialBody>&,
+                                                   const ChainSolution<SpatialBody>&);
+template Result<Smoothing<SmoothedPlanarPose>> to_result(const Chain<PlanarBody>&,
+                                                         const ChainSolution<PlanarBody>&);
 
 }  // namespace occ::internal::smooth

@@ -139,7 +139,7 @@ typename ChainWindow<Body>::Estimate ChainWindow<Body>::solve() {
     if (!chain_.links[k].report.odometry) link(k);  // it may have come after its frames
   const auto solution = solved(chain_, poses_, options_.smoothing);
   poses_ = solution.poses;
-  auto found = told(chain_, solution);
+  auto found = to_result(chain_, solution);
   Estimate out;
   out.status = found.status;
   out.message = std::move(found.message);

@@ -145,7 +145,7 @@ Result<Smoothing<typename Body::Smoothed>> smoothed(Chain<Body>& chain,
     require(Body::finite(start[k]), "start[" + std::to_string(k) + "]", "a number that is not",
             "finite");
   const auto solution = solved(chain, start.empty() ? start_poses(chain) : start, options);
-  return told(chain, solution);
+  return to_result(chain, solution);
 }
 
 }  // namespace

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The newest poses of a body as frames arrive: smooth/smoother.hpp over the last few poses
-// (fixed lag). The oldest pose is marginalised: with A, b the normal equations of all that touches
-// it,
+// Fixed-lag smoothing: smooth/smoother.hpp over the last few poses, as frames arrive. The oldest
+// pose (index 0) is marginalised. With A, b the normal equations of all terms that contain it,
 //     information = A_11 - A_10 A_00^-1 A_01,  gradient = b_1 - A_10 A_00^-1 b_0
-// of the next pose, about where that is now, stand for it and for all before (Schur complement;
-// Sibley, Matthies, Sukhatme, "Sliding window filter with application to planetary landing", J.
-// Field Robotics 27(5), 2010, section 3). What was linearised there stays so; everything in the
-// window is linearised anew. Memory and time per frame do not grow.
+// become a prior of the next pose (Schur complement; Sibley, Matthies, Sukhatme, "Sliding window
+// filter with application to planetary landing", J. Field Robotics 27(5), 2010, section 3). Its
+// linearisation point is kept; all terms inside the window are linearised again. Memory and time
+// per frame are bounded.
 //
-// Frames may come late, or twice: one inside the window is put where it belongs, one at a time that
-// is there already is a second camera. One before the window is not used, and said.
+// Frames may arrive late or twice. A frame inside the window is inserted at its time; one at the
+// time of an existing pose is treated as a second camera. A frame before the window is ignored and
+// reported.
 #pragma once
 
 #include <memory>
@@ -28,13 +28,12 @@ struct LIBOCC_API WindowOptions {
 
 template <class Pose>
 struct WindowEstimate {
-  Smoothing<Pose> window;  ///< oldest first; chi2 and dof are of the window
-  Pose newest;             ///< the last of it
-  bool used = true;        ///< false: what came was before the window
+  Smoothing<Pose> window;  ///< oldest first; chi2 and dof refer to the window
+  Pose newest;             ///< the last pose of the window
+  bool used = true;        ///< false: the input was before the window
 };
 
-/// Poses in space. Status of the answers: ok; too_few_lamps, degenerate, not_converged as of
-/// smooth(), of the window. What a caller gets wrong throws std::invalid_argument as there.
+/// Poses in space. Status and std::invalid_argument as for smooth(), applied to the window.
 class LIBOCC_API WindowSmoother {
  public:
   using Estimate = Result<WindowEstimate<SmoothedPose>>;
@@ -44,12 +43,12 @@ class LIBOCC_API WindowSmoother {
   WindowSmoother(WindowSmoother&&) noexcept;
   WindowSmoother& operator=(WindowSmoother&&) noexcept;
 
-  /// In the order of time, before or after the frames at its ends. False, and not used, when it
-  /// starts before the end of the last.
+  /// Steps must be in the order of time; a step may be added before or after the frames at its
+  /// ends. Returns false and ignores the step if it starts before the end of the previous one.
   bool add_odometry(const Odometry& odometry);
   Estimate add_frame(const SmootherFrame& frame);
   Estimate add_observation(const PoseObservation& observation);
-  void restart();  ///< forgets everything, e.g. after the clock was set back
+  void restart();  ///< deletes all poses, e.g. after the clock was set back
 
  private:
   struct State;

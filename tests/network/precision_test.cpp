@@ -199,7 +199,7 @@ TEST(Precision, FixedIsExactAndLeftOutIsUnknown) {
   EXPECT_TRUE(std::isinf(p->point(40)(2, 2)));
   EXPECT_THROW(p->point(41), std::invalid_argument);
   EXPECT_THROW(p->station(-1), std::invalid_argument);
-  EXPECT_THROW(precision(network, {}, 5), std::invalid_argument);
+  EXPECT_THROW(precision(network, {}, 0), std::invalid_argument);
   EXPECT_EQ(Precision().unknowns(), 0);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: the two kinds of body that smoothers know, as one interface: poses in space
-// (body_from_world, left perturbation) and on a floor (PlanarPose, [x, y, heading]).
+// Common interface of the two kinds of poses: in space (body_from_world, left perturbation) and on
+// a floor (PlanarPose, [x, y, heading]).
 #pragma once
 
 #include <Eigen/Core>
@@ -28,7 +28,7 @@ struct SpatialBody {
 
   Rigid3 body_from_world(const Pose& pose) const { return pose; }
   Pose pose_of(const Rigid3& body_from_world) const { return body_from_world; }
-  /// d left perturbation of body_from_world / d delta.
+  /// d (left perturbation of body_from_world) / d delta.
   Lift lift(const Pose&) const { return Lift::Identity(); }
   static Pose moved(const Pose& pose, const Part& delta);
   static Part difference(const Pose& to, const Pose& from, Block* d_to = nullptr);
@@ -37,12 +37,12 @@ struct SpatialBody {
   static Piece piece_of(const Step& step, double from_s, double to_s) {
     return {from_s, to_s, step.motion, step.covariance};
   }
-  /// The part of a step between two shares of its time, at constant velocity.
+  /// Part of a step between two fractions of its time, at constant velocity.
   static Step cut(const Step& step, double from, double to);
   static Step chained(const Step& first, const Step& then);
   static Pose after(const Pose& pose, const Step& step) { return step.motion * pose; }
   static Pose before(const Pose& pose, const Step& step) { return step.motion.inverse() * pose; }
-  /// How far the step between two poses is from the measured one.
+  /// Difference between the step from one pose to the next and the measured step.
   static Part residual(const Pose& from, const Pose& to, const Step& step, Block* d_from,
                        Block* d_to);
   static Part sigmas(double metres, double radians);

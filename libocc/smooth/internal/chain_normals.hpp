@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: normal equations of a chain, H delta = -g, where only consecutive poses share terms:
-// block tridiagonal. With A_k a diagonal block, B_k the block that couples k and k + 1,
+// Normal equations of a chain, H delta = -g. They are block tridiagonal, because only consecutive
+// poses share terms. With A_k a diagonal block and B_k the block that couples k and k + 1, the
+// factorisation
 //     S_0 = A_0,  S_k+1 = A_k+1 - B_k^T S_k^-1 B_k
-// gives the solution forwards and backwards. What all poses before k say of pose k is
+// gives the solution by forward and backward substitution. The information of all earlier poses
+// about pose k is
 //     M_k = T_k-1 - B_k-1^T (O_k-1 + M_k-1 + F_k-1)^-1 B_k-1
-// (O: what a pose's own observations add to A, F and T: what a link adds to A of the pose where it
-// starts, and where it ends), alike from behind, so that each pose has an information matrix of its
-// own and is determined, or not, by itself: P_k = (O_k + M_k + M'_k)^-1.
+// where O is the part of A from a pose's own observations, and F and T are the parts from a link at
+// its start and its end. M'_k of the later poses follows likewise. The covariance of each pose is
+// then P_k = (O_k + M_k + M'_k)^-1, and whether it is determined is tested for each pose
+// separately.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -25,7 +28,7 @@ struct ChainNormals {
   using Block = Eigen::Matrix<double, size, size>;
   using Part = Eigen::Matrix<double, size, 1>;
   std::vector<Block> own;
-  std::vector<Block> from, to;  // of link k, at pose k and at pose k + 1
+  std::vector<Block> from, to;  // parts from link k, at pose k and at pose k + 1
   std::vector<Block> coupling;  // rows of pose k, columns of pose k + 1
   std::vector<Part> gradient;
 
@@ -51,11 +54,11 @@ struct ChainCovariance {
   std::vector<bool> determined;
 };
 
-/// Whether information is left in every direction, beside rounding of the terms of which it is the
-/// difference.
+/// True if the information is regular, given the rounding errors of the `terms` it is computed
+/// from.
 template <class Block>
 bool well_determined(const Block& information, const Block& terms) {
-  constexpr double rounding = 1e-12;  // of many poses in a row
+  constexpr double rounding = 1e-12;  // accumulated over many poses
   if (!information.allFinite() || !(terms.diagonal().array() > 0).all()) return false;
   const auto unit = terms.diagonal().cwiseSqrt().cwiseInverse().eval();
   const Block scaled = unit.asDiagonal() * information * unit.asDiagonal();
@@ -63,8 +66,7 @@ bool well_determined(const Block& information, const Block& terms) {
   return eigen.eigenvalues()[0] > rounding;
 }
 
-/// delta of (H + damping) delta = -g, the damping a part of H's diagonal; nothing when that is not
-/// positive definite.
+/// Solves (H + damping diag H) delta = -g; false if the matrix is not positive definite.
 template <int size>
 bool solve(const ChainNormals<size>& normals, double damping,
            std::vector<typename ChainNormals<size>::Part>& delta) {
@@ -78,7 +80,7 @@ bool solve(const ChainNormals<size>& normals, double damping,
   Block taken = Block::Zero();
   for (std::size_t k = 0; k < count; ++k) {
     Block pivot = normals.diagonal(k);
-    for (int i = 0; i < size; ++i)  // what nothing tells stays where it is
+    for (int i = 0; i < size; ++i)  // the minimum keeps undetermined components where they are
       pivot(i, i) += damping * std::max(pivot(i, i), 1e-9 * largest);
     pivot -= taken;
     const Eigen::LLT<Block> llt(pivot);
@@ -98,8 +100,8 @@ bool solve(const ChainNormals<size>& normals, double damping,
   return true;
 }
 
-/// What is left of a link's information at one end when the pose at its other end, of which
-/// `known` tells, is eliminated; zero when that leaves it open.
+/// Information of a link at one end after eliminating the pose at its other end, whose information
+/// from elsewhere is `known`; zero if that pose is not determined.
 template <class Block>
 Block message(const Block& known, const Block& there, const Block& here, const Block& coupling) {
   const Block pivot = known + there;
@@ -110,7 +112,7 @@ Block message(const Block& known, const Block& there, const Block& here, const B
   return here - half.transpose() * half;
 }
 
-/// Blocks of H^-1; `linked[k]`: whether pose k + 1 hangs on pose k.
+/// Blocks of H^-1. `linked[k]`: true if a link joins poses k and k + 1.
 template <int size>
 ChainCovariance<size> covariance(const ChainNormals<size>& normals,
                                  const std::vector<bool>& linked) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: the most likely poses of a chain (Levenberg, Marquardt), their covariance, and which
-// odometry steps the rest contradicts.
+// Solves a chain: maximum-likelihood poses (Levenberg-Marquardt), their covariances, and the test
+// of the odometry steps for gross errors.
 #pragma once
 
 #include <string>
@@ -21,14 +21,14 @@ struct ChainSolution {
   bool converged = false;
 };
 
-/// `poses`: where to start. Sets the links' reports, and what is aside.
+/// Minimises from `poses`. Sets the reports of the links and the marks of sightings aside.
 template <class Body>
 ChainSolution<Body> solved(Chain<Body>& chain, std::vector<typename Body::Pose> poses,
                            const SmootherOptions& options);
 
-/// What is said of a solution: status and message, poses with covariances, statistics.
+/// Result for the user: status, message, poses with covariances, statistics.
 template <class Body>
-Result<Smoothing<typename Body::Smoothed>> told(const Chain<Body>& chain,
-                                                const ChainSolution<Body>& solution);
+Result<Smoothing<typename Body::Smoothed>> to_result(const Chain<Body>& chain,
+                                                     const ChainSolution<Body>& solution);
 
 }  // namespace occ::internal::smooth

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: where the search for the poses of a chain starts.
+// Start values for the poses of a chain.
 #pragma once
 
 #include <optional>
@@ -10,16 +10,18 @@
 
 namespace occ::internal::smooth {
 
-/// From what one node saw alone; of several poses that fit, the one nearest to `expected`.
+/// Pose from the observations of one node alone. Of several poses that fit, the one nearest to
+/// `expected`, which may be null.
 template <class Body>
 std::optional<typename Body::Pose> pose_alone(const Body& body, const Node<Body>& node,
                                               const typename Body::Pose* expected);
 
-/// Of every node: alone where that is possible, otherwise along the links from its neighbours.
+/// Poses of all nodes: from their own observations if possible, otherwise from their neighbours
+/// along the links.
 template <class Body>
 std::vector<typename Body::Pose> start_poses(const Chain<Body>& chain);
 
-/// Whether the node's sightings are within some sigmas (root mean square) at this pose.
+/// True if the root mean square of the node's residuals at this pose is below `sigmas`.
 template <class Body>
 bool fits(const Body& body, const Node<Body>& node, const typename Body::Pose& pose, double sigmas);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: the window of smooth/window_smoother.hpp, for both kinds of body.
+// Window of smooth/window_smoother.hpp for both kinds of poses.
 #pragma once
 
 #include <functional>
@@ -22,7 +22,7 @@ class ChainWindow {
   ChainWindow(const Body& body, const WindowOptions& options);
 
   bool add_odometry(const typename Body::Piece& piece);
-  /// Adds to the node of this time, which is made where there is none, and solves.
+  /// Adds observations to the node of this time, which is created if needed, and solves.
   Estimate add(double time_s, const std::function<void(Node<Body>&)>& put);
   void restart();
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: odometry as it comes, chained and cut to the times between which it is asked for.
+// Odometry steps, concatenated and cut to given time intervals.
 #pragma once
 
 #include <deque>
@@ -11,7 +11,7 @@
 
 namespace occ::internal::smooth {
 
-constexpr double same_time_s = 1e-9;  // of clocks that are read in nanoseconds
+constexpr double same_time_s = 1e-9;  // resolution of clocks that count nanoseconds
 
 template <class Body>
 class OdometryPieces {
@@ -26,12 +26,12 @@ class OdometryPieces {
   /// that is not positive semi-definite, or an end that is not after the start.
   static void validate(const Piece& piece, const std::string& name);
 
-  double end_s() const;  ///< of the last piece; minus infinity without
-  /// When bounded: of very many, two neighbours become one, so that memory stays bounded while no
-  /// frame comes.
+  double end_s() const;  ///< end of the last piece; minus infinity without pieces
+  /// If bounded, neighbouring pieces are joined when there are very many, so that memory stays
+  /// bounded while no frame arrives.
   void add(const Piece& piece);
   void forget_before(double time_s);
-  /// Nothing where the pieces leave a gap.
+  /// Step between two times; empty if the pieces leave a gap.
   std::optional<Step> between(double from_s, double to_s) const;
 
  private:
