@@ -16,16 +16,16 @@ auto ellipse_fields() {
       field("centre_px", &E::centre_px, "(2,) [px]"),
       field("semi_major_px", &E::semi_major_px, "[px]"),
       field("semi_minor_px", &E::semi_minor_px, "[px]"),
-      field("angle_rad", &E::angle_rad, "of the major axis from +x towards +y [rad]"));
+      field("angle_rad", &E::angle_rad, "angle of the major axis from +x towards +y [rad]"));
 }
 
 auto blob_fields() {
   using B = Blob;
   return std::make_tuple(
       required_field("centroid_px", &B::centroid_px, "(2,) best centre: rim fit, PSF or moments"),
-      field("covariance_px2", &B::covariance_px2, "(2, 2) of the centroid [px^2]"),
+      field("covariance_px2", &B::covariance_px2, "(2, 2) covariance of the centroid [px^2]"),
       field("flux_dn", &B::flux_dn, "sum of grey levels above the background"),
-      field("flux_sigma_dn", &B::flux_sigma_dn, "its standard deviation"),
+      field("flux_sigma_dn", &B::flux_sigma_dn, "standard deviation of flux_dn"),
       field("peak_dn", &B::peak_dn, "brightest pixel, background included"),
       field("background_dn", &B::background_dn, "local background [grey levels]"),
       field("noise_dn", &B::noise_dn, "standard deviation of a background pixel"),
@@ -34,14 +34,15 @@ auto blob_fields() {
       field("y0", &B::y0, "bounding box, both ends included"),
       field("x1", &B::x1, "bounding box, both ends included"),
       field("y1", &B::y1, "bounding box, both ends included"),
-      field("saturated", &B::saturated, "pixels at full scale: rim has grown, flux is too low"),
+      field("saturated", &B::saturated,
+            "contains pixels at full scale: the rim is too large, the flux too low"),
       field("merged", &B::merged, "shape of more than one lamp"),
       field("cut_by_border", &B::cut_by_border, "touches the image's border"),
       field("striped", &B::striped, "rolling-shutter stripes joined into one blob"),
-      field("frequency_hz", &B::frequency_hz, "blink frequency read from the stripes, or None"),
-      field("frequency_sigma_hz", &B::frequency_sigma_hz, "its standard deviation"),
-      field("lamp_id", &B::lamp_id, "of the lamp that its code told, or None"),
-      field("ellipse", &B::ellipse, "of the rim, else of the second moments"),
+      field("frequency_hz", &B::frequency_hz, "blink frequency from the stripes, or None"),
+      field("frequency_sigma_hz", &B::frequency_sigma_hz, "standard deviation of frequency_hz"),
+      field("lamp_id", &B::lamp_id, "id of the lamp according to its decoded code, or None"),
+      field("ellipse", &B::ellipse, "ellipse of the rim, else of the second moments"),
       field("rim", &B::rim,
             "(n, 5) sub-pixel rim: x, y, outward unit normal x, y, sigma along it [px]"));
 }
@@ -87,11 +88,11 @@ void define_detect(py::module_& m) {
               return detect(image.view, options);
             },
             py::arg("image"), py::kw_only(), argument(f, texts)...,
-            (R"(Finds the lamps of an image: a list of Blobs, brightest first; empty when there is none.
+            (R"(Detects the lamps in an image: a list of Blobs by decreasing flux, which may be empty.
 
 image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16; not copied when the
 pixels of a row are adjacent.
-Raises: TypeError or ValueError for another array or a bad option, naming it.
+Raises: TypeError or ValueError for another array or an invalid option, naming it.
 
 >>> import libocc as occ, numpy as np
 >>> image = np.full((40, 60), 10, np.uint8)
