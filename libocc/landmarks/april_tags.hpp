@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Detects AprilTags, printed landmarks with a number (Olson, "AprilTag: a robust and flexible visual
-// fiducial system", ICRA 2011; Wang, Olson, "AprilTag 2", IROS 2016), with libapriltag.
+// Detects AprilTags, printed landmarks with a number (Olson, "AprilTag: a robust and flexible
+// visual fiducial system", ICRA 2011; Wang, Olson, "AprilTag 2", IROS 2016), with libapriltag.
 //
 // The corners are then refined in the full image. Each side of the tag is modelled as a parabola,
 // because lens distortion bends straight sides. It is fitted to sub-pixel edges across the side: an

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Detects the inner corners of a chessboard with OpenCV's findChessboardCorners and refines them. At
-// a corner c, the image gradient g at every point p around it is perpendicular to p - c (Foerstner,
-// Guelch, "A fast operator for detection and precise location of distinct points ...", ISPRS
-// Intercommission Workshop, 1987, section 3; also OpenCV's cornerSubPix):
+// Detects the inner corners of a chessboard with OpenCV's findChessboardCorners and refines them.
+// At a corner c, the image gradient g at every point p around it is perpendicular to p - c
+// (Foerstner, Guelch, "A fast operator for detection and precise location of distinct points,
+// corners and centres of circular features", ISPRS Intercommission Conference on Fast Processing of
+// Photogrammetric Data, 1987, section 3; also OpenCV's cornerSubPix):
 //
 //     sum of w (g g^T) (p - c) = 0.
 //
