@@ -5,7 +5,7 @@
 
 namespace occ {
 
-// --- c_ook
+// Camera on-off keying
 
 namespace {
 
@@ -71,7 +71,7 @@ SlotCode c_ook_sub_packet_slots(const Code& code) {
   return slots;
 }
 
-// --- ufsook
+// Undersampled frequency shift on-off keying
 
 namespace {
 
@@ -117,7 +117,7 @@ SlotCode ufsook_slots(const Code& code) {
   return slots;
 }
 
-// --- s2psk
+// Spatial two-phase shift keying
 
 namespace {
 
@@ -164,7 +164,7 @@ SlotCode s2psk_slots(const Code& code) {
   return slots;
 }
 
-// --- csk
+// Colour-shift keying
 
 SlotCode csk_slots(const Code& code) {
   SlotCode slots;

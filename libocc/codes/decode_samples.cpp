@@ -106,7 +106,7 @@ std::string number_text(double value) {
 /// Sets status, message and id.
 void set_status(const Evidence& evidence, const Code& code, const DecodeSamplesOptions& options,
                 DecodedCode& out) {
-  constexpr double min_explained = 0.5;  // of the variance; other blinking light explains less
+  constexpr double min_explained = 0.5;  // min explained part of the variance
   const auto unseen = std::count_if(out.margins.begin(), out.margins.end(),
                                     [](double margin) { return margin < 1e-6; });
   const auto verdict = [&](CodeStatus status, std::string message) {

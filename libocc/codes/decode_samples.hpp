@@ -54,8 +54,7 @@ struct DecodedCode {
 };
 
 struct LIBOCC_API DecodeSamplesOptions {
-  double max_clock_error = 1.5e-4;    ///< relative clock error of lamp against camera that is
-                                      ///< searched; two crystals of 75 ppm
+  double max_clock_error = 1.5e-4;    ///< search range: relative clock error of lamp against camera
   double max_expected_errors = 0.05;  ///< more expected bit errors give status `uncertain`
   /// c_ook: true if time stamps are accurate to a quarter of a chip. The samples of all frames are
   /// then decoded together; else the bit likelihoods of single frames are combined.

@@ -21,7 +21,7 @@ void keep_brighter(std::vector<T>& kept, const std::vector<T>& other) {
   for (std::size_t i = 0; i < kept.size(); ++i) kept[i] = std::max(kept[i], other[i]);
 }
 
-/// Brightest level of each pixel in the frames [from, to).
+/// Pixel-wise maximum of the frames [from, to).
 Image brightest(const std::vector<Image>& frames, std::size_t from, std::size_t to) {
   Image kept = frames[from];
   for (std::size_t f = from + 1; f < to; ++f) {
@@ -60,7 +60,8 @@ const Blob* blob_of(const TrackPoint& point, const std::vector<FrameBlobs>& foun
   return &found[point.frame].blobs[*point.blob];
 }
 
-/// A lamp's blob of a frame, or the last one before it (else after it) moved to its place there.
+/// Blob of a lamp in a frame. Without a blob in that frame, the last one before it (else the first
+/// after it), moved to the position of the track.
 Blob blob_at(int frame, const Track& track, const std::vector<FrameBlobs>& found,
              const DecodeOptions& options) {
   Blob blob;
@@ -81,9 +82,9 @@ Blob blob_at(int frame, const Track& track, const std::vector<FrameBlobs>& found
   return blob;
 }
 
-/// Half the size that a lamp's blobs have at most, but for a few that neighbours have enlarged.
+/// Half the size of a lamp's blobs: 90 % quantile, because neighbours may enlarge a few of them.
 Eigen::Vector2d half_size(const Track& track, const std::vector<FrameBlobs>& found) {
-  constexpr double edge_px = 2;
+  constexpr double edge_px = 2;  // light just outside the box, below the threshold
   std::array<std::vector<double>, 2> sizes;
   for (const TrackPoint& point : track.points)
     if (const Blob* blob = blob_of(point, found)) {
@@ -95,7 +96,7 @@ Eigen::Vector2d half_size(const Track& track, const std::vector<FrameBlobs>& fou
   return {sizes[0][at] + edge_px, sizes[1][at] + edge_px};
 }
 
-/// Lines of a lamp in every frame.
+/// Light of a lamp's lines in every frame.
 std::vector<std::vector<LineLight>> lines_of(const Track& track, const Eigen::Vector2d& half,
                                              const std::vector<SequenceFrame>& frames,
                                              const Sensor& sensor) {
@@ -122,7 +123,8 @@ bool better(const DecodedCode& a, const DecodedCode& b) {
   return std::tuple(a.ok(), a.explained) > std::tuple(b.ok(), b.explained);
 }
 
-/// Reads a lamp against each of its three nearest neighbours as its reference.
+/// Decodes a lamp with each of its three nearest neighbours as the reference; keeps the best
+/// result.
 void decode_pair(std::size_t lamp, const std::vector<std::vector<LightSample>>& samples,
                  const DecodeOptions& options, std::vector<DecodedLamp>& lamps) {
   constexpr std::size_t most = 3;
@@ -145,20 +147,21 @@ void decode_pair(std::size_t lamp, const std::vector<std::vector<LightSample>>& 
   }
 }
 
-/// Tracks that were seen often enough, the most seen when there are too many, in their order.
+/// Tracks with at least min_seen blobs, in their order. If there are more than max_lamps, those
+/// with the most blobs.
 std::vector<Track> lasting_tracks(const std::vector<FrameBlobs>& found,
                                   const DecodeOptions& options) {
   std::vector<Track> tracks = track_blobs(found, options.track);
   std::vector<int> seen;
   for (const Track& track : tracks) seen.push_back(track.seen);
   std::sort(seen.begin(), seen.end(), std::greater<>());
-  int least = std::min(options.min_seen, static_cast<int>(found.size()));
-  const auto most = static_cast<std::size_t>(options.max_lamps);
-  if (seen.size() > most) least = std::max(least, seen[most - 1]);
+  int min_seen = std::min(options.min_seen, static_cast<int>(found.size()));
+  const auto max_tracks = static_cast<std::size_t>(options.max_lamps);
+  if (seen.size() > max_tracks) min_seen = std::max(min_seen, seen[max_tracks - 1]);
   tracks.erase(std::remove_if(tracks.begin(), tracks.end(),
-                              [&](const Track& track) { return track.seen < least; }),
+                              [&](const Track& track) { return track.seen < min_seen; }),
                tracks.end());
-  tracks.resize(std::min(tracks.size(), most));
+  tracks.resize(std::min(tracks.size(), max_tracks));
   return tracks;
 }
 
@@ -180,7 +183,7 @@ void check(const std::vector<SequenceFrame>& frames) {
   require_in_order(times_s);
 }
 
-/// Whether a light lies at another's, as pieces do into which noise breaks a lamp.
+/// True if two blobs are so close that they may be parts of one lamp that noise has split.
 bool at_same_place(const Blob& a, const Blob& b) {
   const double reach_x = 0.75 * (a.x1 - a.x0 + b.x1 - b.x0) + 2;
   const double reach_y = 0.75 * (a.y1 - a.y0 + b.y1 - b.y0) + 2;
@@ -188,21 +191,21 @@ bool at_same_place(const Blob& a, const Blob& b) {
   return apart.x() <= reach_x && apart.y() <= reach_y;
 }
 
-/// What a light is among those that say the same.
-enum class Standing {
-  main,   ///< alone, or the brightest of its pieces
-  piece,  ///< of a brighter one
-  rival,  ///< another elsewhere says the same
+/// Role of a blob among those with the same decoded id.
+enum class Role {
+  main,       ///< the only one at its place, or the brightest part of a lamp
+  part,       ///< part of a lamp with a brighter part
+  duplicate,  ///< another place has the same id
 };
-Standing standing_of(const DecodedLamp& lamp, const std::vector<DecodedLamp>& lamps) {
-  Standing standing = Standing::main;
+Role role_of(const DecodedLamp& lamp, const std::vector<DecodedLamp>& lamps) {
+  Role role = Role::main;
   for (const DecodedLamp& other : lamps) {
     if (&other == &lamp || other.code.id != lamp.code.id) continue;
-    if (!at_same_place(lamp.blob, other.blob)) return Standing::rival;
+    if (!at_same_place(lamp.blob, other.blob)) return Role::duplicate;
     const auto order = [](const DecodedLamp& l) { return std::pair(l.blob.flux_dn, &l); };
-    if (order(other) > order(lamp)) standing = Standing::piece;
+    if (order(other) > order(lamp)) role = Role::part;
   }
-  return standing;
+  return role;
 }
 
 }  // namespace
@@ -246,7 +249,7 @@ Result<std::vector<DecodedLamp>> decode_lamps(const std::vector<SequenceFrame>& 
     } else if (options.code.kind == CodeKind::s2psk) {
       decode_pair(i, samples, options, out.value);
     } else {
-      // Without colours a mosaic's pixels all see the same.
+      // Other codes do not use colour: the pixels of all colours are samples of one channel.
       const bool coloured = options.code.kind == CodeKind::csk;
       lamp.code = decode_samples(coloured ? samples[i] : with_channel(samples[i], 0), options.code,
                                  options.samples);
@@ -254,13 +257,13 @@ Result<std::vector<DecodedLamp>> decode_lamps(const std::vector<SequenceFrame>& 
   }
   if (out.value.empty()) {
     out.status = Status::no_lamps;
-    out.message = "no frame shows a light";
+    out.message = "no lamp was detected in any frame";
   }
   return out;
 }
 
-Result<std::vector<Blob>> named_blobs(const std::vector<DecodedLamp>& lamps, const Scene& map,
-                                      const Code& code) {
+Result<std::vector<Blob>> identified_blobs(const std::vector<DecodedLamp>& lamps, const Scene& map,
+                                           const Code& code) {
   std::map<int, int> lamp_of_id;
   for (const Lamp& lamp : map.lamps) {
     if (!lamp.code || lamp.code->code.kind != code.kind || lamp.code->channel != 0) continue;
@@ -268,22 +271,23 @@ Result<std::vector<Blob>> named_blobs(const std::vector<DecodedLamp>& lamps, con
     require(is_new, "map: code id", lamp.code->id, "of one lamp only");
   }
   Result<std::vector<Blob>> out;
-  std::string unknown, twice;
+  std::string unknown, duplicate;
   for (const DecodedLamp& lamp : lamps) {
     Blob& blob = out.value.emplace_back(lamp.blob);
     if (!lamp.code.id) continue;
     const int id = static_cast<int>(*lamp.code.id);
-    const auto named = lamp_of_id.find(id);
-    if (named == lamp_of_id.end())
+    const auto entry = lamp_of_id.find(id);
+    if (entry == lamp_of_id.end())
       unknown += " " + std::to_string(id);
-    else if (const auto said = standing_of(lamp, lamps); said == Standing::rival)
-      twice += " " + std::to_string(id);
-    else if (said == Standing::main)
-      blob.lamp_id = named->second;
+    else if (const Role role = role_of(lamp, lamps); role == Role::duplicate)
+      duplicate += " " + std::to_string(id);
+    else if (role == Role::main)
+      blob.lamp_id = entry->second;
   }
   if (lamps.empty()) out.status = Status::no_lamps;
   if (!unknown.empty()) out.message += "not in the map:" + unknown + ". ";
-  if (!twice.empty()) out.message += "read from several lights, none of them named:" + twice + ". ";
+  if (!duplicate.empty())
+    out.message += "read at several places, so not assigned to any lamp:" + duplicate + ". ";
   return out;
 }
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which lamps say what: from the frames of a sequence to tracks, samples of light, and ids. A lamp
-// is looked for in the brightest of several frames, as in any one it may be dark or show stripes.
+// Decodes the ids that blinking lamps transmit, from the frames of an image sequence.
+//
+// Blobs are detected in the pixel-wise maximum of several frames, because a lamp may be dark or
+// striped in any single frame. They are joined to tracks (track_blobs.hpp), the light along each
+// track is sampled (lamp_rows.hpp), and the samples are decoded (codes/decode_samples.hpp).
 #pragma once
 
 #include <optional>
@@ -22,17 +25,18 @@ namespace occ {
 
 struct SequenceFrame {
   ImageView image;
-  double time_s = 0;  ///< when its first line began its exposure
+  double time_s = 0;  ///< start of the exposure of its first line
 };
 
 struct LIBOCC_API DecodeOptions {
   Code code;
-  /// Lamps are looked for in the brightest of so many frames about each; 0: of all frames, for a
-  /// camera that stands still.
+  /// Blobs are detected in the maximum of so many frames, centred on each frame (1, 3, 5, ...);
+  /// 0: maximum of all frames, for a camera that does not move.
   int join_frames = 15;
-  int min_seen = 2;      ///< frames in which a lamp must show a blob
-  int max_lamps = 64;    ///< the brightest of each frame, the most seen of all: bounded time
-  DetectOptions detect;  ///< its sensor is the one given; stripes are not read
+  int min_seen = 2;      ///< min number of frames in which a lamp has a blob
+  int max_lamps = 64;    ///< limit for the brightest blobs per frame and for the tracks with the
+                         ///< most blobs; bounds the time
+  DetectOptions detect;  ///< its fields `sensor` and `stripes` are ignored
   TrackOptions track;
   DecodeSamplesOptions samples;
 
@@ -41,27 +45,28 @@ struct LIBOCC_API DecodeOptions {
 
 struct DecodedLamp {
   Track track;
-  /// In the brightest of the frames joined about `frame`. Under a moving camera it has no rim, and
-  /// the track's place.
+  /// Blob in the maximum of the frames joined around `frame`. For a moving camera (join_frames > 0)
+  /// it is at the position of the track and has no rim.
   Blob blob;
-  int frame = 0;  ///< the last one that has as many joined frames after as before it
+  int frame = 0;  ///< last frame with as many joined frames after as before it
   DecodedCode code;
-  CodeBudget budget;             ///< of its largest image
-  std::optional<int> reference;  ///< s2psk: which track is its reference
+  CodeBudget budget;             ///< for the lamp's largest image
+  std::optional<int> reference;  ///< s2psk: index of the reference lamp
 };
 
-/// One for each track, in the order in which they begin. Status: ok; no_lamps (nothing in any
-/// frame). Throws std::invalid_argument when frames are none, differ in size or are not in the
-/// order of their times (naming the frame), or the options do not validate.
+/// Returns one entry for each track, in the order of their first blobs. Status: ok; no_lamps (no
+/// track in any frame). Throws std::invalid_argument if there are no frames, if their sizes or
+/// types differ, if their times do not increase (naming the frame), or for invalid options.
 LIBOCC_API Result<std::vector<DecodedLamp>> decode_lamps(const std::vector<SequenceFrame>& frames,
                                                          const Sensor& sensor,
                                                          const DecodeOptions& options = {});
 
-/// The lamps' blobs, with the lamp_id of the map's lamp that says what was read. Of pieces of one
-/// lamp the brightest has it. An id that lights in two places say (one may be a mirror image) or
-/// that no lamp of the map has names no blob; `message` says so. Throws std::invalid_argument when
-/// two lamps of the map say the same.
-LIBOCC_API Result<std::vector<Blob>> named_blobs(const std::vector<DecodedLamp>& lamps,
-                                                 const Scene& map, const Code& code);
+/// Returns the lamps' blobs with lamp_id set to the lamp of the map that transmits the decoded id.
+/// If noise splits a lamp into several blobs, only the brightest gets the lamp_id. No lamp_id is
+/// set for an id that was read at two places (one may be a mirror image) or that the map does not
+/// contain; `message` reports these. Throws std::invalid_argument if two lamps of the map transmit
+/// the same id.
+LIBOCC_API Result<std::vector<Blob>> identified_blobs(const std::vector<DecodedLamp>& lamps,
+                                                      const Scene& map, const Code& code);
 
 }  // namespace occ

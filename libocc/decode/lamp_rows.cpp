@@ -7,7 +7,9 @@
 #include <functional>
 #include <map>
 #include <tuple>
+#include <utility>
 
+#include "libocc/core/statistics.hpp"
 #include "libocc/detect/internal/linear_image.hpp"
 #include "libocc/detect/internal/stripe_window.hpp"
 #include "libocc/radiometry/internal/mosaic.hpp"
@@ -18,16 +20,16 @@ using namespace internal::detect;
 using namespace internal::radiometry;
 namespace {
 
-/// Of the pixel at (x, y): 0 red, 1 green, 2 blue; 0 without a mosaic.
+/// Channel of the pixel at (x, y): 0 red, 1 green, 2 blue; 0 without a mosaic.
 std::size_t channel_of(Mosaic mosaic, int x, int y) {
   return mosaic == Mosaic::none ? 0
                                 : colour_at(mosaic, static_cast<std::size_t>(x % 2 + 2 * (y % 2)));
 }
 
-/// Median of the pixels around a window: what is there without the lamp.
+/// Median of the pixels around a window: the background level without the lamp.
 double level_around(const LinearImage& image, const LineBox& box, bool columns) {
   const LineBox ring = box.grown(2, 2).cut_to(line_box(image, columns));
-  std::vector<float> values;
+  std::vector<double> values;
   float value = 0;
   const auto take = [&](int line, int pos) {
     image.read(columns ? line : pos, columns ? pos : line, 1, 1, &value);
@@ -37,12 +39,10 @@ double level_around(const LinearImage& image, const LineBox& box, bool columns) 
     for (const int line : {ring.line0, ring.line1}) take(line, pos);
   for (int line = ring.line0; line <= ring.line1; ++line)
     for (const int pos : {ring.pos0, ring.pos1}) take(line, pos);
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return median(std::move(values));
 }
 
-/// Variance of a pixel's linear grey level at a signal above black.
+/// Variance of a pixel's linear grey level, for a signal above black.
 double variance_dn2(const Sensor& sensor, double signal_dn) {
   const double noise_dn = sensor.noise_dn(signal_dn / sensor.gain_dn_per_e);
   return noise_dn * noise_dn;
@@ -55,7 +55,7 @@ struct Key {
   }
 };
 
-/// Light that a line has when it is lit: the mean of the brightest quarter.
+/// Light of a line when the lamp is lit: mean of the brightest quarter of its values.
 double lit_level(std::vector<double> values) {
   std::sort(values.begin(), values.end(), std::greater<>());
   const std::size_t count = std::max<std::size_t>(1, values.size() / 4);
@@ -115,8 +115,9 @@ std::vector<LineLight> lamp_lines(const ImageView& image, const Sensor& sensor, 
 
 std::vector<LightSample> light_samples(const std::vector<std::vector<LineLight>>& lines_by_frame,
                                        const Sensor& sensor) {
-  constexpr double min_part = 0.15, min_sigma = 3;
-  constexpr double model_sigma = 0.05;  // light that moves to other lines, reflections
+  constexpr double min_part = 0.15,
+                   min_sigma = 3;       // min light of a line: of the brightest, of noise
+  constexpr double model_sigma = 0.05;  // motion between lines, reflections
   std::map<Key, std::vector<double>> values;
   for (const auto& lines : lines_by_frame)
     for (const LineLight& light : lines) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The light of one lamp as a signal over time. A rolling shutter exposes the lines of a lamp's
-// image one after the other, so that each line is a sample of its light; a global shutter gives one
-// sample a frame. Sampled is the lamp's place, whether it is lit or not.
+// image one after the other, so each line is a sample of its light; a global shutter gives one
+// sample per frame. The window of the lamp is sampled whether the lamp is lit or not.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,7 +14,7 @@
 
 namespace occ {
 
-/// The pixels about a centre that may be lit by a lamp.
+/// Pixels around a centre that a lamp may illuminate.
 struct LampWindow {
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
   double half_width_px = 0, half_height_px = 0;
@@ -22,20 +22,21 @@ struct LampWindow {
 
 /// Light of one line above the background, from the pixels of one colour.
 struct LineLight {
-  int line = 0;  ///< from the window's centre
+  int line = 0;  ///< line index relative to the window's centre
   double start_s = 0;
   double value_dn = 0;  ///< linear signal, summed along the line
   double sigma_dn = 0;
-  int channel = 0;  ///< colour of a mosaic's pixels: 0 red, 1 green, 2 blue
+  int channel = 0;  ///< colour of the pixels: 0 red, 1 green, 2 blue; 0 without a mosaic
 };
 
-/// Lines of the part of the window that is in the image; empty when none is. `start_s`: when the
-/// first line of the image begins its exposure. Throws std::invalid_argument for a bad view.
+/// Returns the lines of the part of the window inside the image; may be empty. `start_s`: start of
+/// the exposure of the image's first line. Throws std::invalid_argument for an invalid view.
 LIBOCC_API std::vector<LineLight> lamp_lines(const ImageView& image, const Sensor& sensor,
                                              double start_s, const LampWindow& window);
 
-/// Samples from the lines of all frames of one lamp, each over the light that the line has when it
-/// is lit, which is that of its brightest frames. Lines that the lamp hardly lights are left out.
+/// Converts the lines of all frames of one lamp to samples. Each is divided by the light of the
+/// same line when the lamp is lit (mean of its brightest quarter of frames). Lines with little
+/// light from the lamp are omitted.
 LIBOCC_API std::vector<LightSample> light_samples(
     const std::vector<std::vector<LineLight>>& lines_by_frame, const Sensor& sensor);
 

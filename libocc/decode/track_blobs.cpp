@@ -11,7 +11,7 @@
 namespace occ {
 namespace {
 
-/// Position and velocity with their covariance.
+/// Kalman filter of position and velocity.
 class Motion {
  public:
   Motion(const Blob& blob, double time_s, const TrackOptions& options)
@@ -38,7 +38,7 @@ class Motion {
     time_s_ = time_s;
   }
 
-  /// Squared distance of a blob in standard deviations.
+  /// Squared Mahalanobis distance of a blob from the prediction.
   double distance2(const Blob& blob) const {
     const Eigen::Vector2d off = blob.centroid_px - state_.head<2>();
     return off.dot(innovation(blob).inverse() * off);
@@ -68,14 +68,14 @@ class Motion {
   Eigen::Matrix4d covariance_;
 };
 
-struct Following {
+struct OpenTrack {
   Motion motion;
   double last_s;
   std::vector<TrackPoint> points;  // with a blob
 };
 
-/// Nearest first, each blob and each track once.
-std::vector<std::pair<std::size_t, std::size_t>> assign(const std::vector<Following>& tracks,
+/// Greedy assignment of blobs to tracks, nearest pairs first; each blob and each track once.
+std::vector<std::pair<std::size_t, std::size_t>> assign(const std::vector<OpenTrack>& tracks,
                                                         const FrameBlobs& frame,
                                                         const TrackOptions& options) {
   std::vector<std::tuple<double, std::size_t, std::size_t>> near;
@@ -97,8 +97,9 @@ std::vector<std::pair<std::size_t, std::size_t>> assign(const std::vector<Follow
   return pairs;
 }
 
-/// Places of every frame: between blobs on the straight line, beyond them with the velocity there.
-Track with_all_frames(const Following& seen, const std::vector<FrameBlobs>& frames) {
+/// Positions in all frames: linear interpolation between blobs, extrapolation with the velocity at
+/// both ends.
+Track with_all_frames(const OpenTrack& seen, const std::vector<FrameBlobs>& frames) {
   Track track;
   track.seen = static_cast<int>(seen.points.size());
   const auto time = [&](const TrackPoint& p) { return frames[p.frame].time_s; };
@@ -158,28 +159,28 @@ std::vector<Track> track_blobs(const std::vector<FrameBlobs>& frames, const Trac
   std::vector<double> times_s;
   for (const FrameBlobs& frame : frames) times_s.push_back(frame.time_s);
   require_in_order(times_s);
-  std::vector<Following> following;
+  std::vector<OpenTrack> open;
   for (std::size_t f = 0; f < frames.size(); ++f) {
     const FrameBlobs& frame = frames[f];
-    for (Following& track : following) track.motion.predict(frame.time_s);
-    std::vector<char> known(frame.blobs.size(), 0);
-    for (const auto& [t, b] : assign(following, frame, options)) {
+    for (OpenTrack& track : open) track.motion.predict(frame.time_s);
+    std::vector<char> assigned(frame.blobs.size(), 0);
+    for (const auto& [t, b] : assign(open, frame, options)) {
       const Blob& blob = frame.blobs[b];
-      following[t].motion.update(blob);
-      following[t].last_s = frame.time_s;
-      following[t].points.push_back({static_cast<int>(f), static_cast<int>(b), blob.centroid_px});
-      known[b] = 1;
+      open[t].motion.update(blob);
+      open[t].last_s = frame.time_s;
+      open[t].points.push_back({static_cast<int>(f), static_cast<int>(b), blob.centroid_px});
+      assigned[b] = 1;
     }
     for (std::size_t b = 0; b < frame.blobs.size(); ++b) {
-      if (known[b]) continue;
+      if (assigned[b]) continue;
       const Blob& blob = frame.blobs[b];
-      following.push_back({Motion(blob, frame.time_s, options),
-                           frame.time_s,
-                           {{static_cast<int>(f), static_cast<int>(b), blob.centroid_px}}});
+      open.push_back({Motion(blob, frame.time_s, options),
+                      frame.time_s,
+                      {{static_cast<int>(f), static_cast<int>(b), blob.centroid_px}}});
     }
   }
   std::vector<Track> tracks;
-  for (const Following& track : following) tracks.push_back(with_all_frames(track, frames));
+  for (const OpenTrack& track : open) tracks.push_back(with_all_frames(track, frames));
   return tracks;
 }
 

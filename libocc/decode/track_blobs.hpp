@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Joins the blobs of one lamp over the frames of a sequence. A Kalman filter of constant velocity
-// per lamp predicts where its blob must be; blobs go to the nearest prediction within a gate that
-// follows from both covariances. A lamp that is dark for some frames, or frames that are missing,
-// widen the gate; lamps dark for longer than max_gap_s begin a new track.
+// Joins the blobs of each lamp over the frames of a sequence. One Kalman filter per lamp (constant
+// velocity) predicts the position of its blob. Each blob is assigned to the nearest prediction
+// within a gate that follows from both covariances. The gate widens while a lamp is dark or frames
+// are missing. A lamp that is dark for longer than max_gap_s starts a new track.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,11 +15,12 @@
 namespace occ {
 
 struct LIBOCC_API TrackOptions {
-  double gate_sigma = 4;            ///< a blob this far from its prediction is another lamp's
-  double position_sigma_px = 1.0;   ///< beside a blob's own: a blinking lamp is seen in part
-  double speed_sigma_px_s = 100;    ///< of a new track, whose velocity is unknown
-  double acceleration_px_s2 = 200;  ///< standard deviation, white over time
-  double max_gap_s = 2;
+  double gate_sigma = 4;            ///< max distance between blob and prediction [sigma]
+  double position_sigma_px = 1.0;   ///< added to a blob's own sigma: only part of a blinking lamp
+                                    ///< may be lit
+  double speed_sigma_px_s = 100;    ///< initial sigma of each velocity component
+  double acceleration_px_s2 = 200;  ///< standard deviation of the white acceleration noise
+  double max_gap_s = 2;             ///< max time between two blobs of one track
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
@@ -29,25 +30,25 @@ struct FrameBlobs {
   std::vector<Blob> blobs;
 };
 
-/// Where a lamp is in one frame.
+/// Position of a lamp in one frame.
 struct TrackPoint {
   int frame = 0;
-  std::optional<int> blob;  ///< of the frame; none: where it must be, from the frames around
+  std::optional<int> blob;  ///< index in the frame's blobs; empty: `px` is inter- or extrapolated
   Eigen::Vector2d px = Eigen::Vector2d::Zero();
 };
 
 struct Track {
-  std::vector<TrackPoint> points;  ///< of every frame, in their order
-  int seen = 0;                    ///< frames that have a blob of it
+  std::vector<TrackPoint> points;  ///< one per frame, in their order
+  int seen = 0;                    ///< number of frames with a blob
 };
 
-/// Tracks in the order in which they begin, then of their blobs; none for no blobs. Before its
-/// first and after its last blob a lamp moves on with its velocity there. Throws
-/// std::invalid_argument naming the frame whose time is not after that of the one before.
+/// Returns the tracks, sorted by the frame, then the index of their first blob. Before its first
+/// and after its last blob a lamp is extrapolated with its velocity there. Throws
+/// std::invalid_argument naming the first frame whose time is not after that of its predecessor.
 LIBOCC_API std::vector<Track> track_blobs(const std::vector<FrameBlobs>& frames,
                                           const TrackOptions& options = {});
 
-/// Throws as track_blobs() does.
+/// Throws std::invalid_argument unless the times are finite and strictly increasing.
 LIBOCC_API void require_in_order(const std::vector<double>& times_s);
 
 }  // namespace occ

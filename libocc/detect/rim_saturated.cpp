@@ -18,7 +18,7 @@ constexpr double inside_px = 1.5, outside_px = 4;             // window about th
 constexpr double rim_level = 0.5;                             // signal at the rim, of full scale
 constexpr int max_passes = 8;
 constexpr double settled_px = 0.003;  // convergence limit for centre and level of the rim
-constexpr double min_minor_px = 2;    // smaller discs have no rim at half of full scale
+constexpr double min_minor_px = 2;    // min semi-minor axis
 
 /// ln(signal / level at the rim) = offset - slope t - bend t^2, t pixels outside the rim.
 struct Tail {

@@ -10,6 +10,7 @@
 
 #include "libocc/core/internal/april_family.hpp"
 #include "libocc/core/require.hpp"
+#include "libocc/landmarks/internal/grey_image.hpp"
 #include "libocc/landmarks/internal/tag_corners.hpp"
 
 namespace occ {
@@ -29,22 +30,7 @@ Detector make_detector(const AprilTagOptions& options, apriltag_family_t* family
   return detector;
 }
 
-unsigned brightest_of(const Image& grey) {
-  if (grey.type == PixelType::u8) return 255;
-  return std::max<unsigned>(1, *std::max_element(grey.u16.begin(), grey.u16.end()));
-}
-
-// Eight bits a pixel, the brightest at full scale when there were more.
-std::vector<std::uint8_t> eight_bits(const Image& grey, unsigned brightest) {
-  if (grey.type == PixelType::u8) return grey.u8;
-  std::vector<std::uint8_t> pixels;
-  pixels.reserve(grey.u16.size());
-  for (const unsigned value : grey.u16)
-    pixels.push_back(static_cast<std::uint8_t>(255 * value / brightest));
-  return pixels;
-}
-
-// From (-1, -1), (1, -1), (1, 1), (-1, 1) to the corners.
+/// Homography that maps (-1, -1), (1, -1), (1, 1), (-1, 1) to the corners.
 Eigen::Matrix3d homography_to(const std::array<Eigen::Vector2d, 4>& corners) {
   constexpr double x[4] = {-1, 1, 1, -1}, y[4] = {-1, -1, 1, 1};
   Eigen::Matrix<double, 8, 8> a;
@@ -61,7 +47,7 @@ Eigen::Matrix3d homography_to(const std::array<Eigen::Vector2d, 4>& corners) {
   return homography;
 }
 
-// `origin`: of the tile in the image.
+/// Converts a detection of libapriltag and refines its corners. `origin`: of the tile in the image.
 AprilTag tag_of(const apriltag_detection_t& found, const Image& grey,
                 const AprilTagOptions& options, const Eigen::Vector2d& origin) {
   constexpr double corner_is_origin_px = 0.5;
@@ -71,7 +57,7 @@ AprilTag tag_of(const apriltag_detection_t& found, const Image& grey,
   tag.hamming = found.hamming;
   tag.decision_margin = static_cast<double>(found.decision_margin);
   TagCorners corners;
-  // Cut by the border, or of sides that are bent: libapriltag takes them for straight.
+  // Includes the bias of bent sides, which libapriltag assumes to be straight.
   const double unrefined_px =
       0.1 + 0.01 * std::hypot(found.p[1][0] - found.p[0][0], found.p[1][1] - found.p[0][1]);
   for (std::size_t k = 0; k < 4; ++k) {
@@ -112,7 +98,7 @@ std::vector<std::string> april_tag_families() { return april_family_names(); }
 
 namespace {
 
-// One detector, for one tile after another.
+/// One detector for all tiles.
 class TagFinder {
  public:
   explicit TagFinder(const AprilTagOptions& options)
@@ -120,12 +106,12 @@ class TagFinder {
         family_(make_april_family(options.family)),
         detector_(make_detector(options, family_.get())) {}
 
-  std::vector<AprilTag> find(const Image& grey, unsigned brightest,
+  std::vector<AprilTag> find(const Image& grey, unsigned white,
                              const Eigen::Vector2d& origin = Eigen::Vector2d::Zero()) const {
-    constexpr double min_size_px = 16;  // libapriltag divides the image into tiles
+    constexpr double min_size_px = 16;  // libapriltag divides the image into tiles of 4 x 4 pixels
     std::vector<AprilTag> tags;
     if (std::min(grey.width, grey.height) < min_size_px * options_.decimate) return tags;
-    std::vector<std::uint8_t> pixels = eight_bits(grey, brightest);
+    std::vector<std::uint8_t> pixels = eight_bits(grey, white);
     image_u8_t view{grey.width, grey.height, grey.width, pixels.data()};
     const Detections found(apriltag_detector_detect(detector_.get(), &view),
                            apriltag_detections_destroy);
@@ -156,10 +142,10 @@ void shift(const Eigen::Vector2d& by, AprilTag& tag) {
   tag.homography.row(1) += by.y() * tag.homography.row(2);
 }
 
-/// Pixels x0 <= x < x0 + width and rows alike; of what is found there that counts whose centre lies
-/// in the tile's middle part, up to half the overlap from the borders (all the way at the image's).
+/// Tile of the image: pixels x0 <= x < x0 + width, y0 <= y < y0 + height. It reports the tags with
+/// centres in its middle part, which ends half the overlap from its borders (or at the image's).
 struct ImageTile {
-  /// By which middle parts do overlap: rounding may not lose what lies on their border.
+  /// Overlap of the middle parts, so that rounding cannot lose a tag on their border.
   static constexpr double tolerance_px = 1;
 
   int x0 = 0, y0 = 0, width = 0, height = 0;
@@ -173,7 +159,7 @@ struct ImageTile {
 
 struct Span {
   int first, count;
-  double low, high;  // of the middle part
+  double low, high;  // middle part
 };
 
 int rounded_up(int value, int unit) { return (value + unit - 1) / unit * unit; }
@@ -192,8 +178,8 @@ std::vector<Span> spans(int size, int tile_px, int overlap_px, int unit) {
   }
 }
 
-/// Tiles of about tile_px, row by row, that begin at multiples of `unit`; all of the image when it
-/// is no larger. tile_px >= 2 overlap_px.
+/// Tiles of about tile_px, row by row, that start at multiples of `unit`; one tile if the image is
+/// not larger. Requires tile_px >= 2 overlap_px.
 std::vector<ImageTile> image_tiles(int width, int height, int tile_px, int overlap_px, int unit) {
   std::vector<ImageTile> tiles;
   for (const Span& row : spans(height, tile_px, overlap_px, unit))
@@ -204,11 +190,11 @@ std::vector<ImageTile> image_tiles(int width, int height, int tile_px, int overl
   return tiles;
 }
 
-// libapriltag's threshold goes by squares of 4 pixels of the decimated image: tiles begin where
-// those of the whole image do.
+/// libapriltag computes thresholds in squares of 4 x 4 pixels of the decimated image. Tiles start
+/// at multiples of these, so that the squares are those of the whole image.
 int tile_unit(double decimate) {
-  constexpr double three_become_two = 1.5;
-  return decimate == three_become_two ? 12 : 4 * static_cast<int>(decimate);
+  constexpr double three_to_two = 1.5;  // special case in libapriltag: 3 pixels become 2
+  return decimate == three_to_two ? 12 : 4 * static_cast<int>(decimate);
 }
 
 std::vector<AprilTag> find_by_tiles(const ImageReader& image, const AprilTagOptions& options) {
@@ -222,18 +208,17 @@ std::vector<AprilTag> find_by_tiles(const ImageReader& image, const AprilTagOpti
     part.view().validate();
     return part;
   };
-  unsigned brightest = 0;
+  unsigned white = 0;
   const TagFinder finder(options);
   std::vector<AprilTag> tags;
   int done = 0;
   for (const ImageTile& tile : tiles) {
     const Image part = read(tile);
-    if (brightest == 0 && part.type == PixelType::u8) brightest = 255;
-    if (brightest == 0)
-      for (const ImageTile& other : tiles)
-        brightest = std::max(brightest, brightest_of(read(other)));
+    if (white == 0 && part.type == PixelType::u8) white = 255;
+    if (white == 0)
+      for (const ImageTile& other : tiles) white = std::max(white, white_level(read(other)));
     const Eigen::Vector2d origin(tile.x0, tile.y0);
-    for (AprilTag& tag : finder.find(part, brightest, origin)) {
+    for (AprilTag& tag : finder.find(part, white, origin)) {
       shift(origin, tag);
       if (!tile.counts(tag.centre_px)) continue;
       const auto same = [&](const AprilTag& other) {
@@ -244,7 +229,7 @@ std::vector<AprilTag> find_by_tiles(const ImageReader& image, const AprilTagOpti
     }
     if (options.progress && !options.progress(++done, static_cast<int>(tiles.size()))) break;
   }
-  // From left to right, whatever the tiles.
+  // Order by x, independent of the tiles.
   std::stable_sort(tags.begin(), tags.end(), [](const AprilTag& a, const AprilTag& b) {
     return a.centre_px.x() < b.centre_px.x();
   });
@@ -273,7 +258,7 @@ std::vector<AprilTag> detect_april_tags(const ImageView& image, const AprilTagOp
   image.validate();
   if (options.tile_px > 0) return find_by_tiles(reader_of(image), options);
   const Image grey = to_grey(image);
-  std::vector<AprilTag> tags = TagFinder(options).find(grey, brightest_of(grey));
+  std::vector<AprilTag> tags = TagFinder(options).find(grey, white_level(grey));
   sort_by_id(tags);
   if (options.progress) options.progress(1, 1);
   return tags;

@@ -9,49 +9,21 @@
 
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
+#include "libocc/landmarks/internal/grey_image.hpp"
 
 namespace occ {
+
+using namespace internal::landmarks;
 namespace {
 
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-// Eight bits for OpenCV, and grey levels as they are.
-class Grey {
- public:
-  explicit Grey(const Image& image) : image_(image) {}
-
-  int width() const { return image_.width; }
-  int height() const { return image_.height; }
-
-  double pixel(int x, int y) const {
-    const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(image_.width) +
-                   static_cast<std::size_t>(x);
-    return image_.type == PixelType::u8 ? image_.u8[i] : image_.u16[i];
-  }
-
-  bool holds(const Vector2d& px, double margin) const {
-    return px.x() >= margin && px.y() >= margin && px.x() < image_.width - 1 - margin &&
-           px.y() < image_.height - 1 - margin;
-  }
-
-  // Bilinear.
-  double at(const Vector2d& px) const {
-    const int x = static_cast<int>(px.x()), y = static_cast<int>(px.y());
-    const double u = px.x() - x, v = px.y() - y;
-    return (1 - v) * ((1 - u) * pixel(x, y) + u * pixel(x + 1, y)) +
-           v * ((1 - u) * pixel(x, y + 1) + u * pixel(x + 1, y + 1));
-  }
-
- private:
-  const Image& image_;
-};
-
-// Of a pixel, from the median of what a cross of five leaves of planes; a board's edges are few
-// among them.
-double noise_of(const Grey& grey) {
-  constexpr double median_of_normal = 0.6745;
-  const double of_cross = std::sqrt(1 + 4 / 16.0);
+/// Standard deviation of a pixel's noise, from the median absolute difference between a pixel and
+/// the mean of its four neighbours. Edges of the board hardly affect the median.
+double noise_of(const GreyImage& grey) {
+  constexpr double median_of_normal = 0.6745;       // median absolute value for unit sigma
+  const double of_cross = std::sqrt(1 + 4 / 16.0);  // sigma of the difference for unit sigma
   const int step = 1 + std::min(grey.width(), grey.height()) / 200;
   std::vector<double> off;
   for (int y = 1; y < grey.height() - 1; y += step)
@@ -68,14 +40,14 @@ struct Corner {
   Matrix2d covariance;
 };
 
-// The window about a corner, of 2 half + 1 samples a side.
+/// Sums over a window of 2 half + 1 samples per side around a corner.
 struct Window {
   Matrix2d a = Matrix2d::Zero();  // sum of w g g^T
   Vector2d b = Vector2d::Zero();  // sum of w g g^T d
   std::vector<Matrix2d> by_g;     // d b / d g of each sample, row by row
 };
 
-bool sum_window(const Grey& grey, int half, const Vector2d& px, Window& window) {
+bool sum_window(const GreyImage& grey, int half, const Vector2d& px, Window& window) {
   if (!grey.holds(px, half + 2)) return false;
   window = {};
   for (int j = -half; j <= half; ++j)
@@ -93,9 +65,10 @@ bool sum_window(const Grey& grey, int half, const Vector2d& px, Window& window) 
   return eigen.eigenvalues()[0] > min_condition * eigen.eigenvalues()[1];
 }
 
-// Of the sum b under pixels' noise of unit variance: differences of neighbours, between pixels.
+/// Covariance of the sum b for pixel noise of unit variance; gradients are differences of
+/// bilinearly interpolated pixels.
 Matrix2d noise_of_sum(const Window& window, int half, const Vector2d& px) {
-  const int side = 2 * half + 1, padded = side + 4;  // pixels about the window
+  const int side = 2 * half + 1, padded = side + 4;  // window with its neighbouring pixels
   std::vector<Vector2d> by_pixel(static_cast<std::size_t>(padded * padded), Vector2d::Zero());
   const Vector2d base(std::floor(px.x()), std::floor(px.y())), part = px - base;
   const auto add = [&](int x, int y, const Vector2d& by_sample) {
@@ -119,7 +92,7 @@ Matrix2d noise_of_sum(const Window& window, int half, const Vector2d& px) {
   return sum;
 }
 
-bool refine(const Grey& grey, int half, double noise, Corner& corner) {
+bool refine(const GreyImage& grey, int half, double noise, Corner& corner) {
   constexpr int max_steps = 40;
   constexpr double tolerance_px = 1e-4;
   const Vector2d start = corner.px;
@@ -136,34 +109,23 @@ bool refine(const Grey& grey, int half, double noise, Corner& corner) {
   return true;
 }
 
-// To the nearest of the neighbours on the board.
+/// Distance of a corner to the nearest of its neighbours on the board.
 double spacing_px(const std::vector<cv::Point2f>& corners, int columns, int rows, int column,
                   int row) {
   const auto at = [&](int x, int y) {
     const cv::Point2f& p = corners[y * columns + x];
     return Vector2d(p.x, p.y);
   };
-  double least = std::numeric_limits<double>::infinity();
+  double min_px = std::numeric_limits<double>::infinity();
   const auto look = [&](int x, int y) {
     if (x >= 0 && y >= 0 && x < columns && y < rows)
-      least = std::min(least, (at(x, y) - at(column, row)).norm());
+      min_px = std::min(min_px, (at(x, y) - at(column, row)).norm());
   };
   look(column - 1, row);
   look(column + 1, row);
   look(column, row - 1);
   look(column, row + 1);
-  return least;
-}
-
-std::vector<unsigned char> eight_bits(const Image& grey) {
-  if (grey.type == PixelType::u8) return grey.u8;
-  const unsigned brightest =
-      std::max<unsigned>(1, *std::max_element(grey.u16.begin(), grey.u16.end()));
-  std::vector<unsigned char> pixels;
-  pixels.reserve(grey.u16.size());
-  for (const unsigned value : grey.u16)
-    pixels.push_back(static_cast<unsigned char>(255 * value / brightest));
-  return pixels;
+  return min_px;
 }
 
 }  // namespace
@@ -182,17 +144,17 @@ std::optional<ChessboardCorners> find_chessboard(const ImageView& image,
   options.validate();
   image.validate();
   const Image pixels = to_grey(image);
-  std::vector<unsigned char> bytes = eight_bits(pixels);
+  std::vector<unsigned char> bytes = eight_bits(pixels, white_level(pixels));
   const cv::Mat view(pixels.height, pixels.width, CV_8UC1, bytes.data());
   std::vector<cv::Point2f> found;
-  constexpr int min_size_px = 20;
+  constexpr int min_size_px = 20;  // no board fits a smaller image
   if (std::min(pixels.width, pixels.height) < min_size_px ||
       !cv::findChessboardCorners(view, cv::Size(options.columns, options.rows), found,
                                  cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE))
     return std::nullopt;
-  const Grey grey(pixels);
+  const GreyImage grey(pixels);
   const double noise = noise_of(grey);
-  constexpr double part_of_square = 0.4;
+  constexpr double part_of_square = 0.4;  // half side of the window: within the adjacent squares
   ChessboardCorners corners;
   corners.px.resize(2, options.columns * options.rows);
   for (int row = 0; row < options.rows; ++row)
@@ -202,7 +164,7 @@ std::optional<ChessboardCorners> find_chessboard(const ImageView& image,
       const double side = spacing_px(found, options.columns, options.rows, column, row);
       const int half =
           std::max(2, static_cast<int>(std::min(options.max_window_px, part_of_square * side)));
-      constexpr double unrefined_px = 0.3;
+      constexpr double unrefined_px = 0.3;  // sigma of OpenCV's corners
       Corner corner{{start.x, start.y}, unrefined_px * unrefined_px * Matrix2d::Identity()};
       const Corner coarse = corner;
       if (!refine(grey, half, noise, corner)) corner = coarse;

@@ -8,6 +8,8 @@
 #include <optional>
 #include <vector>
 
+#include "libocc/landmarks/internal/grey_image.hpp"
+
 namespace occ::internal::landmarks {
 namespace {
 
@@ -16,55 +18,29 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double min_reach_px = 1.2;  // across a side; less does not hold the blur of an edge
-constexpr double max_reach_px = 5;
-constexpr double ring_part = 0.85, blur_px = 0.8;
-constexpr double step_px = 0.25;   // of a profile
-constexpr double corner_px = 2.5;  // of a side, at each end: the other side's blur
+constexpr double min_reach_px = 1.2;  // min half length of a profile: the blur of an edge
+constexpr double max_reach_px = 5;    // max half length
+constexpr double ring_part = 0.85, blur_px = 0.8;  // usable part of a ring; blur of its edge
+constexpr double step_px = 0.25;                   // sampling distance of a profile
+constexpr double corner_px = 2.5;  // excluded at each end of a side: blur of the other side
 
-class Grey {
- public:
-  explicit Grey(const Image& image) : image_(image) {}
-
-  bool holds(const Vector2d& px) const {
-    return px.minCoeff() >= 0 && px.x() < image_.width - 1 && px.y() < image_.height - 1;
-  }
-
-  // Bilinear.
-  double at(const Vector2d& px) const {
-    const int x = static_cast<int>(px.x()), y = static_cast<int>(px.y());
-    const double u = px.x() - x, v = px.y() - y;
-    return (1 - v) * ((1 - u) * pixel(x, y) + u * pixel(x + 1, y)) +
-           v * ((1 - u) * pixel(x, y + 1) + u * pixel(x + 1, y + 1));
-  }
-
- private:
-  double pixel(int x, int y) const {
-    const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(image_.width) +
-                   static_cast<std::size_t>(x);
-    return image_.type == PixelType::u8 ? image_.u8[i] : image_.u16[i];
-  }
-
-  const Image& image_;
-};
-
-// A side that a lens may have bent: points origin + u half along + (a + b u + c u^2) normal, from
-// corner to corner for u from -1 to 1, with the cofactors of (a, b, c) for edges of unit variance.
+/// Side bent by lens distortion: points origin + u half along + (a + b u + c u^2) normal, from
+/// corner to corner for u from -1 to 1, with the cofactors of (a, b, c) for edges of unit variance.
 struct Side {
   Vector2d origin, along, normal;
   double half_px = 0;
   Vector3d curve = Vector3d::Zero();
   Matrix3d cofactors = Matrix3d::Zero();
-  std::optional<double> known_bend_px;  // of its middle off the straight line between its corners
+  std::optional<double> known_bend_px;  // offset of its middle from the line between its corners
   std::vector<Vector2d> edges;          // (u, across)
-  double squared = 0;                   // of the edges' distances from it
+  double squared = 0;                   // sum of squared residuals of the edges
 
   static Vector3d powers(double u) { return {1, u, u * u}; }
   double off(const Vector2d& edge) const { return edge.y() - curve.dot(powers(edge.x())); }
 };
 
-// Where along the profile a sharp step would have to be to let as much light through: the levels on
-// both sides are those of the profile's ends.
+/// Finds the position of a sharp step with the same integral as the profile; the levels on both
+/// sides are those of the profile's ends. False for too little contrast.
 bool edge_at(const std::vector<double>& profile, double& offset) {
   const std::size_t n = profile.size(), ends = std::max<std::size_t>(2, n / 8);
   double low = 0, high = 0, sum = 0;
@@ -74,24 +50,24 @@ bool edge_at(const std::vector<double>& profile, double& offset) {
   }
   low /= static_cast<double>(ends);
   high /= static_cast<double>(ends);
-  constexpr double min_contrast = 8;
+  constexpr double min_contrast = 8;  // grey levels
   if (!(std::abs(high - low) > min_contrast)) return false;
-  // Trapezium rule: the ends count half.
+  // Trapezoidal rule: the ends have half the weight.
   for (std::size_t i = 0; i < n; ++i)
     sum += (i == 0 || i == n - 1 ? 0.5 : 1) * (profile[i] - low) / (high - low);
   offset = step_px * (0.5 * static_cast<double>(n - 1) - sum);
   return true;
 }
 
-// How far a profile across the side from `corner` to `along` has to be from the corner, so that it
-// does not reach the other side there: by so much of its reach.
+/// Min distance of a profile from the corner, in units of its half length, for it not to cross the
+/// other side. The profile is across the side from `corner` to `along`.
 double lean(const Vector2d& corner, const Vector2d& along, const Vector2d& other) {
   const Vector2d one = (along - corner).normalized(), two = (other - corner).normalized();
   return std::abs(one.dot(two) / (one.x() * two.y() - one.y() * two.x()));
 }
 
-// Edges across side k, at most reach_px off it, as it is bent so far.
-bool find_edges(const Grey& grey, const TagCorners& corners, std::size_t k, double reach_px,
+/// Finds the edges across side k, within reach_px of its current curve.
+bool find_edges(const GreyImage& grey, const TagCorners& corners, std::size_t k, double reach_px,
                 Side& side) {
   const double bend_px = side.known_bend_px ? -*side.known_bend_px : side.curve[2];
   const Vector2d a = corners.px[k], b = corners.px[(k + 1) % 4];
@@ -122,27 +98,29 @@ bool find_edges(const Grey& grey, const TagCorners& corners, std::size_t k, doub
   return true;
 }
 
-// Two opposite sides: the lens bends them to the same curvature but for what it changes across the
-// tag, an effect of the next order. In (a, b) of each, the common bend and half its difference.
+/// Joint fit of two opposite sides. Distortion gives them nearly the same curvature; its change
+/// across the tag is of the next order. Unknowns: (a, b) of each side, the common bend, and half
+/// the difference of the bends; the last two have priors.
 class Pair {
  public:
   Pair(Side& one, Side& two) : sides_{&one, &two} {
     mean_px_ = one.half_px + two.half_px;
+    // Sigmas of bend and difference for a side of 50 px; they grow with the 2nd and 3rd power.
     constexpr double usual_px = 50, bend_px = 0.25, difference_px = 0.06;
     const double size = mean_px_ / usual_px;
     bend_sigma_px_ = bend_px * size * size;
     difference_sigma_px_ = difference_px * size * size * size;
     if (!one.known_bend_px || !two.known_bend_px) return;
-    constexpr double known_part = 0.05, known_px = 0.003;  // how well a lens is known
+    constexpr double known_part = 0.05, known_px = 0.003;  // accuracy of a calibrated lens
     bend_sigma_px_ = difference_sigma_px_ =
         known_px +
         known_part * std::max(std::abs(*one.known_bend_px), std::abs(*two.known_bend_px));
   }
 
-  /// Of the curves of both sides with one another.
+  /// Cross-cofactors of the curves of both sides.
   Matrix3d cross_cofactors() const { return selection(0) * cofactors_ * selection(1).transpose(); }
 
-  // Twice, as how much the bends may differ counts against the edges' own errors.
+  /// Fits twice, because the weight of the priors depends on the variance of the edges.
   bool fit() {
     constexpr double usual_error_px = 0.03, min_error_px = 0.003;
     if (!fit(usual_error_px * usual_error_px)) return false;
@@ -155,7 +133,8 @@ class Pair {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-  // d (a, b, c) of a side / d unknowns; the other side is walked the other way.
+  /// Derivative of (a, b, c) of a side by the unknowns; the second side runs in the opposite
+  /// direction.
   Eigen::Matrix<double, 3, 6> selection(int which) const {
     const double part = 2 * sides_[which]->half_px / mean_px_, scale = part * part;
     Eigen::Matrix<double, 3, 6> select = Eigen::Matrix<double, 3, 6>::Zero();
@@ -206,10 +185,10 @@ class Pair {
 bool fit_pair(Side& one, Side& two, Matrix3d& cross_cofactors) {
   if (!Pair(one, two).fit()) return false;
   for (Side* side : {&one, &two}) {
-    const double most = 2.5 * std::sqrt(side->squared / static_cast<double>(side->edges.size()));
+    const double gate = 2.5 * std::sqrt(side->squared / static_cast<double>(side->edges.size()));
     side->edges.erase(
         std::remove_if(side->edges.begin(), side->edges.end(),
-                       [&](const Vector2d& edge) { return std::abs(side->off(edge)) > most; }),
+                       [&](const Vector2d& edge) { return std::abs(side->off(edge)) > gate; }),
         side->edges.end());
   }
   Pair pair(one, two);
@@ -218,7 +197,7 @@ bool fit_pair(Side& one, Side& two, Matrix3d& cross_cofactors) {
   return fits;
 }
 
-// Where two sides meet, by Newton's method, and how it moves with their curves (a, b, c).
+/// Intersection of two sides, by Newton's method, with its derivatives by their curves (a, b, c).
 struct Meeting {
   Vector2d px;
   Eigen::Matrix<double, 2, 3> by_one, by_two;
@@ -249,8 +228,9 @@ bool meet(const Side& one, const Side& two, Meeting& meeting) {
   return meeting.px.allFinite();
 }
 
-// All corners of a tag, whose errors are not independent, as they have sides in common: covariances
-// are such that the corners' mean has the one it has. `crosses`: of sides 0 and 2, and of 1 and 3.
+/// Computes all corners of a tag. Their errors are correlated, because they have sides in common;
+/// the covariances are inflated so that the mean of the corners has its correct covariance.
+/// `crosses`: cross-cofactors of sides 0 and 2, and of 1 and 3.
 bool meet_all(const std::array<Side, 4>& sides, const Matrix3d (&crosses)[2], TagCorners& corners) {
   Eigen::Matrix<double, 12, 12> cofactors = Eigen::Matrix<double, 12, 12>::Zero();
   for (int k = 0; k < 4; ++k) cofactors.block<3, 3>(3 * k, 3 * k) = sides[k].cofactors;
@@ -278,7 +258,7 @@ bool meet_all(const std::array<Side, 4>& sides, const Matrix3d (&crosses)[2], Ta
   return true;
 }
 
-// Width of the rings of one tone at a side.
+/// Width of the uniform rings at a side.
 double ring_px(const TagCorners& corners, std::size_t k, double border) {
   const Vector2d a = corners.px[k], along = (corners.px[(k + 1) % 4] - a).normalized();
   double height = std::numeric_limits<double>::infinity();
@@ -289,15 +269,15 @@ double ring_px(const TagCorners& corners, std::size_t k, double border) {
   return border * height;
 }
 
-// Of a corner: what interpolation leaves, and the light of what is beyond the rings where these are
-// narrow; as rendered tags show.
+/// Model error of a corner: interpolation, and light from beyond narrow rings. Fitted to the errors
+/// in rendered tags.
 double model_sigma_px(double ring_px) { return 0.005 + 0.09 * std::exp(-ring_px * ring_px / 18); }
 
-// Of an edge, such that means over many of them have that over their number: neighbours share
-// noise, and interpolation makes them wave about the side; so it is taken from the means of a few.
+/// Effective variance of an edge, such that the mean of n edges has variance / n. Neighbouring
+/// edges are correlated by noise and by interpolation, so it is estimated from means of four edges.
 double edge_variance(const std::array<Side, 4>& sides) {
   constexpr std::size_t few = 4;
-  constexpr double unknowns = 2.5 * 4;  // of all sides
+  constexpr double unknowns = 2.5 * 4;  // effective number for all sides
   constexpr double min_freedom = 8;
   double by_edges = 0, edges = -unknowns, by_means = 0, means = -unknowns;
   for (const Side& side : sides) {
@@ -313,11 +293,12 @@ double edge_variance(const std::array<Side, 4>& sides) {
   return means >= min_freedom ? by_means / means : by_edges / edges;
 }
 
-bool refine_once(const Grey& grey, double border, std::array<Side, 4>& sides, TagCorners& corners) {
+bool refine_once(const GreyImage& grey, double border, std::array<Side, 4>& sides,
+                 TagCorners& corners) {
   double rings[4];
   for (std::size_t k = 0; k < 4; ++k) {
     rings[k] = ring_px(corners, k, border);
-    // Where they are of one tone for sure: their width less the blur.
+    // Usable part of the rings: their width minus the blur.
     const double reach_px = ring_part * std::min(rings[k], max_reach_px) - blur_px;
     if (!(reach_px >= min_reach_px) || !find_edges(grey, corners, k, reach_px, sides[k]))
       return false;
@@ -338,8 +319,8 @@ bool refine_once(const Grey& grey, double border, std::array<Side, 4>& sides, Ta
 }  // namespace
 
 bool refine_corners(const Image& image, double border, TagCorners& corners) {
-  constexpr int rounds = 3;  // an edge off the profile's middle is cut by its end
-  const Grey grey(image);
+  constexpr int rounds = 3;  // profiles must be centred on the edges
+  const GreyImage grey(image);
   const TagCorners start = corners;
   std::array<Side, 4> sides;
   for (std::size_t k = 0; k < 4 && corners.bends_px; ++k)
@@ -347,7 +328,7 @@ bool refine_corners(const Image& image, double border, TagCorners& corners) {
   for (int i = 0; i < rounds; ++i)
     if (!refine_once(grey, border, sides, corners)) return false;
   for (std::size_t k = 0; k < 4; ++k) {
-    // libapriltag takes bent sides for straight ones.
+    // Max change; includes the bias of libapriltag for bent sides.
     const double farthest_px = 1 + 0.02 * (start.px[(k + 1) % 4] - start.px[k]).norm();
     if (!((corners.px[k] - start.px[k]).norm() < farthest_px)) return false;
   }

@@ -10,10 +10,9 @@
 namespace occ {
 namespace {
 
-constexpr double grazing_cos = 0.01;  // radiance of m < 1 is held at this cosine below it
+constexpr double grazing_cos = 0.01;  // min cosine for m < 1, where radiance diverges
 
-// The test comes first because these functions run once per rim sample: no text is built for a good
-// value.
+// The test is here because these functions run once per rim sample: a valid value costs no text.
 void require_positive(double value, const char* name) {
   if (!(value > 0)) require(false, name, value, "positive");
 }

@@ -23,16 +23,17 @@ LIBOCC_API double lambertian_order(double half_power_rad);
 /// I(phi) [W/sr] from cos(phi); 0 for cos_emission <= 0.
 LIBOCC_API double radiant_intensity(double power_w, double order, double cos_emission);
 
-/// L(phi) [W/(m^2 sr)] of a flat source. For m < 1 it diverges at grazing emission: cos(phi) is
-/// held at 0.01 (89.4 degrees) below that.
+/// L(phi) [W/(m^2 sr)] of a flat source. For m < 1 it diverges at grazing emission, so values of
+/// cos(phi) below 0.01 (89.4 degrees) are replaced by 0.01.
 LIBOCC_API double radiance(double power_w, double order, double area_m2, double cos_emission);
 
-/// Power [W] through an aperture of area_m2 at distance_m; that through 1 m^2 is the irradiance of
-/// a surface there [W/m^2].
+/// Power [W] through an aperture of area_m2 at distance_m. For 1 m^2 it equals the irradiance
+/// [W/m^2] of a surface there.
 LIBOCC_API double aperture_power(double power_w, double order, double cos_emission,
                                  double cos_incidence, double distance_m, double area_m2);
 
-/// Power in decibels over a milliwatt; minus infinity for no power. Throws for power_w < 0.
+/// Power in decibels relative to one milliwatt; minus infinity for zero power. Throws for
+/// power_w < 0.
 LIBOCC_API double dbm(double power_w);
 
 /// E [W/m^2] on the sensor for a scene radiance, at incidence angle psi.

@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::ArrayXd;
 
-/// The family's curves without change of contrast.
+/// Curves of the family without a change of contrast.
 std::vector<ArrayXd> plain_curves(const ArrayXd& x) {
   std::vector<ArrayXd> curves;
   for (double gamma = 1; gamma < 3.05; gamma += 0.2) curves.push_back(x.pow(1 / gamma));
@@ -25,7 +25,7 @@ std::vector<ArrayXd> plain_curves(const ArrayXd& x) {
   return curves;
 }
 
-/// A column for each curve.
+/// All curves of the family, one per column.
 Eigen::MatrixXd family(int samples) {
   const ArrayXd x = ArrayXd::LinSpaced(samples, 0, 1);
   const std::vector<ArrayXd> plain = plain_curves(x);
@@ -37,20 +37,21 @@ Eigen::MatrixXd family(int samples) {
   return curves;
 }
 
-void require_count(std::size_t count, const char* name) {
+template <typename Count>
+void require_count(Count count, const char* name) {
   require(count >= 1 && count <= 8, name, count, "between 1 and 8");
 }
 
 }  // namespace
 
 ResponseBasis response_basis(int count, int samples) {
-  require(count >= 1 && count <= 8, "count", count, "between 1 and 8");
+  require_count(count, "count");
   require(samples >= 16 && samples <= 65536, "samples", samples, "between 16 and 65536");
   const Eigen::MatrixXd curves = family(samples);
   ResponseBasis basis;
   basis.mean = curves.rowwise().mean();
   const Eigen::MatrixXd differences = curves.colwise() - basis.mean;
-  // Principal components by the small matrix of products of curves.
+  // Principal components from the Gram matrix of the curves, which is smaller than the covariance.
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(differences.transpose() *
                                                               differences);
   basis.functions.resize(samples, count);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double planck_times_light = 6.62607015e-34 * 299792458.0;  // h c [J m], exact in SI
 
-// IEC 61966-2-1:1999, both directions; the toe is a straight line through zero.
+// IEC 61966-2-1:1999, both directions; the lowest part is a straight line through zero.
 double srgb_encode(double linear) {
   return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
 }
@@ -36,7 +36,7 @@ double table_decode(const std::vector<double>& table, double stored) {
          static_cast<double>(table.size() - 1);
 }
 
-// Linear 0..1 to stored 0..1.
+// Converts linear 0..1 to stored 0..1.
 double encode(const Sensor& sensor, double linear) {
   switch (sensor.response) {
     case Response::gamma:
@@ -51,8 +51,8 @@ double encode(const Sensor& sensor, double linear) {
   return linear;
 }
 
-// Stored to linear. Noise below the black level stays below zero, so that its mean is kept as well
-// as the curve allows: the power law continues as an odd function, the others as straight lines.
+// Converts stored to linear. Noise below the black level stays negative, to preserve its mean as
+// far as possible: the power law continues as an odd function, the others as straight lines.
 double decode(const Sensor& sensor, double stored) {
   switch (sensor.response) {
     case Response::gamma:

@@ -16,26 +16,25 @@
 
 namespace occ {
 
-/// How the linear signal becomes the stored one, both 0..1 from black level to full scale.
+/// Mapping from the linear to the stored signal, both 0..1 from black level to full scale.
 enum class Response { linear, gamma, srgb, table };
 
-/// Colour filters over the pixels: the colours of the first two of the first row, then of the
-/// second.
+/// Colour filter array: colours of the first two pixels of the first row, then of the second row.
 enum class Mosaic { none, rggb, grbg, gbrg, bggr };
 
-/// The pixels of one colour: what differs from the sensor's own values.
+/// Pixels of one colour: values that differ from those of the sensor.
 struct Channel {
-  double efficiency = 1;  ///< times quantum_efficiency
+  double efficiency = 1;  ///< factor on quantum_efficiency
   Response response = Response::linear;
   double gamma = 2.2;
   std::vector<double> response_table;
 };
 
-/// Which pixels a rolling shutter exposes together.
+/// Pixels that a rolling shutter exposes together.
 enum class Readout {
   rows,     ///< image rows, top to bottom: stripes are horizontal
-  columns,  ///< image columns (a turned image): stripes are vertical
-  unknown,  ///< find out from the stripes
+  columns,  ///< image columns (a rotated image), left to right: stripes are vertical
+  unknown,  ///< estimated from the stripes
 };
 
 struct LIBOCC_API Sensor {
@@ -54,30 +53,30 @@ struct LIBOCC_API Sensor {
   double gamma = 2.2;  ///< for Response::gamma: stored = linear^(1/gamma)
   std::vector<double>
       response_table;     ///< for Response::table: stored values at evenly spaced linear ones
-  double row_time_s = 0;  ///< from one row to the next; 0 for a global shutter
+  double row_time_s = 0;  ///< time from one row to the next; 0 for a global shutter
   Readout readout = Readout::rows;
   double psf_sigma_px =
-      0.8;                ///< Gaussian blur of lens and pixel diffusion (the pixel's box is extra)
+      0.8;                ///< Gaussian blur of lens and pixel diffusion, without the pixel's box
   double gain_sigma = 0;  ///< relative standard deviation of the pixels' gains (PRNU)
-  int gain_seed = 0;      ///< sensors of one seed have the same pixels
+  int gain_seed = 0;      ///< seed of the pixels' gains
   double blooming = 0;    ///< part of the charge beyond the full well that spills up and down the
                           ///< column; the rest is drained
   Mosaic mosaic = Mosaic::none;
-  std::vector<Channel> channels;  ///< red, green, blue, for a mosaic; empty: all alike
+  std::vector<Channel> channels;  ///< red, green, blue of a mosaic; empty: all equal
 
   double full_scale_dn() const { return static_cast<double>((1 << bit_depth) - 1); }
 
-  /// Mean electrons of a pixel under irradiance_w_m2, before clipping; dark current included.
+  /// Mean number of electrons of a pixel, before clipping; includes dark current.
   double electrons(double irradiance_w_m2) const;
 
-  /// Mean grey level of a mean number of electrons, clipped, not rounded.
+  /// Grey level for a mean number of electrons, clipped, not rounded.
   double grey_level(double electrons) const;
 
-  /// Linear signal [DN, black level removed] of a stored grey level: the inverse of the response.
-  /// Grey levels below black give negative signals.
+  /// Linear signal [DN, black level removed] of a stored grey level: inverse of the response. Grey
+  /// levels below black give negative signals.
   double linear_dn(double grey_level) const;
 
-  /// Standard deviation of the grey level at a mean number of electrons (linear response).
+  /// Standard deviation of the grey level for a mean number of electrons (linear response).
   double noise_dn(double electrons) const;
 
   /// Throws std::invalid_argument naming the field and its value.

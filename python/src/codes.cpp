@@ -20,21 +20,24 @@ namespace {
 auto samples_fields() {
   using O = DecodeSamplesOptions;
   return std::make_tuple(
-      field("max_clock_error", &O::max_clock_error, "of lamp against camera, relative"),
-      field("max_expected_errors", &O::max_expected_errors, "wrong bits; more is `uncertain`"),
+      field("max_clock_error", &O::max_clock_error,
+            "search range: relative clock error of lamp against camera"),
+      field("max_expected_errors", &O::max_expected_errors,
+            "more expected wrong bits give the status `uncertain`"),
       field("exact_times", &O::exact_times,
-            "c_ook: times are good to a quarter of a chip, so frames may be joined first"),
-      field("period_start_s", &O::period_start_s, "known, for measuring error rates"));
+            "c_ook: times are accurate to a quarter of a chip, so frames are decoded together"),
+      field("period_start_s", &O::period_start_s,
+            "known start of a period, for measuring error rates"));
 }
 
 void define_enums(py::module_& m) {
   define_enum(m, "CodeKind", "Kind of code by which a lamp transmits its id.", code_kind_words);
-  py::native_enum<LineCode>(m, "LineCode", "enum.Enum", "How bits become chips.")
+  py::native_enum<LineCode>(m, "LineCode", "enum.Enum", "Mapping from bits to chips.")
       .value("manchester", LineCode::manchester)
       .value("code_4b6b", LineCode::code_4b6b)
       .finalize();
   define_enum(m, "Checksum", "Checksum of an id: 8 or 16 bits.", checksum_words);
-  py::native_enum<CodeStatus>(m, "CodeStatus", "enum.Enum", "How reading a code ended.")
+  py::native_enum<CodeStatus>(m, "CodeStatus", "enum.Enum", "Result of decoding a code.")
       .value("ok", CodeStatus::ok)
       .value("no_signal", CodeStatus::no_signal)
       .value("incomplete", CodeStatus::incomplete)
@@ -44,42 +47,47 @@ void define_enums(py::module_& m) {
 }
 
 void define_results(py::module_& m) {
-  ResultClass<Waveform>(m, "Waveform", "The light of a lamp over one period, repeated without end.")
-      .def_readonly("chips", &Waveform::chips, "By channel: light over its greatest, equal parts.")
-      .def_readonly("chip_rate_hz", &Waveform::chip_rate_hz, "[Hz]")
-      .def_property_readonly("frequency_hz", &Waveform::frequency_hz, "Of the period [Hz].")
+  ResultClass<Waveform>(m, "Waveform", "Light of a lamp over one period, which repeats.")
+      .def_readonly("chips", &Waveform::chips,
+                    "Per channel: light relative to its maximum, in equal time steps.")
+      .def_readonly("chip_rate_hz", &Waveform::chip_rate_hz, "Rate of the time steps [Hz].")
+      .def_property_readonly("frequency_hz", &Waveform::frequency_hz,
+                             "Repetition rate of the period [Hz].")
       .def("__repr__", [](const Waveform& w) {
         return "<Waveform: " + std::to_string(w.chips.size()) + " x " +
                std::to_string(w.chips.front().size()) + " chips, " + value_repr(w.chip_rate_hz) +
                " Hz>";
       });
   using D = DecodedCode;
-  ResultClass<D>(m, "DecodedCode", "An id that was read, or why none was.")
-      .def_property_readonly("ok", &D::ok, "Whether status is CodeStatus.ok.")
-      .def_readonly("status", &D::status, "How it ended, a CodeStatus.")
-      .def_readonly("message", &D::message, "A sentence, may be empty.")
-      .def_readonly("id", &D::id, "None unless ok.")
-      .def_readonly("bits", &D::bits, "As decided: id and checksum.")
-      .def_readonly("margins", &D::margins, "Log likelihood of each bit over its opposite's.")
-      .def_readonly("expected_errors", &D::expected_errors, "Wrong bits to be expected.")
-      .def_readonly("explained", &D::explained, "Part of the light's variance, noise apart.")
-      .def_readonly("clock_error", &D::clock_error, "Of the lamp, relative.")
-      .def_readonly("frames", &D::frames, "Frames that had samples.")
+  ResultClass<D>(m, "DecodedCode", "A decoded id, or the reason why there is none.")
+      .def_property_readonly("ok", &D::ok, "True if status is CodeStatus.ok.")
+      .def_readonly("status", &D::status, "CodeStatus.")
+      .def_readonly("message", &D::message, "Reason for another status than ok; may be empty.")
+      .def_readonly("id", &D::id, "Decoded id; None unless ok.")
+      .def_readonly("bits", &D::bits, "Decided bits: id and checksum.")
+      .def_readonly("margins", &D::margins,
+                    "Log likelihood ratio of each bit against its opposite.")
+      .def_readonly("expected_errors", &D::expected_errors, "Expected number of wrong bits.")
+      .def_readonly("explained", &D::explained,
+                    "Part of the variance beyond noise that the transmitted light explains.")
+      .def_readonly("clock_error", &D::clock_error, "Relative clock error of the lamp.")
+      .def_readonly("frames", &D::frames, "Number of frames with samples.")
       .def("__repr__", [](const D& d) {
         return std::string("<DecodedCode: ") + to_string(d.status) +
                (d.id ? ", id " + std::to_string(*d.id) : ", " + d.message) + ">";
       });
   using B = CodeBudget;
-  ResultClass<B>(m, "CodeBudget", "Whether a camera can read a code.")
-      .def_readonly("fits", &B::fits, "Whether it can.")
-      .def_readonly("message", &B::message, "Why not, with the numbers.")
-      .def_readonly("chips_in_view", &B::chips_in_view, "In one image of the lamp.")
-      .def_readonly("chips_needed", &B::chips_needed, "In one image of the lamp.")
+  ResultClass<B>(m, "CodeBudget", "Result of code_budget(): can a camera read a code?")
+      .def_readonly("fits", &B::fits, "True if the camera can read the code.")
+      .def_readonly("message", &B::message, "Reason with numbers if it cannot; else empty.")
+      .def_readonly("chips_in_view", &B::chips_in_view, "Chips in one image of the lamp.")
+      .def_readonly("chips_needed", &B::chips_needed, "Chips required in one image of the lamp.")
       .def_readonly("exposure_chips", &B::exposure_chips,
-                    "Chips in an exposure; ufsook, s2psk: half periods.")
-      .def_readonly("row_chips", &B::row_chips, "Chips from row to row.")
-      .def_readonly("period_s", &B::period_s, "Of the whole packet [s].")
-      .def_readonly("frames_needed", &B::frames_needed, "About, to see all of it.")
+                    "Length of the exposure [chips; ufsook, s2psk: half periods].")
+      .def_readonly("row_chips", &B::row_chips, "Time from row to row [chips].")
+      .def_readonly("period_s", &B::period_s, "Duration of the whole packet [s].")
+      .def_readonly("frames_needed", &B::frames_needed,
+                    "Approximate number of frames for the whole packet.")
       .def("__repr__", [](const B& b) {
         return "<CodeBudget: " + (b.fits ? std::string("fits") : b.message) + ">";
       });
@@ -108,16 +116,16 @@ std::vector<LightSample> samples_of(const Column& start_s, double exposure_s, co
 
 void define_functions(py::module_& m) {
   m.def("encode_id", &encode_id, py::arg("id"), py::arg("code"),
-        R"(The light of a lamp that says an id, a Waveform.
+        R"(Returns the Waveform of a lamp that transmits an id.
 
-Raises: ValueError when the code cannot say it, naming what is wrong.
+Raises: ValueError for an invalid code or an id of too many bits, naming the field.
 
 >>> import libocc as occ
 >>> occ.encode_id(17, occ.Code(kind=occ.CodeKind.c_ook))
 <Waveform: 1 x 288 chips, 10000.0 Hz>)");
   m.def("code_budget", &code_budget, py::arg("code"), py::kw_only(), py::arg("rows"),
         py::arg("row_time_s"), py::arg("exposure_s"), py::arg("exact_times") = false,
-        R"(Whether a camera can read a code from a lamp's image `rows` high, before anyone tries.
+        R"(Computes whether a camera can read a code from a lamp's image of this height in rows.
 
 Chips in view = rows x row time x clock; an exposure longer than a chip mixes it with the next.)");
   const auto fields = samples_fields();
@@ -138,10 +146,10 @@ Chips in view = rows x row time x clock; an exposure longer than a chip mixes it
             py::arg("code"), py::arg("start_s"), py::arg("exposure_s"), py::arg("values"),
             py::arg("sigma"), py::arg("channels") = py::none(), py::arg("frames") = py::none(),
             py::kw_only(), argument(f, texts)...,
-            (R"(Reads an id from samples of a lamp's light, a DecodedCode.
+            (R"(Decodes an id from samples of a lamp's light; returns a DecodedCode.
 
-start_s: (n,) when each exposure began. values: (n,) mean light, about 0 dark to 1 lit. sigma: of
-each. channels: see Waveform. frames: which image each is of.)" +
+start_s: (n,) start of each exposure. values: (n,) mean light, about 0 (dark) to 1 (lit). sigma:
+standard deviation of each value. channels: (n,) see Waveform. frames: (n,) index of the image.)" +
              fields_doc(fields, "Options"))
                 .c_str());
       },

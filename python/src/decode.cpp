@@ -10,7 +10,7 @@
 namespace occ::python {
 namespace {
 
-/// What decode() returns: the lamps, and their blobs as the map names them.
+/// Result of decode(): the lamps, and their blobs with the lamp ids of the map.
 struct Decoded {
   std::vector<DecodedLamp> lamps;
   std::vector<Blob> blobs;
@@ -29,7 +29,7 @@ Result<Decoded> decoded(const std::vector<NumpyImage>& images, const std::vector
   out.status = lamps.status;
   out.message = lamps.message;
   if (map) {
-    auto named = named_blobs(lamps.value, *map, options.code);
+    auto named = identified_blobs(lamps.value, *map, options.code);
     out.value.blobs = std::move(named.value);
     if (out.message.empty()) out.message = named.message;
   } else {
@@ -49,29 +49,32 @@ Eigen::MatrixX2d places(const Track& track) {
 
 void define_decode(py::module_& m) {
   using L = DecodedLamp;
-  ResultClass<L>(m, "DecodedLamp", "One light of a sequence and what it says.")
+  ResultClass<L>(m, "DecodedLamp", "One lamp of an image sequence with its decoded id.")
       .def_property_readonly(
-          "id", [](const L& l) { return l.code.id; }, "What it says, or None.")
+          "id", [](const L& l) { return l.code.id; }, "Decoded id, or None.")
       .def_readonly("code", &L::code, "DecodedCode.")
       .def_readonly("blob", &L::blob,
-                    "In the brightest of the frames about `frame`; no rim under a moving camera.")
-      .def_readonly("frame", &L::frame, "Index of the frame that `blob` is of.")
+                    "Blob in the maximum of the frames around `frame`; without a rim for a moving "
+                    "camera.")
+      .def_readonly("frame", &L::frame, "Index of the frame of `blob`.")
       .def_readonly("budget", &L::budget, "CodeBudget of its image.")
-      .def_readonly("reference", &L::reference, "s2psk: index of the light that is its reference.")
+      .def_readonly("reference", &L::reference, "s2psk: index of its reference lamp.")
       .def_property_readonly(
           "track_px", [](const L& l) { return places(l.track); },
-          "(n, 2) where it is in each frame, dark or lit [px].")
+          "(n, 2) position in each frame, dark or lit [px].")
       .def_property_readonly(
-          "seen", [](const L& l) { return l.track.seen; }, "Frames with a blob of it.")
+          "seen", [](const L& l) { return l.track.seen; }, "Number of frames with a blob.")
       .def("__repr__", [](const L& l) {
         return std::string("<DecodedLamp: ") +
                (l.code.id ? "id " + std::to_string(*l.code.id) : to_string(l.code.status)) + ">";
       });
-  ResultClass<Result<Decoded>> result(m, "Decoded", "The lights of a sequence and what they say.");
+  ResultClass<Result<Decoded>> result(m, "Decoded",
+                                      "The lamps of an image sequence with their decoded ids.");
   define_result(result);
-  result.def_property_readonly("lamps", value_of(&Decoded::lamps), "A DecodedLamp for each light.")
-      .def_property_readonly("blobs", value_of(&Decoded::blobs),
-                             "Their Blobs, with the lamp_id that the map has for what they say.");
+  result.def_property_readonly("lamps", value_of(&Decoded::lamps), "List of DecodedLamp.")
+      .def_property_readonly(
+          "blobs", value_of(&Decoded::blobs),
+          "Their Blobs, with the lamp_id that the map assigns to the decoded id.");
   m.def(
       "decode",
       [](const std::vector<NumpyImage>& images, const std::vector<double>& times_s,
@@ -86,16 +89,16 @@ void define_decode(py::module_& m) {
       py::arg("images"), py::arg("times_s"), py::arg("sensor"), py::arg("code"), py::kw_only(),
       py::arg("map") = py::none(), py::arg("join_frames") = DecodeOptions{}.join_frames,
       py::arg("exact_times") = false,
-      R"(Reads the ids that lamps say in the images of a sequence.
+      R"(Decodes the ids that lamps transmit, from the images of a sequence.
 
-images: (height, width) arrays of one size and type. times_s: when each began, rising. sensor: its
-row time and exposure say when each line was exposed. code: what the lamps speak. map: a Scene
-whose lamps' codes tell who says what. join_frames: lamps are looked for in the brightest of so
-many frames; 0: of all, for a camera that stands still. exact_times: c_ook: times are good to a
-quarter of a chip.
-Returns: Decoded; status no_lamps when no frame shows a light.
-Raises: ValueError naming the frame that is out of order, repeated or of another size, or a code
-  that two lamps of the map say.)");
+images: (height, width) arrays of one size and type. times_s: start of each exposure, increasing.
+sensor: its row time and exposure give the exposure times of the lines. code: Code of the lamps.
+map: a Scene whose lamps have codes and ids. join_frames: lamps are detected in the maximum of so
+many frames; 0: of all frames, for a camera that does not move. exact_times: c_ook: times are
+accurate to a quarter of a chip.
+Returns: Decoded; status no_lamps when no lamp is detected in any frame.
+Raises: ValueError naming the frame that is out of order, repeated or of another size, or an id
+  that two lamps of the map transmit.)");
 }
 
 }  // namespace occ::python

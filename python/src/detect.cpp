@@ -55,11 +55,11 @@ void define_detect(py::module_& m) {
               return detect(image.view, options);
             },
             py::arg("image"), py::kw_only(), argument(f, texts)...,
-            (R"(Finds the lamps of an image: a list of Blobs, brightest first; empty when there is none.
+            (R"(Detects the lamps in an image: a list of Blobs by decreasing flux, which may be empty.
 
 image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16; not copied when the
 pixels of a row are adjacent.
-Raises: TypeError or ValueError for another array or a bad option, naming it.
+Raises: TypeError or ValueError for another array or an invalid option, naming it.
 
 >>> import libocc as occ, numpy as np
 >>> image = np.full((40, 60), 10, np.uint8)

@@ -27,20 +27,22 @@ py::array_t<double> covariances_of(const AprilTag& tag) {
 }
 
 void define_april_tag(py::module_& m) {
-  ResultClass<AprilTag>(m, "AprilTag", "A tag found in an image.")
-      .def_readonly("id", &AprilTag::id, "Its number.")
-      .def_readonly("family", &AprilTag::family, "That the number is of.")
-      .def_readonly("hamming", &AprilTag::hamming, "Bits that were corrected.")
+  ResultClass<AprilTag>(m, "AprilTag", "A tag detected in an image.")
+      .def_readonly("id", &AprilTag::id, "Number of the tag in its family.")
+      .def_readonly("family", &AprilTag::family, "Name of the family.")
+      .def_readonly("hamming", &AprilTag::hamming, "Number of corrected bits.")
       .def_readonly("decision_margin", &AprilTag::decision_margin,
-                    "Mean grey levels (of 255) between a bit and its threshold.")
+                    "Mean difference between bits and threshold [grey levels of 255].")
       .def_property_readonly(
           "corners_px", &corners_of,
-          "(4, 2) lower left, lower right, upper right, upper left, seen upright.")
-      .def_property_readonly("covariance_px2", &covariances_of, "(4, 2, 2) of the corners.")
-      .def_readonly("centre_px", &AprilTag::centre_px, "(2,) where the diagonals meet.")
+          "(4, 2) lower left, lower right, upper right, upper left of the upright tag.")
+      .def_property_readonly("covariance_px2", &covariances_of,
+                             "(4, 2, 2) covariances of the corners.")
+      .def_readonly("centre_px", &AprilTag::centre_px, "(2,) intersection of the diagonals.")
       .def_readonly("homography", &AprilTag::homography,
-                    "(3, 3) from the tag, corners at (-1, -1) to (1, 1), y up, to the image.")
-      .def_readonly("refined", &AprilTag::refined, "False: too small; corners to 0.1 px.")
+                    "(3, 3) maps the tag, with corners (-1, -1) to (1, 1), y up, to the image.")
+      .def_readonly("refined", &AprilTag::refined,
+                    "False: too small or cut; the corners are accurate to 0.1 px.")
       .def("__repr__", [](const AprilTag& tag) {
         return "<AprilTag: " + tag.family + " " + std::to_string(tag.id) + ", margin " +
                value_repr(tag.decision_margin) + ">";
@@ -51,13 +53,14 @@ auto april_tag_fields() {
   using O = AprilTagOptions;
   return std::make_tuple(
       field("family", &O::family, "a name in april_tag_families()"),
-      field("decimate", &O::decimate, "squares are looked for in an image so many times smaller"),
-      field("threads", &O::threads, "to use"),
-      field("max_hamming", &O::max_hamming, "wrong bits that are corrected, 0 to 2"),
-      field("min_decision_margin", &O::min_decision_margin, "grey levels (of 255)"),
-      field("refine", &O::refine, "measure the corners again, to hundredths of a pixel"),
-      field("tile_px", &O::tile_px, "sides of tiles in a very large image; 0: it is one"),
-      field("overlap_px", &O::overlap_px, "of neighbouring tiles, larger than any tag"));
+      field("decimate", &O::decimate, "factor by which the image is reduced for the search"),
+      field("threads", &O::threads, "number of threads"),
+      field("max_hamming", &O::max_hamming, "max number of corrected bits, 0 to 2"),
+      field("min_decision_margin", &O::min_decision_margin,
+            "min decision_margin of a tag [grey levels of 255]"),
+      field("refine", &O::refine, "refine the corners to hundredths of a pixel"),
+      field("tile_px", &O::tile_px, "side of the tiles for a very large image; 0: no tiles"),
+      field("overlap_px", &O::overlap_px, "overlap of neighbouring tiles, larger than any tag"));
 }
 
 }  // namespace
@@ -69,24 +72,25 @@ void define_tag(py::module_& m) {
 
 void define_april_tags(py::module_& m) {
   define_april_tag(m);
-  m.def("april_tag_families", &april_tag_families, "Names of the families that can be read.");
+  m.def("april_tag_families", &april_tag_families, "Returns the names of the supported families.");
   m.def(
       "tag_poses",
       [](const AprilTag& tag, double size_m, const Camera& camera) {
         return tag_poses(tag, size_m, camera);
       },
       py::arg("tag"), py::arg("size_m"), py::arg("camera"),
-      R"(Every pose from which a tag is seen as it is, best first: both minima of a plane.
+      R"(Computes all poses of the camera relative to a tag, best first: both minima of a plane.
 
 tag: AprilTag. size_m: side of the square whose corners are detected [m].
 Returns: Candidates whose world is the tag's frame: x right, y up, z towards the viewer.
 Raises: ValueError for a size that is not positive.)");
-  m.def("locate_by_tags", &locate_by_tags, py::arg("tags"), py::arg("scene"),
-        py::arg("lamps") = std::map<int, Blob>{},
-        R"(The camera's pose from the tags that the scene has, with its lamps when they are named.
+  m.def(
+      "locate_by_tags", &locate_by_tags, py::arg("tags"), py::arg("scene"),
+      py::arg("lamps") = std::map<int, Blob>{},
+      R"(Computes the camera's pose from the tags of the scene, and from its lamps if they are given.
 
 tags: AprilTags. lamps: lamp id -> Blob, as in a Fix. Returns: Fix; status too_few_lamps when no tag
-of the scene is seen. Raises: ValueError for a lamp that the scene does not have.)");
+of the scene is visible. Raises: ValueError for a lamp that the scene does not have.)");
   const auto fields = april_tag_fields();
   DefaultTexts texts;
   std::apply(
@@ -110,13 +114,14 @@ of the scene is seen. Raises: ValueError for a lamp that the scene does not have
             },
             py::arg("image"), py::kw_only(), py::arg("camera") = py::none(),
             py::arg("progress") = py::none(), argument(f, texts)...,
-            ("The AprilTags in an image, by rising id, corners to hundredths of a pixel.\n\n"
+            ("Detects the AprilTags in an image; sorted by id, corners to hundredths of a "
+             "pixel.\n\n"
              "image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16.\n"
-             "camera: that took the image, when it is known: its lens bends the tags' sides, which "
-             "need\n"
-             "not be guessed then.\n"
+             "camera: camera of the image, if known: the bends of the tags' sides are then "
+             "computed\n"
+             "from its distortion instead of being estimated.\n"
              "progress(tiles_done, tiles): called after each tile; False stops the search.\n"
-             "Returns: list of AprilTag. Raises: ValueError for a bad image or option." +
+             "Returns: list of AprilTag. Raises: ValueError for an invalid image or option." +
              fields_doc(fields, "Options"))
                 .c_str());
       },

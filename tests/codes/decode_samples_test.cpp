@@ -23,7 +23,7 @@ struct Case {
 
 std::ostream& operator<<(std::ostream& to, const Case& shown) { return to << shown.name; }
 
-/// A lamp of 100 rows for rows of chips, of one row for codes that need no more.
+/// A lamp of 100 rows for codes that are read along the rows, of one row for the others.
 std::vector<Case> cases() {
   Case manchester{"manchester", {}, {}}, words{"words", {}, {}}, ufsook{"ufsook", {}, {}},
       s2psk{"s2psk", {}, {}}, csk{"csk", {}, {}};
@@ -68,7 +68,7 @@ TEST_P(EveryCode, RoundTripsAtAnyPhase) {
   }
 }
 
-TEST_P(EveryCode, RoundTripsWithAnOffClock) {
+TEST_P(EveryCode, RoundTripsWithAClockError) {
   for (const double error : {-1e-4, 1e-4}) {
     Shutter shutter = GetParam().shutter;
     shutter.begin_s = 0.3;
@@ -99,7 +99,7 @@ TEST_P(EveryCode, TooFewFramesAreIncomplete) {
   EXPECT_FALSE(read_code.id);
 }
 
-TEST_P(EveryCode, SteadyLightAndNoiseAreNoCode) {
+TEST_P(EveryCode, SteadyLightAndNoiseContainNoCode) {
   const Code& code = GetParam().code;
   for (const double light : {0.0, 0.5, 1.0})
     for (std::uint64_t seed = 0; seed < 2; ++seed) {
@@ -115,7 +115,7 @@ TEST_P(EveryCode, SteadyLightAndNoiseAreNoCode) {
     }
 }
 
-TEST_P(EveryCode, BadSamplesAreRefused) {
+TEST_P(EveryCode, InvalidSamplesAreRejected) {
   const Code& code = GetParam().code;
   EXPECT_EQ(decode_samples({}, code).status, CodeStatus::no_signal);
   const LightSample good{0, 1e-5, 0.5, 0.1, 0, 0};
@@ -134,7 +134,7 @@ TEST_P(EveryCode, BadSamplesAreRefused) {
             std::string::npos);
 }
 
-TEST(ColourShift, LearnsTheCrosstalkOfTheChannels) {
+TEST(ColourShift, EstimatesTheCrosstalkOfTheChannels) {
   Code code;
   code.kind = CodeKind::csk;
   code.clock_hz = 2000;
@@ -153,7 +153,7 @@ TEST(ColourShift, LearnsTheCrosstalkOfTheChannels) {
   EXPECT_EQ(read_code.id, 0b00011011u) << to_string(read_code.status) << read_code.message;
 }
 
-TEST(CameraOok, ExactTimesMakeUpForSmallLamps) {
+TEST(CameraOok, ExactTimesAllowSmallLamps) {
   Shutter shutter;
   shutter.rows = 20;  // four chips of 18
   shutter.begin_s = 0.0371;
@@ -183,8 +183,8 @@ TEST(CameraOok, OneWrongBitFailsTheChecksumAndGivesNoId) {
   EXPECT_EQ(read_code.bits, bits);
 }
 
-/// Wrong bits when the phase is known: of a code whose nearest symbols are `distance` apart, in
-/// the amplitude of the light times the root of the samples that differ.
+/// Bit error rate for a known phase, for a code whose nearest symbols differ by `distance`:
+/// amplitude of the light times the square root of the number of samples that differ.
 struct ErrorRate {
   double measured = 0, expected = 0;
   int bits = 0;
@@ -208,7 +208,7 @@ ErrorRate error_rate(const Code& code, const Shutter& shutter, double distance, 
   return rate;
 }
 
-TEST(SlowErrorRate, UfsookIsThatOfOneDifferingSampleABit) {
+TEST(SlowErrorRate, UfsookHasOneDifferingSamplePerBit) {
   Code code;
   code.kind = CodeKind::ufsook;
   Shutter shutter;
@@ -223,9 +223,9 @@ TEST(SlowErrorRate, UfsookIsThatOfOneDifferingSampleABit) {
   }
 }
 
-TEST(SlowErrorRate, ManchesterIsThatOfAllItsSamples) {
+TEST(SlowErrorRate, ManchesterUsesAllItsSamples) {
   Code code;
-  code.repeats = 1;  // 72 chips of 100 us, each seen once in a frame of 1000 rows, ...
+  code.repeats = 1;  // 72 chips of 100 us, each observed once in a frame of 1000 rows, ...
   Shutter shutter;
   shutter.row_time_s = 1e-4;
   shutter.exposure_s = 1e-4;
@@ -240,7 +240,7 @@ TEST(SlowErrorRate, ManchesterIsThatOfAllItsSamples) {
 }
 
 TEST(SlowFalseAccepts, WrongIdsAreRarerThanTheChecksumAllows) {
-  // Light of random chips at the code's own clock, and the code itself at noise that garbles it.
+  // Random chips at the clock of the code, and the code itself with noise that causes bit errors.
   for (const Case& test : cases()) {
     int accepted = 0, wrong = 0;
     constexpr int trials = 60;

@@ -17,7 +17,7 @@ namespace {
 
 using test::complaint;
 
-/// What a camera sees that moves steadily from a pose.
+/// Images of a camera that moves with constant velocity from a pose.
 struct Sequence {
   std::vector<Image> images;
   std::vector<double> times_s;
@@ -64,11 +64,12 @@ std::string described(const std::vector<DecodedLamp>& lamps) {
   return text;
 }
 
-/// All lamps of the scene named, and the pose that follows from the names near the truth.
+/// Expects that all lamps of the scene are identified, and that the pose from these is near the
+/// truth.
 void expect_located(const Scene& scene, const Sequence& seen, const DecodeOptions& options,
                     double within_m) {
   const auto decoded = decode_lamps(seen.frames(), scene.sensor, options);
-  const auto blobs = named_blobs(*decoded, scene, options.code);
+  const auto blobs = identified_blobs(*decoded, scene, options.code);
   std::vector<Match> matches;
   for (int lamp = 0; lamp < static_cast<int>(scene.lamps.size()); ++lamp)
     for (int blob = 0; blob < static_cast<int>(blobs->size()); ++blob)
@@ -90,8 +91,8 @@ DecodeOptions options_for(const Code& code, int join_frames = 0) {
   return options;
 }
 
-/// The square of four large lamps before a camera of 1280 x 960 whose rows last 20 us: some 100
-/// rows a lamp, 2 ms.
+/// Square of four large lamps in front of a camera of 1280 x 960 pixels with a row time of 20 us:
+/// about 100 rows per lamp, 2 ms.
 Scene room_with(const Code& code) {
   Scene scene = read_scene(std::string(LIBOCC_DATA) + "/scenes/coded_four.yaml");
   for (Lamp& lamp : scene.lamps) {
@@ -134,7 +135,7 @@ TEST(DecodeLamps, CameraOokByRows) {
   }
 }
 
-TEST(SlowDecodeLamps, CameraOokOfATurnedSensor) {
+TEST(SlowDecodeLamps, CameraOokWithColumnReadout) {
   Scene scene = room_with({});
   scene.sensor.readout = Readout::columns;
   expect_located(scene, Sequence(scene, below, 30, Vector6::Zero()), options_for({}), 0.01);
@@ -147,10 +148,10 @@ TEST(SlowDecodeLamps, CameraOokUnderAMovingCamera) {
   expect_located(scene, Sequence(scene, below, 30, velocity), options_for({}, 15), 0.03);
 }
 
-TEST(SlowDecodeLamps, PartlyHiddenLampsSayTheirId) {
+TEST(SlowDecodeLamps, PartlyOccludedLampsAreDecoded) {
   const Code code;
   Scene scene = room_with(code);
-  for (const Lamp& lamp : scene.lamps) {  // to a third of its face, from one side
+  for (const Lamp& lamp : scene.lamps) {  // a third of its face is occluded from one side
     Box box;
     box.min_m = lamp.centre_m + Eigen::Vector3d(0.05, -0.3, -0.06);
     box.max_m = lamp.centre_m + Eigen::Vector3d(0.4, 0.3, -0.02);
@@ -158,7 +159,7 @@ TEST(SlowDecodeLamps, PartlyHiddenLampsSayTheirId) {
   }
   const Sequence seen(scene, below, 30, Vector6::Zero());
   const auto decoded = decode_lamps(seen.frames(), scene.sensor, options_for(code));
-  const auto blobs = named_blobs(*decoded, scene, code);
+  const auto blobs = identified_blobs(*decoded, scene, code);
   std::set<int> names;
   for (const Blob& blob : *blobs) names.insert(blob.lamp_id.value_or(-1));
   EXPECT_EQ(names, (std::set<int>{0, 1, 2, 3})) << described(*decoded);
@@ -178,7 +179,7 @@ TEST(SlowDecodeLamps, PairsByS2psk) {
   }
   const Sequence seen(scene, looking_up({1.8, 2.1, 0.3}, 0.7), 40, Vector6::Zero());
   const auto decoded = decode_lamps(seen.frames(), scene.sensor, options_for(code));
-  const auto blobs = named_blobs(*decoded, scene, code);
+  const auto blobs = identified_blobs(*decoded, scene, code);
   std::multiset<int> names;
   for (const Blob& blob : *blobs) names.insert(blob.lamp_id.value_or(-1));
   EXPECT_EQ(names, (std::multiset<int>{-1, -1, scene.lamps[0].id, scene.lamps[1].id}))
@@ -198,7 +199,7 @@ TEST(SlowDecodeLamps, ColoursByCsk) {
       Lamp part = lamp;
       part.id = 10 * lamp.id + emitter;
       part.set_code({code, 30 + lamp.id, emitter});
-      part.colour = Eigen::Vector3d::Constant(0.15);  // what passes the other filters
+      part.colour = Eigen::Vector3d::Constant(0.15);  // light that passes the other filters
       part.colour[emitter] = 1;
       scene.lamps.push_back(part);
     }
@@ -237,7 +238,7 @@ TEST(DecodeLamps, BadSequences) {
   EXPECT_NE(complaint_of(wrong).find("mosaic"), std::string::npos);
 }
 
-TEST(DecodeLamps, DarknessAndCodesThatDoNotFit) {
+TEST(DecodeLamps, DarkImagesAndCodesThatDoNotFit) {
   Scene scene = ufsook_room();
   DecodeOptions options = options_for(scene.lamps[0].code->code);
   const Sequence seen(scene, looking_up({1.8, 2.1, 0.3}, 0.7), 5, Vector6::Zero());
@@ -253,7 +254,7 @@ TEST(DecodeLamps, DarknessAndCodesThatDoNotFit) {
   const Sequence dark(scene, looking_up({1.8, 2.1, 0.3}, 0.7), 5, Vector6::Zero());
   const auto none = decode_lamps(dark.frames(), scene.sensor, options);
   EXPECT_EQ(none.status, Status::no_lamps);
-  EXPECT_EQ(named_blobs(*none, scene, options.code).status, Status::no_lamps);
+  EXPECT_EQ(identified_blobs(*none, scene, options.code).status, Status::no_lamps);
 }
 
 TEST(DecodeLamps, AStarrySkyTakesBoundedTime) {
@@ -279,7 +280,7 @@ TEST(DecodeLamps, AStarrySkyTakesBoundedTime) {
   for (const DecodedLamp& lamp : *decoded) EXPECT_FALSE(lamp.code.id);
 }
 
-TEST(NamedBlobs, NamesOnlyWhatOneLightSaysAndTheMapHas) {
+TEST(IdentifiedBlobs, NeedAUniqueIdThatTheMapContains) {
   const Scene scene = ufsook_room();
   const Code code = scene.lamps[0].code->code;
   std::vector<DecodedLamp> lamps(4);
@@ -288,21 +289,22 @@ TEST(NamedBlobs, NamesOnlyWhatOneLightSaysAndTheMapHas) {
     lamps[i].code.id = said[i];
     lamps[i].blob.centroid_px = {100.0 * static_cast<double>(i), 50};
   }
-  const auto blobs = named_blobs(lamps, scene, code);
+  const auto blobs = identified_blobs(lamps, scene, code);
   EXPECT_EQ((*blobs)[0].lamp_id, 1);
   EXPECT_EQ((*blobs)[1].lamp_id, std::nullopt);
   EXPECT_EQ((*blobs)[2].lamp_id, std::nullopt);
   EXPECT_EQ((*blobs)[3].lamp_id, std::nullopt);
   EXPECT_NE(blobs.message.find("not in the map: 99"), std::string::npos);
   EXPECT_NE(blobs.message.find("none of them named: 2"), std::string::npos);
-  lamps[2].blob.centroid_px = lamps[1].blob.centroid_px + Eigen::Vector2d(1, -1);  // a piece of it
+  lamps[2].blob.centroid_px =
+      lamps[1].blob.centroid_px + Eigen::Vector2d(1, -1);  // part of the same lamp
   lamps[2].blob.flux_dn = 10;
-  const auto pieces = named_blobs(lamps, scene, code);
+  const auto pieces = identified_blobs(lamps, scene, code);
   EXPECT_EQ((*pieces)[1].lamp_id, std::nullopt);
   EXPECT_EQ((*pieces)[2].lamp_id, 2) << "the brightest";
   Scene twice = scene;
   twice.lamps[1].set_code({code, 1, 0});
-  EXPECT_NE(complaint([&] { named_blobs(lamps, twice, code); }).find("of one lamp only"),
+  EXPECT_NE(complaint([&] { identified_blobs(lamps, twice, code); }).find("of one lamp only"),
             std::string::npos);
   EXPECT_NE(complaint([&] { twice.validate(); }).find("lamp 1 has it too"), std::string::npos);
 }

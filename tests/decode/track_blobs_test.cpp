@@ -19,7 +19,7 @@ Blob blob_at(double x, double y) {
   return blob;
 }
 
-/// Lamps on straight ways; `is_lit(lamp, frame)` says when they are seen.
+/// Lamps that move along straight lines; visible if is_lit(lamp, frame).
 std::vector<FrameBlobs> ways(const std::vector<Eigen::Vector4d>& lamps, int frames, Random& random,
                              const std::function<bool(int, int)>& is_lit) {
   std::vector<FrameBlobs> made;
@@ -58,7 +58,7 @@ TEST(TrackBlobs, FollowsLampsThroughDarkAndMissingFrames) {
       }
       nearest = std::min(nearest, worst);
     }
-    EXPECT_LT(nearest, 4) << "one lamp from beginning to end, dark frames too";
+    EXPECT_LT(nearest, 4) << "one lamp in all frames, also in the dark ones";
   }
 }
 
@@ -72,7 +72,7 @@ TEST(TrackBlobs, DoesNotSwapLampsThatPassEachOther) {
     EXPECT_NEAR(std::abs(track.points.back().px.x() - track.points.front().px.x()), 196, 3);
 }
 
-TEST(TrackBlobs, NewLightsFarAwayAreNewTracks) {
+TEST(TrackBlobs, DistantNewLampsStartNewTracks) {
   std::vector<FrameBlobs> frames(3);
   for (int f = 0; f < 3; ++f) frames[f].time_s = f / 30.0;
   frames[0].blobs = {blob_at(10, 10)};
@@ -85,7 +85,7 @@ TEST(TrackBlobs, NewLightsFarAwayAreNewTracks) {
   EXPECT_EQ(tracks[1].seen, 1);
 }
 
-TEST(TrackBlobs, NothingAndBadTimes) {
+TEST(TrackBlobs, NoFramesAndInvalidTimes) {
   EXPECT_TRUE(track_blobs({}).empty());
   EXPECT_TRUE(track_blobs({{0, {}}, {1, {}}}).empty());
   EXPECT_NE(complaint([] {

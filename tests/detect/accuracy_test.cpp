@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How well detection measures: against the truth without noise, against the Cramer-Rao bound with
-// it, and whether the stated covariances are true.
+// Accuracy of detection: compared with the truth without noise, with the Cramer-Rao bound with
+// noise; and consistency of the reported covariances.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -17,10 +17,10 @@ namespace {
 
 using test::Canvas;
 
-/// The centre of a Gaussian spot of this flux in pixels of constant noise plus shot noise: variance
-/// of each coordinate at the Cramer-Rao bound, flux known or not (they are uncorrelated).
+/// Cramer-Rao bound for the centre of a Gaussian spot under constant noise plus shot noise:
+/// variance of each coordinate. It is the same for known and unknown flux, which is uncorrelated.
 double spot_bound_px2(double sigma_px, double flux_e, double read_e) {
-  constexpr double step = 0.02;  // finer than any pixel: the bound hardly depends on where it lies
+  constexpr double step = 0.02;  // much finer than a pixel: the bound hardly depends on its phase
   double information = 0;
   Canvas canvas(41, 41), shifted(41, 41);
   canvas.add_spot({20, 20}, sigma_px, flux_e);
@@ -52,8 +52,8 @@ TEST(DetectAccuracy, SpotsWithoutNoise) {
   }
 }
 
-// With a sensor the noise is known; without it is read from the image.
-TEST(DetectAccuracy, SpotsReachTheBoundAndSayHowWell) {
+// With a sensor the noise is known; without one it is estimated from the image.
+TEST(DetectAccuracy, SpotsReachTheBoundWithConsistentCovariances) {
   for (const bool with_sensor : {true, false}) {
     for (const double flux_e : {4000.0, 12000.0}) {
       Random random(2);
@@ -87,8 +87,8 @@ TEST(DetectAccuracy, SpotsReachTheBoundAndSayHowWell) {
 struct DiscErrors {
   double bias_px = 0;     ///< length of the mean error of the centre
   double sigma_px = 0;    ///< standard deviation of the centre, per coordinate
-  double nees = 0;        ///< of the centre, over 2
-  double rim_chi2 = 0;    ///< of rim points about the true rim, per point
+  double nees = 0;        ///< mean normalised squared error of the centre, divided by 2
+  double rim_chi2 = 0;    ///< chi-square per rim point, relative to the true rim
   double size_ratio = 0;  ///< measured over true, geometric mean of the axes
 };
 
@@ -135,7 +135,7 @@ DiscErrors disc_errors(double major, double minor, double level_e, int trials) {
   return out;
 }
 
-TEST(DetectAccuracy, RimsOfDiscsAreUnbiasedAndSayHowWell) {
+TEST(DetectAccuracy, RimsOfDiscsAreUnbiasedWithConsistentCovariances) {
   for (const auto& [major, minor] : {std::pair{8.0, 6.0}, {15.0, 15.0}, {20.0, 9.0}}) {
     constexpr int trials = 300;
     const DiscErrors e = disc_errors(major, minor, 3000, trials);
@@ -143,14 +143,14 @@ TEST(DetectAccuracy, RimsOfDiscsAreUnbiasedAndSayHowWell) {
     EXPECT_LT(e.bias_px, 4 * e.sigma_px / std::sqrt(trials));
     EXPECT_LT(e.sigma_px, 0.02);
     EXPECT_NEAR(e.nees, 1, 0.3);
-    EXPECT_NEAR(e.rim_chi2, 1.05, 0.2);  // errors common to a rim included
+    EXPECT_NEAR(e.rim_chi2, 1.05, 0.2);  // includes the errors common to all points of a rim
     EXPECT_NEAR(e.size_ratio, 1, 1e-3);
   }
 }
 
-/// How many of a disc's centres, with another of random size, brightness and place beside it, are
-/// off by more than six of their sigmas and not marked as merged.
-int unnoticed_errors(double min_radius_px, double largest_radius_px, int trials) {
+/// Number of discs, each with a neighbour of random size, brightness and position, whose centre has
+/// an error of more than six sigmas and that are not marked as merged.
+int unnoticed_errors(double min_radius_px, double max_radius_px, int trials) {
   Random random(5);
   const Canvas::Noise noise;
   DetectOptions options;
@@ -158,8 +158,8 @@ int unnoticed_errors(double min_radius_px, double largest_radius_px, int trials)
   int unnoticed = 0;
   for (int trial = 0; trial < trials; ++trial) {
     Canvas canvas(110, 110, 40);
-    const double radii[] = {random.uniform(min_radius_px, largest_radius_px),
-                            random.uniform(min_radius_px, largest_radius_px)};
+    const double radii[] = {random.uniform(min_radius_px, max_radius_px),
+                            random.uniform(min_radius_px, max_radius_px)};
     const double angle = random.uniform(-3.14, 3.14);
     const double apart = radii[0] + radii[1] + random.uniform(0.7, 10);
     Eigen::Vector2d centres[2];
@@ -178,12 +178,12 @@ int unnoticed_errors(double min_radius_px, double largest_radius_px, int trials)
   return unnoticed;
 }
 
-TEST(DetectAccuracy, ANeighbourIsSeenOrAllowedFor) {
+TEST(DetectAccuracy, NeighboursAreDetectedOrIncludedInTheCovariance) {
   EXPECT_LE(unnoticed_errors(2.5, 6, 300), 1);
   EXPECT_LE(unnoticed_errors(5, 14, 100), 1);
 }
 
-// Across a large image of a lamp in a wide view light falls off by more than a paraboloid says.
+// In a wide view, the light across a large disc varies more than a paraboloid can model.
 TEST(DetectAccuracy, LargeDiscsInAWideViewAreUnbiased) {
   Random random(3);
   Scene scene;
@@ -210,7 +210,7 @@ TEST(DetectAccuracy, LargeDiscsInAWideViewAreUnbiased) {
   EXPECT_LT(nees, interval.second);
 }
 
-TEST(DetectAccuracy, ADiscHalfHiddenByAnEdgeSaysItIsVague) {
+TEST(DetectAccuracy, AHalfOccludedDiscHasALargeCovariance) {
   Random random(4);
   for (const int hidden : {3, 6, 10}) {
     Canvas canvas(100, 100, 40);
@@ -222,7 +222,7 @@ TEST(DetectAccuracy, ADiscHalfHiddenByAnEdgeSaysItIsVague) {
     ASSERT_EQ(blobs.size(), 1u);
     const Eigen::Vector2d error = blobs[0].centroid_px - truth;
     EXPECT_LT(error.dot(blobs[0].covariance_px2.inverse() * error), 11.8)  // three sigma
-        << hidden << " px hidden, off by " << error.transpose();
+        << hidden << " px occluded, error " << error.transpose();
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images of spots and discs for the tests of detection, made without the renderer's scene.
+// Images of spots and discs for the tests of detection, rendered independently of the library.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,7 +17,7 @@
 
 namespace occ::test {
 
-/// Mean signal [e] of every pixel, to which light is added; then noise makes an image of it.
+/// Mean signal [e] of every pixel. Light is added to it, then noise converts it to an image.
 class Canvas {
  public:
   Canvas(int width, int height, double background_e = 0)
@@ -35,7 +35,7 @@ class Canvas {
     add(point_coverage(px, sigma_px, width_, height()), flux_e);
   }
 
-  /// An ellipse with its major axis turned by angle_rad.
+  /// Adds an ellipse whose major axis is rotated by angle_rad.
   void add_disc(const Eigen::Vector2d& px, double semi_major_px, double semi_minor_px,
                 double angle_rad, double psf_px, double level_e) {
     std::vector<Eigen::Vector2d> rim;
@@ -56,7 +56,7 @@ class Canvas {
     int full_scale_dn = 255;
   };
 
-  /// As an 8-bit image, or a 16-bit one when full scale asks for it; `random` null: without noise.
+  /// Image with 8 bits, or 16 bits if the full scale requires it. `random` null: without noise.
   Image image(const Noise& noise, Random* random) const {
     Image out;
     out.width = width_;
@@ -77,7 +77,7 @@ class Canvas {
     return out;
   }
 
-  /// The sensor that makes such noise.
+  /// Sensor with this noise.
   static Sensor sensor(const Noise& noise, double psf_px) {
     Sensor sensor;
     sensor.gain_dn_per_e = noise.gain_dn_per_e;

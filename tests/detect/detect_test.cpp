@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What detection finds, whatever is measured of it afterwards: components, thresholds, flags,
-// kinds of images, bad input. Sub-pixel accuracy: detect_accuracy_test.cpp.
+// Detection without its sub-pixel accuracy (accuracy_test.cpp): components, thresholds, flags,
+// image types, invalid input.
 #include "libocc/detect/detect.hpp"
 
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ std::vector<Box> boxes(const std::vector<Blob>& blobs) {
   return out;
 }
 
-/// Connected bright pixels by flood fill.
+/// Reference: connected bright pixels by flood fill.
 std::vector<Box> flooded(const Image& image, int level_dn) {
   std::vector<char> todo(image.u8.size());
   for (std::size_t i = 0; i < todo.size(); ++i) todo[i] = image.u8[i] > level_dn;
@@ -79,7 +79,7 @@ Image random_image(Random& random, int width, int height, double bright_share) {
   return image;
 }
 
-// Widths around the 64 pixels that share a threshold, heights around the 64 rows that do.
+// Widths near the 64 pixels and heights near the 64 rows that share a threshold.
 TEST(Detect, ComponentsAreThoseOfAFloodFill) {
   Random random(1);
   for (const double share : {0.001, 0.02, 0.2, 0.45, 0.7, 1.0}) {
@@ -92,7 +92,7 @@ TEST(Detect, ComponentsAreThoseOfAFloodFill) {
   }
 }
 
-TEST(Detect, RowsWithGapsBetweenThemGiveTheSame) {
+TEST(Detect, RowPaddingDoesNotChangeTheResult) {
   Random random(2);
   const Image image = random_image(random, 190, 140, 0.01);
   constexpr std::size_t stride = 211;
@@ -118,8 +118,8 @@ TEST(Detect, ThresholdFollowsTheNoise) {
   }
 }
 
-// A curved response spreads the dark noise over many grey levels, and what is below black is lost.
-TEST(Detect, NoiseOfGammaCodedImagesIsNoLamp) {
+// A gamma curve spreads the dark noise over many grey levels, and clips it at black.
+TEST(Detect, NoiseOfGammaCodedImagesIsNotDetected) {
   const Rigid3 pose = look_at({2.1, 1.9, 0.5}, {2.0, 2.1, 3.0}, {0.2, 1, 0});
   for (const int bits : {8, 12})
     for (const Response response : {Response::gamma, Response::srgb}) {
@@ -139,10 +139,10 @@ TEST(Detect, NoiseOfGammaCodedImagesIsNoLamp) {
     }
 }
 
-TEST(Detect, BitsShiftedUpAreNoNoise) {
+TEST(Detect, ShiftedBitsAreNotNoise) {
   Canvas canvas(640, 480, 100);
   Canvas::Noise noise;
-  noise.gain_dn_per_e = 0.03;  // noise of a third of a step, of 12 bits
+  noise.gain_dn_per_e = 0.03;  // noise of a third of a 12-bit step
   noise.full_scale_dn = 4095;
   Random random(8);
   for (const int step : {1, 16}) {
@@ -154,7 +154,7 @@ TEST(Detect, BitsShiftedUpAreNoNoise) {
   }
 }
 
-TEST(Detect, ABackgroundThatSlopesIsNoLamp) {
+TEST(Detect, ABackgroundGradientIsNotDetected) {
   Canvas canvas(640, 480);
   for (int y = 0; y < 480; ++y)
     for (int x = 0; x < 640; ++x) canvas.at(x, y) = 2 * x + 3 * y;
@@ -166,7 +166,7 @@ TEST(Detect, ABackgroundThatSlopesIsNoLamp) {
   EXPECT_NEAR(blobs[0].background_dn, 5 + 0.05 * (2 * 320 + 3 * 240), 2);
 }
 
-TEST(Detect, BrightestFirstAndOnlySoMany) {
+TEST(Detect, SortedByFluxAndLimitedInNumber) {
   Canvas canvas(400, 100);
   for (int i = 0; i < 10; ++i) canvas.add_spot({20.0 + 40 * i, 50}, 1, 3000 + 1000 * i);
   Random random(5);
@@ -192,13 +192,13 @@ TEST(Detect, SmallBlobsAreDropped) {
   EXPECT_EQ(detect(image.view(), options).size(), 1u);
 }
 
-TEST(Detect, SaysWhatIsSaturatedCutOrMerged) {
+TEST(Detect, FlagsSaturatedCutAndMergedBlobs) {
   Canvas canvas(300, 200);
   canvas.add_disc({60, 60}, 15, 15, 0, 0.8, 20000);   // five times full scale
   canvas.add_disc({150, 2}, 15, 15, 0, 0.8, 4000);    // over the border
   canvas.add_disc({220, 120}, 15, 15, 0, 0.8, 2000);  // two that overlap
   canvas.add_disc({238, 130}, 15, 15, 0, 0.8, 2000);
-  canvas.add_disc({60, 140}, 15, 15, 0, 0.8, 4000);  // one like any other
+  canvas.add_disc({60, 140}, 15, 15, 0, 0.8, 4000);  // an ordinary one
   Random random(6);
   const std::vector<Blob> blobs = detect(canvas.image({}, &random).view());
   ASSERT_EQ(blobs.size(), 4u);
@@ -211,7 +211,7 @@ TEST(Detect, SaysWhatIsSaturatedCutOrMerged) {
   }
 }
 
-TEST(Detect, ColourAndDepthMakeNoDifference) {
+TEST(Detect, ResultIsIndependentOfColourAndBitDepth) {
   Canvas canvas(80, 60, 100);
   canvas.add_spot({30.3, 25.6}, 1.1, 9000);
   Random random(7);
@@ -239,8 +239,8 @@ TEST(Detect, ALineOfPixelsHasACovariance) {
   }
 }
 
-// A threshold below the background joins all kinds of shapes, some with less light than none.
-TEST(Detect, WhateverIsBelowTheThresholdTheNumbersAreFinite) {
+// A threshold below the background gives components of any shape, some with negative light.
+TEST(Detect, ResultsAreFiniteForAnyThreshold) {
   Random random(9);
   for (int trial = 0; trial < 200; ++trial) {
     Image image;
@@ -257,7 +257,7 @@ TEST(Detect, WhateverIsBelowTheThresholdTheNumbersAreFinite) {
   }
 }
 
-TEST(Detect, NothingInFlatTinyOrLongImages) {
+TEST(Detect, NoBlobsInFlatTinyOrLongImages) {
   for (const auto& [width, height] :
        {std::pair{1, 1}, {1, 3}, {3, 1}, {7, 7}, {100000, 1}, {1, 100000}, {640, 480}}) {
     for (const int level : {0, 1, 128, 255}) {
@@ -271,7 +271,7 @@ TEST(Detect, NothingInFlatTinyOrLongImages) {
   }
 }
 
-TEST(Detect, RefusesWhatIsNoImage) {
+TEST(Detect, RejectsInvalidImages) {
   const std::vector<std::uint8_t> pixels(100, 0);
   const auto refused = [&](ImageView view) { return complaint([&] { detect(view); }); };
   EXPECT_NE(refused({nullptr, 10, 10, 1, PixelType::u8, 10}), "");
@@ -280,7 +280,7 @@ TEST(Detect, RefusesWhatIsNoImage) {
   EXPECT_NE(refused({pixels.data(), 10, 10, 1, PixelType::u8, 9}), "");
 }
 
-TEST(Detect, RefusesBadOptionsByName) {
+TEST(Detect, RejectsInvalidOptionsByName) {
   const std::vector<std::uint8_t> pixels(100, 0);
   const ImageView view{pixels.data(), 10, 10, 1, PixelType::u8, 10};
   const auto complaint_of = [&](auto&& change) {

@@ -9,7 +9,7 @@
 #include "libocc/simulate/simulate.hpp"
 #include "tests/support/support.hpp"
 
-// A window has few meshes of background, most of which a lamp may cover.
+// A window has few background meshes, and a lamp may cover most of them.
 TEST(DetectInWindows, FindsALampInWindowsOfAnySize) {
   occ::Scene scene = occ::test::irregular_room();
   scene.lamps.resize(1);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lamps from the smallest that have a rim to one that nearly fills the image: each is one blob,
-// measured without bias, with true covariances; and what only looks like a large lamp is none.
+// Lamps from the smallest with a rim to one that nearly fills the image: each is one blob, measured
+// without bias and with consistent covariances. Other large bright areas are not detected as lamps.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -53,7 +53,7 @@ struct Nees {
 struct Case {
   double level_e = 3000, psf_px = 0.8;
   bool with_sensor = true;
-  double off_centre = 0;  ///< radii to the right of the middle
+  double off_centre = 0;  ///< offset to the right of the middle [radii]
 };
 
 Nees measure_discs(const Case& c, const std::vector<double>& radii_px, int trials,
@@ -89,7 +89,7 @@ TEST(DetectLargeDiscs, AreOneBlob) {
   }
 }
 
-TEST(SlowDetectLargeDiscs, CentreAndRadiusAreTrueFromThreeToFourHundredPixels) {
+TEST(SlowDetectLargeDiscs, CentreAndRadiusAreConsistentFromThreeToFourHundredPixels) {
   const std::vector<double> radii = {3.6, 6, 12, 30, 75, 110, 150, 220, 300, 400};
   for (const Case& c : {Case{3000, 0.8, true, 0}, Case{3000, 0.8, false, 0},
                         Case{600, 1.5, true, 0}, Case{1500, 0.6, true, 0}}) {
@@ -98,19 +98,19 @@ TEST(SlowDetectLargeDiscs, CentreAndRadiusAreTrueFromThreeToFourHundredPixels) {
   }
 }
 
-TEST(SlowDetectLargeDiscs, CutByTheBorderToo) {
+TEST(SlowDetectLargeDiscs, AreConsistentWhenCutByTheBorder) {
   for (const double off_centre : {0.9, 1.4})
     measure_discs({3000, 0.8, true, off_centre}, {350, 400}, 8, 3).expect_true(true);
 }
 
-// Saturated, a rim has grown: its centre has not moved.
-TEST(SlowDetectLargeDiscs, SaturatedCentresAreTrue) {
+// Saturation enlarges a rim, but does not shift its centre.
+TEST(SlowDetectLargeDiscs, SaturatedCentresAreConsistent) {
   for (const double level_e : {8000.0, 40000.0})
     measure_discs({level_e, 0.8, true, 0}, {6, 12, 30, 75, 150, 300, 400}, 6, 4).expect_true(false);
 }
 
-// Seen from near, the light of a lamp falls off by half towards its rim.
-TEST(SlowDetectLargeDiscs, LightFallsOffAcrossThem) {
+// At a short distance, the light of a lamp decreases to half towards its rim.
+TEST(SlowDetectLargeDiscs, BrightnessVariesAcrossThem) {
   Random random(3);
   Scene scene;
   scene.camera = Camera::pinhole(width, height, 700, 700, 639.5, 479.5);
@@ -135,7 +135,7 @@ TEST(SlowDetectLargeDiscs, LightFallsOffAcrossThem) {
   nees.expect_true(true);
 }
 
-/// Signal of a wall that ends within so many pixels, left of the middle.
+/// Signal of a wall whose edge, left of the middle, has this width in pixels.
 Canvas half_lit(double blur_px, double level_e) {
   Canvas canvas(width, height, 40);
   for (int y = 0; y < height; ++y)
@@ -144,12 +144,12 @@ Canvas half_lit(double blur_px, double level_e) {
   return canvas;
 }
 
-TEST(DetectLargeDiscs, AWallThatIsLitSmoothlyIsBackground) {
+TEST(DetectLargeDiscs, ASmoothlyLitWallIsBackground) {
   Random random(5);
   EXPECT_TRUE(detect(half_lit(200, 1500).image({}, &random).view()).empty());
 }
 
-TEST(DetectLargeDiscs, LampsAreFoundInFrontOfABrightWall) {
+TEST(DetectLargeDiscs, LampsInFrontOfABrightWallAreDetected) {
   Random random(6);
   Canvas canvas = half_lit(1, 1500);
   const Eigen::Vector2d lamps[] = {{200.3, 250.8}, {420.7, 600.2}};

@@ -13,7 +13,7 @@
 namespace occ {
 namespace {
 
-/// Real photographs, outside the project: each lamp one blob, its own code the nearest one.
+/// Real photographs, outside the project: one blob per lamp; its own code is the nearest one.
 void check_photo(const std::string& name, Readout readout, const std::vector<double>& codes_hz) {
   const std::string path = std::string(LIBOCC_EXTRA_DATA) + "/luxapose/" + name;
   if (!std::ifstream(path)) GTEST_SKIP() << path << " is absent";
@@ -32,7 +32,7 @@ void check_photo(const std::string& name, Readout readout, const std::vector<dou
       if (std::abs(codes_hz[i] - *blob.frequency_hz) <
           std::abs(codes_hz[nearest] - *blob.frequency_hz))
         nearest = i;
-    // The lamps' own clocks are good to 1 % or so.
+    // The lamps' clocks have errors of about 1 %.
     const double sigma = std::hypot(blob.frequency_sigma_hz, 0.01 * codes_hz[nearest]);
     EXPECT_LT(std::abs(codes_hz[nearest] - *blob.frequency_hz), 4 * sigma) << *blob.frequency_hz;
     EXPECT_LT(blob.frequency_sigma_hz, 62) << *blob.frequency_hz;  // codes are 500 Hz apart

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lamps that blink under a rolling shutter, rendered here by brute force.
+// Lamps that blink under a rolling shutter, rendered by numerical integration.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -13,18 +13,18 @@
 namespace occ {
 namespace {
 
-enum class Shape { disc, glow, rectangle };
+enum class Shape { disc, gaussian, rectangle };
 
 struct BlinkingLamp {
   Shape shape = Shape::disc;
   Eigen::Vector2d centre{120, 120};
-  Eigen::Vector2d semi{40, 40};  ///< radii of a disc, standard deviations of a glow, half sides
+  Eigen::Vector2d semi{40, 40};  ///< radii of a disc, standard deviations of a Gaussian, half sides
   double angle_rad = 0;
   double peak_dn = 140;
   double frequency_hz = 3000;  ///< 0: steady
   double phase = 0;            ///< cycles
   double duty = 0.5;
-  double depth = 1;  ///< of the modulation
+  double depth = 1;  ///< modulation depth, 0..1
 };
 
 struct Set {
@@ -52,14 +52,14 @@ double exposed(double start_s, double exposure_s, double frequency_hz, double du
   return (integral(start_s + exposure_s) - integral(start_s)) / exposure_s;
 }
 
-/// 0..1 of the lamp's shape, blurred by 1 px.
+/// Brightness 0..1 of the lamp's shape, blurred by 1 px.
 double brightness(const BlinkingLamp& lamp, double x, double y) {
   const double c = std::cos(lamp.angle_rad), s = std::sin(lamp.angle_rad);
   const double dx = x - lamp.centre.x(), dy = y - lamp.centre.y();
   const Eigen::Vector2d d(c * dx + s * dy, -s * dx + c * dy);
   const Eigen::Vector2d q = d.cwiseQuotient(lamp.semi);
   const auto edge = [](double outside_px) { return 0.5 * std::erfc(outside_px / std::sqrt(2.0)); };
-  if (lamp.shape == Shape::glow) return std::exp(-0.5 * q.squaredNorm());
+  if (lamp.shape == Shape::gaussian) return std::exp(-0.5 * q.squaredNorm());
   if (lamp.shape == Shape::rectangle)
     return edge(std::abs(d.x()) - lamp.semi.x()) * edge(std::abs(d.y()) - lamp.semi.y());
   const double r = q.norm();
@@ -76,7 +76,7 @@ Image render(const Set& set, const std::vector<BlinkingLamp>& lamps, Random& ran
     for (int x = 0; x < set.width; ++x) {
       double signal = set.background_dn;
       for (const BlinkingLamp& lamp : lamps) {
-        const double reach = (lamp.shape == Shape::glow ? 6 : 1.5) * lamp.semi.maxCoeff() + 6;
+        const double reach = (lamp.shape == Shape::gaussian ? 6 : 1.5) * lamp.semi.maxCoeff() + 6;
         if ((Eigen::Vector2d(x, y) - lamp.centre).cwiseAbs().maxCoeff() > reach) continue;
         double lit = 1;
         if (lamp.frequency_hz > 0) {
@@ -177,12 +177,12 @@ TEST(Stripes, DiscsAtAnyPhase) {
   EXPECT_LT(s.worst_px, 0.1);
   EXPECT_LT(s.nees_centre / s.count, 3);
   EXPECT_LT(s.nees_frequency / s.count, 2);
-  EXPECT_GT(s.nees_frequency / s.count, 0.02);  // the stated sigma is of some use
+  EXPECT_GT(s.nees_frequency / s.count, 0.02);  // the reported sigma is not far too large
   EXPECT_LT(s.worst_frequency_sigmas, 4);
 }
 
-TEST(Stripes, GlowsAtAnyPhase) {
-  const Summary s = sweep(Shape::glow, {22, 19}, 200);
+TEST(Stripes, GaussiansAtAnyPhase) {
+  const Summary s = sweep(Shape::gaussian, {22, 19}, 200);
   EXPECT_LT(s.worst_px, 0.3);
   EXPECT_LT(s.nees_centre / s.count, 3);
   EXPECT_LT(s.nees_frequency / s.count, 2);
@@ -190,20 +190,21 @@ TEST(Stripes, GlowsAtAnyPhase) {
   EXPECT_LT(s.worst_frequency_sigmas, 4);
 }
 
-TEST(Stripes, SaturatedGlows) {
-  const Summary s = sweep(Shape::glow, {15, 14}, 1000);
+TEST(Stripes, SaturatedGaussians) {
+  const Summary s = sweep(Shape::gaussian, {15, 14}, 1000);
   EXPECT_LT(s.worst_px, 0.5);
   EXPECT_LT(s.worst_frequency_sigmas, 4);
 }
 
-TEST(Stripes, RectanglesWithinTheirSigma) {
+TEST(Stripes, RectanglesAreConsistentWithTheirSigma) {
   const Summary s = sweep(Shape::rectangle, {45, 38}, 140);
   EXPECT_LT(s.nees_centre / s.count, 3);
   EXPECT_LT(s.worst_frequency_sigmas, 4);
 }
 
 TEST(Stripes, PlainCentroidWouldBeBiased) {
-  // What the sweeps above would measure if stripes were ignored: the centroid of the lit pixels.
+  // Without the treatment of stripes, the sweeps above would measure the centroid of the lit
+  // pixels.
   Random random(3);
   const Set set;
   double worst = 0;
@@ -243,7 +244,7 @@ TEST(Stripes, WeakModulationAndOtherDuties) {
   }
 }
 
-TEST(Stripes, BlobIsFilledIn) {
+TEST(Stripes, BlobIsComplete) {
   Random random(11);
   const Set set;
   BlinkingLamp lamp;
@@ -259,7 +260,7 @@ TEST(Stripes, BlobIsFilledIn) {
   EXPECT_FALSE(blob.cut_by_border);
   EXPECT_NEAR(blob.x0, 120 - std::hypot(44 * std::cos(0.5), 33 * std::sin(0.5)), 1.5);
   EXPECT_NEAR(blob.y1, 120 + std::hypot(44 * std::sin(0.5), 33 * std::cos(0.5)), 1.5);
-  // Half of the time lit: half of the lamp's light.
+  // Lit half of the time: half of the lamp's light.
   EXPECT_NEAR(blob.flux_dn, 140 * 3.14159 * 44 * 33 / 2, 0.05 * 140 * 3.14159 * 44 * 33 / 2);
   ASSERT_GT(blob.rim.size(), 30u);
   for (const RimPoint& p : blob.rim) {
@@ -276,7 +277,7 @@ TEST(Stripes, BlobIsFilledIn) {
   EXPECT_TRUE(detect(render(set, {lamp}, random).view(), options)[0].rim.empty());
 }
 
-TEST(Stripes, SaturatedOrCutIsSaid) {
+TEST(Stripes, FlagsSaturatedAndCutLamps) {
   Random random(12);
   const Set set;
   BlinkingLamp lamp;
@@ -293,7 +294,7 @@ TEST(Stripes, TwoLampsCloseTogetherStayTwo) {
     Eigen::Vector2d second;
     double f;
   };
-  // Side by side; one behind the other, with other and with equal frequency; askew.
+  // Side by side; one after the other, with different and with equal frequency; diagonal.
   for (const Case& c : {Case{{152, 100}, 2600}, Case{{90, 170}, 3500}, Case{{90, 172}, 3000},
                         Case{{140, 150}, 4000}}) {
     for (const double phase : {0.0, 0.35, 0.7}) {
@@ -357,7 +358,7 @@ TEST(Stripes, NoiseHasNoFrequency) {
   }
 }
 
-TEST(Stripes, TooFewPeriodsAreJoinedButNotRead) {
+TEST(Stripes, TooFewPeriodsAreJoinedWithoutAFrequency) {
   Random random(41);
   const Set set;
   for (const double phase : {0.0, 0.4, 0.8}) {
@@ -370,7 +371,7 @@ TEST(Stripes, TooFewPeriodsAreJoinedButNotRead) {
   }
 }
 
-TEST(Stripes, AboveTheExposuresNullNothingIsRead) {
+TEST(Stripes, NoFrequencyAboveTheNullOfTheExposure) {
   Random random(42);
   Set set;
   set.sensor.exposure_s =
@@ -382,12 +383,12 @@ TEST(Stripes, AboveTheExposuresNullNothingIsRead) {
   EXPECT_FALSE(blobs[0].frequency_hz.has_value());
 }
 
-TEST(Stripes, ReflectionsNeitherCountNorPull) {
+TEST(Stripes, ReflectionsAreRemovedAndCauseNoBias) {
   Random random(43);
   const Set set;
   std::vector<BlinkingLamp> lamps(3);
   lamps[0].semi = {36, 36};
-  lamps[1].shape = Shape::glow;  // a streak on the wall beside the lamp, in step with it
+  lamps[1].shape = Shape::gaussian;  // a streak on the wall beside the lamp, in phase with it
   lamps[1].centre = {166, 150};
   lamps[1].semi = {30, 45};
   lamps[1].peak_dn = 6;
@@ -402,7 +403,7 @@ TEST(Stripes, ReflectionsNeitherCountNorPull) {
   EXPECT_EQ(striped, 1);
 }
 
-TEST(Stripes, ReadoutDirectionIsFoundOut) {
+TEST(Stripes, ReadoutDirectionIsDetected) {
   Random random(51);
   for (const bool columns : {false, true}) {
     Set set;
@@ -425,7 +426,7 @@ TEST(Stripes, ReadoutDirectionIsFoundOut) {
   }
 }
 
-TEST(Stripes, OptionsAreObeyed) {
+TEST(Stripes, OptionsHaveAnEffect) {
   Random random(52);
   Set set;
   BlinkingLamp lamp;

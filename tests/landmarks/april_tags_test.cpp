@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// AprilTags: rendered ones are found where they are, to hundredths of a pixel in our convention,
-// and as landmarks give the pose they were rendered from.
+// AprilTags: corners of rendered tags are accurate to hundredths of a pixel in the convention of
+// the library, and give the pose from which the tags were rendered.
 #include "libocc/landmarks/april_tags.hpp"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ struct Hung {
   bool standard = false;
 };
 
-// Small, so that rendering is quick.
+// Small images, for fast rendering.
 Camera small_camera() { return Camera::pinhole(220, 180, 220, 220, 109.5, 89.5); }
 
 Image rendered(const std::vector<Hung>& tags, const Rigid3& cam_from_world, const Camera& camera,
@@ -95,8 +95,8 @@ Errors corner_errors(const AprilTagOptions& options, double noise_dn, bool stand
   return e;
 }
 
-// A shift by half a pixel, the other convention, would show at once.
-TEST(AprilTags, CornersAreWhereTheyWereRendered) {
+// A shift by half a pixel (the other convention) would fail.
+TEST(AprilTags, CornersAgreeWithTheRenderedOnes) {
   const Errors e = corner_errors({}, 2);
   EXPECT_LT(e.mean.cwiseAbs().maxCoeff(), 0.02);
   EXPECT_LT(e.rms, 0.05);
@@ -104,7 +104,7 @@ TEST(AprilTags, CornersAreWhereTheyWereRendered) {
   EXPECT_LT(e.normalised, 2);
 }
 
-TEST(AprilTags, UnrefinedCornersHaveNoBiasEither) {
+TEST(AprilTags, UnrefinedCornersAreUnbiased) {
   AprilTagOptions options;
   options.refine = false;
   options.family = "tag36h11";
@@ -156,7 +156,7 @@ TEST(AprilTags, TwoOfAMapGiveThePose) {
   EXPECT_LT(mahalanobis2(*fix, truth), chi2_6_999);
 }
 
-TEST(AprilTags, LampsBesideThemSharpenThePose) {
+TEST(AprilTags, LampsBesideThemImproveThePose) {
   const Scene scene = wall_of_tags();
   const Rigid3 truth = towards_wall({0.6, 1.6, 1.2});
   Random random(19);
@@ -176,7 +176,7 @@ TEST(AprilTags, LampsBesideThemSharpenThePose) {
   EXPECT_NE(complaint([&] { locate_by_tags(tags, scene, lamps); }).find("9"), std::string::npos);
 }
 
-TEST(AprilTags, OneThatIsSeenTwiceDoesNotCount) {
+TEST(AprilTags, DuplicatesAreIgnored) {
   const Scene scene = wall_of_tags();
   const Rigid3 truth = towards_wall({0.6, 1.6, 1.2});
   Random random(18);
@@ -189,7 +189,7 @@ TEST(AprilTags, OneThatIsSeenTwiceDoesNotCount) {
   EXPECT_EQ(locate_by_tags({tags[0], tags[2]}, scene).status, Status::too_few_lamps);
 }
 
-TEST(AprilTags, ATagOfNoMapIsNoPose) {
+TEST(AprilTags, UnknownTagsGiveNoPose) {
   Scene scene = wall_of_tags();
   Random random(20);
   const std::vector<AprilTag> tags = seen_tags(scene, towards_wall({0.3, 1.6, 1.4}), random);
@@ -200,7 +200,7 @@ TEST(AprilTags, ATagOfNoMapIsNoPose) {
   EXPECT_NE(fix.message.find("none of the 2 tags"), std::string::npos) << fix.message;
 }
 
-// Exact corners: the truth, and its mirror with the tilt turned over, both are minima.
+// With exact corners, both the true pose and its mirror image (opposite tilt) are minima.
 TEST(AprilTags, BothPosesOfATagAreKept) {
   Random random(21);
   for (int t = 0; t < 50; ++t) {
@@ -223,7 +223,7 @@ TEST(AprilTags, BothPosesOfATagAreKept) {
   }
 }
 
-TEST(AprilTags, NothingIsFoundInNothing) {
+TEST(AprilTags, NoTagsInEmptyImages) {
   Random random(22);
   Image noise;
   noise.width = noise.height = 120;
@@ -236,7 +236,7 @@ TEST(AprilTags, NothingIsFoundInNothing) {
   EXPECT_TRUE(detect_april_tags(tiny.view()).empty());
 }
 
-TEST(AprilTags, SixteenBitsAreReadAsWell) {
+TEST(AprilTags, SixteenBitImages) {
   const Scene scene = wall_of_tags();
   Random random(23);
   const Rigid3 truth = towards_wall({0.6, 1.6, 1.2});
@@ -251,7 +251,7 @@ TEST(AprilTags, SixteenBitsAreReadAsWell) {
   EXPECT_LT((deep_tags[0].corners_px[2] - shallow_tags.at(0).corners_px[2]).norm(), 0.01);
 }
 
-TEST(AprilTags, AMapOfThemIsWrittenAndReadBack) {
+TEST(AprilTags, MapsWithTagsSurviveARoundTrip) {
   const Scene scene = wall_of_tags();
   const Scene read = parse_scene(format_scene(scene));
   ASSERT_EQ(read.tags.size(), 2u);
@@ -274,7 +274,7 @@ TEST(AprilTags, AMapOfThemIsWrittenAndReadBack) {
             std::string::npos);
 }
 
-TEST(AprilTags, TellTheCallersMistakes) {
+TEST(AprilTags, RejectInvalidArguments) {
   const Image image = [] {
     Image i;
     i.width = i.height = 20;

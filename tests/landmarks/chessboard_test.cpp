@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chessboards: rendered inner corners are found where they are, within what is said of them.
+// Chessboards: errors of rendered inner corners agree with the reported covariances.
 #include "libocc/landmarks/chessboard.hpp"
 
 #include <gtest/gtest.h>
@@ -56,13 +56,13 @@ Seen errors_of(double noise_dn, int trials) {
   return seen;
 }
 
-TEST(Chessboard, CornersAreWhereTheyWereRendered) {
+TEST(Chessboard, CornersAgreeWithTheRenderedOnes) {
   const Seen seen = errors_of(0, 8);
   EXPECT_GE(seen.boards, 6);
   EXPECT_LT(seen.rms_px, 0.02);
 }
 
-TEST(Chessboard, NoiseDoesWhatItsCovarianceSays) {
+TEST(Chessboard, CovarianceAgreesWithTheScatter) {
   const Seen seen = errors_of(6, 10);
   EXPECT_GE(seen.boards, 7);
   EXPECT_GT(seen.rms_px, 0.02);
@@ -70,7 +70,7 @@ TEST(Chessboard, NoiseDoesWhatItsCovarianceSays) {
   EXPECT_LT(seen.normalised, 1.6);
 }
 
-TEST(Chessboard, NoneIsNone) {
+TEST(Chessboard, EmptyWithoutABoard) {
   Image image;
   image.width = 120;
   image.height = 90;

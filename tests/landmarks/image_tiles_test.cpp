@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// AprilTags in large images: the same tags however the image is divided, read from a file or from
-// a renderer a tile at a time.
+// AprilTags in large images: the tags are independent of the tiling, for images read tile by tile
+// from a file or from a renderer.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/time.h>
@@ -45,7 +45,7 @@ void expect_same(const std::vector<AprilTag>& tags, const std::vector<AprilTag>&
     EXPECT_EQ(tags[i].id, others[i].id);
     for (std::size_t k = 0; k < 4; ++k) {
       const double allowed =
-          tags[i].refined ? 1e-3 : 0.3;  // libapriltag's own corners depend on it
+          tags[i].refined ? 1e-3 : 0.3;  // unrefined corners of libapriltag depend on the tiling
       EXPECT_LT((tags[i].corners_px[k] - others[i].corners_px[k]).norm(), allowed) << tags[i].id;
       const Eigen::Vector2d corner =
           (tags[i].homography * Eigen::Vector3d(k == 1 || k == 2 ? 1 : -1, k >= 2 ? 1 : -1, 1))
@@ -55,7 +55,7 @@ void expect_same(const std::vector<AprilTag>& tags, const std::vector<AprilTag>&
   }
 }
 
-TEST(TagTiles, TheSameTagsHoweverTheImageIsDivided) {
+TEST(TagTiles, TagsAreIndependentOfTheTiling) {
   const Panorama panorama(2);
   const std::vector<AprilTag> whole = detect_april_tags(panorama.image.view());
   EXPECT_GE(whole.size(), 12u);
@@ -67,7 +67,7 @@ TEST(TagTiles, TheSameTagsHoweverTheImageIsDivided) {
   }
 }
 
-TEST(TagTiles, BendsAreThoseOfTheTagsPlaceInTheImage) {
+TEST(TagTiles, BendsUseThePositionInTheWholeImage) {
   const Panorama panorama(2);
   AprilTagOptions options;
   options.bends_px = side_bends(panorama.camera);
@@ -77,7 +77,7 @@ TEST(TagTiles, BendsAreThoseOfTheTagsPlaceInTheImage) {
   expect_same(whole, detect_april_tags(panorama.image.view(), options));
 }
 
-TEST(TagTiles, AnImageThatIsReadByTilesIsNeverWhole) {
+TEST(TagTiles, AnImageReadByTilesIsNeverReadAsAWhole) {
   const Panorama panorama(2);
   AprilTagOptions options;
   options.tile_px = 600;
@@ -105,7 +105,7 @@ TEST(TagTiles, AnImageThatIsReadByTilesIsNeverWhole) {
   EXPECT_EQ(calls, 3);
 }
 
-TEST(TagTiles, DeepImagesHaveOneScaleForAllTiles) {
+TEST(TagTiles, SixteenBitImagesHaveOneScaleForAllTiles) {
   const Panorama panorama(2);
   ImageReader reader = reader_of(panorama.renderer, panorama.camera);
   const auto shallow = reader.read;
@@ -126,7 +126,7 @@ TEST(TagTiles, DeepImagesHaveOneScaleForAllTiles) {
   for (std::size_t i = 0; i < deep.size(); ++i) EXPECT_EQ(deep[i].id, plain[i].id);
 }
 
-TEST(TagTiles, TellTheCallersMistakes) {
+TEST(TagTiles, RejectInvalidArguments) {
   AprilTagOptions options;
   options.tile_px = 500;
   options.overlap_px = 400;

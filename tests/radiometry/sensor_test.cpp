@@ -24,7 +24,7 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 double degrees(double value) { return value * pi / 180; }
 double dbm(double watt) { return 10 * std::log10(watt / 1e-3); }
 
-// The lamp of the 802.15 contribution: 170 mm, half power at 70 degrees, 1500 mW; seen from 1.5 m.
+// Lamp of the 802.15 contribution: 170 mm, half power at 70 degrees, 1500 mW; at 1.5 m.
 struct Contribution : ::testing::Test {
   const double power_w = 1.5, distance_m = 1.5, radius_m = 0.085;
   const double area_m2 = pi * radius_m * radius_m;
@@ -62,9 +62,8 @@ TEST_F(Contribution, HalfOfTheDefaultFullWell) {
   EXPECT_NEAR(sensor.electrons(irradiance) / sensor.full_well_e, 0.5, 0.05);
 }
 
-// A disc parallel to the sensor, small against its range: what its image receives is what the lens
-// takes in.
-TEST_F(Contribution, ImageReceivesWhatTheApertureTakes) {
+// A small disc parallel to the sensor: the power on its image equals the power through the lens.
+TEST_F(Contribution, PowerOnTheImageEqualsPowerThroughTheAperture) {
   const double focal_length_m = 3e-3, f_number = 2;
   const double lens_m2 = pi / 4 * std::pow(focal_length_m / f_number, 2);
   const double image_m2 = area_m2 * std::pow(focal_length_m / distance_m, 2);
@@ -114,10 +113,10 @@ TEST(Lambertian, RadianceIsBoundedAtGrazing) {
   EXPECT_EQ(radiance(1, 0.6, 0.1, 1e-9), radiance(1, 0.6, 0.1, 0.01));
   EXPECT_GT(radiance(1, 0.6, 0.1, 0.01), radiance(1, 0.6, 0.1, 0.02));
   EXPECT_EQ(radiance(1, 1, 0.1, 1e-9), radiance(1, 1, 0.1, 1)) << "order 1 does not diverge";
-  EXPECT_LT(radiance(1, 2, 0.1, 1e-9), 1e-6) << "order 2 fades, without a bound";
+  EXPECT_LT(radiance(1, 2, 0.1, 1e-9), 1e-6) << "order 2 vanishes without a bound";
 }
 
-TEST(Lambertian, Refuses) {
+TEST(Lambertian, RejectsInvalidArguments) {
   EXPECT_EQ(complaint([] { lambertian_order(0); }), "half_power_rad must be in (0, pi/2), got 0");
   EXPECT_NE(complaint([] { lambertian_order(pi / 2); }), "");
   EXPECT_NE(complaint([] { lambertian_order(nan); }), "");
@@ -147,8 +146,8 @@ TEST(SensorNoise, FollowsEmva1288) {
   EXPECT_DOUBLE_EQ(sensor.noise_dn(0), std::sqrt(0.49 + 1.0 / 12));
 }
 
-// The formula against what it stands for: Poisson electrons, normal read noise, rounding.
-TEST(SensorNoise, IsTheSpreadOfSimulatedGreyLevels) {
+// Compares the formula with a simulation: Poisson electrons, normal read noise, rounding.
+TEST(SensorNoise, AgreesWithSimulatedGreyLevels) {
   Sensor sensor;
   sensor.gain_dn_per_e = 0.1;
   Random random(2);
@@ -175,7 +174,7 @@ struct ResponseCase {
   int bit_depth;
 };
 
-/// Without it a failure would show the bytes, addresses among them.
+/// Printer for GoogleTest, which would otherwise print the bytes.
 void PrintTo(const ResponseCase& response, std::ostream* out) { *out << response.name; }
 
 class EveryResponse : public ::testing::TestWithParam<ResponseCase> {

@@ -54,7 +54,6 @@ struct Component {
   Moments grey;              ///< moments of the grey level above background
   Moments shape;             ///< moments of the area (weight 1 per pixel): shape.sum == area_px
   bool touches_border = false;
-  bool striped = false;  ///< joined from rolling-shutter stripes
 
   /// Union with a component that shares no pixel with this one.
   Component& operator+=(const Component& other) {
@@ -71,7 +70,6 @@ struct Component {
     grey += other.grey;
     shape += other.shape;
     touches_border = touches_border || other.touches_border;
-    striped = striped || other.striped;
     return *this;
   }
 };

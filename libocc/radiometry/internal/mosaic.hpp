@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: which colour a mosaic's pixels see.
+// Internal: colours of the pixels of a colour filter array.
 #pragma once
 
 #include <cstddef>
@@ -8,8 +8,8 @@
 
 namespace occ::internal::radiometry {
 
-/// Of the pixels at a place in the tile of two by two, x + 2 y: 0 red, 1 green, 2 blue; without a
-/// mosaic all are as green ones.
+/// Colour of the pixels at position x + 2 y in the tile of 2 x 2 pixels: 0 red, 1 green, 2 blue; 1
+/// without a mosaic.
 std::size_t colour_at(Mosaic mosaic, std::size_t place);
 
 }  // namespace occ::internal::radiometry
