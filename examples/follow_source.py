@@ -4,7 +4,7 @@
 import sys
 
 import libocc as occ
-from libocc.streams.open_source import open_source
+from libocc.streams import open_source
 
 scene, source = occ.Scene.load(sys.argv[1]), open_source(sys.argv[2])
 tracker = occ.Tracker(scene)

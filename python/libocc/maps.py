@@ -13,12 +13,12 @@ from ._core import Camera, FluxModel, Rung, Scene, dbm, pose_bound, received_pow
 
 __all__ = ["Plane", "PowerMap", "looking_up", "plane_of", "power_map", "with_focal_length"]
 
-MOST_POINTS = 4_000_000  # that memory is sure to hold
+MAX_POINTS = 4_000_000  # limits the memory of the arrays
 
 
 @dataclass(frozen=True)
 class Plane:
-    """A grid of camera positions at one height, along the world's x and y."""
+    """Grid of camera positions at one height, along the world's x and y axes."""
 
     x_m: NDArray[np.float64]
     y_m: NDArray[np.float64]
@@ -31,10 +31,10 @@ def plane_of(
     step_m: float = 0.05,
     extent_m: Sequence[float] | None = None,
 ) -> Plane:
-    """A grid over a horizontal plane, its first point at the extent's lower corner.
+    """Grid over a horizontal plane; its first point is the lower corner of the extent.
 
-    height_m: half the room's when None. extent_m: (x0, x1, y0, y1), the room's floor when None.
-    Raises: ValueError naming what is outside the room, not positive or missing.
+    height_m: default half the height of the room. extent_m: (x0, x1, y0, y1), default the floor of the room.
+    Raises: ValueError naming the argument that is outside the room, not positive or missing.
     """
     if not (step_m > 0 and math.isfinite(step_m)):
         raise ValueError(f"step_m must be positive, got {step_m}")
@@ -43,18 +43,18 @@ def plane_of(
         height_m = top / 2 if height_m is None else height_m
         extent_m = (0.0, width, 0.0, depth) if extent_m is None else extent_m
     if height_m is None or extent_m is None:
-        raise ValueError("height_m and extent_m must be given, for the scene has no room")
+        raise ValueError("height_m and extent_m must be given because the scene has no room")
     x0, x1, y0, y1 = _checked_extent(extent_m)
     if not math.isfinite(height_m):
         raise ValueError(f"height_m must be finite, got {height_m}")
     if scene.room is not None:
         if not 0 <= height_m <= top:
-            raise ValueError(f"height_m must be in the room, 0 to {top:g}, got {height_m:g}")
+            raise ValueError(f"height_m must be inside the room, 0 to {top:g}, got {height_m:g}")
         if min(x0, y0) < 0 or x1 > width or y1 > depth:
-            raise ValueError(f"extent_m must be in the room, 0 {width:g} 0 {depth:g}, got {tuple(extent_m)}")
+            raise ValueError(f"extent_m must be inside the room, 0 {width:g} 0 {depth:g}, got {tuple(extent_m)}")
     columns, rows = (math.floor((high - low) / step_m + 1e-9) + 1 for low, high in ((x0, x1), (y0, y1)))
-    if columns * rows > MOST_POINTS:
-        raise ValueError(f"step_m must leave at most {MOST_POINTS} points, got {step_m:g}: {columns * rows}")
+    if columns * rows > MAX_POINTS:
+        raise ValueError(f"step_m must give at most {MAX_POINTS} points, got {step_m:g} and {columns * rows} points")
     x_m, y_m = (low + float(step_m) * np.arange(count, dtype=float) for low, count in ((x0, columns), (y0, rows)))
     return Plane(x_m, y_m, float(height_m))
 
@@ -68,7 +68,7 @@ def _checked_extent(extent_m: Sequence[float]) -> tuple[float, float, float, flo
 
 
 def checked_rotation(rotation_deg: Sequence[float]) -> tuple[float, float, float]:
-    """(roll, pitch, yaw). Raises: ValueError unless these are three finite numbers."""
+    """(roll, pitch, yaw) as floats. Raises: ValueError unless these are three finite numbers."""
     if len(rotation_deg) != 3 or not all(map(math.isfinite, rotation_deg)):
         raise ValueError(f"rotation_deg must be roll, pitch and yaw, got {tuple(rotation_deg)}")
     roll, pitch, yaw = map(float, rotation_deg)
@@ -76,25 +76,25 @@ def checked_rotation(rotation_deg: Sequence[float]) -> tuple[float, float, float
 
 
 def looking_up(position_m: Any, rotation_deg: Sequence[float] = (0.0, 0.0, 0.0)) -> NDArray[np.float64]:
-    """cam_from_world of cameras that look up and are then turned; (..., 4, 4) for positions (..., 3).
+    """cam_from_world (..., 4, 4) of cameras at positions (..., 3) that face up and are then rotated.
 
-    The camera that is not turned looks straight up, its axes along the world's: image right is +x,
-    image down +y, forward +z. rotation_deg: (roll, pitch, yaw), right-handed turns about the
-    world's x, then y, then z: world_from_cam = Rz(yaw) Ry(pitch) Rx(roll). So a positive roll leans
-    the view towards -y, a positive pitch towards +x, and yaw turns it all about the vertical.
+    Without rotation the camera axes are those of the world: image +x is +x, image +y is +y, the optical axis is +z.
+    rotation_deg: (roll, pitch, yaw), right-handed rotations about the world's x, then y, then z axis:
+    world_from_cam = Rz(yaw) Ry(pitch) Rx(roll). A positive roll tilts the optical axis towards -y, a positive pitch
+    towards +x.
     """
     position = np.asarray(position_m, dtype=float)
     roll, pitch, yaw = np.radians(checked_rotation(rotation_deg))
-    cam_from_world = (_turn(2, yaw) @ _turn(1, pitch) @ _turn(0, roll)).T
+    cam_from_world = (_rotation(2, yaw) @ _rotation(1, pitch) @ _rotation(0, roll)).T
     poses = np.zeros((*position.shape[:-1], 4, 4))
     poses[..., :3, :3] = cam_from_world
-    # not by @, whose bits depend on how many positions there are
+    # The matrix product @ is not used: its rounding depends on the number of positions.
     poses[..., :3, 3] = -(position[..., None, :] * cam_from_world).sum(axis=-1)
     poses[..., 3, 3] = 1
     return poses
 
 
-def _turn(axis: int, angle_rad: float) -> NDArray[np.float64]:
+def _rotation(axis: int, angle_rad: float) -> NDArray[np.float64]:
     a, b = (axis + 1) % 3, (axis + 2) % 3
     matrix = np.eye(3)
     matrix[a, a] = matrix[b, b] = math.cos(angle_rad)
@@ -108,7 +108,7 @@ def focal_length_mm(scene: Scene) -> float:
 
 
 def with_focal_length(scene: Scene, focal_mm: float) -> Scene:
-    """The scene with another lens: f changes, the f-number and what the lens distorts do not."""
+    """Scene with another focal length; f-number and distortion coefficients are unchanged."""
     if not (focal_mm > 0 and math.isfinite(focal_mm)):
         raise ValueError(f"focal_mm must be positive, got {focal_mm}")
     c = scene.camera
@@ -123,30 +123,30 @@ def with_focal_length(scene: Scene, focal_mm: float) -> Scene:
 
 @dataclass(frozen=True)
 class PowerMap:
-    """Arrays over a plane: the first axis is y, the second x."""
+    """Arrays over a plane; the first axis is y, the second x."""
 
-    scene: Scene  # with the focal length that was asked for
+    scene: Scene  # with the requested focal length
     plane: Plane
     rotation_deg: tuple[float, float, float]  # roll, pitch, yaw: see looking_up()
-    rung: Rung | None  # what of the image the bound is of
-    lamp_power_w: NDArray[np.float64]  # (ny, nx, lamps), in the scene's order
-    whole: NDArray[np.bool_]  # (ny, nx, lamps): all of the lamp's face is seen
-    visible: NDArray[np.int32]  # lamps of which some light arrives
-    bound_m: NDArray[np.float64]  # of the position, r.m.s. over three axes; infinite: no bound
+    rung: Rung | None  # observations of the bound
+    lamp_power_w: NDArray[np.float64]  # (ny, nx, lamps), in the order of the scene
+    whole: NDArray[np.bool_]  # (ny, nx, lamps): the lamp is completely visible
+    visible: NDArray[np.int32]  # number of lamps of which light arrives
+    bound_m: NDArray[np.float64]  # bound of the position: root of the covariance's trace; infinite: no bound
 
     @property
     def focal_mm(self) -> float:
-        """Of the lens [mm]."""
+        """Focal length [mm]."""
         return focal_length_mm(self.scene)
 
     @property
     def power_w(self) -> NDArray[np.float64]:
-        """(ny, nx) of all lamps [W]."""
+        """(ny, nx) power of all lamps [W]."""
         return np.asarray(self.lamp_power_w.sum(axis=-1))
 
     @property
     def power_dbm(self) -> NDArray[np.float64]:
-        """(ny, nx) of all lamps; minus infinity without light."""
+        """(ny, nx) power of all lamps [dBm]; minus infinity without light."""
         return np.asarray(dbm(self.power_w))
 
 
@@ -161,27 +161,26 @@ def power_map(
     rung: Rung | None = Rung.centres,
     advance: Callable[[], None] = lambda: None,
 ) -> PowerMap:
-    """What the scene's camera receives where it stands on a horizontal plane.
+    """Received power, visible lamps and position bound of the scene's camera over a horizontal plane.
 
-    height_m, step_m, extent_m: of the grid, by default over the room at half its height.
-    rotation_deg: (roll, pitch, yaw) from looking up, see maps.looking_up(). focal_mm: instead of
-    the scene's. rung: of which observations the Cramer-Rao bound is; None: no bound, the fastest.
-    advance: called after each row of the grid.
-    Raises: ValueError naming what does not fit.
+    height_m, step_m, extent_m: grid, by default over the room at half its height. rotation_deg: (roll, pitch, yaw) of
+    the camera from facing up, see maps.looking_up(). focal_mm: replaces the focal length of the scene. rung:
+    observations of the Cramer-Rao bound; None computes no bound, which is faster. advance: called after each row.
+    Raises: ValueError naming the invalid argument.
     """
     plane = plane_of(scene, height_m, step_m, extent_m)
-    turn = checked_rotation(rotation_deg)
+    rotation = checked_rotation(rotation_deg)
     if focal_mm is not None:
         scene = with_focal_length(scene, focal_mm)
     bound = _Bound(scene, rung)
     shape = len(plane.y_m), len(plane.x_m)
     out = PowerMap(
-        scene, plane, turn, rung, np.zeros((*shape, len(scene.lamps))),
+        scene, plane, rotation, rung, np.zeros((*shape, len(scene.lamps))),
         np.zeros((*shape, len(scene.lamps)), bool), np.zeros(shape, np.int32), np.full(shape, math.inf),
     )
     for row, y_m in enumerate(plane.y_m):
         position_m = np.stack(np.broadcast_arrays(plane.x_m, y_m, plane.height_m), axis=-1)
-        poses = looking_up(position_m, turn)
+        poses = looking_up(position_m, rotation)
         received = received_power(scene, poses)
         out.lamp_power_w[row], out.whole[row] = received.lamp_power_w, received.whole
         out.visible[row] = received.visible
@@ -192,7 +191,7 @@ def power_map(
 
 @dataclass
 class _Bound:
-    """The bound does not know of boxes: a lamp that one hides in part is kept from it."""
+    """Bound from the completely visible lamps only: pose_bound() ignores boxes, which may hide a part of a lamp."""
 
     scene: Scene
     rung: Rung | None

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""YAML as libocc's C++ side reads it, where `2e-5` is a number; PyYAML takes it for a text."""
+"""YAML files with the number format of libocc's C++ reader, and checks of their keys and values.
+
+PyYAML reads `2e-5` as a string because YAML 1.1 requires a decimal point; libocc reads it as a number.
+"""
 
 import difflib
 import math
@@ -12,7 +15,7 @@ import yaml
 
 
 class Loader(yaml.SafeLoader):
-    """Plain data only."""
+    """Reads plain data only and accepts numbers such as `2e-5`."""
 
 
 Loader.add_implicit_resolver(
@@ -22,15 +25,15 @@ Loader.add_implicit_resolver(
 
 
 def parse_yaml(text: str) -> Any:
-    """Raises: ValueError with the line when it is no YAML."""
+    """Parses YAML. Raises: ValueError with the line of a syntax error."""
     try:
         return yaml.load(text, Loader)
     except yaml.YAMLError as error:
-        raise ValueError(f"is no YAML: {error}") from error
+        raise ValueError(f"is not valid YAML: {error}") from error
 
 
 def read_yaml(path: str | Path) -> Any:
-    """Raises: OSError; ValueError naming the file."""
+    """Reads a YAML file. Raises: OSError; ValueError naming the file."""
     try:
         return parse_yaml(Path(path).read_text(encoding="utf-8"))
     except ValueError as error:
@@ -38,19 +41,20 @@ def read_yaml(path: str | Path) -> Any:
 
 
 def suggestion(unknown: str, known: Sequence[str]) -> str:
-    """The end of a sentence: the nearest known word, or all of them."""
+    """Last part of an error message: the most similar known word, or all known words."""
     nearest = difflib.get_close_matches(unknown, known, 1, 0.6)
-    return f"did you mean {nearest[0]}?" if nearest else f"known are {', '.join(known)}"
+    return f"did you mean {nearest[0]}?" if nearest else f"allowed: {', '.join(known)}"
 
 
 def refuse_unknown(keys: Iterable[str], known: Sequence[str], where: str) -> None:
-    """Raises: ValueError naming the first key that is not known."""
+    """Raises ValueError with the first key that is not in `known`."""
     for key in keys:
         if key not in known:
             raise ValueError(f"{where}: unknown key {key!r}; {suggestion(str(key), known)}")
 
 
 def number(value: Any, name: str) -> float:
+    """Value as a float. Raises: ValueError with `name` unless it is a finite number."""
     if isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value):
         return float(value)
     raise ValueError(f"{name} must be a finite number, got {value!r}")

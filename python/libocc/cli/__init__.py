@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command line: `libocc demo | simulate | sequence | sweep | detect | identify | locate | map | ...`.
 
-Each command is a module of its own that is imported when it is called, so that none waits for what
-only another one needs.
+Each command is a module in `commands/` that is imported when the command is called, which keeps start-up short.
 """
 
 import importlib
@@ -40,11 +39,11 @@ COMMANDS = (
 )
 
 
-INTERRUPTED = 130  # exit code of a run that Ctrl-C ended
+INTERRUPTED = 130  # exit code after Ctrl-C (128 + SIGINT)
 
 
 class Failure(click.ClickException):
-    """One line on stderr and exit code 2."""
+    """Error of the command line: prints one line on stderr; exit code 2."""
 
     exit_code = 2
 
@@ -53,8 +52,8 @@ class Failure(click.ClickException):
 
 
 @contextmanager
-def blamed_on(path: object) -> Iterator[None]:
-    """Turns what is wrong with a file into one line that names it."""
+def error_context(path: object) -> Iterator[None]:
+    """Turns errors of the block into a Failure whose message starts with `path`."""
     try:
         yield
     except (OSError, ValueError, TypeError) as error:
@@ -63,8 +62,8 @@ def blamed_on(path: object) -> Iterator[None]:
 
 
 @contextmanager
-def naming(images: Sequence[str]) -> Iterator[None]:
-    """Says of images by their number which file that is."""
+def file_names_in_errors(images: Sequence[str]) -> Iterator[None]:
+    """Replaces `images[N]` in error messages by the file name."""
     try:
         yield
     except ValueError as error:
@@ -72,7 +71,7 @@ def naming(images: Sequence[str]) -> Iterator[None]:
 
 
 class Commands(click.Group):
-    """Imports a command when it is asked for."""
+    """Imports a command when it is called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -88,7 +87,7 @@ class Commands(click.Group):
 @click.command(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__)
 def main() -> None:
-    """Finds a camera's position from an image of lamps.
+    """Computes a camera's position from an image of lamps.
 
     \b
     $ libocc simulate irregular_six --position 1.7 2.1 0.5 --seed 1 --out room.png
@@ -96,7 +95,7 @@ def main() -> None:
     """
 
 
-def emit_json(data: Any) -> None:
+def print_json(data: Any) -> None:
     """Prints plain data as JSON."""
     import json
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a camera wrote into its pictures about how it took them."""
+"""Exposure settings in the EXIF data of image files."""
 
 import math
 from collections.abc import Sequence
@@ -8,40 +8,41 @@ from typing import Any
 from PIL import ExifTags, Image
 
 EXPOSURE_TIME = ExifTags.Base.ExposureTime
-HELD = {"f-number": ExifTags.Base.FNumber, "ISO speed": ExifTags.Base.ISOSpeedRatings}  # of a series
+# Settings that must be constant in an exposure series.
+CONSTANT = {"f-number": ExifTags.Base.FNumber, "ISO speed": ExifTags.Base.ISOSpeedRatings}
 
 
 def camera_tags(path: str) -> dict[int, Any]:
-    """Raises: OSError when it is no image file."""
+    """EXIF tags of an image file. Raises: OSError when it is not an image file."""
     with Image.open(path) as image:
         return dict(image.getexif().get_ifd(ExifTags.IFD.Exif))
 
 
 def exposure_s(path: str, tags: dict[int, Any]) -> float:
-    """Raises: ValueError naming the file."""
-    said = tags.get(EXPOSURE_TIME)
-    if said is None:
-        raise ValueError(f"{path}: has no ExposureTime in its EXIF; give --exposures")
+    """Exposure time [s]. Raises: ValueError naming the file."""
+    value = tags.get(EXPOSURE_TIME)
+    if value is None:
+        raise ValueError(f"{path}: has no ExposureTime in its EXIF data; give --exposures")
     try:
-        time_s = float(said)
+        time_s = float(value)
     except (TypeError, ValueError, ZeroDivisionError):
         time_s = math.nan
     if not (math.isfinite(time_s) and time_s > 0):
-        raise ValueError(f"{path}: its EXIF's ExposureTime must be positive, got {said}; give --exposures")
+        raise ValueError(f"{path}: the ExposureTime in its EXIF data must be positive, got {value}; give --exposures")
     return time_s
 
 
 def exposures_of_series(paths: Sequence[str], all_tags: Sequence[dict[int, Any]]) -> list[float]:
-    """Exposure times [s] of pictures that nothing else tells apart.
+    """Exposure times [s] of images that differ in nothing but the exposure time.
 
-    Raises: ValueError naming a file without a time, or with another f-number or ISO speed than the first.
+    Raises: ValueError naming a file without a time, or whose f-number or ISO speed differs from the first one's.
     """
     for path, tags in zip(paths, all_tags, strict=True):
-        for name, tag in HELD.items():
+        for name, tag in CONSTANT.items():
             first, here = all_tags[0].get(tag), tags.get(tag)
             if first is not None and here is not None and here != first:
                 raise ValueError(
-                    f"{path}: its {name} is {here}, that of {paths[0]} {first}: exposure times alone do not say "
-                    "how much light each got; give --exposures"
+                    f"{path}: its {name} is {here}, that of {paths[0]} is {first}: the exposures are not "
+                    "proportional to the exposure times; give --exposures"
                 )
     return [exposure_s(path, tags) for path, tags in zip(paths, all_tags, strict=True)]

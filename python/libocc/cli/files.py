@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that are written whole or not at all."""
+"""Files that are written completely or not at all."""
 
 import os
 import tempfile
@@ -11,7 +11,7 @@ from typing import IO
 
 @contextmanager
 def whole_file(path: str) -> Iterator[IO[bytes]]:
-    """A file that takes its name when the block ends well. Raises: OSError naming it."""
+    """Opens a temporary file that replaces `path` when the block ends without error. Raises: OSError naming `path`."""
     folder = Path(path).resolve().parent
     try:
         if Path(path).is_dir():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An object's points and what each is worth for its pose, as a picture."""
+"""Plot of an object's points and of the value of each point for the pose."""
 
 from typing import IO, Any
 
@@ -14,7 +14,7 @@ SEEN, GROWTH = "#7fb3d5", "#0072B2"
 
 
 def order_of(value: LocalisationValue) -> list[int]:
-    """Points, those that are worth most first: the part of the precision that goes with them."""
+    """Indices of the points, most valuable first: by the share of precision that is lost without the point."""
 
     def worth(i: int) -> float:
         point = value.points[i]
@@ -24,7 +24,7 @@ def order_of(value: LocalisationValue) -> list[int]:
 
 
 def draw(file: IO[bytes], object: Object, value: LocalisationValue, title: str) -> None:
-    """Writes PNG: the points in space, and per point how often it is seen and what it is worth."""
+    """Writes a PNG: the points in space, and for each point how often it is seen and what its loss costs."""
     places = np.array([point.position_m for point in object.points])
     growth = np.array([100 * (point.growth - 1) for point in value.points])
     order = order_of(value)
@@ -41,7 +41,7 @@ def draw(file: IO[bytes], object: Object, value: LocalisationValue, title: str) 
         axis.set_major_locator(MaxNLocator(4))
     low, high = places.min(axis=0), places.max(axis=0)
     space.set_box_aspect(np.maximum(high - low, 0.15 * (high - low).max()))
-    figure.colorbar(shown, ax=space, shrink=0.7, pad=0.12, label="sigmas grow without it by [%]")
+    figure.colorbar(shown, ax=space, shrink=0.7, pad=0.12, label="growth of sigma without the point [%]")
     rows = np.arange(len(order))[::-1]
     names = [f"{object.points[i].label} {object.points[i].id}".strip() for i in order]
     seen = figure.add_subplot(grid[1])
@@ -51,7 +51,7 @@ def draw(file: IO[bytes], object: Object, value: LocalisationValue, title: str) 
     figure.legend(*seen.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=9)
     worth = figure.add_subplot(grid[2], sharey=seen)
     worth.barh(rows, growth[order], color=GROWTH)
-    worth.set(xlabel="sigmas grow without it by [%]")
+    worth.set(xlabel="growth of sigma without the point [%]")
     worth.tick_params(labelleft=False)
     figure.suptitle(title, fontsize=11)
     figure.savefig(file, format="png")

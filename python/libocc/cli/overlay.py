@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Annotated pictures: what was found in an image, which lamp is which, and how well it fits."""
+"""Annotated pictures: blobs, assigned lamps and residuals drawn over an image."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -34,14 +34,14 @@ Array = NDArray[np.float64]
 
 MEASURED, PREDICTED, RESIDUAL, UNUSED = "#40c4ff", "#7cff6b", "#ff5c8a", "#ffb340"
 OUTLINE = [withStroke(linewidth=3, foreground="black")]
-LARGEST_SIDE_PX = 1600  # more than a picture of this size can show
-MOST_CLOSE_UPS = 6
+MAX_SIDE_PX = 1600  # larger images are reduced: the picture has a width of 1100 pixels
+MAX_CLOSE_UPS = 6
 BACKGROUND, WIDTH_IN, CLOSE_UP_IN = "#181818", 9.6, 1.6
 
 
 @dataclass
 class Mark:
-    """One lamp in a picture: as measured, as predicted, or both."""
+    """One lamp in a picture: its measured image, its predicted image, or both."""
 
     label: str
     centre_px: Array
@@ -53,7 +53,7 @@ class Mark:
 
     @property
     def residual_px(self) -> Array | None:
-        """None for a lamp that is cut: the centre of its visible part is no measurement."""
+        """Measured minus predicted centre; None for a lamp cut by the border, whose centroid is biased."""
         if self.blob is None or self.predicted_px is None or self.blob.cut_by_border:
             return None
         return np.asarray(self.blob.centroid_px - self.predicted_px)
@@ -76,17 +76,17 @@ def draw(
 def draw_decoded(
     path: str | PathLike[str], image: Pixels, found: Decoded, *, title: str = ""
 ) -> None:
-    """Writes a picture of the lights of a sequence with the ids that they say.
+    """Writes a picture of the lights of a sequence with their decoded ids.
 
-    image: such as the brightest of all frames. Raises: OSError when it cannot be written.
+    image: for instance the maximum over all frames. Raises: OSError when it cannot be written.
     """
     marks = []
     for lamp, blob in zip(found.lamps, found.blobs, strict=True):
-        said = lamp.code.status.name if lamp.id is None else f"id {lamp.id}"
-        mark = _blob_mark(said if blob.lamp_id is None else f"{said}: lamp {blob.lamp_id}", blob)
+        decoded = lamp.code.status.name if lamp.id is None else f"id {lamp.id}"
+        mark = _blob_mark(decoded if blob.lamp_id is None else f"{decoded}: lamp {blob.lamp_id}", blob)
         mark.notes = [f"{100 * lamp.code.explained:.0f} % of its light explained"]
         marks.append(mark)
-    _picture(path, image, marks, [], title, "blue: where each light is; brightest of all frames")
+    _picture(path, image, marks, [], title, "blue: detected lights; image: maximum over all frames")
 
 
 def draw_fix(
@@ -122,12 +122,12 @@ def draw_identification(
     *,
     title: str = "",
 ) -> None:
-    """Writes a picture of an image's blobs with the lamps that they are in the likeliest pose.
+    """Writes a picture of an image's blobs with the lamps assigned to them in the most likely pose.
 
     Raises: OSError when it cannot be written.
     """
     marks: list[Mark] = []
-    named: set[int] = set()
+    assigned: set[int] = set()
     if found.hypotheses:
         best = found.hypotheses[0]
         for match in best.matches:
@@ -135,10 +135,10 @@ def draw_identification(
             mark = _blob_mark(f"lamp {lamp.id}", blobs[match.blob])
             mark.predicted_px = project_lamp_centre(lamp, best.cam_from_world, scene.camera)
             marks.append(mark)
-            named.add(match.blob)
-    unused = [blob for i, blob in enumerate(blobs) if i not in named]
+            assigned.add(match.blob)
+    unused = [blob for i, blob in enumerate(blobs) if i not in assigned]
     verdict = found.status.name + (f": {found.message}" if found.message else "")
-    caption = f"{len(found.hypotheses)} pose(s)   blue: measured, orange: no lamp"
+    caption = f"{len(found.hypotheses)} pose(s)   blue: measured, orange: not assigned"
     _picture(path, image, marks, unused, f"{title}   {verdict}", caption)
 
 
@@ -152,12 +152,12 @@ def draw_recognition(
     *,
     title: str = "",
 ) -> None:
-    """Writes a picture of an image's blobs with the objects and points that they are.
+    """Writes a picture of an image's blobs with the recognised objects and their points.
 
     Raises: OSError when it cannot be written.
     """
     marks: list[Mark] = []
-    named: set[int] = set()
+    assigned: set[int] = set()
     for recognised in found.found:
         thing, best = objects[recognised.match.object], recognised.match.poses[0]
         top = min(best.matches, key=lambda m: float(blobs[m.blob].centroid_px[1]))
@@ -169,20 +169,20 @@ def draw_recognition(
             mark.predicted_px = camera.project(in_cam)
             mark.notes = [f"{thing.name}: {point.label}" if point.label else thing.name]
             marks.append(mark)
-            named.add(match.blob)
-    unused = [blob for i, blob in enumerate(blobs) if i not in named]
+            assigned.add(match.blob)
+    unused = [blob for i, blob in enumerate(blobs) if i not in assigned]
     verdict = found.status.name + (f": {found.message}" if found.message else "")
     chances = ", ".join(
         f"{objects[o.match.object].name} 10^{o.match.log10_false_alarms:.0f}" for o in found.found
     )
-    caption = f"by chance: {chances or '-'}   blue: measured, orange: of no object"
+    caption = f"expected false alarms: {chances or '-'}   blue: measured, orange: not assigned"
     _picture(path, image, marks, unused, f"{title}   {verdict}", caption)
 
 
 def draw_truth(
     path: str | PathLike[str], image: Pixels, truth: Truth, *, title: str = ""
 ) -> None:
-    """Writes a picture of a rendered image with the true rims and ids.
+    """Writes a picture of a rendered image with the true rims and lamp ids.
 
     Raises: OSError when it cannot be written.
     """
@@ -231,7 +231,7 @@ def _picture(
     caption: str,
 ) -> None:
     height, width = image.shape[:2]
-    close_ups = marks[:MOST_CLOSE_UPS]
+    close_ups = marks[:MAX_CLOSE_UPS]
     frame_in = WIDTH_IN * min(height / width, 1.4)
     strip_in = CLOSE_UP_IN if close_ups else 0.0
     height_in = frame_in + strip_in + 1.4
@@ -260,15 +260,15 @@ def _picture(
 
 
 def _grey(image: Pixels) -> Array:
-    """Grey levels 0..1 of the image's own range, with the shadows lifted."""
+    """Grey levels scaled to 0..1 with a gamma of 0.6, which brightens dark regions."""
     grey = image if image.ndim == 2 else image[..., :3].mean(axis=2)
     top = max(float(grey.max()), 1.0)
     return np.asarray((grey / top) ** 0.6)
 
 
 def _shrunk(image: Pixels) -> Pixels:
-    """Brightest of each block, so that a large image is no larger than the picture."""
-    step = -(-max(image.shape[:2]) // LARGEST_SIDE_PX)
+    """Image reduced to MAX_SIDE_PX by the maximum of each block, which keeps small lamps visible."""
+    step = -(-max(image.shape[:2]) // MAX_SIDE_PX)
     if step == 1:
         return image
     height, width = image.shape[0] // step * step, image.shape[1] // step * step
@@ -313,7 +313,7 @@ def _draw_frame(axes: Axes, image: Pixels, marks: list[Mark], unused: Sequence[B
 
 
 def _draw_residuals(axes: Axes, marks: list[Mark], wanted_px: float) -> float:
-    """Arrows from predicted to measured centre; returns by how much they are magnified, or 0."""
+    """Draws arrows from the predicted to the measured centre; returns their magnification, 0 without arrows."""
     residuals = [m.residual_px for m in marks if m.residual_px is not None]
     longest = max((float(np.hypot(*r)) for r in residuals), default=0.0)
     if longest <= 0:
@@ -334,7 +334,7 @@ def _draw_residuals(axes: Axes, marks: list[Mark], wanted_px: float) -> float:
 
 
 def _round_below(value: float) -> float:
-    """The largest of 1, 2, 5, 10, 20, ... that is not above value >= 1."""
+    """Largest of 1, 2, 5, 10, 20, ... that is not above `value` (>= 1)."""
     power = float(10 ** np.floor(np.log10(value)))
     return power * max(step for step in (1, 2, 5) if step * power <= value)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Poses as files and command lines say them: where the camera stands and where it looks."""
+"""Camera poses in files and on command lines: position, and viewing direction or angles."""
 
 import json
 import math
@@ -16,7 +16,10 @@ KEYS = ("position_m", "look_at_m", "up", "heading_deg", "tilt_deg", "tilt_toward
 
 
 def upward_pose(position_m: Any, heading_deg: float, tilt_deg: float, towards_deg: float) -> Any:
-    """cam_from_world of a camera that looks up, then leans by tilt towards an azimuth."""
+    """cam_from_world of a camera that looks up and is then tilted towards an azimuth.
+
+    heading_deg: azimuth of the image's +x axis before the tilt. towards_deg: azimuth of the tilt.
+    """
     azimuth, tilt, towards = (math.radians(a) for a in (heading_deg, tilt_deg, towards_deg))
     right = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
     forward = np.array([0.0, 0.0, 1.0])
@@ -32,14 +35,17 @@ def upward_pose(position_m: Any, heading_deg: float, tilt_deg: float, towards_de
 
 
 def facing_pose(scene: Scene) -> Any:
-    """cam_from_world of a camera that faces a scene's lamps from where all of them are in view, or
-    as many as the room allows."""
+    """cam_from_world of a camera that faces the lamps from a distance at which all are in view.
+
+    The distance is limited to 0.9 times the distance to the wall of the room.
+    Raises: ValueError when there are no lamps or their normals cancel.
+    """
     if not scene.lamps:
         raise ValueError("lamps must not be empty without a given pose")
     centres = np.array([lamp.centre_m for lamp in scene.lamps])
     towards = -np.mean([lamp.normal for lamp in scene.lamps], axis=0)
     if np.linalg.norm(towards) < 1e-6:
-        raise ValueError("lamps face all ways: give a pose")
+        raise ValueError("the normals of the lamps cancel: give a pose")
     towards /= np.linalg.norm(towards)
     middle = 0.5 * (centres.min(axis=0) + centres.max(axis=0))
     spread = np.linalg.norm(centres - middle, axis=1).max()
@@ -47,23 +53,23 @@ def facing_pose(scene: Scene) -> Any:
     narrowest = min(camera.width, camera.height) / 2 / max(camera.fx_px, camera.fy_px)
     distance = max(0.5, 1.5 * spread / narrowest)
     if scene.room is not None:
-        distance = min(distance, 0.9 * _way_to_wall(middle, -towards, scene.room.size_m))
+        distance = min(distance, 0.9 * _distance_to_wall(middle, -towards, scene.room.size_m))
     position = middle - distance * towards
     up = np.eye(3)[np.argmin(np.abs(towards))]
     return look_at(position, middle, up)
 
 
-def _way_to_wall(start: Any, direction: Any, size_m: Any) -> float:
-    ways = [
+def _distance_to_wall(start: Any, direction: Any, size_m: Any) -> float:
+    distances = [
         ((size if part > 0 else 0.0) - at) / part
         for at, part, size in zip(start, direction, size_m, strict=True)
         if abs(part) > 1e-9
     ]
-    return float(min(ways))
+    return float(min(distances))
 
 
 def pose_from_file(path: str) -> Any:
-    """cam_from_world of a JSON file: that key, or the 4x4 matrix itself."""
+    """Reads cam_from_world from a JSON file: the value of that key, or the 4x4 matrix itself."""
     data = json.loads(Path(path).read_text())
     matrix = data.get("cam_from_world") if isinstance(data, dict) else data
     pose = np.asarray(matrix, dtype=float)
@@ -73,8 +79,10 @@ def pose_from_file(path: str) -> Any:
 
 
 def pose_of(keys: Mapping[str, Any], where: str = "pose") -> Any:
-    """cam_from_world of a mapping: position_m, and look_at_m with up, or angles of a camera that
-    looks up. Raises: ValueError naming `where`, the key and its value."""
+    """cam_from_world from a mapping with position_m and either look_at_m and up, or the angles of upward_pose().
+
+    Raises: ValueError naming `where`, the key and its value.
+    """
     refuse_unknown(keys, KEYS, where)
     if "position_m" not in keys:
         raise ValueError(f"{where}.position_m is missing")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Options of a command that say what is known of the pose before the image is looked at."""
+"""Options of a command that give a prior of the pose."""
 
 import functools
 import json
@@ -13,38 +13,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Prior
-from . import blamed_on
+from . import error_context
 
 Array = NDArray[np.float64]
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 OPTIONS = (
-    click.option("--prior-position", type=float, nargs=3, metavar="X Y Z", help="About where [m]."),
+    click.option("--prior-position", type=float, nargs=3, metavar="X Y Z", help="Approximate position [m]."),
     click.option("--prior-position-sigma", type=float, default=0.5, show_default=True, help="[m]"),
-    click.option("--prior-height", type=float, metavar="Z", help="About how high [m]."),
+    click.option("--prior-height", type=float, metavar="Z", help="Approximate height [m]."),
     click.option("--prior-height-sigma", type=float, default=0.05, show_default=True, help="[m]"),
-    click.option("--prior-heading-deg", type=float, help="About which azimuth of the image's right."),
+    click.option("--prior-heading-deg", type=float, help="Approximate azimuth of the image's +x axis."),
     click.option("--prior-heading-sigma-deg", type=float, default=20, show_default=True),
-    click.option("--prior-gravity", type=float, nargs=3, metavar="X Y Z", help="Down, camera frame."),
+    click.option("--prior-gravity", type=float, nargs=3, metavar="X Y Z",
+                 help="Direction of gravity in the camera frame."),
     click.option("--prior-gravity-sigma-deg", type=float, default=1, show_default=True),
-    click.option("--prior-last-pose", metavar="FIX", help="The last fix: what libocc locate --json said."),
-    click.option("--prior-moved", type=float, default=0.3, show_default=True, help="Since then, sigma [m]."),
-    click.option("--prior-turned-deg", type=float, default=10, show_default=True, help="Likewise."),
+    click.option("--prior-last-pose", metavar="FIX", help="Last fix: output of libocc locate --json."),
+    click.option("--prior-moved", type=float, default=0.3, show_default=True,
+                 help="Translation since the last fix, sigma [m]."),
+    click.option("--prior-turned-deg", type=float, default=10, show_default=True,
+                 help="Rotation since the last fix, sigma."),
 )
 
 
 def moved_fix(path: str, moved_m: float, turned_rad: float) -> tuple[Array, Array]:
-    """The pose and covariance of a fix, from which the camera has moved by an unknown bit."""
+    """Pose of a fix in a file, and its covariance enlarged by an unknown motion since then."""
     fix = json.loads(Path(path).read_text(encoding="utf-8"))
     for key in ("cam_from_world", "covariance"):
         if not isinstance(fix, dict) or fix.get(key) is None:
-            raise ValueError(f"has no {key}; write it by libocc locate --json")
+            raise ValueError(f"has no {key}; write the file with libocc locate --json")
     grown = np.diag([turned_rad**2] * 3 + [moved_m**2] * 3)
     return np.array(fix["cam_from_world"], float), np.array(fix["covariance"], float) + grown
 
 
 def prior_options(function: Function) -> Function:
-    """Adds the options to a command, which gets them as `prior`."""
+    """Adds the options to a command, which receives them as `prior`."""
 
     @functools.wraps(function)
     def command(
@@ -64,9 +67,9 @@ def prior_options(function: Function) -> Function:
     ) -> Any:
         last = None
         if prior_last_pose is not None:
-            with blamed_on(prior_last_pose):
+            with error_context(prior_last_pose):
                 last = moved_fix(prior_last_pose, prior_moved, math.radians(prior_turned_deg))
-        with blamed_on("prior"):
+        with error_context("prior"):
             prior = Prior(
                 position_m=prior_position,
                 position_sigma_m=prior_position_sigma,

@@ -1,23 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A bar for what takes long."""
+"""Progress bar of long runs."""
 
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Protocol
 
-QUIET_S = 1.0  # a run shorter than this shows no progress
+QUIET_S = 1.0  # a shorter run shows no progress bar
 
 
 class Advance(Protocol):
-    """Tells the bar of steps that are done; 0: of none, only that time has passed."""
+    """Advances the bar by a number of steps; 0 only checks whether the bar must appear."""
 
     def __call__(self, steps: int = 1) -> None: ...
 
 
 @contextmanager
 def progress(what: str, total: int) -> Iterator[Advance]:
-    """A bar on stderr, from the moment a run turns out to be long."""
+    """Shows a progress bar on stderr once the run takes longer than QUIET_S."""
     from rich.console import Console
     from rich.progress import Progress
 

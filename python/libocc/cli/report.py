@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fixes, blobs and truths as plain data for JSON, and as text for people."""
+"""Fixes, blobs and ground truth as plain data for JSON and as text for the terminal."""
 
 from typing import Any
 
@@ -27,18 +27,18 @@ def sigmas_mm(found: Fix | Candidate) -> list[float]:
 
 
 def sigma_px(blob: Blob) -> float:
-    """Standard deviation of the centroid [px], the mean over directions."""
+    """Standard deviation of the centroid [px], root mean square over directions."""
     return float(np.sqrt(np.trace(blob.covariance_px2) / 2))
 
 
 def flags(blob: Blob) -> list[str]:
-    """What qualifies a blob."""
+    """Names of the flags that are set."""
     named = ("saturated", "merged", "cut_by_border", "striped")
     return [name for name in named if getattr(blob, name)]
 
 
 def blob_dict(blob: Blob) -> dict[str, Any]:
-    """A blob as plain data, without its rim's points."""
+    """Blob as plain data, without its rim points."""
     return {
         "centroid_px": blob.centroid_px.tolist(),
         "covariance_px2": blob.covariance_px2.tolist(),
@@ -64,7 +64,7 @@ def blob_dict(blob: Blob) -> dict[str, Any]:
 
 
 def candidate_dict(found: Fix | Candidate) -> dict[str, Any]:
-    """The pose of a fix or of one candidate as plain data."""
+    """Pose of a fix or of a candidate as plain data."""
     return {
         "position_m": found.position_m.tolist(),
         "position_covariance_m2": found.position_covariance_m2.tolist(),
@@ -77,7 +77,7 @@ def candidate_dict(found: Fix | Candidate) -> dict[str, Any]:
 
 
 def choice_dict(choice: RungChoice | None) -> dict[str, Any] | None:
-    """By which rung a pose was refined, and why, as plain data."""
+    """Rung of the refinement and the reason of the choice, as plain data."""
     if choice is None:
         return None
     return {
@@ -94,11 +94,11 @@ def choice_dict(choice: RungChoice | None) -> dict[str, Any] | None:
 
 
 def fix_dict(fix: Fix) -> dict[str, Any]:
-    """A fix as plain data."""
+    """Fix as plain data."""
     timing = fix.timing_s
     pose = candidate_dict(fix)
     if not fix.candidates:
-        pose.update({key: None for key in pose if key != "lamps"})  # an infinity is no JSON
+        pose.update({key: None for key in pose if key != "lamps"})  # JSON has no infinity
     return {
         "ok": fix.ok,
         "status": fix.status.name,
@@ -116,7 +116,7 @@ def fix_dict(fix: Fix) -> dict[str, Any]:
 
 
 def truth_dict(truth: Truth) -> dict[str, Any]:
-    """What is true of a rendered image as plain data: what `libocc simulate` writes beside it."""
+    """Ground truth of a rendered image as plain data, as `libocc simulate` writes it beside the image."""
     return {
         "cam_from_world": truth.cam_from_world.tolist(),
         "position_m": truth.position_m.tolist(),
@@ -135,7 +135,7 @@ def truth_dict(truth: Truth) -> dict[str, Any]:
 
 
 def _numbers(values: Any, digits: int, width: int) -> str:
-    """Aligned; rounded first, as nobody wants to read -0.00."""
+    """Aligned numbers; rounded before formatting so that -0.00 does not occur."""
     return " ".join(f"{round(float(v), digits) + 0.0:{width}.{digits}f}" for v in values)
 
 
@@ -144,7 +144,7 @@ def _ids(found: Fix | Candidate) -> str:
 
 
 def fix_text(fix: Fix, explain: bool = False) -> str:
-    """A fix for people. explain: why its rung was taken."""
+    """Fix as text. explain: adds the reason for the choice of the rung."""
     timing = fix.timing_s
     lines = [f"status    {fix.status.name}" + (f": {fix.message}" if fix.message else "")]
     if fix.candidates:
@@ -174,7 +174,7 @@ def fix_text(fix: Fix, explain: bool = False) -> str:
 
 
 def blobs_text(blobs: list[Blob]) -> str:
-    """Blobs for people, a line each."""
+    """Blobs as text, one line each."""
     lines = [" n      x px      y px  sigma px      flux dn  area px  what"]
     for i, blob in enumerate(blobs):
         x, y = blob.centroid_px
@@ -192,7 +192,7 @@ def _position_m(hypothesis: Hypothesis) -> NDArray[np.float64]:
 
 
 def symmetry_dict(symmetry: Symmetry | None) -> dict[str, Any] | None:
-    """What takes the best pose to another one, as plain data."""
+    """Symmetry that relates the best pose to another one, as plain data."""
     if symmetry is None:
         return None
     return {
@@ -204,7 +204,7 @@ def symmetry_dict(symmetry: Symmetry | None) -> dict[str, Any] | None:
 
 
 def identification_dict(found: Identification, scene: Scene) -> dict[str, Any]:
-    """Of a map's lamps, by their ids."""
+    """Identification as plain data, with lamp ids."""
     return {
         "status": found.status.name,
         "message": found.message,
@@ -225,7 +225,7 @@ def identification_dict(found: Identification, scene: Scene) -> dict[str, Any]:
 
 
 def identification_text(found: Identification, scene: Scene) -> str:
-    """All poses for people, a line each."""
+    """Identification as text, one line per pose."""
     lines = [f"status  {found.status.name}"]
     if found.message:
         lines.append(f"why     {found.message}")

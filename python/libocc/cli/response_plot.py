@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A recovered response as a picture: the curve, how well it is known, what is left of each place."""
+"""Plot of a recovered response: curve, standard deviation and residuals."""
 
 from collections.abc import Sequence
 from typing import IO
@@ -13,14 +13,14 @@ from matplotlib.figure import Figure
 from .._core import ChannelResponse, RecoveredResponse
 
 NAMES = {1: (("grey", "#0072B2"),), 3: (("blue", "#0072B2"), ("green", "#009E73"), ("red", "#D55E00"))}
-MAX_SIGMA = 1.0  # beyond it a curve is not drawn
+MAX_SIGMA = 1.0  # levels with a larger sigma of ln(exposure) are not drawn
 
 
 def draw(file: IO[bytes], response: RecoveredResponse, exposures_s: Sequence[float]) -> None:
-    """Writes PNG."""
+    """Writes a PNG."""
     figure = Figure(figsize=(12.6, 4), dpi=90, layout="constrained")
     FigureCanvasAgg(figure)
-    curve, sigma, left = figure.subplots(1, 3)
+    curve, sigma, residuals = figure.subplots(1, 3)
     for channel, (name, colour) in zip(response.channels, NAMES[len(response.channels)]):
         known = channel.sigma < MAX_SIGMA
         level, g, error = channel.level_dn[known], channel.log_exposure[known], channel.sigma[known]
@@ -34,11 +34,11 @@ def draw(file: IO[bytes], response: RecoveredResponse, exposures_s: Sequence[flo
     if len(response.channels) > 1:
         curve.legend(frameon=False)
     sigma.set(xlabel="stored level [DN]", ylabel="sigma of ln(light × time)")
-    sigma.set_title("how well it is known (dotted: levels seen)", fontsize=10)
-    _residuals(figure, left, response.channels[-1], exposures_s)
+    sigma.set_title("standard deviation (dotted: range of observed levels)", fontsize=10)
+    _residuals(figure, residuals, response.channels[-1], exposures_s)
     of = f" of {name}" if len(response.channels) > 1 else ""
-    left.set_title(f"residuals{of}, chi2 {channel.chi2:.0f} of {channel.dof}", fontsize=10)
-    for axes in (curve, sigma, left):
+    residuals.set_title(f"residuals{of}, chi2 {channel.chi2:.0f} of {channel.dof}", fontsize=10)
+    for axes in (curve, sigma, residuals):
         axes.grid(alpha=0.3)
     figure.savefig(file, format="png")
 

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A folder that a run fills file by file, each whole or not at all, and that the same run can go on
-filling: it remembers what it is the result of."""
+"""Result folder of a run that can be continued.
+
+Each file is written completely or not at all. `libocc.json` records the settings of the run, so that only a run with
+the same settings continues in the folder.
+"""
 
 import csv
 import hashlib
@@ -18,17 +21,17 @@ SETTINGS = "libocc.json"
 
 
 def json_bytes(data: Any) -> bytes:
-    """The same bytes for the same data. Raises: ValueError when it holds NaN or infinity."""
+    """JSON; equal data give equal bytes. Raises: ValueError when the data contain NaN or infinity."""
     return (json.dumps(data, allow_nan=False) + "\n").encode()
 
 
 def content_hash(content: bytes) -> str:
-    """Short, for settings that follow from a file."""
+    """Short hash of a file's content, for the settings of a run."""
     return hashlib.sha256(content).hexdigest()[:16]
 
 
 def table(rows: Iterable[dict[str, Any]]) -> bytes:
-    """CSV; numbers with all their digits, lists as JSON, nothing where there is nothing."""
+    """CSV table; numbers with all digits, lists as JSON, None as an empty cell."""
     text = io.StringIO()
     writer = None
     for row in rows:
@@ -40,10 +43,11 @@ def table(rows: Iterable[dict[str, Any]]) -> bytes:
 
 
 class ResultFolder:
-    """settings: what the result follows from, plain data, beginning with its kind.
+    """A folder with the results of one run.
 
-    Raises: OSError when the folder cannot be made or written; ValueError when it holds something
-    else, or the result of other settings.
+    settings: plain data that determine the result; the first key is its kind.
+    Raises: OSError when the folder cannot be created or written; ValueError when it contains other files, or
+      the result of other settings.
     """
 
     def __init__(self, path: str, settings: dict[str, Any]):
@@ -56,11 +60,11 @@ class ResultFolder:
                 left.unlink()
             return
         if self.path.is_dir() and any(self.path.iterdir()):
-            raise ValueError(f"{path}: is not empty and holds no result of libocc")
+            raise ValueError(f"{path}: is not empty and has no results of libocc; use another folder")
         self.write(SETTINGS, json_bytes(settings))
 
     def keep(self, results: Generator[tuple[Any, dict[str, bytes]], None, None], advance: Advance) -> bool:
-        """Writes the files of each job as it is done; returns whether Ctrl-C ended it. Raises: OSError."""
+        """Writes the files of each job when it is done; returns True after Ctrl-C. Raises: OSError."""
         try:
             with closing(results):
                 for _, files in results:
@@ -76,8 +80,8 @@ class ResultFolder:
         if changed:
             texts = [f"{key} was {before.get(key)}, is {now.get(key)}" for key in changed]
             raise ValueError(
-                f"{self.path}: holds another result, which would be mixed with this one: "
-                f"{'; '.join(texts)}. Take another folder or delete it"
+                f"{self.path}: contains the result of other settings: "
+                f"{'; '.join(texts)}. Use another folder or delete it"
             )
 
     def has(self, name: str) -> bool:
@@ -87,11 +91,11 @@ class ResultFolder:
         return json.loads((self.path / name).read_text())
 
     def names(self, folder: str, ending: str) -> list[str]:
-        """Names without ending of a folder's files, sorted."""
+        """Sorted names, without the ending, of the files in a folder."""
         return sorted(path.stem for path in (self.path / folder).glob(f"[!.]*{ending}"))
 
     def write(self, name: str, content: bytes) -> None:
-        """Raises: OSError naming the file."""
+        """Writes a file. Raises: OSError naming the file."""
         path = self.path / name
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -102,6 +106,6 @@ class ResultFolder:
             reason = error.strerror or str(error)
             raise OSError(
                 f"{path}: cannot be written: {reason.removeprefix(f'{path}: cannot be written: ')}; "
-                "what is there is whole: the same command goes on from it"
+                "all files written so far are complete: the same command continues from there"
             ) from error
         self.written += 1

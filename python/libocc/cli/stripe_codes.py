@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lamps told by the frequency of their stripes, over the frames of a sequence."""
+"""Identification of lamps by the frequency of their rolling-shutter stripes, over all frames of a sequence."""
 
 from dataclasses import dataclass, field
 
@@ -9,27 +9,27 @@ from .._core import Blob, Scene, detect
 from .progress import progress
 from .sequence_frames import Frames
 
-TOLERANCE = 0.02  # relative; lamps and row clocks are not exact
+TOLERANCE = 0.02  # relative difference of the frequencies; covers the errors of lamp clocks and row clocks
 
 
 @dataclass
 class StripedLamp:
-    """A lamp of the map and the blobs whose stripes have its frequency, of as many frames."""
+    """A lamp of the map and the blobs whose stripes have its frequency, at most one per frame."""
 
     id: int
     frequency_hz: float
     blobs: list[Blob] = field(default_factory=list)
 
     @property
-    def seen_hz(self) -> tuple[float, float]:
-        """Mean of what was read, weighted, and its standard deviation."""
-        read = np.array([blob.frequency_hz for blob in self.blobs], float)
+    def measured_hz(self) -> tuple[float, float]:
+        """Weighted mean of the measured frequencies and its standard deviation [Hz]."""
+        values = np.array([blob.frequency_hz for blob in self.blobs], float)
         weight = np.array([blob.frequency_sigma_hz for blob in self.blobs], float) ** -2
-        return float((weight * read).sum() / weight.sum()), float(weight.sum() ** -0.5)
+        return float((weight * values).sum() / weight.sum()), float(weight.sum() ** -0.5)
 
 
 def striped_lamps(frames: Frames, scene: Scene) -> list[StripedLamp]:
-    """Those lamps of the map with a frequency that were seen, in its order."""
+    """Lamps of the map that were detected by their frequency, in the order of the map."""
     lamps = [StripedLamp(lamp.id, lamp.frequency_hz) for lamp in scene.lamps if lamp.frequency_hz]
     if not lamps:
         raise ValueError("map: no lamp has a frequency_hz")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tags drawn over the image they were found in."""
+"""Plot of the detected AprilTags over their image."""
 
 from collections.abc import Sequence
 from typing import IO
@@ -22,7 +22,7 @@ def draw(
     known: set[int],
     title: str,
 ) -> None:
-    """Writes PNG: each tag's outline, its lower side thicker; tags of no map in another colour."""
+    """Writes a PNG with the outline of each tag, its lower side thicker; tags that the map lacks are orange."""
     height, width = pixels.shape[:2]
     figure = Figure(figsize=(8, 8 * height / width + 0.6), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)

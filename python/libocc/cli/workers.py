@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Many independent jobs in this process, in several, or on a Dask cluster."""
+"""Runs independent jobs in this process, in several processes, or on a Dask cluster."""
 
 import importlib
 import logging
@@ -13,19 +13,19 @@ from typing import Any, TypeVar
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
-AHEAD = 4  # jobs that wait for each worker: none is idle, and results do not pile up
-CONNECT_S = 10  # to find a cluster
-PATIENCE_S = 0.2  # between two looks at whether a run has become a long one
+AHEAD = 4  # queued jobs per worker: keeps workers busy and limits the results held in memory
+CONNECT_S = 10  # timeout of the connection to a cluster
+POLL_S = 0.2  # interval between calls of `idle`
 
 
 def ignore_interrupts() -> None:
-    """Ctrl-C reaches every process of the terminal; the one that writes files decides what it means."""
+    """Ignores Ctrl-C, which reaches every process of the terminal; only the process that writes files handles it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @contextmanager
 def processes(count: int) -> Iterator[tuple[Executor, int]]:
-    # Spawned, not forked: a fork copies the locks of threads that it does not have.
+    # Processes are spawned: a forked process would inherit locked mutexes of threads that it does not have.
     executor = ProcessPoolExecutor(count, get_context("spawn"), ignore_interrupts)
     try:
         yield executor, count
@@ -48,7 +48,7 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
         try:
             yield executor, threads
         finally:
-            # Results that are on their way when a run is broken off are no errors to tell of.
+            # Cancelled results must not be logged as errors when a run is interrupted.
             logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
             executor.shutdown(wait=False)
 
@@ -67,7 +67,7 @@ def _results(
                     break
             if not running:
                 return
-            done, _ = wait(running, PATIENCE_S, FIRST_COMPLETED)
+            done, _ = wait(running, POLL_S, FIRST_COMPLETED)
             idle()
             for future in done:
                 yield running.pop(future), future.result()
@@ -80,10 +80,10 @@ def run_jobs(
     function: Callable[[Job], Result], jobs: Sequence[Job], workers: int = 1,
     scheduler: str | None = None, idle: Callable[[], None] = lambda: None,
 ) -> Generator[tuple[Job, Result], None, None]:
-    """Each job with its result, in the order in which they are done. `idle` is called while none is.
+    """Yields each job with its result, in the order of completion. `idle` is called while waiting.
 
-    function: of a module, so that other processes find it. What it raises is raised here.
-    Raises: OSError when a process was ended from outside.
+    function: defined at module level, so that other processes can import it; its exceptions are raised here.
+    Raises: OSError when a worker process was killed.
     """
     if scheduler is None and workers == 1:
         for job in jobs:
@@ -94,4 +94,4 @@ def run_jobs(
         with pool as (executor, count):
             yield from _results(executor, count, function, jobs, idle)
     except BrokenExecutor as error:
-        raise OSError("a worker process was ended from outside; too little memory?") from error
+        raise OSError("a worker process was killed; possible cause: too little memory") from error

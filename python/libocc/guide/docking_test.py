@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A docking test in the manner of ASTM F3499-21, "Standard Test Method for Confirming the Docking
-Performance of A-UGVs": its requestor names the probability R that a repetition succeeds and the
-confidence C in it (sec. 7.5); these say how many repetitions in sequence must succeed."""
+"""Docking test after ASTM F3499-21, "Standard Test Method for Confirming the Docking Performance of A-UGVs".
+
+The requestor of the test specifies the probability R that a repetition succeeds and the confidence C (sec. 7.5). They
+determine the number of consecutive repetitions that must succeed.
+"""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +14,7 @@ DEGREE = math.pi / 180
 
 @dataclass(frozen=True)
 class DockingLimits:
-    """What a repetition must meet, and how sure the test shall be."""
+    """Limits of a repetition, and probability and confidence of the test."""
 
     position_m: float = 0.002
     heading_rad: float = 0.1 * DEGREE
@@ -29,14 +31,14 @@ class DockingLimits:
 
     @property
     def repetitions(self) -> int:
-        """That must succeed in sequence: the least n with 1 - R^n >= C."""
-        # A whole number of repetitions must not become one more by rounding.
+        """Number of consecutive repetitions that must succeed: the smallest n with 1 - R^n >= C."""
+        # The tolerance avoids that rounding errors add one repetition to an integer quotient.
         return math.ceil(math.log(1 - self.confidence) / math.log(self.probability) - 1e-9)
 
 
 @dataclass(frozen=True)
 class Repetition:
-    """One docking. Errors: of the vehicle in the dock's frame, along, across, heading."""
+    """One docking, with the errors of the vehicle in the frame of the dock."""
 
     docked: bool
     along_m: float
@@ -66,7 +68,7 @@ class DockingTest:
 
     @property
     def longest_sequence(self) -> int:
-        """Of successes one after the other."""
+        """Max number of consecutive successes."""
         longest = now = 0
         for one in self.repetitions:
             now = now + 1 if one.succeeds(self.limits) else 0
@@ -79,24 +81,25 @@ class DockingTest:
 
     @property
     def probability_shown(self) -> float:
-        """Lower limit of the success probability at the confidence asked for, from all repetitions
+        """Lower confidence limit of the success probability from all repetitions
         (Clopper, Pearson, Biometrika 26, 1934)."""
         return lower_limit(self.successes, len(self.repetitions), self.limits.confidence)
 
     def repeatability(self) -> dict[str, float]:
-        """Means and standard deviations of the dockings [m, rad]."""
+        """Means and standard deviations of the errors of completed dockings [m, rad]."""
         docked = [one for one in self.repetitions if one.docked]
         out = {}
         for name in ("along_m", "across_m", "heading_rad"):
             values = [getattr(one, name) for one in docked]
             mean = sum(values) / len(values) if values else math.nan
-            spread = math.sqrt(sum((v - mean) ** 2 for v in values) / (len(values) - 1)) if len(values) > 1 else math.nan
-            out[f"{name}_mean"], out[f"{name}_sigma"] = mean, spread
+            squares = sum((v - mean) ** 2 for v in values)
+            sigma = math.sqrt(squares / (len(values) - 1)) if len(values) > 1 else math.nan
+            out[f"{name}_mean"], out[f"{name}_sigma"] = mean, sigma
         return out
 
 
 def lower_limit(successes: int, count: int, confidence: float) -> float:
-    """The probability with which so many successes or more happen by chance in 1 - confidence."""
+    """Success probability for which `successes` or more of `count` occur with the probability 1 - confidence."""
     if successes == 0:
         return 0.0
 

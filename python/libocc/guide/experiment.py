@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An experiment with a vehicle, from its file: `data/experiments/README.md` has the keys."""
+"""Experiments with a guided vehicle, read from files; the keys are listed in `data/experiments/README.md`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,7 +41,7 @@ SECTIONS = (
     "schema", "scene", "focal_length_m", "route", "plan", "runs", "seed", "vehicle", "controller", "docking", "camera",
     "tracker", "estimation", "faults", "docking_test", "start",
 )
-# Of LoopOptions: what other sections hold.
+# Fields of LoopOptions that belong to other sections.
 ELSEWHERE = {
     "vehicle", "follower", "pure_pursuit", "stanley", "docking", "estimation", "camera_place_m", "camera_pan_rad",
     "camera_tilt_rad", "pan_tilt", "start", "faults", "seed", "floor", "gate_sigma", "gate_model_sigma_px", "coast_s",
@@ -55,17 +55,18 @@ class Experiment:
     scene: Scene
     scene_name: str
     route: Route
-    options: LoopOptions  # its seed is that of the first run
+    options: LoopOptions  # with the seed of the first run
     runs: int
     limits: DockingLimits
-    planned: Planned | None  # what was planned beforehand
+    planned: Planned | None  # plan computed before the runs
 
     def of_run(self, index: int) -> LoopOptions:
+        """Options of a run, with a seed of its own."""
         return self.options.replace(seed=self.options.seed + index)
 
 
 def load_experiment(path: str) -> Experiment:
-    """Raises: OSError; ValueError naming the file and the key."""
+    """Reads an experiment. Raises: OSError; ValueError naming the file and the key."""
     data = read_yaml(path)
     try:
         return experiment_of(data, Path(path).parent)
@@ -74,7 +75,7 @@ def load_experiment(path: str) -> Experiment:
 
 
 def experiment_of(data: Any, folder: Path) -> Experiment:
-    """From what such a file holds; names of files are relative to `folder`, or to the current one."""
+    """Experiment from the content of a file; file names are relative to `folder`, else to the current folder."""
     top = mapping(data, "experiment")
     options = [key_of(name) for name in fields_of(LoopOptions) if name not in ELSEWHERE]
     refuse_unknown(top, (*SECTIONS, *options), "experiment")
@@ -86,12 +87,12 @@ def experiment_of(data: Any, folder: Path) -> Experiment:
     if "focal_length_m" in top:
         scene = with_focal_length(scene, 1000 * number(top["focal_length_m"], "focal_length_m"))
     loop = loop_of(top, options)
-    route, planned = way_of(top, folder, scene, loop)
+    route, planned = planned_way(top, folder, scene, loop)
     if planned is not None and planned.pan_tilt is not None:
         loop["pan_tilt"] = PanTiltPlan(planned.pan_tilt)
     runs = top.get("runs", 1)
     if isinstance(runs, bool) or not isinstance(runs, int) or runs < 1:
-        raise ValueError(f"runs must be a whole number from 1 on, got {runs!r}")
+        raise ValueError(f"runs must be a whole number above 0, got {runs!r}")
     limits = made(
         DockingLimits, limits_of(mapping(top.get("docking_test"), "docking_test")), "docking_test"
     )
@@ -106,10 +107,11 @@ def found(name: str, folder: Path) -> str:
 def limits_of(section: dict[str, Any]) -> dict[str, Any]:
     known = ("position_m", "heading_rad", "probability", "confidence")
     where = "docking_test"
-    return {key: number(value, f"{where}.{key_of(key)}") for key, value in values_by_name(section, known, where).items()}
+    values = values_by_name(section, known, where)
+    return {key: number(value, f"{where}.{key_of(key)}") for key, value in values.items()}
 
 
-def way_of(
+def planned_way(
     top: dict[str, Any], folder: Path, scene: Scene, loop: dict[str, Any]
 ) -> tuple[Route, Planned | None]:
     plan = mapping(top.get("plan"), "plan")
@@ -122,7 +124,7 @@ def way_of(
     }
     if kind == "route":
         if "route" in top:
-            raise ValueError("plan: a route is given, so none is to be planned: kind must be pan_tilt")
+            raise ValueError("plan: kind must be pan_tilt because a route is given")
         return planned_route(scene, rest, view, loop["vehicle"])
     given = top.get("route")
     if isinstance(given, str):
@@ -135,7 +137,7 @@ def way_of(
 
 
 def loop_of(top: dict[str, Any], options: list[str]) -> dict[str, Any]:
-    """Keywords of LoopOptions."""
+    """Keyword arguments of LoopOptions."""
     loop = values_of({k: v for k, v in top.items() if k in options}, LoopOptions, "experiment")
     loop["vehicle"] = vehicle_of(mapping(top.get("vehicle"), "vehicle"))
     loop |= controller_of(mapping(top.get("controller"), "controller"))
@@ -149,7 +151,7 @@ def loop_of(top: dict[str, Any], options: list[str]) -> dict[str, Any]:
         loop["start"] = pose_of(top["start"], "start")
     seed = top.get("seed", 0)
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise ValueError(f"seed must be a whole number from 0 on, got {seed!r}")
+        raise ValueError(f"seed must be a whole number and not negative, got {seed!r}")
     loop["seed"] = seed
     return loop
 
@@ -210,6 +212,6 @@ def fault_of(key: str, item: Any, where: str) -> Any:
         return made(FAULTS[key], values_of(item, FAULTS[key], where), where)
     refuse_unknown(item, ("at_s", "to"), where)
     if item.get("to") is None:
-        raise ValueError(f"{where}.to is missing: where the vehicle is put, x_m, y_m, heading_deg")
+        raise ValueError(f"{where}.to is missing: new pose of the vehicle with x_m, y_m, heading_deg")
     to = pose_of(item["to"], f"{where}.to")
     return made(Kidnapping, {"at_s": number(item.get("at_s"), f"{where}.at_s"), "to": to}, where)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an experiment plans before its runs: a route, or how the camera pans and tilts along one."""
+"""Planning before the runs of an experiment: a route, or the camera's pan and tilt along a route."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class Planned:
     kind: str  # route or pan_tilt
     status: str
     message: str
-    seen_share: float  # of the route's length
+    seen_share: float  # fraction of the route's length with enough lamps in view
     pan_tilt: NDArray[np.float64] | None  # (n, 3): along_m, pan_rad, tilt_rad
 
     @property
@@ -33,7 +33,7 @@ class Planned:
 
 
 def called(plan: Callable[..., Any], *given: Any, **options: Any) -> Any:
-    """Blames the section for what the planner refuses."""
+    """Calls a planner; its errors name the section `plan`."""
     try:
         return plan(*given, **options)
     except (TypeError, ValueError) as error:
@@ -42,7 +42,7 @@ def called(plan: Callable[..., Any], *given: Any, **options: Any) -> Any:
 
 def goals_of(section: Any) -> Sequence[tuple[float, ...]]:
     if not isinstance(section, list) or not section:
-        raise ValueError(f"plan.goals must be a list of places, got {section!r}")
+        raise ValueError(f"plan.goals must be a list of positions, got {section!r}")
     goals = []
     for i, goal in enumerate(section):
         where = f"plan.goals[{i}]"
@@ -55,11 +55,12 @@ def goals_of(section: Any) -> Sequence[tuple[float, ...]]:
 def planned_route(
     scene: Scene, section: dict[str, Any], view: dict[str, Any], vehicle: Vehicle
 ) -> tuple[Route, Planned]:
-    """Raises: ValueError when there is no way at all, saying where."""
+    """Plans a route. Raises: ValueError with the planner's message when there is none."""
     rest = {key: value for key, value in section.items() if key not in ("start", "goals")}
     start = made(PlanarPose, values_of(section.get("start"), PlanarPose, "plan.start"), "plan.start")
     options = values_by_name(rest, (*OF_ROUTE, *VIEW), "plan") | view
-    plan = called(plan_route, scene, start, goals_of(section.get("goals")), vehicle_radius_m=vehicle.radius_m, **options)
+    goals = goals_of(section.get("goals"))
+    plan = called(plan_route, scene, start, goals, vehicle_radius_m=vehicle.radius_m, **options)
     if plan.route is None:
         raise ValueError(f"plan: {plan.status.name}: {plan.message}")
     return plan.route, Planned("route", plan.status.name, plan.message, plan.seen_share, None)

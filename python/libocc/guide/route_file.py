@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Routes from files: `libocc-route/1`, keys in `data/experiments/README.md`."""
+"""Routes from files with the schema `libocc-route/1`; the keys are listed in `data/experiments/README.md`."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ OPTIONS = ("shape", "closed", "laps", "corner_radius_m", "speed_m_s", "dock")
 
 
 def load_route(path: str) -> Route:
-    """Raises: OSError; ValueError naming the file, the key and its value."""
+    """Reads a route. Raises: OSError; ValueError naming the file, the key and its value."""
     data = read_yaml(path)
     try:
         if mapping(data, "route").get("schema") != SCHEMA:
@@ -23,7 +23,7 @@ def load_route(path: str) -> Route:
 
 
 def route_of(data: Any) -> Route:
-    """From what such a file holds, or a section `route` of another."""
+    """Route from the content of a file, or from the section `route` of an experiment."""
     section = mapping(data, "route")
     refuse_unknown(section, ("waypoints", *OPTIONS), "route")
     given = section.get("waypoints")
@@ -40,7 +40,8 @@ def route_of(data: Any) -> Route:
             options[key] = number(options[key], f"route.{key}")
     for key, kind in (("closed", bool), ("laps", int)):
         if key in options and type(options[key]) is not kind:
-            raise ValueError(f"route.{key} must be {'true or false' if kind is bool else 'a whole number'}, got {options[key]!r}")
+            allowed = "true or false" if kind is bool else "a whole number"
+            raise ValueError(f"route.{key} must be {allowed}, got {options[key]!r}")
     try:
         return Route(waypoints, **options)
     except ValueError as error:

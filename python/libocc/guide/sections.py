@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sections of a file as options: keys are the options' names, angles in degrees."""
+"""Sections of a file as option structs: the keys are the names of the options, with angles in degrees."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -14,11 +14,12 @@ IN_DEGREES = {"_deg": "_rad", "_deg_s": "_rad_s", "_deg_s2": "_rad_s2"}
 
 
 def fields_of(kind: type) -> list[str]:
+    """Names of the properties of a compiled struct."""
     return [name for name in dir(kind) if isinstance(getattr(kind, name), property)]
 
 
 def key_of(field: str) -> str:
-    """As a file has it."""
+    """Key of a field in a file: angles are in degrees."""
     for degrees, radians in IN_DEGREES.items():
         if field.endswith(radians):
             return field.removesuffix(radians) + degrees
@@ -47,7 +48,7 @@ def chosen(value: Any, kind: type[Enum], where: str) -> Any:
 
 
 def values_by_name(section: Any, fields: Sequence[str], where: str) -> dict[str, Any]:
-    """The section's values by the fields' names. Raises: ValueError naming the key."""
+    """Values of a section by field name. Raises: ValueError naming the key."""
     known = {key_of(field): field for field in fields}
     values = {}
     for key, value in mapping(section, where).items():
@@ -56,21 +57,22 @@ def values_by_name(section: Any, fields: Sequence[str], where: str) -> dict[str,
         try:
             values[known[key]] = value if known[key] == key else radians(value)
         except TypeError as error:
-            raise ValueError(f"{where}.{key} must be in degrees, a number, got {value!r}") from error
+            raise ValueError(f"{where}.{key} must be a number in degrees, got {value!r}") from error
     return values
 
 
 def values_of(section: Any, kind: type, where: str, given: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Keywords of `kind`. given: what is made already, and so no key of the section."""
+    """Keyword arguments of `kind`. given: values that exist already and are not allowed in the section."""
     fields = [field for field in fields_of(kind) if field not in (given or {})]
     return {**(given or {}), **values_by_name(section, fields, where)}
 
 
 def made(kind: type[Options], values: dict[str, Any], where: str) -> Options:
+    """Constructs `kind`; its errors name the section."""
     try:
         return kind(**values)
     except (TypeError, ValueError) as error:
-        # pybind11's own complaint goes on with every argument of the constructor.
+        # The message of pybind11 lists all arguments of the constructor; it is replaced by the invalid value.
         text = str(error).split("incompatible constructor arguments")
         if len(text) == 1:
             raise ValueError(f"{where}.{error}") from error
@@ -78,7 +80,7 @@ def made(kind: type[Options], values: dict[str, Any], where: str) -> Options:
 
 
 def unsuitable(kind: type[Any], values: dict[str, Any]) -> str:
-    """Which value its type refuses."""
+    """Message with the value that has the wrong type."""
     for field, value in values.items():
         try:
             kind(**{field: value})

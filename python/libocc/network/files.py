@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A network as a YAML file with tables beside it; the schema is in data/calibration/README.md."""
+"""Networks as YAML files with CSV tables beside them; the schema is described in data/calibration/README.md."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,16 +18,16 @@ KEYS = (
     "control", "priors", "datum", "check_points",
 )
 POSE = ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
-SIGMA_PX = 0.5  # where a table says none
+SIGMA_PX = 0.5  # default of the tables
 
 
 def square(side_m: float) -> NDArray[np.float64]:
-    """Corners (4, 3) of an AprilTag as detect_april_tags() counts them."""
+    """Corners (4, 3) of an AprilTag in the order of detect_april_tags()."""
     return side_m / 2 * np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
 
 
 class Section:
-    """A mapping of the file, whose complaints name file, key and value."""
+    """A mapping in the file; its errors name file, key and value."""
 
     def __init__(self, path: Path, name: str, data: Any, known: tuple[str, ...]):
         self.path, self.name, self.data = path, name, data
@@ -35,7 +35,7 @@ class Section:
             raise ValueError(f"{path}: key `{name}`: must be a mapping, got {data!r}")
         for key in data:
             if key not in known:
-                raise ValueError(f"{path}: key `{self.full(key)}`: is not known; known here: {', '.join(known)}")
+                raise ValueError(f"{path}: key `{self.full(key)}`: is unknown; allowed: {', '.join(known)}")
 
     def full(self, key: str) -> str:
         return f"{self.name}.{key}" if self.name else key
@@ -87,29 +87,29 @@ class Section:
 
 
 class Names:
-    """Indices by name; a name that is there twice or not at all is an error that says so."""
+    """Indices by name; raises ValueError for a duplicate or unknown name."""
 
-    def __init__(self, what: str):
-        self.what = what
+    def __init__(self, kind: str):
+        self.kind = kind
         self.indices: dict[str, int] = {}
 
     def add(self, name: str, index: int, where: str) -> None:
         if name in self.indices:
-            raise ValueError(f"{where}: {self.what} {name!r} is there twice")
+            raise ValueError(f"{where}: {self.kind} {name!r} occurs twice")
         self.indices[name] = index
 
     def find(self, name: str, where: str) -> int:
         if name not in self.indices:
             known = ", ".join(list(self.indices)[:8]) or "none"
-            raise ValueError(f"{where}: no {self.what} is named {name!r}; there are: {known}")
+            raise ValueError(f"{where}: no {self.kind} is named {name!r}; existing names: {known}")
         return self.indices[name]
 
 
 def pose_of(row: Row) -> NDArray[np.float64]:
-    """4x4 cam_from_world of a position and a unit quaternion (w first) in columns."""
+    """4x4 cam_from_world from columns with a position and a unit quaternion (w first)."""
     w, x, y, z = quaternion = np.array([row.number(name) for name in POSE[3:]])
     if abs(quaternion @ quaternion - 1) > 1e-6:
-        raise row.fail("qw", "of a unit quaternion")
+        raise row.fail("qw", "part of a unit quaternion")
     rotation = np.array([
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
@@ -122,7 +122,7 @@ def pose_of(row: Row) -> NDArray[np.float64]:
 
 
 def pose_columns(pose: NDArray[np.float64]) -> list[float]:
-    """What pose_of() reads back, to rounding."""
+    """Columns of a pose: inverse of pose_of() up to rounding errors."""
     r = pose[:3, :3]
     eigenvalues, vectors = np.linalg.eigh(np.array([
         [r[0, 0] + r[1, 1] + r[2, 2], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]],
@@ -137,7 +137,10 @@ def pose_columns(pose: NDArray[np.float64]) -> list[float]:
 
 
 def target_named(name: str, points: dict[str, int], bodies: dict[str, int], corners: Sequence[int]) -> Target | None:
-    """A point's name, or a body's name, a dot and the corner's number; corners: how many each body has."""
+    """Target of a name: a point's name, or a body's name, a dot and the corner's number.
+
+    corners: number of corners of each body.
+    """
     if name in points:
         return Target.point(points[name])
     body, _, corner = name.rpartition(".")
@@ -155,13 +158,13 @@ class Reader:
         self.points, self.bodies = Names("point"), Names("body")
         self.stations, self.mounts = Names("station"), Names("mount")
         self.shapes: dict[str, list[NDArray[np.float64]]] = {}
-        self.corners: list[int] = []  # how many each body has
+        self.corners: list[int] = []  # number of corners of each body
 
     def table(self, key: str) -> Path:
         return self.path.parent / self.file.text(key)
 
     def target(self, name: str, where: str) -> Target:
-        """Raises: ValueError naming the place in the file when there is none."""
+        """Target of a name. Raises: ValueError with the location in the file when there is none."""
         found = target_named(name, self.points.indices, self.bodies.indices, self.corners)
         return found or Target.point(self.points.find(name, where))
 
@@ -173,8 +176,8 @@ class Reader:
             for name in free:
                 if name not in known:
                     raise ValueError(
-                        f"{self.path}: key `{section.full('free')}`: {name!r} is no parameter of a "
-                        f"{camera.kind.name}; there are: {', '.join(known)}"
+                        f"{self.path}: key `{section.full('free')}`: {name!r} is not a parameter of a "
+                        f"{camera.kind.name}; allowed: {', '.join(known)}"
                     )
             index = self.network.add_camera(section.text("name"), camera, free)
             self.cameras.add(section.text("name"), index, str(self.path))
@@ -230,7 +233,7 @@ class Reader:
                 corners = square(row.number("side_m"))
                 if not row.number("side_m") > 0:
                     raise row.fail("side_m", "positive")
-            pose = np.linalg.inv(pose_of(row))  # the table says where the body is
+            pose = np.linalg.inv(pose_of(row))  # the table has world_from_body
             index = self.network.add_body(row.text("name"), corners, pose, scale_free=row.flag("scale_free"))
             self.bodies.add(row.text("name"), index, f"{row.path}:{row.line}")
             self.corners.append(len(corners))
@@ -248,7 +251,7 @@ class Reader:
                 np.array([[row.number("x_px"), row.number("y_px")]]), sigma,
             )
 
-    def read_knowledge(self) -> None:
+    def read_constraints(self) -> None:
         where = str(self.path)
         for section in self.file.sections("distances", ("from", "to", "length_m", "sigma_m")):
             start, end = (self.target(section.text(key), where) for key in ("from", "to"))
@@ -265,7 +268,7 @@ class Reader:
             )
 
     def check_points(self) -> dict[str, list[float]]:
-        """Where points are known to be, by name: to compare with, not to adjust."""
+        """Positions of check points by name; they are compared with the result and are not used in the adjustment."""
         checks: dict[str, list[float]] = {}
         if self.file.has("check_points"):
             for row in read_table(self.table("check_points"), ("name", "x_m", "y_m", "z_m")):
@@ -285,13 +288,16 @@ class Reader:
 
 
 def read_network(path: str | Path) -> tuple[Network, Datum]:
-    """A network and the datum that its file asks for. Raises: as read_network_and_checks()."""
+    """Reads a network and the datum specified in its file.
+
+    Raises: OSError; ValueError naming file, line, key or column, and value.
+    """
     network, datum, _ = read_network_and_checks(path)
     return network, datum
 
 
 def read_network_and_checks(path: str | Path) -> tuple[Network, Datum, dict[str, list[float]]]:
-    """A network, the datum that its file asks for, and its check points by name.
+    """Reads a network, the datum specified in its file, and its check points by name.
 
     Raises: OSError; ValueError naming file, line, key or column, and value.
     """
@@ -305,7 +311,7 @@ def read_network_and_checks(path: str | Path) -> tuple[Network, Datum, dict[str,
     reader.read_rigs()
     reader.read_images()
     reader.read_observations()
-    reader.read_knowledge()
+    reader.read_constraints()
     try:
         reader.network.check()
     except ValueError as error:
@@ -314,7 +320,7 @@ def read_network_and_checks(path: str | Path) -> tuple[Network, Datum, dict[str,
 
 
 def image_table(network: Network) -> bytes:
-    """Of all images' poses, as `images` in a network file."""
+    """Table of the poses of all images, as for the key `images` of a network file."""
     names, cameras = network.image_names, network.camera_names
     return table_bytes(
         ("name", "camera", *POSE),
@@ -324,8 +330,10 @@ def image_table(network: Network) -> bytes:
 
 
 def network_files(network: Network) -> dict[str, bytes]:
-    """A network file and its tables, which read_network() reads back; of what was measured the
-    observations in use, without distances, control points, priors and rigs."""
+    """Network file and tables for read_network().
+
+    Contains the used observations, without distances, control points, priors and rigs.
+    """
     points, names = np.asarray(network.points_m), network.point_names
     images, bodies = network.image_names, network.body_names
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""CSV tables whose errors name file, line, column and value."""
+"""CSV tables; errors name file, line, column and value."""
 
 import csv
 import io
@@ -47,17 +47,17 @@ class Row:
 
 
 def read_table(path: Path, needed: Sequence[str], optional: Sequence[str] = ()) -> Iterator[Row]:
-    """Rows by the names in the first line. Raises: OSError; ValueError."""
+    """Reads rows with the column names of the first line. Raises: OSError; ValueError naming file and line."""
     with open(path, newline="", encoding="utf-8") as file:
         reader = csv.reader(file)
         head = [name.strip() for name in next(reader, [])]
         for name in needed:
             if name not in head:
-                raise ValueError(f"{path}:1: has no column `{name}`; needed: {', '.join(needed)}")
+                raise ValueError(f"{path}:1: has no column `{name}`; required: {', '.join(needed)}")
         for name in head:
             if name not in (*needed, *optional):
                 raise ValueError(
-                    f"{path}:1: column `{name}` is not known; known: {', '.join((*needed, *optional))}"
+                    f"{path}:1: column `{name}` is unknown; allowed: {', '.join((*needed, *optional))}"
                 )
         for cells in reader:
             if not cells:
@@ -68,7 +68,7 @@ def read_table(path: Path, needed: Sequence[str], optional: Sequence[str] = ()) 
 
 
 def table_bytes(head: Sequence[str], rows: Iterable[Sequence[object]]) -> bytes:
-    """Numbers keep every digit."""
+    """Encodes a table; numbers have all digits."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(head)

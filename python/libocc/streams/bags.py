@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames from ROS 1 and ROS 2 bags, by `rosbags`, without ROS."""
+"""Frames from ROS 1 and ROS 2 bags, read by `rosbags` without an installation of ROS."""
 
 import importlib
 import io
@@ -14,7 +14,7 @@ from .frames import Pixels, StreamFrame
 
 RAW = "sensor_msgs/msg/Image"
 COMPRESSED = "sensor_msgs/msg/CompressedImage"
-# Channels and bytes of a channel. Colour filters' mosaics are taken as they are.
+# Number of channels and bytes per channel. Bayer mosaics are not demosaiced.
 ENCODINGS = {
     "mono8": (1, 1), "8UC1": (1, 1), "mono16": (1, 2), "16UC1": (1, 2),
     "rgb8": (3, 1), "bgr8": (3, 1), "8UC3": (3, 1), "rgba8": (4, 1), "bgra8": (4, 1), "8UC4": (4, 1),
@@ -24,11 +24,11 @@ ENCODINGS = {
 
 
 def rosbags_module(name: str, module: str) -> Any:
-    """Raises: ValueError, for the bag `name`, when it is not installed."""
+    """Imports a module of rosbags. Raises: ValueError naming the bag when rosbags is not installed."""
     try:
         return importlib.import_module(f"rosbags.{module}")
     except ImportError as error:
-        raise ValueError(f"{name}: bags need rosbags: pip install 'libocc[ros]'") from error
+        raise ValueError(f"{name}: reading and writing bags requires rosbags: pip install 'libocc[ros]'") from error
 
 
 def is_bag(path: Path) -> bool:
@@ -36,25 +36,25 @@ def is_bag(path: Path) -> bool:
 
 
 def pixels_of(message: Any) -> Pixels:
-    """Of a sensor_msgs/msg/Image. Raises: ValueError naming what is wrong with it."""
+    """Pixels of a sensor_msgs/msg/Image. Raises: ValueError when its encoding or size is invalid."""
     if message.encoding not in ENCODINGS:
         raise ValueError(f"encoding must be one of {', '.join(ENCODINGS)}, got {message.encoding!r}")
     channels, bytes_ = ENCODINGS[message.encoding]
     kind = np.dtype(np.uint8 if bytes_ == 1 else np.uint16).newbyteorder(">" if message.is_bigendian else "<")
     height, width, step = int(message.height), int(message.width), int(message.step)
     data = np.asarray(message.data, np.uint8)
-    least = width * channels * bytes_
-    if height < 1 or width < 1 or step < least or len(data) < step * (height - 1) + least:
+    min_step = width * channels * bytes_
+    if height < 1 or width < 1 or step < min_step or len(data) < step * (height - 1) + min_step:
         raise ValueError(f"{len(data)} bytes of step {step} cannot hold {width} x {height} {message.encoding}")
     padded = np.zeros(step * height, np.uint8)
     padded[: min(len(data), step * height)] = data[: step * height]
-    rows = np.ascontiguousarray(padded.reshape(height, step)[:, :least])
+    rows = np.ascontiguousarray(padded.reshape(height, step)[:, :min_step])
     pixels = rows.view(kind).astype(kind.newbyteorder("="), copy=False)
     return pixels.reshape((height, width) if channels == 1 else (height, width, channels))
 
 
 def pixels_of_file(data: bytes) -> Pixels:
-    """Of a JPEG or PNG in memory. Raises: ValueError."""
+    """Pixels of a JPEG or PNG file in memory. Raises: ValueError."""
     try:
         with Image.open(io.BytesIO(data)) as image:
             deep = image.mode.startswith("I")
@@ -62,14 +62,14 @@ def pixels_of_file(data: bytes) -> Pixels:
             pixels = np.asarray(image) if deep else np.asarray(image.convert("L" if grey else "RGB"))
             return pixels.astype(np.uint16) if deep else pixels
     except (OSError, SyntaxError, Image.DecompressionBombError) as error:
-        raise ValueError(f"is no image that can be read: {error}") from error
+        raise ValueError(f"cannot be read as an image: {error}") from error
 
 
 class BagSource:
-    """Images of one topic; its name must be given where the bag has several. A frame's time is its
-    header's stamp, or when that is zero the time at which it was recorded.
+    """Images of one topic of a bag; the topic must be given if the bag has several.
 
-    Raises: ValueError naming the bag, or its topics.
+    The time of a frame is the stamp of its header, or the time of recording if the stamp is zero.
+    Raises: ValueError naming the bag or its topics.
     """
 
     live = False
@@ -78,15 +78,15 @@ class BagSource:
         self.name = path
         highlevel = rosbags_module(path, "highlevel")
         typesys = rosbags_module(path, "typesys")
-        store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)  # of bags that do not tell their types
+        store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)  # for bags without type definitions
         place = Path(path)
         if place.suffix == ".db3" and (place.parent / "metadata.yaml").is_file():
             place = place.parent
         try:
             self._bag = highlevel.AnyReader([place], default_typestore=store)
             self._bag.open()
-        except Exception as error:  # whatever a damaged file makes the reader raise
-            raise ValueError(f"{path}: no bag that rosbags can read: {error}") from error
+        except Exception as error:  # damaged files raise exceptions of many types
+            raise ValueError(f"{path}: is not a bag that rosbags can read: {error}") from error
         try:
             self._connections = self._of_topic(topic)
         except ValueError:
@@ -98,11 +98,11 @@ class BagSource:
         images = [c for c in self._bag.connections if c.msgtype in (RAW, COMPRESSED)]
         topics = sorted({c.topic for c in images})
         if not topics:
-            raise ValueError(f"{self.name}: has no topic of {RAW} or {COMPRESSED}")
+            raise ValueError(f"{self.name}: has no topic of type {RAW} or {COMPRESSED}")
         if wanted is None and len(topics) > 1:
-            raise ValueError(f"{self.name}: has images on several topics, give --topic: {', '.join(topics)}")
+            raise ValueError(f"{self.name}: has images on several topics; give --topic with one of {', '.join(topics)}")
         if wanted is not None and wanted not in topics:
-            raise ValueError(f"--topic: {wanted!r} has no images in {self.name}; known are {', '.join(topics)}")
+            raise ValueError(f"--topic: {wanted!r} has no images in {self.name}; allowed: {', '.join(topics)}")
         return [c for c in images if c.topic == (wanted or topics[0])]
 
     def __iter__(self) -> Iterator[StreamFrame]:
@@ -113,7 +113,7 @@ class BagSource:
                 connection, recorded_ns, raw = next(messages)
             except StopIteration:
                 return
-            except Exception as error:  # the rest of a damaged bag
+            except Exception as error:  # the remaining part of a damaged bag
                 raise ValueError(f"{self.name}: cannot be read after message {index}: {error}") from error
             yield self._frame(index, connection, recorded_ns, raw)
             index += 1
@@ -127,7 +127,7 @@ class BagSource:
                 time_s = stamp.sec + 1e-9 * stamp.nanosec
             image = pixels_of(message) if connection.msgtype == RAW else pixels_of_file(bytes(message.data))
             return StreamFrame(index, time_s, image)
-        except Exception as error:  # bytes that are no such message
+        except Exception as error:  # invalid message
             return StreamFrame(index, time_s, None, problem=f"cannot be decoded: {error}")
 
     def close(self) -> None:

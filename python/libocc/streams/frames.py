@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every source of frames gives: one frame after another, also those that cannot be used."""
+"""Interface of the sources of frames."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,25 +13,25 @@ Pixels = NDArray[np.uint8 | np.uint16]
 
 @dataclass(frozen=True)
 class StreamFrame:
-    """An image with its time; without an image, `problem` says why."""
+    """An image with its time; `problem` is the reason when there is no image."""
 
     index: int
     time_s: float | None
     image: Pixels | None
-    name: str = ""  # such as the file's
+    name: str = ""  # for instance that of the file
     problem: str = ""
-    truth: Any = None  # plain data, where it is known: see libocc sequence
+    truth: Any = None  # plain data of a truth file of libocc sequence, if there is one
 
 
 class Source(Protocol):
-    """Frames in the order in which they come; one at a time is held.
+    """Yields frames in the order of arrival; one frame at a time is held in memory.
 
-    Iterating raises OSError or ValueError naming the source when it ends before its time.
+    Iterating raises OSError or ValueError naming the source when it ends prematurely.
     """
 
     name: str
-    live: bool  # frames that nobody takes in time are gone
-    total: int | None  # frames, where that is known
+    live: bool  # frames that are not read in time are lost
+    total: int | None  # number of frames, if known
 
     def __iter__(self) -> Iterator[StreamFrame]: ...
 

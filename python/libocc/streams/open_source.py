@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which kind of source a name on the command line means."""
+"""Opens a source of frames by its name."""
 
 import re
 from pathlib import Path
@@ -11,7 +11,9 @@ from .video import CameraSource, VideoSource
 
 
 def open_source(name: str, fps: float | None = None, topic: str | None = None) -> Source:
-    """`camera:N`, a bag (a ROS 2 folder, .bag, .mcap, .db3), a folder of images, or a video.
+    """Opens `camera:N`, a bag (a ROS 2 folder, .bag, .mcap, .db3), a folder of images, or a video.
+
+    fps: frame rate of frames whose times are unknown. topic: image topic of a bag that has several.
 
     Raises: FileNotFoundError, OSError or ValueError naming the source.
     """
@@ -20,11 +22,11 @@ def open_source(name: str, fps: float | None = None, topic: str | None = None) -
         return CameraSource(name, int(camera[1]), fps)
     place = Path(name)
     if name.startswith("camera:"):
-        raise ValueError(f"{name}: a camera is camera:N with its number N, such as camera:0")
+        raise ValueError(f"{name}: a camera must be given as camera:N with its number N, such as camera:0")
     if not place.exists():
         raise FileNotFoundError(f"{name}: no such folder, video or bag")
     if is_bag(place):
         return BagSource(name, topic)
     if topic is not None:
-        raise ValueError(f"--topic: {name} is no bag")
+        raise ValueError(f"--topic: {name} is not a bag")
     return FolderSource(name, fps) if place.is_dir() else VideoSource(name, fps)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames from a video file, or from a camera that OpenCV opens."""
+"""Frames from a video file, or from a camera opened by OpenCV."""
 
 import importlib
 import time
@@ -10,18 +10,18 @@ import numpy as np
 
 from .frames import StreamFrame
 
-MOST_FAILURES = 30  # frames in a row that a file or a camera does not give, before it counts as ended
+MAX_FAILURES = 30  # consecutive failures after which a file or camera counts as ended
 
 
 def _opencv(name: str) -> Any:
     try:
         return importlib.import_module("cv2")
     except ImportError as error:
-        raise ValueError(f"{name}: needs OpenCV: pip install 'libocc[video]'") from error
+        raise ValueError(f"{name}: requires OpenCV: pip install 'libocc[video]'") from error
 
 
 class VideoSource:
-    """Frames at a constant rate: what the file says, or fps. Raises: ValueError naming the file."""
+    """Frames of a video at a constant rate: fps, or the rate in the file. Raises: ValueError naming the file."""
 
     live = False
 
@@ -31,23 +31,23 @@ class VideoSource:
         self._video = cv2.VideoCapture(path)
         self._rate = fps or float(self._video.get(cv2.CAP_PROP_FPS))
         if not self._video.isOpened() or not self._rate > 0:
-            raise ValueError(f"{path}: no video that OpenCV can read")
+            raise ValueError(f"{path}: is not a video that OpenCV can read")
         count = int(self._video.get(cv2.CAP_PROP_FRAME_COUNT))
         self.total: int | None = count if count > 0 else None
 
     def __iter__(self) -> Iterator[StreamFrame]:
         index = failed = 0
         while self.total is None or index < self.total or not failed:
-            there, image = self._video.read()
-            if there:
+            valid, image = self._video.read()
+            if valid:
                 failed = 0
                 yield StreamFrame(index, index / self._rate, np.asarray(image))
             else:
                 failed += 1
                 if self.total is None or index >= self.total:
                     return
-                if failed > MOST_FAILURES:
-                    raise ValueError(f"{self.name}: gives nothing after frame {index - failed} of {self.total}")
+                if failed > MAX_FAILURES:
+                    raise ValueError(f"{self.name}: cannot be read after frame {index - failed} of {self.total}")
                 yield StreamFrame(index, index / self._rate, None, problem="cannot be decoded")
             index += 1
 
@@ -56,8 +56,11 @@ class VideoSource:
 
 
 class CameraSource:
-    """A camera by its number. Times are seconds since 1970 when a frame arrives, by a clock that does
-    not jump. Raises: ValueError when it cannot be opened."""
+    """Frames of a camera given by its number.
+
+    Times are the arrival times in seconds since 1970, from a monotonic clock.
+    Raises: ValueError when the camera cannot be opened.
+    """
 
     live = True
     total: int | None = None
@@ -67,7 +70,7 @@ class CameraSource:
         cv2 = _opencv(name)
         self._camera = cv2.VideoCapture(number)
         if not self._camera.isOpened():
-            raise ValueError(f"{name}: no camera that OpenCV can open")
+            raise ValueError(f"{name}: is not a camera that OpenCV can open")
         if fps is not None:
             self._camera.set(cv2.CAP_PROP_FPS, fps)
         self._epoch_s = time.time() - time.monotonic()
@@ -75,16 +78,16 @@ class CameraSource:
     def __iter__(self) -> Iterator[StreamFrame]:
         index = failed = 0
         while True:
-            there, image = self._camera.read()
+            valid, image = self._camera.read()
             time_s = self._epoch_s + time.monotonic()
-            if there:
+            if valid:
                 failed = 0
                 yield StreamFrame(index, time_s, np.asarray(image))
             else:
                 failed += 1
-                if failed > MOST_FAILURES:
-                    raise OSError(f"{self.name}: gives no more frames")
-                yield StreamFrame(index, time_s, None, problem="the camera gave no image")
+                if failed > MAX_FAILURES:
+                    raise OSError(f"{self.name}: delivers no more frames")
+                yield StreamFrame(index, time_s, None, problem="the camera delivered no image")
                 time.sleep(0.01)
             index += 1
 

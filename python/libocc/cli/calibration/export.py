@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Points with their covariance as CSV, and as PLY for viewers."""
+"""Export of points with their covariance as CSV and PLY."""
 
 from collections.abc import Sequence
 
@@ -21,13 +21,13 @@ def points_csv(names: Sequence[str], positions: NDArray[np.float64], covariances
 
 
 def points_ply(positions: NDArray[np.float64], covariances: NDArray[np.float64]) -> bytes:
-    """ASCII PLY: vertices with their sigmas as properties."""
+    """ASCII PLY file: vertices with their sigmas as properties; -1 is an unknown sigma."""
     head = "ply\nformat ascii 1.0\ncomment libocc, metres\n" + f"element vertex {len(positions)}\n" + "".join(
         f"property double {name}\n" for name in ("x", "y", "z", "sigma_x", "sigma_y", "sigma_z")
     ) + "end_header\n"
     lines = []
     for position, q in zip(positions, covariances):
         sigmas = np.sqrt(np.diag(q))
-        sigmas[~np.isfinite(sigmas)] = -1  # PLY has no infinity that all readers take
+        sigmas[~np.isfinite(sigmas)] = -1  # not all readers of PLY accept an infinity
         lines.append(" ".join(f"{value:.9g}" for value in (*position, *sigmas)))
     return (head + "\n".join(lines) + ("\n" if lines else "")).encode()

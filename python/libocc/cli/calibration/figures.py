@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a calibration looks like."""
+"""Figures of a calibration report."""
 
 import io
 from collections.abc import Sequence
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from .summary import Calibration, X, Y
 
-BLUE, ORANGE, INK = "#0072B2", "#D55E00", "#222222"  # Okabe and Ito's
-SHOWN = 4000  # residual vectors, drawn at most
+BLUE, ORANGE, INK = "#0072B2", "#D55E00", "#222222"  # palette of Okabe and Ito
+SHOWN = 4000  # max number of residual vectors in a figure
 
 
 def new_figure(width: float, height: float) -> Figure:
@@ -29,13 +29,13 @@ def png_bytes(figure: Figure) -> bytes:
 
 
 def round_scale(value: float) -> float:
-    """1, 2 or 5 times a power of ten, below."""
+    """Largest of 1, 2 or 5 times a power of ten that is not above `value`."""
     power = 10.0 ** np.floor(np.log10(max(value, 1e-12)))
     return float(power * max(step for step in (1, 2, 5) if step * power <= max(value, 1e-12) * (1 + 1e-9)))
 
 
 def residual_vectors(c: Calibration, camera: int) -> Figure:
-    """Where in the image residuals point, enlarged, and how they are spread."""
+    """Enlarged residual vectors over the image, and histograms of the residuals."""
     chosen = np.flatnonzero(c.of_camera(camera))
     model = c.network.cameras[camera]
     width, height = model.width, model.height
@@ -54,7 +54,7 @@ def residual_vectors(c: Calibration, camera: int) -> Figure:
         scale=1 / scale, width=0.0012, color=BLUE,
     )
     axes.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5), aspect="equal", xlabel="x [px]", ylabel="y [px]")
-    axes.set_title(f"residuals x {scale:.3g}, seen minus projected", fontsize=10)
+    axes.set_title(f"residuals x {scale:.3g}, measured minus projected", fontsize=10)
     for k, axis in enumerate("xy"):
         histogram = figure.add_subplot(grid[1, k]) if wide else None
         if histogram is not None:
@@ -71,26 +71,27 @@ def normal_histogram(axes: object, values: NDArray[np.float64], label: str) -> N
     edges = np.linspace(-4.5 * sigma, 4.5 * sigma, 46)
     axes.hist(values, edges, color=BLUE, alpha=0.55, density=True)  # type: ignore[attr-defined]
     x = np.linspace(edges[0], edges[-1], 200)
-    axes.plot(x, np.exp(-0.5 * (x / sigma) ** 2) / (sigma * np.sqrt(2 * np.pi)), color=INK, lw=1)  # type: ignore[attr-defined]
+    density = np.exp(-0.5 * (x / sigma) ** 2) / (sigma * np.sqrt(2 * np.pi))
+    axes.plot(x, density, color=INK, lw=1)  # type: ignore[attr-defined]
     axes.set(xlabel=f"residual {label}", yticks=[])  # type: ignore[attr-defined]
     axes.set_title(f"r.m.s. {np.sqrt(np.mean(values**2)):.3g} px", fontsize=10)  # type: ignore[attr-defined]
 
 
 def ellipses(covariances: NDArray[np.float64], scale: float) -> tuple[NDArray[np.float64], ...]:
-    """Widths, heights and angles [deg] of 2x2 covariances."""
+    """Widths, heights and angles [deg] of the ellipses of 2x2 covariances."""
     values, vectors = np.linalg.eigh(covariances)
     values = np.sqrt(np.maximum(values, 0)) * 2 * scale
     return values[:, 1], values[:, 0], np.degrees(np.arctan2(vectors[:, 1, 1], vectors[:, 0, 1]))
 
 
 def field_map(c: Calibration) -> Figure:
-    """Points with enlarged error ellipses and stations, from above and from the side."""
-    return places_map(c, *target_places(c))
+    """Points with enlarged error ellipses, and stations, from above and from the side."""
+    return positions_map(c, *target_positions(c))
 
 
-def places_map(c: Calibration, positions: NDArray[np.float64], covariances: NDArray[np.float64]) -> Figure:
-    """(n, 3) places with their (n, 3, 3) covariances among the stations, from above and from the side."""
-    stations = np.array([station_place(c, i) for i in range(len(c.network.image_names))])
+def positions_map(c: Calibration, positions: NDArray[np.float64], covariances: NDArray[np.float64]) -> Figure:
+    """Positions (n, 3) with their covariances (n, 3, 3), and stations, from above and from the side."""
+    stations = np.array([station_position(c, i) for i in range(len(c.network.image_names))])
     everything = np.vstack([positions, stations]) if len(positions) else stations
     extent = float(np.max(np.ptp(everything, axis=0))) or 1.0
     known = np.isfinite(covariances).all(axis=(1, 2)) if len(covariances) else np.zeros(0, bool)
@@ -116,17 +117,18 @@ def places_map(c: Calibration, positions: NDArray[np.float64], covariances: NDAr
     return figure
 
 
-def station_place(c: Calibration, image: int) -> NDArray[np.float64]:
+def station_position(c: Calibration, image: int) -> NDArray[np.float64]:
     pose = np.asarray(c.network.cam_from_world(image))
     return np.asarray(-pose[:3, :3].T @ pose[:3, 3])
 
 
-def target_places(c: Calibration) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def target_positions(c: Calibration) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Positions and covariances of points and of bodies' first corners."""
     from ..._core import Target
 
     positions = [*np.asarray(c.network.points_m)]
-    covariances = [*np.asarray(c.known.points())] if c.known.ok and positions else [np.full((3, 3), np.inf)] * len(positions)
+    unknown = [np.full((3, 3), np.inf)] * len(positions)
+    covariances = [*np.asarray(c.known.points())] if c.known.ok and positions else unknown
     for body in range(len(c.network.body_names)):
         target = Target.corner(body, 0)
         positions.append(np.asarray(c.network.position_m(target)))
@@ -152,7 +154,7 @@ def correlation_matrix(c: Calibration, camera: int) -> Figure:
 
 
 def ladder(names: Sequence[str], sigma0: Sequence[float]) -> Figure:
-    """sigma0 of the adjustment with ever more parameters."""
+    """sigma0 of adjustments with an increasing number of parameters."""
     figure = new_figure(7.5, 3.2)
     axes = figure.add_subplot()
     axes.semilogy(range(len(names)), sigma0, "o-", color=BLUE)
@@ -165,7 +167,7 @@ def ladder(names: Sequence[str], sigma0: Sequence[float]) -> Figure:
 
 
 def uncertainty_map(sigma_px: NDArray[np.float64], width: int, height: int) -> Figure:
-    """sigma_px: (rows, columns) over the image, the larger axis of each pixel's ellipse."""
+    """Map of the projection uncertainty. sigma_px: (rows, columns), the major semi-axis of the error ellipses."""
     figure = new_figure(8, 1.2 + 6.4 * min(1.0, height / width))
     axes = figure.add_subplot()
     inside = sigma_px[np.isfinite(sigma_px)]

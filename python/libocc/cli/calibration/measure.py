@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Points measured in calibrated pictures: their table, summary and report."""
+"""Points measured in calibrated images: table, summary and report."""
 
 from collections.abc import Sequence
 from html import escape
@@ -16,13 +16,13 @@ from . import figures
 from .report import STYLE, number, picture, table
 from .summary import Calibration, finite
 
-Sighting = tuple[int, NDArray[np.float64], NDArray[np.float64]]
+ImageObservation = tuple[int, NDArray[np.float64], NDArray[np.float64]]
 
 
-def read_sightings(path: Path, network: Network) -> tuple[list[str], list[list[Sighting]]]:
-    """Names, and where each point was seen. Raises: OSError; ValueError naming line, column and value."""
+def read_observations(path: Path, network: Network) -> tuple[list[str], list[list[ImageObservation]]]:
+    """Reads the names and image observations of points. Raises: OSError; ValueError naming line, column and value."""
     images = {name: i for i, name in enumerate(network.image_names)}
-    points: dict[str, list[Sighting]] = {}
+    points: dict[str, list[ImageObservation]] = {}
     for row in read_table(path, ("point", "image", "x_px", "y_px"), ("sigma_x_px", "sigma_y_px")):
         if row.text("image") not in images:
             raise row.fail("image", f"an image of the network ({', '.join(list(images)[:8])})")
@@ -39,7 +39,7 @@ def ends_of(distances: Sequence[tuple[str, str]], names: Sequence[str]) -> list[
     for pair in distances:
         for name in pair:
             if name not in names:
-                raise ValueError(f"--distance: no point is named {name!r}; there are: {', '.join(names[:8])}")
+                raise ValueError(f"--distance: no point is named {name!r}; existing names: {', '.join(names[:8])}")
     return [(names.index(a), names.index(b)) for a, b in distances]
 
 
@@ -74,8 +74,8 @@ def report_html(c: Calibration, names: Sequence[str], measured: Measurement, dat
         )))
     good = [p for p in measured.points if p.status is Status.ok]
     if good:
-        places = np.array([p.position_m for p in good])
+        positions = np.array([p.position_m for p in good])
         covariances = np.array([p.covariance_m2 for p in good])
-        parts.append("<h2>Where they are</h2>" + picture(figures.places_map(c, places, covariances), "map"))
+        parts.append("<h2>Map</h2>" + picture(figures.positions_map(c, positions, covariances), "map"))
     return (f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape("Measured points")}</title>'
             f"<style>{STYLE}</style><body>{''.join(parts)}</body></html>").encode()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of tags and chessboards: what is seen in them, and the network that it starts."""
+"""Detection of tags and chessboards in images, and initial networks from the detections."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,12 +21,12 @@ from ..._core import (
 )
 from ..progress import Advance, progress
 
-TILED_PX = 6000  # images with a longer side are searched by tiles
-TILE_PX, OVERLAP_PX = 3000, 600
+TILED_PX = 6000  # images with a longer side are searched by tiles, which limits the memory
+TILE_PX, OVERLAP_PX = 3000, 600  # the overlap is the max size of a tag
 
 
 def read_pixels(path: str) -> NDArray[Any]:
-    """An image; of .npy and .pgm files only what is looked at is read. Raises: OSError; ValueError."""
+    """Reads an image; .npy and .pgm files are memory-mapped. Raises: OSError; ValueError."""
     if Path(path).suffix.lower() == ".npy":
         return np.asarray(np.load(path, mmap_mode="r", allow_pickle=False))
     if Path(path).suffix.lower() == ".pgm":
@@ -37,7 +37,7 @@ def read_pixels(path: str) -> NDArray[Any]:
 
 
 def map_pgm(path: str) -> NDArray[np.uint8] | None:
-    """A binary PGM of 8 bits, mapped; None for other kinds."""
+    """Memory-maps a binary PGM file with 8 bits; None for other kinds."""
     with open(path, "rb") as file:
         head = file.read(512)
     fields: list[bytes] = []
@@ -62,10 +62,13 @@ def map_pgm(path: str) -> NDArray[np.uint8] | None:
 def find_tags(
     images: Sequence[str], family: str, camera: Camera | None = None
 ) -> tuple[list[list[AprilTag]], list[tuple[int, int]]]:
-    """Tags and size (width, height) of each image; camera: whose lens bends the tags' sides, when it
-    is known. Raises: OSError; ValueError naming the file."""
+    """Tags and size (width, height) of each image.
+
+    camera: models the lens distortion along the sides of the tags, if known.
+    Raises: OSError; ValueError naming the file.
+    """
     found, sizes = [], []
-    with progress("looking for tags" if camera is None else "measuring tags again", len(images)) as advance:
+    with progress("detecting tags" if camera is None else "detecting tags again", len(images)) as advance:
         for path in images:
             try:
                 pixels = read_pixels(path)
@@ -83,18 +86,19 @@ def find_tags(
 
 
 def same_size(images: Sequence[str], sizes: Sequence[tuple[int, int]]) -> tuple[int, int]:
-    """Raises: ValueError naming the image whose size differs from the first's."""
+    """Size of all images. Raises: ValueError naming the image whose size differs from that of the first."""
     for path, size in zip(images, sizes):
         if size != sizes[0]:
             raise ValueError(
-                f"{path}: is {size[0]} x {size[1]} px, {images[0]} is {sizes[0][0]} x {sizes[0][1]}: "
-                "pictures of one camera have one size"
+                f"{path}: its size is {size[0]} x {size[1]} px, "
+                f"that of {images[0]} is {sizes[0][0]} x {sizes[0][1]} px: "
+                "all images of a camera must have one size"
             )
     return sizes[0]
 
 
 def short_names(images: Sequence[str]) -> list[str]:
-    """File names, or paths where these are not unique."""
+    """File names, or the paths if the names are not unique."""
     names = [Path(path).name for path in images]
     return names if len(set(names)) == len(names) else list(images)
 
@@ -103,15 +107,18 @@ def network_of_tags(
     camera: Camera, free: Sequence[str], images: Sequence[str], tags: Sequence[Sequence[AprilTag]], family: str,
     tag_size_m: float, free_sizes: bool = False,
 ) -> NetworkStart:
-    """Corners are measured twice, the second time with the lens that the first time gave, which
-    halves their errors. free_sizes: the tags' size is about this, and the same for none of them."""
+    """Initial network from images of tags.
+
+    The corners are detected twice; the second detection uses the camera of the first adjustment, which halves their
+    errors. free_sizes: tag_size_m is approximate, and the size of every tag is estimated.
+    """
     first = start_of_tags(camera, free, images, tags, tag_size_m, free_sizes)
     if not first.ok:
         return first
-    about = adjust(first.network)
-    if not about.ok:
+    adjusted = adjust(first.network)
+    if not adjusted.ok:
         return first
-    known = about.network.cameras[0]
+    known = adjusted.network.cameras[0]
     again, _ = find_tags(images, family, known)
     second = start_of_tags(known, free, images, again, tag_size_m, free_sizes)
     return second if second.ok else first
@@ -155,6 +162,6 @@ def find_boards(
 def network_of_boards(
     camera: Camera, free: Sequence[str], images: Sequence[str], boards: Sequence[Any], points_m: NDArray[np.float64],
 ) -> NetworkStart:
-    """Of those images in which the board was found."""
+    """Initial network from the images in which the board was detected."""
     seen = [(name, 0, *board) for name, board in zip(short_names(images), boards) if board is not None]
     return board_network([("camera", camera, list(free))], points_m, seen)

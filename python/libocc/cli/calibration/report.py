@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A calibration as one HTML file that needs nothing beside it."""
+"""Calibration report as a self-contained HTML file."""
 
 import base64
 from collections.abc import Iterable, Sequence
@@ -19,23 +19,24 @@ th, td { text-align: left; padding: .15em .9em .15em 0; border-bottom: 1px solid
 td.number { text-align: right } img { max-width: 100% }
 .good { color: #00704e } .bad { color: #b33000; font-weight: 600 }
 """
-ROWS = 300  # of a long table that are shown
+ROWS = 300  # max number of printed rows of a table
 
 
 def number(value: float, digits: int = 4) -> str:
     return f"{value:.{digits}g}" if np.isfinite(value) else "unknown"
 
 
+def _cell(text: str) -> str:
+    start = '<td class="number">' if text and text[0] in "-+0123456789." else "<td>"
+    return f"{start}{escape(text)}</td>"
+
+
 def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     body = []
     listed = list(rows)
     for row in listed[:ROWS]:
-        cells = [
-            f'<td class="number">{escape(cell)}</td>' if cell[:1] in "-+0123456789." and cell else f"<td>{escape(cell)}</td>"
-            for cell in map(str, row)
-        ]
-        body.append(f"<tr>{''.join(cells)}</tr>")
-    more = f"<p>and {len(listed) - ROWS} more, in the JSON file</p>" if len(listed) > ROWS else ""
+        body.append(f"<tr>{''.join(map(_cell, map(str, row)))}</tr>")
+    more = f"<p>and {len(listed) - ROWS} more rows, see the JSON file</p>" if len(listed) > ROWS else ""
     titles = "".join(f"<th>{escape(name)}</th>" for name in head)
     return f"<table><tr>{titles}</tr>{''.join(body)}</table>{more}"
 
@@ -46,23 +47,24 @@ def picture(figure: Figure, what: str) -> str:
 
 
 def verdict(c: Calibration) -> str:
-    """The first thing a reader wants to know."""
+    """Paragraph with the status, or with sigma0 and its test."""
     a = c.adjustment
     if not c.ok:
         status = a.status.name if not a.ok else c.known.status.name
-        return f'<p class="bad">{escape(status)}: {escape(a.message or c.known.message)}</p><p>What follows is the state so far.</p>'
+        message = escape(a.message or c.known.message)
+        return f'<p class="bad">{escape(status)}: {message}</p><p>The report shows the last state.</p>'
     low, high = chi_interval(a.redundancy)
     fits = low <= a.sigma0**2 <= high
     text = (
-        f"sigma0 is {a.sigma0:.3f}: the residuals are as large as the sigmas said" if fits else
-        f"sigma0 is {a.sigma0:.3f}: the residuals are {'larger' if a.sigma0 > 1 else 'smaller'} than the sigmas "
-        "said; all sigmas below are multiplied by it"
+        f"sigma0 is {a.sigma0:.3f}: the residuals agree with their sigmas" if fits else
+        f"sigma0 is {a.sigma0:.3f}: the residuals are {'larger' if a.sigma0 > 1 else 'smaller'} than their "
+        "sigmas; all sigmas below are multiplied by sigma0"
     )
     return f'<p class="{"good" if fits else ""}">{text} (redundancy {a.redundancy}).</p>'
 
 
 def chi_interval(redundancy: int) -> tuple[float, float]:
-    """99 % of sigma0 squared, by Wilson and Hilferty's approximation."""
+    """99 % interval of sigma0 squared, by the approximation of Wilson and Hilferty."""
     if redundancy < 1:
         return 0.0, np.inf
     a = 2 / (9 * redundancy)
@@ -90,11 +92,11 @@ def camera_section(c: Calibration, camera: int, uncertainty: Figure | None) -> s
         strong = c.strong_correlations(camera)
         if strong:
             listed = ", ".join(f"{a} and {b} ({rho:+.3f})" for a, b, rho in strong)
-            parts.append(f"<p>Strongly correlated: {escape(listed)}. Their values mean little one without the other.</p>")
+            parts.append(f"<p>Strongly correlated: {escape(listed)}. Their values must be used together.</p>")
         parts.append(picture(figures.correlation_matrix(c, camera), f"correlations of {name}"))
         if uncertainty is not None:
-            parts.append("<p>How far the calibration may be off in the image, for points far away, the camera's "
-                         "own turn allowed for:</p>" + picture(uncertainty, f"uncertainty of {name}"))
+            parts.append("<p>Uncertainty of the projection of distant points [px], after compensation by a rotation of "
+                         "the camera:</p>" + picture(uncertainty, f"uncertainty of {name}"))
     return "".join(parts)
 
 
@@ -106,22 +108,24 @@ def point_rows(c: Calibration) -> list[list[str]]:
 
 
 def statistics_sections(c: Calibration) -> list[str]:
-    """Reliability, variance components and check points, as far as there are any."""
+    """Sections on reliability, variance components and check points, if available."""
     parts = []
     reliability, components = reliability_of(c), components_of(c)
     if reliability is not None:
         low, high = reliability["sigma0_interval"]
         parts.append("<h2>Reliability</h2>" + table(("of image observations", ""), (
-            ("redundancy numbers, mean and least", f"{reliability['mean_redundancy']:.3f}, {reliability['min_redundancy']:.3f}"),
-            ("least blunder found with 80 % power, median and worst [px]",
+            ("redundancy numbers, mean and min",
+             f"{reliability['mean_redundancy']:.3f}, {reliability['min_redundancy']:.3f}"),
+            ("smallest gross error detected with 80 % power, median and max [px]",
              f"{text_of(reliability['median_detectable_px'])}, {text_of(reliability['worst_detectable_px'])}"),
-            ("what that does to the unknowns, median [sigma]", text_of(reliability["median_external"])),
-            ("largest |tau|, and beyond which chance is below 1 %",
+            ("its effect on the unknowns, median [sigma]", text_of(reliability["median_external"])),
+            ("max |tau|, and its critical value at 1 %",
              f"{reliability['worst_tau']:.2f}, {reliability['tau_critical']:.2f}"),
-            ("sigma0 that chance allows, 95 %", f"{low:.3f} to {high:.3f}"),
+            ("95 % interval of sigma0", f"{low:.3f} to {high:.3f}"),
         )))
     if components:
-        parts.append("<h2>Were the sigmas right?</h2>" + table(("camera", "axis", "factor of the sigmas", "redundancy"), (
+        head = ("camera", "axis", "factor of the sigmas", "redundancy")
+        parts.append("<h2>Variance components</h2>" + table(head, (
             (k["camera"], k["axis"], f"{k['factor']:.3f}", f"{k['redundancy']:.0f}") for k in components
         )))
     if c.checked is not None and c.checked.ok:
@@ -137,27 +141,30 @@ def text_of(value: float | None) -> str:
 
 
 def html(c: Calibration, title: str, extra: Sequence[str] = (), uncertainties: Sequence[Figure | None] = ()) -> bytes:
-    """extra: more sections, as HTML; uncertainties: a figure for each camera, or none."""
+    """Complete report. extra: more sections, as HTML; uncertainties: a figure for each camera, or None."""
     a = c.adjustment
     maps = list(uncertainties) or [None] * len(c.network.cameras)
     parts = [f"<h1>{escape(title)}</h1>", verdict(c)]
     warnings = [*a.warnings, *c.notes]
     if warnings:
         parts.append("<ul>" + "".join(f"<li>{escape(text)}</li>" for text in warnings) + "</ul>")
-    parts.append(table(("images", "points", "bodies", "observations", "unknowns", "datum defect", "iterations", "seconds"), [[
+    head = ("images", "points", "bodies", "observations", "unknowns", "datum defect", "iterations", "seconds")
+    parts.append(table(head, [[
         len(c.network.image_names), len(c.network.point_names), len(c.network.body_names), a.observations,
         a.unknowns, a.defect, a.iterations, f"{c.seconds:.2f}",
     ]]))
     parts += [camera_section(c, k, maps[k]) for k in range(len(c.network.cameras))]
     parts += [*statistics_sections(c), *extra]
     if a.rejected:
-        parts.append(f"<h2>Rejected: {len(a.rejected)}</h2>" + table(("image", "target", "residual / sigma", "why"), (
+        head = ("image", "target", "residual / sigma", "reason")
+        parts.append(f"<h2>Rejected: {len(a.rejected)}</h2>" + table(head, (
             [c.network.image_names[int(c.observations[r.observation, 0])], target_name(c, r.observation),
              number(r.normalised, 3), r.reason] for r in a.rejected
         )))
     parts.append("<h2>Points and stations</h2>" + picture(figures.field_map(c), "map"))
     if c.network.point_names and c.known.ok:
-        parts.append(table(("point", "x [m]", "y [m]", "z [m]", "sigma x [mm]", "sigma y [mm]", "sigma z [mm]"), point_rows(c)))
+        head = ("point", "x [m]", "y [m]", "z [m]", "sigma x [mm]", "sigma y [mm]", "sigma z [mm]")
+        parts.append(table(head, point_rows(c)))
     text = (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title><style>{STYLE}</style>'
         f"<body>{''.join(parts)}</body></html>"

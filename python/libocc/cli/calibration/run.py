@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a network with starts to a folder with the result, with progress."""
+"""Adjustment of a network with initial values, and the files of its result."""
 
 import time
 from collections.abc import Sequence
@@ -28,11 +28,11 @@ from . import figures, report
 from .export import points_csv, points_ply
 from .summary import Calibration, calibration_of, summary
 
-GRID = 24  # of the uncertainty map, along the longer side
+GRID = 24  # points of the uncertainty map along the longer side
 
 
 class Spinner:
-    """Tells what the adjustment is doing once it turns out to be long."""
+    """Shows the progress of an adjustment that takes longer than QUIET_S."""
 
     def __init__(self) -> None:
         from rich.console import Console
@@ -60,8 +60,11 @@ def calibrate(
     network: Network, datum: Datum, *, robust: bool = True, select: bool = False, notes: Sequence[str] = (),
     checks: dict[str, Any] | None = None, before: Camera | None = None,
 ) -> tuple[Calibration, Selection | None]:
-    """Adjusts; with select only the parameters that the observations call for stay unknown. before:
-    what the report compares the first camera with, if not with the network's."""
+    """Adjusts a network.
+
+    select: estimates only the parameters that the observations determine. before: camera with which the report compares
+    the first camera; default: that of the network.
+    """
     begun = time.monotonic()
     chosen = None
     with Spinner() as spinner:
@@ -78,7 +81,7 @@ def calibrate(
     return found, chosen
 
 
-# In which order parameters are freed, after those of a camera that is one focal length.
+# Groups of parameters in the order in which the ladder adds them.
 GROUPS = (
     ("c_px", "cy_px"), ("fx_px", "fy_px"), ("cx_px", "cy_px"), ("ex_m", "ey_m", "ez_m"), ("tilt_x_rad", "tilt_y_rad"),
     ("angle_per_px_rad",), ("k1", "k2"), ("p1", "p2"), ("k3", "k4", "k5", "k6"), ("s1", "s2", "s3", "s4"),
@@ -89,12 +92,14 @@ GROUPS = (
 def ladder(
     network: Network, datum: Datum, rejected: Sequence[RejectedObservation]
 ) -> tuple[list[str], list[float]]:
-    """sigma0 with no camera parameter, then with one group after the other, each kept. rejected: by
-    the whole model, which alone tells gross errors; they are left out of every rung."""
+    """Names and sigma0 of adjustments without camera parameters, then with one more group of parameters each.
+
+    rejected: gross errors detected with the complete model; they are omitted in all adjustments.
+    """
     free = network.free_parameters
     left = {name for names in free for name in names}
     wanted = []
-    for group in GROUPS:  # a name may stand in groups of several models: the first one has it
+    for group in GROUPS:  # a name that occurs in several groups belongs to the first one
         present = [name for name in group if name in left]
         left.difference_update(present)
         if present:
@@ -117,11 +122,11 @@ def ladder(
 def ladder_section(network: Network, datum: Datum, rejected: Sequence[RejectedObservation]) -> str:
     names, sigmas = ladder(network, datum, rejected)
     shown = [names[0], *(f"+ {name}" for name in names[1:])]
-    return "<h2>What each group of parameters is worth</h2>" + report.picture(figures.ladder(shown, sigmas), "ladder")
+    return "<h2>Influence of the parameter groups</h2>" + report.picture(figures.ladder(shown, sigmas), "ladder")
 
 
 def uncertainty(c: Calibration, camera: int) -> Figure | None:
-    """Map of it; none when nothing of it is unknown."""
+    """Map of the projection uncertainty; None when the camera has no free parameters."""
     free = c.network.free_parameters[camera]
     model = c.network.cameras[camera]
     if not free or not c.known.ok:
@@ -133,7 +138,7 @@ def uncertainty(c: Calibration, camera: int) -> Figure | None:
 
 
 def camera_files(name: str, camera: Camera) -> dict[str, bytes]:
-    """libocc's file, and where the model is known there those of OpenCV and ROS."""
+    """Camera files for libocc and, if they have the camera model, for OpenCV and ROS."""
     files = {f"{name}.yaml": format_camera(camera).encode()}
     if camera.kind in (CameraKind.pinhole, CameraKind.fisheye):
         files[f"{name}_opencv.yaml"] = format_camera(camera, CameraFormat.opencv).encode()
@@ -143,7 +148,7 @@ def camera_files(name: str, camera: Camera) -> dict[str, bytes]:
 
 
 def write(folder: ResultFolder, c: Calibration, title: str, extra: Sequence[str] = ()) -> dict[str, Any]:
-    """Everything there is, whether the adjustment ended well or not; returns the summary."""
+    """Writes all files, also of a failed adjustment; returns the summary."""
     data = summary(c)
     folder.write("result.json", json_bytes(data))
     for name, camera in zip(c.network.camera_names, c.network.cameras):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An adjusted network with everything that a report says of it."""
+"""An adjusted network with the values of its report."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -24,14 +24,14 @@ from ..._core import (
     variance_components,
 )
 
-STRONG = 0.9  # correlation that is flagged
-MISFIT = 3.0  # sigma0 beyond which something else than noise is in the residuals
+STRONG = 0.9  # correlations above it are reported
+MISFIT = 3.0  # sigma0 above it gives a warning: the residuals are not explained by noise
 IMAGE, POINT, BODY, CORNER, X, Y, SIGMA_X, SIGMA_Y, USED = range(9)  # columns of Network.observations
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """An unknown of a camera; sigma: of the estimate, sigma0 included."""
+    """Estimated parameter of a camera; sigma includes the factor sigma0."""
 
     camera: str
     name: str
@@ -42,13 +42,16 @@ class Parameter:
 
     @property
     def t(self) -> float:
-        """Estimate over its sigma, the test against zero."""
+        """Estimate over its sigma: test statistic against zero."""
         return abs(self.value) / self.sigma if self.sigma > 0 else float("inf")
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """adjustment: ended `ok` or not; known: its precision, which is `ok` only then; start: what was adjusted."""
+    """An adjustment and its statistics.
+
+    start: network before the adjustment. known: precision; `ok` only if the adjustment is ok.
+    """
 
     start: Network
     adjustment: Adjustment
@@ -80,12 +83,12 @@ class Calibration:
         return (self.observations[:, USED] > 0) & np.isfinite(self.residuals_px).all(axis=1)
 
     def of_camera(self, camera: int) -> NDArray[np.bool_]:
-        """Which observations are used and of this camera."""
+        """Mask of the used observations of a camera."""
         cameras = np.asarray(self.network.image_cameras, dtype=int)
         return np.asarray(self.used & (cameras[self.observations[:, IMAGE].astype(int)] == camera))
 
     def rms_px(self, camera: int) -> NDArray[np.float64]:
-        """(2,) per axis."""
+        """(2,) r.m.s. residual per axis [px]."""
         chosen = self.residuals_px[self.of_camera(camera)]
         return np.sqrt(np.mean(chosen**2, axis=0)) if len(chosen) else np.zeros(2)
 
@@ -117,7 +120,7 @@ class Calibration:
 
     @cached_property
     def point_sigmas_m(self) -> NDArray[np.float64]:
-        """(n, 3) along the axes; infinite for points that were left out."""
+        """(n, 3) sigmas along the axes; infinite for points that were not estimated."""
         if not self.known.ok or not self.network.point_names:
             return np.empty((0, 3))
         return np.asarray(np.sqrt(np.einsum("nii->ni", self.known.points())))
@@ -126,8 +129,10 @@ class Calibration:
 def calibration_of(
     start: Network, adjustment: Adjustment, datum: Datum, seconds: float = 0.0, checks: dict[str, Any] | None = None,
 ) -> Calibration:
-    """With the precision in the datum, scaled by sigma0 squared where there is redundancy, and the
-    statistics; checks: points' names and where they are known to be."""
+    """Adjustment with its statistics, and its precision in the datum, scaled by sigma0 squared if there is redundancy.
+
+    checks: known positions of check points by name.
+    """
     known = precision(adjustment.network, datum)
     if adjustment.redundancy > 0:
         known = known.scaled(adjustment.sigma0**2)
@@ -141,8 +146,8 @@ def calibration_of(
     notes = []
     if adjustment.sigma0 > MISFIT:
         notes.append(
-            f"the residuals are {adjustment.sigma0:.3g} times as large as their sigmas say: the camera's model may be "
-            "the wrong one, or what was measured is much less accurate"
+            f"the residuals are {adjustment.sigma0:.3g} times as large as their sigmas: the camera model may be wrong, "
+            "or the observations are much less accurate than assumed"
         )
     return Calibration(
         start, adjustment, known, seconds, notes, statistics=network_statistics(adjustment.network),
@@ -155,7 +160,7 @@ def finite(value: float) -> float | None:
 
 
 def summary(c: Calibration) -> dict[str, Any]:
-    """Plain data for JSON; what is infinite is null."""
+    """Plain data for JSON; infinite values are null."""
     a, network = c.adjustment, c.network
     sigmas = c.point_sigmas_m
     names = network.point_names
@@ -197,7 +202,7 @@ def summary(c: Calibration) -> dict[str, Any]:
 
 
 def components_of(c: Calibration) -> list[dict[str, Any]]:
-    """By how much the sigmas of each camera's columns and rows were too small."""
+    """Estimated factors of the sigmas of each camera's columns and rows."""
     if c.components is None or not c.components.ok:
         return []
     return [
@@ -208,7 +213,7 @@ def components_of(c: Calibration) -> list[dict[str, Any]]:
 
 
 def reliability_of(c: Calibration) -> dict[str, Any] | None:
-    """Of the image observations that are used."""
+    """Reliability of the used image observations."""
     s = c.statistics
     if s is None or not s.ok or not c.used.any():
         return None

@@ -7,7 +7,7 @@ KINDS = ("camera", "panorama", "lamps", "network")
 
 
 class Kinds(click.Group):
-    """Imports a kind of calibration when it is asked for."""
+    """Imports a kind of calibration when it is called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(KINDS)
@@ -27,6 +27,6 @@ def command() -> None:
 
     Calibrates cameras, surveys lamps and adjusts any photogrammetric network.
 
-    Each kind writes a folder: report.html to look at, result.json, camera files of libocc, OpenCV
-    and ROS, points as CSV and PLY with their covariance.
+    Each kind writes a folder with report.html, result.json, camera files for libocc, OpenCV and ROS,
+    and points with their covariance as CSV and PLY.
     """

@@ -7,7 +7,7 @@ import numpy as np
 
 import libocc as occ
 
-from .. import Failure, blamed_on
+from .. import Failure, error_context
 from ..progress import progress
 from .calibrate_options import add_distances, adjustment_options, distance_option, finish
 
@@ -15,24 +15,25 @@ MODELS = ("pinhole", "fisheye", "double_sphere")
 
 
 def board_of(ctx: click.Context, param: click.Parameter, value: str | None) -> tuple[int, int] | None:
-    """COLUMNSxROWS of inner corners."""
+    """Parses COLUMNSxROWS of inner corners."""
     if value is None:
         return None
     found = re.fullmatch(r"(\d+)x(\d+)", value)
     if not found or min(map(int, found.groups())) < 3:
-        raise click.BadParameter(f"{value!r} must be COLUMNSxROWS of inner corners, three at least, as 9x6", ctx, param)
+        rule = "must be COLUMNSxROWS of inner corners, at least 3x3, such as 9x6"
+        raise click.BadParameter(f"{value!r} {rule}", ctx, param)
     return int(found[1]), int(found[2])
 
 
 def free_parameters(camera: occ.Camera) -> list[str]:
-    """All but skew."""
+    """All parameters except the skew."""
     return [parameter.name for parameter in camera.parameters if parameter.name != "skew_px"]
 
 
 def start_camera(
     model: str, size: tuple[int, int], views: list[Any], focal_px: float | None, coefficients: int
 ) -> tuple[occ.Camera, list[str]]:
-    """With what is known of its focal length, and what to warn of."""
+    """Camera with initial parameters, and warnings about them."""
     width, height = size
     middle = {"cx_px": (width - 1) / 2, "cy_px": (height - 1) / 2}
     notes = []
@@ -40,10 +41,10 @@ def start_camera(
         pinhole, status, message = occ.network.start_pinhole(views, width, height)
         focal_px = pinhole.fx_px
         if status is not occ.Status.ok:
-            notes.append(f"the start of the focal length is a guess: {message}")
+            notes.append(f"the initial focal length is a guess: {message}")
     if focal_px is None:
-        focal_px = max(width, height) / np.pi  # half a turn over the longer side
-        notes.append(f"the start of the focal length is a guess: {focal_px:.0f} px; --focal-px says better")
+        focal_px = max(width, height) / np.pi  # 180 degrees over the longer side
+        notes.append(f"the initial focal length is a guess: {focal_px:.0f} px; a better one can be given by --focal-px")
     common: dict[str, Any] = {"width": width, "height": height, "fx_px": focal_px, "fy_px": focal_px, **middle}
     if model == "double_sphere":
         return occ.Camera.double_sphere(**common, xi=0.0, alpha=0.5), notes
@@ -56,19 +57,20 @@ def plane_of_tag(tag: occ.targets.AprilTag) -> tuple[Any, Any]:
     return np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]]), tag.corners_px
 
 
-@click.command(short_help="Calibrate a camera from pictures of AprilTags or of a chessboard.")
+@click.command(short_help="Calibrate a camera from images of AprilTags or of a chessboard.")
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @click.option("--tag-size", "tag_size_m", type=click.FloatRange(min=0, min_open=True), metavar="M",
-              help="Side of the tags' black squares [m]; where the tags hang need not be known.")
-@click.option("--family", default="tag36h11", show_default=True, help="Of the tags.")
-@click.option("--chessboard", callback=board_of, metavar="COLSxROWS", help="Inner corners of a board in every picture.")
+              help="Side of the tags' black squares [m]; the positions of the tags need not be known.")
+@click.option("--family", default="tag36h11", show_default=True, help="Family of the tags.")
+@click.option("--chessboard", callback=board_of, metavar="COLSxROWS", help="Inner corners of the board in every image.")
 @click.option("--square", "square_m", type=click.FloatRange(min=0, min_open=True), metavar="M",
               help="Side of the board's squares [m].")
 @click.option("--model", type=click.Choice(MODELS), default="pinhole", show_default=True)
 @click.option("--coefficients", type=click.Choice(["0", "4", "5", "8", "12", "14"]), default="5", show_default=True,
-              help="Of the pinhole's distortion; a fisheye has at most 4.")
-@click.option("--focal-px", type=click.FloatRange(min=1), help="Start of the focal length.")
-@click.option("--camera", "camera_path", metavar="CAMERA.yaml", help="Start of all parameters, instead of --model.")
+              help="Number of distortion coefficients of a pinhole camera; a fisheye camera has at most 4.")
+@click.option("--focal-px", type=click.FloatRange(min=1), help="Initial focal length.")
+@click.option("--camera", "camera_path", metavar="CAMERA.yaml",
+              help="Initial values of all parameters; replaces --model.")
 @distance_option
 @adjustment_options
 @click.pass_context
@@ -78,32 +80,32 @@ def command(
     camera_path: str | None, distance: tuple[Any, ...], out: str, datum_kind: str | None, select: bool, ladder: bool,
     robust: bool, as_json: bool,
 ) -> None:
-    """Calibrates the camera that took IMAGEs of AprilTags of one size (anywhere, at least two seen in
-    every picture), or of one chessboard. Writes a folder: report.html, result.json, and the camera for
-    libocc, OpenCV and ROS.
+    """Calibrates the camera that took IMAGEs of AprilTags or of one chessboard. The tags have one size and
+    may be anywhere; at least two must be visible in every image. Writes a folder with report.html,
+    result.json, and camera files for libocc, OpenCV and ROS.
 
     \b
     libocc calibrate camera *.png --tag-size 0.08 --out calibrated
     libocc calibrate camera left*.jpg --chessboard 9x6 --square 0.025 --out calibrated
 
-    Exit code 0: calibrated; 1: not determined or not converged (the folder has the state so far);
+    Exit code 0: calibrated; 1: not determined or not converged (the folder has the last state);
     2: bad input.
     """
     from ..calibration import pictures
 
     if (tag_size_m is None) == (chessboard is None):
-        raise Failure("give --tag-size, or else --chessboard with --square")
+        raise Failure("give either --tag-size, or --chessboard with --square")
     if chessboard is not None and square_m is None:
         raise Failure("--chessboard needs --square")
     start = None
     if camera_path is not None:
-        with blamed_on(camera_path):
+        with error_context(camera_path):
             start = occ.read_camera(camera_path)
     settings = {"kind": "camera", "images": list(images), "tag_size_m": tag_size_m, "square_m": square_m}
     notes: list[str] = []
     try:
         if chessboard is not None and square_m is not None:
-            with progress("looking for the board", len(images)) as advance:
+            with progress("detecting the board", len(images)) as advance:
                 boards, sizes = pictures.find_boards(images, *chessboard, advance)
             points = pictures.board_points(*chessboard, square_m)
             views: list[Any] = [(points[:, :2], board[0]) for board in boards if board is not None]
@@ -114,23 +116,26 @@ def command(
     except (OSError, ValueError) as error:
         raise Failure(str(error)) from error
     if not views:
-        raise Failure(f"no {'tag of ' + family if chessboard is None else 'chessboard'} in any of {len(images)} images")
+        target = f"{family} tag" if chessboard is None else "chessboard"
+        raise Failure(f"no {target} was detected in any of {len(images)} images")
     if start is not None and (start.width, start.height) != size:
-        raise Failure(f"{camera_path}: is of {start.width} x {start.height} px, the images are {size[0]} x {size[1]}")
+        sizes_text = f"{start.width} x {start.height} px, the images have {size[0]} x {size[1]} px"
+        raise Failure(f"{camera_path}: its size is {sizes_text}")
     if start is None:
         start, notes = start_camera(model, size, views, focal_px, int(coefficients))
     free = free_parameters(start)
     if chessboard is not None:
-        begun = pictures.network_of_boards(start, free, images, boards, points)
-        notes += [f"{image}: no chessboard was found; left out" for image, board in zip(images, boards) if board is None]
+        started = pictures.network_of_boards(start, free, images, boards, points)
+        missing = [image for image, board in zip(images, boards) if board is None]
+        notes += [f"{image}: no chessboard was detected; the image is not used" for image in missing]
     else:
         assert tag_size_m is not None
-        begun = pictures.network_of_tags(start, free, images, tags, family, tag_size_m)
-    if not begun.ok:
-        raise Failure(f"{begun.status.name}: {begun.message}")
-    notes += begun.warnings
-    network = begun.network
+        started = pictures.network_of_tags(start, free, images, tags, family, tag_size_m)
+    if not started.ok:
+        raise Failure(f"{started.status.name}: {started.message}")
+    notes += started.warnings
+    network = started.network
     add_distances(network, distance)
     finish(ctx, network, occ.network.Datum(kind=occ.network.DatumKind[datum_kind or "inner"]), out=out,
-           title=f"Camera from {len(images)} pictures", select=select, ladder=ladder, robust=robust, as_json=as_json,
+           title=f"Camera from {len(images)} images", select=select, ladder=ladder, robust=robust, as_json=as_json,
            settings=settings, notes=notes, before=start)

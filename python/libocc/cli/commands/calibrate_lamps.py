@@ -7,28 +7,28 @@ import numpy as np
 import libocc as occ
 
 from ... import samples
-from .. import Failure, blamed_on, json_option
+from .. import Failure, error_context, json_option
 from ..progress import progress
 from .calibrate_options import add_distances, distance_option, finish, out_option, robust_option
 
 
-def named_lamps(pixels: Any, scene: occ.Scene, map_sigma_px: float) -> tuple[list[Any], str]:
-    """(lamp, centroid, covariance) of each named blob; and why there is none."""
+def assigned_lamps(pixels: Any, scene: occ.Scene, map_sigma_px: float) -> tuple[list[Any], str]:
+    """(lamp id, centroid, covariance) of each assigned blob; and the reason when there are none."""
     blobs = occ.detect(pixels, sensor=scene.sensor)
     found = occ.identify(blobs, scene, gate_model_sigma_px=map_sigma_px)
     if not found.ok:
         return [], f"{found.status.name}: {found.message}"
-    named = [(scene.lamps[match.lamp].id, blobs[match.blob]) for match in found.hypotheses[0].matches]
-    return [(id, blob.centroid_px, blob.covariance_px2) for id, blob in named if not blob.cut_by_border], ""
+    assigned = [(scene.lamps[match.lamp].id, blobs[match.blob]) for match in found.hypotheses[0].matches]
+    return [(id, blob.centroid_px, blob.covariance_px2) for id, blob in assigned if not blob.cut_by_border], ""
 
 
-@click.command(short_help="Survey where the lamps of a room hang, from pictures of them.")
+@click.command(short_help="Survey the positions of a room's lamps from images.")
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @click.option("--map", "scene_path", required=True, metavar="SCENE",
-              help="With the camera, and about where the lamps hang.")
+              help="Scene with the camera and approximate lamp positions.")
 @click.option("--map-sigma-px", type=click.FloatRange(min=0.01), default=3.0, show_default=True,
-              help="How far off the map may make a lamp appear.")
-@click.option("--free", metavar="NAME,NAME,...", default="", help="Parameters of the camera to estimate, too.")
+              help="Error of a lamp's image caused by errors of the map, sigma.")
+@click.option("--free", metavar="NAME,NAME,...", default="", help="Camera parameters to estimate as well.")
 @distance_option
 @out_option
 @robust_option
@@ -48,40 +48,40 @@ def command(
     $ libocc calibrate lamps a.png b.png c.png --map irregular_six --out surveyed
     ...
 
-    Surveys the lamps in IMAGEs, taken by the map's camera from different places; the map, which says
-    about where they hang, tells which is which. The result lies as the map does, by inner constraints
-    over all lamps; scale is the map's unless a --distance between two lamps ("lamp 3") is given. The
-    folder gets scene.yaml, the map with the lamps in their places, beside the report. Exit code 0:
-    surveyed; 1: not determined or not converged (the folder has the state so far); 2: bad input.
+    Surveys the lamps in IMAGEs, which the map's camera took from different positions. The map gives
+    approximate lamp positions, which identify the lamps. Inner constraints over all lamps align the
+    result with the map; the scale is that of the map unless a --distance between two lamps ("lamp 3")
+    is given. Besides the report, the folder has scene.yaml, the map with the surveyed positions. Exit
+    code 0: surveyed; 1: not determined or not converged (the folder has the last state); 2: bad input.
     """
-    with blamed_on(scene_path):
+    with error_context(scene_path):
         scene = samples.load_scene(scene_path)
     parameters = [name for name in free.split(",") if name]
     known = [parameter.name for parameter in scene.camera.parameters]
     for name in parameters:
         if name not in known:
-            raise Failure(f"--free: {name!r} is no parameter of the camera; there are: {', '.join(known)}")
+            raise Failure(f"--free: {name!r} is not a parameter of the camera; allowed: {', '.join(known)}")
     seen, notes = [], []
-    with progress("naming lamps", len(images)) as advance:
+    with progress("identifying lamps", len(images)) as advance:
         for image in images:
-            with blamed_on(image):
-                lamps, why = named_lamps(occ.read_image(image), scene, map_sigma_px)
-            if why:
-                notes.append(f"{image}: {why}; left out")
+            with error_context(image):
+                lamps, reason = assigned_lamps(occ.read_image(image), scene, map_sigma_px)
+            if reason:
+                notes.append(f"{image}: {reason}; the image is not used")
             seen.append((image, 0, lamps))
             advance()
-    begun = occ.network.lamp_network([("camera", scene.camera, parameters)], scene, seen)
-    if not begun.ok:
-        raise Failure(f"{begun.status.name}: {begun.message} {' '.join(notes)}")
-    add_distances(begun.network, distance)
-    finish(ctx, begun.network, occ.network.Datum(), out=out, title=f"Lamps in {len(images)} pictures", select=False,
-           robust=robust, as_json=as_json, notes=notes + begun.warnings,
+    started = occ.network.lamp_network([("camera", scene.camera, parameters)], scene, seen)
+    if not started.ok:
+        raise Failure(f"{started.status.name}: {started.message} {' '.join(notes)}")
+    add_distances(started.network, distance)
+    finish(ctx, started.network, occ.network.Datum(), out=out, title=f"Lamps in {len(images)} images", select=False,
+           robust=robust, as_json=as_json, notes=notes + started.warnings,
            settings={"kind": "lamps", "images": list(images), "map": scene_path},
            more=lambda network: {"scene.yaml": surveyed(scene, network).format().encode()})
 
 
 def surveyed(scene: occ.Scene, network: occ.network.Network) -> occ.Scene:
-    """The scene with the network's lamps in their places, and its camera."""
+    """Scene with the adjusted lamp positions and the adjusted camera."""
     places = dict(zip(network.point_names, np.asarray(network.points_m)))
     lamps = [lamp.replace(centre_m=places.get(f"lamp {lamp.id}", lamp.centre_m)) for lamp in scene.lamps]
     return scene.replace(lamps=lamps, camera=network.cameras[0])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the kinds of calibration share: options, and how they end."""
+"""Options and output shared by all kinds of calibration."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
@@ -8,24 +8,25 @@ import click
 
 import libocc as occ
 
-from .. import Failure, blamed_on, emit_json, json_option
+from .. import Failure, error_context, json_option, print_json
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-out_option = click.option("--out", required=True, metavar="FOLDER", help="Gets the report and all files.")
+out_option = click.option("--out", required=True, metavar="FOLDER", help="Folder for the report and all files.")
 datum_option = click.option(
     "--datum", "datum_kind", type=click.Choice(["inner", "minimal", "control", "scale_only"]),
-    help="What holds shift, turn and scale where the observations do not; default inner, over all points.",
+    help="Datum: fixes the translation, rotation and scale that the observations leave free; "
+         "default: inner, over all points.",
 )
 ladder_option = click.option("--ladder", is_flag=True,
-                             help="Show what each group of parameters is worth: adjust without it, then with.")
-select_option = click.option("--select", is_flag=True, help="Keep only parameters that the pictures call for.")
+                             help="Add groups of parameters one by one and show sigma0 of each adjustment.")
+select_option = click.option("--select", is_flag=True, help="Estimate only the parameters that the images determine.")
 robust_option = click.option("--robust/--no-robust", default=True, show_default=True,
-                             help="Expect gross errors: robust estimation, then data snooping.")
+                             help="Handle gross errors: robust estimation, then data snooping.")
 
 
 def adjustment_options(command: F) -> F:
-    """What any adjustment of a network has."""
+    """Adds the options of every network adjustment."""
     for option in reversed((out_option, datum_option, select_option, ladder_option, robust_option, json_option)):
         command = option(command)
     return command
@@ -33,7 +34,7 @@ def adjustment_options(command: F) -> F:
 
 distance_option = click.option(
     "--distance", type=(str, str, float, float), multiple=True, metavar="FROM TO M SIGMA",
-    help="A scale bar: between two targets, as \"tag 7.0\" (corner 0) or a point's name.",
+    help="Scale bar between two targets: \"tag 7.0\" (corner 0) or the name of a point.",
 )
 
 
@@ -53,36 +54,36 @@ def target_of(network: occ.network.Network, name: str) -> occ.network.Target:
     if found is not None:
         return found
     known = ", ".join([*network.point_names, *(f"{body}.0" for body in network.body_names)][:8])
-    raise Failure(f"--distance: no target is named {name!r}; there are: {known}")
+    raise Failure(f"--distance: no target is named {name!r}; existing targets: {known}")
 
 
 def finish(
-    ctx: click.Context, network: occ.network.Network, datum: occ.network.Datum, *, out: str, title: str, select: bool, robust: bool,
-    as_json: bool, settings: dict[str, Any], notes: Sequence[str] = (),
+    ctx: click.Context, network: occ.network.Network, datum: occ.network.Datum, *, out: str, title: str,
+    select: bool, robust: bool, as_json: bool, settings: dict[str, Any], notes: Sequence[str] = (),
     more: Callable[[occ.network.Network], dict[str, bytes]] | None = None, ladder: bool = False,
     checks: dict[str, Any] | None = None, before: occ.Camera | None = None,
 ) -> None:
-    """Adjusts, writes the folder, says how it went; exit code 1 when it did not end well."""
+    """Adjusts the network, writes the folder and prints the result; exit code 1 when the adjustment failed."""
     from ..calibration.report import table
     from ..calibration.run import calibrate, ladder_section, write
     from ..result_folder import ResultFolder
 
-    with blamed_on(out):
+    with error_context(out):
         folder = ResultFolder(out, {**settings, "select": select, "robust": robust})
     found, chosen = calibrate(network, datum, robust=robust, select=select, notes=notes, checks=checks, before=before)
     sections = []
     if chosen is not None:
-        sections.append("<h2>Parameters chosen</h2>" + table(("dropped", "why", "sigma0", "BIC"), [
+        sections.append("<h2>Selected parameters</h2>" + table(("dropped", "reason", "sigma0", "BIC"), [
             (step.dropped or "none", step.reason, f"{step.sigma0:.4g}", f"{step.bic:.6g}") for step in chosen.steps
         ]))
-    with blamed_on(out):
+    with error_context(out):
         if ladder:
             sections.append(ladder_section(network, datum, found.adjustment.rejected))
         data = write(folder, found, title, sections)
         for name, content in (more(found.network) if more else {}).items():
             folder.write(name, content)
     if as_json:
-        emit_json(data)
+        print_json(data)
     else:
         for line in lines(data):
             click.echo(line)
@@ -93,20 +94,21 @@ def finish(
 
 
 def lines(data: dict[str, Any]) -> list[str]:
-    """For people: sigma0, then a line for each parameter."""
-    told = [
+    """Text output: sigma0, then one line per parameter."""
+    text = [
         f"sigma0 {data['sigma0']:.4g}, {data['observations']} observations, {data['unknowns']} unknowns, "
         f"redundancy {data['redundancy']}, datum defect {data['datum_defect']}, {len(data['rejected'])} rejected"
     ]
     for p in data["parameters"]:
         sigma = "unknown" if p["sigma"] is None else f"{p['sigma']:.2g}"
-        told.append(f"{p['camera']} {p['name']} {p['value']:.9g} +- {sigma} {p['unit']}")
+        text.append(f"{p['camera']} {p['name']} {p['value']:.9g} +- {sigma} {p['unit']}")
     for k in data["variance_components"]:
-        told.append(f"{k['camera']} sigmas of {k['axis']} x {k['factor']:.2f}")
+        text.append(f"{k['camera']} sigmas of {k['axis']} x {k['factor']:.2f}")
     if data["check_points"]:
         check = data["check_points"]
-        told.append(f"check points {1e3 * check['rmse_3d_m']:.2f} mm r.m.s., {1e3 * check['predicted_3d_m']:.2f} predicted")
+        rmse_mm, predicted_mm = 1e3 * check["rmse_3d_m"], 1e3 * check["predicted_3d_m"]
+        text.append(f"check points {rmse_mm:.2f} mm r.m.s., {predicted_mm:.2f} predicted")
     for camera in data["cameras"]:
         for a, b, rho in camera["strong_correlations"]:
-            told.append(f"{camera['name']}: {a} and {b} are correlated by {rho:+.3f}")
-    return told + [f"warning: {text}" for text in data["warnings"]]
+            text.append(f"{camera['name']}: {a} and {b} are correlated by {rho:+.3f}")
+    return text + [f"warning: {warning}" for warning in data["warnings"]]

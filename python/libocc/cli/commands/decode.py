@@ -9,11 +9,11 @@ import libocc as occ
 
 from ... import samples
 from ...yaml_files import suggestion
-from .. import Failure, blamed_on, emit_json, json_option, overlay_option
+from .. import Failure, error_context, json_option, overlay_option, print_json
 from ..sequence_frames import Frames, load_frames
 from ..stripe_codes import StripedLamp, striped_lamps
 
-JOIN_FRAMES = 15  # half a second at 30 frames/s: lamps are seldom dark for longer
+JOIN_FRAMES = 15  # 0.5 s at 30 frames/s, longer than the dark intervals of usual codes
 KINDS = [kind.name for kind in occ.codes.CodeKind]
 LINES = {"manchester": occ.codes.LineCode.manchester, "4b6b": occ.codes.LineCode.code_4b6b}
 CHECKSUMS = {sum_.name: sum_ for sum_ in occ.codes.Checksum}
@@ -26,35 +26,35 @@ def chosen(name: str, value: str, known: dict[str, Any]) -> Any:
 
 
 def map_of(place: str, wanted: str | None) -> occ.Scene:
-    """The map given, or the scene that `libocc sequence` wrote beside its frames."""
+    """Loads the given map, or the scene that `libocc sequence` wrote beside its frames."""
     beside = Path(place) / "scene.yaml"
     if wanted is None and not beside.is_file():
-        raise Failure(f"{place}: has no scene.yaml that tells the sensor: give --map")
+        raise Failure(f"{place}: has no scene.yaml with the sensor: give --map")
     path = wanted or str(beside)
-    with blamed_on(path):
+    with error_context(path):
         return samples.load_scene(path)
 
 
 def code_of(kind: str | None, scene: occ.Scene, changes: dict[str, Any]) -> occ.codes.Code:
-    """What the map's lamps speak, as far as the command line does not say otherwise."""
-    spoken = [lamp.code.code for lamp in scene.lamps if lamp.code is not None]
-    if kind is None and not spoken:
-        raise Failure("--code: no lamp of the map has a code, so it must be given")
-    wanted = spoken[0].kind if kind is None else occ.codes.CodeKind[kind]
-    code = next((one for one in spoken if one.kind == wanted), occ.codes.Code(kind=wanted))
-    with blamed_on("--code"):
+    """Code of the map's lamps, with the changes given on the command line."""
+    known = [lamp.code.code for lamp in scene.lamps if lamp.code is not None]
+    if kind is None and not known:
+        raise Failure("--code must be given because no lamp of the map has a code")
+    wanted = known[0].kind if kind is None else occ.codes.CodeKind[kind]
+    code = next((one for one in known if one.kind == wanted), occ.codes.Code(kind=wanted))
+    with error_context("--code"):
         return code.replace(**{name: value for name, value in changes.items() if value is not None})
 
 
 def position_of(blobs: list[occ.Blob], scene: occ.Scene) -> occ.Fix | None:
-    """From the lamps that are named; None when they are fewer than four."""
+    """Fix from the decoded lamps; None when they are fewer than four."""
     lamps = {lamp.id: lamp for lamp in scene.lamps}
-    named = [blob for blob in blobs if blob.lamp_id is not None and not blob.cut_by_border]
-    if len(named) < 4:
+    decoded = [blob for blob in blobs if blob.lamp_id is not None and not blob.cut_by_border]
+    if len(decoded) < 4:
         return None
-    points = np.array([lamps[blob.lamp_id].centre_m for blob in named if blob.lamp_id is not None])
-    seen = np.array([blob.centroid_px for blob in named])
-    sigma_px = float(np.sqrt(np.mean([np.trace(blob.covariance_px2) / 2 for blob in named])))
+    points = np.array([lamps[blob.lamp_id].centre_m for blob in decoded if blob.lamp_id is not None])
+    seen = np.array([blob.centroid_px for blob in decoded])
+    sigma_px = float(np.sqrt(np.mean([np.trace(blob.covariance_px2) / 2 for blob in decoded])))
     return occ.solve_pose(points, seen, scene.camera, sigma_px=max(sigma_px, 0.05))
 
 
@@ -80,44 +80,45 @@ def lamps_text(found: occ.codes.Decoded) -> str:
     lines = [" n      x px      y px    id  lamp  explained  status"]
     for i, (lamp, blob) in enumerate(zip(found.lamps, found.blobs, strict=True)):
         x, y = blob.centroid_px
-        said = "-" if lamp.id is None else str(lamp.id)
-        named = "-" if blob.lamp_id is None else str(blob.lamp_id)
+        code_id = "-" if lamp.id is None else str(lamp.id)
+        lamp_id = "-" if blob.lamp_id is None else str(blob.lamp_id)
         what = lamp.code.status.name + (f": {lamp.code.message}" if lamp.code.message else "")
-        lines.append(f"{i:2} {x:9.2f} {y:9.2f} {said:>5} {named:>5} {lamp.code.explained:10.2f}  {what}")
+        lines.append(f"{i:2} {x:9.2f} {y:9.2f} {code_id:>5} {lamp_id:>5} {lamp.code.explained:10.2f}  {what}")
     return "\n".join(lines)
 
 
 def stripes_text(found: list[StripedLamp]) -> str:
-    lines = ["lamp  frequency Hz  sigma Hz  seen"]
+    lines = ["lamp  frequency Hz  sigma Hz  frames"]
     for lamp in found:
-        frequency_hz, sigma_hz = lamp.seen_hz
-        lines.append(f"{lamp.id:4} {frequency_hz:13.1f} {sigma_hz:9.1f} {len(lamp.blobs):5}")
+        frequency_hz, sigma_hz = lamp.measured_hz
+        lines.append(f"{lamp.id:4} {frequency_hz:13.1f} {sigma_hz:9.1f} {len(lamp.blobs):7}")
     return "\n".join(lines)
 
 
 def decode_stripes(frames: Frames, scene: occ.Scene, as_json: bool) -> bool:
-    with blamed_on("--map"):
+    with error_context("--map"):
         found = striped_lamps(frames, scene)
     if as_json:
-        emit_json([{"lamp": one.id, "frequency_hz": one.seen_hz[0], "sigma_hz": one.seen_hz[1],
+        print_json([{"lamp": one.id, "frequency_hz": one.measured_hz[0], "sigma_hz": one.measured_hz[1],
                     "seen": len(one.blobs)} for one in found])
     else:
-        click.echo(stripes_text(found) if found else "no lamp's stripes were read")
+        click.echo(stripes_text(found) if found else "no stripes of a lamp were decoded")
     return bool(found)
 
 
-@click.command(short_help="Read which lamp is which from what they blink.")
+@click.command(short_help="Decode the ids of blinking lamps from a sequence.")
 @click.argument("frames")
-@click.option("--code", "kind", metavar="|".join([*KINDS, "stripe"]), help="Default: the map's.")
+@click.option("--code", "kind", metavar="|".join([*KINDS, "stripe"]),
+              help="Code of the lamps; default: that of the map.")
 @click.option("--map", "map_name", metavar="SCENE", help="Sensor and lamps; default: FRAMES/scene.yaml.")
-@click.option("--fps", type=click.FloatRange(0, min_open=True), help="Of frames whose times are unknown.")
-@click.option("--still", is_flag=True, help="The camera stands still: lamps are looked for in all frames.")
-@click.option("--exact-times", is_flag=True, help="c_ook: frames' times are good to a quarter of a chip.")
-@click.option("--clock-hz", type=float, help="c_ook: chips a second; csk: symbols.")
-@click.option("--line", metavar="|".join(LINES), help="c_ook: how bits become chips.")
-@click.option("--checksum", metavar="|".join(CHECKSUMS), help="Of an id.")
-@click.option("--id-bits", type=int)
-@click.option("--frame-rate-hz", type=float, help="ufsook, s2psk: that the lamps are made for.")
+@click.option("--fps", type=click.FloatRange(0, min_open=True), help="Frame rate of frames whose times are unknown.")
+@click.option("--still", is_flag=True, help="The camera stands still: lamps are detected over all frames.")
+@click.option("--exact-times", is_flag=True, help="c_ook: the times of the frames are accurate to a quarter of a chip.")
+@click.option("--clock-hz", type=float, help="c_ook: chips per second; csk: symbols per second.")
+@click.option("--line", metavar="|".join(LINES), help="c_ook: line code.")
+@click.option("--checksum", metavar="|".join(CHECKSUMS), help="Checksum of an id.")
+@click.option("--id-bits", type=int, help="Bits of an id.")
+@click.option("--frame-rate-hz", type=float, help="ufsook, s2psk: frame rate for which the lamps were set up.")
 @json_option
 @overlay_option
 @click.pass_context
@@ -133,16 +134,16 @@ def command(
      n      x px      y px    id  lamp  explained  status
     ...
 
-    Reads the ids that lamps say in FRAMES: a video, or a folder of images such as `libocc sequence`
-    writes. SCENE tells the sensor's timing and which lamp says which id (key `code` of a lamp; for
-    `--code stripe` its frequency_hz). With four lamps named or more, tells the camera's position too.
+    Decodes the ids that lamps transmit in FRAMES: a video, or a folder of images such as `libocc sequence`
+    writes. SCENE gives the sensor's timing and the id of each lamp (key `code` of a lamp; for
+    `--code stripe` its frequency_hz). With at least four decoded lamps the camera's position is printed.
 
-    Exit code 0: a lamp was named; 1: none; 2: bad input.
+    Exit code 0: a lamp was decoded; 1: none; 2: bad input.
     """
     if kind is not None and kind not in [*KINDS, "stripe"]:
         raise Failure(f"--code: unknown code {kind!r}; {suggestion(kind, [*KINDS, 'stripe'])}")
     scene = map_of(frames, map_name)
-    with blamed_on(frames):
+    with error_context(frames):
         loaded = load_frames(frames, fps)
     if kind == "stripe":
         ctx.exit(0 if decode_stripes(loaded, scene, as_json) else 1)
@@ -152,7 +153,7 @@ def command(
         "checksum": None if checksum is None else chosen("checksum", checksum, CHECKSUMS),
     }
     code = code_of(kind, scene, changes)
-    with blamed_on(frames):
+    with error_context(frames):
         found = occ.codes.decode(
             loaded.images, loaded.times_s, scene.sensor, code, map=scene, exact_times=exact_times,
             join_frames=0 if still else JOIN_FRAMES,
@@ -161,12 +162,12 @@ def command(
     if overlay is not None:
         from ..overlay import draw_decoded
 
-        with blamed_on(overlay):
+        with error_context(overlay):
             draw_decoded(overlay, np.maximum.reduce(loaded.images), found, title=f"{frames}: {code.kind.name}")
-    named = [blob.lamp_id for blob in found.blobs if blob.lamp_id is not None]
+    decoded = [blob.lamp_id for blob in found.blobs if blob.lamp_id is not None]
     if as_json:
         position = None if fix is None or not fix.ok else fix.position_m.tolist()
-        emit_json({
+        print_json({
             "status": found.status.name, "message": found.message, "position_m": position,
             "lamps": [lamp_dict(*pair) for pair in zip(found.lamps, found.blobs, strict=True)],
         })
@@ -176,4 +177,4 @@ def command(
             click.echo(found.message)
         if fix is not None and fix.ok:
             click.echo(f"position {' '.join(f'{v:.3f}' for v in fix.position_m)} m")
-    ctx.exit(0 if named else 1)
+    ctx.exit(0 if decoded else 1)

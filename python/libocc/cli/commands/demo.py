@@ -10,12 +10,12 @@ import numpy as np
 import libocc as occ
 
 from ...samples import Sample, samples
-from .. import Failure, blamed_on, emit_json, json_option, report
+from .. import Failure, error_context, json_option, print_json, report
 
 
 @dataclass
 class Row:
-    """How one image went, against its truth."""
+    """Result of one image compared with its ground truth."""
 
     image: str
     status: str
@@ -27,7 +27,7 @@ class Row:
 
 
 def prior_of(truth: dict[str, Any]) -> occ.Prior | None:
-    """The prior that a sample's truth suggests, if any."""
+    """Prior from a sample's truth file, if it has one."""
     if "prior_heading_deg" not in truth:
         return None
     return occ.Prior(
@@ -37,11 +37,11 @@ def prior_of(truth: dict[str, Any]) -> occ.Prior | None:
 
 
 def nearest(fix: occ.Fix, position_m: Any) -> occ.Candidate:
-    """The candidate nearest to the truth: of several poses that fit, one must be it."""
+    """Candidate nearest to the true position; an ambiguous fix must contain the true pose."""
     return min(fix.candidates, key=lambda c: float(np.linalg.norm(c.position_m - position_m)))
 
 
-def judged(sample: Sample, fix: occ.Fix, time_ms: float) -> Row:
+def compared(sample: Sample, fix: occ.Fix, time_ms: float) -> Row:
     status = fix.status.name
     if fix.status is occ.Status.ambiguous:
         status += f", {len(fix.candidates)} poses"
@@ -67,14 +67,14 @@ def run(sample: Sample, out: Path) -> Row:
     """Locates one sample and writes its picture."""
     from ..overlay import draw_fix
 
-    with blamed_on(sample.image):
+    with error_context(sample.image):
         scene = occ.Scene.load(sample.scene)
         image = occ.read_image(sample.image)
         fix = occ.locate(image, scene, prior_of(sample.truth))
     picture = out / f"{sample.name}.png"
-    with blamed_on(picture):
+    with error_context(picture):
         draw_fix(picture, image, fix, scene, title=sample.name)
-    return judged(sample, fix, 1e3 * fix.timing_s.total_s)
+    return compared(sample, fix, 1e3 * fix.timing_s.total_s)
 
 
 def table(rows: list[Row]) -> Any:
@@ -113,14 +113,14 @@ def command(out: Path, as_json: bool) -> None:
      ───────────────────────────────────────────────────────────────
     ...
 
-    Locates the camera in every image that comes with libocc, compares with the truth and writes
-    annotated pictures. Of several poses that fit, the nearest to the truth is compared. Errors and
-    sigmas: of the position in mm, of each lamp's measured centre in px.
+    Locates the camera in every image that comes with libocc, compares the result with the ground truth
+    and writes annotated pictures. If several poses fit, the one nearest to the truth is compared. Errors
+    and sigmas are given for the position in mm and for each lamp's measured centre in px.
     """
     found = samples()
     if not found:
         raise Failure("libocc was installed without its sample images")
-    with blamed_on(out):
+    with error_context(out):
         out.mkdir(parents=True, exist_ok=True)
     from rich.console import Console
     from rich.progress import track
@@ -128,7 +128,7 @@ def command(out: Path, as_json: bool) -> None:
     progress = track(found, "locating", console=Console(stderr=True), transient=True)
     rows = [run(sample, out) for sample in progress]
     if as_json:
-        emit_json([vars(row) for row in rows])
+        print_json([vars(row) for row in rows])
         return
     Console().print(table(rows))
     click.echo(f"{len(rows)} annotated pictures in {out.resolve()}")

@@ -4,12 +4,12 @@ import click
 import libocc as occ
 
 from ... import samples
-from .. import blamed_on, emit_json, json_option, overlay_option, report
+from .. import error_context, json_option, overlay_option, print_json, report
 
 
 @click.command(short_help="List the bright blobs of an image.")
 @click.argument("image")
-@click.option("--scene", metavar="SCENE", help="Take the sensor from this scene: noise, blink codes.")
+@click.option("--scene", metavar="SCENE", help="Scene whose sensor model (noise, row timing) is used.")
 @click.option("--threshold-dn", type=float, help="Absolute threshold instead of the noise-based one.")
 @json_option
 @overlay_option
@@ -28,17 +28,17 @@ def command(
     """
     sensor = None
     if scene is not None:
-        with blamed_on(scene):
+        with error_context(scene):
             sensor = samples.load_scene(scene).sensor
-    with blamed_on(image):
+    with error_context(image):
         pixels = occ.read_image(image)
         blobs = occ.detect(pixels, sensor=sensor, threshold_dn=threshold_dn)
     if overlay is not None:
         from ..overlay import draw
 
-        with blamed_on(overlay):
+        with error_context(overlay):
             draw(overlay, pixels, blobs=blobs, title=f"{image}: {len(blobs)} blobs")
     if as_json:
-        emit_json([report.blob_dict(blob) for blob in blobs])
+        print_json([report.blob_dict(blob) for blob in blobs])
     else:
         click.echo(report.blobs_text(blobs))

@@ -6,14 +6,14 @@ import click
 import libocc as occ
 
 from ... import samples
-from .. import blamed_on, emit_json, json_option
+from .. import error_context, json_option, print_json
 from ..pose_options import pose_options
 from ..poses import facing_pose
 
 UNITS = ((1e-3, "us", 1e6), (1.0, "ms", 1e3), (float("inf"), "s", 1.0))
 
 
-@click.command(short_help="Which effects a scene calls for, what each does, and what it costs.")
+@click.command(short_help="List the effects of a scene, their influence and their computing time.")
 @click.argument("scene")
 @pose_options
 @click.option("--noise/--no-noise", default=True, show_default=True)
@@ -22,7 +22,7 @@ UNITS = ((1e-3, "us", 1e6), (1.0, "ms", 1e3), (float("inf"), "s", 1.0))
     type=click.IntRange(0),
     default=9,
     show_default=True,
-    help="Images per measured time; 0: no times.",
+    help="Images per time measurement; 0: no times.",
 )
 @json_option
 def command(scene: str, cam_from_world: Any, noise: bool, repetitions: int, as_json: bool) -> None:
@@ -34,32 +34,32 @@ def command(scene: str, cam_from_world: Any, noise: bool, repetitions: int, as_j
     light_gradient   on    yes              3.56     0.084    15.4 mm         -  on
     ...
 
-    Lists every effect that libocc can simulate: what SCENE says of it, whether an image contains
-    it, and how much leaving it out changes at most: any pixel, any lamp's centroid, and a position
-    solved from the centroids. For noise these are standard deviations. The last but one column is
-    the measured time that the effect takes of an image. Without --position or --pose the camera
-    faces the lamps from where all of them are in view.
+    Lists every effect that libocc can simulate: its setting in SCENE, whether an image contains it, and
+    upper bounds of the changes when it is left out: of any pixel, of any lamp's centroid, and of a
+    position solved from the centroids. For noise these are standard deviations. The column `cost` is the
+    measured time that the effect takes per image. Without --position or --pose the camera faces the
+    lamps from a position where all of them are in view.
     """
-    with blamed_on(scene):
+    with error_context(scene):
         lamps = samples.load_scene(scene)
         pose = facing_pose(lamps) if cam_from_world is None else cam_from_world
-        said = occ.explain(lamps, pose, noise=noise, repetitions=repetitions)
+        explained = occ.explain(lamps, pose, noise=noise, repetitions=repetitions)
     if as_json:
-        emit_json(
+        print_json(
             {
                 "cam_from_world": pose.tolist(),
-                "render_s": said.render_s if repetitions else None,
-                "effects": [effect_dict(effect, bool(repetitions)) for effect in said.effects],
+                "render_s": explained.render_s if repetitions else None,
+                "effects": [effect_dict(effect, bool(repetitions)) for effect in explained.effects],
             }
         )
         return
     axis, position = pose[2, :3], -pose[:3, :3].T @ pose[:3, 3]
     click.echo(f"camera at {numbers(position)} m, looks along {numbers(axis)}")
     click.echo("effect           use   rendered  grey levels        px   position      cost  why")
-    for effect in said.effects:
+    for effect in explained.effects:
         click.echo(line(effect, bool(repetitions)))
     if repetitions:
-        click.echo(f"one image: {duration(said.render_s)}")
+        click.echo(f"one image: {duration(explained.render_s)}")
 
 
 def numbers(values: Any) -> str:
@@ -74,7 +74,7 @@ def duration(seconds: float) -> str:
 
 
 def line(effect: Any, timed: bool) -> str:
-    """An effect for people; of one that is not called for there is nothing to say."""
+    """One line of text; an effect that the scene does not need has no bounds."""
     use = {"automatic": "auto"}.get(effect.use.name, effect.use.name)
     start = f"{effect.effect:15}  {use:4}  {'yes' if effect.applied else 'no':8}"
     if not effect.called_for:

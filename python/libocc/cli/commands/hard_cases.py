@@ -6,17 +6,17 @@ from typing import Any
 
 import click
 
-from .. import Failure, blamed_on, emit_json, json_option
+from .. import Failure, error_context, json_option, print_json
 from ..hard_cases.cases import Case, catalogue
 from ..hard_cases.matrix import Cell, by_case, own_harmless, run
 from ..hard_cases.methods import OWN, Method, own_methods, peer_methods
 from ..progress import progress
 
-PAGE = 160  # columns of text that is not for a terminal
+PAGE = 160  # columns of text that is not written to a terminal
 
 
 def chosen(kind: str, wanted: tuple[str, ...], known: dict[str, Any]) -> list[Any]:
-    """Those of the given names, all without names."""
+    """Selects the values with the given names; all of them if no names are given."""
     for name in wanted:
         if name not in known:
             raise Failure(f"--{kind}: {name!r} is not one of {', '.join(known)}")
@@ -24,7 +24,7 @@ def chosen(kind: str, wanted: tuple[str, ...], known: dict[str, Any]) -> list[An
 
 
 def tables(cells: list[Cell], cases: list[Case], methods: list[Method], width: int) -> Iterator[Any]:
-    """Rows: cases. Columns: solvers, by a number that `key` explains; as many a table as fit."""
+    """Tables with a row per case and a column per solver, as many columns as fit; key() explains the column numbers."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
     from rich.text import Text
@@ -50,7 +50,7 @@ def tables(cells: list[Cell], cases: list[Case], methods: list[Method], width: i
 
 
 def key(methods: list[Method]) -> str:
-    """What the numbers and signs of the table stand for."""
+    """Legend of the column numbers and signs."""
     from ..hard_cases.show import Show
 
     families: dict[str, list[str]] = {}
@@ -58,11 +58,11 @@ def key(methods: list[Method]) -> str:
         families.setdefault(method.family, []).append(f"{i} {method.name}")
     lines = [f"{family}: {', '.join(names)}" for family, names in families.items()]
     signs = ", ".join(f"{show.sign} {show.label}" for show in Show)
-    return "\n".join([*lines, f"{signs}; a number: in so many percent"])
+    return "\n".join([*lines, f"{signs}; a number: percentage of such answers"])
 
 
 def write_csv(path: str, cells: list[Cell]) -> None:
-    with blamed_on(path), Path(path).open("w", newline="") as file:
+    with error_context(path), Path(path).open("w", newline="") as file:
         writer = csv.DictWriter(file, list(cells[0].as_dict()))
         writer.writeheader()
         writer.writerows(cell.as_dict() for cell in cells)
@@ -71,29 +71,29 @@ def write_csv(path: str, cells: list[Cell]) -> None:
 def draw(path: str, cells: list[Cell], cases: list[Case], methods: list[Method]) -> None:
     from ..hard_cases import picture
 
-    with blamed_on(path):
+    with error_context(path):
         picture.draw(path, by_case(cells), cases, methods)
 
 
 def verdict(cells: list[Cell]) -> str:
-    """What becomes of the exit code, in words."""
+    """Summary that corresponds to the exit code."""
     own = [c for c in cells if c.family == "libocc" and c.method in OWN]
     bad = [f"{c.method} on {c.case} {c.row}".strip() for c in own if not c.harmless]
     problems = sum(c.total for c in own)
     if bad:
-        return f"{' and '.join(OWN)}: not right, nor an honest refusal: {'; '.join(bad)}"
-    return f"{' and '.join(OWN)}: right or an honest refusal in all of {problems} problems"
+        return f"{' and '.join(OWN)}: a wrong answer without warning: {'; '.join(bad)}"
+    return f"{' and '.join(OWN)}: a correct answer or a justified refusal in all of {problems} problems"
 
 
-@click.command(short_help="Run the pose solvers on problems that break them.")
-@click.option("--solver", "solvers", multiple=True, metavar="NAME", help="Only this one; repeatable.")
-@click.option("--case", "names", multiple=True, metavar="NAME", help="Only this one; repeatable.")
-@click.option("--count", type=click.IntRange(1), help="Problems a row instead of the case's own number.")
-@click.option("--peers", is_flag=True, help="Also OpenCV's and PoseLib's solvers, where installed.")
-@click.option("--sweep", is_flag=True, help="A row for each value of a case's parameter.")
+@click.command(short_help="Run the pose solvers on degenerate and ill-conditioned problems.")
+@click.option("--solver", "solvers", multiple=True, metavar="NAME", help="Use only this one; repeatable.")
+@click.option("--case", "names", multiple=True, metavar="NAME", help="Use only this one; repeatable.")
+@click.option("--count", type=click.IntRange(1), help="Problems per row; replaces the number of the case.")
+@click.option("--peers", is_flag=True, help="Also run the solvers of OpenCV and PoseLib, if installed.")
+@click.option("--sweep", is_flag=True, help="One row for each value of a case's parameter.")
 @json_option
 @click.option("--csv", "csv_path", metavar="FILE.csv", help="Write the counts.")
-@click.option("--plot", "plot_path", metavar="FILE.png", help="Draw the matrix.")
+@click.option("--plot", "plot_path", metavar="FILE.png", help="Draw the table.")
 @click.pass_context
 def command(
     ctx: click.Context,
@@ -114,28 +114,28 @@ def command(
     no_triangle          ○
     ...
 
-    Runs every pose solver on the catalogue of problems that break them and judges each answer
-    against poses known to a hundred digits. Exit code 0: libocc's own (auto, p3p) are right or
-    refuse honestly everywhere; 1: not; 2: bad input.
+    Runs every pose solver on a catalogue of degenerate and ill-conditioned problems and compares each
+    answer with reference poses computed with 100 digits. Exit code 0: libocc's solvers (auto, p3p) give
+    a correct answer or a justified refusal for every problem; 1: not so; 2: bad input.
     """
-    with blamed_on("hard cases"):
+    with error_context("hard cases"):
         cases = chosen("case", names, {case.name: case for case in catalogue()})
     methods = chosen("solver", solvers, {method.name: method for method in own_methods()})
     if peers:
         found, missing = peer_methods()
         methods += found
         for package in missing:
-            click.echo(f"not installed, left out: {package}", err=True)
+            click.echo(f"not installed, not used: {package}", err=True)
     with progress("solving", sum(len(case.rows()) for case in cases)) as advance:
         cells = run(cases, methods, count, advance)
     if not cells:
-        raise Failure("no chosen solver takes the number of points of a chosen case")
+        raise Failure("no selected solver accepts the number of points of a selected case")
     if csv_path is not None:
         write_csv(csv_path, cells)
     if plot_path is not None:
         draw(plot_path, cells, cases, methods)
     if as_json:
-        emit_json([cell.as_dict() for cell in cells])
+        print_json([cell.as_dict() for cell in cells])
     else:
         from rich.console import Console
 

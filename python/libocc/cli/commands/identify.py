@@ -6,16 +6,16 @@ import click
 import libocc as occ
 
 from ... import samples
-from .. import blamed_on, emit_json, json_option, overlay_option, report
+from .. import error_context, json_option, overlay_option, print_json, report
 from ..prior_options import prior_options
 
 
-@click.command(short_help="Find which lamp is which in an image.")
+@click.command(short_help="Identify the lamps in an image.")
 @click.argument("image")
-@click.option("--map", "scene", required=True, metavar="SCENE", help="Its lamps and the camera.")
-@click.option("--sigma-px", type=float, help="Error of the camera and the map  [default: 0.5].")
+@click.option("--map", "scene", required=True, metavar="SCENE", help="Scene with the lamps and the camera.")
+@click.option("--sigma-px", type=float, help="Error of the camera model and the map, sigma  [default: 0.5].")
 @click.option("--method", type=click.Choice([m.name for m in occ.IdentifyMethod]), default="automatic",
-              show_default=True, help="How poses are searched for.")
+              show_default=True, help="Search method.")
 @prior_options
 @json_option
 @overlay_option
@@ -38,34 +38,34 @@ def command(
     pose    position [m]               heading   chi2  missed  lamps (blob: lamp)
     1        1.700     2.100     0.500    0.00     0.0       0  0:5 1:4 2:2 3:3 4:0 5:1
 
-    Finds which blob of IMAGE is which lamp of the map, a YAML file or the name of a scene that
-    comes with libocc, and lists every pose that explains the image as well as any, the likeliest
-    first. Poses are those of the blobs' centroids: libocc locate refines them. Exit code 0: one
-    pose; 1: none, or several; 2: bad input.
+    Assigns the blobs of IMAGE to the lamps of the map, a YAML file or the name of a scene that comes
+    with libocc, and lists every pose that explains the image equally well, the most likely first. The
+    poses are computed from the blobs' centroids; libocc locate refines them. Exit code 0: one pose;
+    1: none, or several; 2: bad input.
     """
-    with blamed_on(scene):
+    with error_context(scene):
         lamps = samples.load_scene(scene)
-    with blamed_on(image):
+    with error_context(image):
         pixels = occ.read_image(image)
         camera = lamps.camera
         height, width = pixels.shape[:2]
         if (width, height) != (camera.width, camera.height):
             raise ValueError(
-                f"is {width} x {height}, the camera of {scene} {camera.width} x {camera.height}"
+                f"its size is {width} x {height}, that of the camera of {scene} is {camera.width} x {camera.height}"
             )
         blobs = occ.detect(pixels, sensor=lamps.sensor)
     options: dict[str, Any] = {"method": occ.IdentifyMethod[method]}
     if sigma_px is not None:
         options["gate_model_sigma_px"] = sigma_px
-    with blamed_on("--sigma-px"):
+    with error_context("--sigma-px"):
         found = occ.identify(blobs, lamps, prior, **options)
     if overlay is not None:
         from ..overlay import draw_identification
 
-        with blamed_on(overlay):
+        with error_context(overlay):
             draw_identification(overlay, pixels, blobs, found, lamps, title=image)
     if as_json:
-        emit_json(report.identification_dict(found, lamps))
+        print_json(report.identification_dict(found, lamps))
     else:
         click.echo(report.identification_text(found, lamps))
     if found.status is not occ.Status.ok:

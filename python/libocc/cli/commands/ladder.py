@@ -6,7 +6,7 @@ import click
 import numpy as np
 
 from ... import samples
-from .. import INTERRUPTED, Failure, blamed_on, emit_json, json_option
+from .. import INTERRUPTED, Failure, error_context, json_option, print_json
 from ..files import whole_file
 from ..ladder import costs as cost_table, output
 from ..ladder.experiment import Experiment, noisier
@@ -15,22 +15,22 @@ from ..ladder.measure import Run, Rung, own_rungs, peer_rungs, run
 from ..ladder.peers import poselib_peers
 from ..progress import progress
 
-PAGE = 120  # columns of text that is not for a terminal
-COST_FRAMES = 8  # of each of the problems that costs are fitted to, at most
+PAGE = 120  # columns of text that is not written to a terminal
+COST_FRAMES = 8  # max frames of each problem of the cost fit; limits its time
 
 
 def experiment_of(
     scene: str, lamps: int | None, range_m: float, tilt_deg: float, noise: float,
     read_noise_e: float | None, gain_dn_per_e: float | None, seed: int,
 ) -> Experiment:
-    with blamed_on(scene):
+    with error_context(scene):
         loaded = samples.load_scene(scene)
         if lamps is not None:
             if lamps > len(loaded.lamps):
                 raise ValueError(f"has {len(loaded.lamps)} lamps, got --lamps {lamps}")
             loaded = loaded.replace(lamps=loaded.lamps[:lamps])
         if len(loaded.lamps) < 3:
-            raise ValueError(f"a pose takes three lamps, got {len(loaded.lamps)}")
+            raise ValueError(f"a pose requires three lamps, got {len(loaded.lamps)}")
         sensor = noisier(loaded.sensor, noise)
         if read_noise_e is not None:
             sensor = sensor.replace(read_noise_e=read_noise_e)
@@ -42,7 +42,7 @@ def experiment_of(
 
 
 def chosen_rungs(wanted: tuple[str, ...]) -> tuple[list[Rung], list[str]]:
-    """Those of the given names, all without; and which peers are missing."""
+    """Rungs with the given names (all if none are given), and the peer packages that are missing."""
     peers = poselib_peers()
     rungs = {rung.key: rung for rung in own_rungs() + peer_rungs(peers)}
     for name in wanted:
@@ -53,18 +53,18 @@ def chosen_rungs(wanted: tuple[str, ...]) -> tuple[list[Rung], list[str]]:
 
 
 def check_outputs(csv_path: str | None, plot_path: str | None, costs_path: str | None) -> None:
-    """Before the work: files that cannot be written, a plot that cannot be drawn."""
+    """Checks before the measurement that the output files can be written."""
     for path in (csv_path, plot_path, costs_path):
         if path is None:
             continue
         if not Path(path).resolve().parent.is_dir():
             raise Failure(f"{path}: cannot be written: its folder does not exist")
         if Path(path).is_dir():
-            raise Failure(f"{path}: cannot be written: is a folder")
+            raise Failure(f"{path}: cannot be written: it is a folder")
     if plot_path is not None:
         from ..ladder.plot import ending_of
 
-        with blamed_on(plot_path):
+        with error_context(plot_path):
             ending_of(plot_path)
 
 
@@ -73,18 +73,18 @@ def write_plot(path: str, rows: list[Row], note: str) -> None:
 
     absent = [row for row in rows if row not in plot.drawable(rows)]
     if absent:
-        note += f"; never right, not drawn: {', '.join(row.name for row in absent)}"
-    with blamed_on(path), whole_file(path) as file:
-        plot.draw(file, plot.ending_of(path), rows, "What accuracy costs in time", note)
+        note += f"; not drawn because never correct: {', '.join(row.name for row in absent)}"
+    with error_context(path), whole_file(path) as file:
+        plot.draw(file, plot.ending_of(path), rows, "Accuracy against computing time", note)
 
 
 def write_costs(path: str, experiment: Experiment, frames: int) -> None:
     frames = min(frames, COST_FRAMES)
-    with blamed_on(path):
-        with progress("climbing", frames * len(cost_table.problems(experiment))) as advance:
+    with error_context(path):
+        with progress("measuring", frames * len(cost_table.problems(experiment))) as advance:
             measured = cost_table.measure(experiment, frames, 1e-3, advance)
         measured.save(path)
-    click.echo(f"costs of the refinement's rungs in {path}", err=True)
+    click.echo(f"costs of the refinement's rungs are in {path}", err=True)
 
 
 def headline(settings: dict[str, Any], result: Run) -> str:
@@ -104,10 +104,10 @@ def verdict(best: Row | None, target_mm: float | None, budget_ms: float | None) 
     if best is None:
         return f"no rung meets {' in '.join(asked)}"
     reached = f"{1e3 * best.position_rmse_m:.3g} mm in {1e3 * best.time_median_s:.3g} ms"
-    return f"for {' in '.join(asked)} take {best.name}: {reached}"
+    return f"recommended for {' in '.join(asked)}: {best.name}, {reached}"
 
 
-@click.command(short_help="Measure what accuracy costs in time.")
+@click.command(short_help="Measure accuracy against computing time.")
 @click.argument("scene", default="irregular_six")
 @click.option("--lamps", type=click.IntRange(3), metavar="N", help="The scene's first N only.")
 @click.option("--range", "range_m", type=click.FloatRange(0, min_open=True), default=2.5,
@@ -132,7 +132,7 @@ def verdict(best: Row | None, target_mm: float | None, budget_ms: float | None) 
 @click.option("--csv", "csv_path", metavar="FILE.csv", help="Write the table.")
 @click.option("--plot", "plot_path", metavar="FILE.png|svg", help="Draw time against error.")
 @click.option("--costs", "costs_path", metavar="FILE.yaml",
-              help="Also measure a cost table for locate --costs.")
+              help="Also measure the cost table for locate --costs.")
 @click.pass_context
 def command(
     ctx: click.Context, scene: str, lamps: int | None, range_m: float, tilt_deg: float, noise: float,
@@ -145,14 +145,13 @@ def command(
     irregular_six: 6 lamps at 2.5 m, tilt 10 deg, 5 frames
     ...
 
-    Runs every way from named blobs to a pose on the same simulated images of SCENE, a YAML file or
-    the name of a scene that comes with libocc: closed forms on the lamps' centroids, the refinement
-    by points, centres, rims and all pixels, and as peers OpenCV's solvers and, where it is
-    installed, PoseLib's. Shows for each its time, its error, the ratio to the Cramer-Rao bounds, and
-    how often it fails (no answer) or is wrong (off by more than 10 times its bound, the bias of
-    points included). Times want a quiet machine; a longer run is more precise. Ctrl-C ends a run
-    and shows what there is. Exit code 0: measured; 1: no rung meets --target-mm and --budget-ms; 2:
-    bad input.
+    Runs all pose methods on the same simulated images of SCENE, a YAML file or the name of a scene that
+    comes with libocc. The lamps are identified. Methods: closed-form solvers on the lamps' centroids, the
+    refinement by points, centres, rims and all pixels, and, if installed, the solvers of OpenCV and
+    PoseLib. For each method the table has the time, the error, its ratio to the Cramer-Rao bound, and
+    the rates of failures (no answer) and outliers (error above 10 times the bound, including the bias
+    of points). Run it on an idle machine; more frames are more precise. Ctrl-C ends the run and prints
+    the results so far. Exit code 0: measured; 1: no rung meets --target-mm and --budget-ms; 2: bad input.
     """
     check_outputs(csv_path, plot_path, costs_path)
     experiment = experiment_of(
@@ -160,14 +159,14 @@ def command(
     )
     rungs, missing = chosen_rungs(wanted)
     for package in missing:
-        click.echo(f"not installed, left out: {package} (pip install 'libocc[peers]')", err=True)
-    with blamed_on(scene), progress("climbing", frames) as advance:
+        click.echo(f"not installed, not used: {package} (pip install 'libocc[peers]')", err=True)
+    with error_context(scene), progress("measuring", frames) as advance:
         result = run(experiment, rungs, frames, 1e-6 * min_time_us, advance)
     rows = rows_of(result)
     if not rows:
         if result.interrupted:
             ctx.exit(INTERRUPTED)
-        raise Failure(f"{scene}: too few lamps are found, or no chosen rung suits them")
+        raise Failure(f"{scene}: too few lamps were detected, or no selected rung accepts their number")
     settings = {
         "scene": samples.find_scene(scene).stem, "lamps": len(experiment.scene.lamps),
         "range_m": range_m, "tilt_deg": tilt_deg, "noise": noise, "seed": seed,
@@ -176,10 +175,10 @@ def command(
     }
     detect_s = float(np.median(result.detect_s))
     if csv_path is not None:
-        with blamed_on(csv_path), whole_file(csv_path) as file:
+        with error_context(csv_path), whole_file(csv_path) as file:
             file.write(output.csv_bytes(rows))
     if plot_path is not None:
-        note = f"{headline(settings, result)}; detection apart: {1e3 * detect_s:.2g} ms"
+        note = f"{headline(settings, result)}; without detection, {1e3 * detect_s:.2g} ms"
         write_plot(plot_path, rows, note)
     asked = target_mm is not None or budget_ms is not None
     best = advice(
@@ -188,14 +187,14 @@ def command(
     )
     if as_json:
         data = output.plain(settings, result, rows, detect_s)
-        emit_json({**data, "missing": missing, "advice": best.name if asked and best else None})
+        print_json({**data, "missing": missing, "advice": best.name if asked and best else None})
     else:
         from rich.console import Console
 
         click.echo(headline(settings, result) + (" before Ctrl-C" if result.interrupted else ""))
         console = Console() if Console().is_terminal else Console(width=PAGE)
         console.print(output.table(rows))
-        click.echo(f"detection, apart from all of these: {1e3 * detect_s:.2g} ms")
+        click.echo(f"detection, not included above: {1e3 * detect_s:.2g} ms")
         console.print(output.note(rows), style="dim", highlight=False)
         if asked:
             click.echo(verdict(best, target_mm, budget_ms))

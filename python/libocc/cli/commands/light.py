@@ -9,12 +9,12 @@ import yaml
 import libocc as occ
 
 from ... import samples
-from .. import blamed_on, emit_json, json_option, naming
+from .. import error_context, file_names_in_errors, json_option, print_json
 from ..progress import progress
 
 
 def matrix(value: Any, name: str) -> Any:
-    """4x4 numbers, or a mapping that holds them as cam_from_world."""
+    """Pose from 4x4 numbers, or from a mapping with the key cam_from_world."""
     if isinstance(value, dict):
         value = value.get("cam_from_world")
     try:
@@ -27,14 +27,14 @@ def matrix(value: Any, name: str) -> Any:
 
 
 def poses_from(path: str, images: tuple[str, ...]) -> list[Any]:
-    """A list of poses in the images' order, or a mapping of image names to poses. JSON is YAML."""
+    """Reads a list of poses in the order of the images, or a mapping from image names to poses (YAML or JSON)."""
     data = yaml.safe_load(Path(path).read_text())
     if isinstance(data, list):
         if len(data) != len(images):
             raise ValueError(f"has {len(data)} poses for {len(images)} images")
         return [matrix(value, f"pose {i}") for i, value in enumerate(data)]
     if not isinstance(data, dict):
-        raise ValueError("must be a list of poses or a mapping of image names to poses")
+        raise ValueError("must be a list of poses or a mapping from image names to poses")
     for image in images:
         if Path(image).name not in data:
             raise ValueError(f"has no pose for {Path(image).name}")
@@ -43,7 +43,7 @@ def poses_from(path: str, images: tuple[str, ...]) -> list[Any]:
 
 def pose_beside(image: str) -> Any:
     path = Path(image).with_suffix(".json")
-    with blamed_on(path):
+    with error_context(path):
         return matrix(yaml.safe_load(path.read_text()), path.name)
 
 
@@ -95,43 +95,45 @@ def ambient_line(data: dict[str, Any]) -> str:
 
 
 def summary(found: occ.photometry.CalibratedLight, ambient: occ.photometry.AmbientLight | None) -> dict[str, Any]:
-    said: dict[str, Any] = {"status": found.status.name, "message": found.message}
+    data: dict[str, Any] = {"status": found.status.name, "message": found.message}
     if found.factor is not None:
-        said["factor"] = factor_dict(found.factor)
-    said["lamps"] = [lamp_dict(light) for light in found.lamps]
+        data["factor"] = factor_dict(found.factor)
+    data["lamps"] = [lamp_dict(light) for light in found.lamps]
     if ambient is not None:
-        said["ambient"] = ambient_dict(ambient)
-    return said
+        data["ambient"] = ambient_dict(ambient)
+    return data
 
 
-def lines(said: dict[str, Any]) -> list[str]:
+def lines(data: dict[str, Any]) -> list[str]:
     text = []
-    if "factor" in said:
-        factor = said["factor"]
+    if "factor" in data:
+        factor = data["factor"]
         text.append(f"all powers: the scene's times {factor['value']:.4g} +- {100 * factor['sigma']:.2g} %")
-    text += map(line, said["lamps"])
-    if "ambient" in said:
-        text.append(ambient_line(said["ambient"]))
+    text += map(line, data["lamps"])
+    if "ambient" in data:
+        text.append(ambient_line(data["ambient"]))
     return text
 
 
-def with_what_was_found(found: occ.photometry.CalibratedLight, ambient: occ.photometry.AmbientLight | None) -> occ.Scene | None:
-    """None: nothing was."""
+def calibrated_scene(
+    found: occ.photometry.CalibratedLight, ambient: occ.photometry.AmbientLight | None
+) -> occ.Scene | None:
+    """Scene with the estimated values; None when nothing was determined."""
     if ambient is not None and ambient.ok:
         return found.scene.replace(ambient_w_m2=max(0.0, ambient.irradiance_w_m2))
     return found.scene if found.ok else None
 
 
-@click.command(short_help="Learn the lamps' power and Lambertian order from images.")
+@click.command(short_help="Estimate the lamps' power and Lambertian order from images.")
 @click.argument("scene")
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @click.option("--poses", "poses_path", metavar="FILE.yaml|json",
-              help="cam_from_world of each image, by order or name; else IMAGE's .json beside it.")
+              help="cam_from_world of each image, by order or by name; default: the .json file beside each image.")
 @click.option("--powers", type=click.Choice([*occ.photometry.PowerFit.__members__]), default="each", show_default=True,
-              help="What is unknown: every lamp's power, or one factor of all that SCENE says.")
-@click.option("--ambient", "with_ambient", is_flag=True, help="Find the ambient light too.")
+              help="Unknowns: the power of every lamp, or one common factor of the powers in SCENE.")
+@click.option("--ambient", "with_ambient", is_flag=True, help="Also estimate the ambient light.")
 @click.option("--gate-px", type=click.FloatRange(0, min_open=True), default=3, show_default=True,
-              help="A lamp's blob is no farther from where it should be.")
+              help="Max distance of a blob from the predicted position of its lamp.")
 @click.option("--out", default="scene_calibrated.yaml", show_default=True, metavar="FILE.yaml")
 @json_option
 @click.pass_context
@@ -151,44 +153,44 @@ def command(
     $ libocc light irregular_six a.png b.png c.png d.png
     lamp 0: 1.5 W ...
 
-    Fits power and Lambertian order of SCENE's lamps to their fluxes in IMAGEs whose poses are
-    known, and writes the scene with what was found: power_w, power_sigma and half_power_deg of the
-    lamps that are ok. The sensor, its response with it, is taken as the scene has it. With --powers
-    common_factor the scene's powers are right but for one factor, such as of an exposure or gain
-    that is not known: images do not tell it from the powers, so it is one or the other. --ambient
-    finds ambient_w_m2 from the pixels that no lamp reaches. Exit code 0: all of it; 1: some lamp's
-    light, or the ambient light, is not determined; 2: bad input.
+    Fits power and Lambertian order of SCENE's lamps to their fluxes in IMAGEs with known poses, and
+    writes the scene with the estimated power_w, power_sigma and half_power_deg. The sensor and its
+    response are assumed as in SCENE. --powers common_factor assumes that the powers in SCENE are correct
+    up to one factor, such as an unknown exposure or gain; images cannot separate such a factor from the
+    powers. --ambient estimates ambient_w_m2 from the pixels that no lamp reaches. Exit code 0: all values
+    are determined; 1: a lamp's power or the ambient light is not determined; 2: bad input.
     """
-    with blamed_on(scene):
+    with error_context(scene):
         known = samples.load_scene(scene)
     if poses_path is None:
         poses = [pose_beside(image) for image in images]
     else:
-        with blamed_on(poses_path):
+        with error_context(poses_path):
             poses = poses_from(poses_path, images)
     sensor = known.as_rendered().sensor
     pixels, blobs = [], []
     with progress("measuring", len(images)) as advance:
         for image in images:
-            with blamed_on(image):
+            with error_context(image):
                 pixels.append(occ.read_image(image))
                 blobs.append(occ.detect(pixels[-1], sensor=sensor))
             advance()
-    with blamed_on(poses_path or "poses"):
-        found = occ.photometry.calibrate_light(known, blobs, poses, powers=occ.photometry.PowerFit[powers], gate_px=gate_px)
+    with error_context(poses_path or "poses"):
+        fit = occ.photometry.PowerFit[powers]
+        found = occ.photometry.calibrate_light(known, blobs, poses, powers=fit, gate_px=gate_px)
     ambient = None
     if with_ambient:
-        with naming(images):
+        with file_names_in_errors(images):
             ambient = occ.photometry.calibrate_ambient(known, pixels, poses)
-    said = summary(found, ambient)
+    data = summary(found, ambient)
     if as_json:
-        emit_json(said)
+        print_json(data)
     else:
-        click.echo("\n".join(lines(said)))
-    calibrated = with_what_was_found(found, ambient)
+        click.echo("\n".join(lines(data)))
+    calibrated = calibrated_scene(found, ambient)
     if calibrated is not None:
-        with blamed_on(out):
+        with error_context(out):
             calibrated.save(out)
-    parts = [*said["lamps"], *([said["ambient"]] if ambient is not None else [])]
+    parts = [*data["lamps"], *([data["ambient"]] if ambient is not None else [])]
     if any(part["status"] != "ok" for part in parts):
         ctx.exit(1)

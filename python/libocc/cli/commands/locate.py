@@ -4,17 +4,17 @@ import click
 import libocc as occ
 
 from ... import samples
-from .. import blamed_on, emit_json, json_option, overlay_option, report
+from .. import error_context, json_option, overlay_option, print_json, report
 from ..prior_options import prior_options
 
 
-@click.command(short_help="Find where the camera was that took an image.")
+@click.command(short_help="Compute the pose of the camera from one image.")
 @click.argument("image")
 @click.argument("scene")
 @prior_options
-@click.option("--budget-ms", type=float, help="Time for all: take the most accurate rung that fits.")
-@click.option("--target-mm", type=float, help="Error of the position: take the cheapest that meets it.")
-@click.option("--costs", metavar="FILE.yaml", help="What rungs take here: see libocc ladder --costs.")
+@click.option("--budget-ms", type=float, help="Time limit of the call: use the most accurate rung that meets it.")
+@click.option("--target-mm", type=float, help="Position error to reach: use the fastest rung that meets it.")
+@click.option("--costs", metavar="FILE.yaml", help="Costs of the rungs on this machine, from libocc ladder --costs.")
 @json_option
 @overlay_option
 @click.pass_context
@@ -41,17 +41,17 @@ def command(
     rms       0.006 px
     time      1.2 ms (detect 0.7, identify 0.2, refine 0.3)
 
-    Finds where the camera was when it took IMAGE of the lamps of SCENE, a YAML file or the name of
-    a scene that comes with libocc. Exit code 0: one pose fits; 1: none, or several, which are
-    shown, or not within --budget-ms and --target-mm; 2: bad input.
+    Computes the pose of the camera that took IMAGE of the lamps of SCENE, a YAML file or the name of a
+    scene that comes with libocc. Exit code 0: one pose fits; 1: none, several (all are printed), or
+    --budget-ms and --target-mm are not met; 2: bad input.
     """
     table = occ.bench.RungCosts()
     if costs is not None:
-        with blamed_on(costs):
+        with error_context(costs):
             table = occ.bench.RungCosts.load(costs)
-    with blamed_on(scene):
+    with error_context(scene):
         lamps = samples.load_scene(scene)
-    with blamed_on(image):
+    with error_context(image):
         pixels = occ.read_image(image)
         fix = occ.locate(
             pixels, lamps, prior, costs=table,
@@ -61,10 +61,10 @@ def command(
     if overlay is not None:
         from ..overlay import draw_fix
 
-        with blamed_on(overlay):
+        with error_context(overlay):
             draw_fix(overlay, pixels, fix, lamps, title=image)
     if as_json:
-        emit_json(report.fix_dict(fix))
+        print_json(report.fix_dict(fix))
     else:
         click.echo(report.fix_text(fix, explain=budget_ms is not None or target_mm is not None))
     if not fix.ok:

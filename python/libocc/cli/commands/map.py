@@ -9,47 +9,49 @@ import click
 from ... import samples
 from ..._core import Rung
 from ...maps import PowerMap, checked_rotation, plane_of, power_map, with_focal_length
-from .. import INTERRUPTED, blamed_on, emit_json, json_option
+from .. import INTERRUPTED, error_context, json_option, print_json
 from ..files import whole_file
 from ..maps import output
 from ..progress import progress
 
 
 def write(made: PowerMap, folder: Path, scene_name: str) -> None:
-    """Picture, table and arrays, each whole or not at all."""
+    """Writes the picture, the table and the arrays, each completely or not at all."""
     from ..maps import picture
 
     stem = folder / output.name_of(made)
     for ending, content in ((".csv", output.csv_bytes), (".npz", output.npz_bytes)):
         path = f"{stem}{ending}"
-        with blamed_on(path), whole_file(path) as file:
+        with error_context(path), whole_file(path) as file:
             file.write(content(made))
-    with blamed_on(f"{stem}.png"), whole_file(f"{stem}.png") as file:
+    with error_context(f"{stem}.png"), whole_file(f"{stem}.png") as file:
         picture.draw(file, made, scene_name)
 
 
 def ready_folder(path: str) -> Path:
-    """Made where it is missing; found out before the work whether files can be written there."""
-    with blamed_on(path):
+    """Creates the folder if necessary and checks that files can be written there."""
+    with error_context(path):
         Path(path).mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path):
             pass
     return Path(path)
 
 
-@click.command(short_help="Map the power that a camera receives over a plane.")
+@click.command(short_help="Compute the power that a camera receives over a plane.")
 @click.argument("scene")
-@click.option("--height", "height_m", type=float, metavar="Z", help="Of the plane [m]; half the room's.")
+@click.option("--height", "height_m", type=float, metavar="Z",
+              help="Height of the plane [m]; default: half the height of the room.")
 @click.option("--extent", "extent_m", type=float, nargs=4, metavar="X0 X1 Y0 Y1",
-              help="Of the plane [m]; the room's.")
-@click.option("--step", "step_m", type=float, default=0.05, show_default=True, help="Of the grid [m].")
+              help="Extent of the plane [m]; default: the floor of the room.")
+@click.option("--step", "step_m", type=float, default=0.05, show_default=True, help="Step of the grid [m].")
 @click.option("--rotation", "rotations", type=float, nargs=3, multiple=True, metavar="ROLL PITCH YAW",
-              help="Of the camera from looking up [degrees]; repeatable.")
+              help="Rotation of the camera from facing up [degrees]; repeatable.")
 @click.option("--focal-mm", "focals", type=float, multiple=True, metavar="F",
-              help="Instead of the scene's; repeatable.")
+              help="Focal length; replaces that of the scene; repeatable.")
 @click.option("--bound", type=click.Choice([*Rung.__members__, "none"]), default="centres", show_default=True,
-              help="Of the position, from what of the image.")
-@click.option("--out", default="map", show_default=True, metavar="FOLDER", help="For the files; made if missing.")
+              help="Observations of the Cramer-Rao bound of the position.")
+@click.option("--out", default="map", show_default=True, metavar="FOLDER",
+              help="Folder for the files; created if missing.")
 @json_option
 @click.pass_context
 def command(
@@ -62,28 +64,28 @@ def command(
     f 1.4 mm, rotation 0 0 0: lamps at 100 % of the points, -47.10 to -41.06 dBm; bound at 46.7 %, median 0.166 mm
       map/f1.4_roll0_pitch0_yaw0.png, .csv, .npz
 
-    Maps what the camera of SCENE receives of the lamps' light where it stands on a horizontal
-    plane: the power through its lens [dBm] of what is in its field of view, how many lamps that is,
-    and the Cramer-Rao bound of its position. Each rotation with each focal length becomes FOLDER's
-    f..._roll..._pitch..._yaw....png, .csv and .npz. The camera looks up, image right along +x and
-    image down along +y, and is then turned right-handed about the world's x (roll), y (pitch) and z
-    (yaw). Ctrl-C keeps the maps that are done. SCENE is a YAML file or the name of a scene that
-    comes with libocc.
+    Maps the light that the camera of SCENE receives from the lamps at each point of a horizontal plane:
+    the power through its lens [dBm], the number of visible lamps, and the Cramer-Rao bound of its
+    position. Each rotation with each focal length gives the files f..._roll..._pitch..._yaw....png,
+    .csv and .npz in FOLDER. The camera faces up, with the image's +x axis along the world's +x and the
+    image's +y axis along the world's +y, and is then rotated (right-handed) about the world's x (roll),
+    y (pitch) and z (yaw). Ctrl-C keeps the finished maps. SCENE is a YAML file or the name of a scene
+    that comes with libocc.
     """
-    with blamed_on(scene):
+    with error_context(scene):
         loaded = samples.load_scene(scene)
         rows = len(plane_of(loaded, height_m, step_m, extent_m).y_m)
         lenses = [with_focal_length(loaded, focal_mm) for focal_mm in focals] or [loaded]
-        turns = [checked_rotation(turn) for turn in rotations or ((0.0, 0.0, 0.0),)]
-    views = list(itertools.product(lenses, turns))
+        all_rotations = [checked_rotation(rotation) for rotation in rotations or ((0.0, 0.0, 0.0),)]
+    views = list(itertools.product(lenses, all_rotations))
     folder = ready_folder(out)
     done: list[dict[str, Any]] = []
     interrupted = False
     try:
         with progress("mapping", len(views) * rows) as advance:
-            for lens, turn in views:
+            for lens, rotation in views:
                 made = power_map(
-                    lens, height_m=height_m, step_m=step_m, extent_m=extent_m, rotation_deg=turn,
+                    lens, height_m=height_m, step_m=step_m, extent_m=extent_m, rotation_deg=rotation,
                     rung=None if bound == "none" else Rung[bound], advance=advance,
                 )
                 write(made, folder, samples.find_scene(scene).stem)
@@ -91,7 +93,7 @@ def command(
     except KeyboardInterrupt:
         interrupted = True
     if as_json:
-        emit_json(done)
+        print_json(done)
     for data in () if as_json else done:
         click.echo(output.sentence(data))
         click.echo(f"  {data['files']}.png, .csv, .npz")

@@ -8,7 +8,7 @@ import numpy as np
 import libocc as occ
 
 from ... import samples
-from .. import blamed_on, emit_json, json_option, overlay_option
+from .. import error_context, json_option, overlay_option, print_json
 from ..prior_options import prior_options
 
 
@@ -55,7 +55,7 @@ def recognition_text(found: occ.objects.Recognition, objects: Sequence[occ.objec
         lines.append(f"why     {found.message}")
     width = max(6, *(len(thing.name) for thing in objects))
     if found.found:
-        heading = "verdict    poses  place in camera's frame [m]  log10(chance)  points (blob: point)"
+        heading = "verdict    poses  position in camera frame [m]  log10(alarms)  points (blob: point)"
         lines.append(f"{'object':<{width}}  {heading}")
     for o in found.found:
         thing, best = objects[o.match.object], o.match.poses[0]
@@ -69,13 +69,13 @@ def recognition_text(found: occ.objects.Recognition, objects: Sequence[occ.objec
     return "\n".join(lines)
 
 
-@click.command(short_help="Find which known objects are in an image, and where.")
+@click.command(short_help="Recognise known objects in an image and compute their poses.")
 @click.argument("image")
 @click.argument("files", metavar="OBJECT...", nargs=-1, required=True)
-@click.option("--camera", "scene", required=True, metavar="SCENE", help="Whose camera and sensor took it.")
-@click.option("--sigma-px", type=float, help="Error of the camera and the objects  [default: 0.5].")
+@click.option("--camera", "scene", required=True, metavar="SCENE", help="Scene with the camera and the sensor.")
+@click.option("--sigma-px", type=float, help="Error of the camera model and the objects, sigma  [default: 0.5].")
 @click.option("--max-false-alarms", type=float, default=1e-3, show_default=True,
-              help="An object is there when chance brings fewer.")
+              help="Max expected number of false alarms of a recognised object.")
 @prior_options
 @json_option
 @overlay_option
@@ -96,38 +96,40 @@ def command(
     ...
     $ libocc recognise night.png car beacon --camera parking
     status  ok
-    object  verdict    poses  place in camera's frame [m]  log10(chance)  points (blob: point)
+    object  verdict    poses  position in camera frame [m]  log10(alarms)  points (blob: point)
     car     ok             1    -0.579     0.489     9.294          -37.2  2:4 3:2 4:0 6:1 7:3 8:5 9:8 10:9 12:6 16:7
     beacon  ok             1     1.191     0.476     6.370          -16.9  0:11 1:1 5:5 11:6 13:8 14:7 15:0
 
-    Finds which objects, YAML files or names of objects that come with libocc, IMAGE shows: where
-    each is, which of its points the blobs are, and how often chance would bring as much. A prior is
-    of the camera in an object's frame. Exit code 0: one pose of each object that is there; 1: none,
-    or one of them is ambiguous; 2: bad input.
+    Recognises objects in IMAGE (YAML files or names of objects that come with libocc). Prints the pose
+    of each object, the assignment of blobs to its points, and the expected number of false alarms. A
+    prior refers to the camera in an object's frame. Exit code 0: one pose of each recognised object;
+    1: no object, or an ambiguous one; 2: bad input.
     """
-    with blamed_on(scene):
-        taken_by = samples.load_scene(scene)
+    with error_context(scene):
+        source = samples.load_scene(scene)
     objects = []
     for file in files:
-        with blamed_on(file):
+        with error_context(file):
             objects.append(samples.load_object(file))
-    with blamed_on(image):
+    with error_context(image):
         pixels = occ.read_image(image)
-        camera = taken_by.camera
+        camera = source.camera
         height, width = pixels.shape[:2]
         if (width, height) != (camera.width, camera.height):
-            raise ValueError(f"is {width} x {height}, the camera of {scene} {camera.width} x {camera.height}")
-        blobs = occ.detect(pixels, sensor=taken_by.sensor)
+            raise ValueError(
+                f"its size is {width} x {height}, that of the camera of {scene} is {camera.width} x {camera.height}"
+            )
+        blobs = occ.detect(pixels, sensor=source.sensor)
     options: dict[str, Any] = {} if sigma_px is None else {"gate_model_sigma_px": sigma_px}
-    with blamed_on("recognise"):
+    with error_context("recognise"):
         found = occ.objects.recognise(blobs, objects, camera, prior, max_false_alarms=max_false_alarms, **options)
     if overlay is not None:
         from ..overlay import draw_recognition
 
-        with blamed_on(overlay):
+        with error_context(overlay):
             draw_recognition(overlay, pixels, blobs, found, objects, camera, title=image)
     if as_json:
-        emit_json(recognition_dict(found, objects))
+        print_json(recognition_dict(found, objects))
     else:
         click.echo(recognition_text(found, objects))
     if not found.ok:

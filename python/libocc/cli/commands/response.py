@@ -9,17 +9,16 @@ import yaml
 
 import libocc as occ
 
-from .. import Failure, blamed_on, emit_json, json_option, naming
+from .. import Failure, error_context, file_names_in_errors, json_option, print_json
 from ..exif import camera_tags, exposures_of_series
 from ..files import whole_file
 from ..progress import progress
 
-COLOURS = ("blue", "green", "red")  # as read_image() has them
+COLOURS = ("blue", "green", "red")  # order of channels of read_image()
 
 
 def exposures_of(given: str) -> list[float] | dict[str, float]:
-    """Numbers with commas between; or a YAML list; or a YAML mapping or CSV lines of image names and
-    times."""
+    """Parses comma-separated numbers, or reads a YAML list, or a YAML mapping or CSV file of image names and times."""
     path = Path(given)
     if path.suffix.lower() in (".yaml", ".yml"):
         data = yaml.safe_load(path.read_text())
@@ -27,7 +26,7 @@ def exposures_of(given: str) -> list[float] | dict[str, float]:
             return {str(name): number(time, f"exposure of {name}") for name, time in data.items()}
         if isinstance(data, list):
             return [number(time, f"exposures[{i}]") for i, time in enumerate(data)]
-        raise ValueError("must be a list of times or a mapping of image names to times")
+        raise ValueError("must be a list of times or a mapping from image names to times")
     if path.suffix.lower() == ".csv":
         rows = [row for row in csv.reader(path.read_text().splitlines()) if row]
         if rows and rows[0][-1].strip() == "exposure_s":
@@ -46,7 +45,7 @@ def number(value: Any, name: str) -> float:
 
 
 def in_order(times: list[float] | dict[str, float], images: tuple[str, ...]) -> list[float]:
-    """A time for each image, by its name where the list has names."""
+    """Exposure time of each image, by name if the times have names."""
     if isinstance(times, list):
         return times
     ordered = []
@@ -60,11 +59,11 @@ def in_order(times: list[float] | dict[str, float], images: tuple[str, ...]) -> 
 
 def times_of(given: str | None, images: tuple[str, ...]) -> list[float]:
     if given is not None:
-        with blamed_on("--exposures" if "," in given else given):
+        with error_context("--exposures" if "," in given else given):
             return in_order(exposures_of(given), images)
     tags = []
     for image in images:
-        with blamed_on(image):
+        with error_context(image):
             tags.append(camera_tags(image))
     try:
         return exposures_of_series(images, tags)
@@ -73,7 +72,7 @@ def times_of(given: str | None, images: tuple[str, ...]) -> list[float]:
 
 
 def sensor_section(response: occ.photometry.RecoveredResponse, samples: int) -> dict[str, Any]:
-    """What a scene file's `sensor:` takes over."""
+    """Keys for the section `sensor:` of a scene file."""
     channels = response.channels
     bits = int(np.log2(channels[0].full_scale_dn + 1).round())
     section: dict[str, Any] = {"bit_depth": bits, "black_level_dn": channels[0].black_level_dn}
@@ -87,9 +86,10 @@ def sensor_section(response: occ.photometry.RecoveredResponse, samples: int) -> 
 
 
 def text_of(response: occ.photometry.RecoveredResponse, samples: int) -> str:
-    head = "# SPDX-License-Identifier: Apache-2.0\n# By `libocc response`: put these keys into a scene file's `sensor:`."
+    head = "# SPDX-License-Identifier: Apache-2.0\n"
+    head += "# Written by `libocc response`: keys for the section `sensor:` of a scene file."
     if len(response.channels) == 3:
-        head += "\n# A sensor with `channels` has a `mosaic`, which the images do not tell."
+        head += "\n# A sensor with `channels` also requires the key `mosaic`, which images do not determine."
     body: str = yaml.safe_dump(
         {"sensor": sensor_section(response, samples)}, sort_keys=False, width=100, default_flow_style=None
     )
@@ -118,7 +118,7 @@ def seen(channel: occ.photometry.ChannelResponse) -> Any:
 
 def sentence(channel: dict[str, Any], name: str) -> str:
     return (
-        f"{name}levels {channel['lowest_dn']:.0f} to {channel['highest_dn']:.0f} seen, "
+        f"{name}levels {channel['lowest_dn']:.0f} to {channel['highest_dn']:.0f} observed, "
         f"sigma of ln(light) {channel['median_sigma']:.2g}, chi2 {channel['chi2']:.0f} of {channel['dof']}"
     )
 
@@ -134,14 +134,14 @@ def with_depth(images: list[Any], bit_depth: int | None) -> int:
 @click.command(short_help="Recover a camera's response curve from an exposure series.")
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @click.option("--exposures", metavar="T,T,...|FILE.yaml|FILE.csv",
-              help="Of each image [s], in their order or by name; else what the images' EXIF says.")
+              help="Exposure times [s], in the order of the images or by name; default: EXIF data.")
 @click.option("--method", type=click.Choice([*occ.photometry.ResponseMethod.__members__]), default="levels",
-              show_default=True, help="Any curve, or one of few coefficients for two or three exposures.")
+              show_default=True, help="Free curve (levels), or a basis of few functions for two or three exposures.")
 @click.option("--black-level-dn", type=float, default=0, show_default=True, help="Stored level without light.")
-@click.option("--bit-depth", type=click.IntRange(8, 16), help="Of 16-bit images' levels.")
+@click.option("--bit-depth", type=click.IntRange(8, 16), help="Bit depth of the levels in 16-bit images.")
 @click.option("--basis-functions", type=click.IntRange(1, 8), default=3, show_default=True)
 @click.option("--samples", type=click.IntRange(16, 65536), default=256, show_default=True,
-              help="Of the response table.")
+              help="Number of entries of the response table.")
 @click.option("--out", default="response.yaml", show_default=True, metavar="FILE.yaml")
 @click.option("--plot", "plot_path", metavar="FILE.png", help="Draw curve, sigmas and residuals.")
 @json_option
@@ -160,30 +160,29 @@ def command(
     $ libocc response a.png b.png c.png --exposures 4e-6,8e-6,2e-5 --black-level-dn 2
     levels ...
 
-    Recovers the response curve of the camera that took IMAGEs of one still scene with several
-    exposure times, by Debevec and Malik's method with the noise that the pixels show, and writes it
-    as keys for the `sensor:` section of a scene file. Only the times' ratios count. Colour images
-    give a curve per channel. --exposures names a YAML list, a YAML mapping or CSV of image names
-    and times, or says the times; without it they are what the camera wrote into the images (EXIF),
-    with one f-number and ISO speed for all. Exit code 0: recovered; 1: the images do not determine it; 2: bad
-    input.
+    Recovers the response curve of the camera from IMAGEs of one static scene with several exposure
+    times, by Debevec and Malik's method weighted with the observed pixel noise, and writes it as keys
+    for the section `sensor:` of a scene file. Only the ratios of the times are used. Colour images give
+    one curve per channel. --exposures is a list of times, a YAML list, or a YAML mapping or CSV file of
+    image names and times. Without it the times are read from the EXIF data, and f-number and ISO speed
+    must be constant. Exit code 0: recovered; 1: the images do not determine the curve; 2: bad input.
     """
     times = times_of(exposures, images)
     pixels = []
     with progress("reading", len(images)) as advance:
         for image in images:
-            with blamed_on(image):
+            with error_context(image):
                 pixels.append(occ.read_image(image))
             advance()
     depth = with_depth(pixels, bit_depth)
-    with naming(images):
+    with file_names_in_errors(images):
         response = occ.photometry.recover_response(
             pixels, times, method=occ.photometry.ResponseMethod[method], black_level_dn=black_level_dn,
             bit_depth=depth, basis_functions=basis_functions,
         )
     data = summary(response)
     if as_json:
-        emit_json(data)
+        print_json(data)
     else:
         names = [f"{colour}: " for colour in COLOURS] if len(data["channels"]) > 1 else [""]
         for channel, name in zip(data["channels"], names):
@@ -192,10 +191,10 @@ def command(
         click.echo(f"{response.status.name}: {response.message}", err=True)
     if not response.ok:
         ctx.exit(1)
-    with blamed_on(out), whole_file(out) as file:
+    with error_context(out), whole_file(out) as file:
         file.write(text_of(response, samples).encode())
     if plot_path is not None:
         from ..response_plot import draw
 
-        with blamed_on(plot_path), whole_file(plot_path) as file:
+        with error_context(plot_path), whole_file(plot_path) as file:
             draw(file, response, times)

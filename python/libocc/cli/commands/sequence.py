@@ -5,7 +5,7 @@ import click
 
 from ... import __version__, samples
 from ...yaml_files import suggestion
-from .. import INTERRUPTED, Failure, blamed_on
+from .. import INTERRUPTED, Failure, error_context
 from ..dataset.frames import Frame, frames_of
 from ..dataset.images import FORMATS, check_format
 from ..dataset.waypoints import load_trajectory
@@ -15,7 +15,7 @@ from ..result_folder import ResultFolder, content_hash
 
 
 def chosen(frames: list[Frame], wanted: str | None) -> list[Frame]:
-    """`N`: the first N; `FROM:TO`: a range, its end excluded, as Python slices."""
+    """Selects frames: `N` the first N; `FROM:TO` a range without its end, as in Python."""
     if wanted is None:
         return frames
     parts = (":" + wanted if ":" not in wanted else wanted).split(":")
@@ -28,17 +28,18 @@ def chosen(frames: list[Frame], wanted: str | None) -> list[Frame]:
     return taken
 
 
-@click.command(short_help="Render what a moving camera sees, with the truth, as a data set.")
+@click.command(short_help="Render the images of a moving camera as a data set with ground truth.")
 @click.argument("scene")
 @click.argument("trajectory")
-@click.option("--out", required=True, metavar="FOLDER", help="New, or one that a same run left behind.")
+@click.option("--out", required=True, metavar="FOLDER",
+              help="New folder, or that of an interrupted run with the same settings.")
 @click.option("--fps", type=click.FloatRange(0, min_open=True), default=30, show_default=True)
 @click.option("--format", "image_format", default="png", show_default=True, metavar="|".join(FORMATS))
 @click.option("--layout", default="plain", show_default=True, metavar="|".join(LAYOUTS))
-@click.option("--frames", "wanted", metavar="N | FROM:TO", help="Only the first N, or these.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the noise.")
+@click.option("--frames", "wanted", metavar="N | FROM:TO", help="Only the first N frames, or a range.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the noise.")
 @click.option("--noise/--no-noise", default=True, show_default=True)
-@click.option("--workers", type=click.IntRange(1), default=1, show_default=True, help="Processes.")
+@click.option("--workers", type=click.IntRange(1), default=1, show_default=True, help="Number of processes.")
 @click.pass_context
 def command(
     ctx: click.Context, scene: str, trajectory: str, out: str, fps: float, image_format: str, layout: str,
@@ -48,25 +49,25 @@ def command(
     $ libocc sequence irregular_six walk --out walk --fps 10 --frames 3
     walk: 3 of 3 frames, 3 of them new (png, plain)
 
-    Renders what the camera of SCENE sees along TRAJECTORY: every row from where the camera is while it
-    is exposed. TRAJECTORY is a file in TUM's format (`t tx ty tz qx qy qz qw`, the camera's pose in the
-    world), a YAML file of waypoints, or the name of one that comes with libocc: walk.
+    Renders the images of SCENE's camera along TRAJECTORY; each row is rendered from the camera's pose
+    during its exposure. TRAJECTORY is a file in TUM format (`t tx ty tz qx qy qz qw`, the camera's pose
+    in the world), a YAML file of waypoints, or the name of one that comes with libocc: walk.
 
-    Writes each frame's image, and its truth as JSON: pose, velocity, effects with their bounds, and for
-    each lamp its centre, rim, masks and electrons. bop and coco are those benchmarks' layouts. The same
-    command again goes on where a run was broken off; any number of workers makes the same files. Exit
-    code 0: done; 2: bad input; 130: Ctrl-C, what there is is kept.
+    Writes the image of each frame and its ground truth as JSON: pose, velocity, effects with their
+    bounds, and for each lamp its centre, rim, masks and electrons. The layouts bop and coco follow those
+    benchmarks. The same command continues an interrupted run. The files do not depend on the number of
+    workers. Exit code 0: done; 2: bad input; 130: Ctrl-C, finished frames are kept.
     """
-    with blamed_on(scene):
+    with error_context(scene):
         loaded = samples.load_scene(scene)
     if layout not in LAYOUTS:
         raise Failure(f"--layout: unknown layout {layout!r}; {suggestion(layout, list(LAYOUTS))}")
     made = LAYOUTS[layout](loaded)
-    with blamed_on("--format"):
+    with error_context("--format"):
         check_format(image_format)
     if image_format not in made.formats:
-        raise Failure(f"--format: layout {layout} holds {', '.join(made.formats)}, got {image_format}")
-    with blamed_on(trajectory):
+        raise Failure(f"--format: layout {layout} allows {', '.join(made.formats)}, got {image_format}")
+    with error_context(trajectory):
         path = load_trajectory(str(samples.find_trajectory(trajectory)))
         every = frames_of(loaded, path, fps, image_format, seed, noise)
     frames = chosen(every, wanted)
@@ -75,7 +76,7 @@ def command(
         "trajectory_sha256": content_hash(path.format().encode()), "fps": fps, "format": image_format,
         "layout": layout, "seed": seed, "noise": noise,
     }
-    with blamed_on(out):
+    with error_context(out):
         folder = ResultFolder(out, settings)
         todo = len(missing_frames(folder, made, frames))
         with progress("rendering", todo) as advance:
@@ -88,5 +89,5 @@ def command(
         f"({image_format}, {layout})"
     )
     if interrupted:
-        click.echo("interrupted: the same command goes on from here", err=True)
+        click.echo("interrupted: the same command continues from here", err=True)
         ctx.exit(INTERRUPTED)

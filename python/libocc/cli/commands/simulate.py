@@ -8,17 +8,18 @@ import click
 import libocc as occ
 
 from ... import samples
-from .. import Failure, blamed_on, emit_json, json_option, overlay_option, report
+from .. import Failure, error_context, json_option, overlay_option, print_json, report
 from ..pose_options import pose_options
 
 
-@click.command(short_help="Render what a camera sees of a scene's lamps.")
+@click.command(short_help="Render a camera's image of a scene's lamps.")
 @click.argument("scene")
 @pose_options
-@click.option("--exposure-s", type=click.FloatRange(0, min_open=True), help="Instead of the scene's.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the noise.")
+@click.option("--exposure-s", type=click.FloatRange(0, min_open=True),
+              help="Exposure time; replaces that of the scene.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the noise.")
 @click.option("--noise/--no-noise", default=True, show_default=True)
-@click.option("--out", default="image.png", show_default=True, help="Image; .json beside it: truth.")
+@click.option("--out", default="image.png", show_default=True, help="Image; the truth is written beside it as .json.")
 @json_option
 @overlay_option
 def command(
@@ -36,34 +37,34 @@ def command(
     room.png: 640 x 480, uint8; truth in room.json
     lamps in view: 0 1 2 3 4 5
 
-    Renders what the camera of SCENE sees of its lamps, and writes the truth beside it. The camera
-    looks up unless told otherwise. SCENE is a YAML file or the name of a scene that comes with
-    libocc: coded_four, irregular_six, kookmin_colour, kookmin_four_lamps, kookmin_one_lamp,
+    Renders the image of the lamps in the camera of SCENE, and writes the ground truth beside it. By
+    default the camera faces up. SCENE is a YAML file or the name of a scene that comes with libocc:
+    coded_four, irregular_six, kookmin_colour, kookmin_four_lamps, kookmin_one_lamp,
     square_four.
     """
     if cam_from_world is None:
         raise Failure("give either --position X Y Z or --pose FILE")
-    with blamed_on(scene):
+    with error_context(scene):
         lamps = samples.load_scene(scene)
         if exposure_s is not None:
             lamps = lamps.replace(sensor=lamps.sensor.replace(exposure_s=exposure_s))
-    with blamed_on("pose"):
+    with error_context("pose"):
         image, truth = occ.simulate(lamps, cam_from_world, seed=seed, noise=noise)
 
     truth_path = Path(out).with_suffix(".json")
     known = {"image": Path(out).name, "scene": samples.find_scene(scene).stem, "seed": seed}
     data = {**known, **report.truth_dict(truth)}
-    with blamed_on(out):
+    with error_context(out):
         occ.write_image(out, image)
-    with blamed_on(truth_path):
+    with error_context(truth_path):
         truth_path.write_text(json.dumps(data, indent=1) + "\n")
     if overlay is not None:
         from ..overlay import draw_truth
 
-        with blamed_on(overlay):
+        with error_context(overlay):
             draw_truth(overlay, image, truth, title=out)
     if as_json:
-        emit_json(data)
+        print_json(data)
         return
     whole = " ".join(str(lamp.id) for lamp in truth.lamps if lamp.whole)
     cut = " ".join(str(lamp.id) for lamp in truth.lamps if lamp.in_view and not lamp.whole)

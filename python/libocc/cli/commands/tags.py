@@ -6,7 +6,7 @@ import click
 import libocc as occ
 
 from ... import samples
-from .. import blamed_on, emit_json, json_option, overlay_option, report
+from .. import error_context, json_option, overlay_option, print_json, report
 from ..files import whole_file
 
 
@@ -35,11 +35,12 @@ def tags_text(tags: list[occ.targets.AprilTag], known: set[int]) -> str:
     return "\n".join(lines)
 
 
-@click.command(short_help="Find AprilTags, and the camera's pose from a map of them.")
+@click.command(short_help="Detect AprilTags, and compute the camera's pose from a map of tags.")
 @click.argument("image")
-@click.option("--map", "scene_name", metavar="SCENE", help="Scene with a list `tags`: gives the pose.")
-@click.option("--family", default="tag36h11", show_default=True, help="Of the tags looked for.")
-@click.option("--decimate", type=float, default=1.0, show_default=True, help="Look in a smaller image.")
+@click.option("--map", "scene_name", metavar="SCENE", help="Scene with a list `tags`, for the pose.")
+@click.option("--family", default="tag36h11", show_default=True, help="Family of the tags.")
+@click.option("--decimate", type=float, default=1.0, show_default=True,
+              help="Detect in an image reduced by this factor.")
 @json_option
 @overlay_option
 def command(
@@ -51,14 +52,14 @@ def command(
         3   151.454   169.711     64.8     0.029   160.0  yes
     ...
 
-    Lists the AprilTags of IMAGE and, with a map, the camera's pose. Exit code 0: tags, and with a
-    map one pose; 1: none or several; 2: bad input.
+    Lists the AprilTags of IMAGE and, with a map, the camera's pose. Exit code 0: tags were detected and,
+    with a map, there is one pose; 1: no tags, or no unique pose; 2: bad input.
     """
     scene = None
     if scene_name is not None:
-        with blamed_on(scene_name):
+        with error_context(scene_name):
             scene = samples.load_scene(scene_name)
-    with blamed_on(image):
+    with error_context(image):
         pixels = occ.read_image(samples.find_image(image))
         camera = scene.camera if scene else None
         tags = occ.targets.detect_april_tags(pixels, family=family, decimate=decimate, camera=camera)
@@ -67,11 +68,11 @@ def command(
     if overlay is not None:
         from ..tags_plot import draw
 
-        with blamed_on(overlay), whole_file(overlay) as file:
+        with error_context(overlay), whole_file(overlay) as file:
             draw(file, pixels, tags, known, f"{image}: {len(tags)} tags")
     if as_json:
         found: dict[str, Any] = {"tags": [tag_dict(tag) for tag in tags]}
-        emit_json(found | ({"fix": report.fix_dict(fix)} if fix else {}))
+        print_json(found | ({"fix": report.fix_dict(fix)} if fix else {}))
     else:
         click.echo(tags_text(tags, known))
         if fix is not None:

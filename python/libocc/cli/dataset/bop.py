@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The layout of the BOP benchmark (Hodan et al., "BOP: Benchmark for 6D Object Pose Estimation", 2018):
+"""Layout of the BOP benchmark (Hodan et al., "BOP: Benchmark for 6D Object Pose Estimation", 2018):
 test/000000 with gray/, mask/, mask_visib/, scene_camera.json, scene_gt.json and scene_gt_info.json;
 test_targets_bop19.json; camera.json; models/, and models_eval/ with the same models.
 
-Millimetres. Every lamp is an object of its own, the n-th of the scene number n from 1; its model's
-origin is the lamp's centre, x and z its x_axis and normal. cam_R_w2c, cam_t_w2c are the pose at the
-beginning of the first row's exposure; of a moving camera with a rolling shutter, a lamp's cam_R_m2c,
-cam_t_m2c are of the moment in which its row is exposed. There is no depth, so px_count_valid is 0.
+Units are millimetres. Every lamp is an object; the object numbers start with 1 in the order of the scene. The origin
+of a model is the lamp's centre; its x and z axes are the lamp's x_axis and normal. cam_R_w2c and cam_t_w2c are the pose
+at the start of the first row's exposure. For a moving camera with a rolling shutter, a lamp's cam_R_m2c and cam_t_m2c
+refer to the time at which its row is exposed. There is no depth, so px_count_valid is 0.
 """
 
 from collections.abc import Iterator
@@ -21,15 +21,15 @@ from .plain import Plain
 
 SCENE = "test/000000"
 RIM_POINTS = 64
-LEAST_TARGET = 0.1  # of a silhouette that is seen: what is more hidden is no target of the challenge
+MIN_TARGET = 0.1  # min visible fraction of a silhouette for a target of the BOP challenge
 NOTHING = [-1, -1, -1, -1]
 MM = 1e3
 
 
 def rim_in_lamp_m(lamp: Lamp) -> Any:
-    """(n, 2) along the lamp's axes; of a point its place alone."""
-    turn = 2 * np.pi * np.arange(RIM_POINTS) / RIM_POINTS
-    circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    """(n, 2) rim points along the lamp's axes; for a point source only its centre."""
+    angle = 2 * np.pi * np.arange(RIM_POINTS) / RIM_POINTS
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     half = 0.5 * np.ravel(lamp.size_m)
     if lamp.shape.name == "disc":
         return lamp.radius_m * circle
@@ -41,7 +41,7 @@ def rim_in_lamp_m(lamp: Lamp) -> Any:
 
 
 def model_ply(lamp: Lamp) -> bytes:
-    """The lit face as a fan of triangles [mm]."""
+    """Luminous face as a triangle fan [mm], in PLY format."""
     rim = MM * rim_in_lamp_m(lamp)
     faces = [f"3 0 {i} {i + 1}" for i in range(1, len(rim) - 1)]
     lines = ["ply", "format ascii 1.0", "comment libocc", f"element vertex {len(rim)}"]
@@ -52,14 +52,14 @@ def model_ply(lamp: Lamp) -> bytes:
 
 
 def symmetries(lamp: Lamp) -> dict[str, Any]:
-    """Turns about the normal that change nothing; a point has no shape to turn."""
+    """Symmetries under rotation about the normal."""
     if lamp.shape.name in ("disc", "point"):
         return {"symmetries_continuous": [{"axis": [0, 0, 1], "offset": [0, 0, 0]}]}
     square = lamp.size_m[0] == lamp.size_m[1]
-    turns = []
+    rotations = []
     for cosine, sine in ((0, 1), (-1, 0), (0, -1)) if square else ((-1, 0),):
-        turns.append([cosine, -sine, 0, 0, sine, cosine, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1])
-    return {"symmetries_discrete": turns}
+        rotations.append([cosine, -sine, 0, 0, sine, cosine, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1])
+    return {"symmetries_discrete": rotations}
 
 
 def model_info(lamp: Lamp) -> dict[str, Any]:
@@ -80,7 +80,7 @@ def world_from_lamp(lamp: Lamp) -> Any:
 
 
 def toolkit_box(x0: int, y0: int, x1: int, y1: int) -> list[int]:
-    """x, y, width, height as BOP's toolkit has them: a box of one column has the width 0."""
+    """x, y, width, height as in BOP's toolkit, where a box of one column has the width 0."""
     return [x0, y0, x1 - x0, y1 - y0]
 
 
@@ -89,12 +89,12 @@ def mask_png(mask: Mask) -> bytes:
 
 
 def seen(truth: dict[str, Any]) -> list[tuple[int, dict[str, Any]]]:
-    """Numbers and truths of the lamps in view: what is annotated, in this order."""
+    """Object numbers and truths of the lamps in view, in the order of annotation."""
     return [(i, lamp) for i, lamp in enumerate(truth["lamps"], 1) if lamp["in_view"]]
 
 
 def lamp_info(lamp: dict[str, Any]) -> dict[str, Any]:
-    """Of a lamp in view."""
+    """Entry of scene_gt_info.json for a lamp in view."""
     visible = from_run_lengths(lamp["mask_visible"])
     count = int(visible.sum())
     whole = lamp["silhouette"]
@@ -109,9 +109,9 @@ def lamp_info(lamp: dict[str, Any]) -> dict[str, Any]:
 
 
 def targets(entry: dict[str, Any]) -> Iterator[dict[str, int]]:
-    """What the challenge asks for in an image: each lamp is there once."""
+    """Targets of the challenge in an image; each lamp has one instance."""
     for pose, info in zip(entry["scene_gt"], entry["scene_gt_info"], strict=True):
-        if info["visib_fract"] >= LEAST_TARGET:
+        if info["visib_fract"] >= MIN_TARGET:
             yield {"im_id": entry["frame"], "inst_count": 1, "obj_id": pose["obj_id"], "scene_id": 0}
 
 
@@ -156,7 +156,7 @@ class Bop(Plain):
         return {**size, "fx": c.fx_px, "fy": c.fy_px, "cx": c.cx_px, "cy": c.cy_px}
 
     def _camera_entry(self, truth: dict[str, Any]) -> dict[str, Any]:
-        """BOP has no lens distortion; coefficients in OpenCV's order are added where there are some."""
+        """Entry of scene_camera.json. BOP has no lens distortion; non-zero coefficients are added in OpenCV's order."""
         pose = np.asarray(truth["cam_from_world"])
         entry = {
             "cam_K": self.scene.camera.matrix.ravel().tolist(),

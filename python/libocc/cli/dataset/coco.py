@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""COCO's layout: images/ and annotations/instances.json.
+"""Layout of COCO: images/ and annotations/instances.json.
 
-Every lamp is a category of its own, the n-th of the scene number n from 1: its name is what a detector
-is to tell. An image's id is its frame's. In COCO's coordinates (0, 0) is the corner of the first pixel,
-not its centre. What is seen is annotated: as a polygon, or as run lengths where boxes hide a part.
+Every lamp is a category; the category numbers start with 1 in the order of the scene. The id of an image is the number
+of its frame. In COCO's coordinates (0, 0) is the corner of the first pixel, not its centre. The visible part of a lamp
+is annotated as a polygon, or as run lengths if a box hides a part of it.
 """
 
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ from .plain import Plain
 
 
 def clipped(rim_px: list[list[float]], width: int, height: int) -> list[float]:
-    """A convex or other polygon within the image's borders, in COCO's coordinates, as x, y, x, y, ...
+    """Polygon clipped to the image, in COCO's coordinates, as x, y, x, y, ...
     (Sutherland and Hodgman, "Reentrant polygon clipping", 1974)."""
     points = np.asarray(rim_px, float) + 0.5
     for axis, sign, limit in ((0, 1, 0.0), (0, -1, -float(width)), (1, 1, 0.0), (1, -1, -float(height))):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The frames of a sequence, and how one is rendered."""
+"""Frames of a sequence and their rendering."""
 
 import functools
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ from .truth import frame_dict
 
 @dataclass(frozen=True)
 class Frame:
-    """One image, told in values that cross to another process."""
+    """Description of one image; its values can be sent to another process."""
 
-    scene: str  # as a scene file writes it
+    scene: str  # content of a scene file
     index: int
     time_s: float
     cam_from_world: Any
@@ -27,7 +27,7 @@ class Frame:
 
 
 def duration_s(scene: Scene) -> float:
-    """From the beginning of the first row's exposure to the end of the last one's."""
+    """Time from the start of the first row's exposure to the end of the last row's exposure [s]."""
     by_columns = scene.sensor.readout.name == "columns"
     lines = scene.camera.width if by_columns else scene.camera.height
     return (lines - 1) * scene.sensor.row_time_s + scene.sensor.exposure_s
@@ -37,13 +37,12 @@ def frames_of(
     scene: Scene, trajectory: Trajectory, fps: float, image_format: str = "png", seed: int = 0,
     noise: bool = True,
 ) -> list[Frame]:
-    """All frames whose rows are exposed before the trajectory's end; of one that stands still in a
-    single pose, one."""
+    """All frames whose rows are exposed before the end of the trajectory; one frame for a single pose."""
     lasts_s = duration_s(scene)
     spare_s = trajectory.end_s - trajectory.begin_s - lasts_s
     still = len(trajectory) == 1
     if spare_s < 0 and not still:
-        raise ValueError(f"ends before a frame does, which takes {lasts_s:g} s")
+        raise ValueError(f"must last at least one frame, {lasts_s:g} s")
     text = scene.format()
     count = 1 if still else int(np.floor(spare_s * fps * (1 + 1e-12))) + 1
     frames = []
@@ -57,12 +56,12 @@ def frames_of(
 
 @functools.lru_cache(maxsize=1)
 def renderer_of(scene: str) -> Renderer:
-    """One for all frames that a process renders of a scene."""
+    """Renderer of a scene, kept for all frames of a process."""
     return Renderer(Scene.parse(scene))
 
 
 def render_frame(frame: Frame) -> tuple[bytes, dict[str, Any]]:
-    """The image's file, and the truth as plain data."""
+    """Content of the image file, and the ground truth as plain data."""
     renderer = renderer_of(frame.scene)
     image, truth = renderer.render(
         frame.cam_from_world, seed=frame.seed, frame=frame.index, noise=frame.noise,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Images as the bytes of a file, and back."""
+"""Encoding and decoding of images in the formats PNG, PGM, NPY and EXR."""
 
 import importlib
 import io
@@ -18,7 +18,7 @@ FORMATS = ("png", "pgm", "npy", "exr")
 
 
 def check_format(name: str) -> None:
-    """Raises: ValueError for an unknown one, and for one whose library is not installed."""
+    """Raises ValueError for an unknown format, or if the library of the format is not installed."""
     if name not in FORMATS:
         raise ValueError(f"unknown image format {name!r}; {suggestion(name, FORMATS)}")
     if name == "exr":
@@ -29,12 +29,11 @@ def _openexr() -> Any:
     try:
         return importlib.import_module("OpenEXR")
     except ImportError as error:
-        raise ValueError("EXR files need: pip install 'libocc[exr]'") from error
+        raise ValueError("EXR files require: pip install 'libocc[exr]'") from error
 
 
 def image_bytes(image: Pixels, name: str) -> bytes:
-    """PNG and PGM hold 8 or 16 bits as the sensor has them, NPY the array itself, EXR the grey levels
-    as 32-bit floats in a channel Y."""
+    """Encodes an image: PNG and PGM with 8 or 16 bits, NPY as the array, EXR as 32-bit floats in the channel Y."""
     if name == "npy":
         buffer = io.BytesIO()
         np.save(buffer, image, allow_pickle=False)
@@ -47,7 +46,7 @@ def image_bytes(image: Pixels, name: str) -> bytes:
 def _exr_bytes(image: Pixels) -> bytes:
     openexr = _openexr()
     header = {"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
-    with tempfile.TemporaryDirectory() as folder:  # the library writes to files only
+    with tempfile.TemporaryDirectory() as folder:  # the library writes only to files
         path = Path(folder) / "image.exr"
         with openexr.File(header, {"Y": image.astype(np.float32)}) as file:
             file.write(str(path))
@@ -55,7 +54,7 @@ def _exr_bytes(image: Pixels) -> bytes:
 
 
 def load_image(path: Path) -> Pixels:
-    """What image_bytes() was given; of an EXR file its floats."""
+    """Reads an image written by image_bytes(); an EXR file gives floats."""
     if path.suffix == ".npy":
         pixels: Pixels = np.load(path, allow_pickle=False)
         return pixels

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which pixels a lamp's image covers: those whose centre lies within its rim."""
+"""Masks of lamps: the pixels whose centres lie inside the lamp's rim."""
 
 from itertools import pairwise
 from typing import Any
@@ -14,10 +14,10 @@ Points = npt.NDArray[np.float64]
 
 
 def fill(rim_px: Points, x0: int, y0: int, width: int, height: int) -> Mask:
-    """Pixels of a window whose centre lies within a closed polygon."""
+    """Mask of the pixels of a window whose centres lie inside a closed polygon (even-odd rule)."""
     a, b = rim_px - (x0, y0), np.roll(rim_px, -1, axis=0) - (x0, y0)
     rows = np.arange(height)
-    # Each side of the polygon crosses the rows from its upper end on, up to but not at its lower one.
+    # Each edge includes its upper end and excludes its lower end, so that a vertex is counted once.
     edge, row = np.nonzero((a[:, 1, None] <= rows) != (b[:, 1, None] <= rows))
     slope = (b[edge, 0] - a[edge, 0]) / (b[edge, 1] - a[edge, 1])
     column = np.ceil(a[edge, 0] + (row - a[edge, 1]) * slope).astype(int)
@@ -28,9 +28,9 @@ def fill(rim_px: Points, x0: int, y0: int, width: int, height: int) -> Mask:
 
 
 class Silhouette:
-    """Of a lamp's rim: the pixels that it covers, also beyond the image.
+    """Pixels covered by a lamp, also outside the image.
 
-    A lamp that covers no pixel's centre, such as a point, has the pixel nearest to its centre.
+    A lamp that covers no pixel centre, such as a point source, has the pixel nearest to its centre.
     """
 
     def __init__(self, rim_px: Points, centre_px: Points):
@@ -43,7 +43,7 @@ class Silhouette:
             self.pixels = np.ones((1, 1), bool)
 
     def within(self, width: int, height: int) -> Mask:
-        """The part in an image of that size."""
+        """Mask of the part inside an image of the given size."""
         mask = np.zeros((height, width), bool)
         rows, columns = self.pixels.shape
         top, left = max(0, -self.y0), max(0, -self.x0)
@@ -55,28 +55,28 @@ class Silhouette:
         return mask
 
     def box(self) -> list[int]:
-        """x, y of the first and the last pixel."""
+        """x, y of the first and x, y of the last pixel."""
         x0, y0, x1, y1 = box_of(self.pixels)
         return [self.x0 + x0, self.y0 + y0, self.x0 + x1, self.y0 + y1]
 
 
 def box_of(mask: Mask) -> list[int]:
-    """x, y of the first and of the last pixel of a mask that has some."""
+    """x, y of the first and x, y of the last pixel of a mask that is not empty."""
     ys, xs = np.nonzero(mask)
     return [int(xs.min()), int(ys.min()), int(xs.max()), int(ys.max())]
 
 
 def hidden_pixels(mask: Mask, lamp: Lamp, scene: Scene, cam_from_world: Any) -> Mask:
-    """Those of a mask whose ray to the lamp's plane meets a box."""
+    """Pixels of a mask whose ray to the lamp's plane intersects a box."""
     ys, xs = np.nonzero(mask)
     rays = _rays(scene.camera, xs, ys) @ cam_from_world[:3, :3]
     eye = -cam_from_world[:3, :3].T @ cam_from_world[:3, 3]
     normal = np.asarray(lamp.normal)
     steps = ((np.asarray(lamp.centre_m) - eye) @ normal) / (rays @ normal)
-    way = rays * steps[:, None]
+    segments = rays * steps[:, None]
     hidden = np.zeros(mask.shape, bool)
     for box in scene.boxes:
-        hidden[ys, xs] |= _meets(eye, way, np.asarray(box.min_m), np.asarray(box.max_m))
+        hidden[ys, xs] |= _intersects(eye, segments, np.asarray(box.min_m), np.asarray(box.max_m))
     return hidden
 
 
@@ -85,17 +85,17 @@ def _rays(camera: Camera, xs: npt.NDArray[np.int64], ys: npt.NDArray[np.int64]) 
     return np.array([np.full(3, np.nan) if ray is None else np.ravel(ray) for ray in rays])
 
 
-def _meets(eye: Points, way: Points, low: Points, high: Points) -> Mask:
-    """Whether the stretch from the eye along each way meets a box (slabs of its three pairs of sides)."""
+def _intersects(eye: Points, segments: Points, low: Points, high: Points) -> Mask:
+    """True for the segments from the eye that intersect a box (slab method)."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        a, b = (low - eye) / way, (high - eye) / way
+        a, b = (low - eye) / segments, (high - eye) / segments
     enter, leave = np.fmin(a, b).max(axis=1), np.fmax(a, b).min(axis=1)
-    met: Mask = (enter <= leave) & (leave > 0) & (enter < 1)
-    return met
+    hit: Mask = (enter <= leave) & (leave > 0) & (enter < 1)
+    return hit
 
 
 def run_lengths(mask: Mask) -> dict[str, list[int]]:
-    """COCO's uncompressed run lengths: down the columns, beginning with pixels outside."""
+    """COCO's uncompressed run lengths, column by column, starting with a run of background."""
     columns = np.flatnonzero(mask.any(axis=0))
     first, last = (columns[0], columns[-1]) if len(columns) else (0, -1)
     part = np.pad(mask[:, first : last + 1].ravel(order="F"), 1)
@@ -106,7 +106,7 @@ def run_lengths(mask: Mask) -> dict[str, list[int]]:
 
 
 def from_run_lengths(runs: dict[str, Any]) -> Mask:
-    """The mask of run_lengths()."""
+    """Inverse of run_lengths()."""
     counts = runs["counts"]
     flat = np.repeat(np.arange(len(counts)) % 2 == 1, counts)
     mask: Mask = flat.reshape(runs["size"], order="F")

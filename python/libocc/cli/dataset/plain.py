@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The plain layout: images/ and truth/, a file of each for a frame; the scene; the trajectory.
+"""Plain layout: images/ and truth/ with one file per frame, and files of the whole set.
 
-scene.yaml; trajectory.txt: the camera at each frame, at the beginning of its first row's exposure, in
-TUM's format; libocc.json: the settings. Other layouts add to it.
+scene.yaml is the scene. trajectory.txt has the camera's pose at the start of the first row's exposure of each frame, in
+TUM format. libocc.json has the settings. Other layouts extend this one.
 """
 
 from collections.abc import Iterator
@@ -23,15 +23,15 @@ class Plain:
         return f"{self.images}/{index:06d}.{ending}"
 
     def frame_files(self, truth: dict[str, Any]) -> Iterator[tuple[str, bytes]]:
-        """Beside image and truth."""
+        """Additional files of a frame."""
         yield from ()
 
     def entry(self, truth: dict[str, Any]) -> dict[str, Any]:
-        """What set_files() needs of a frame."""
+        """Data of a frame for set_files()."""
         return {key: truth[key] for key in ("frame", "time_s", "cam_from_world")}
 
     def set_files(self, entries: list[dict[str, Any]], ending: str) -> Iterator[tuple[str, bytes]]:
-        """Of all frames that there are, by index."""
+        """Files of the whole set; entries: of all existing frames by index."""
         yield "scene.yaml", self.scene.format().encode()
         poses = [entry["cam_from_world"] for entry in entries]
         trajectory = Trajectory([entry["time_s"] for entry in entries], poses)

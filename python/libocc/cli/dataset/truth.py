@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is true of a frame, as plain data."""
+"""Ground truth of a frame as plain data."""
 
 import math
 from typing import Any
@@ -15,7 +15,7 @@ def _finite(value: float) -> float | None:
 
 
 def effect_dict(plan: EffectPlan) -> dict[str, Any]:
-    """What was made of an effect; a bound that none is known of is null."""
+    """Plan of an effect as plain data; an unknown bound is null."""
     return {
         "effect": plan.effect,
         "use": plan.use.name,
@@ -27,8 +27,8 @@ def effect_dict(plan: EffectPlan) -> dict[str, Any]:
     }
 
 
-def seen_after_s(scene: Scene, pixel: Any) -> float:
-    """From the beginning of the first row's exposure to the middle of that of a pixel's row."""
+def exposure_time_s(scene: Scene, pixel: Any) -> float:
+    """Time from the start of the first row's exposure to the middle of the exposure of a pixel's row [s]."""
     by_columns = scene.sensor.readout.name == "columns"
     lines = scene.camera.width if by_columns else scene.camera.height
     line = min(max(float(pixel[0 if by_columns else 1]), 0.0), lines - 1.0)
@@ -36,7 +36,7 @@ def seen_after_s(scene: Scene, pixel: Any) -> float:
 
 
 def lamp_dict(lamp: Lamp, truth: LampTruth, scene: Scene, pose: Any) -> dict[str, Any]:
-    """pose: from which the lamp's centre is seen."""
+    """Truth of a lamp. pose: of the camera when the row of the lamp's centre is exposed."""
     data: dict[str, Any] = {
         "id": truth.id,
         "in_view": truth.in_view,
@@ -60,11 +60,11 @@ def lamp_dict(lamp: Lamp, truth: LampTruth, scene: Scene, pose: Any) -> dict[str
 
 
 def frame_dict(scene: Scene, truth: Truth, time_s: float, velocity: Any) -> dict[str, Any]:
-    """The pose is that of the beginning of the first row's exposure; each lamp has the one from which
-    its row sees it, too."""
+    """Truth of a frame. Its pose refers to the start of the first row's exposure; that of each lamp to the exposure of
+    the lamp's row."""
     lamps = []
     for lamp, seen in zip(scene.lamps, truth.lamps, strict=True):
-        after_s = seen_after_s(scene, np.ravel(seen.centre_px))
+        after_s = exposure_time_s(scene, np.ravel(seen.centre_px))
         pose = moved_pose(truth.cam_from_world, velocity, after_s)
         lamps.append(lamp_dict(lamp, seen, scene, pose))
     return {

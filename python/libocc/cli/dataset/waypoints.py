@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Trajectories from files: TUM's format, or waypoints in YAML."""
+"""Trajectories from files in TUM format or from waypoints in YAML."""
 
 import math
 from pathlib import Path
@@ -13,8 +13,10 @@ SCHEMA = "libocc-trajectory/1"
 
 
 def load_trajectory(path: str) -> Trajectory:
-    """By the name's ending: YAML, else TUM. Raises: OSError; ValueError naming the file, and the line
-    or the waypoint."""
+    """Reads a trajectory: YAML if the name ends with .yaml or .yml, else TUM format.
+
+    Raises: OSError; ValueError naming the file and the line or waypoint.
+    """
     if Path(path).suffix not in (".yaml", ".yml"):
         return Trajectory.load(path)
     data = read_yaml(path)
@@ -25,7 +27,7 @@ def load_trajectory(path: str) -> Trajectory:
 
 
 def waypoints_of(data: Any) -> Trajectory:
-    """From what such a YAML file holds."""
+    """Trajectory from the content of a YAML file."""
     if not isinstance(data, dict):
         raise ValueError("must be a mapping with `schema` and `waypoints`")
     refuse_unknown(data, ("schema", "waypoints"), "trajectory")

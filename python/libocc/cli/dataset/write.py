@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Renders the frames that a folder lacks."""
+"""Renders the missing frames of a folder."""
 
 from collections.abc import Sequence
 
@@ -19,7 +19,7 @@ def truth_name(index: int) -> str:
 
 
 def missing_frames(folder: ResultFolder, layout: Plain, frames: Sequence[Frame]) -> list[Frame]:
-    """Those without an image or without the truth, which is written last."""
+    """Frames without an image or without the truth file, which is written last."""
     return [
         f for f in frames
         if not (folder.has(truth_name(f.index)) and folder.has(layout.image_name(f.index, f.image_format)))
@@ -27,7 +27,7 @@ def missing_frames(folder: ResultFolder, layout: Plain, frames: Sequence[Frame])
 
 
 def frame_files(job: tuple[str, Frame]) -> dict[str, bytes]:
-    """Of a layout by its name, in the order in which they are to be written."""
+    """Files of a frame in the order of writing. job: name of the layout and the frame."""
     name, frame = job
     layout = LAYOUTS[name](renderer_of(frame.scene).scene)
     image, truth = render_frame(frame)
@@ -38,13 +38,13 @@ def frame_files(job: tuple[str, Frame]) -> dict[str, bytes]:
 def write_frames(
     folder: ResultFolder, layout: Plain, frames: Sequence[Frame], workers: int, advance: Advance
 ) -> bool:
-    """Returns whether Ctrl-C ended it; what is done by then is kept. Raises: OSError."""
+    """Writes the missing frames; returns True after Ctrl-C, which keeps finished frames. Raises: OSError."""
     todo = [(layout.name, frame) for frame in missing_frames(folder, layout, frames)]
     return folder.keep(run_jobs(frame_files, todo, workers, idle=lambda: advance(0)), advance)
 
 
 def write_set_files(folder: ResultFolder, layout: Plain, ending: str, advance: Advance) -> int:
-    """What the layout says of all frames that the folder holds; returns how many these are."""
+    """Writes the layout's files of the whole set; returns the number of frames in the folder."""
     entries = []
     for stem in folder.names("truth", ".json"):
         entries.append(layout.entry(folder.read_json(f"truth/{stem}.json")))

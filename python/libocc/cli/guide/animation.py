@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run as a moving picture: the vehicle from above, and what its camera sees."""
+"""Animation of a run: the vehicle from above and the image of its camera."""
 
 import io
 from typing import Any
@@ -16,18 +16,18 @@ from ..maps.picture import INK
 from ..progress import Advance
 from .pictures import ESTIMATE, STATE_COLOURS, STATES, TRUTH, Columns, draw_room, draw_route
 
-PICTURES, PER_S = 120, 12
-ENLARGED = 50  # the ellipse of the estimate's error
+PICTURES, PER_S = 120, 12  # max number of pictures; pictures per second
+ENLARGED = 50  # magnification of the error ellipse
 
 
 def steps_of(run: Columns) -> list[int]:
-    """Evenly over the run's time."""
+    """Indices of records, evenly distributed over the run."""
     count = min(PICTURES, len(run["time_s"]))
     return [int(i) for i in np.linspace(0, len(run["time_s"]) - 1, count)]
 
 
 def lit_scene(experiment: Experiment, time_s: float) -> Scene:
-    """Lamps that have failed are dark."""
+    """Scene at a time; failed lamps are dark."""
     dark = {f.lamp for f in experiment.options.faults.lamp_failures if f.from_s <= time_s < f.to_s}
     if not dark:
         return experiment.scene
@@ -36,12 +36,12 @@ def lit_scene(experiment: Experiment, time_s: float) -> Scene:
 
 
 class Stage:
-    """The figure, drawn once, and what moves in it."""
+    """Figure of the animation; only its moving parts are redrawn."""
 
     def __init__(self, experiment: Experiment, run: Columns, title: str):
         self.experiment, self.run = experiment, run
         self.figure = Figure(figsize=(8.8, 4.6), dpi=80, layout="constrained")
-        self.canvas: Any = FigureCanvasAgg(self.figure)  # its methods have no types
+        self.canvas: Any = FigureCanvasAgg(self.figure)  # untyped in matplotlib
         above, view = self.figure.subplots(1, 2, width_ratios=(1.1, 1))
         self.above, self.view = above, view
         draw_route(above, experiment.route)
@@ -76,14 +76,15 @@ class Stage:
         )
         time_s = float(run["time_s"][step])
         self.above.set_title(
-            f"{time_s:.1f} s, {STATES[state]}, {int(run['lamps'][step])} lamps; ellipse: 3 sigma x {ENLARGED}", fontsize=8
+            f"{time_s:.1f} s, {STATES[state]}, {int(run['lamps'][step])} lamps; ellipse: 3 sigma x {ENLARGED}",
+            fontsize=8,
         )
         self.above.set_facecolor(STATE_COLOURS[state])
-        self.image.set_data(self.seen(time_s, PlanarPose(x_m=x, y_m=y, heading_rad=heading), step))
+        self.image.set_data(self.camera_image(time_s, PlanarPose(x_m=x, y_m=y, heading_rad=heading), step))
         self.canvas.draw()
         return Image.fromarray(np.asarray(self.canvas.buffer_rgba())).convert("P", palette=Image.Palette.ADAPTIVE)
 
-    def seen(self, time_s: float, pose: PlanarPose, step: int) -> Any:
+    def camera_image(self, time_s: float, pose: PlanarPose, step: int) -> Any:
         scene = lit_scene(self.experiment, time_s)
         key = ",".join(str(lamp.power_w) for lamp in scene.lamps)
         if key not in self.renderers:
@@ -96,7 +97,7 @@ class Stage:
 
 
 def animated(experiment: Experiment, run: Columns, title: str, advance: Advance) -> bytes:
-    """A GIF."""
+    """Animation as a GIF."""
     stage = Stage(experiment, run, title)
     pictures = []
     for step in steps_of(run):

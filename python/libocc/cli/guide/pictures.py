@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of an experiment: paths over the received power, errors over time, dockings."""
+"""Pictures of an experiment: paths over the received power, errors over time, docking errors."""
 
 from collections.abc import Sequence
 from typing import IO, Any
@@ -25,7 +25,7 @@ TRACKING = 1
 
 
 def draw_paths(file: IO[bytes], experiment: Experiment, runs: Sequence[Columns], title: str) -> None:
-    """The route and what was driven, over the power that an upright camera receives."""
+    """Route and driven paths over the power that an upright camera receives."""
     figure, (axes,) = new_figure(1, 1, (7.2, 6.0))
     made = power_map(
         experiment.scene, height_m=float(experiment.options.camera_place_m[2]), step_m=0.05, rung=None
@@ -64,7 +64,7 @@ def draw_room(axes: Axes, scene: Scene) -> None:
 
 
 def draw_errors(file: IO[bytes], run: Columns, frames: Columns, title: str) -> None:
-    """Errors of the estimate with their 3-sigma bands, the way off the route, lamps."""
+    """Errors of the estimate with 3-sigma bands, deviation from the route, and number of lamps."""
     figure = Figure(figsize=(9, 9), dpi=90, layout="constrained")
     rows: Any = figure.subplots(5, 1, sharex=True)
     time_s = run["time_s"]
@@ -81,15 +81,18 @@ def draw_errors(file: IO[bytes], run: Columns, frames: Columns, title: str) -> N
     on_route = run["docking"] == 0
     rows[3].plot(time_s, 1e3 * np.where(on_route, run["deviation_m"], np.nan), color=TRUTH, lw=0.9)
     rows[3].axhline(0, color=INK, lw=0.5)
-    rows[3].set_ylabel("left of the route [mm]", fontsize=8)
-    came = frames["lost"] == 0
+    rows[3].set_ylabel("deviation to the left [mm]", fontsize=8)
+    received = frames["lost"] == 0
     rows[4].step(
-        frames["captured_s"][came], frames["lamps_in_view"][came], where="post", color=ROUTE, lw=1, label="wholly in view"
+        frames["captured_s"][received], frames["lamps_in_view"][received], where="post", color=ROUTE, lw=1,
+        label="completely in view",
     )
-    rows[4].step(frames["arrived_s"][came], frames["lamps_used"][came], where="post", color=ESTIMATE, lw=1, label="used")
-    if not came.all():
-        never = frames["captured_s"][~came]
-        rows[4].plot(never, np.zeros(len(never)), "|", color=BLIND, ms=6, label="image never came")
+    rows[4].step(
+        frames["arrived_s"][received], frames["lamps_used"][received], where="post", color=ESTIMATE, lw=1, label="used"
+    )
+    if not received.all():
+        lost_s = frames["captured_s"][~received]
+        rows[4].plot(lost_s, np.zeros(len(lost_s)), "|", color=BLIND, ms=6, label="image lost")
     rows[4].set_ylabel("lamps", fontsize=8)
     rows[4].set_ylim(bottom=-0.3)
     rows[4].legend(fontsize=7, loc="lower right", ncols=3)
@@ -107,7 +110,7 @@ def draw_band(
     axes.fill_between(time_s, -3 * sigma, 3 * sigma, color=ESTIMATE, alpha=0.2, lw=0)
     axes.plot(time_s, error, color=TRUTH, lw=0.8)
     axes.axhline(0, color=INK, lw=0.5)
-    # What is known without lamps, at the start above all, must not hide the rest.
+    # The scale follows the tracked part, because sigma without lamps is much larger.
     tracked = state == TRACKING
     if tracked.any():
         limit = 1.2 * float(np.quantile(np.abs([error[tracked], 3 * sigma[tracked]]), 0.995))
@@ -123,8 +126,8 @@ def shade_states(axes: Axes, time_s: NDArray[Any], state: NDArray[Any]) -> None:
 
 
 def draw_dockings(file: IO[bytes], test: DockingTest, title: str) -> None:
-    """Where each repetition stood in the dock, and how it was turned."""
-    figure, (place, turn) = new_figure(2, 1, (4.4, 4.2))
+    """Position and heading errors of each repetition in the dock."""
+    figure, (place, heading) = new_figure(2, 1, (4.4, 4.2))
     limit = 1e3 * test.limits.position_m
     place.add_patch(Circle((0, 0), limit, fill=False, color=BLIND, lw=1, ls="--"))
     docked = [one for one in test.repetitions if one.docked]
@@ -135,15 +138,15 @@ def draw_dockings(file: IO[bytes], test: DockingTest, title: str) -> None:
     place.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
     place.set_xlabel("across [mm]", fontsize=8)
     place.set_ylabel("along [mm]", fontsize=8)
-    place.set_title("place in the dock; dashed: the limit", fontsize=9)
+    place.set_title("position in the dock; dashed: limit", fontsize=9)
     degrees = test.limits.heading_rad / DEGREE
-    turn.plot([one.heading_rad / DEGREE for one in docked], "o", color=TRUTH, ms=4)
+    heading.plot([one.heading_rad / DEGREE for one in docked], "o", color=TRUTH, ms=4)
     for side in (-degrees, degrees):
-        turn.axhline(side, color=BLIND, lw=1, ls="--")
-    turn.set_xlabel("repetition", fontsize=8)
-    turn.set_ylabel("heading [deg]", fontsize=8)
-    turn.set_title("heading", fontsize=9)
-    for axes in (place, turn):
+        heading.axhline(side, color=BLIND, lw=1, ls="--")
+    heading.set_xlabel("repetition", fontsize=8)
+    heading.set_ylabel("heading [deg]", fontsize=8)
+    heading.set_title("heading", fontsize=9)
+    for axes in (place, heading):
         axes.tick_params(labelsize=7)
         axes.grid(alpha=0.3)
     figure.suptitle(title, fontsize=10, color=INK)

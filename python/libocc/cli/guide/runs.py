@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs of an experiment as files: records, metrics, trajectories; each run is done once."""
+"""Runs of an experiment and their files: records, metrics, trajectories. Finished runs are not repeated."""
 
 import csv
 import io
@@ -19,15 +19,15 @@ from ..progress import Advance
 from ..result_folder import ResultFolder, json_bytes, table
 from ..workers import run_jobs
 
-WITH_POSE = (1, 2)  # of LoopResult.records["state"]: tracking, coasting
-# Times on this machine differ from run to run: they are in a file of their own.
+WITH_POSE = (1, 2)  # values of LoopResult.records["state"]: tracking, coasting
+# Computing times differ between runs and are written to a separate file.
 TIMES = ("frame_mean_s", "frame_median_s", "frame_p99_s")
 
 
 @dataclass(frozen=True)
 class Job:
-    data: Any  # of the experiment's file
-    folder: str  # that its files' names are relative to
+    data: Any  # content of the experiment file
+    folder: str  # folder of relative file names
     index: int
 
 
@@ -41,7 +41,7 @@ def compute_run(job: Job) -> dict[str, bytes]:
 
 
 def run_files(experiment: Experiment, index: int, observer: Any = None) -> dict[str, bytes]:
-    """Files of a run by name; the last one tells that it is done."""
+    """Files of a run by name; the last one marks the run as done."""
     result = closed_loop(experiment.scene, experiment.route, experiment.of_run(index), observer)
     name, records = name_of(index), result.records
     return {
@@ -83,7 +83,7 @@ def column_table(columns: dict[str, Any]) -> bytes:
 
 
 def tum(records: dict[str, Any], prefix: str, there: NDArray[np.bool_] | None = None) -> bytes:
-    """The vehicle's poses in the world, where there is one, for evo and others."""
+    """Poses of the vehicle in the world in TUM format. there: records that have a pose."""
     kept = np.ones(len(records["time_s"]), bool) if there is None else there
     columns = [records["time_s"], *(records[f"{prefix}{key}"] for key in ("x_m", "y_m", "heading_rad"))]
     rows = np.stack(columns, axis=1)[kept]
@@ -97,16 +97,14 @@ def is_done(folder: ResultFolder, index: int) -> bool:
     return folder.has(f"{name_of(index)}.json")
 
 
-def run_all(
-    folder: ResultFolder, jobs: list[Job], workers: int, advance: Advance
-) -> bool:
-    """Returns whether Ctrl-C ended it; runs that are done by then are kept. Raises: OSError, ValueError."""
+def run_all(folder: ResultFolder, jobs: list[Job], workers: int, advance: Advance) -> bool:
+    """Computes runs; returns True after Ctrl-C, which keeps finished runs. Raises: OSError, ValueError."""
     return folder.keep(run_jobs(compute_run, jobs, workers, None, lambda: advance(0)), advance)
 
 
 @dataclass(frozen=True)
 class Run:
-    """A run as its files have it."""
+    """Results of a run, read from its files."""
 
     index: int
     summary: dict[str, Any]
@@ -132,7 +130,7 @@ def done_runs(folder: ResultFolder, count: int) -> list[Run]:
 
 
 def columns_of(folder: ResultFolder, index: int, kind: str) -> dict[str, NDArray[np.float64]]:
-    """kind: records or frames."""
+    """Columns of a table of a run. kind: records or frames."""
     path = folder.path / f"{name_of(index)}_{kind}.csv"
     with open(path, encoding="utf-8") as file:
         names = file.readline().strip().split(",")
@@ -150,5 +148,5 @@ def metrics_table(runs: list[Run]) -> bytes:
 
 
 def job_data(data: Any) -> Any:
-    """Plain, as another process gets it."""
+    """Plain copy of the data, which can be sent to another process."""
     return json.loads(json.dumps(data))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An experiment's runs in figures: a table for people, JSON, and the report of a docking test."""
+"""Summary of an experiment's runs as text and JSON, and the report of a docking test."""
 
 import math
 from typing import Any
@@ -9,17 +9,17 @@ from ...guide.experiment import Experiment
 from ..result_folder import table
 from .runs import Run
 
-# Of a run's summary: what it is called, its unit, by what it is multiplied for people.
+# Key in a run's summary, name, unit and factor of the printed value.
 SHOWN = (
     ("cross_track_mean_m", "cross-track mean", "mm", 1e3),
     ("cross_track_rmse_m", "cross-track RMSE", "mm", 1e3),
-    ("cross_track_max_m", "cross-track largest", "mm", 1e3),
+    ("cross_track_max_m", "cross-track max", "mm", 1e3),
     ("position_rmse_m", "position error RMSE", "mm", 1e3),
     ("heading_rmse_rad", "heading error RMSE", "deg", 1 / DEGREE),
     ("final_position_error_m", "final position error", "mm", 1e3),
     ("final_heading_error_rad", "final heading error", "deg", 1 / DEGREE),
     ("availability", "availability", "%", 100),
-    ("three_lamps", "images of three lamps", "%", 100),
+    ("three_lamps", "images with three lamps", "%", 100),
     ("longest_outage_s", "longest outage", "s", 1),
     ("lost_s", "without a pose", "s", 1),
     ("nees", "NEES (3 expected)", "", 1),
@@ -30,18 +30,20 @@ TIMED = (("frame_median_s", "time per frame, median", "us", 1e6), ("frame_p99_s"
 
 
 def spread(values: list[float]) -> dict[str, float]:
-    return {"mean": sum(values) / len(values), "least": min(values), "most": max(values)}
+    return {"mean": sum(values) / len(values), "min": min(values), "max": max(values)}
 
 
 def summarised(experiment: Experiment, runs: list[Run], test: DockingTest | None) -> dict[str, Any]:
     outcomes = [run.summary["outcome"] for run in runs]
     data: dict[str, Any] = {
-        "runs": len(runs), "of": experiment.runs, "outcomes": {name: outcomes.count(name) for name in sorted(set(outcomes))},
+        "runs": len(runs), "of": experiment.runs,
+        "outcomes": {name: outcomes.count(name) for name in sorted(set(outcomes))},
         "route_m": experiment.route.length_m,
     }
     if (planned := experiment.planned) is not None:
         data["plan"] = {
-            "kind": planned.kind, "status": planned.status, "message": planned.message, "seen_share": planned.seen_share,
+            "kind": planned.kind, "status": planned.status, "message": planned.message,
+            "seen_share": planned.seen_share,
         }
     data["metrics"] = {key: spread([float(run.summary[key]) for run in runs]) for key, *_ in SHOWN}
     if test is not None:
@@ -65,9 +67,10 @@ def text_of(data: dict[str, Any], runs: list[Run]) -> str:
     lines = [f"{data['runs']} of {data['of']} runs of {data['route_m']:.2f} m: {outcomes}"]
     if "plan" in data:
         plan = data["plan"]
-        lines.append(f"plan ({plan['kind']}): {plan['status']}, lamps in view on {100 * plan['seen_share']:.1f} % of the way")
+        share = f"lamps in view on {100 * plan['seen_share']:.1f} % of the route"
+        lines.append(f"plan ({plan['kind']}): {plan['status']}, {share}")
         lines += [plan["message"]] if plan["message"] else []
-    lines.append(f"{'':24}{'mean':>10}{'least':>10}{'most':>10}")
+    lines.append(f"{'':24}{'mean':>10}{'min':>10}{'max':>10}")
     for key, name, unit, scale in SHOWN:
         lines.append(row(name, unit, scale, data["metrics"][key]))
     for key, name, unit, scale in TIMED:
@@ -78,24 +81,25 @@ def text_of(data: dict[str, Any], runs: list[Run]) -> str:
 
 
 def row(name: str, unit: str, scale: float, values: dict[str, float]) -> str:
-    return f"{name:24}" + "".join(f"{scale * values[key]:10.3g}" for key in ("mean", "least", "most")) + f" {unit}"
+    return f"{name:24}" + "".join(f"{scale * values[key]:10.3g}" for key in ("mean", "min", "max")) + f" {unit}"
 
 
 def docking_lines(test: dict[str, Any]) -> list[str]:
     limits = f"{1e3 * test['position_limit_m']:g} mm and {test['heading_limit_rad'] / DEGREE:g} deg"
     if test["repetitions"] < test["needed_in_sequence"]:
-        verdict = "too few to tell"
+        verdict = "too few repetitions"
     else:
-        verdict = f"there were {test['longest_sequence']}: {'passed' if test['passed'] else 'not passed'}"
+        verdict = f"reached {test['longest_sequence']}: {'passed' if test['passed'] else 'not passed'}"
     return [
         f"docking (ASTM F3499-21): {test['successes']} of {test['repetitions']} within {limits}; "
-        f"R = {test['probability']:g} at C = {test['confidence']:g} needs {test['needed_in_sequence']} in sequence, {verdict}",
+        f"R = {test['probability']:g} at C = {test['confidence']:g} requires {test['needed_in_sequence']} in sequence, "
+        f"{verdict}",
         f"success probability at least {test['probability_shown']:.3f} at that confidence",
     ]
 
 
 def docking_table(test: DockingTest) -> bytes:
-    """A line for each repetition, as such a test's report lists them."""
+    """Table with one line per repetition, as required in the report of the test."""
     return table(
         {
             "repetition": i + 1, "docked": "yes" if one.docked else "no", "along_mm": f"{1e3 * one.along_m:.4f}",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The catalogue: one YAML file a case (`data/hard_cases/README.md` has the keys)."""
+"""Catalogue of hard cases: one YAML file per case; the keys are listed in `data/hard_cases/README.md`."""
 
 import inspect
 import re
@@ -29,7 +29,7 @@ GENERATORS: dict[str, Callable[..., View]] = {
 
 @dataclass(frozen=True)
 class Case:
-    """A kind of problem that breaks solvers, and what to expect of a good one."""
+    """A kind of degenerate or ill-conditioned problem, and the expected result of a correct solver."""
 
     name: str
     title: str
@@ -55,13 +55,13 @@ class Case:
 
 
 class _Loader(yaml.SafeLoader):
-    """YAML 1.2's numbers (1e-6 is one), and a key given twice is an error."""
+    """Reads the numbers of YAML 1.2, such as 1e-6; a duplicate key is an error."""
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
         keys = [self.construct_object(key, deep=True) for key, _ in node.value]
-        twice = [key for i, key in enumerate(keys) if key in keys[:i]]
-        if twice:
-            raise ValueError(f"key {twice[0]!r} is given twice")
+        duplicate = [key for i, key in enumerate(keys) if key in keys[:i]]
+        if duplicate:
+            raise ValueError(f"key {duplicate[0]!r} is given twice")
         return dict(super().construct_mapping(node, deep=deep))
 
 
@@ -78,13 +78,13 @@ REQUIRED = ("schema", "title", "why", "generator", "points", "seed", "count", "v
 
 
 def read_case(path: Path) -> Case:
-    """Raises OSError for a file that cannot be read, ValueError naming file, key and value."""
+    """Reads a case. Raises: OSError; ValueError naming file, key and value."""
     text = path.read_text(encoding="utf-8")
     try:
         data = yaml.load(text, Loader=_Loader)
         return _checked(path.stem, data)
     except yaml.YAMLError as error:
-        raise ValueError(f"{path}: not YAML: {' '.join(str(error).split())}") from error
+        raise ValueError(f"{path}: is not valid YAML: {' '.join(str(error).split())}") from error
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 
@@ -118,7 +118,7 @@ def _checked(name: str, data: Any) -> Case:
         if data[key] < 0:
             raise ValueError(f"{key}: {data[key]} must not be negative")
     if data["verdict"] == "either" and not data.get("reason"):
-        raise ValueError("reason: is missing, which verdict either needs")
+        raise ValueError("reason: is missing; verdict either requires it")
     _check_parameters(data)
     return Case(name=name, **data)
 
@@ -141,5 +141,5 @@ def catalogue(folder: Path = FOLDER) -> list[Case]:
     """All cases that come with libocc, by name."""
     found = [read_case(path) for path in sorted(folder.glob("*.yaml"))]
     if not found:
-        raise OSError(f"{folder}: no hard cases there")
+        raise OSError(f"{folder}: contains no hard cases")
     return found

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generators of any number of points: scales, offsets, rotations, depths, and input that is wrong."""
+"""Generators for any number of points: scales, offsets, rotations, depths, and invalid input."""
 
 from typing import Any
 
@@ -35,17 +35,17 @@ def cloud(
     behind: int = 0,
     duplicates: int = 0,
 ) -> View:
-    """Points anywhere in a cone about the optical axis.
+    """Random points in a cone about the optical axis.
 
-    depth_m: a range, on a logarithmic scale. rotation: of cam_from_world: any, identity, half_turn
-    (about any axis), half_turn_x, _y, _z. offset_m: of the world's origin. scale: of everything.
-    behind: so many points are behind the camera; where lines through a pinhole would image them,
-    their bearings point away from them. duplicates: so many points lie on the first one.
+    depth_m: range of the depths, uniform in the logarithm. rotation: of cam_from_world: any, identity, half_turn
+    (180 degrees about any axis), half_turn_x, _y, _z. offset_m: of the world's origin. scale: of all lengths.
+    behind: number of points behind the camera; their bearings have the opposite direction, as in a pinhole model
+    without a check of the depth. duplicates: number of points that coincide with the first one.
     """
     low, high = np.log(depth_m[0]), np.log(depth_m[1])
     while True:
         depths = np.exp(rng.uniform(low, high, points))
-        if high - low > 3:  # both ends, every time
+        if high - low > 3:  # always includes both ends
             depths[:2] = depth_m
         in_cam = cone(rng, points, half_angle_rad) * depths[:, None]
         if points < 3 or area_share(in_cam[:3] / depths[:3, None]) > 0.2:
@@ -53,12 +53,12 @@ def cloud(
     in_cam[:behind] *= -1
     for i in range(points - duplicates, points):
         in_cam[i] = in_cam[0]
-    turned = _rotation(rng, rotation)
+    rotated = _rotation(rng, rotation)
     position = ex.exact(rng.normal(size=3))
     away = ex.exact(np.round(offset_m * rng.uniform(0.5, 1, 3) * rng.choice([-1, 1], 3)))
     size = ex.exact(scale)[()]
-    world = (ex.exact(in_cam) @ turned + position + away) * size
-    return View(world, turned, (position + away) * size, tuple(range(behind)))
+    world = (ex.exact(in_cam) @ rotated + position + away) * size
+    return View(world, rotated, (position + away) * size, tuple(range(behind)))
 
 
 def target(
@@ -69,9 +69,9 @@ def target(
     tilt_deg: Any = (10, 60),
     thickness: float = 0.0,
 ) -> View:
-    """A small plane figure far away: a square's corners, or points in that square.
+    """Small planar target at a long distance: corners of a square, or points in that square.
 
-    thickness: points leave the plane by up to so many times its size.
+    thickness: max distance of the points from the plane, in multiples of size_m.
     """
     while True:
         corners = SQUARE[:points] / 2 if points in (3, 4) else rng.uniform(-0.5, 0.5, (points, 2))
@@ -79,28 +79,28 @@ def target(
             break
     bumps = rng.uniform(-1, 1, points) * thickness
     figure = ex.exact(np.column_stack([corners, bumps]) * size_m)
-    turned = any_rotation(rng)
+    rotated = any_rotation(rng)
     tilt, around = np.radians(pick(rng, tilt_deg)), rng.uniform(0, 2 * np.pi)
     away = [np.sin(tilt) * np.cos(around), np.sin(tilt) * np.sin(around), np.cos(tilt)]
-    world = figure @ turned.T
-    position = turned @ ex.exact(np.array(away) * distance_m)
+    world = figure @ rotated.T
+    position = rotated @ ex.exact(np.array(away) * distance_m)
     return View(world, looking_at(rng, world.sum(0) / points, position), position)
 
 
 def grazing(rng: Random, points: int, angle_rad: float = 1e-3) -> View:
-    """One point by angle_rad above the plane through the camera across its axis."""
+    """One point is seen at angle_rad from the plane through the camera centre that is perpendicular to the axis."""
     while True:
         in_cam = cone(rng, points, 0.7) * rng.uniform(2, 6, (points, 1))
         around = rng.uniform(0, 2 * np.pi)
         in_cam[0] = rng.uniform(2, 6) * np.array([np.cos(around), np.sin(around), np.tan(angle_rad)])
         if area_share(in_cam[:3]) > 0.3:
             break
-    turned, position = any_rotation(rng), ex.exact(rng.normal(size=3))
-    return View(ex.exact(in_cam) @ turned + position, turned, position)
+    rotated, position = any_rotation(rng), ex.exact(rng.normal(size=3))
+    return View(ex.exact(in_cam) @ rotated + position, rotated, position)
 
 
 def cube(rng: Random, points: int) -> View:
-    """Corners of a cube seen along the normal of a face; the camera's axes are the cube's."""
+    """Corners of a cube seen along the normal of a face; the camera axes are parallel to the cube."""
     corners = np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)])[:points]
     size, distance = rng.uniform(0.2, 1), rng.uniform(3, 8)
     position = ex.exact([0, 0, -distance])
@@ -108,17 +108,17 @@ def cube(rng: Random, points: int) -> View:
 
 
 def mismatched(rng: Random, points: int) -> View:
-    """Bearings of other points than those given: they fit nothing, or `instances` draws again."""
+    """Bearings of other points than the given ones; `instances` draws again if they fit a pose."""
     given = cloud(rng, points)
-    given.of_others = cloud(rng, points, half_angle_rad=0.9).bearings()
+    given.other_bearings = cloud(rng, points, half_angle_rad=0.9).bearings()
     return given
 
 
 def bad_input(rng: Random, points: int, kind: str = "nan_point") -> View:
-    """A caller's mistake: nan_point, nan_bearing, infinite_point, infinite_bearing, long_bearing."""
+    """Invalid input: nan_point, nan_bearing, infinite_point, infinite_bearing, long_bearing."""
     kinds = ("nan_point", "nan_bearing", "infinite_point", "infinite_bearing", "long_bearing")
     if kind not in kinds:
         raise ValueError(f"kind must be {', '.join(kinds)}, got {kind}")
     given = cloud(rng, points)
-    given.spoilt = kind
+    given.invalid = kind
     return given

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How far a pose may be from the truth when its input is right to a rounding.
+"""Error of a pose that is caused by rounding of the input.
 
-A change of the pose is x = (rotation about the points' centroid [rad], shift of the centroid over
-the points' r.m.s. distance), F(x) the change of the seen directions [rad]. Let s be the smallest
-singular value of F' with right and left vectors v, w, and k = w . F''(v, v) / 2. A change e of the
-directions then moves the pose by t with s t + k t^2 = e: by about e / s while the other root, at
--s / k, is far; e > s^2 / 4k may merge the two, and what is found is up to
-(s + sqrt(s^2 + 4 k e)) / 2k away. Rounding changes each direction by an epsilon, and by that of the points'
-coordinates about their centroid as seen from the camera: near points of a wide scene by more.
+A change of the pose is x = (rotation about the points' centroid [rad], translation of the centroid divided by the
+points' r.m.s. distance); F(x) is the change of the observed directions [rad]. Let s be the smallest singular value of
+F' with right and left singular vectors v, w, and k = w . F''(v, v) / 2. A change e of the directions moves the pose by
+t with s t + k t^2 = e. This is about e / s if the other root, near -s / k, is distant. For e > s^2 / 4k the two roots
+may merge, and the error is up to (s + sqrt(s^2 + 4 k e)) / 2k. Rounding changes each direction by an epsilon, and in
+addition by the rounding of the points' coordinates as seen from the camera, which is larger for near points of a wide
+scene.
 """
 
 from dataclasses import dataclass
@@ -20,17 +20,17 @@ EPSILON = float(np.finfo(float).eps)
 
 @dataclass(frozen=True)
 class Reference:
-    """A pose that is known to more digits than a double has."""
+    """A pose with more digits than double precision."""
 
     rotation: Any  # (3, 3) long double
     centroid_in_cam: Any  # (3,) long double
     distance: float  # r.m.s. over the points
     condition: float  # 1 / s
     curvature: float  # k
-    rounding: float  # of the points' coordinates, over distance
+    rounding: float  # of the points' coordinates, divided by distance
 
     def allowed(self, factor: float) -> float:
-        """The pose error (see `error`) that `factor` roundings of the input explain."""
+        """Max pose error (see `error`) caused by `factor` times the rounding of the input."""
         change = factor * EPSILON
         s, k = 1 / self.condition, self.curvature
         if 4 * k * change < s * s:
@@ -40,11 +40,11 @@ class Reference:
         return float(moved) + factor * self.rounding
 
     def error(self, cam_from_world: Any, centroid: Any) -> float:
-        """Of a pose against this one: rotation [rad] and shift over distance, whichever is larger."""
+        """Error of a pose: the larger of rotation [rad] and translation of the centroid divided by distance."""
         given = np.asarray(cam_from_world, dtype=np.longdouble)
-        turned = np.linalg.norm((given[:3, :3] - self.rotation).astype(float)) / np.sqrt(2)
+        angle = np.linalg.norm((given[:3, :3] - self.rotation).astype(float)) / np.sqrt(2)
         shift = given[:3, :3] @ centroid + given[:3, 3] - self.centroid_in_cam
-        return float(max(turned, np.linalg.norm(shift.astype(float)) / self.distance))
+        return float(max(angle, np.linalg.norm(shift.astype(float)) / self.distance))
 
 
 def long_norm(vectors: Any) -> Any:
@@ -57,8 +57,8 @@ def hat(w: Any) -> Any:
     return np.array([[zero, -w[2], w[1]], [w[2], zero, -w[0]], [-w[1], w[0], zero]])
 
 
-def turn(w: Any) -> Any:
-    """Rotation by a vector (Cayley's form: exact to second order, a rotation to the last digit)."""
+def cayley(w: Any) -> Any:
+    """Rotation matrix of a vector by the Cayley transform: orthogonal, and exact to second order."""
     half = hat(w) / 2
     a, b, c = w / 2
     squared = a * a + b * b + c * c
@@ -66,7 +66,7 @@ def turn(w: Any) -> Any:
 
 
 class Directions:
-    """The directions in which points are seen, as a function of the pose."""
+    """Directions of points as a function of the pose, relative to the observed directions."""
 
     def __init__(self, bearings: Any, points: Any, rotation: Any, centroid_in_cam: Any) -> None:
         world = np.asarray(points, dtype=np.longdouble)
@@ -81,26 +81,26 @@ class Directions:
         if x is None:
             return self.centroid + self.arms
         x = np.asarray(x, dtype=np.longdouble)
-        return self.centroid + self.distance * x[3:] + self.arms @ turn(x[:3]).T
+        return self.centroid + self.distance * x[3:] + self.arms @ cayley(x[:3]).T
 
     def residuals(self, x: Any = None) -> Any:
-        """(2 n,) tangential components of seen direction to direction of the point."""
+        """(2 n,) tangential components of the predicted minus the observed directions."""
         points = self.in_cam(x)
         off = points / long_norm(points)[:, None] - self.seen
         return (self.tangents * off[:, None]).sum(-1).ravel()
 
     def jacobian(self) -> Any:
-        """(2 n, 6) of `residuals`, in double."""
+        """(2 n, 6) Jacobian of `residuals`, in double precision."""
         points, arms = self.in_cam().astype(float), self.arms.astype(float)
         length = np.sqrt((points * points).sum(1))[:, None, None]
         unit = points[:, None] / length
         across = (self.tangents - (self.tangents * unit).sum(-1)[..., None] * unit) / length
-        turning = np.cross(arms[:, None], across)
-        return np.concatenate([turning, self.distance * across], axis=2).reshape(-1, 6)
+        rotational = np.cross(arms[:, None], across)
+        return np.concatenate([rotational, self.distance * across], axis=2).reshape(-1, 6)
 
 
 def tangent_bases(f: Any) -> Any:
-    """(n, 2, 3) two orthonormal directions across each unit vector."""
+    """(n, 2, 3) two orthonormal directions perpendicular to each unit vector."""
     other = np.eye(3)[np.argmin(np.abs(f), axis=1)]
     a = np.cross(f, other)
     a /= np.sqrt((a * a).sum(1))[:, None]
@@ -127,9 +127,9 @@ def reference(bearings: Any, points: Any, rotation: Any, centroid_in_cam: Any) -
 
 
 def refined(bearings: Any, points: Any, rotation: Any, centroid_in_cam: Any) -> Reference:
-    """The least-squares pose next to a given one: Gauss-Newton on residuals in long double.
+    """Least-squares pose near a given one, by Gauss-Newton with residuals in long double.
 
-    Where the normal equations are singular the given pose stays: no neighbour fits better.
+    The given pose is returned if the normal equations are singular.
     """
     rotation = np.asarray(rotation, dtype=np.longdouble)
     centroid = np.asarray(centroid_in_cam, dtype=np.longdouble)
@@ -140,6 +140,6 @@ def refined(bearings: Any, points: Any, rotation: Any, centroid_in_cam: Any) -> 
             break
         x = -np.linalg.lstsq(jacobian, seen.residuals().astype(float), rcond=None)[0]
         x = x.astype(np.longdouble)
-        rotation = turn(x[:3]) @ rotation
+        rotation = cayley(x[:3]) @ rotation
         centroid = centroid + seen.distance * x[3:]
     return reference(bearings, points, rotation, centroid)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arithmetic with 100 digits: numpy arrays of `decimal.Decimal`, which is C and needs no package.
+"""Arithmetic with 100 digits: numpy arrays of `decimal.Decimal`, which needs no additional package.
 
-Vectors and matrices are object arrays; `exact` makes them of floats without error, `rounded` turns
-them into the nearest doubles. Work inside `with digits():`.
+Vectors and matrices are object arrays. `exact` converts floats without error, `rounded` converts to the nearest
+doubles. The functions must be called inside `with digits():`.
 """
 
 import decimal
@@ -58,7 +58,7 @@ def cross(a: Any, b: Any) -> Any:
 
 
 def rotation(quaternion: Any) -> Any:
-    """Rotation matrix of any quaternion (w, x, y, z) but zero: it is rational in its numbers."""
+    """Rotation matrix of a quaternion (w, x, y, z) that need not be a unit quaternion; exact, without square roots."""
     w, x, y, z = exact(quaternion)
     n = w * w + x * x + y * y + z * z
     rows = [
@@ -70,14 +70,14 @@ def rotation(quaternion: Any) -> Any:
 
 
 def frame(points: Any) -> Any:
-    """Orthonormal frame of a triangle: a column each along a side, across it and normal to both."""
+    """Orthonormal frame of a triangle; columns: along a side, perpendicular to it in the plane, normal."""
     x = unit(points[1] - points[0])
     z = unit(cross(x, points[2] - points[0]))
     return np.stack([x, cross(z, x), z], axis=1)
 
 
 def value(polynomial: Sequence[Decimal], x: Decimal) -> Decimal:
-    """Of a polynomial, highest power first."""
+    """Value of a polynomial with coefficients from the highest power."""
     out = ZERO
     for coefficient in polynomial:
         out = out * x + coefficient
@@ -90,7 +90,7 @@ def derivative(polynomial: Sequence[Decimal]) -> list[Decimal]:
 
 
 def _between(polynomial: Sequence[Decimal], low: Decimal, high: Decimal) -> Decimal:
-    """The root between two points at which the signs differ: Newton, kept inside by halving."""
+    """Root between two points with different signs, by Newton's method safeguarded by bisection."""
     slope = derivative(polynomial)
     rising = value(polynomial, high) > 0
     x = (low + high) / 2
@@ -101,20 +101,20 @@ def _between(polynomial: Sequence[Decimal], low: Decimal, high: Decimal) -> Deci
         else:
             low = x
         gradient = value(slope, x)
-        following = x - y / gradient if gradient else low
-        if not low < following < high:
-            following = (low + high) / 2
-        if abs(following - x) <= abs(x) * Decimal(10) ** (4 - DIGITS):
-            return following
-        x = following
+        next_x = x - y / gradient if gradient else low
+        if not low < next_x < high:
+            next_x = (low + high) / 2
+        if abs(next_x - x) <= abs(x) * Decimal(10) ** (4 - DIGITS):
+            return next_x
+        x = next_x
     return x
 
 
 def positive_roots(polynomial: Sequence[Decimal]) -> list[list[Decimal]]:
-    """Rising positive roots of a polynomial and of each of its derivatives, itself first.
+    """Ascending positive roots of a polynomial, followed by those of each of its derivatives.
 
-    Between two neighbouring extrema lies at most one root. One at which the sign does not change may
-    be missing, but is among those of the derivative.
+    Between two neighbouring extrema there is at most one root. A root without a change of sign may be missing; it is a
+    root of the derivative as well.
     """
     largest = max((abs(c) for c in polynomial), default=ZERO)
     trimmed = list(polynomial)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The problems of a case, with everything that is known of their answers."""
+"""Problems of a case with their reference solutions."""
 
 import zlib
 from collections.abc import Iterator
@@ -14,19 +14,19 @@ from .conditioning import EPSILON, Reference, refined
 from .oracle import Solution, three_points
 from .views import View
 
-TRIES = 200
+TRIES = 200  # max number of random draws for one problem
 
 
 @dataclass(frozen=True)
 class Instance:
-    """One problem: what a solver is given, and what it may answer."""
+    """One problem: input of the solver and reference solutions."""
 
     bearings: Any  # (n, 3)
     points: Any  # (n, 3)
     up_in_cam: Any  # (3,)
-    truth: Reference | None  # None: no pose is right
-    solutions: tuple[Solution, ...] | None  # all that exist; None: not known (not three points)
-    nominal: Any  # (4, 4) cam_from_world it was made from
+    truth: Reference | None  # None: no pose is correct
+    solutions: tuple[Solution, ...] | None  # all solutions; None: unknown (not three points)
+    nominal: Any  # (4, 4) cam_from_world of the generator
 
     @property
     def size(self) -> int:
@@ -34,7 +34,7 @@ class Instance:
 
 
 def instances(case: Case, parameters: dict[str, Any], count: int) -> Iterator[Instance]:
-    """The first `count` problems of one row of a case; the same every time."""
+    """First `count` problems of one row of a case; reproducible."""
     row = zlib.crc32(repr(sorted(parameters.items())).encode())
     for i in range(count):
         rng = np.random.default_rng([case.seed, row, i])
@@ -48,7 +48,7 @@ def instances(case: Case, parameters: dict[str, Any], count: int) -> Iterator[In
 
 
 def _instance(case: Case, parameters: dict[str, Any], rng: np.random.Generator) -> Instance | None:
-    """None: what was drawn is not of this kind."""
+    """Draws one problem; None if the draw does not satisfy the conditions of the case."""
     with ex.digits():
         view = GENERATORS[case.generator](rng, case.points, **parameters)
         bearings, points = view.arrays()
@@ -58,7 +58,7 @@ def _instance(case: Case, parameters: dict[str, Any], rng: np.random.Generator) 
     if case.verdict == "error":
         return Instance(bearings, points, up, None, None, nominal)
     solutions = tuple(three_points(bearings, points)) if case.points == 3 else None
-    if view.of_others is not None or case.truth == "none":
+    if view.other_bearings is not None or case.truth == "none":
         wanted = not solutions or case.truth == "none"
         return Instance(bearings, points, up, None, solutions, nominal) if wanted else None
     rotation, centroid = ex.long(view.rotation), ex.long(centre)
@@ -66,7 +66,7 @@ def _instance(case: Case, parameters: dict[str, Any], rng: np.random.Generator) 
         truth = refined(bearings, points, rotation, centroid) if case.points > 1 else None
         return Instance(bearings, points, up, truth, None, nominal)
     chosen = _chosen(case, solutions, rotation, centroid)
-    if chosen is None:  # no mate, or a double root that rounding large coordinates took away
+    if chosen is None:  # no second solution, or a double root that was lost by rounding of large coordinates
         return None
     return Instance(bearings, points, up, chosen, solutions, nominal)
 
@@ -74,14 +74,14 @@ def _instance(case: Case, parameters: dict[str, Any], rng: np.random.Generator) 
 def _chosen(
     case: Case, solutions: tuple[Solution, ...], rotation: Any, centroid: Any
 ) -> Reference | None:
-    """The solution that was meant: the view's own, or the best conditioned of the others."""
+    """Reference solution: that of the view, or for truth `mate` the best conditioned of the others."""
     own: list[tuple[float, Solution]] = []
     others: list[tuple[float, Solution]] = []
     for solution in solutions:
         shift = (solution.pose.centroid_in_cam - centroid).astype(float)
-        turned = (solution.pose.rotation - rotation).astype(float)
-        away = max(np.linalg.norm(shift) / solution.pose.distance, np.linalg.norm(turned))
-        rounding = max(1, solution.pose.rounding / EPSILON)  # of the world's coordinates
+        rotation_change = (solution.pose.rotation - rotation).astype(float)
+        away = max(np.linalg.norm(shift) / solution.pose.distance, np.linalg.norm(rotation_change))
+        rounding = max(1, solution.pose.rounding / EPSILON)  # rounding of the world coordinates
         near = max(1e-9, 4 * solution.pose.allowed(case.tolerance_factor * rounding))
         (own if away < near else others).append((float(away), solution))
     if case.truth == "mate":

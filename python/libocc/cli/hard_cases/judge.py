@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether an answer is right, an honest refusal, or harmful."""
+"""Classification of a solver's answer."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -12,19 +12,19 @@ from .conditioning import EPSILON, Reference, long_norm
 from .instances import Instance
 from .methods import Answer
 
-SOLVED_WITHIN = 1e-6  # rotation [rad] and shift over distance, unless conditioning allows less
-FITS_WITHIN_RAD = 1e-6  # a pose that reproduces the bearings worse is no solution
+SOLVED_WITHIN = 1e-6  # tolerance of rotation [rad] and relative translation; larger for ill-conditioned problems
+FITS_WITHIN_RAD = 1e-6  # max residual of the bearings of a solution
 
 
 class Outcome(Enum):
-    """From best to worst; an answer gets the worst that is true of it."""
+    """Outcomes from best to worst; the worst applicable one is assigned."""
 
-    solved = "the truth is found, with every other pose that exists"
+    solved = "the true pose and all other solutions are returned"
     refused = "no pose is returned"
-    dropped = "poses that exist are missing"
-    inexact = "fits the bearings, yet farther from the truth than conditioning allows"
-    wrong = "a pose that does not fit or has a point behind, or one where none can be told"
-    nan = "numbers that are not finite"
+    dropped = "existing solutions are missing"
+    inexact = "fits the bearings, but its error exceeds the limit from the conditioning"
+    wrong = "a pose that does not fit or has a point behind the camera, or a pose of an undetermined problem"
+    nan = "values that are not finite"
 
     @property
     def severity(self) -> int:
@@ -34,12 +34,12 @@ class Outcome(Enum):
 @dataclass(frozen=True)
 class Judgement:
     outcome: Outcome
-    right: bool  # as good a solver ends; an honest refusal of a solvable problem is not
-    over_allowed: float = np.nan  # error over what the input's rounding explains, where found
+    right: bool  # correct result; the refusal of a solvable problem is not correct
+    over_allowed: float = np.nan  # error divided by the limit from rounding, if the pose was found
 
 
 def misfit_rad(instance: Instance, cam_from_world: Any) -> float:
-    """Largest angle between a bearing and the direction to its point."""
+    """Max angle between a bearing and the direction of its point."""
     pose = np.asarray(cam_from_world, dtype=np.longdouble)
     in_cam = instance.points.astype(np.longdouble) @ pose[:3, :3].T + pose[:3, 3]
     seen = instance.bearings.astype(np.longdouble)
@@ -53,17 +53,17 @@ def is_rotation(matrix: Any) -> bool:
 
 
 def _fits(instance: Instance, cam_from_world: Any) -> bool:
-    """The coordinates' own rounding, which no pose can undo, is granted."""
+    """True if a pose reproduces the bearings, with a tolerance for the rounding of the coordinates."""
     if not is_rotation(cam_from_world[:3, :3]):
         return False
     in_cam = instance.points @ cam_from_world[:3, :3].T + cam_from_world[:3, 3]
     nearest = np.linalg.norm(in_cam, axis=1).min()
-    granted = 8 * EPSILON * np.abs(instance.points).max() / max(nearest, 1e-300)
-    return misfit_rad(instance, cam_from_world) <= FITS_WITHIN_RAD + float(granted)
+    tolerance = 8 * EPSILON * np.abs(instance.points).max() / max(nearest, 1e-300)
+    return misfit_rad(instance, cam_from_world) <= FITS_WITHIN_RAD + float(tolerance)
 
 
 def judge(case: Case, instance: Instance, answer: Answer) -> Judgement:
-    """The outcome of one problem."""
+    """Classifies the answer to one problem."""
     refusal_is_right = case.verdict != "solved"
     if not all(np.isfinite(pose).all() for pose in answer.poses):
         return Judgement(Outcome.nan, False)
@@ -100,9 +100,9 @@ def _of_fitting(case: Case, instance: Instance, answer: Answer) -> Judgement:
 
 
 def _missed(instance: Instance, answer: Answer, centroid: Any, limit: Any) -> Outcome:
-    """What poses are that fit while the true one is not among them."""
+    """Outcome of poses that fit without the true pose among them."""
     if instance.size < 3:
-        return Outcome.wrong  # one of endlessly many
+        return Outcome.wrong  # one of infinitely many solutions
     known = [solution.pose for solution in instance.solutions or ()]
     if known and all(any(k.error(p, centroid) <= limit(k) for k in known) for p in answer.poses):
         return Outcome.dropped

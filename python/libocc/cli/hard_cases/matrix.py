@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every method on every problem, counted."""
+"""Results of every method on every problem."""
 
 import math
 from collections import Counter
@@ -15,7 +15,7 @@ from .methods import OWN, Method
 
 @dataclass
 class Cell:
-    """How one method did on one row of a case (or on all rows of it)."""
+    """Results of one method on one row of a case, or on all of its rows."""
 
     case: str
     row: str
@@ -23,7 +23,7 @@ class Cell:
     family: str
     counts: Counter[Outcome] = field(default_factory=Counter)
     right: int = 0
-    over_allowed: float = math.nan  # the worst
+    over_allowed: float = math.nan  # max over the problems
     refused_rightly: int = 0
 
     @property
@@ -36,7 +36,7 @@ class Cell:
 
     @property
     def harmless(self) -> bool:
-        """Solved or honestly refused, every time."""
+        """True if every problem is solved or refused."""
         return set(self.counts) <= {Outcome.solved, Outcome.refused}
 
     def add(self, judgement: Judgement) -> None:
@@ -56,7 +56,7 @@ class Cell:
             self.over_allowed = ratio if math.isnan(self.over_allowed) else max(ratio, self.over_allowed)
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain data, a column each."""
+        """Plain data, one entry per column."""
         counts = {outcome.name: self.counts[outcome] for outcome in Outcome}
         return {
             "case": self.case, "row": self.row, "family": self.family, "method": self.method,
@@ -71,7 +71,7 @@ def run(
     count: int | None = None,
     advance: Callable[[], None] = lambda: None,
 ) -> list[Cell]:
-    """A cell for every row of every case and every method that takes its problems.
+    """Cells for every row of every case and every method that accepts its problems.
 
     advance: called after each row.
     """
@@ -89,7 +89,7 @@ def run(
 
 
 def by_case(cells: Iterable[Cell]) -> list[Cell]:
-    """The rows of each case taken together."""
+    """Merges the rows of each case."""
     merged: dict[tuple[str, str, str], Cell] = {}
     for cell in cells:
         key = cell.case, cell.family, cell.method
@@ -98,5 +98,5 @@ def by_case(cells: Iterable[Cell]) -> list[Cell]:
 
 
 def own_harmless(cells: Iterable[Cell]) -> bool:
-    """Whether what libocc answers for is right or refuses honestly everywhere."""
+    """True if libocc's methods OWN solve or refuse every problem."""
     return all(c.harmless for c in cells if c.family == "libocc" and c.method in OWN)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The solvers under test, libocc's and its peers', behind one call."""
+"""Common interface to the solvers of libocc, OpenCV and PoseLib."""
 
 import importlib
 from collections.abc import Callable, Sequence
@@ -12,12 +12,12 @@ import libocc as occ
 
 from .instances import Instance
 
-OWN = ("auto", "p3p")  # of which nothing but right answers is accepted
+OWN = ("auto", "p3p")  # must solve or refuse every problem
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What a solver returned: poses, or none, or that it was called wrongly."""
+    """Result of a solver: poses, none, or an exception."""
 
     poses: tuple[Any, ...] = ()  # (4, 4) each
     raised: str = ""  # type and text of an exception
@@ -25,14 +25,14 @@ class Answer:
 
 @dataclass(frozen=True)
 class Method:
-    """A solver: how to call it, and with how many points."""
+    """A solver with its number of points."""
 
     name: str
     family: str  # "libocc", or package and version
     call: Callable[[Instance], Sequence[Any]]
-    min_points: int = 0  # fewer cannot even be passed to it
+    min_points: int = 0  # fewer points must not be passed
     max_points: int = 0  # 0: any number
-    unit_bearings: bool = True  # False: takes image points, of which no length can be wrong
+    unit_bearings: bool = True  # False: the solver uses image points, whose bearings have no length
 
     def takes(self, instance: Instance) -> bool:
         if self.family != "libocc" and instance.size < self.min_points:
@@ -45,7 +45,7 @@ class Method:
     def answer(self, instance: Instance) -> Answer:
         try:
             return Answer(tuple(np.asarray(pose) for pose in self.call(instance)))
-        except Exception as error:  # whatever a peer throws is a refusal; libocc's is judged by its kind
+        except Exception as error:  # an exception counts as a refusal
             return Answer(raised=f"{type(error).__name__}: {' '.join(str(error).split())}")
 
 
@@ -70,7 +70,7 @@ def own_methods() -> list[Method]:
 
 
 def peer_methods() -> tuple[list[Method], list[str]]:
-    """Methods of the peers that are installed, and the names of those that are not."""
+    """Methods of the installed peer packages, and the names of the missing packages."""
     methods: list[Method] = []
     missing = []
     for package, listed in (("cv2", _opencv), ("poselib", _poselib)):
@@ -92,10 +92,10 @@ def _opencv(cv2: Any) -> list[Method]:
                 image = instance.bearings[:, :2] / instance.bearings[:, 2:]
             image, points = image.reshape(-1, 1, 2), instance.points.reshape(-1, 1, 3)
             if three and instance.size == 3:
-                _, turns, shifts = cv2.solveP3P(points, image, np.eye(3), None, flags=flag)
-                return [_pose(cv2.Rodrigues(r)[0], t) for r, t in zip(turns, shifts)]
-            found, turn, shift = cv2.solvePnP(points, image, np.eye(3), None, flags=flag)
-            return [_pose(cv2.Rodrigues(turn)[0], shift)] if found else []
+                _, rotations, translations = cv2.solveP3P(points, image, np.eye(3), None, flags=flag)
+                return [_pose(cv2.Rodrigues(r)[0], t) for r, t in zip(rotations, translations)]
+            found, rotation, translation = cv2.solvePnP(points, image, np.eye(3), None, flags=flag)
+            return [_pose(cv2.Rodrigues(rotation)[0], translation)] if found else []
 
         return call
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All poses from which three points are seen, to 100 digits.
+"""All solutions of the P3P problem with 100 digits.
 
-With depths d1, d2 = u d1, d3 = v d1 the law of cosines for the three sides (Grunert 1841) gives two
-conics in u and v; their resultant is a quartic in v. It has no singular views: where it fixes v but
-not u, u comes from either conic, tried in the other.
+With depths d1, d2 = u d1, d3 = v d1 the law of cosines for the three sides (Grunert 1841) gives two conics in u and v;
+their resultant is a quartic in v. If a root v does not determine u, the roots u of either conic are tested in the other
+one, so that there are no singular views.
 """
 
 from dataclasses import dataclass
@@ -15,21 +15,21 @@ import numpy as np
 from . import exact as ex
 from .conditioning import EPSILON, Reference, reference
 
-EXACT = Decimal(10) ** -30  # a real root fits to far more digits, a double one within rounding not
-NEAR = Decimal("1e-5")  # of a real root, where an extremum of the quartic is no root of its own
-ROUNDINGS = 8  # of the input, within which a pair of complex roots is a double one
+EXACT = Decimal(10) ** -30  # max misfit of a real root, which is far smaller; that of a near-double root is larger
+NEAR = Decimal("1e-5")  # relative distance from a real root below which an extremum is not a separate root
+ROUNDINGS = 8  # epsilons of the input within which a complex pair counts as a double root
 
 
 @dataclass(frozen=True)
 class Solution:
-    """A pose of the exact problem, or a double root that a rounding of the input would make."""
+    """Solution of the exact problem, or a double root of a problem within the rounding of the input."""
 
     pose: Reference
     depths: tuple[float, float, float]
-    real: bool  # False: a complex pair, real within rounding
+    real: bool  # False: a complex pair that is real within rounding
 
     def is_double(self, factor: float = ROUNDINGS) -> bool:
-        """Whether rounding the input may move it as far as a double root moves."""
+        """True if rounding of the input may move the solution as far as a double root."""
         change = factor * EPSILON
         return self.pose.condition**2 * change * self.pose.curvature > 1
 
@@ -63,7 +63,7 @@ class _Triangle:
         self.flat = ex.dot(normal, normal) == 0
 
     def in_u(self) -> tuple[list[list[Decimal]], list[list[Decimal]]]:
-        """Both conics as quadratics in u, their coefficients polynomials in v."""
+        """Both conics as quadratics in u, whose coefficients are polynomials in v."""
         (ca, cb, cc), (a, b, c) = self.cosines, self.sides
         first = [[b], [-2 * b * ca, ex.ZERO], [b - a, 2 * a * cb, -a]]
         second = [[b], [-2 * b * cc], [-c, 2 * c * cb, b - c]]
@@ -77,7 +77,7 @@ class _Triangle:
         return _subtract(_multiply(ac, ac), _multiply(ab, bc))
 
     def us(self, v: Decimal) -> list[Decimal]:
-        """Every u that may belong to v: common root of the conics, roots of each."""
+        """Candidates of u for a root v: common root of the conics and roots of each conic."""
         (a1, b1, c1), (_, b2, c2) = (
             [ex.value(p, v) for p in conic] for conic in self.in_u()
         )
@@ -89,7 +89,7 @@ class _Triangle:
         return out
 
     def depths(self, u: Decimal, v: Decimal) -> Any:
-        """Scaled so that the squared sides agree in sum."""
+        """Depths scaled so that the sum of the squared sides is correct."""
         forms = self._forms((ex.ONE, u, v))
         total = sum(forms, ex.ZERO)
         scale = (sum(self.sides, ex.ZERO) / total).sqrt() if total > 0 else ex.ZERO
@@ -103,7 +103,7 @@ class _Triangle:
         ]
 
     def misfit(self, d: Any) -> Decimal:
-        """Change of the bearings and relative change of the sides that would make depths fit."""
+        """Change of the bearings and relative change of the sides for which the depths fit."""
         pairs = ((1, 2), (0, 2), (0, 1))
         worst = ex.ZERO
         for (i, j), cosine, side, form in zip(pairs, self.cosines, self.sides, self._forms(d)):
@@ -119,12 +119,12 @@ class _Triangle:
 
 
 def three_points(bearings: Any, points: Any) -> list[Solution]:
-    """All solutions with positive depths, beyond rounding; empty for points that lie on a line."""
+    """All solutions with depths above rounding errors; empty for collinear points."""
     with ex.digits():
         triangle = _Triangle(bearings, points)
         if triangle.flat or 0 in triangle.sides:
             return []
-        levels = ex.positive_roots(triangle.quartic())[:3]  # with extrema: see `Solution.real`
+        levels = ex.positive_roots(triangle.quartic())[:3]  # includes extrema, see Solution.real
         tried = [
             triangle.depths(u, v) for level in levels for v in level for u in triangle.us(v) if u > 0
         ]
@@ -134,7 +134,7 @@ def three_points(bearings: Any, points: Any) -> list[Solution]:
 
 
 def _distinct(tried: list[tuple[Decimal, Any]]) -> list[tuple[Any, bool]]:
-    """Depths that fit, each once, and whether exactly; the exact ones first."""
+    """Distinct depths that fit, and whether they are real roots; real roots first."""
     found: list[tuple[Any, bool]] = []
     for misfit, d in sorted(tried, key=lambda pair: pair[0]):
         real = misfit < EXACT

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The matrix as a picture: a row for each case, a column for each solver."""
+"""Picture of the results: one row per case, one column per solver."""
 
 from collections.abc import Sequence
 from os import PathLike
@@ -16,13 +16,13 @@ from .methods import Method
 from .show import Show, grouped, share_of, worst_first
 
 CELL_W_IN, CELL_H_IN, LABEL_IN, HEAD_IN, FOOT_IN = 0.46, 0.2, 2.5, 1.25, 0.95
-GAP = 0.45  # between families, in columns
-HEADING = 1.3  # above each group of rows, in rows
+GAP = 0.45  # columns between families
+HEADING = 1.3  # rows above each group
 DOTS_PER_INCH = 110
 
 
 def columns(methods: Sequence[Method]) -> dict[tuple[str, str], float]:
-    """Left edge of each method's column, families apart."""
+    """Left edge of each method's column, with gaps between families."""
     edges: dict[tuple[str, str], float] = {}
     at, family = 0.0, ""
     for method in methods:
@@ -70,7 +70,7 @@ def draw(
     _legend(figure, inches)
     problems = sum({c.case: c.total for c in cells}.values())
     figure.text(
-        0.1 / inches[0], 1 - 0.2 / inches[1], "Hard cases of camera pose: who solves them",
+        0.1 / inches[0], 1 - 0.2 / inches[1], "Hard cases of camera pose estimation",
         fontsize=12, fontweight="bold", va="center",
     )
     figure.text(
@@ -82,7 +82,7 @@ def draw(
 
 
 def _cell(axes: Axes, left: float, row: float, cell: Cell) -> None:
-    """A bar as wide as the share of each outcome, the worst last; its sign where there is room."""
+    """Draws a bar with the fraction of each outcome, the worst last, with signs on wide parts."""
     at, margin = left + 0.03, 0.06
     shares = share_of(cell)
     for show in reversed(worst_first(shares)):

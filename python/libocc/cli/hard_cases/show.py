@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How outcomes look: the same signs and colours in the table and in the picture."""
+"""Signs and colours of the outcomes in the table and in the picture."""
 
 from collections.abc import Iterable
 from enum import Enum
@@ -10,14 +10,14 @@ from .matrix import Cell
 
 
 class Show(Enum):
-    """Sign, label, colour (Okabe and Ito's palette, which all eyes can tell apart), ink on it."""
+    """Sign, label, colour (palette of Okabe and Ito), colour of the sign."""
 
     solved = "●", "solved", "#0072B2", "white"
-    refused_rightly = "○", "refused: there is no answer", "#A6D5F2", "black"
+    refused_rightly = "○", "refused: no solution exists", "#A6D5F2", "black"
     refused = "–", "refused a solvable problem", "#D0D0D0", "black"
-    dropped = "d", "poses missing", "#F0E442", "black"
+    dropped = "d", "solutions missing", "#F0E442", "black"
     inexact = "~", "inexact", "#E69F00", "black"
-    wrong = "×", "wrong pose in confidence", "#D55E00", "white"
+    wrong = "×", "wrong pose without warning", "#D55E00", "white"
     nan = "N", "NaN", "#000000", "white"
 
     @property
@@ -42,17 +42,17 @@ class Show(Enum):
 
 
 def grouped(cases: Iterable[Case]) -> list[tuple[str, list[Case]]]:
-    """Cases by what can be asked of a solver, each group by name; empty groups are left out."""
-    groups: dict[str, list[Case]] = {"three points": [], "four and more": [], "without a sure answer": []}
+    """Groups of cases by number of points and solvability, sorted by name; empty groups are omitted."""
+    groups: dict[str, list[Case]] = {"three points": [], "four and more": [], "without a unique answer": []}
     for case in sorted(cases, key=lambda case: case.name):
         solvable = case.verdict == "solved"
-        of = ("three points" if case.points == 3 else "four and more") if solvable else "without a sure answer"
+        of = ("three points" if case.points == 3 else "four and more") if solvable else "without a unique answer"
         groups[of].append(case)
     return [(heading, members) for heading, members in groups.items() if members]
 
 
 def share_of(cell: Cell) -> dict[Show, float]:
-    """Which part of a cell's problems ended how; parts of zero are left out."""
+    """Fraction of each outcome in a cell; zero fractions are omitted."""
     counts = {Show[outcome.name]: cell.counts[outcome] for outcome in Outcome}
     counts[Show.refused] -= cell.refused_rightly
     counts[Show.refused_rightly] = cell.refused_rightly
@@ -64,14 +64,14 @@ def worst_first(shares: dict[Show, float]) -> list[Show]:
 
 
 def text_of(cell: Cell) -> str:
-    """Sign of the worst outcome, and of how many percent where there are others."""
+    """Sign of the worst outcome, with its percentage if there are other outcomes."""
     shares = share_of(cell)
     worst = worst_first(shares)[0]
     return worst.sign if len(shares) == 1 else f"{worst.sign}{max(1, round(100 * shares[worst]))}"
 
 
 def style_of(cell: Cell) -> str:
-    """For rich: the colour of the worst outcome."""
+    """Style (for rich) of the worst outcome."""
     worst = worst_first(share_of(cell))[0]
     return {
         Show.solved: "bright_blue", Show.refused_rightly: "cyan", Show.refused: "bright_black",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Generators of three points (or a few in their plane) seen from where P3P is special."""
+"""Generators for three points (or a few coplanar points) at singular or symmetric configurations of P3P."""
 
 from decimal import Decimal
 from typing import Any
@@ -15,10 +15,10 @@ SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 def ceiling(
     rng: Random, points: int, where: str = "anywhere", tilt_deg: Any = (5, 40), heading: str = "any"
 ) -> View:
-    """Corners of a square on a ceiling, seen from a room below.
+    """Corners of a square on a ceiling, seen from below.
 
-    where: anywhere, on_axis (of the square), symmetry_plane, under_lamp. tilt_deg: of the optical
-    axis from straight up. heading: any, or zero (the camera's axes are the world's).
+    where: anywhere, on_axis (of the square), symmetry_plane, under_lamp. tilt_deg: angle of the optical axis from the
+    vertical. heading: any, or zero (the camera axes are those of the world).
     """
     half = float(grid(rng, 0.5, 2))
     centre = np.append(grid(rng, 2, 6, 2), grid(rng, 2.5, 4))
@@ -28,7 +28,7 @@ def ceiling(
         below = centre[:2]
     elif where == "under_lamp":
         below = lamps[0, :2]
-    elif where == "symmetry_plane":  # of the triple too: the diagonal through its middle lamp
+    elif where == "symmetry_plane":  # also of the triangle: the diagonal through its middle corner
         below = centre[:2] + float(grid(rng, -1.5, 1.5)) * SQUARE[1]
     elif where == "anywhere":
         below = centre[:2] + half * rng.uniform(-1.2, 1.2, 2)
@@ -43,7 +43,7 @@ def ceiling(
 
 
 def symmetric(rng: Random, points: int, kind: str = "equilateral", where: str = "on_axis") -> View:
-    """An equilateral or isosceles triangle about the world's origin.
+    """An equilateral or isosceles triangle around the world's origin.
 
     where: on_axis (through its centroid), symmetry_plane (through its first point).
     """
@@ -53,15 +53,15 @@ def symmetric(rng: Random, points: int, kind: str = "equilateral", where: str = 
     triangle = np.array([[*p, ex.ZERO] for p in flat], dtype=object)
     aside = 0 if where == "on_axis" else float(rng.uniform(-3, 3))
     place = ex.exact([aside, 0, rng.uniform(1.5, 8)])
-    turned = any_rotation(rng)
-    world, position = triangle @ turned.T, turned @ place
-    straight = np.array([[1, 0, 0], [0, -1, 0], [0, 0, -1]], dtype=object) @ turned.T
-    nod = about([np.cos(1.0), np.sin(1.0), 0], rng.uniform(0, 0.4))
-    return View(world, nod @ straight, position)
+    rotated = any_rotation(rng)
+    world, position = triangle @ rotated.T, rotated @ place
+    straight = np.array([[1, 0, 0], [0, -1, 0], [0, 0, -1]], dtype=object) @ rotated.T
+    tilted = about([np.cos(1.0), np.sin(1.0), 0], rng.uniform(0, 0.4))
+    return View(world, tilted @ straight, position)
 
 
 def danger_cylinder(rng: Random, points: int, aside: float = 0.0) -> View:
-    """The camera on the cylinder through the points' circle, or off it by a part of the radius."""
+    """The camera is on the danger cylinder, or at a distance of `aside` radii from it."""
     while True:
         angles = np.sort(rng.uniform(0, 2 * np.pi, points))
         gaps = np.diff(np.append(angles, angles[0] + 2 * np.pi))
@@ -72,21 +72,21 @@ def danger_cylinder(rng: Random, points: int, aside: float = 0.0) -> View:
     x, y = _on_circle(own)
     beyond = ex.ONE + Decimal(float(aside))
     place = np.array([x * beyond, y * beyond, Decimal(float(rng.uniform(1, 4)))], dtype=object)
-    turned = any_rotation(rng)
-    world, position = flat @ turned.T, turned @ place
+    rotated = any_rotation(rng)
+    world, position = flat @ rotated.T, rotated @ place
     return View(world, looking_at(rng, world.sum(0) / points, position), position)
 
 
 def _on_circle(angle_rad: float) -> tuple[Decimal, Decimal]:
-    """A point on the unit circle, to all digits."""
+    """A point on the unit circle, exact in all digits."""
     t = Decimal(float(np.tan(angle_rad / 2)))
     return (1 - t * t) / (1 + t * t), 2 * t / (1 + t * t)
 
 
 def line(rng: Random, points: int, height: float = 0.0, exactly: bool = True) -> View:
-    """Points on a line, the second off it by `height` times its length.
+    """Points on a line; the second point is `height` times the length of the line away from it.
 
-    exactly: the coordinates are on a grid, so that rounding does not take them off the line.
+    exactly: the coordinates are on a grid, so that rounding keeps the points on the line.
     """
     step = grid(rng, 0.125, 0.5, 3) * rng.choice([-1, 1], 3)
     start = grid(rng, -1, 1, 3)
@@ -102,7 +102,7 @@ def line(rng: Random, points: int, height: float = 0.0, exactly: bool = True) ->
 
 
 def in_plane(rng: Random, points: int, height: float = 0.0) -> View:
-    """The camera in the plane of the points, or off it by `height` times its distance."""
+    """The camera is in the plane of the points, or `height` times its distance away from it."""
     distance = rng.uniform(3, 6)
     while True:
         flat = rng.uniform(-1, 1, (points, 2))
@@ -112,6 +112,6 @@ def in_plane(rng: Random, points: int, height: float = 0.0) -> View:
             break
     world = ex.exact(np.hstack([flat, np.zeros((points, 1))]))
     place = ex.exact([distance, rng.uniform(-1, 1), height * distance])
-    turned = any_rotation(rng)
-    world, position = world @ turned.T, turned @ place
+    rotated = any_rotation(rng)
+    world, position = world @ rotated.T, rotated @ place
     return View(world, looking_at(rng, world.sum(0) / points, position), position)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A view of points from a pose, exact, and random numbers to make it from."""
+"""Views of points from a pose with 100 digits, and random numbers for generators."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,47 +13,47 @@ Random = np.random.Generator
 
 @dataclass
 class View:
-    """Points and a pose, as 100-digit numbers, with what else the case does to them."""
+    """Points and a pose with 100 digits, and modifications of the input."""
 
     points: Any  # (n, 3), world
     rotation: Any  # (3, 3), of cam_from_world
     position: Any  # (3,), of the camera in the world
-    behind: tuple[int, ...] = ()  # points whose bearings point away from them
-    of_others: Any = None  # bearings instead of those of the points
-    spoilt: str = ""  # one number, as `bad_input` says
+    behind: tuple[int, ...] = ()  # points whose bearings have the opposite direction
+    other_bearings: Any = None  # replace the bearings of the points
+    invalid: str = ""  # invalid value, see bad_input()
 
     def in_cam(self) -> Any:
         return (self.points - self.position) @ self.rotation.T
 
     def bearings(self) -> Any:
-        """(n, 3) doubles nearest to the directions of the points."""
-        if self.of_others is not None:
-            return self.of_others
+        """(n, 3) directions of the points, rounded to doubles."""
+        if self.other_bearings is not None:
+            return self.other_bearings
         out = [ex.rounded(ex.unit(x)) for x in self.in_cam()]
         out = [-f if i in self.behind else f for i, f in enumerate(out)]
         return np.array(out, dtype=float).reshape(-1, 3)
 
     def arrays(self) -> tuple[Any, Any]:
-        """Bearings and points as a solver is given them, (n, 3) doubles."""
+        """Bearings and points for a solver, (n, 3) doubles."""
         bearings, points = self.bearings(), ex.rounded(self.points)
-        if self.spoilt == "long_bearing":
+        if self.invalid == "long_bearing":
             bearings[0] *= 1.5
-        elif self.spoilt:
-            wrong, _, which = self.spoilt.partition("_")
+        elif self.invalid:
+            wrong, _, which = self.invalid.partition("_")
             chosen = bearings if which == "bearing" else points
             chosen[1, 2] = np.nan if wrong == "nan" else np.inf
         return bearings, points
 
 
 def pick(rng: Random, value: Any) -> float:
-    """A number as it is, or one between the two of a range."""
+    """The number itself, or a random number in a range of two."""
     if isinstance(value, (list, tuple)):
         return float(rng.uniform(value[0], value[1]))
     return float(value)
 
 
 def grid(rng: Random, low: float, high: float, size: Any = None) -> Any:
-    """Numbers on a grid of 1/64, of which sums and differences are exact doubles."""
+    """Random numbers on a grid of 1/64, whose sums and differences are exact doubles."""
     return np.asarray(rng.integers(round(low * 64), round(high * 64) + 1, size)) / 64
 
 
@@ -62,7 +62,7 @@ def any_rotation(rng: Random) -> Any:
 
 
 def about(axis: Any, angle_rad: float) -> Any:
-    """Rotation about an axis; an angle of 0 gives exactly the identity."""
+    """Rotation about an axis; an angle of 0 gives the exact identity."""
     axis = np.asarray(axis, dtype=float)
     return ex.rotation(np.append(np.cos(angle_rad / 2), np.sin(angle_rad / 2) * axis))
 
@@ -75,7 +75,7 @@ def cone(rng: Random, count: int, half_angle_rad: float) -> Any:
 
 
 def looking_at(rng: Random, target: Any, position: Any) -> Any:
-    """Rotation of a camera that has target about 0.2 rad from its axis, with any roll."""
+    """Rotation of a camera with the target at most 0.2 rad from its axis and a random roll."""
     z = ex.unit(target - position)
     x = ex.unit(ex.cross(z, ex.exact(rng.normal(size=3))))
     towards = np.stack([x, ex.cross(z, x), z])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measures what the refinement's rungs take on this machine, for `locate(costs=...)`."""
+"""Measures the computing time of the refinement's rungs on this machine, for `locate(costs=...)`."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -12,20 +12,20 @@ from ... import _core
 from ..._core import Rung, RungCost, RungCosts
 from .experiment import Experiment
 
-RANGES = (1.0, 1.5, 2.2)  # times the experiment's: lamps of several sizes
-LEAST_LAMPS = 3
-# What a rung's time may depend on: indices of (1, lamps, rim points, pixels).
+RANGES = (1.0, 1.5, 2.2)  # multiples of the experiment's range, which vary the size of the lamps
+MIN_LAMPS = 3
+# Terms of a rung's time: indices into (1, lamps, rim points, pixels).
 TERMS = {Rung.points: (0, 1), Rung.centres: (0, 1), Rung.rims: (0, 1, 2), Rung.direct: (0, 1, 3)}
 NAMES = ("fixed_s", "per_lamp_s", "per_rim_point_s", "per_pixel_s")
-REPEATS = 3  # of which the median counts
+REPEATS = 3  # measurements; their median is used
 
 
 def problems(experiment: Experiment) -> list[Experiment]:
-    """Fewer lamps, and further away."""
+    """Variants of the experiment with fewer lamps and longer ranges."""
     lamps = experiment.scene.lamps
-    counts = sorted({LEAST_LAMPS, (LEAST_LAMPS + len(lamps)) // 2, len(lamps)})
+    counts = sorted({MIN_LAMPS, (MIN_LAMPS + len(lamps)) // 2, len(lamps)})
     if counts[0] > len(lamps):
-        raise ValueError(f"costs are measured with at least {LEAST_LAMPS} lamps, got {len(lamps)}")
+        raise ValueError(f"costs require at least {MIN_LAMPS} lamps, got {len(lamps)}")
     return [
         replace(experiment, scene=experiment.scene.replace(lamps=lamps[:n]), range_m=experiment.range_m * by)
         for n in counts
@@ -36,7 +36,7 @@ def problems(experiment: Experiment) -> list[Experiment]:
 def measure(
     experiment: Experiment, frames: int, min_time_s: float, advance: Callable[[], None]
 ) -> RungCosts:
-    """frames: of each problem. Raises: ValueError when a rung could not be measured."""
+    """Measures and fits the costs. frames: per problem. Raises: ValueError when a rung could not be measured."""
     seen: dict[Rung, list[tuple[Any, float]]] = {rung: [] for rung in TERMS}
     for problem in problems(experiment):
         for number in range(frames):
@@ -56,7 +56,7 @@ def measure(
 
 
 def _fitted(rung: Rung, rows: Sequence[tuple[Any, float]]) -> RungCost:
-    """Least squares of relative errors; no cost is negative."""
+    """Fits non-negative costs by least squares of relative errors."""
     if not rows:
         raise ValueError(f"no pose could be refined by {rung.name}")
     times = np.array([time_s for _, time_s in rows])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The images that every rung is measured on."""
+"""Simulated images on which every rung is measured."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 
 import libocc as occ
 
-MOST_DRAWS = 200  # views tried until one shows every lamp
+MAX_DRAWS = 200  # random views until one shows all lamps
 RIM_POINTS = 16
-MARGIN_PX = 3.0  # around a lamp's rim: its blur is in the image, too
+MARGIN_PX = 3.0  # around a lamp's rim, for its blur
 
 
 def noisier(sensor: occ.Sensor, factor: float) -> occ.Sensor:
-    """A sensor whose noise is `factor` times as large in grey levels, the image being as bright.
+    """Sensor whose noise in grey levels is `factor` times as large at the same brightness of the image.
 
-    Shot noise follows from the number of electrons: there are factor^2 times fewer of them, and each
-    makes as many more grey levels. Rounding to grey levels stays.
+    The relative shot noise is 1 / sqrt(electrons): the number of electrons is divided by factor^2 and the gain is
+    multiplied by factor^2. The quantisation noise is unchanged.
     """
     if not factor > 0:
         raise ValueError(f"noise must be positive, got {factor}")
@@ -34,7 +34,7 @@ def noisier(sensor: occ.Sensor, factor: float) -> occ.Sensor:
 
 @dataclass(frozen=True)
 class Experiment:
-    """Views of a scene from `range_m`, around the lamps' common normal by `tilt_deg`."""
+    """Random views of a scene from the distance `range_m`, at the angle `tilt_deg` to the lamps' mean normal."""
 
     scene: occ.Scene
     range_m: float = 2.5  # from the lamps' centroid
@@ -42,15 +42,17 @@ class Experiment:
     seed: int = 0
 
     def pose(self, frame: int) -> NDArray[np.float64]:
-        """cam_from_world of a frame: looks at the lamps' centroid, turned at random about the line
-        of sight. Raises: ValueError when no such view shows all lamps."""
+        """cam_from_world of a frame: faces the lamps' centroid with a random rotation about the optical axis.
+
+        Raises: ValueError when no such view shows all lamps.
+        """
         random = np.random.default_rng([self.seed, frame])
         centres = np.array([lamp.centre_m for lamp in self.scene.lamps])
         centroid = centres.mean(axis=0)
         normal = np.mean([lamp.normal for lamp in self.scene.lamps], axis=0)
         length = np.linalg.norm(normal)
         normal = normal / length if length > 1e-6 else np.array([0.0, 0.0, -1.0])
-        for _ in range(MOST_DRAWS):
+        for _ in range(MAX_DRAWS):
             away = _perpendicular(normal, random)
             tilt = np.radians(self.tilt_deg)
             direction = np.cos(tilt) * normal + np.sin(tilt) * away
@@ -61,7 +63,7 @@ class Experiment:
                 return pose
         raise ValueError(
             f"no view from {self.range_m:g} m tilted by {self.tilt_deg:g} degrees shows all of the "
-            f"{len(centres)} lamps whole: go farther, or take fewer"
+            f"{len(centres)} lamps completely: increase the range or use fewer lamps"
         )
 
     def _shows_all(self, pose: Any) -> bool:
@@ -78,7 +80,7 @@ class Experiment:
 
 
 def _perpendicular(axis: Any, random: np.random.Generator) -> NDArray[np.float64]:
-    """A random unit vector across an axis."""
+    """Random unit vector perpendicular to an axis."""
     vector = random.normal(size=3)
     vector -= (vector @ axis) * axis
     return np.asarray(vector / np.linalg.norm(vector))

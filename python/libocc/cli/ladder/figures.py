@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From the frames of a rung to its row in the table."""
+"""Statistics of a rung over all frames: one row of the table."""
 
 import math
 from collections.abc import Sequence
@@ -10,28 +10,31 @@ import numpy as np
 
 from .measure import OUTLIER, Run, Rung
 
-RELIABLE = 0.01  # of failures and outliers together: a rung with more is not recommended
+RELIABLE = 0.01  # max fraction of failures and outliers of a recommended rung
 
 
 @dataclass(frozen=True)
 class Row:
-    """A rung's figures. Errors are root mean squares of the answers that are no outliers, and their
-    ratios are to bounds of the same frames; NaN where there is nothing to take them of."""
+    """Statistics of a rung.
+
+    Errors are root mean squares over the answers that are not outliers; the bounds of the ratios are those of the same
+    frames. NaN without such answers.
+    """
 
     name: str
     family: str
-    what: str
+    description: str
     frames: int
     time_median_s: float
     time_p95_s: float
     position_rmse_m: float
     rotation_rmse_rad: float
-    position_over_pixels: float  # to the bound of all pixels
+    position_over_pixels: float  # ratio to the bound of all pixels
     rotation_over_pixels: float
-    position_over_own: float  # to the bound of what the rung sees
+    position_over_own: float  # ratio to the bound of the rung's observations
     rotation_over_own: float
-    failures: float  # part of the frames without an answer
-    outliers: float  # part of the frames with an answer that is wrong
+    failures: float  # fraction of frames without an answer
+    outliers: float  # fraction of frames with a wrong answer
     peer: bool
     pareto: bool = False  # no reliable rung is both faster and more accurate
 
@@ -40,7 +43,7 @@ class Row:
         return self.failures + self.outliers <= RELIABLE and math.isfinite(self.position_rmse_m)
 
     def plain(self) -> dict[str, Any]:
-        """For JSON and CSV: what is not a number is None."""
+        """Plain data for JSON and CSV; None for NaN and infinity."""
         return {
             key: None if isinstance(value, float) and not math.isfinite(value) else value
             for key, value in asdict(self).items()
@@ -48,7 +51,7 @@ class Row:
 
 
 def rows_of(run: Run) -> list[Row]:
-    """The rungs that suited some frame, fastest first."""
+    """Rows of the rungs that were run on at least one frame, fastest first."""
     rows = [_row(rung) for rung in run.rungs if rung.time_s]
     rows.sort(key=lambda row: row.time_median_s)
     best = math.inf
@@ -71,7 +74,7 @@ def _row(rung: Rung) -> Row:
     )
     frames = len(rung.time_s)
     return Row(
-        rung.name, rung.family, rung.what, frames,
+        rung.name, rung.family, rung.description, frames,
         float(np.median(rung.time_s)), float(np.quantile(rung.time_s, 0.95)),
         float(rmse[0]), float(rmse[1]),
         float(over_pixels[0]), float(over_pixels[1]), float(over_own[0]), float(over_own[1]),
@@ -80,7 +83,7 @@ def _row(rung: Rung) -> Row:
 
 
 def _rms(values: Any) -> Any:
-    """Of each column; NaN without rows, and where all are zero (there is no bound)."""
+    """Root mean square of each column; NaN without rows, or if all are zero (no bound)."""
     if not len(values):
         return np.full(2, math.nan)
     rms = np.sqrt(np.mean(values**2, axis=0))
@@ -88,8 +91,10 @@ def _rms(values: Any) -> Any:
 
 
 def advice(rows: Sequence[Row], target_m: float | None, budget_s: float | None) -> Row | None:
-    """The fastest reliable rung of ours that meets the target within the budget; without a target
-    the most accurate within the budget. None when there is none."""
+    """Fastest reliable rung of libocc that meets target and budget; without a target the most accurate one.
+
+    None if there is none.
+    """
     fit = [row for row in rows if row.reliable and not row.peer]
     if budget_s is not None:
         fit = [row for row in fit if row.time_median_s <= budget_s]

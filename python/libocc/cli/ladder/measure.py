@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs rungs frame by frame and keeps, of each, what its figures need."""
+"""Runs the rungs on every frame and collects the data of their statistics."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -11,24 +11,24 @@ from ... import _core
 from .experiment import Experiment
 from .peers import Peer, answer
 
-OUTLIER = 10.0  # times the error to be expected (the bound of what a rung sees, its bias included)
+OUTLIER = 10.0  # multiple of the expected error (bound of the rung's observations including their bias)
 
 
 @dataclass
 class Rung:
-    """One rung, and a value of each list for every frame that it was run on."""
+    """One rung with lists of results, one entry per frame on which it was run."""
 
     name: str
     family: str
-    what: str
+    description: str
     peer: Peer | None = None
     time_s: list[float] = field(default_factory=list)
     answered: list[bool] = field(default_factory=list)
-    # of answers: (position [m], rotation [rad])
+    # One entry per answer: (position [m], rotation [rad]).
     error: list[tuple[float, float]] = field(default_factory=list)
-    bound: list[tuple[float, float]] = field(default_factory=list)  # of what it sees
-    expected: list[tuple[float, float]] = field(default_factory=list)  # its bias included
-    all_pixels: list[tuple[float, float]] = field(default_factory=list)  # bound
+    bound: list[tuple[float, float]] = field(default_factory=list)  # of the rung's observations
+    expected: list[tuple[float, float]] = field(default_factory=list)  # bound including the bias
+    all_pixels: list[tuple[float, float]] = field(default_factory=list)  # bound of all pixels
 
     @property
     def key(self) -> str:
@@ -41,7 +41,7 @@ class Rung:
 
 @dataclass
 class Run:
-    """All rungs on the frames that there was time for."""
+    """Results of all rungs."""
 
     rungs: list[Rung]
     frames: int = 0
@@ -55,14 +55,14 @@ def own_rungs() -> list[Rung]:
 
 
 def peer_rungs(peers: Sequence[Peer]) -> list[Rung]:
-    return [Rung(peer.name, peer.family, peer.what, peer) for peer in peers]
+    return [Rung(peer.name, peer.family, peer.description, peer) for peer in peers]
 
 
 def run(
     experiment: Experiment, rungs: Sequence[Rung], frames: int, min_time_s: float,
     advance: Callable[[], None],
 ) -> Run:
-    """Ctrl-C ends it early; the frame at hand is dropped, what came before is kept."""
+    """Runs all rungs on all frames. Ctrl-C ends the run; completed frames are kept."""
     result = Run(list(rungs))
     steps = [rung.name for rung in rungs if rung.peer is None]
     try:
@@ -83,8 +83,8 @@ def _keep(result: Run, frame: _core.LadderFrame, experiment: Experiment, pose: A
     camera = experiment.scene.camera
     for rung in result.rungs:
         if rung.peer is not None:
-            told = answer(rung.peer, frame.points_in_world_m, frame.points_px, camera)
-            time_s, found, bound = told.time_s, told.cam_from_world, frame.points
+            returned = answer(rung.peer, frame.points_in_world_m, frame.points_px, camera)
+            time_s, found, bound = returned.time_s, returned.cam_from_world, frame.points
         elif rung.name in outcomes:
             outcome = outcomes[rung.name]
             time_s, bound = outcome.time_s, outcome.bound
@@ -105,11 +105,11 @@ def _keep(result: Run, frame: _core.LadderFrame, experiment: Experiment, pose: A
 
 
 def _errors(found: Any, true: Any) -> tuple[float, float]:
-    """Of position [m] and rotation [rad]."""
+    """Errors of position [m] and rotation [rad]."""
     between = found[:3, :3] @ true[:3, :3].T
     sine = 0.5 * np.linalg.norm(
         [between[2, 1] - between[1, 2], between[0, 2] - between[2, 0], between[1, 0] - between[0, 1]]
     )
     angle = float(np.arctan2(sine, 0.5 * (np.trace(between) - 1)))
-    there, truly = (-pose[:3, :3].T @ pose[:3, 3] for pose in (found, true))
-    return float(np.linalg.norm(there - truly)), angle
+    position, true_position = (-pose[:3, :3].T @ pose[:3, 3] for pose in (found, true))
+    return float(np.linalg.norm(position - true_position)), angle

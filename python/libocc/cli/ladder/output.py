@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ladder's figures as a table, CSV and JSON."""
+"""Results of the ladder as a table, CSV and JSON."""
 
 import csv
 import io
@@ -13,12 +13,12 @@ from .measure import OUTLIER, Run
 from .plot import seconds_text
 
 NOTE = (
-    "Error: r.m.s. of the answers that are not wrong; over: its ratio to the Cramér-Rao bound of all "
-    "pixels, and of what the rung sees (position). Failed: no answer. Wrong: off by more than "
-    f"{OUTLIER:g} times that bound, the bias of points included. Bold: nothing is faster and better. "
-    "Time: from named blobs to a pose, inside C++"
+    "Error: r.m.s. of the answers that are not wrong; over: ratio of the position error to the Cramér-Rao bound of all "
+    "pixels and of the rung's observations. Failed: no answer. Wrong: error above "
+    f"{OUTLIER:g} times that bound, including the bias of points. Bold: no rung is faster and more accurate. "
+    "Time: from identified blobs to a pose, measured in C++"
 )
-FROM_PYTHON = "; PoseLib's from Python, a call's overhead included"
+FROM_PYTHON = "; for PoseLib measured in Python, including the overhead of a call"
 
 
 def table(rows: Sequence[Row]) -> Any:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""PoseLib's solvers as rungs, when it is installed: timed by calling it from Python.
+"""PoseLib's solvers as rungs, if installed; their time is measured by calls from Python.
 
-OpenCV's are timed inside libocc, which links it, as its own are.
+OpenCV's solvers are measured in C++, like those of libocc, because libocc links OpenCV.
 """
 
 import importlib
@@ -14,18 +14,18 @@ import numpy as np
 
 import libocc as occ
 
-CALLS = 3  # of which the fastest counts: a call from Python is easily interrupted
+CALLS = 3  # the fastest call is used, because calls from Python are easily interrupted
 
 
 @dataclass(frozen=True)
 class Peer:
-    """A rung that is run from Python: `prepare` is not timed, what it returns is."""
+    """A rung called from Python. `prepare` is not timed; the function that it returns is timed."""
 
     name: str
     family: str
-    what: str
+    description: str
     prepare: Callable[[Any, Any, occ.Camera], Callable[[], Any]]
-    poses: Callable[[Any], list[Any]]  # of what was returned, (4, 4) each
+    poses: Callable[[Any], list[Any]]  # poses (4, 4) from the returned value
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Answer:
 
 
 def answer(peer: Peer, points_m: Any, points_px: Any, camera: occ.Camera) -> Answer:
-    """Of several poses the one that fits all points best, which is chosen after the clock stopped."""
+    """Calls a peer; of several poses the one with the smallest misfit is selected outside the measured time."""
     call = peer.prepare(points_m, points_px, camera)
     times = []
     for _ in range(CALLS):
@@ -48,7 +48,7 @@ def answer(peer: Peer, points_m: Any, points_px: Any, camera: occ.Camera) -> Ans
 
 
 def poselib_peers() -> list[Peer]:
-    """Empty when poselib is not installed."""
+    """Peers from PoseLib; empty if it is not installed."""
     try:
         poselib: Any = importlib.import_module("poselib")
     except ImportError:
@@ -76,15 +76,15 @@ def poselib_peers() -> list[Peer]:
         return matrix
 
     return [
-        Peer("p3p", "PoseLib", "three points, chosen by the others", p3p,
+        Peer("p3p", "PoseLib", "three points; the others select the solution", p3p,
              lambda found: [pose_of(pose) for pose in found]),
-        Peer("estimate", "PoseLib", "robust estimate of all points, refined", estimate,
+        Peer("estimate", "PoseLib", "robust estimate from all points, refined", estimate,
              lambda found: [pose_of(found[0])] if found[1]["num_inliers"] >= 3 else []),
     ]
 
 
 def _wide_triple(points: Any) -> list[int]:
-    """Three points far apart."""
+    """Indices of three points with a large triangle."""
     a = int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))
     b = int(np.argmax(np.linalg.norm(points - points[a], axis=1)))
     across = np.linalg.norm(np.cross(points - points[a], points[b] - points[a]), axis=1)

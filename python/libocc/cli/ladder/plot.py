@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Time against error, a mark for each rung, as a picture."""
+"""Plot of error against time, one marker per rung."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,11 +16,11 @@ from matplotlib.transforms import Bbox
 from .figures import Row
 
 ENDINGS = (".png", ".svg", ".pdf")
-# Okabe and Ito's palette, which all eyes can tell apart; the marks differ, too.
+# Palette of Okabe and Ito, distinguishable with colour vision deficiency; the markers differ as well.
 OURS, OPENGV, PEER, FRONT, INK = "#0072B2", "#009E73", "#D55E00", "#0072B2", "#222222"
 FAMILIES = {"libocc": (OURS, "o"), "OpenGV": (OPENGV, "D"), "OpenCV": (PEER, "s"), "PoseLib": (PEER, "^")}
 HALO = [withStroke(linewidth=2.5, foreground="white")]
-# Where a label may go: (right, up) of its mark in points, and how it is anchored.
+# Candidate offsets of a label: directions (right, up) and distances in multiples of NEAR points.
 NEAR, STEPS = 7.0, (1.0, 2.2, 3.6, 5.2, 7.0, 9.0, 11.0, 13.0)
 AROUND = ((1, 0), (1, 0.7), (1, -0.7), (0, 1), (0, -1), (-1, 0), (-1, 0.7), (-1, -0.7))
 
@@ -64,8 +64,8 @@ def _frame(axes: Axes, rows: Sequence[Row]) -> None:
         0.004, 0.93, "Cramér-Rao bound of all pixels", fontsize=8, color="#555555", va="top",
         transform=axes.get_yaxis_transform(),
     )
-    axes.set_xlabel("time of one pose, from named blobs (median)", fontsize=9.5, color=INK)
-    axes.set_ylabel("error of the position, over the bound", fontsize=9.5, color=INK)
+    axes.set_xlabel("time per pose, from identified blobs (median)", fontsize=9.5, color=INK)
+    axes.set_ylabel("position error / bound", fontsize=9.5, color=INK)
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: seconds_text(value)))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if max(errors) < 60 else (1,)))
@@ -85,7 +85,7 @@ def seconds_text(value: float) -> str:
 
 
 def _front(axes: Axes, front: Sequence[Row]) -> None:
-    """The staircase of what nothing beats."""
+    """Draws the Pareto front as a staircase."""
     if not front:
         return
     x = [row.time_median_s for row in front]
@@ -95,7 +95,7 @@ def _front(axes: Axes, front: Sequence[Row]) -> None:
 
 
 def _front_boxes(axes: Axes, front: Sequence[Row]) -> list[Bbox]:
-    """The staircase's parts on the canvas, for labels to keep off."""
+    """Boxes of the staircase on the canvas, which labels must avoid."""
     to_canvas = axes.transData.transform
     at = [to_canvas((row.time_median_s, row.position_over_pixels)) for row in front]
     ends = [x for x, _ in at[1:]] + [axes.bbox.x1]
@@ -108,9 +108,9 @@ def _legend(axes: Axes, rows: Sequence[Row]) -> None:
     for family in sorted(families, key=list(FAMILIES).index):
         colour, marker = FAMILIES[family]
         axes.plot([], [], marker, color=colour, markersize=6.5, label=family)
-    axes.plot([], [], "-", color=FRONT, linewidth=1.4, alpha=0.55, label="nothing is faster and better")
+    axes.plot([], [], "-", color=FRONT, linewidth=1.4, alpha=0.55, label="Pareto front")
     if any(not row.reliable for row in rows):
-        axes.plot([], [], "o", color="white", markeredgecolor="#555555", label="fails or is wrong at times")
+        axes.plot([], [], "o", color="white", markeredgecolor="#555555", label="unreliable")
     axes.legend(
         loc="upper center", bbox_to_anchor=(0.5, -0.125), ncols=6, frameon=False, fontsize=8,
         handletextpad=0.3, columnspacing=1.3,
@@ -127,14 +127,14 @@ class _Place:
 
 
 def _labels(axes: Axes, renderer: Any, rows: Sequence[Row]) -> None:
-    """Beside its mark, where no other label, mark or border is; a line leads to one further off."""
+    """Places each label near its marker without overlapping others; distant labels get a line."""
     per_point = axes.figure.dpi / 72
     at = {i: axes.transData.transform((r.time_median_s, r.position_over_pixels)) for i, r in enumerate(rows)}
     taken = [Bbox.from_bounds(x - 5 * per_point, y - 5 * per_point, 10 * per_point, 10 * per_point)
              for x, y in at.values()]
     taken += _front_boxes(axes, [row for row in rows if row.pareto])
-    crowd = sorted(at, key=lambda i: -sum(abs(at[i] - other).max() < 60 * per_point for other in at.values()))
-    for i in crowd:
+    order = sorted(at, key=lambda i: -sum(abs(at[i] - other).max() < 60 * per_point for other in at.values()))
+    for i in order:
         row = rows[i]
         colour, _ = FAMILIES[row.family]
         weight = "bold" if row.family == "libocc" else "normal"
@@ -178,15 +178,15 @@ def _place(
 
 
 def _area(a: Bbox, b: Bbox) -> float:
-    """Of the intersection."""
+    """Area of the intersection."""
     width = float(min(a.x1, b.x1) - max(a.x0, b.x0))
     height = float(min(a.y1, b.y1) - max(a.y0, b.y0))
     return max(0.0, width) * max(0.0, height)
 
 
 def ending_of(path: str) -> str:
-    """Raises: ValueError for a picture that cannot be drawn."""
+    """Ending of the file name. Raises: ValueError for an unknown ending."""
     ending = Path(path).suffix.lower()
     if ending not in ENDINGS:
-        raise ValueError(f"{path}: a plot's name ends in {', '.join(ENDINGS)}")
+        raise ValueError(f"{path}: the name of a plot must end with {', '.join(ENDINGS)}")
     return ending

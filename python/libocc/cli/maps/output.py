@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A map as a table, as arrays and as figures."""
+"""A power map as a table, as arrays and as a summary."""
 
 import csv
 import io
@@ -12,13 +12,13 @@ from ...maps import PowerMap
 
 
 def name_of(made: PowerMap) -> str:
-    """For files: "f1.4_roll0_pitch30_yaw0"."""
-    turn = (f"{part}{angle:g}" for part, angle in zip(("roll", "pitch", "yaw"), made.rotation_deg))
-    return "_".join([f"f{made.focal_mm:.6g}", *turn])
+    """Base name of the files, such as "f1.4_roll0_pitch30_yaw0"."""
+    rotation = (f"{part}{angle:g}" for part, angle in zip(("roll", "pitch", "yaw"), made.rotation_deg))
+    return "_".join([f"f{made.focal_mm:.6g}", *rotation])
 
 
 def csv_bytes(made: PowerMap) -> bytes:
-    """A line for each point; no light is -inf dBm, no bound inf."""
+    """Table with one line per point; -inf dBm without light, inf without a bound."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     ids = [lamp.id for lamp in made.scene.lamps]
@@ -35,7 +35,7 @@ def csv_bytes(made: PowerMap) -> bytes:
 
 
 def npz_bytes(made: PowerMap) -> bytes:
-    """Everything, for numpy.load()."""
+    """All arrays, for numpy.load()."""
     file = io.BytesIO()
     np.savez_compressed(
         file, x_m=made.plane.x_m, y_m=made.plane.y_m, height_m=made.plane.height_m,
@@ -48,7 +48,7 @@ def npz_bytes(made: PowerMap) -> bytes:
 
 
 def summary(made: PowerMap) -> dict[str, Any]:
-    """In a few numbers: power from where there is least to where there is most; None for what is not."""
+    """Summary: lit and bounded fraction of the points, min and max power, median bound; None without light or bound."""
     lit = made.power_w[made.power_w > 0]
     bounded = made.bound_m[np.isfinite(made.bound_m)]
     return {
@@ -59,17 +59,17 @@ def summary(made: PowerMap) -> dict[str, Any]:
         "lit": len(lit) / made.visible.size,
         "bounded": len(bounded) / made.visible.size,
         "power_dbm": [float(value) for value in dbm(np.array([lit.min(), lit.max()]))] if len(lit) else None,
-        "bound_m": float(np.median(bounded)) if len(bounded) else None,  # the median
+        "bound_m": float(np.median(bounded)) if len(bounded) else None,
     }
 
 
 def sentence(data: dict[str, Any]) -> str:
-    """What summary() says."""
+    """Result of summary() as text."""
     lens = f"f {data['focal_mm']:g} mm, rotation {' '.join(f'{angle:g}' for angle in data['rotation_deg'])}: "
     if not data["lit"]:
         return lens + "no lamp in view anywhere"
-    least, most = data["power_dbm"]
-    text = lens + f"lamps at {100 * data['lit']:.3g} % of the points, {least:.2f} to {most:.2f} dBm"
+    low, high = data["power_dbm"]
+    text = lens + f"lamps at {100 * data['lit']:.3g} % of the points, {low:.2f} to {high:.2f} dBm"
     if not data["bounded"]:
         return text + "; no bound"
     return text + f"; bound at {100 * data['bounded']:.3g} %, median {1e3 * data['bound_m']:.3g} mm"

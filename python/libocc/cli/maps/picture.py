@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A map as a picture: power, lamps in view, bound of the position."""
+"""Picture of a power map: power, number of visible lamps, bound of the position."""
 
 from collections.abc import Sequence
 from typing import IO, Any
@@ -23,11 +23,11 @@ from ...maps import PowerMap
 
 NOTHING, INK, LAMP = "#d9d9d9", "#222222", "#D55E00"
 HALO = [withStroke(linewidth=2, foreground="white")]
-PANEL_IN = (4.2, 3.6)  # of a square map with its labels and a colour bar
+PANEL_IN = (4.2, 3.6)  # inches; a square map with labels and a colour bar
 
 
 def new_figure(columns: int, rows: int, panel_in: tuple[float, float] = PANEL_IN) -> tuple[Figure, list[Axes]]:
-    """Panels, row by row."""
+    """Figure with panels, row by row."""
     layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.08)
     figure = Figure(figsize=(columns * panel_in[0], rows * panel_in[1]), dpi=90, layout=layout)
     FigureCanvasAgg(figure)
@@ -48,7 +48,7 @@ def draw(file: IO[bytes], made: PowerMap, scene_name: str) -> None:
     visible_bar(figure, visible_panel(visible, made, count), [visible], count)
     visible.set_title("lamps in view", fontsize=10)
     bound_bar(figure, bound_panel(bound, made, bound_range([made])), [bound])
-    by = "not asked for" if made.rung is None else f"Cramér-Rao, {made.rung.name}"
+    by = "not computed" if made.rung is None else f"Cramér-Rao, {made.rung.name}"
     bound.set_title(f"bound of the position ({by})", fontsize=10)
     figure.suptitle(
         f"{scene_name}: camera at Z = {made.plane.height_m:g} m, {view_text(made)}", fontsize=11, fontweight="bold",
@@ -63,14 +63,16 @@ def view_text(made: PowerMap) -> str:
 
 
 def power_range(maps: Sequence[PowerMap]) -> tuple[float, float] | None:
-    """Of the points that see a whole lamp, else of all with light; None without any. Where a border
-    leaves next to nothing of a lamp, there is next to no power."""
+    """Range of the power [dBm] over the points with a completely visible lamp, else over all lit points.
+
+    Lamps cut by the border are excluded because their power can be arbitrarily small. None without light.
+    """
     of_whole = _range([made.power_dbm[made.whole.any(axis=-1)] for made in maps], (0, 1), 0.5)
     return of_whole or _range([made.power_dbm for made in maps], (0, 1), 0.5)
 
 
 def bound_range(maps: Sequence[PowerMap]) -> tuple[float, float] | None:
-    """Millimetres, of all points with a bound; None without any."""
+    """Range of the bound [mm] over all points with a bound; None without any."""
     found = _range([np.log10(1e3 * made.bound_m) for made in maps], (0, 0.99), 0.05)
     return None if found is None else (10 ** found[0], 10 ** found[1])
 
@@ -87,13 +89,13 @@ def _range(
 
 
 def power_panel(axes: Axes, made: PowerMap, limits: tuple[float, float] | None) -> QuadMesh | None:
-    """limits: of the colours [dBm], see power_range(); None: nothing is lit."""
+    """Draws the power. limits: of the colours [dBm], see power_range(); None: no point is lit."""
     mesh = limits and _mesh(axes, made, made.power_dbm, "viridis", Normalize(*limits))
     return _framed(axes, made, mesh, "no lamp in view")
 
 
 def visible_panel(axes: Axes, made: PowerMap, lamps: int) -> QuadMesh | None:
-    """lamps: how many the colours can tell apart."""
+    """Draws the number of visible lamps. lamps: number of colours."""
     shades = matplotlib.colormaps["Blues"](np.linspace(0.15, 0.95, max(lamps, 1)))
     colours = ListedColormap([NOTHING, *map(tuple, shades)])
     norm = BoundaryNorm(np.arange(-0.5, max(lamps, 1) + 1), max(lamps, 1) + 1)
@@ -101,7 +103,7 @@ def visible_panel(axes: Axes, made: PowerMap, lamps: int) -> QuadMesh | None:
 
 
 def bound_panel(axes: Axes, made: PowerMap, limits: tuple[float, float] | None) -> QuadMesh | None:
-    """limits: of the colours [mm], see bound_range(); None: there is no bound."""
+    """Draws the bound. limits: of the colours [mm], see bound_range(); None: there is no bound."""
     mesh = limits and _mesh(axes, made, 1e3 * made.bound_m, "magma_r", LogNorm(*limits))
     return _framed(axes, made, mesh, "no bound")
 
@@ -112,7 +114,7 @@ def _mesh(axes: Axes, made: PowerMap, values: Any, colours: str | Colormap, norm
 
 
 def _framed(axes: Axes, made: PowerMap, mesh: QuadMesh | None, nothing: str) -> QuadMesh | None:
-    """Axes in metres, lamps and boxes over the map."""
+    """Sets the axes in metres and draws lamps and boxes over the map."""
     axes.set_facecolor(NOTHING)
     x, y = made.plane.x_m, made.plane.y_m
     half = (x[1] - x[0]) / 2 if len(x) > 1 else (y[1] - y[0]) / 2 if len(y) > 1 else 0.5
@@ -129,7 +131,7 @@ def _framed(axes: Axes, made: PowerMap, mesh: QuadMesh | None, nothing: str) -> 
 
 
 def mark_room(axes: Axes, scene: Scene) -> None:
-    """Lamps with their ids, and boxes."""
+    """Draws the boxes and the lamps with their ids."""
     for box in scene.boxes:
         (x, y), (width, depth) = box.min_m[:2], (box.max_m - box.min_m)[:2]
         axes.add_patch(Rectangle((x, y), width, depth, fill=False, hatch="////", edgecolor=INK, linewidth=0.8))
@@ -153,7 +155,7 @@ def visible_bar(figure: Figure, mesh: ScalarMappable | None, axes: Sequence[Axes
     if mesh is not None:
         step = 1 + lamps // 12
         bar = figure.colorbar(mesh, ax=list(axes), shrink=0.85, pad=0.02, ticks=range(0, lamps + 1, step))
-        bar.set_label("lamps of which some light arrives", fontsize=8.5)
+        bar.set_label("number of visible lamps", fontsize=8.5)
         bar.ax.tick_params(labelsize=8)
 
 

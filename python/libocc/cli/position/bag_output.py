@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A new bag with the poses, and with every frame's record as JSON."""
+"""Output to a new ROS bag: the poses, and the record of every frame as JSON."""
 
 import sqlite3
 from pathlib import Path
@@ -15,11 +15,11 @@ ROS2_VERSION = 8
 
 
 class BagOutput:
-    """NAME.bag is one of ROS 1, anything else a folder of ROS 2.
+    """Writes a ROS 1 bag if the name ends with .bag, else a ROS 2 bag (a folder).
 
-    Topics: /libocc/pose, a PoseWithCovarianceStamped of the camera's optical frame in the world for
-    each frame in which lamps were seen; /libocc/fix, a String with every record as JSON, among them
-    the predicted poses. Raises: ValueError without rosbags; OSError when the bag is there already.
+    Topics: /libocc/pose, a PoseWithCovarianceStamped of the camera's optical frame in the world for each frame with
+    detected lamps; /libocc/fix, a String with every record as JSON, including predicted poses.
+    Raises: ValueError without rosbags; OSError when the bag exists already.
     """
 
     def __init__(self, path: str):
@@ -28,7 +28,7 @@ class BagOutput:
         rosbags = rosbags_module(path, "rosbag1" if self._ros1 else "rosbag2")
         typesys = rosbags_module(path, "typesys")
         if Path(path).exists():
-            raise OSError(f"{path}: is there already; a bag is not added to")
+            raise OSError(f"{path}: exists already; use another name, bags are not extended")
         require_writable(path)
         stores = typesys.Stores
         self._store = typesys.get_typestore(stores.ROS1_NOETIC if self._ros1 else stores.ROS2_HUMBLE)

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where lamps hang by the ids that they say, as a table: what a building's management hands out.
+"""Table of lamp positions by id, as a building's management may provide it.
 
     id,x,y,z
     1,1.0,1.0,3.0
     2,3.0,1.0,3.0
 
-Metres. A column `radius` may follow; without it lamps are as large as the scene's of the same id, or
-as all of the scene's are.
+Units are metres. The column `radius` is optional; without it a lamp has the size of the scene's lamp with the same id,
+or the common size of all lamps in the scene.
 """
 
 import csv
@@ -19,7 +19,7 @@ COLUMNS = ("id", "x", "y", "z")
 
 
 def lamps_of_table(path: str, scene: Scene, code: Code) -> Scene:
-    """The scene's camera with the table's lamps, each of which says its id by the code.
+    """Scene with the lamps of the table, each of which transmits its id with `code`.
 
     Raises: OSError; ValueError naming file and line.
     """
@@ -35,10 +35,10 @@ def lamps_of_table(path: str, scene: Scene, code: Code) -> Scene:
             try:
                 lamp = _lamp(dict(zip(header, row, strict=True)), scene, code)
                 if lamp.id in lamps:
-                    raise ValueError(f"id {lamp.id} is there already")
+                    raise ValueError(f"id {lamp.id} occurs twice")
             except ValueError as error:
-                said = str(error) if "zip()" not in str(error) else f"must have {len(header)} values, got {len(row)}"
-                raise ValueError(f"{path}:{rows.line_num}: {said}") from error
+                reason = str(error) if "zip()" not in str(error) else f"must have {len(header)} values, got {len(row)}"
+                raise ValueError(f"{path}:{rows.line_num}: {reason}") from error
             lamps[lamp.id] = lamp
     if not lamps:
         raise ValueError(f"{path}: has no lamps")
@@ -50,20 +50,21 @@ def _lamp(row: dict[str, str], scene: Scene, code: Code) -> Lamp:
         raise ValueError(f"id must be a whole number, got {row['id']!r}")
     id = int(row["id"])
     centre_m = [_number(row[axis], axis) for axis in COLUMNS[1:]]
-    likes = {lamp.id: lamp for lamp in scene.lamps}
-    like = likes.get(id)
+    templates = {lamp.id: lamp for lamp in scene.lamps}
+    template = templates.get(id)
     if "radius" in row:
         radius_m = _number(row["radius"], "radius")
         if radius_m <= 0:
             raise ValueError(f"radius must be positive, got {row['radius']!r}")
-        like = like or Lamp(id=id, centre_m=centre_m, radius_m=radius_m)
-        like = like.replace(radius_m=radius_m)
-    elif like is None:
+        template = template or Lamp(id=id, centre_m=centre_m, radius_m=radius_m)
+        template = template.replace(radius_m=radius_m)
+    elif template is None:
         if len({lamp.radius_m for lamp in scene.lamps}) != 1:
-            raise ValueError(f"id {id}: how large is the lamp? Give a column radius")
-        like = scene.lamps[0]
-    said = LampCode(code=code, id=id)  # which sets how it blinks
-    return like.replace(id=id, centre_m=centre_m, code=said, frequency_hz=None, waveform=[])
+            raise ValueError(f"id {id}: the size of the lamp is unknown; add a column radius")
+        template = scene.lamps[0]
+    return template.replace(
+        id=id, centre_m=centre_m, code=LampCode(code=code, id=id), frequency_hz=None, waveform=[],
+    )
 
 
 def _number(text: str, name: str) -> float:

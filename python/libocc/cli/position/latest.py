@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The newest frame of a source that does not wait: who is slow misses frames, not time."""
+"""Newest frame of a live source: slow processing drops frames instead of falling behind."""
 
 import threading
 import time
@@ -10,10 +10,10 @@ from ...streams.frames import Source, StreamFrame
 
 
 class Latest:
-    """Reads a source in a thread of its own and keeps its newest frame alone.
+    """Reads a source in a separate thread and keeps only its newest frame.
 
-    paced: a file is read at the pace of its times, as if it were live. `dropped` counts the frames
-    that a newer one has replaced; those without an image are not dropped, as somebody has to say so.
+    paced: a file is read in real time according to its time stamps. `dropped` is the number of frames replaced by
+    newer ones; frames without an image are not dropped, because they must be reported.
     """
 
     def __init__(self, source: Source, stop: threading.Event, paced: bool = False):
@@ -24,13 +24,13 @@ class Latest:
         self._ended = False
         self._closed = threading.Event()
         self._error: Exception | None = None
-        self._begun_s: float | None = None  # when time 0 was
+        self._begun_s: float | None = None  # monotonic time at which the frames' time is 0
         self.dropped = 0
         self._thread = threading.Thread(target=self._grab, name="grabber", daemon=True)
         self._thread.start()
 
     def __iter__(self) -> Iterator[StreamFrame]:
-        """Raises: what the source raised."""
+        """Yields the newest frames. Raises: the exceptions of the source."""
         while not self._stop.is_set():
             with self._news:
                 self._news.wait_for(self._any, timeout=0.1)
@@ -57,14 +57,14 @@ class Latest:
                 if self._stop.is_set() or self._closed.is_set():
                     break
                 self._put(frame)
-        except Exception as error:  # for whoever takes the frames
+        except Exception as error:  # raised in __iter__, in the thread of the reader
             self._error = error
         with self._news:
             self._ended = True
             self._news.notify()
 
     def _early_s(self, time_s: float) -> float:
-        """How long to wait for a frame's time to come; where its clock jumps, the pace begins anew."""
+        """Time until a frame is due; after a clock jump of more than 1 s the pace restarts."""
         now_s = time.monotonic()
         if self._begun_s is None or not -1 <= now_s - time_s - self._begun_s <= 1:
             self._begun_s = now_s - time_s
@@ -80,7 +80,7 @@ class Latest:
             self._news.notify()
 
     def close(self) -> bool:
-        """Whether the source is not read any more; a camera may hang."""
+        """Ends the thread; returns False if it does not end within 2 s, as when a camera hangs."""
         self._closed.set()
         self._thread.join(timeout=2)
         return not self._thread.is_alive()

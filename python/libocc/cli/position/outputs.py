@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where records go while they come: files of whole lines, whatever ends the run."""
+"""Outputs that receive the records during a run: files of complete lines, also after an interruption."""
 
 import contextlib
 import json
@@ -13,20 +13,20 @@ from .record import Pose, Record, record_dict
 
 
 class Output(Protocol):
-    """Raises: OSError naming itself when it cannot go on; what is there then stays."""
+    """Receives records. Raises OSError naming itself when it cannot be written; the content so far remains."""
 
     name: str
 
     def add(self, record: Record) -> None: ...
 
     def close(self) -> str:
-        """A sentence to say at the end, or an empty one."""
+        """Closes the output; returns a message for the user, or an empty string."""
 
 
 class LineFile:
-    """A file that grows by whole lines, each on the disk when the call returns.
+    """A file that grows by complete lines, each written when the call returns.
 
-    Raises: OSError naming it. A line that did not fit is taken back.
+    Raises: OSError naming the file. A partly written line is removed.
     """
 
     def __init__(self, path: str):
@@ -44,7 +44,7 @@ class LineFile:
             while done < len(data):
                 done += os.write(self._file, data[done:])
         except OSError as error:
-            with contextlib.suppress(OSError):  # no plain file: nothing to take back
+            with contextlib.suppress(OSError):  # devices and pipes cannot be truncated
                 os.ftruncate(self._file, self._size)
             raise self._named(error) from error
         self._size += done
@@ -58,7 +58,7 @@ class LineFile:
 
 
 class JsonLines:
-    """Every record, an object a line."""
+    """Writes every record as one line of JSON."""
 
     def __init__(self, path: str):
         self.name = path
@@ -77,19 +77,22 @@ def json_line(record: Record) -> str:
 
 
 def tum_line(pose: Pose) -> str:
-    """`t tx ty tz qx qy qz qw`, the camera's pose in the world, as Trajectory.save writes it."""
+    """Line `t tx ty tz qx qy qz qw` with the camera's pose in the world, in the format of Trajectory.save()."""
     return Trajectory([pose.time_s], [pose.cam_from_world]).format().splitlines()[-1]
 
 
 class Tum:
-    """The poses of frames in which lamps were seen; predicted ones are left out, as the format cannot
-    say which they are. Times rise in it: what comes after a clock was set back is left out, too."""
+    """Writes poses of frames with detected lamps in TUM format.
+
+    Predicted poses are omitted because the format cannot mark them. Times must increase: poses with earlier times,
+    after a clock was set back, are omitted as well.
+    """
 
     def __init__(self, path: str):
         self.name = path
         self._file = LineFile(path)
         self._last_s: float | None = None
-        self._left_out = 0
+        self._omitted = 0
         self._file.write("# timestamp tx ty tz qx qy qz qw: the camera's pose in the world [s, m]")
 
     def add(self, record: Record) -> None:
@@ -97,22 +100,24 @@ class Tum:
         if pose is None or record.predicted:
             return
         if self._last_s is not None and pose.time_s <= self._last_s:
-            self._left_out += 1
+            self._omitted += 1
             return
         self._file.write(tum_line(pose))
         self._last_s = pose.time_s
 
     def close(self) -> str:
         self._file.close()
-        return f"{self.name}: {self._left_out} poses left out whose times do not rise" if self._left_out else ""
+        if not self._omitted:
+            return ""
+        return f"{self.name}: {self._omitted} poses are omitted because their times do not increase"
 
 
 class Outputs:
-    """All of a run. One that fails is closed and said; the others go on."""
+    """All outputs of a run. An output that fails is closed and reported; the others continue."""
 
-    def __init__(self, outputs: list[Output], say: Callable[[str], None]):
+    def __init__(self, outputs: list[Output], report: Callable[[str], None]):
         self._open = outputs
-        self._say = say
+        self._report = report
         self.failures: list[str] = []
 
     @property
@@ -125,26 +130,26 @@ class Outputs:
                 output.add(record)
             except OSError as error:
                 self._open.remove(output)
-                self._failed(f"{error}; frame {record.frame} and what follows are not in it")
+                self._failed(f"{error}; frame {record.frame} and all later frames are missing in it")
                 with contextlib.suppress(OSError):
                     output.close()
 
     def close(self) -> None:
         for output in self._open:
             try:
-                if said := output.close():
-                    self._say(said)
+                if message := output.close():
+                    self._report(message)
             except OSError as error:
-                self._failed(f"{error}; it is not whole")
+                self._failed(f"{error}; it is incomplete")
         self._open = []
 
     def _failed(self, message: str) -> None:
         self.failures.append(message)
-        self._say(f"error: {message}")
+        self._report(f"error: {message}")
 
 
 def require_writable(path: str) -> None:
-    """Raises: OSError naming what cannot be made where path says."""
+    """Raises OSError naming the path when its folder is missing or not writable."""
     folder = Path(path).resolve().parent
     if not folder.is_dir() or not os.access(folder, os.W_OK):
-        raise OSError(f"{path}: cannot be written: {folder} is no folder that can be written to")
+        raise OSError(f"{path}: cannot be written: {folder} is not a writable folder")

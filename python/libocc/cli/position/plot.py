@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run as a picture: the path over the room; errors, or sigmas where the truth is not known, and
-states over time."""
+"""Plot of a run: path over the room; errors (sigmas if the truth is unknown) and states over time."""
 
 from typing import IO
 
@@ -20,7 +19,7 @@ AXES = (("x", "#0072B2"), ("y", "#D55E00"), ("z", "#009E73"))
 
 
 def draw(file: IO[bytes], records: list[Record], scene: Scene, title: str = "") -> None:
-    """Writes PNG."""
+    """Writes a PNG."""
     figure = Figure(figsize=(12, 5), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
     grid = figure.add_gridspec(4, 2, width_ratios=(5, 6), height_ratios=(4, 4, 4, 1))
@@ -56,7 +55,8 @@ def _path(axes: Axes, records: list[Record], scene: Scene) -> None:
             axes.plot(at[:, 0], at[:, 1], ".", color=STATES[state], markersize=2.5, label=state)
     lamps = np.array([lamp.centre_m for lamp in scene.lamps])
     if len(lamps):
-        axes.plot(lamps[:, 0], lamps[:, 1], "o", color="#F0C000", markeredgecolor="#806000", markersize=9, label="lamps")
+        style = {"color": "#F0C000", "markeredgecolor": "#806000", "label": "lamps"}
+        axes.plot(lamps[:, 0], lamps[:, 1], "o", markersize=9, **style)
         for lamp in scene.lamps:
             x, y, _ = lamp.centre_m
             axes.annotate(str(lamp.id), (x, y), xytext=(7, 5), textcoords="offset points", fontsize=9)
@@ -68,7 +68,7 @@ def _path(axes: Axes, records: list[Record], scene: Scene) -> None:
 
 
 def _errors(axes: Axes, records: list[Record], begun_s: float, axis: int, colour: str) -> None:
-    """Broken where there is no pose."""
+    """Draws error and 3 sigma of one axis, with gaps where there is no pose."""
     time_s = np.array([(r.time_s or 0.0) - begun_s for r in records])
     sigma = np.array([np.nan if r.pose is None else r.pose.sigmas_m[axis] for r in records], float)
     error = np.array([np.nan if r.error_m is None else r.error_m[axis] for r in records], float)
@@ -76,7 +76,7 @@ def _errors(axes: Axes, records: list[Record], begun_s: float, axis: int, colour
     if np.isfinite(error).any():
         axes.plot(time_s, 1e3 * error, color=colour, linewidth=0.9)
     shown = np.concatenate([3e3 * sigma[np.isfinite(sigma)], 1e3 * np.abs(error[np.isfinite(error)])])
-    if len(shown):  # a long time without lamps would hide all else
+    if len(shown):  # percentile: sigma during long times without lamps would hide everything else
         top = 1.1 * float(np.percentile(shown, 97)) + 1e-3
         axes.set_ylim(-top, top)
     axes.grid(alpha=0.3)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From an image to what is said of it: by the tracker alone."""
+"""Positions from images by the tracker."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -10,12 +10,12 @@ from ..._core import Prior, Scene, TrackedFrame, Tracker
 from ...streams.frames import Pixels
 from .record import Pose, pose_of
 
-DRIFT_M, DRIFT_RAD = 0.3, 0.2  # how far a camera may be from its last pose when a clock was set
+DRIFT_M, DRIFT_RAD = 0.3, 0.2  # sigma of the motion during a clock jump, whose duration is unknown
 
 
 @dataclass(frozen=True)
-class Seen:
-    """As in a Record."""
+class FrameResult:
+    """Result of one frame; the fields are those of Record."""
 
     state: str
     reason: str = ""
@@ -29,49 +29,49 @@ class Seen:
 
 
 class Positioner(Protocol):
-    def add(self, image: Pixels, time_s: float) -> Seen:
-        """Raises: ValueError for an image that is not of the camera's size."""
+    def add(self, image: Pixels, time_s: float) -> FrameResult:
+        """Processes an image. Raises: ValueError when its size is not that of the camera."""
 
-    def begin_anew(self, time_s: float) -> None:
-        """With the next frame: the clock was set to that time."""
+    def restart(self, time_s: float) -> None:
+        """Restarts with the next frame because the clock jumped to that time."""
 
 
-def seen_of(tracked: TrackedFrame) -> Seen:
+def result_of(tracked: TrackedFrame) -> FrameResult:
     pose = pose_of(tracked)
     state, reason = tracked.state.name, tracked.reason
     if pose is None and state in ("tracking", "coasting"):
         state, reason = "lost", "the pose is not finite"
     centres = [blob.centroid_px for blob in tracked.lamps.values()]
-    return Seen(
+    return FrameResult(
         state, reason, pose=pose, lamps=tuple(tracked.lamps),
-        warning="the pose has jumped to where it was not expected" if tracked.relocated else "",
+        warning="relocalised: the pose differs from the prediction" if tracked.relocated else "",
         blobs_px=tuple((float(x), float(y)) for x, y in centres), full_search=tracked.full_search,
         nis=float(tracked.nis) if tracked.nis_dof > 0 else None, nis_dof=int(tracked.nis_dof),
     )
 
 
 class TrackerPositioner:
-    """prior: holds for the beginning; its height and gravity for ever."""
+    """prior: used for the first fix; its height and gravity are used throughout."""
 
     def __init__(self, scene: Scene, prior: Prior | None = None):
         self._scene, self._prior = scene, prior
         self._tracker = Tracker(scene, prior)
         self._last: Pose | None = None
 
-    def add(self, image: Pixels, time_s: float) -> Seen:
-        seen = seen_of(self._tracker.add_image(image, time_s))
-        self._last = seen.pose
-        return seen
+    def add(self, image: Pixels, time_s: float) -> FrameResult:
+        result = result_of(self._tracker.add_image(image, time_s))
+        self._last = result.pose
+        return result
 
-    def begin_anew(self, time_s: float) -> None:
-        """At the last pose, from which the camera may have moved."""
-        self._tracker = Tracker(self._scene, _lasting(self._prior))
+    def restart(self, time_s: float) -> None:
+        """Restarts at the last pose with an enlarged covariance, because the camera may have moved."""
+        self._tracker = Tracker(self._scene, _permanent(self._prior))
         if self._last is not None:
             moved = np.diag([DRIFT_RAD**2] * 3 + [DRIFT_M**2] * 3)
             self._tracker.start(time_s, self._last.cam_from_world, self._last.covariance + moved)
 
 
-def _lasting(prior: Prior | None) -> Prior | None:
+def _permanent(prior: Prior | None) -> Prior | None:
     if prior is None:
         return None
     return Prior(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is said of one frame: as plain data for JSON, and as a line for people."""
+"""Record of one frame, as plain data for JSON and as a line of text."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-SKIPPED = "skipped"  # state of a frame that could not be used
+SKIPPED = "skipped"  # state of a frame that was not usable
 
 
 @dataclass(frozen=True)
 class Pose:
-    """Where the camera is, with its covariances as in a Fix."""
+    """Pose of the camera with its covariances, as in a Fix."""
 
     time_s: float
     cam_from_world: Array
@@ -28,8 +28,11 @@ class Pose:
 
 @dataclass(frozen=True)
 class Record:
-    """state: searching, tracking, coasting, lost (see Tracker), or skipped. A pose is there while the
-    state is tracking; while it is coasting, the predicted one with its grown covariance."""
+    """Result of one frame.
+
+    state: searching, tracking, coasting, lost (see Tracker), or skipped. The pose is an estimate in the state tracking,
+    a prediction with a growing covariance in the state coasting, and None otherwise.
+    """
 
     frame: int
     time_s: float | None
@@ -44,8 +47,8 @@ class Record:
     nis: float | None = None
     nis_dof: int = 0
     took_s: float = 0.0
-    dropped: int = 0  # frames since the record before, to keep up
-    error_m: Array | None = None  # against the truth, where that is known
+    dropped: int = 0  # frames dropped since the previous record
+    error_m: Array | None = None  # estimate minus truth, if the truth is known
     truth_m: Array | None = None
 
     @property
@@ -54,7 +57,7 @@ class Record:
 
 
 def pose_of(tracked: Any) -> Pose | None:
-    """Of a TrackedFrame that has one. A pose that is not finite is none."""
+    """Pose of a TrackedFrame; None if it has no pose or the pose is not finite."""
     if tracked.state.name not in ("tracking", "coasting"):
         return None
     values = (tracked.cam_from_world, tracked.covariance, tracked.position_m, tracked.position_covariance_m2)
@@ -65,7 +68,7 @@ def pose_of(tracked: Any) -> Pose | None:
 
 
 def record_dict(record: Record) -> dict[str, Any]:
-    """Plain data, with the same keys for every frame."""
+    """Record as plain data, with the same keys for every frame."""
     pose = record.pose
     return {
         "frame": record.frame,
@@ -94,7 +97,7 @@ HEAD = "    time s  state           x m       y m       z m  sigma mm  lamps"
 
 
 def record_text(record: Record) -> str:
-    """One line, under HEAD."""
+    """Record as one line of the table with the header HEAD."""
     time = "         -" if record.time_s is None else f"{record.time_s:10.3f}"
     if record.pose is None:
         place = f"{'-':>9} {'-':>9} {'-':>9} {'-':>9}"
@@ -102,5 +105,6 @@ def record_text(record: Record) -> str:
         x, y, z = (round(float(v), 4) + 0.0 for v in record.pose.position_m)
         sigma_mm = 1e3 * float(np.linalg.norm(record.pose.sigmas_m))
         place = f"{x:9.4f} {y:9.4f} {z:9.4f} {sigma_mm:9.2f}"
-    said = "; ".join(text for text in (record.reason, record.warning) if text)
-    return f"{time}  {record.state:<9} {place}  {' '.join(map(str, record.lamps)) or '-'}" + (f"  {said}" if said else "")
+    lamps = " ".join(map(str, record.lamps)) or "-"
+    notes = "; ".join(text for text in (record.reason, record.warning) if text)
+    return f"{time}  {record.state:<9} {place}  {lamps}" + (f"  {notes}" if notes else "")

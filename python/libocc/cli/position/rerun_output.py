@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A recording for Rerun's viewer: the room's lamps, the camera, its path, errors and states."""
+"""Recording for the Rerun viewer: lamps, camera, path, errors and states."""
 
 import importlib
 from typing import Any
@@ -11,20 +11,20 @@ from .outputs import require_writable
 from .record import Record
 
 LEVELS = {"tracking": "INFO", "coasting": "WARN", "searching": "WARN", "lost": "ERROR", "skipped": "WARN"}
-PIECE = 30  # poses: the path is drawn by pieces, as it never ends
+PIECE = 30  # poses per piece of the path, which may grow without limit
 
 
 class RerunOutput:
-    """Raises: ValueError without rerun-sdk; OSError when the file cannot be made."""
+    """Writes an .rrd file. Raises: ValueError without rerun-sdk; OSError when the file cannot be created."""
 
     def __init__(self, path: str, scene: Scene):
         self.name = path
         try:
             self._rr: Any = importlib.import_module("rerun")
         except ImportError as error:
-            raise ValueError(f"{path}: needs Rerun: pip install 'libocc[rerun]'") from error
+            raise ValueError(f"{path}: requires Rerun: pip install 'libocc[rerun]'") from error
         require_writable(path)
-        with open(path, "wb"):  # the recorder's own thread would tell only at the end
+        with open(path, "wb"):  # the thread of the recorder would report an error only at the end
             pass
         self._out = self._rr.RecordingStream("libocc position")
         try:
@@ -63,8 +63,8 @@ class RerunOutput:
         self._out.set_time("frame", sequence=record.frame)
         if record.state != self._state or record.warning:
             self._state = record.state
-            said = "; ".join(text for text in (record.state, record.reason, record.warning) if text)
-            self._out.log("states", rr.TextLog(said, level=LEVELS.get(record.state, "INFO")))
+            message = "; ".join(text for text in (record.state, record.reason, record.warning) if text)
+            self._out.log("states", rr.TextLog(message, level=LEVELS.get(record.state, "INFO")))
         self._out.log("lamps_seen", rr.Scalars(len(record.lamps)))
         if record.blobs_px:
             labels = [str(id) for id in record.lamps]
@@ -94,7 +94,7 @@ class RerunOutput:
         self._draw_piece()
         try:
             self._out.flush()
-        except Exception as error:  # of the recorder's own thread
+        except Exception as error:  # raised in the thread of the recorder
             raise self._named(error) from error
         finally:
             self._out.disconnect()

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Poses as ROS has them: the camera's optical frame in the world, quaternions x y z w, covariances by
-[x, y, z, turns about x, y, z], all along the axes of the world (the header's frame_id).
+"""Poses as ROS messages: pose of the camera's optical frame in the world, quaternion order x y z w, covariance order
+[x, y, z, rotations about x, y, z] along the axes of the world frame (frame_id of the header).
 
-libocc's 6x6 covariance is of cam_from_world = (R, t), of [turn, shift] in the camera's frame by left
-perturbation. The camera's place is -R^T t and its attitude R^T, so that
+libocc's 6x6 covariance refers to cam_from_world = (R, t) with the left perturbation [rotation r, translation s] in the
+camera frame. The position of the camera is -R^T t and its attitude R^T, so that
 
-    d place = -R^T shift,   d turn in the world = -R^T turn.
+    d position = -R^T s,   d rotation in the world = -R^T r.
 """
 
 from typing import Any
@@ -22,24 +22,24 @@ TEXT = "std_msgs/msg/String"
 
 
 def ros_covariance(pose: Pose) -> Array:
-    """(6, 6) of [x, y, z, turn about x, y, z] in the world's frame."""
+    """(6, 6) covariance of [x, y, z, rotations about x, y, z] in the world frame."""
     back = -pose.cam_from_world[:3, :3].T
     jacobian = np.block([[np.zeros((3, 3)), back], [back, np.zeros((3, 3))]])
     return np.asarray(jacobian @ pose.covariance @ jacobian.T)
 
 
 def pose_message(store: Any, pose: Pose, frame_id: str, sequence: int | None) -> Any:
-    """A PoseWithCovarianceStamped; sequence: of ROS 1's headers, None for ROS 2."""
+    """Message PoseWithCovarianceStamped. sequence: number for the header in ROS 1, None for ROS 2."""
     types = store.types
     nanoseconds = round(1e9 * pose.time_s)
     stamp = types["builtin_interfaces/msg/Time"](nanoseconds // 10**9, nanoseconds % 10**9)
     numbers = {} if sequence is None else {"seq": sequence}
     header = types["std_msgs/msg/Header"](**numbers, stamp=stamp, frame_id=frame_id)
     x, y, z, qx, qy, qz, qw = map(float, tum_line(pose).split()[1:])
-    place = types["geometry_msgs/msg/Point"](x=x, y=y, z=z)
-    turn = types["geometry_msgs/msg/Quaternion"](x=qx, y=qy, z=qz, w=qw)
-    both = types["geometry_msgs/msg/PoseWithCovariance"](
-        pose=types["geometry_msgs/msg/Pose"](position=place, orientation=turn),
+    position = types["geometry_msgs/msg/Point"](x=x, y=y, z=z)
+    rotation = types["geometry_msgs/msg/Quaternion"](x=qx, y=qy, z=qz, w=qw)
+    pose_with_covariance = types["geometry_msgs/msg/PoseWithCovariance"](
+        pose=types["geometry_msgs/msg/Pose"](position=position, orientation=rotation),
         covariance=ros_covariance(pose).reshape(36),
     )
-    return types[POSE](header=header, pose=both)
+    return types[POSE](header=header, pose=pose_with_covariance)

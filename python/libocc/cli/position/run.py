@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run on the command line: records to the screen and to outputs, until nobody wants them."""
+"""A run of `libocc position`: sends records to standard output and to files."""
 
 import os
 import sys
@@ -15,13 +15,13 @@ from .record import HEAD, Record, record_text
 from .summary import Summary
 
 
-def tell(text: str) -> None:
+def report(text: str) -> None:
+    """Prints a line on stderr."""
     click.echo(text, err=True)
 
 
 class Screen:
-    """Standard output, a line a frame. When nobody reads it any more, or its disk is full, there is
-    no more of it."""
+    """Writes one line per frame to standard output, until its pipe is closed or its disk is full."""
 
     def __init__(self, as_json: bool, quiet: bool):
         self._as_json, self._quiet = as_json, quiet
@@ -45,13 +45,13 @@ class Screen:
             self.gone = True
             if not isinstance(error, BrokenPipeError):
                 self.failed = True
-                tell(f"error: standard output: cannot be written: {error.strerror or error}")
-            # Python would try once more at its end, and say so.
+                report(f"error: standard output: cannot be written: {error.strerror or error}")
+            # Otherwise Python flushes stdout at exit and reports a second error.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class Run:
-    """Takes records to where they are wanted, until there are no more or nobody wants them."""
+    """Sends records to standard output and to all outputs, until the records end or no output is left."""
 
     def __init__(self, screen: Screen, outputs: Outputs, kept: list[Record] | None, recording: bool):
         self.summary = Summary()
@@ -59,8 +59,8 @@ class Run:
         self._screen, self._outputs, self._recording = screen, outputs, recording
         self._broken = False
 
-    def through(self, all_records: Generator[Record, None, None], source: str, total: int | None) -> None:
-        """total: for a bar, which a screen full of lines has no place for."""
+    def process(self, all_records: Generator[Record, None, None], source: str, total: int | None) -> None:
+        """Processes all records. total: number of frames for a progress bar, None for no bar."""
         with ExitStack() as bars, closing(all_records):
             advance = bars.enter_context(progress("positioning", total)) if total is not None else None
             try:
@@ -68,14 +68,14 @@ class Run:
                     self._add(record)
                     if advance is not None:
                         advance()
-                    if self.unheard:
+                    if self.outputs_gone:
                         return
             except (OSError, ValueError) as error:
                 text = str(error) if str(error).startswith(source) else f"{source}: {error}"
                 if self.summary.frames == 0:
                     raise Failure(text) from error
                 self._broken = True
-                tell(f"error: {text}")
+                report(f"error: {text}")
 
     def _add(self, record: Record) -> None:
         self.summary.add(record)
@@ -85,13 +85,13 @@ class Run:
             self.kept.append(record)
 
     @property
-    def unheard(self) -> bool:
-        """Nothing that was wanted can be written any more."""
+    def outputs_gone(self) -> bool:
+        """True if none of the requested outputs can be written any more."""
         if not self._recording:
             return self._screen.gone
         return self._outputs.none_left and self.kept is None and self._screen.silent
 
     @property
     def failed(self) -> bool:
-        """What and why has been told."""
+        """True if an error occurred; it was reported on stderr."""
         return self._broken or self._screen.failed or bool(self._outputs.failures)

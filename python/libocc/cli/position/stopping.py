@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C and SIGTERM as a wish to come to an end, not as an end."""
+"""Orderly end of a run after Ctrl-C or SIGTERM."""
 
 import signal
 import threading
@@ -12,21 +12,23 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 @contextmanager
 def stopped_by_signals() -> Iterator[threading.Event]:
-    """An event that the first signal sets; the second one ends the program as ever. Outside the main
-    thread signals are left alone."""
+    """Yields an event that the first signal sets; a second signal ends the program.
+
+    Outside the main thread, signal handlers are not changed.
+    """
     stop = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield stop
         return
     before = {number: signal.getsignal(number) for number in SIGNALS}
 
-    def wish(number: int, frame: FrameType | None) -> None:
+    def request_stop(number: int, frame: FrameType | None) -> None:
         stop.set()
         for each, handler in before.items():
             signal.signal(each, handler)
 
     for number in SIGNALS:
-        signal.signal(number, wish)
+        signal.signal(number, request_stop)
     try:
         yield stop
     finally:

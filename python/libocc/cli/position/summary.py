@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a whole run came to, in the same memory however long it is."""
+"""Summary of a run in constant memory."""
 
 import math
 from collections import Counter
@@ -11,7 +11,7 @@ from .record import SKIPPED, Array, Record
 
 
 class Durations:
-    """How long frames took, in bins of 2 %: a run may never end."""
+    """Histogram of processing times with bins of 2 %, because the number of frames is unlimited."""
 
     SHORTEST_S, STEP, BINS = 1e-6, 1.02, 1000
 
@@ -23,7 +23,7 @@ class Durations:
         self._counts[min(int(bin_), self.BINS - 1)] += 1
 
     def quantile_s(self, part: float) -> float | None:
-        """To 1 %; None of nothing."""
+        """Quantile, accurate to 1 %; None without data."""
         total = int(self._counts.sum())
         if total == 0:
             return None
@@ -33,12 +33,12 @@ class Durations:
 
 @dataclass
 class Errors:
-    """Against the truth."""
+    """Statistics of the position errors against the truth."""
 
     count: int = 0
     sum_m: float = 0.0
     sum_m2: float = 0.0
-    largest_m: float = 0.0
+    max_m: float = 0.0
     sum_nees: float = 0.0
 
     def add(self, error_m: Array, covariance_m2: Array) -> None:
@@ -46,20 +46,20 @@ class Errors:
         self.count += 1
         self.sum_m += length_m
         self.sum_m2 += length_m**2
-        self.largest_m = max(self.largest_m, length_m)
+        self.max_m = max(self.max_m, length_m)
         self.sum_nees += _nees(error_m, covariance_m2)
 
     def text(self) -> str:
         return (
             f"against the truth: mean {1e3 * self.sum_m / self.count:.2f} mm, "
-            f"RMSE {1e3 * math.sqrt(self.sum_m2 / self.count):.2f} mm, largest {1e3 * self.largest_m:.2f} mm; "
+            f"RMSE {1e3 * math.sqrt(self.sum_m2 / self.count):.2f} mm, max {1e3 * self.max_m:.2f} mm; "
             f"mean NEES {self.sum_nees / self.count:.2f} (3 expected)"
         )
 
 
 @dataclass
 class Summary:
-    """What a whole run came to."""
+    """Counts and statistics of a run."""
 
     frames: int = 0
     states: Counter[str] = field(default_factory=Counter)
@@ -87,25 +87,25 @@ class Summary:
             self.errors.add(record.error_m, record.pose.position_covariance_m2)
 
     def text(self) -> str:
-        """For people, some lines."""
+        """Summary as several lines of text."""
         states = ", ".join(f"{count} {state}" for state, count in self.states.most_common())
         lines = [f"{self.frames} frames: {states or 'none'}"]
         if self.dropped:
-            lines[0] += f"; {self.dropped} dropped to keep up"
+            lines[0] += f"; {self.dropped} dropped to keep up with the source"
         if self.warnings:
             lines[0] += f"; {self.warnings} with a warning"
         if self.first_pose_s is not None and self.begun_s is not None:
             lines.append(f"first position {self.first_pose_s - self.begun_s:.3f} s after the first frame")
         median_s, late_s = self.took.quantile_s(0.5), self.took.quantile_s(0.99)
         if median_s is not None and late_s is not None:
-            lines.append(f"time a frame {1e3 * median_s:.2f} ms (median), {1e3 * late_s:.2f} ms (99 %)")
+            lines.append(f"time per frame {1e3 * median_s:.2f} ms (median), {1e3 * late_s:.2f} ms (99 %)")
         if self.errors.count:
             lines.append(self.errors.text())
         return "\n".join(lines)
 
 
 def _nees(error_m: Array, covariance_m2: Array) -> float:
-    """Infinite where the covariance claims to know a direction without error."""
+    """Normalised estimation error squared; infinite for a singular covariance."""
     try:
         return float(error_m @ np.linalg.solve(covariance_m2, error_m))
     except np.linalg.LinAlgError:

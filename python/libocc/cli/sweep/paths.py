@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters by path, as messages about scene files write them: `sensor.exposure_s`,
-`lamps[2].centre_m[0]`, and `lamps[*].power_w` for all of them at once."""
+"""Paths of parameters in a scene file: `sensor.exposure_s`, `lamps[2].centre_m[0]`, `lamps[*].power_w` (all lamps)."""
 
 import re
 from typing import Any
@@ -9,25 +8,25 @@ STEP = re.compile(r"(?:^|\.)([A-Za-z_]\w*)|\[(\d+|\*)\]")
 
 
 def steps_of(path: str) -> list[str | int]:
-    """Raises: ValueError when it is no path."""
+    """Splits a path into keys and indices. Raises: ValueError when it is not a path."""
     steps: list[str | int] = []
     at = 0
     while at < len(path):
         match = STEP.match(path, at)
         if match is None:
-            raise ValueError(f"{path!r} is no path like sensor.exposure_s or lamps[0].power_w")
+            raise ValueError(f"{path!r} is not a path such as sensor.exposure_s or lamps[0].power_w")
         name, index = match.groups()
         steps.append(name or (index if index == "*" else int(index)))
         at = match.end()
     if not steps or not isinstance(steps[0], str) or steps[0] == "*":
-        raise ValueError(f"{path!r} is no path like sensor.exposure_s or lamps[0].power_w")
+        raise ValueError(f"{path!r} is not a path such as sensor.exposure_s or lamps[0].power_w")
     return steps
 
 
 def set_path(data: Any, path: str, value: Any) -> None:
-    """Sets it in nested mappings and lists; mappings that are missing are made, list entries not.
+    """Sets a value in nested mappings and lists; missing mappings are created, missing list entries are not.
 
-    Raises: ValueError naming the part of the path that is not there.
+    Raises: ValueError naming the part of the path that does not exist.
     """
     _set(data, steps_of(path), 0, value)
 
@@ -45,7 +44,7 @@ def _set(data: Any, steps: list[str | int], at: int, value: Any) -> None:
     here = _text(steps[:at]) or "the file"
     if isinstance(step, int) or step == "*":
         if not isinstance(data, list):
-            raise ValueError(f"{_text(steps)}: {here} is no list in the file")
+            raise ValueError(f"{_text(steps)}: {here} is not a list in the file")
         if isinstance(step, int) and step >= len(data):
             raise ValueError(f"{_text(steps)}: {here} has {len(data)} entries, [0] to [{len(data) - 1}]")
         chosen: list[Any] = list(range(len(data))) if step == "*" else [step]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A sweep file, checked, and the points that it means."""
+"""Reading and checking of sweep files."""
 
 import itertools
 import json
@@ -22,7 +22,7 @@ KEEPS = ("images", "truth", "detect", "locate", "time")
 
 @dataclass(frozen=True)
 class Sweep:
-    base: str  # scene and pose as JSON, before parameters are set
+    base: str  # scene and pose as JSON, without the parameters
     parameters: dict[str, list[Any]]  # values by path
     combine: str
     images: int
@@ -31,14 +31,14 @@ class Sweep:
     image_format: str
 
     def values(self) -> list[tuple[Any, ...]]:
-        """Of the parameters at each point; the last one's vary fastest."""
+        """Parameter values of each point; the last parameter varies fastest."""
         if self.combine == "zip":
             return list(zip(*self.parameters.values(), strict=True))
         return list(itertools.product(*self.parameters.values()))
 
 
 def scene_and_pose(base: str, values: dict[str, Any]) -> tuple[Scene, Any]:
-    """What a point is rendered from. Raises: ValueError naming path and value."""
+    """Scene and pose of a point. Raises: ValueError naming path and value."""
     data = json.loads(base)
     for path, value in values.items():
         set_path(data, path, value)
@@ -51,13 +51,13 @@ def scene_and_pose(base: str, values: dict[str, Any]) -> tuple[Scene, Any]:
 
 
 def check_point(base: str, values: dict[str, Any]) -> None:
-    """That it can be rendered. Raises: ValueError naming path and value."""
+    """Checks that a point can be rendered. Raises: ValueError naming path and value."""
     scene, pose = scene_and_pose(base, values)
     plan_render(scene, pose)
 
 
 def read_sweep(path: str) -> Sweep:
-    """Raises: OSError; ValueError naming file and key."""
+    """Reads a sweep file. Raises: OSError; ValueError naming file and key."""
     data = read_yaml(path)
     try:
         return _sweep_of(data, Path(path).parent)
@@ -71,15 +71,15 @@ def _sweep_of(data: Any, folder: Path) -> Sweep:
     refuse_unknown(data, KEYS, "sweep")
     if data.get("schema") != SCHEMA:
         raise ValueError(f"schema must be {SCHEMA}, got {data.get('schema')!r}")
-    pose, said = data.get("pose"), data.get("parameters")
+    pose, parameters = data.get("pose"), data.get("parameters")
     if not isinstance(pose, dict):
         raise ValueError(f"pose must be a mapping with position_m, got {pose!r}")
-    if not isinstance(said, dict) or not said:
-        raise ValueError(f"parameters must be a mapping of at least one path, got {said!r}")
+    if not isinstance(parameters, dict) or not parameters:
+        raise ValueError(f"parameters must be a mapping of at least one path, got {parameters!r}")
     seed = whole_number("seed", data.get("seed", 0), 0)
     sweep = Sweep(
         base=json.dumps({**_scene_data(data.get("scene"), folder), "pose": pose}, default=str),
-        parameters={str(p): values_of(str(p), values, seed) for p, values in said.items()},
+        parameters={str(p): values_of(str(p), values, seed) for p, values in parameters.items()},
         combine=_word("combine", data.get("combine", "grid"), ("grid", "zip")),
         images=whole_number("images", data.get("images", 1), 1),
         seed=seed,
@@ -92,9 +92,9 @@ def _sweep_of(data: Any, folder: Path) -> Sweep:
 
 
 def _scene_data(name: Any, folder: Path) -> dict[str, Any]:
-    """As its file says it, so that every key of the file can be set."""
+    """Content of the scene file, so that every key of the file can be set."""
     if not isinstance(name, str):
-        raise ValueError(f"scene must be a file or the name of a scene that comes along, got {name!r}")
+        raise ValueError(f"scene must be a file or the name of a scene that comes with libocc, got {name!r}")
     beside = folder / name
     path = beside if beside.exists() else samples.find_scene(name)
     scene = Scene.load(path)
@@ -110,19 +110,19 @@ def _word(name: str, value: Any, known: tuple[str, ...]) -> str:
     return str(value)
 
 
-def _keep(said: Any) -> tuple[str, ...]:
-    if not isinstance(said, list) or not said:
-        raise ValueError(f"keep must be a list of some of {', '.join(KEEPS)}, got {said!r}")
-    return tuple(_word("keep", word, KEEPS) for word in said)
+def _keep(names: Any) -> tuple[str, ...]:
+    if not isinstance(names, list) or not names:
+        raise ValueError(f"keep must be a list of some of {', '.join(KEEPS)}, got {names!r}")
+    return tuple(_word("keep", word, KEEPS) for word in names)
 
 
 def _check_values(sweep: Sweep) -> None:
-    """That counts agree, and that each value of a grid's parameters is one with the others' first."""
+    """Checks the numbers of values, and each value of a grid together with the first values of the other parameters."""
     counts = {path: len(values) for path, values in sweep.parameters.items()}
     if sweep.combine == "zip" and len(set(counts.values())) > 1:
-        raise ValueError(f"combine: zip needs as many values of each parameter, got {counts}")
+        raise ValueError(f"combine: zip requires the same number of values for each parameter, got {counts}")
     if sweep.combine == "zip":
-        return  # whose values need not fit others' than those at the same point
+        return  # values of different points need not be compatible
     first = {path: values[0] for path, values in sweep.parameters.items()}
     for path, values in sweep.parameters.items():
         for value in values:

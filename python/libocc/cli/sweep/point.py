@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One point of a sweep: its images, rendered and measured."""
+"""One point of a sweep: rendering and evaluation of its images."""
 
 import time
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ STILL = np.zeros(6)
 
 @dataclass(frozen=True)
 class Point:
-    """Told in values that cross to another process."""
+    """Description of one point; its values can be sent to another process."""
 
     index: int
     base: str
@@ -35,8 +35,11 @@ def point_name(index: int) -> str:
 
 
 def detection_row(image: Any, truth: Truth) -> dict[str, Any]:
-    """Of the lamps that are whole in the image: how many have no blob within their own size, and how
-    far the others' nearest blobs are from their image's centre."""
+    """Detection errors of the lamps that are completely visible.
+
+    A lamp is missed if no blob lies within its radius; the others give the r.m.s. distance of the nearest blob from
+    the centre of the lamp's image.
+    """
     blobs = np.array([np.ravel(blob.centroid_px) for blob in detect(image)]).reshape(-1, 2)
     missed, squares = 0, []
     for lamp in truth.lamps:
@@ -54,21 +57,21 @@ def detection_row(image: Any, truth: Truth) -> dict[str, Any]:
 
 
 def location_row(fix: Fix, truth: Truth) -> dict[str, Any]:
-    """How far off the pose is, where there is one and only one."""
+    """Errors of the pose if the fix is ok."""
     row: dict[str, Any] = {"status": fix.status.name}
     row.update(dict.fromkeys(("position_error_m", "position_sigma_m", "rotation_error_rad")))
     if fix.ok:
         row["position_error_m"] = float(np.linalg.norm(np.ravel(fix.position_m - truth.position_m)))
         row["position_sigma_m"] = float(np.sqrt(np.trace(fix.position_covariance_m2)))
-        turn = fix.cam_from_world[:3, :3] @ truth.cam_from_world[:3, :3].T
-        skewed = [turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]
+        rotation = fix.cam_from_world[:3, :3] @ truth.cam_from_world[:3, :3].T
+        skewed = [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]
         sine = 0.5 * float(np.linalg.norm(skewed))
-        row["rotation_error_rad"] = float(np.arctan2(sine, 0.5 * (np.trace(turn) - 1)))
+        row["rotation_error_rad"] = float(np.arctan2(sine, 0.5 * (np.trace(rotation) - 1)))
     return row
 
 
 def compute_point(point: Point) -> dict[str, bytes]:
-    """Its files by name; the last one says that the point is done, and names the others.
+    """Files of a point by name; the last one marks the point as done and lists the others.
 
     Raises: ValueError naming the point.
     """
@@ -93,7 +96,7 @@ def _image(
     point: Point, i: int, renderer: Renderer, scene: Scene, pose: Any, files: dict[str, bytes]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     begun = time.perf_counter()
-    frame = point.index * point.images + i  # noise of its own for every image of the sweep
+    frame = point.index * point.images + i  # different noise for every image of the sweep
     image, truth = renderer.render(pose, seed=point.seed, frame=frame)
     rendered = time.perf_counter()
     name = f"{point.index:06d}_{i:03d}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The values that a sweep gives a parameter: listed, in even steps, or drawn."""
+"""Values of a parameter in a sweep: a list, equal steps, or random draws."""
 
 import math
 import zlib
@@ -20,45 +20,47 @@ DRAWS: dict[str, Callable[[Rng, float, float, int], Any]] = {
 KINDS = ("values", *STEPS, *DRAWS)
 
 
-def values_of(path: str, said: Any, seed: int) -> list[Any]:
-    """said: a list of values, or a mapping {KIND: [a, b], count: n, seed: draws only}.
+def values_of(path: str, given: Any, seed: int) -> list[Any]:
+    """Values of a parameter.
+
+    given: a list of values, or a mapping {KIND: [a, b], count: n, seed: draws only}.
 
     Raises: ValueError naming the parameter.
     """
-    if isinstance(said, list):
-        said = {"values": said}
-    if not isinstance(said, dict):
-        raise ValueError(f"parameters.{path} must be a list of values or a range, got {said!r}")
-    kinds = [key for key in said if key in KINDS]
+    if isinstance(given, list):
+        given = {"values": given}
+    if not isinstance(given, dict):
+        raise ValueError(f"parameters.{path} must be a list of values or a range, got {given!r}")
+    kinds = [key for key in given if key in KINDS]
     allowed = {"values": ()}.get(kinds[0] if kinds else "", ("count", "seed"))
-    for key in said:
+    for key in given:
         if key not in (*kinds, *allowed):
             raise ValueError(f"parameters.{path}: unknown key {key!r}; {suggestion(key, (*KINDS, *allowed))}")
     if len(kinds) != 1:
         raise ValueError(f"parameters.{path} must have one of {', '.join(KINDS)}")
     kind = kinds[0]
     if kind == "values":
-        return _listed(path, said[kind])
-    a, b = _ends(f"parameters.{path}.{kind}", said[kind], kind)
-    count = whole_number(f"parameters.{path}.count", said.get("count"), 1)
+        return _listed(path, given[kind])
+    a, b = _ends(f"parameters.{path}.{kind}", given[kind], kind)
+    count = whole_number(f"parameters.{path}.count", given.get("count"), 1)
     if kind in STEPS:
-        if "seed" in said:
-            raise ValueError(f"parameters.{path}.seed must be absent: {kind} steps are not drawn")
+        if "seed" in given:
+            raise ValueError(f"parameters.{path}.seed must be absent: {kind} steps are not random")
         return [float(v) for v in STEPS[kind](a, b, count)]
-    own = whole_number(f"parameters.{path}.seed", said.get("seed", seed), 0)
+    own = whole_number(f"parameters.{path}.seed", given.get("seed", seed), 0)
     rng = np.random.Generator(np.random.Philox(key=[own, zlib.crc32(path.encode())]))
     return [float(v) for v in DRAWS[kind](rng, a, b, count)]
 
 
 def _listed(path: str, values: Any) -> list[Any]:
     if not isinstance(values, list) or not values:
-        raise ValueError(f"parameters.{path}.values must be a list of at least one, got {values!r}")
+        raise ValueError(f"parameters.{path}.values must be a list of at least one value, got {values!r}")
     return values
 
 
-def whole_number(name: str, value: Any, least: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or value < least:
-        raise ValueError(f"{name} must be a whole number from {least}, got {value!r}")
+def whole_number(name: str, value: Any, min_value: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or value < min_value:
+        raise ValueError(f"{name} must be a whole number not below {min_value}, got {value!r}")
     return value
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Computes the points that a folder lacks, and gathers the tables."""
+"""Computes the missing points of a folder and writes the tables."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -22,7 +22,7 @@ def points_of(sweep: Sweep) -> list[Point]:
 
 
 def check_points(points: list[Point], advance: Advance) -> None:
-    """That all of them can be rendered, before any is. Raises: ValueError naming the point."""
+    """Checks that all points can be rendered. Raises: ValueError naming the point."""
     for point in points:
         try:
             check_point(point.base, point.values)
@@ -32,7 +32,7 @@ def check_points(points: list[Point], advance: Advance) -> None:
 
 
 def is_done(folder: ResultFolder, point: Point) -> bool:
-    """Whether its last file is there, and every file that it names."""
+    """True if the last file of the point exists, and all files that it lists."""
     name = point_name(point.index)
     return folder.has(name) and all(map(folder.has, folder.read_json(name)["files"]))
 
@@ -40,7 +40,7 @@ def is_done(folder: ResultFolder, point: Point) -> bool:
 def run_sweep(
     folder: ResultFolder, points: list[Point], workers: int, scheduler: str | None, advance: Advance
 ) -> bool:
-    """Returns whether Ctrl-C ended it; what is done by then is kept. Raises: OSError, ValueError."""
+    """Computes points; returns True after Ctrl-C, which keeps finished points. Raises: OSError, ValueError."""
     return folder.keep(
         run_jobs(compute_point, points, workers, scheduler, lambda: advance(0)), advance
     )
@@ -56,7 +56,7 @@ def done_points(folder: ResultFolder, points: list[Point], advance: Advance) -> 
 
 
 def write_tables(folder: ResultFolder, done: list[Point]) -> None:
-    """results.csv, and times.csv of what differs from run to run."""
+    """Writes results.csv, and times.csv with the times, which differ between runs."""
     folder.write("results.csv", table(_rows(folder, done)))
     if done and "time" in done[0].keep:
         folder.write("times.csv", table(_times(folder, done)))
