@@ -142,7 +142,8 @@ void PinholeModel::differentiate(const Eigen::Vector2d& undistorted,
 std::optional<Eigen::Vector3d> PinholeModel::unproject(const Eigen::Vector2d& pixel,
                                                        PixelJacobian* jacobian) const {
   Eigen::Vector2d p = matrix_.from_px(pixel);
-  Eigen::Matrix2d d_pixel = matrix_.d_plane(), step;  // d point on the plane z = 1 / d pixel
+  Eigen::Matrix2d d_pixel, step;  // d point on the plane z = 1 / d pixel
+  if (jacobian) d_pixel = matrix_.d_plane();
   if (tilted_) {
     const std::optional<Eigen::Vector2d> off_sensor =
         apply_homography(tilt_.inverse(), p, jacobian ? &step : nullptr);

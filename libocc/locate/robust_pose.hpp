@@ -3,7 +3,7 @@
 // of them agree with (RANSAC with local optimisation, pose/internal/consensus.hpp), then least
 // squares over those who agree, and its covariance. It is said to be found when chance alone would
 // hardly bring so many together: pixels anywhere in the rectangle that they span, or other points'
-// pixels where they are crowded (pose/internal/chance.hpp).
+// pixels where they are crowded (pose/internal/false_alarms.hpp).
 #pragma once
 
 #include <Eigen/Core>

@@ -15,7 +15,7 @@ void add_opencv_poses(const PoseProblem& problem, int method, std::vector<Rigid3
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> image;
   // OpenCV's rotation vectors have the wrong sign at 180 degrees, a likely angle between a camera
-  // and a room. Therefore the world is turned by a generic rotation.
+  // and a room. Therefore the world is rotated by `generic_rotation`.
   const Rigid3 turned_from_world{generic_rotation(), Eigen::Vector3d::Zero()};
   for (Eigen::Index i = 0; i < problem.points.cols(); ++i) {
     const Eigen::Vector3d point = turned_from_world * problem.points.col(i);

@@ -79,7 +79,8 @@ Starts find_starts(const Triangle& t, bool keep_complex) {
 }
 
 // At a double root Newton's method only halves the error in each step, hence the high limit of
-// steps. At the root it diverges, hence the stop when the misfit no longer falls.
+// steps. At the root its steps are dominated by rounding, hence the stop when the misfit no longer
+// falls.
 void polish(const Triangle& t, Root& root) {
   constexpr int max_steps = 40;
   root.misfit = angular_misfit(t, root.depth);

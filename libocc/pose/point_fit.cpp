@@ -15,7 +15,7 @@ namespace {
 using Four = SeenPoints::Four;
 using Block = SeenPoints::Block;
 
-constexpr double rounding = 1e-14;  // of chi2: a step that lowers it by less is lost in it
+constexpr double rounding = 1e-14;  // relative decrease of chi2 that rounding hides
 
 struct Transformed {
   Four turned[3];  // R X
@@ -39,7 +39,7 @@ Transformed transform(const Block& b, const Rigid3& pose) {
 
 bool in_front(const Transformed& t) { return t.inverse_depth.minCoeff() > 0; }
 
-// The upper triangle of J^T J, then J^T r, then r^T r, of four lanes each.
+// Upper triangle of J^T J, then J^T r, then r^T r, with four lanes each.
 struct Sums {
   Four information[21], gradient[6], chi2;
   Sums() {
@@ -66,7 +66,7 @@ void add_rows(const Block& b, const Transformed& t, Sums& sums) {
   }
 }
 
-// Cayley's parameters w of a turn: R = (I - [w/2])^-1 (I + [w/2]); no trigonometry.
+// Rotation of Cayley's parameters w: R = (I - [w/2])^-1 (I + [w/2]), without trigonometry.
 Eigen::Matrix3d cayley(const Eigen::Vector3d& w) {
   const Eigen::Vector3d h = 0.5 * w;
   const double f = 2 / (1 + h.squaredNorm());
@@ -119,7 +119,7 @@ void SeenPoints::append(const Eigen::Vector3d& point, const Eigen::Vector3d& bea
   const int lane = count_++ % 4;
   if (lane == 0) blocks_.emplace_back();
   Block& b = blocks_.back();
-  // Lanes that stay empty repeat a point in front with no weight.
+  // Empty lanes repeat a point in front of the camera with weight 0.
   for (int l = lane; l < (lane == 0 ? 4 : lane + 1); ++l) {
     const double weight = l == lane ? 1 : 0;
     for (int i = 0; i < 3; ++i) {
@@ -202,8 +202,8 @@ void each_chi2(const SeenPoints& seen, const Rigid3& pose, std::vector<double>& 
 
 namespace {
 
-// Plain Gauss-Newton, by which most fits end, at a third of the cost of one with a trust region.
-// False when a step does not lower chi2; the fit is then the best so far.
+// Plain Gauss-Newton, which suffices for most fits and takes a third of the time of a trust-region
+// method. Returns false if a step does not lower chi2; `fit` is then the best pose so far.
 bool by_gauss_newton(const SeenPoints& seen, int max_iterations, double tolerance, PointFit& fit) {
   constexpr double lost_in_rounding = 1e-11;  // of chi2
   fit.equations = point_equations(seen, fit.pose);
@@ -211,13 +211,14 @@ bool by_gauss_newton(const SeenPoints& seen, int max_iterations, double toleranc
     const Eigen::LLT<Matrix6> llt(fit.equations.information);
     if (llt.info() != Eigen::Success) return false;
     const Vector6 step = -llt.solve(fit.equations.gradient);
-    const double fall = -fit.equations.gradient.dot(step);  // and the step's length in sigmas^2
+    const double fall = -fit.equations.gradient.dot(
+        step);  // predicted, equal to the step's squared length in sigmas
     fit.converged = fall <= std::max(tolerance * tolerance, rounding * fit.equations.chi2);
     if (fit.converged || fit.iterations == max_iterations) return true;
     const Rigid3 moved{cayley(step.head<3>()) * fit.pose.rotation,
                        fit.pose.translation + step.tail<3>()};
     const PointEquations equations = point_equations(seen, moved);
-    // A step whose gain is lost in rounding is as good as they get: the next would be its square.
+    // A step whose decrease is hidden by rounding is the last: the error after it is its square.
     const bool last = fall <= lost_in_rounding * fit.equations.chi2;
     if (!(equations.chi2 < fit.equations.chi2) && !last) return false;
     fit.pose = moved;
@@ -229,7 +230,7 @@ bool by_gauss_newton(const SeenPoints& seen, int max_iterations, double toleranc
   return false;
 }
 
-// Levenberg-Marquardt, where plain Gauss-Newton failed.
+// Levenberg-Marquardt, used where plain Gauss-Newton failed.
 void by_trust_region(const SeenPoints& seen, int max_iterations, double tolerance, PointFit& fit) {
   core::LeastSquaresOptions options;
   options.max_iterations = max_iterations;
