@@ -6,7 +6,6 @@ from ._core import (
     ConsistencyReport,
     FilterOutcome,
     FilterUpdate,
-    OdometryLie,
     OdometryLink,
     PlanarEstimate,
     PlanarFilter,
@@ -34,8 +33,8 @@ from ._core import (
 )
 
 __all__ = [
-    "Consistency", "ConsistencyReport", "FilterOutcome", "FilterUpdate", "OdometryLie", "OdometryLink",
-    "PlanarEstimate", "PlanarFilter", "PlanarFilterOptions", "PlanarOdometry", "PlanarSmoothing",
+    "Consistency", "ConsistencyReport", "FilterOutcome", "FilterUpdate", "OdometryLink", "PlanarEstimate",
+    "PlanarFilter", "PlanarFilterOptions", "PlanarOdometry", "PlanarSmoothing",
     "PlanarWindowEstimate", "PlanarWindowSmoother", "PoseFilter", "PoseFilterOptions", "PoseObservation",
     "PosePrediction", "SmootherFrame", "Smoothing", "WindowEstimate", "WindowSmoother", "chi2_quantile", "moved_pose",
     "nees", "nis", "normalised_squared_error", "position_covariance", "smooth", "smooth_planar",

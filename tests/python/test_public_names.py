@@ -19,7 +19,7 @@ MOVED = """
     EffectPlan Ellipse ExplainedEffect FilterOutcome FilterUpdate FloorVisibility Follower Ghost HeadlightDistance
     Kidnapping LampCode LampFailure LampFlux LampLight Layout LineCode LocalisationValue LoopEstimation LoopFaults
     LoopMetrics LoopOptions LoopOutcome LoopResult MeasuredPoint Measurement Mosaic Network NetworkStart
-    NetworkStatistics NoiseArea Object ObjectMatch ObjectPoint OdometryLie OdometryLink PaceOptions PanTiltPlan
+    NetworkStatistics NoiseArea Object ObjectMatch ObjectPoint OdometryLink PaceOptions PanTiltPlan
     PanTiltResult ParameterStatistics PlanStatus PlanarEstimate PlanarFilter PlanarFilterOptions PlanarOdometry
     PlanarPose PlanarPrior PlanarSmoothing PlanarWindowEstimate PlanarWindowSmoother PointValue PoseBound
     PoseCandidate PoseFilter PoseFilterOptions PoseObservation PosePrediction PowerFit Precision PurePursuitOptions

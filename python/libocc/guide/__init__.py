@@ -26,6 +26,7 @@ from .._core import (
     LoopOptions,
     LoopOutcome,
     LoopResult,
+    OdometryFault,
     PaceOptions,
     PanTiltPlan,
     PanTiltResult,
@@ -59,9 +60,9 @@ from .route_file import load_route
 __all__ = [
     "ClockJump", "ControlOutput", "DockOptions", "DockOutput", "DockPhase", "Drive", "DriveCommand", "DriveLimited",
     "DriveNoise", "DriveState", "DriveStep", "FloorVisibility", "Follower", "Kidnapping", "LampFailure",
-    "LoopEstimation", "LoopFaults", "LoopMetrics", "LoopOptions", "LoopOutcome", "LoopResult", "PaceOptions",
-    "PanTiltPlan", "PanTiltResult", "PlanStatus", "PlanarPose", "PurePursuitOptions", "Route", "RouteConflict",
-    "RoutePlace", "RoutePlan", "RouteShape", "RouteWaypoint", "StanleyOptions", "Vehicle", "camera_on_vehicle",
-    "closed_loop", "dock", "drive", "heading_rad", "load_experiment", "load_route", "plan_pan_tilt", "plan_route",
-    "pure_pursuit", "route_conflicts", "stanley", "view_gaps", "visibility",
+    "LoopEstimation", "LoopFaults", "LoopMetrics", "LoopOptions", "LoopOutcome", "LoopResult", "OdometryFault",
+    "PaceOptions", "PanTiltPlan", "PanTiltResult", "PlanStatus", "PlanarPose", "PurePursuitOptions", "Route",
+    "RouteConflict", "RoutePlace", "RoutePlan", "RouteShape", "RouteWaypoint", "StanleyOptions", "Vehicle",
+    "camera_on_vehicle", "closed_loop", "dock", "drive", "heading_rad", "load_experiment", "load_route",
+    "plan_pan_tilt", "plan_route", "pure_pursuit", "route_conflicts", "stanley", "view_gaps", "visibility",
 ]
