@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Guard of the binary interface, included by every public header.
+// Check of the binary interface; every public header includes it.
 //
 // Eigen's alignment and allocation must be the same in the library, in the packaged OpenGV that it
-// links, and in your code. With any other setting (for example -march=x86-64-v3 without the two
+// links, and in your code. With other settings (for example -march=x86-64-v3 without the two
 // definitions below) heap memory is freed by the wrong function and the program crashes.
-// `find_package(libocc)` sets both definitions. The check reads the values that Eigen settled on,
-// so the order of includes does not matter.
+// `find_package(libocc)` sets both definitions. The check tests the values that Eigen uses, so the
+// order of includes does not matter.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is measured of one lamp in one image: the vocabulary between detection (which fills it in)
-// and identification and refinement (which read it). Pixels, grey levels; pixel (0, 0) is a centre.
+// Measurements of one lamp in one image. Written by detection, read by identification and
+// refinement. Units: pixels and grey levels; pixel (0, 0) is the centre of the first pixel.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,14 +27,14 @@ struct Ellipse {
   double angle_rad = 0;  ///< of the major axis from +x towards +y, in (-pi/2, pi/2]
 };
 
-/// One bright region. Everything carries the uncertainty that the image's own noise implies.
+/// One bright region. Uncertainties follow from the noise of the image.
 struct Blob {
   Eigen::Vector2d centroid_px = Eigen::Vector2d::Zero();  ///< best centre: rim fit, PSF or moments
   Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Zero();  ///< of the centroid
-  /// How far the centroid, and the rim with it, is off the middle of the lamp's image for a
-  /// relative gradient of its brightness [px per 1/px], as its light was taken to be uniform, the
-  /// centroid is that of its light, or a saturated rim has grown where it is brighter by more; zero
-  /// where the gradient was measured, too.
+  /// Shift of centroid and rim from the middle of the lamp's image per relative gradient of its
+  /// brightness [px per 1/px]. Its causes: the light was assumed uniform, the centroid is weighted
+  /// by light, or a saturated rim has grown more on its brighter side. Zero if the gradient was
+  /// measured.
   Eigen::Matrix2d light_response_px2 = Eigen::Matrix2d::Zero();
   double flux_dn = 0;                  ///< sum of grey levels above the background
   double flux_sigma_dn = 0;            ///< its standard deviation
@@ -44,19 +44,18 @@ struct Blob {
   int area_px = 0;                     ///< pixels above the threshold
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< bounding box, both ends included
   Ellipse ellipse;                     ///< of the rim when there is one, else from second moments
-  std::vector<RimPoint> rim;           ///< sub-pixel rim; empty for spots too small to have one
+  std::vector<RimPoint> rim;           ///< sub-pixel rim; empty for small spots
   /// Covariance of the errors common to all rim points: growth along the normals, shift in x, in y.
   Eigen::Matrix3d rim_covariance_px2 = Eigen::Matrix3d::Zero();
 
   bool saturated = false;  ///< pixels at full scale: the rim has grown, the flux is a lower bound
-  bool merged = false;     ///< shape of more than one lamp
-  bool cut_by_border =
-      false;             ///< touches the image's border: centroid and flux are of the visible part
-  bool striped = false;  ///< rolling-shutter stripes joined into one blob
+  bool merged = false;     ///< its shape is that of several lamps
+  bool cut_by_border = false;  ///< touches the image border: centroid and flux of the visible part
+  bool striped = false;        ///< rolling-shutter stripes joined into one blob
 
   std::optional<double> frequency_hz;  ///< blink frequency read from the stripes
   double frequency_sigma_hz = std::numeric_limits<double>::infinity();
-  std::optional<int> lamp_id;  ///< told by its code, whose checksum held (decode/decode.hpp)
+  std::optional<int> lamp_id;  ///< decoded from its blink code (decode/decode.hpp)
 };
 
 }  // namespace occ

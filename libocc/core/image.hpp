@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images: `ImageView` looks at pixels that somebody else owns (a numpy array, a cv::Mat, a driver's
-// buffer) without copying; `Image` owns grey pixels. Pixel (0, 0) is the *centre* of the first
+// Images. `ImageView` refers to pixels of another owner (a numpy array, a cv::Mat, a driver's
+// buffer) without copying; `Image` owns its pixels. Pixel (0, 0) is the *centre* of the first
 // pixel, x runs along a row, y down the rows.
 #pragma once
 
@@ -27,7 +27,7 @@ struct ImageView {
   std::size_t row_bytes = 0;  ///< bytes from one row to the next
 
   /// Throws std::invalid_argument when the view cannot be an image (null, empty, 2 channels, rows
-  /// that overlap, 16-bit pixels at odd addresses). `name` is what the message calls it.
+  /// that overlap, 16-bit pixels at odd addresses). The message contains `name`.
   LIBOCC_API void validate(const std::string& name = "image") const;
 };
 
@@ -40,11 +40,11 @@ struct Image {
   std::vector<std::uint8_t> u8;
   std::vector<std::uint16_t> u16;
 
-  /// Throws std::invalid_argument when the pixels held are not as many as the size says.
+  /// Throws std::invalid_argument if the number of pixels does not match the size.
   LIBOCC_API ImageView view() const;
 };
 
-/// Grey copy of a view (see ImageView for the weights); an already grey view is copied as it is.
+/// Grey copy of a view (weights as in ImageView). A grey view is copied unchanged.
 LIBOCC_API Image to_grey(const ImageView& image);
 
 }  // namespace occ

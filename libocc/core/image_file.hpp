@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Image files (PNG, JPEG, PGM, TIFF and what else OpenCV reads) to and from occ::Image.
+// Reads and writes image files (PNG, JPEG, PGM, TIFF and other formats of OpenCV).
 #pragma once
 
 #include <string>
@@ -9,19 +9,20 @@
 
 namespace occ {
 
-/// Reads an 8- or 16-bit image as it is stored: no scaling, no rotation by EXIF; colour channels
-/// stay (blue, green, red). Throws std::runtime_error naming the file and the reason: absent, not
-/// an image, truncated (a PNG without its end chunk, a JPEG without its end marker), a pixel type
-/// other than 8- or 16-bit unsigned.
+/// Reads an 8- or 16-bit image without scaling and without rotation by EXIF; colour channels are in
+/// the order blue, green, red. Throws std::runtime_error with the file's name and the reason:
+/// missing, not an image, truncated (a PNG without its end chunk, a JPEG without its end marker),
+/// or a pixel type other than 8- or 16-bit unsigned.
 LIBOCC_API Image read_image(const std::string& path);
 
-/// Bytes of a file of the format that the extension (".png") names. Throws std::runtime_error
-/// naming it when it cannot hold the image.
+/// Encodes an image in the format of an extension such as ".png". Throws std::runtime_error if the
+/// format cannot store the image.
 LIBOCC_API std::vector<unsigned char> encode_image(const std::string& extension,
                                                    const ImageView& image);
 
-/// Writes by the name's extension, whole or not at all (a temporary file beside it is renamed).
-/// Throws std::runtime_error naming the file when it cannot be written.
+/// Writes an image in the format of the file's extension. The write is atomic: a temporary file in
+/// the same folder is renamed. Throws std::runtime_error with the file's name if it cannot be
+/// written.
 LIBOCC_API void write_image(const std::string& path, const ImageView& image);
 
 }  // namespace occ

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Counter-based random numbers: Philox-4x32-10 (Salmon, Moraes, Dror, Shaw, "Parallel random
 // numbers: as easy as 1, 2, 3", SC 2011). A number is a function of (key, counter), so an image
-// does not depend on the order or the number of threads in which its pixels were drawn.
+// does not depend on the number of threads or the order in which its pixels are drawn.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace occ {
 
-/// The 128 random bits that belong to one counter under one key.
+/// The 128 random bits of one counter and one key.
 LIBOCC_API std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> counter,
                                                std::array<std::uint32_t, 2> key);
 
@@ -24,7 +24,7 @@ class LIBOCC_API Random {
   double uniform();                         ///< in [0, 1), 53 bits
   double uniform(double low, double high);  ///< in [low, high)
   double normal();                          ///< mean 0, variance 1 (Box-Muller)
-  int poisson(double mean);  ///< 0 <= mean <= 2e9; exact, at a cost that does not grow with it
+  int poisson(double mean);  ///< 0 <= mean <= 2e9; exact, in a time independent of the mean
   int below(int count);      ///< in {0, ..., count-1}, count > 0
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one way to refuse a caller's mistake: std::invalid_argument that names argument and value.
+// Checks of arguments: throw std::invalid_argument with the name and the value of the argument.
 #pragma once
 
 #include <sstream>
@@ -21,7 +21,7 @@ void require(bool holds, std::string_view name, const T& value, std::string_view
   throw std::invalid_argument(text.str());
 }
 
-/// Throws naming the first column that holds NaN or infinity.
+/// Throws std::invalid_argument with the index of the first column that contains NaN or infinity.
 template <typename Matrix>
 void require_finite(const Matrix& columns, std::string_view name) {
   if (columns.allFinite()) return;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which vector instructions hot loops may use. All give the same bits: elements are computed alike,
-// sums are taken in a fixed order, and nothing is fused that the code does not fuse.
+// Vector instruction sets of vectorised loops. All give the same bits: the operations on each
+// element are the same, sums have a fixed order, and the compiler does not fuse multiplications and
+// additions.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -8,12 +9,12 @@
 namespace occ {
 
 enum class Simd {
-  baseline,  ///< what every processor of the architecture has: SSE2 on x86-64
+  baseline,  ///< available on every processor of the architecture: SSE2 on x86-64
   avx2,
   avx512,  ///< F, BW, DQ and VL
 };
 
-/// The widest that this processor has.
+/// Widest instruction set of this processor.
 LIBOCC_API Simd widest_simd();
 
 }  // namespace occ

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a function that depends on *data* returns: a status, a sentence, and what was found so far.
-// A caller's mistake (wrong shape, NaN, f <= 0) is not a status: it throws std::invalid_argument.
+// Result of a function whose success depends on *data*: a value, a status and a message. A caller's
+// mistake (wrong shape, NaN, f <= 0) throws std::invalid_argument instead.
 #pragma once
 
 #include <string>
@@ -11,25 +11,25 @@
 namespace occ {
 
 enum class Status {
-  ok,              ///< one answer, and it fits
-  ambiguous,       ///< several answers fit equally well; all are returned, ranked
-  no_lamps,        ///< nothing in the image stands out from the background
+  ok,              ///< one solution, which fits
+  ambiguous,       ///< several solutions fit equally well; all are returned, ranked
+  no_lamps,        ///< no region of the image is brighter than the background
   too_few_lamps,   ///< fewer identified lamps than the problem needs
-  no_pose,         ///< no pose explains what was seen
+  no_pose,         ///< no pose fits the measurements
   degenerate,      ///< the lamps do not determine the pose (collinear, coincident, far too small)
   not_converged,   ///< the refinement stopped before its tolerance was met
-  budget_not_met,  ///< the answer is the best there is, but not within the time or error asked for
+  budget_not_met,  ///< best possible solution, which misses the requested time or error
 };
 
 /// The enumerator's name, e.g. "too_few_lamps".
 LIBOCC_API const char* to_string(Status status);
 
-/// A value with the status that qualifies it. `value` holds what was found so far even when !ok().
+/// A value with its status. If !ok(), `value` holds the partial result.
 template <typename T>
 struct Result {
   T value{};
   Status status = Status::ok;
-  std::string message;  ///< one sentence for a person; empty when there is nothing to add
+  std::string message;  ///< a sentence for the user; may be empty
 
   bool ok() const { return status == Status::ok; }
   const T* operator->() const { return &value; }

@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// How far away a car is whose two lamps are seen: what two points can tell and what they cannot.
+// Distance of a car from the images of its two headlights.
 //
-// The lamps, w apart, are seen theta apart. With the yaw psi between their line and the
-// perpendicular of the bisector of both bearings, the law of sines gives each lamp's distance,
+// The lamps are w apart and their bearings differ by theta. Let psi be the yaw: the angle between
+// the line through the lamps and the perpendicular of the bisector of both bearings. The law of
+// sines gives the distances of the lamps,
 //     d_1 = w cos(theta/2 - psi) / sin(theta),   d_2 = w cos(theta/2 + psi) / sin(theta),
-// and the median of the triangle the distance of the point midway between them,
+// and the median of the triangle gives the distance of the point midway between them,
 //     D^2 = (2 d_1^2 + 2 d_2^2 - w^2) / 4 = w^2/4 (2 (1 + cos(theta) cos(2 psi)) / sin(theta)^2 -
 //     1),
-// which is w/2 cot(theta/2) at psi = 0 and about w cos(psi) / theta: without the yaw there is no
-// distance, only a curve D(psi). Given a prior of psi, 1/D is a mixture over psi of normal
-// distributions, of relative variance (sigma_w / w)^2 + (sigma_theta / theta)^2. The midway point
-// is off the bisector by atan(tan(theta/2)^2 tan(psi)).
+// which is w/2 cot(theta/2) at psi = 0 and about w cos(psi) / theta. Without the yaw there is only
+// a curve D(psi). Given a prior of psi, 1/D is a mixture over psi of normal distributions with the
+// relative variance (sigma_w / w)^2 + (sigma_theta / theta)^2. The midway point is off the bisector
+// by atan(tan(theta/2)^2 tan(psi)).
 //
-// Where heights over the road and the vertical are known, s = f . up, the sine of the lamps'
-// elevation, adds
+// If the heights over the road and the vertical are known, the sine of the lamps' elevation,
+// s = f . up, gives
 //     s = (h_lamps - h_camera) / D + noise,
-// which is linear in 1/D: each part of the mixture is updated as by a Kalman filter, and weighted
-// by how well it predicts s. Lamps as high as the camera add nothing.
+// which is linear in 1/D: a Kalman update of each component of the mixture, weighted by the
+// likelihood of s. Lamps at the camera's height give no information.
 #pragma once
 
 #include <Eigen/Core>
@@ -39,9 +40,9 @@ struct RoadHeights {
 
 struct LIBOCC_API HeadlightOptions {
   double separation_m = 1.4, separation_sigma_m = 0.1;  ///< between the lamps' centres
-  double sigma_px = 0.5;                                ///< of a lamp's pixel coordinate
-  double yaw_max_rad = 0.5;                             ///< the yaw is within +- this; below pi/2
-  double yaw_concentration = 0;  ///< of von Mises' distribution within; 0: uniform
+  double sigma_px = 0.5;         ///< standard deviation of a lamp's pixel coordinates
+  double yaw_max_rad = 0.5;      ///< limit of |yaw|; below pi/2
+  double yaw_concentration = 0;  ///< of the von Mises prior within the limit; 0: uniform
   std::optional<RoadHeights> heights;
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
@@ -55,13 +56,13 @@ struct HeadlightDistance {
   double separation_rad = 0, separation_sigma_rad = 0;          ///< theta
   std::vector<double> yaw_rad;                                  ///< nodes
   std::vector<double> distance_of_yaw_m;  ///< D(psi), from the images of the lamps alone
-  std::vector<double> yaw_density;        ///< of the yaw [1/rad], given all that is known
+  std::vector<double> yaw_density;        ///< posterior density of the yaw [1/rad]
 };
 
-/// lamps_px: columns, two lamps of equal height. Status: ok; degenerate (the lamps cannot be told
-/// apart: less than five sigmas; bearing alone); no_pose (no yaw explains the heights: off by more
-/// than five sigmas). Throws std::invalid_argument for values that are not finite, pixels outside
-/// the camera's domain, or options out of range.
+/// lamps_px: columns, two lamps of equal height. Status: ok; degenerate (the lamps are less than
+/// five sigmas apart; only the bearing is valid); no_pose (no yaw agrees with the heights within
+/// five sigmas). Throws std::invalid_argument for values that are not finite, pixels outside the
+/// camera's domain, or options out of range.
 LIBOCC_API Result<HeadlightDistance> headlight_distance(const Eigen::Matrix2d& lamps_px,
                                                         const Camera& camera,
                                                         const HeadlightOptions& options = {});
@@ -72,10 +73,10 @@ struct VehiclePose {
   double yaw_rad = 0, yaw_sigma_rad = 0;  ///< about up, of its x axis from the line to the camera
 };
 
-/// With a third lamp (and more) whose place on the vehicle is known the answer is full: every pose
-/// of the vehicle that explains the image and stands upright, best first. lamps_m: columns, in the
-/// vehicle's frame (x forward, y left, z up), n >= 3 and not on a line. `max_tilt_rad`: between
-/// the vehicle's z and up_in_cam. Status as of solve_pose, and no_pose when none is upright.
+/// Poses of a vehicle from three or more lamps of known position on it: all plausible poses in
+/// which it stands upright, best first. lamps_m: columns, in the vehicle's frame (x forward, y
+/// left, z up), n >= 3 and not on a line. `max_tilt_rad`: limit of the angle between the vehicle's
+/// z and up_in_cam. Status as for solve_pose, and no_pose if no pose is upright.
 LIBOCC_API Result<std::vector<VehiclePose>> vehicle_poses(
     const Eigen::Matrix3Xd& lamps_m, const Eigen::Matrix2Xd& lamps_px, const Camera& camera,
     double sigma_px, const Eigen::Vector3d& up_in_cam = -Eigen::Vector3d::UnitY(),

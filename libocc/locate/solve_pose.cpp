@@ -220,7 +220,7 @@ void conclude(const Problem& problem, const Triple& spread, const Camera& camera
   const Candidate& best = result->candidates.front();
   const double height =
       seen_height(problem, spread, camera, sigma_px, problem.frame.normalised(best.cam_from_world));
-  const bool misfits = best.chi2 > options.largest_misfit * std::max(1, best.dof);
+  const bool misfits = best.chi2 > options.max_misfit * std::max(1, best.dof);
   const double sigmas = misfits ? 1 : std::sqrt(variance_factor(best.chi2, best.dof));
   if (!best.covariance.allFinite()) {
     result.status = Status::degenerate;
@@ -246,7 +246,7 @@ void SolvePoseOptions::validate() const {
   require(sigma_px > 0 && std::isfinite(sigma_px), "sigma_px", sigma_px, "positive");
   for (const double sigma : sigmas_px)
     require(sigma > 0 && std::isfinite(sigma), "sigmas_px", sigma, "positive");
-  require(largest_misfit > 0, "largest_misfit", largest_misfit, "positive");
+  require(max_misfit > 0, "max_misfit", max_misfit, "positive");
   require(max_iterations > 0, "max_iterations", max_iterations, "positive");
 }
 

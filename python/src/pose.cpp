@@ -165,10 +165,10 @@ Raises: ValueError for an unknown solver, numbers that are not finite or counts 
 
 Result<Fix> solve_pose_of(const Rows3& points_in_world_m, const Rows2& points_px,
                           const Camera& camera, const std::string& solver, double sigma_px,
-                          const std::optional<Rigid3>& start, double largest_misfit,
+                          const std::optional<Rigid3>& start, double max_misfit,
                           int max_iterations, const std::vector<double>& sigmas_px) {
   return solve_pose(points_in_world_m.transpose(), points_px.transpose(), camera,
-                    {solver, start, sigma_px, largest_misfit, max_iterations, sigmas_px});
+                    {solver, start, sigma_px, max_misfit, max_iterations, sigmas_px});
 }
 
 void define_solve_pose(py::module_& m) {
@@ -176,7 +176,7 @@ void define_solve_pose(py::module_& m) {
   m.def("solve_pose", &solve_pose_of, py::arg("points_in_world_m"), py::arg("points_px"),
         py::arg("camera"), py::arg("solver") = defaults.solver,
         py::arg("sigma_px") = defaults.sigma_px, py::kw_only(), py::arg("start") = py::none(),
-        py::arg("largest_misfit") = defaults.largest_misfit,
+        py::arg("max_misfit") = defaults.max_misfit,
         py::arg("max_iterations") = defaults.max_iterations,
         py::arg("sigmas_px") = std::vector<double>{},
         R"(Maximum-likelihood pose from points and their pixels, with its covariance.
@@ -184,7 +184,7 @@ void define_solve_pose(py::module_& m) {
 points_in_world_m: (n, 3), n >= 3. points_px: (n, 2), their pixels. solver: a name in solvers(), or
 "auto". sigma_px: of a pixel coordinate, along each axis. start: 4x4, initial cam_from_world, e.g. of
 the previous frame, instead of a solver; other poses that fit are then not searched.
-largest_misfit: largest chi2 / dof of a pose that fits. sigmas_px: of each point, instead of sigma_px.
+max_misfit: largest chi2 / dof of a pose that fits. sigmas_px: of each point, instead of sigma_px.
 Returns: Fix; status ambiguous if another pose fits nearly as well (all are in `candidates`), no_pose
 if none fits, too_few_lamps, degenerate, not_converged.
 Raises: ValueError for counts that differ, numbers that are not finite, an unknown solver.)");

@@ -286,7 +286,7 @@ TEST(NearLine, AnOptimisticSigmaDoesNotMakeAHeightSeen) {
     scene.pixels = noisy_pixels(scene, 0.6, random);
     SolvePoseOptions options;
     options.sigma_px = 0.05;
-    options.largest_misfit = 1000;
+    options.max_misfit = 1000;
     refused +=
         solve_pose(scene.points, scene.pixels, scene.camera, options).status == Status::degenerate;
   }

@@ -378,8 +378,8 @@ TEST(SolvePose, CallersMistakesThrow) {
   options.max_iterations = 0;
   expect_said(refusal(good, options), "max_iterations");
   options = {};
-  options.largest_misfit = nan;
-  expect_said(refusal(good, options), "largest_misfit");
+  options.max_misfit = nan;
+  expect_said(refusal(good, options), "max_misfit");
 }
 
 }  // namespace

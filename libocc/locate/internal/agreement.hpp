@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: whether points that agree with a pose mean anything (pose/internal/false_alarms.hpp).
+// Significance of the inliers of a pose (pose/internal/false_alarms.hpp).
 #pragma once
 
 #include <Eigen/Core>
@@ -10,18 +10,18 @@
 
 namespace occ::internal::locate {
 
-/// Pixels that wrong matches take: anywhere in the rectangle that all span.
+/// Probability model of outliers: uniform in the rectangle of all pixels.
 pose::FalseAlarmModel chance_anywhere(const Eigen::Matrix2Xd& pixels, double gate_px, int sample,
                                       int poses);
 
-/// ln of the number of poses by chance that `inliers` agree with. Where pixels are crowded a wrong
-/// match is often as good as the right one, and those that share a gate count as one.
+/// ln of the expected number of random poses with these inliers. In crowded areas a wrong
+/// correspondence is often as good as the correct one; inliers that share a gate count once.
 double log_false_alarms(pose::FalseAlarmModel chance, const Eigen::Matrix2Xd& pixels,
                         double gate_px, const std::vector<int>& inliers);
 
-/// Whether all but a few inliers are on a line, so that any turn about it fits them, and those few
-/// are no more than chance would bring at the best of all turns. `sigmas`: by how many a unit of
-/// length across the line is seen, `most`: false alarms.
+/// True if all inliers but a few lie on a line, and those few are not significant: every rotation
+/// about the line fits the others, and the best rotation of random points would gain as many.
+/// `sigmas`: sigmas per unit of length across the line; `most`: maximum number of false alarms.
 bool rests_on_a_line(const Eigen::Matrix3Xd& points, const std::vector<int>& inliers, double sigmas,
                      const pose::FalseAlarmModel& chance, double most);
 

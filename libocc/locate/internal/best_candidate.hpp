@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: which poses stand beside the best one, and the fix that the best one makes.
+// Fills in a fix from its best candidate.
 #pragma once
 
 #include "libocc/locate/fix.hpp"
 
 namespace occ::internal::locate {
 
-/// Fills in the fix from its first candidate.
+/// Copies pose, covariance and lamps of the first candidate.
 void take_best(Fix& fix);
 
 }  // namespace occ::internal::locate

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: points of the world and where a camera saw them, as the pose solvers and fits take
-// them.
+// 3D-2D point correspondences in the form that pose solvers and fits use.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +12,7 @@
 
 namespace occ::internal::locate {
 
-/// The points in their unit frame, and what was seen of them.
+/// Points in their unit frame, and their bearings.
 struct PointProblem {
   Eigen::Matrix3Xd points, bearings;
   Eigen::Matrix3Xd origins;  ///< of the bearings; empty when the camera has one centre
@@ -27,7 +26,7 @@ LIBOCC_API PointProblem make_point_problem(const Eigen::Matrix3Xd& points_in_wor
                                            const Eigen::Matrix2Xd& points_px, const Camera& camera,
                                            const Eigen::VectorXd& sigmas_px);
 
-/// Whether the points coincide or lie on a line, `spread` being a triple of large area.
+/// True if the points coincide or lie on a line; `spread` is a triple of large area.
 bool on_a_line(const PointProblem& problem, const pose::Triple& spread);
 
 }  // namespace occ::internal::locate
