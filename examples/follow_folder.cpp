@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Prints the camera's pose in every image of a folder as a trajectory in the TUM format:
+// Writes the camera's pose in every image of a folder as a trajectory in TUM format:
 //   follow_folder SCENE.yaml FOLDER FRAMES_PER_SECOND > walk.tum
 #include <filesystem>
 #include <iostream>

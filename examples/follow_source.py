@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the camera is, frame by frame: follow_source.py SCENE.yaml FOLDER|VIDEO|camera:N|BAG"""
+"""Tracks a camera frame by frame: follow_source.py SCENE.yaml FOLDER|VIDEO|camera:N|BAG"""
 
 import sys
 
@@ -12,8 +12,8 @@ for frame in source:
     if frame.image is None:
         print(frame.name, frame.problem)
         continue
-    seen = tracker.add_image(frame.image, frame.time_s)
-    if seen.state is occ.TrackerState.tracking:
-        print(f"{seen.time_s:.3f} s", *seen.position_m.round(3), "lamps", *seen.lamps)
-    else:  # coasting: position_m is predicted, its covariance has grown; else there is none
-        print(f"{seen.time_s:.3f} s", seen.state.name, seen.reason)
+    tracked = tracker.add_image(frame.image, frame.time_s)
+    if tracked.state is occ.TrackerState.tracking:
+        print(f"{tracked.time_s:.3f} s", *tracked.position_m.round(3), "lamps", *tracked.lamps)
+    else:  # coasting: position_m is predicted and its covariance grows; lost or searching: no position
+        print(f"{tracked.time_s:.3f} s", tracked.state.name, tracked.reason)

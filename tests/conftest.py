@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shared by all tests in Python: slow ones run only when asked for."""
+"""Fixtures and options of all Python tests; slow tests run with --slow only."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -26,7 +26,7 @@ def test_every_generator_is_used_and_documented():
             assert f"`{parameter}`" in line, (name, parameter)
 
 
-def test_the_readme_names_every_key_and_outcome():
+def test_the_readme_lists_every_key_and_outcome():
     text = (SOURCE / "README.md").read_text()
     assert [key for key in (*KINDS, "schema") if f"`{key}`" not in text] == []
     assert [outcome.name for outcome in Outcome if f"| {outcome.name} |" not in text] == []
@@ -68,7 +68,7 @@ def test_the_catalogue_has_every_kind():
         (("points: 3", "points: 3\nparameters: {tilt: 1}"), "parameters of danger_cylinder: 'tilt' is not"),
     ],
 )
-def test_a_bad_file_is_refused_by_name_key_and_value(tmp_path, change, says):
+def test_errors_of_a_bad_file_name_file_key_and_value(tmp_path, change, says):
     path = tmp_path / "bad.yaml"
     assert change[0] in GOOD
     path.write_text(GOOD.replace(*change, 1))
@@ -96,7 +96,7 @@ def test_the_same_problems_every_time_and_more_of_them_first():
 
 
 @pytest.mark.parametrize("name", [n for n, c in CASES.items() if c.verdict == "solved"])
-def test_a_solvable_problem_says_what_it_allows(name):
+def test_a_solvable_problem_has_a_tolerance(name):
     for _, of_row in problems(name, 3):
         for instance in of_row:
             assert instance.truth is not None
@@ -110,7 +110,7 @@ def long_mean(points):
     return points.astype(np.longdouble).mean(0)
 
 
-def test_generators_refuse_unknown_words():
+def test_generators_reject_unknown_words():
     rng = np.random.default_rng(0)
     for name, key in (("ceiling", "where"), ("cloud", "rotation"), ("bad_input", "kind")):
         with pytest.raises(ValueError, match="must be .*, got nowhere"):

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What conditioning allows is what a change of the input does: no less, and not much more."""
+"""The tolerance from the conditioning bounds the effect of changed input, and is not much larger."""
 
 import numpy as np
 import pytest
 from problems import problems
 
-from libocc.cli.hard_cases.conditioning import EPSILON, Directions, hat, refined, turn
+from libocc.cli.hard_cases.conditioning import EPSILON, Directions, cayley, hat, refined
 from libocc.cli.hard_cases.oracle import three_points
 
 CENTROID = np.array([0.1, 0.2, 4])
@@ -15,7 +15,7 @@ def seen_from(seed=1, points=5):
     """Directions at a random pose, with the world's points and the rotation."""
     rng = np.random.default_rng(seed)
     world = rng.normal(size=(points, 3))
-    rotation = turn(rng.normal(size=3).astype(np.longdouble))
+    rotation = cayley(rng.normal(size=3).astype(np.longdouble))
     in_cam = (world - world.mean(0)) @ rotation.T.astype(float) + CENTROID
     bearings = in_cam / np.sqrt((in_cam**2).sum(1))[:, None]
     return Directions(bearings, world, rotation, CENTROID), world, rotation
@@ -38,15 +38,15 @@ def test_the_jacobian_is_that_of_the_residuals(seed):
 
 def test_turn_is_the_rotation_by_its_vector():
     w = np.array([0.3, -0.2, 0.5], dtype=np.longdouble) * 1e-3
-    assert np.abs(turn(w) @ turn(w).T - np.eye(3)).max() < 1e-15
-    assert np.abs(turn(w) - (np.eye(3) + hat(w) + hat(w) @ hat(w) / 2)).max() < 1e-9
+    assert np.abs(cayley(w) @ cayley(w).T - np.eye(3)).max() < 1e-15
+    assert np.abs(cayley(w) - (np.eye(3) + hat(w) + hat(w) @ hat(w) / 2)).max() < 1e-9
 
 
 def test_refined_returns_to_the_pose_that_fits():
     seen, world, rotation = seen_from()
     x = np.array([1, -2, 1, 3, 1, -1]) * np.longdouble(1e-6)
     truth = refined(seen.seen, world, rotation, CENTROID)
-    again = refined(seen.seen, world, turn(x[:3]) @ rotation, CENTROID + x[3:])
+    again = refined(seen.seen, world, cayley(x[:3]) @ rotation, CENTROID + x[3:])
     assert np.abs(again.rotation - truth.rotation).max() < 1e-15
     assert np.abs(again.centroid_in_cam - truth.centroid_in_cam).max() < 1e-15
 
@@ -57,7 +57,7 @@ def test_error_is_rotation_or_relative_shift():
 
     def error(w, shift):
         pose = np.eye(4)
-        turned = (turn(np.asarray(w, dtype=np.longdouble)) @ rotation).astype(float)
+        turned = (cayley(np.asarray(w, dtype=np.longdouble)) @ rotation).astype(float)
         pose[:3, :3], pose[:3, 3] = turned, CENTROID + shift - turned @ world.mean(0)
         return truth.error(pose, world.astype(np.longdouble).mean(0))
 
@@ -83,7 +83,7 @@ def test_a_change_of_the_bearings_moves_the_pose_as_far_as_is_allowed(name):
 
 
 def moved_by(instance, change):
-    """How far the nearest exact pose of changed bearings is from the truth."""
+    """Error of the nearest exact pose for changed bearings."""
     centroid = instance.points.astype(np.longdouble).mean(0)
     nearest = np.inf
     for solution in three_points(instance.bearings + change, instance.points):

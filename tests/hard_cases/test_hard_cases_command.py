@@ -23,7 +23,7 @@ def run(libocc):
     return lambda *arguments: libocc("hard-cases", *arguments)
 
 
-def test_table_names_cases_solvers_and_signs(run):
+def test_table_has_cases_solvers_and_signs(run):
     code, out, _ = run(*FEW)
     assert code == 0
     for pattern in (r"^ *ceiling_triple_tilted +●", r"^ *no_triangle +○"):
@@ -54,7 +54,7 @@ def test_plot_is_a_picture(run, tmp_path):
     assert code == 0 and pixels.ndim == 3 and min(pixels.shape[:2]) > 150 and pixels.std() > 5
 
 
-def test_peers_come_along_or_are_said_to_be_missing(run):
+def test_peers_are_run_or_reported_as_missing(run):
     code, out, err = run(*FEW, "--peers")
     assert code == 0
     for package, module_name, family in (

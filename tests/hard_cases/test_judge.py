@@ -63,7 +63,7 @@ def test_one_pose_that_does_not_fit_is_wrong(several):
     assert outcome(case, instance, *poses, mirrored) is Outcome.wrong
 
 
-def test_what_is_no_rotation_is_wrong(several):
+def test_a_matrix_that_is_not_a_rotation_is_wrong(several):
     case, instance, poses = several
     scaled = poses[0].copy()
     scaled[:3] *= 2  # reproduces the bearings all the same
@@ -112,7 +112,7 @@ def test_an_error_within_conditioning_is_solved_and_measured(several):
     assert judgement.outcome is Outcome.solved and judgement.over_allowed > 100
 
 
-def test_none_is_a_refusal_and_right_only_where_there_is_none():
+def test_no_pose_is_right_only_if_no_solution_exists():
     for name, right in (("ceiling_triple_tilted", False), ("no_triangle", True), ("collinear_six", True),
                         ("bad_numbers_three", True), ("two_points", True)):
         instance = problems(name)[0][1][0]
@@ -121,14 +121,14 @@ def test_none_is_a_refusal_and_right_only_where_there_is_none():
             assert judgement.outcome is Outcome.refused and judgement.right == right, name
 
 
-def test_any_pose_is_wrong_where_none_can_be_told():
+def test_any_pose_of_an_undetermined_problem_is_wrong():
     for name in ("no_triangle", "collinear_three", "duplicates_three", "bad_numbers_six",
                  "behind_camera_six"):
         instance = problems(name)[0][1][0]
         assert outcome(CASES[name], instance, instance.nominal) is Outcome.wrong, name
 
 
-def test_either_takes_what_fits_and_nothing_else():
+def test_verdict_either_accepts_only_fitting_poses():
     case = CASES["behind_camera_three"]
     of_row = problems(case.name)[0][1]
     possible = next(i for i in of_row if i.solutions)
@@ -168,7 +168,7 @@ def test_the_matrix_counts_and_widens():
     assert show.text_of(cells[1]) == "N" and show.share_of(cells[0]) == {show.Show.refused: 1.0}
 
 
-def test_a_method_that_throws_refuses_and_says_so():
+def test_an_exception_counts_as_a_refusal():
     def fails(instance):
         raise RuntimeError("no\nluck")
 

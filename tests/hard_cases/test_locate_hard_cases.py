@@ -55,7 +55,7 @@ ROWS = [pytest.param(name, row, id=f"{name} {row}".strip()) for name in NAMED fo
 
 
 @pytest.mark.parametrize("name, row", ROWS)
-def test_locate_is_right_or_says_that_it_is_not(name, row):
+def test_locate_is_correct_or_reports_a_problem(name, row):
     taken = found = 0
     for instance in dict(problems(name, 8))[row]:
         picture = photographed(instance)

@@ -10,7 +10,7 @@ from libocc.cli.hard_cases.methods import OWN, Method, own_methods
 
 METHODS = {method.name: method for method in own_methods()}
 HARMLESS = {Outcome.solved, Outcome.refused, Outcome.dropped}
-# Where rounding of the bearings alone leaves the pose open to the tolerance that the guard keeps to,
+# Problems in which rounding of the bearings alone makes the pose uncertain to the tolerance of the guard,
 # other people's solvers may answer with a pose that fits but has lost digits.
 LOSES_DIGITS = {
     "ceiling_triple_under_lamp",

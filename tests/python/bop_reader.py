@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads a folder as BOP's document "Format of BOP datasets" describes it, and nothing of libocc."""
+"""Independent reader of the BOP format, after the document "Format of BOP datasets"."""
 
 import json
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from PIL import Image
 
 
 def load_json(path: Path) -> Any:
-    """Keys that are whole numbers become such, as BOP's toolkit has them."""
+    """Converts keys to integers, as BOP's toolkit does."""
     def whole(pairs: dict[str, Any]) -> dict[Any, Any]:
         return {int(k) if k.lstrip("-").isdigit() else k: v for k, v in pairs.items()}
 
@@ -19,7 +19,7 @@ def load_json(path: Path) -> Any:
 
 
 def matrix(values: list[float]) -> Any:
-    """3x3, row-wise."""
+    """3x3 matrix from a row-major list."""
     assert len(values) == 9
     return np.array(values, float).reshape(3, 3)
 
@@ -37,7 +37,7 @@ class Model:
 
 
 def load_model(path: Path) -> Model:
-    """ASCII PLY of vertices with normals, and of triangles."""
+    """ASCII PLY file of vertices with normals, and of triangles."""
     lines = iter(path.read_text().splitlines())
     assert next(lines) == "ply" and next(lines) == "format ascii 1.0"
     counts, names, element = {}, [], ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shared by the Python tests: a scene of six lamps, a pose that sees them, its image and truth."""
+"""Fixtures of the Python tests: a scene with six lamps, a pose that sees them, its image and truth."""
 
 from pathlib import Path
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an image of evenly bright discs must be, worked out without libocc's formation of images."""
+"""Reference images of discs with uniform radiance, computed independently of libocc's image formation."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ FULL_DN = 60000.0
 
 
 class ImageEllipse:
-    """A disc seen by a pinhole: {centre + shape s, |s| <= 1}, and electrons of a pixel inside."""
+    """Image of a disc in a pinhole camera: {centre + shape s, |s| <= 1}, and electrons of a pixel inside."""
 
     def __init__(self, lamp: occ.Lamp, pose: Array, scene: occ.Scene) -> None:
         camera = scene.camera
@@ -48,7 +48,7 @@ def ellipses(scene: occ.Scene, pose: Array) -> list[ImageEllipse]:
 
 
 def bessel_j1(x: Array) -> Array:
-    """Bessel's integral by the trapezoid rule, exact to rounding once it has more nodes than x."""
+    """Bessel's integral by the trapezoid rule; exact up to rounding with more nodes than x."""
     nodes = int(np.max(x, initial=0) / 2) + 25
     angles = (np.arange(nodes) + 0.5) * np.pi / nodes
     total = np.zeros_like(x)
@@ -58,7 +58,7 @@ def bessel_j1(x: Array) -> Array:
 
 
 def fourier_window(ellipse: ImageEllipse, sigma_px: float) -> tuple[int, int, Array]:
-    """(x0, y0, coverage): the blurred ellipse over all pixels that it reaches.
+    """(x0, y0, coverage): blurred ellipse over all pixels that it affects.
 
     Product of the transforms of ellipse, Gaussian and pixel; sampling at the pixels folds its
     frequencies beyond pi back.
@@ -84,7 +84,7 @@ def fourier_window(ellipse: ImageEllipse, sigma_px: float) -> tuple[int, int, Ar
 
 
 def fourier_image(scene: occ.Scene, pose: Array) -> Array:
-    """Mean electrons of every pixel of a scene of discs, their light even."""
+    """Mean electrons of every pixel for a scene of discs with uniform radiance."""
     image = np.zeros((scene.camera.height, scene.camera.width))
     for ellipse in ellipses(scene, pose):
         x0, y0, window = fourier_window(ellipse, scene.sensor.psf_sigma_px)

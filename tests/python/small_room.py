@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A small scene of every shape of lamp, one of them partly behind a box, under a rolling shutter."""
+"""Small scene with every shape of lamp, one partly hidden by a box, with a rolling shutter."""
 
 import hashlib
 import os
@@ -44,13 +44,13 @@ def small_scene() -> occ.Scene:
 
 
 def write_all(folder: Path) -> None:
-    """room.yaml, walk.yaml and sweep.yaml."""
+    """Writes room.yaml, walk.yaml and sweep.yaml."""
     for name, text in (("room", SCENE), ("walk", WALK), ("sweep", SWEEP)):
         (folder / f"{name}.yaml").write_text(text)
 
 
 def contents(folder: Path | str) -> dict[str, str]:
-    """Hashes of all files by name."""
+    """Hashes of all files in a folder, by name."""
     files = [path for path in Path(folder).rglob("*") if path.is_file()]
     return {str(p.relative_to(folder)): hashlib.sha256(p.read_bytes()).hexdigest() for p in files}
 
@@ -60,5 +60,5 @@ def double(job: int) -> int:
 
 
 def die(job: int) -> None:
-    """As a process does that the system ends for want of memory."""
+    """Ends the process like the kernel does when memory is exhausted."""
     os._exit(1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames of a short walk as every kind of source has them: a folder, a video, ROS 1 and ROS 2 bags."""
+"""Frames of a short walk in every kind of source: folder, video, ROS 1 and ROS 2 bags."""
 
 import io
 import json
@@ -18,7 +18,7 @@ BEGIN_S = 5.0
 
 
 def walk() -> occ.Trajectory:
-    """A second and a half under the lamps of irregular_six."""
+    """Trajectory of 1.5 s below the lamps of irregular_six."""
     poses = [upward_pose([1.6, 1.8, 0.4], 0, 2, 40), upward_pose([1.9, 1.95, 0.45], 12, 3, 100)]
     return occ.Trajectory([BEGIN_S, BEGIN_S + 1.5], poses)
 
@@ -26,7 +26,7 @@ def walk() -> occ.Trajectory:
 def render(
     scene: occ.Scene, count: int, path: occ.Trajectory | None = None, fps: float = FPS
 ) -> list[tuple[float, np.ndarray, np.ndarray]]:
-    """(time, image, cam_from_world) of each frame."""
+    """Time, image and cam_from_world of each frame."""
     path = path or walk()
     renderer, made = occ.Renderer(scene), []
     for i in range(count):
@@ -42,7 +42,7 @@ def render(
 def write_folder(
     folder: Path, frames: list[tuple[float, np.ndarray, np.ndarray]], path: occ.Trajectory | None = None
 ) -> Path:
-    """As `libocc sequence` writes it, without what nobody reads here."""
+    """Folder as written by `libocc sequence`, reduced to the files that are read."""
     (folder / "images").mkdir(parents=True)
     (folder / "truth").mkdir()
     path = path or walk()
@@ -55,7 +55,7 @@ def write_folder(
 
 
 def image_message(store: Any, image: np.ndarray, time_s: float, encoding: str, **changes: Any) -> Any:
-    """A sensor_msgs Image; encoding jpeg or png: a CompressedImage."""
+    """Message sensor_msgs/Image, or CompressedImage for the encodings jpeg and png."""
     types = store.types
     nanoseconds = round(1e9 * time_s)
     stamp = types["builtin_interfaces/msg/Time"](nanoseconds // 10**9, nanoseconds % 10**9)
@@ -77,7 +77,7 @@ def write_bag(
     path: Path, frames: list[tuple[float, np.ndarray, np.ndarray]], encoding: str = "mono8",
     topics: tuple[str, ...] = ("/camera/image",), stamped: bool = True,
 ) -> Path:
-    """ROS 1 when its name ends so, else ROS 2. Recorded a tenth of a second late."""
+    """Writes a ROS 1 bag if the name ends with .bag, else ROS 2; recording times are 0.1 s after the stamps."""
     from rosbags.rosbag1 import Writer as Writer1
     from rosbags.rosbag2 import Writer as Writer2
     from rosbags.typesys import Stores, get_typestore
@@ -96,7 +96,7 @@ def write_bag(
 
 
 def raw_image(encoding: str, height: int, width: int, step: int, data: Any, bigendian: int = 0) -> Any:
-    """What pixels_of() looks at."""
+    """Message with the fields that pixels_of() reads."""
     return SimpleNamespace(
         encoding=encoding, height=height, width=width, step=step, is_bigendian=bigendian,
         data=np.asarray(data, np.uint8),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Response curves and the lamps' light: from Python and from the command line."""
+"""Calibration of response curves and of the lamps' light, from Python and from the command line."""
 
 import json
 import math
@@ -17,7 +17,7 @@ from libocc._core import Mosaic
 
 
 def wall_of_lamps(**sensor) -> occ.Scene:
-    """Squares of 18 pixels, side by side, whose light differs by up to a hundred times."""
+    """Adjacent squares of 18 pixels with irradiances in a ratio of up to 100."""
     lamps = [
         occ.Lamp(
             id=i, shape=occ.LampShape.rectangle, size_m=[0.18, 0.18], normal=[0, 0, -1],
@@ -31,7 +31,7 @@ def wall_of_lamps(**sensor) -> occ.Scene:
 
 
 def exposure_series(scene: occ.Scene, count=5, factor=1.8):
-    """Images and times; in the last the lamps of 3 W are white."""
+    """Images and exposure times; the lamps of 3 W are saturated in the last image."""
     sensor = scene.sensor
     one = scene.replace(lamps=[scene.lamps[0].replace(power_w=3, centre_m=[0, 0, 10])])
     pixel_e = occ.simulate(one, np.eye(4), noise=False)[1].lamps[0].electrons / 18**2
@@ -80,7 +80,7 @@ def test_the_sensors_response_comes_back(wall, series):
     assert abs(table - srgb(np.linspace(0, 1, 101)))[5:].max() < 0.02
 
 
-def test_the_sensor_takes_the_response(wall, series, pose):
+def test_the_response_can_be_used_by_the_sensor(wall, series, pose):
     sensor = occ.photometry.recover_response(*series).sensor(wall.sensor)
     assert sensor.response is occ.Response.table and len(sensor.response_table) == 1024
     again, times = exposure_series(wall.replace(sensor=sensor), 1)
@@ -109,7 +109,7 @@ def test_colour_has_a_curve_per_channel(series):
     assert len(found.sensor(occ.Sensor(mosaic=Mosaic.rggb)).channels) == 3
 
 
-def test_what_the_series_does_not_determine_is_said(series):
+def test_undetermined_parts_of_the_series_are_reported(series):
     images, times = series
     found = occ.photometry.recover_response(images[:2], times[:2])
     assert found.status is occ.Status.degenerate and "2 different exposure times" in found.message
@@ -127,7 +127,7 @@ def test_what_the_series_does_not_determine_is_said(series):
         (lambda i: [j.astype(np.uint16) for j in i], [1, 2, 3, 4, 5], "bit_depth must be given"),
     ],
 )
-def test_what_does_not_fit_is_named(series, images, times, text):
+def test_errors_name_the_invalid_argument(series, images, times, text):
     with pytest.raises(ValueError, match=text):
         occ.photometry.recover_response(images(series[0]), times)
 
@@ -136,7 +136,7 @@ def test_what_does_not_fit_is_named(series, images, times, text):
 
 @pytest.fixture(scope="module")
 def beams(scene) -> occ.Scene:
-    """Small lamps of a narrower beam than the scene says they have."""
+    """Small lamps with a narrower beam than in the scene file."""
     lamps = [lamp.replace(radius_m=0.03, power_w=0.15, half_power_rad=math.radians(45)) for lamp in scene.lamps]
     return scene.replace(lamps=lamps, sensor=scene.sensor.replace(full_well_e=1e5, exposure_s=1.2e-5))
 
@@ -192,7 +192,7 @@ def test_a_common_factor_of_the_powers(beams, supposed, views, poses):
         occ.photometry.calibrate_light(supposed, views, poses, powers="both")
 
 
-def test_what_is_off_does_not_count(supposed, views, poses):
+def test_disabled_effects_are_ignored(supposed, views, poses):
     cornered = supposed.replace(lens=occ.Lens(vignetting=[-0.5]))
     off = cornered.replace(effects=occ.Effects(vignetting=occ.rendering.Use.off))
     assert off.as_rendered().lens.vignetting == [] and cornered.as_rendered() == cornered
@@ -246,7 +246,7 @@ def test_the_response_goes_into_a_scene_file(run, wall, series):
     assert set(found) == {"sensor"} and len(found["sensor"]["response_table"]) == 256
 
     scene = yaml.safe_load(wall.format())
-    scene["sensor"].update(found["sensor"])  # the way to take it over
+    scene["sensor"].update(found["sensor"])  # as recommended in the written file
     sensor = occ.Scene.parse(yaml.safe_dump(scene)).sensor
     assert sensor.response is occ.Response.table and sensor.exposure_s == wall.sensor.exposure_s
     assert abs(np.array(sensor.response_table) - srgb(np.linspace(0, 1, 256)))[12:].max() < 0.02
@@ -277,7 +277,7 @@ def test_times_by_name(run, series):
 
 
 def write_jpegs(images, tags) -> list[str]:
-    """With ExposureTime and more in their EXIF, by number of the tag."""
+    """Images with EXIF data, by number of the tag."""
     names = [f"{i}.jpg" for i in range(len(images))]
     for name, image, of_image in zip(names, images, tags):
         exif = Image.Exif()
@@ -309,7 +309,7 @@ def test_times_from_the_images_exif(run, series):
         ([{TIME: 0.1, F_NUMBER: 2.0}, {TIME: 0.2, F_NUMBER: 4.0}], "1.jpg: its f-number is 4.0, that of 0.jpg 2.0"),
     ],
 )
-def test_exif_that_does_not_tell_the_times(run, series, tags, text):
+def test_exif_without_usable_times_is_rejected(run, series, tags, text):
     code, out, err = run("response", *write_jpegs(series[0][:2], tags))
     assert code == 2 and out == ""
     assert err.startswith("error: ") and text in err and err.count("\n") == 1
@@ -396,7 +396,7 @@ def test_light_finds_a_common_factor_and_ambient_light(run, beams, supposed, pos
     assert code == 2 and "'each', 'common_factor'" in err
 
 
-def test_ambient_light_that_is_not_told(run, supposed, views, poses):
+def test_undetermined_ambient_light_is_reported(run, supposed, views, poses):
     names = write_all(views)
     supposed.replace(sensor=supposed.sensor.replace(black_level_dn=90)).save("room.yaml")
     Path("poses.yaml").write_text(yaml.safe_dump([p.tolist() for p in poses]))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From pictures of tags, boards and lamps to calibrated cameras and surveyed lamps, by the commands."""
+"""Calibration of cameras and survey of lamps from images, by the commands."""
 
 import json
 import math
@@ -39,7 +39,7 @@ def picture(pose: Any, seed: int, **targets: Any) -> Any:
 
 
 def wall_of_tags() -> list[occ.Tag]:
-    """On two walls of a corner."""
+    """Tags on two walls of a corner."""
     tags = []
     for i in range(16):
         column, row = i % 4, i // 4
@@ -52,7 +52,7 @@ def wall_of_tags() -> list[occ.Tag]:
 
 
 def views() -> list[Any]:
-    """Around the corner, some turned about the view."""
+    """Poses around the corner, some rotated about the optical axis."""
     poses = []
     for i in range(9):
         angle = math.radians(20 + 50 * (i % 3) / 2)
@@ -78,7 +78,7 @@ def errors_in_sigmas(out: Path, truth: occ.Camera) -> dict[str, float]:
     return {p["name"]: (p["value"] - true[p["name"]]) / p["sigma"] for p in data["parameters"]}
 
 
-def test_pictures_of_tags_anywhere_calibrate_the_camera(tag_pictures: list[Path], tmp_path: Path) -> None:
+def test_images_of_tags_at_unknown_positions_calibrate_the_camera(tag_pictures: list[Path], tmp_path: Path) -> None:
     out = tmp_path / "out"
     code, text, told = run("calibrate", "camera", *tag_pictures, "--tag-size", 0.16, "--out", out)
     assert code == 0, told
@@ -173,7 +173,7 @@ def test_lamps_are_surveyed_better_than_the_map(tmp_path: Path) -> None:
     surveyed = occ.Scene.load(out / "scene.yaml")
 
     def spread(lamps: list[occ.Lamp]) -> float:
-        """Of the distances between lamps, which no datum changes."""
+        """Error of the distances between lamps, which are independent of the datum."""
         at, true = (np.array([lamp.centre_m for lamp in each]) for each in (lamps, scene.lamps))
         apart = [np.linalg.norm(p[:, None] - p[None], axis=2) for p in (at, true)]
         return float(np.abs(apart[0] - apart[1]).max())

@@ -37,7 +37,7 @@ def test_a_camera_is_a_value(camera: occ.Camera, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.kind.name)
-def test_a_ray_goes_where_its_pixel_looks(camera: occ.Camera) -> None:
+def test_the_ray_of_a_pixel_projects_to_the_pixel(camera: occ.Camera) -> None:
     ray = camera.ray([330, 260])
     assert ray is not None
     pixel = camera.project(ray.origin + 7 * ray.direction)
@@ -53,7 +53,7 @@ def test_only_a_rotating_line_repeats_itself() -> None:
 
 
 @pytest.mark.parametrize("form", [occ.CameraFormat.opencv, occ.CameraFormat.ros])
-def test_other_formats_hold_what_they_can(form: occ.CameraFormat, tmp_path: Path) -> None:
+def test_other_formats_keep_their_parameters(form: occ.CameraFormat, tmp_path: Path) -> None:
     path = tmp_path / "camera.yaml"
     occ.write_camera(path, CAMERAS[1].with_parameters([250, 251, 320, 240, 0, 0.1, 0.2]), form)
     again = occ.read_camera(path)

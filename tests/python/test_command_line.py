@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line: what it prints, writes and returns, and how it refuses."""
+"""Output, files, exit codes and errors of the command line."""
 
 import json
 import re
@@ -18,7 +18,7 @@ TIMES = re.compile(r"\d+\.\d+(?= ms)|(?<=detect )\d+\.\d+|(?<=identify )\d+\.\d+
 
 
 def comparable(text):
-    """Without times, which differ, and without the column widths that follow from them."""
+    """Text without times, which vary, and without column widths, which depend on them."""
     text = re.sub(r"─+", "─", TIMES.sub("#", text))
     return "\n".join(" ".join(line.split()) for line in text.strip().splitlines())
 
@@ -41,7 +41,7 @@ def is_picture(path):
 
 
 def example_of(command):
-    """Pairs of command line and expected output at the start of a help text."""
+    """Command lines with their expected output at the start of a help text."""
     text = "\n".join(line.strip() for line in command.help.replace("\b", "").strip().splitlines())
     block = text.split("\n\n")[0]
     assert block.startswith("$ libocc"), "help opens with an example"
@@ -49,9 +49,9 @@ def example_of(command):
     return [part.rstrip().partition("\n")[::2] for part in parts]
 
 
-# Pictures for `camera` and `panorama` have tests of their own.
+# `camera` and `panorama` are tested in test_calibrate_pictures.py.
 @pytest.mark.parametrize("name", [*COMMANDS, "calibrate lamps", "calibrate network"])
-def test_help_opens_with_an_example_that_prints_what_it_says(name, run):
+def test_help_starts_with_an_example_with_its_actual_output(name, run):
     command = main
     for word in name.split():
         command = command.get_command(click.Context(command), word)
@@ -65,7 +65,7 @@ def test_help_opens_with_an_example_that_prints_what_it_says(name, run):
             assert printed == expected
 
 
-def test_identify_names_every_lamp(run, room):
+def test_identify_assigns_every_lamp(run, room):
     code, out, _ = run("identify", room, "--map", "irregular_six", "--json", "--overlay", "named.png")
     found = json.loads(out)
     assert code == 0 and found["status"] == "ok"
@@ -83,7 +83,7 @@ def test_identify_lists_all_poses_of_a_square(run):
     assert run("identify", "s.png", "--map", "square_four", "--prior-heading-deg", 10)[0] == 0
 
 
-def test_identify_names_the_symmetry(run):
+def test_identify_reports_the_symmetry(run):
     assert run("simulate", "square_four", "--position", 1.7, 1.8, 0.3, "--out", "s.png")[0] == 0
     _, out, _ = run("identify", "s.png", "--map", "square_four")
     assert "rotation by 180 deg about the vertical axis through (2, 2)" in out
@@ -113,7 +113,7 @@ def test_a_last_fix_is_a_prior(run):
     assert code == 2 and "fix.json: has no cam_from_world" in err
 
 
-def test_identify_refuses_another_cameras_image(run, room):
+def test_identify_rejects_an_image_of_another_camera(run, room):
     occ.write_image("small.png", np.zeros((40, 50), np.uint8))
     code, _, err = run("identify", "small.png", "--map", "irregular_six")
     assert code == 2 and "small.png: is 50 x 40, the camera of irregular_six" in err
@@ -127,7 +127,7 @@ def test_locate_prints_the_fix(run, room):
     assert (x, y, z) == pytest.approx((1.7, 2.1, 0.5), abs=2e-3)
 
 
-def test_json_holds_what_python_returns(run, room, scene):
+def test_json_has_the_values_of_the_python_functions(run, room, scene):
     code, out, _ = run("locate", room, "irregular_six", "--json")
     data = json.loads(out)
     fix = occ.locate(occ.read_image(room), scene)
@@ -140,7 +140,7 @@ def test_json_holds_what_python_returns(run, room, scene):
     assert code == 0 and len(json.loads(out)) == len(occ.detect(occ.read_image(room)))
 
 
-def test_simulate_writes_truth_that_it_can_read_back(run, room):
+def test_simulate_can_read_the_truth_that_it_writes(run, room):
     truth = json.loads(Path("room.json").read_text())
     assert truth["position_m"] == pytest.approx([1.7, 2.1, 0.5]) and truth["scene"] == "irregular_six"
     code, out, _ = run("simulate", "irregular_six", "--pose", "room.json", "--out", "b.png", "--json")
@@ -244,7 +244,7 @@ def test_the_installed_command_runs_as_a_process(tmp_path: Path):
 
 
 def test_locating_waits_for_no_picture_or_table_library(tmp_path: Path):
-    """matplotlib and rich cost more than a fix: only what draws or prints tables imports them."""
+    """Importing matplotlib and rich takes longer than a fix; only plots and tables import them."""
     program = (
         "import sys\nimport libocc.cli.commands.locate, libocc.cli.commands.detect\n"
         "print([m for m in ('matplotlib', 'rich') if m in sys.modules])"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Data sets: image files, masks, the layouts of BOP and COCO, read back and compared."""
+"""Data sets: image files, masks and the layouts of BOP and COCO, compared after reading."""
 
 import json
 from pathlib import Path
@@ -23,7 +23,7 @@ from libocc.cli.result_folder import ResultFolder
 
 
 def advance(steps: int = 1) -> None:
-    """Nobody looks at the bar."""
+    """Progress callback that does nothing."""
 
 
 RNG = np.random.default_rng(1)
@@ -66,7 +66,7 @@ def test_image_files_hold_every_bit(name, dtype, tmp_path):
     assert image_bytes(image, name) == path.read_bytes(), "the same bytes again"
 
 
-def test_sixteen_bit_pgm_is_what_netpbm_says():
+def test_sixteen_bit_pgm_follows_netpbm():
     image = np.array([[1, 258], [65535, 0]], np.uint16)
     header, pixels = image_bytes(image, "pgm").rsplit(b"\n", 1)
     assert header.split() == [b"P5", b"2", b"2", b"65535"]
@@ -78,7 +78,7 @@ def test_unknown_formats_name_the_nearest():
         check_format("pnq")
 
 
-def test_fill_takes_the_pixels_whose_centres_are_inside():
+def test_fill_has_the_pixels_whose_centres_are_inside():
     for _ in range(20):
         rim = RNG.uniform(-3, 25, (7, 2))
         ys, xs = np.mgrid[-2:22, -4:26]
@@ -96,7 +96,7 @@ def test_fill_takes_the_pixels_whose_centres_are_inside():
     assert np.array_equal(fill(circle, 0, 0, 20, 16), expected)
 
 
-def test_a_silhouette_goes_on_beyond_the_image():
+def test_a_silhouette_extends_beyond_the_image():
     rim = np.array([[-3.5, 2.5], [4.5, 2.5], [4.5, 6.5], [-3.5, 6.5]])
     silhouette = Silhouette(rim, rim.mean(axis=0))
     assert silhouette.pixels.sum() == 8 * 4 and silhouette.box() == [-3, 3, 4, 6]
@@ -147,7 +147,7 @@ def test_each_lamp_has_the_pose_from_which_its_row_sees_it(room, walk, tmp_path)
     assert moved > 1e-3
 
 
-def test_masks_are_where_the_light_is(room, tmp_path):
+def test_masks_cover_the_light(room, tmp_path):
     still = occ.Trajectory([0], [np.eye(4)])
     (frame,) = frames_of(room, still, fps=1, noise=False)
     folder = ResultFolder(str(tmp_path / "set"), {"kind": "test"})

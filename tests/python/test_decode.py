@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Codes from Python and `libocc decode`: lamps that say their ids, bad input, stripes, videos."""
+"""Codes in Python and `libocc decode`: ids, bad input, stripes, videos."""
 
 import json
 from pathlib import Path
@@ -35,7 +35,7 @@ def times_s() -> list[float]:
 
 @pytest.fixture
 def folder(tmp_path: Path, room: occ.Scene, images: list[np.ndarray]) -> Path:
-    """As `libocc sequence` writes it."""
+    """Folder as written by `libocc sequence`."""
     (tmp_path / "set" / "images").mkdir(parents=True)
     (tmp_path / "set" / "truth").mkdir()
     room.save(tmp_path / "set" / "scene.yaml")
@@ -45,7 +45,7 @@ def folder(tmp_path: Path, room: occ.Scene, images: list[np.ndarray]) -> Path:
     return tmp_path / "set"
 
 
-def test_a_lamp_takes_its_light_from_its_code(room):
+def test_the_waveform_of_a_lamp_follows_from_its_code(room):
     lamp = room.lamps[0]
     wave = occ.codes.encode_id(lamp.id, lamp.code.code)
     assert lamp.waveform == wave.chips[0]
@@ -77,7 +77,7 @@ def test_budget_and_samples():
         occ.codes.decode_samples(code, [0.0, 1.0], 1e-5, [0.5], 0.1)
 
 
-def test_frames_out_of_order_are_refused(room, images):
+def test_frames_out_of_order_are_rejected(room, images):
     code = room.lamps[0].code.code
     with pytest.raises(ValueError, match=r"times_s\[2\] must be after the frame before it, at 0.2, got 0.1"):
         occ.codes.decode(images[:3], [0, 0.2, 0.1], room.sensor, code)
@@ -98,7 +98,7 @@ def test_darkness_is_a_status(room):
     assert not found.lamps
 
 
-def test_command_names_lamps_and_draws(libocc, folder: Path, tmp_path: Path):
+def test_command_decodes_lamps_and_draws(libocc, folder: Path, tmp_path: Path):
     picture = tmp_path / "ids.png"
     code, out, err = libocc("decode", folder, "--still", "--overlay", picture)
     assert code == 0, err
@@ -113,11 +113,11 @@ def test_command_names_lamps_and_draws(libocc, folder: Path, tmp_path: Path):
 
 
 def test_missing_frames_do_no_harm(libocc, folder: Path):
-    for i in (1, 2):  # whose bits 35 and 36 say again
+    for i in (1, 2):  # whose bits are repeated by 35 and 36
         (folder / "images" / f"{i:06d}.png").unlink()
     code, out, _ = libocc("decode", folder, "--still")
     assert code == 0 and {line.split()[4] for line in out.splitlines()[1:5]} == {"1", "2", "3", "4"}
-    for i in (10, 11):  # that no other frame says
+    for i in (10, 11):  # not repeated by another frame
         (folder / "images" / f"{i:06d}.png").unlink()
     assert ": more frames are needed" in libocc("decode", folder, "--still")[1]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the README, the docstrings and the types say is so."""
+"""Examples and statements in the README, the docstrings and the types are correct."""
 
 import doctest
 import importlib
@@ -38,14 +38,14 @@ def submodule(name: str) -> ModuleType:
 
 
 def examples(readme: Path, language: str) -> list[tuple[str, str]]:
-    """Each fenced example with what the sentence after it says that it prints."""
+    """Each fenced example with its output, given by the sentence after it."""
     pattern = rf"```{language}\n(.*?)```\n+prints `(.*?)`\."
     found = re.findall(pattern, readme.read_text(), re.DOTALL)
     assert found and len(found) == readme.read_text().count(f"```{language}\n")
     return found
 
 
-def test_readme_python_examples_print_what_it_says(root: Path):
+def test_readme_python_examples_print_the_documented_output(root: Path):
     for code, printed in examples(root / "README.md", "python"):
         ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=root)
         assert ran.returncode == 0, ran.stderr
@@ -57,7 +57,7 @@ def test_readme_first_example_has_five_lines(root: Path):
     assert len([line for line in code.splitlines() if line.strip()]) <= 5
 
 
-def test_readme_cpp_example_prints_what_it_says(root: Path, tmp_path: Path):
+def test_readme_cpp_example_prints_the_documented_output(root: Path, tmp_path: Path):
     if shutil.which("c++") is None:
         pytest.skip("no C++ compiler")
     library = Path(occ.__file__).parent
@@ -72,8 +72,8 @@ def test_readme_cpp_example_prints_what_it_says(root: Path, tmp_path: Path):
     assert ran.returncode == 0 and ran.stdout.strip() == printed, ran.stderr
 
 
-def test_readme_names_what_is_there(root: Path):
-    """Every file and folder that the README links to or names in backquotes exists."""
+def test_readme_links_to_existing_files(root: Path):
+    """Every file and folder in links and backquotes of the README exists."""
     text = (root / "README.md").read_text()
     named = re.findall(r"\]\(([^)#]+)\)", text) + re.findall(
         r"`((?:data|tools|libocc|tests|python)/[\w./]+|LICENSE)`", text

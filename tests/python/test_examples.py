@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The programs of examples/ do what they say."""
+"""The programs in examples/ run."""
 
 import shutil
 import subprocess

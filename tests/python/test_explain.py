@@ -27,7 +27,7 @@ def run(libocc, tmp_path):
     return lambda *arguments: libocc("explain", *arguments)
 
 
-def test_json_is_what_the_api_says(run):
+def test_json_has_the_values_of_the_api(run):
     code, out, err = run("room.yaml", "--json", "--repetitions", 0)
     assert code == 0, err
     data = json.loads(out)
@@ -84,7 +84,7 @@ def test_bad_input_is_one_line_and_exit_code_2(run, arguments, says):
     assert code == 2 and says in err and err.count("\n") == 1, err
 
 
-def test_an_unknown_effect_and_bad_tolerances_are_refused(run, tmp_path):
+def test_an_unknown_effect_and_bad_tolerances_are_rejected(run, tmp_path):
     for line, says in (
         ("effects: {vigneting: off}", "vignetting"),
         ("effects: {tolerance_dn: 0}", "tolerance_dn"),

@@ -29,7 +29,7 @@ def ring(laps=1, **options):
     return occ.guide.Route(RING, closed=True, laps=laps, corner_radius_m=0.4, **options)
 
 
-def test_a_vehicle_says_what_it_cannot_do():
+def test_a_vehicle_reports_limited_commands():
     step = occ.guide.drive(occ.guide.Vehicle(), occ.guide.DriveState(), occ.guide.DriveCommand(speed_m_s=9), 0.1)
     assert step.limited.speed and step.limited.acceleration and not step.limited.turn
     assert step.odometry.increment.x_m == pytest.approx(0.5 * 0.5 * 0.1**2)
@@ -46,7 +46,7 @@ def test_noise_follows_the_seed():
     assert ends[0] == ends[1] != ends[2]
 
 
-def test_a_route_knows_its_places():
+def test_a_route_returns_its_points():
     route = ring(laps=2)
     assert route.length_m == pytest.approx(2 * (4.8 - 3.2 + 0.8 * math.pi))
     place = route.nearest([2.0, 1.25])
@@ -65,7 +65,7 @@ def test_a_route_is_pickled():
     assert again.dock.heading_rad == 2 and again.at(0).speed_m_s == 0.2
 
 
-def test_a_route_through_a_wall_is_refused(scene):
+def test_a_route_through_a_wall_is_rejected(scene):
     route = occ.guide.Route([[2, 2], [3.9, 2]])
     (conflict,) = occ.guide.route_conflicts(route, scene, radius_m=0.3, height_m=0.5)
     assert conflict.what == "a wall" and conflict.position_m == pytest.approx([3.9, 2])
@@ -82,7 +82,7 @@ def test_controllers_steer_towards_the_route():
         assert fast.speed_limited and fast.command.speed_m_s <= 1
 
 
-def test_docking_ends_where_it_shall():
+def test_docking_ends_at_the_dock():
     state, phase = occ.guide.DriveState(pose=occ.guide.PlanarPose(x_m=-0.8, y_m=0.1)), occ.guide.DockPhase.approach
     for _ in range(6000):
         output = occ.guide.dock(state.pose, state.speed_m_s, occ.guide.PlanarPose(), occ.guide.Vehicle(), phase)
@@ -103,7 +103,7 @@ def test_visibility_of_a_floor(scene, narrow):
         occ.guide.visibility(scene, poses, sigma_px=-1)
 
 
-def test_plans_keep_lamps_in_view_or_say_where_not(narrow):
+def test_plans_keep_lamps_in_view_or_report_gaps(narrow):
     start = occ.guide.PlanarPose(x_m=1, y_m=1)
     plan = occ.guide.plan_route(narrow, start, [(3, 3)])
     assert plan.ok and plan.seen_share == 1 and len(occ.guide.view_gaps(narrow, plan.route)) == 0
@@ -191,7 +191,7 @@ def test_routes_come_from_files(tmp_path):
         (ROUTE + "dock: [1, 2]", "dock must be a mapping"),
     ],
 )
-def test_bad_route_files_are_refused(tmp_path, text, message):
+def test_bad_route_files_are_rejected(tmp_path, text, message):
     path = tmp_path / "route.yaml"
     path.write_text(text)
     with pytest.raises(ValueError, match=message) as caught:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`libocc guide`: experiments from files, what they leave behind, and what is wrong with them."""
+"""`libocc guide`: experiments from files, result folders and errors."""
 
 import json
 import math
@@ -46,7 +46,7 @@ def test_a_run_leaves_records_metrics_trajectories_and_pictures(experiment, tmp_
     summary = json.loads(text)
     assert summary["outcomes"] == {"arrived": 2}
     assert summary["docking_test"]["successes"] == 2
-    assert summary["metrics"]["cross_track_rmse_m"]["most"] < 0.005
+    assert summary["metrics"]["cross_track_rmse_m"]["max"] < 0.005
     assert json.loads((out / "summary.json").read_text()) == summary
     truth = occ.Trajectory.load(out / "runs/000_truth.tum")
     estimate = occ.Trajectory.load(out / "runs/000_estimate.tum")
@@ -76,13 +76,13 @@ def test_runs_are_added_and_any_number_of_workers_writes_the_same(experiment, tm
     assert (tmp_path / "a" / "runs" / "000.json").stat().st_mtime_ns == first
 
 
-def test_a_folder_of_another_experiment_is_refused(experiment, tmp_path):
+def test_a_folder_of_another_experiment_is_rejected(experiment, tmp_path):
     assert run(experiment, "--out", tmp_path / "a", "--runs", 1, "--no-animation")[0] == 0
     code, _, error = run(experiment, "--out", tmp_path / "a", "--seed", 5)
     assert code == 2 and error.startswith(f"error: {tmp_path / 'a'}: ") and "seed was 0, is 5" in error
 
 
-def test_a_run_that_does_not_arrive_is_told_by_the_exit_code(tmp_path):
+def test_the_exit_code_reports_a_run_that_does_not_arrive(tmp_path):
     path = tmp_path / "dark.yaml"
     dark = "\n".join(f"    - {{lamp: {i}, from_s: 0.5}}" for i in range(4))
     path.write_text(SHORT + "max_lost_s: 1\nfaults:\n  lamp_failures:\n" + dark)
@@ -115,7 +115,7 @@ def test_a_run_that_does_not_arrive_is_told_by_the_exit_code(tmp_path):
         (("runs: 2", "tracker: {coast: 1}"), "tracker: unknown key 'coast'"),
     ],
 )
-def test_what_is_wrong_is_said_with_file_key_and_value(tmp_path, change, complaint):
+def test_errors_name_file_key_and_value(tmp_path, change, complaint):
     path = tmp_path / "wrong.yaml"
     path.write_text(SHORT.replace(*change))
     code, _, error = run(path, "--out", tmp_path / "out", "--no-animation")
@@ -125,7 +125,7 @@ def test_what_is_wrong_is_said_with_file_key_and_value(tmp_path, change, complai
     assert not (tmp_path / "out" / "runs").exists()
 
 
-def test_a_full_disk_keeps_what_is_there(experiment, tmp_path, monkeypatch):
+def test_a_full_disk_keeps_existing_files(experiment, tmp_path, monkeypatch):
     from libocc.cli import result_folder
 
     real = result_folder.whole_file
@@ -144,7 +144,7 @@ def test_a_full_disk_keeps_what_is_there(experiment, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["four_lamps", "lamp_failure", "narrow_fixed", "narrow_pan_tilt", "narrow_route"])
-def test_the_experiments_that_come_along_are_whole(root, name):
+def test_the_sample_experiments_are_complete(root, name):
     loaded = load_experiment(str(root / "data" / "experiments" / f"{name}.yaml"))
     assert loaded.route.length_m > 3
     assert loaded.planned is None or loaded.planned.ok
@@ -190,6 +190,6 @@ def test_a_long_lens_needs_a_plan(root, tmp_path, name):
     summary = json.loads(text)
     assert code == (1 if name == "narrow_fixed" else 0)
     if name == "narrow_fixed":
-        assert summary["metrics"]["availability"]["most"] < 0.5
+        assert summary["metrics"]["availability"]["max"] < 0.5
     else:
-        assert summary["metrics"]["availability"]["least"] >= 0.99
+        assert summary["metrics"]["availability"]["min"] >= 0.99

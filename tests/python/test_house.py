@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How the tree itself is kept: formatting, licences, file sizes, one version."""
+"""Checks of the source tree: style, licences, file sizes, version."""
 
 import re
 import shutil
@@ -24,7 +24,7 @@ def test_no_file_is_longer_than_500_lines(sources, root):
     assert {name: n for name, n in lengths.items() if n > 500} == {}
 
 
-def test_every_source_says_its_licence(sources):
+def test_every_source_has_its_licence(sources):
     assert [p for p in sources if "SPDX-License-Identifier: Apache-2.0" not in p.read_text()[:200]] == []
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rendered light against images worked out in other ways: by Fourier transform, by exact areas."""
+"""Rendered light compared with reference images: by Fourier transform and by exact areas."""
 
 import numpy as np
 import pytest
@@ -7,12 +7,12 @@ from image_oracles import bessel_j1, disc_overlaps, ellipses, fourier_image, mea
 
 import libocc as occ
 
-PARTS = 32  # of a grey level: 3e-7 of the peak
+PARTS = 32  # parts of a grey level: 3e-7 of the peak
 FINE_PARTS = 400  # 2e-8
 
 
 def even_scene(psf_px: float, radius_px: float = 10, **sensor: object) -> occ.Scene:
-    """Two evenly lit discs, nothing else; focal length 300 px, 3 m away."""
+    """Two discs with uniform radiance at 3 m; focal length 300 px."""
     effects = occ.Effects(light_gradient=occ.rendering.Use.off, **({} if psf_px else {"psf": occ.rendering.Use.off}))
     radius_m = radius_px / 100
     lamps = [
@@ -98,7 +98,7 @@ def test_without_blur_pixels_hold_the_areas_of_photutils():
         assert np.abs(mean_electrons(scene, pose, peak, FINE_PARTS) - truth).max() < 1e-7 * peak
 
 
-def test_truth_is_of_the_image_without_what_is_switched_off():
+def test_truth_excludes_disabled_effects():
     scene, pose = even_scene(0.8), POSES["tilted"]
     plain = occ.simulate(scene, pose)[1].lamps[0]
     bent = occ.Camera.pinhole(

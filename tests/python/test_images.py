@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Images from numpy: which are taken, that they are not copied, and how the rest is refused."""
+"""Images from numpy arrays: accepted types, no copies, and errors."""
 
 import sys
 import threading
@@ -84,14 +84,14 @@ def test_pixels_are_copied_only_when_a_row_is_not_packed():
         (np.zeros((), np.uint8), ValueError, r"\(\)"),
     ],
 )
-def test_other_images_are_refused_with_what_was_got(image, error, text, scene):
+def test_other_images_are_rejected_with_their_type(image, error, text, scene):
     for call in (occ.detect, lambda image: occ.locate(image, scene)):
         with pytest.raises(error, match=text):
             call(image)
 
 
-def test_a_huge_image_is_refused_without_reading_it():
-    """A broadcast array claims 4e12 pixels and has one."""
+def test_a_huge_image_is_rejected_without_reading_it():
+    """A broadcast array has 4e12 pixels but stores one."""
     huge = np.broadcast_to(np.uint8(0), (2_000_000, 2_000_000))
     with pytest.raises(ValueError, match="2000000"):
         occ.detect(huge)
@@ -145,7 +145,7 @@ def test_bad_files_are_named(tmp_path: Path):
 
 
 def test_the_interpreter_runs_while_an_image_is_searched():
-    """detect() lets go of the GIL: only then can the other thread run, as switching is turned off."""
+    """detect() releases the GIL: the other thread can run only then, because thread switching is disabled."""
     noise = np.random.default_rng(1).integers(0, 255, (1000, 2000), np.uint8)
     may_run = threading.Event()
     ran = []
@@ -155,7 +155,7 @@ def test_the_interpreter_runs_while_an_image_is_searched():
     sys.setswitchinterval(1000)
     try:
         may_run.set()
-        for _ in range(100):  # the system may take its time to start the other thread
+        for _ in range(100):  # the other thread may start late
             occ.detect(noise, rims=False)
             if ran:
                 break

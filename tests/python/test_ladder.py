@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`libocc ladder`, the figures it is made of, and what a budget does from Python."""
+"""`libocc ladder`, its statistics, and budgets in Python."""
 
 import csv
 import json
@@ -70,7 +70,7 @@ def test_the_same_seed_gives_the_same_errors(run):
     assert errors(1) == errors(1) != errors(2)
 
 
-def test_text_names_every_rung_and_gives_advice(run):
+def test_text_lists_every_rung_and_a_recommendation(run):
     code, out, _ = run("square_four", "--frames", 2, "--target-mm", 50, "--budget-ms", 1e6)
     assert code == 0
     for name in ("IPPE", "homography", "solve_pose", *REFINED, "wrong", "square_four: 4 lamps"):
@@ -91,7 +91,7 @@ def test_plots_are_pictures(run, name):
 
 
 def test_labels_do_not_overlap():
-    """However close the rungs are."""
+    """Labels do not overlap even for close rungs."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.text import Annotation, Text
@@ -111,7 +111,7 @@ def test_labels_do_not_overlap():
         assert not any(plot._area(box, other) > 2 for other in boxes[:i]), labels[i].get_text()
 
 
-def test_costs_are_measured_and_locate_takes_them(run):
+def test_measured_costs_can_be_used_by_locate(run):
     code, out, err = run("--frames", 1, "--rung", "rims", "--costs", "costs.yaml")
     assert code == 0 and "costs.yaml" in err, err
     table = occ.bench.RungCosts.load("costs.yaml")
@@ -126,7 +126,7 @@ def test_costs_are_measured_and_locate_takes_them(run):
     assert given.exit_code == 1 and data["status"] == "budget_not_met"
     choice = data["choice"]
     assert choice["rung"] == "direct" and choice["met"] is False and choice["reason"] == data["message"]
-    # cheapest first, by costs measured here and now
+    # Cheapest first, with costs measured on this machine.
     times = [f["predicted_s"] for f in choice["alternatives"]]
     assert times == sorted(times)
     assert {f["rung"] for f in choice["alternatives"]} == {"points", "centres", "rims", "direct"}
@@ -143,7 +143,7 @@ def test_costs_are_fitted_without_negative_ones():
         costs._fitted(occ.Rung.direct, [])
 
 
-def test_ctrl_c_keeps_what_there_is(run, monkeypatch):
+def test_ctrl_c_keeps_finished_results(run, monkeypatch):
     image = Experiment.image
 
     def interrupted(self, frame, pose):
@@ -184,7 +184,7 @@ def test_bad_input_is_one_line_and_exit_code_2(run, arguments, text):
 
 
 @pytest.mark.parametrize("option", ["--frames", "--range", "--noise", "--min-time-us", "--target-mm"])
-def test_numbers_out_of_range_are_refused(run, option):
+def test_numbers_out_of_range_are_rejected(run, option):
     code, out, err = run(option, 0)
     assert code == 2 and out == "" and option in err
 
@@ -209,7 +209,7 @@ def test_advice_is_the_fastest_that_meets_the_target_within_the_budget():
     assert advice(rows, 5e-4, 1e-3) is None and advice(rows, None, 1e-9) is None
 
 
-def test_figures_leave_out_what_is_wrong_and_count_it():
+def test_statistics_exclude_and_count_outliers():
     rung = measure.Rung("some", "libocc", "")
     rung.time_s, rung.answered = [1e-6] * 3 + [9e-6], [True, True, True, False]
     rung.error = [(1e-3, 1e-3), (1e-3, 1e-3), (1e-3, 1.0)]
@@ -223,7 +223,7 @@ def test_figures_leave_out_what_is_wrong_and_count_it():
     assert not row.reliable and not row.pareto
 
 
-def test_the_front_holds_what_nothing_reliable_beats():
+def test_the_pareto_front_has_the_reliable_rungs():
     def rung(name, time_s, error_m, answered=10):
         made = measure.Rung(name, "libocc", "", time_s=[time_s] * 10)
         made.answered = [True] * answered + [False] * (10 - answered)
@@ -235,7 +235,7 @@ def test_the_front_holds_what_nothing_reliable_beats():
     assert [row.name for row in rows_of(measure.Run(rungs)) if row.pareto] == ["a", "c"]
 
 
-def test_views_are_tilted_as_told_and_show_every_lamp(scene):
+def test_views_have_the_given_tilt_and_show_every_lamp(scene):
     for tilt in (0, 10, 25):
         experiment = Experiment(scene, range_m=3.0, tilt_deg=tilt)
         pose = experiment.pose(4)
@@ -258,7 +258,7 @@ def test_noise_scales_and_brightness_stays(scene, pose):
     assert larger / sigma == pytest.approx(3, rel=0.1)
 
 
-def test_a_file_is_whole_or_not_there(tmp_path: Path):
+def test_a_file_is_complete_or_missing(tmp_path: Path):
     path = tmp_path / "a.txt"
     with whole_file(str(path)) as file:
         file.write(b"first")

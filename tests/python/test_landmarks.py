@@ -33,7 +33,7 @@ def test_robust_pose_among_wrong_matches():
     assert upright.ok and upright.iterations < found.iterations
 
 
-def test_robust_pose_refuses():
+def test_robust_pose_rejects_bad_input():
     points, pixels = matched(100)
     assert occ.robust_pose(points, pixels, CAMERA, max_iterations=500).status is occ.Status.no_pose
     with pytest.raises(ValueError, match="confidence"):
@@ -63,7 +63,7 @@ def test_an_empty_image_has_no_tags(libocc, tmp_path):
     assert libocc("tags", "missing.png")[0] == 2
 
 
-def test_headlights_tell_an_interval():
+def test_headlights_give_an_interval():
     seen_px = [[600.0, 250.0], [642.0, 250.0]]
     found = occ.objects.headlight_distance(seen_px, CAMERA, separation_m=1.4)
     assert found.ok and found.low_m < found.distance_m < found.high_m

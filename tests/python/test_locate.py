@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The whole path from Python: simulate, detect, identify, refine, locate."""
+"""All steps from Python: simulate, detect, identify, refine, locate."""
 
 import math
 from concurrent.futures import ThreadPoolExecutor
@@ -29,7 +29,7 @@ def test_fix_finds_the_camera_within_its_own_sigma(fix, rendered):
     assert mahalanobis < 21.1  # chi-square of 3 degrees of freedom: 1 in 10000
 
 
-def test_fix_has_the_settled_fields(fix, scene):
+def test_fix_has_its_documented_fields(fix, scene):
     assert fix.cam_from_world.shape == (4, 4) and fix.covariance.shape == (6, 6)
     assert fix.position_m.shape == (3,) and fix.position_covariance_m2.shape == (3, 3)
     assert isinstance(fix.message, str) and fix.rms_px < 0.2
@@ -51,7 +51,7 @@ def test_lamps_are_named_right(fix, rendered):
         assert np.linalg.norm(fix.lamps[id].centroid_px - truth[id].image_centre_px) < 0.1
 
 
-def test_an_image_of_another_size_is_refused(image, scene):
+def test_an_image_of_another_size_is_rejected(image, scene):
     with pytest.raises(ValueError, match="600.*640|640.*600"):
         occ.locate(np.ascontiguousarray(image[:, :600]), scene)
 
@@ -63,7 +63,7 @@ def test_blobs_can_be_located_instead(fix, image, scene):
         occ.locate([1, 2, 3], scene)
 
 
-def test_the_steps_give_what_locate_gives(fix, image, scene):
+def test_the_steps_equal_locate(fix, image, scene):
     blobs = occ.detect(image, sensor=scene.sensor)
     named = occ.identify(blobs, scene)
     assert named.ok and named.tried > 0
@@ -111,7 +111,7 @@ def test_options_reach_the_library(image, scene):
         occ.locate(image, scene, no_such_option=1)
 
 
-def test_simulate_is_repeatable_and_says_the_truth(scene, pose, rendered):
+def test_simulate_is_reproducible_and_returns_the_truth(scene, pose, rendered):
     image, truth = rendered
     again, _ = occ.simulate(scene, cam_from_world=pose, seed=1)
     other, _ = occ.simulate(scene, cam_from_world=pose, seed=2)
@@ -131,7 +131,7 @@ def test_simulate_is_repeatable_and_says_the_truth(scene, pose, rendered):
         ("up", TypeError, "4x4"),
     ],
 )
-def test_bad_poses_are_refused(scene, bad, error, text):
+def test_bad_poses_are_rejected(scene, bad, error, text):
     with pytest.raises(error, match=text):
         occ.simulate(scene, cam_from_world=bad)
 
@@ -155,7 +155,7 @@ def test_heading_is_the_azimuth_of_image_right():
     assert occ.guide.heading_rad(turned) == pytest.approx(math.pi / 2)
 
 
-def test_predicted_rims_lie_on_the_measured_ones(fix, scene):
+def test_predicted_rims_agree_with_measured_rims(fix, scene):
     lamps = {lamp.id: lamp for lamp in scene.lamps}
     for id, blob in fix.lamps.items():
         if blob.cut_by_border:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Received power and its maps: against single calls, closed forms and what the files hold."""
+"""Received power and power maps: compared with single calls, closed forms and the written files."""
 
 import csv
 import json
@@ -66,7 +66,7 @@ def test_yaw_is_the_heading_whatever_the_roll():
         assert np.degrees(occ.guide.heading_rad(pose)) == pytest.approx(yaw)
 
 
-def test_poses_are_rigid_and_stand_where_they_should():
+def test_poses_are_rigid_with_the_given_position():
     positions = np.random.default_rng(1).normal(size=(2, 5, 3))
     poses = looking_up(positions, (20, -35, 110))
     assert poses.shape == (2, 5, 4, 4)
@@ -92,19 +92,19 @@ def test_many_poses_are_each_of_them(four):
 
 
 @pytest.mark.parametrize("shape", [(3, 4), (2, 2, 4, 4), (4,)])
-def test_other_shapes_are_refused(four, shape):
+def test_other_shapes_are_rejected(four, shape):
     with pytest.raises(ValueError, match=re.escape(str(shape))):
         occ.received_power(four, np.zeros(shape))
 
 
-def test_what_is_no_rigid_transform_is_named(four):
+def test_errors_name_a_matrix_that_is_not_rigid(four):
     poses = looking_up(np.zeros((3, 3)))
     poses[1, 0, 0] = 2
     with pytest.raises(ValueError, match=r"cam_from_world\[1\]"):
         occ.received_power(four, poses)
 
 
-def test_dbm_takes_numbers_and_arrays():
+def test_dbm_accepts_numbers_and_arrays():
     assert occ.photometry.dbm(1e-3) == 0 and np.array_equal(occ.photometry.dbm(np.array([1.0, 0.0])), [30, -math.inf])
     with pytest.raises(ValueError, match="power_w"):
         occ.photometry.dbm(-1)
@@ -131,7 +131,7 @@ def test_a_map_is_made_of_single_calls(boxed, rotation_deg):
     assert 0 < np.isfinite(made.bound_m).sum() < 81
 
 
-def test_a_box_takes_lamps_from_power_count_and_bound(four, boxed):
+def test_a_box_hides_lamps_from_power_count_and_bound(four, boxed):
     here = {"height_m": 0.5, "step_m": 0.25, "extent_m": (1, 3, 1, 3)}
     free, hidden = power_map(four, **here), power_map(boxed, **here)
     assert (hidden.lamp_power_w <= free.lamp_power_w * (1 + 1e-4)).all()
@@ -208,7 +208,7 @@ def test_another_lens_keeps_the_rest(four):
         ({"rotation_deg": (0, 0, math.nan)}, "rotation_deg"),
     ],
 )
-def test_what_does_not_fit_is_named(four, options, text):
+def test_errors_name_the_invalid_argument(four, options, text):
     with pytest.raises(ValueError, match=text):
         power_map(four, **options)
 
@@ -266,7 +266,7 @@ def test_files_hold_the_map(run, four):
         assert occ.read_image(stem + ".png").std() > 20
 
 
-def test_json_says_what_was_found(run):
+def test_json_has_the_results(run):
     code, out, err = run("kookmin_four_lamps", "--step", 1, "--bound", "none", "--json", "--rotation", 180, 0, 0)
     assert code == 0, err
     (data,) = json.loads(out)
@@ -295,7 +295,7 @@ def test_bad_input_is_one_line_and_exit_code_2(run, arguments, text):
     assert not Path("map").exists(), "nothing was made"
 
 
-def test_what_is_done_stays_when_a_run_breaks_off(run, monkeypatch):
+def test_finished_files_remain_after_an_interruption(run, monkeypatch):
     import libocc.cli.commands.map as command
 
     calls = []

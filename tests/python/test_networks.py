@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Networks in Python and as files, and what `libocc calibrate network` and `libocc measure` make of them."""
+"""Networks in Python and as files, `libocc calibrate network` and `libocc measure`."""
 
 import json
 import shutil
@@ -71,7 +71,7 @@ def test_datums_differ_in_points_and_not_in_distances() -> None:
     minimal = inner.in_datum(occ.network.Datum(kind=occ.network.DatumKind.minimal))
     assert inner.defect == minimal.defect == 7
     trace = [np.trace(known.points().sum(axis=0)) for known in (inner, minimal)]
-    assert trace[0] < trace[1]  # inner constraints have the least
+    assert trace[0] < trace[1]  # inner constraints minimise the trace
     bar = occ.network.Target.point(0), occ.network.Target.point(1)
     network = field.network.copy()
     network.add_distance(*bar, 5.0, 1e-3)
@@ -108,7 +108,7 @@ def test_a_network_goes_to_files_and_back(tmp_path: Path) -> None:
     assert np.allclose(again.body_corners_m[0], corners)
 
 
-def test_the_command_writes_a_whole_folder(network: Path, tmp_path: Path) -> None:
+def test_the_command_writes_a_complete_folder(network: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     code, text, _ = run("calibrate", "network", network, "--ladder", "--out", out)
     assert code == 0 and "6 rejected" in text and "correlated" in text
@@ -130,7 +130,7 @@ def test_the_ladder_frees_each_parameter_once() -> None:
     assert sorted(sigma0, reverse=True) == sigma0 and sigma0[0] > 5 and 0.9 < sigma0[-1] < 1.1
 
 
-def test_select_drops_what_the_pictures_do_not_call_for(tmp_path: Path) -> None:
+def test_select_drops_undetermined_parameters(tmp_path: Path) -> None:
     field = occ.network.simulate_test_field(occ.network.TestFieldDesign(
         camera=occ.network.paper_panorama_camera(), free_parameters=["c_px", "cy_px", "k1", "tumbling1_rad"], targets=60, seed=5,
     ))
@@ -140,7 +140,7 @@ def test_select_drops_what_the_pictures_do_not_call_for(tmp_path: Path) -> None:
     assert len(chosen.steps) == 3 and chosen.steps[0].dropped == ""
 
 
-def test_points_are_measured_with_what_cameras_and_stations_leave_open(network: Path, tmp_path: Path) -> None:
+def test_points_include_the_uncertainty_of_cameras_and_stations(network: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     arguments = ["measure", network, network.parent / "corners.csv", "--out", out]
     code, text, _ = run(*arguments, "--distance", "corner 0", "corner 4", "--json")
@@ -189,7 +189,7 @@ def test_wrong_input_is_one_line_and_exit_code_2(
     assert not (tmp_path / "out").exists()
 
 
-def test_what_is_not_determined_keeps_the_state_so_far(network: Path, tmp_path: Path) -> None:
+def test_an_undetermined_network_keeps_its_last_state(network: Path, tmp_path: Path) -> None:
     images = network.parent / "images.csv"
     images.write_text("\n".join(images.read_text().splitlines()[:2]) + "\n")
     seen = network.parent / "observations.csv"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Objects of points: values and files, poses, recognition, detectable points, what points are worth."""
+"""Objects of points: values and files, poses, recognition, detectable points, value of points."""
 
 import json
 import math
@@ -28,7 +28,7 @@ def beacon(root):
 
 
 def seen(thing, pose, rng, sigma_px=0.2):
-    """Blobs of the points that a camera sees, as detect() finds them, and their indices."""
+    """Blobs of the points visible to a camera, as from detect(), and their indices."""
     image = np.full((480, 640), 10.0)
     points = []
     y, x = np.mgrid[:480, :640]
@@ -69,15 +69,15 @@ def test_identify_object_finds_its_pose(beacon):
     np.testing.assert_allclose(best.cam_from_world, pose, atol=0.03)
 
 
-def test_recognise_tells_objects_apart(beacon, car):
+def test_recognise_distinguishes_objects(beacon, car):
     blobs, _ = seen(beacon, occ.look_at([1.2, -0.9, 0.7], [0.05, 0, 0.3]), np.random.default_rng(2))
     found = occ.objects.recognise(blobs, [car, beacon], CAMERA, gate_model_sigma_px=0.2)
     assert found.ok and [o.match.object for o in found.found] == [1]
     match = found.found[0].match
     assert match.log10_false_alarms < -3 and match.plausible == 1 and not found.found[0].rivals
     assert found.log10_false_alarms[1] == match.log10_false_alarms < found.log10_false_alarms[0]
-    twins = occ.objects.recognise(blobs, [beacon, beacon.replace(name="twin")], CAMERA, gate_model_sigma_px=0.2)
-    assert twins.status is occ.Status.ambiguous and len(twins.found[0].rivals) == 1
+    duplicates = occ.objects.recognise(blobs, [beacon, beacon.replace(name="duplicate")], CAMERA, gate_model_sigma_px=0.2)
+    assert duplicates.status is occ.Status.ambiguous and len(duplicates.found[0].rivals) == 1
     assert occ.objects.recognise(blobs[:3], [car], CAMERA).status is occ.Status.too_few_lamps
     with pytest.raises(ValueError, match="max_false_alarms"):
         occ.objects.recognise(blobs, [car], CAMERA, max_false_alarms=0)
@@ -111,7 +111,7 @@ def test_meshes_are_read(kind, tmp_path, libocc):
     assert (tmp_path / "box.png").read_bytes()[:4] == b"\x89PNG"
 
 
-def test_meshes_that_are_none_are_refused(tmp_path, libocc):
+def test_invalid_meshes_are_rejected(tmp_path, libocc):
     with pytest.raises(OSError, match="nosuch.stl"):
         occ.objects.read_mesh(tmp_path / "nosuch.stl")
     pytest.importorskip("trimesh")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Light from a room's walls against a path tracer: Mitsuba 3, which shares nothing with libocc."""
+"""Light from a room's walls compared with the independent path tracer Mitsuba 3."""
 
 from typing import Any
 
@@ -12,11 +12,11 @@ import libocc as occ
 WIDTH, HEIGHT, FX = 32, 24, 20.0
 BLOCK = 4
 RUNS, SAMPLES = 16, 64
-FINER = 4  # libocc's pixels, which see the walls through their middles alone
+FINER = 4  # refinement of libocc's pixels, which sample the walls at their centres only
 REFLECTANCE = 0.6
 SIZE = (4.0, 5.0, 3.0)
 CAMERA, TARGET = (0.7, 0.9, 1.4), (4.0, 4.6, 0.7)
-# Small against their distance to the walls; 60 degrees is Lambert's law, all that Mitsuba's have.
+# Small compared with their distance to the walls; 60 degrees is Lambert's law, which Mitsuba's lamps follow.
 LAMPS = [((1.2, 3.1, 2.95), 0.05, 1.5), ((2.6, 1.4, 2.95), 0.04, 1.0)]
 
 
@@ -44,7 +44,7 @@ def room(interreflection: bool) -> occ.Scene:
 
 
 def traced(mi: Any, depth: int) -> Any:
-    """(runs, height, width) radiance [W/(m^2 sr)]; depth: most edges of a path, -1 for no limit."""
+    """(runs, height, width) radiance [W/(m^2 sr)]; depth: max number of edges of a path, -1 for no limit."""
 
     def grey(value: float) -> dict[str, Any]:
         return {"type": "rgb", "value": [value] * 3}
@@ -101,7 +101,7 @@ def test_walls_are_those_of_a_path_tracer(interreflection):
     mean, error = runs.mean(axis=0), runs.std(axis=0, ddof=1) / np.sqrt(RUNS)
     ours = blocks(mean_electrons(scene, pose, 2 * mean.max(), 4))
     assert (error < 0.02 * mean).all(), "too few samples to see anything"
-    # Beside the tracer's noise: interpolation between pixels, and patches that reflect each other.
+    # Tolerance for the noise of the tracer, interpolation between pixels, and patches that reflect each other.
     z = (ours - mean) / np.hypot(error, (0.01 if interreflection else 0.002) * mean)
     assert np.abs(z).max() < 4.5
     assert np.abs(z.mean()) * np.sqrt(z.size) < (8 if interreflection else 4)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Poses from points whose names are known: solve_pose, pose_candidates, p3p, solvers."""
+"""Poses from known correspondences: solve_pose, pose_candidates, p3p, solvers."""
 
 import math
 
@@ -55,7 +55,7 @@ def test_small_square_far_away_is_ambiguous():
     assert not fix.ok and "2 poses" in fix.message
 
 
-def test_every_solver_says_what_it_takes():
+def test_every_solver_reports_its_requirements():
     solvers = occ.solvers()
     names = [s.name for s in solvers]
     assert len(set(names)) == len(names) >= 17
@@ -118,12 +118,12 @@ def test_data_that_give_no_pose_are_a_status():
         (POINTS_M, pixels_of(POINTS_M), {"solver": "upright_p2p"}, "given up_in_cam"),
     ],
 )  # fmt: skip
-def test_mistakes_are_named(points, pixels, options, complaint):
+def test_errors_name_the_argument(points, pixels, options, complaint):
     with pytest.raises(ValueError, match=complaint):
         occ.solve_pose(points, pixels, CAMERA, **options)
 
 
-def test_mistakes_in_candidates_are_named():
+def test_errors_of_candidates_name_the_argument():
     with pytest.raises(ValueError, match=r"bearings\[0\] must be of unit length"):
         occ.pose_candidates(np.ones((3, 3)), POINTS_M[:3])
     with pytest.raises(ValueError, match="bearings must be one column for each point, got 3"):
@@ -138,13 +138,13 @@ def test_mistakes_in_candidates_are_named():
 
 
 @pytest.mark.parametrize(("bearings", "points", "name"), [(2, 3, "bearings"), (3, 4, "points_in_world")])
-def test_p3p_takes_three_points(bearings, points, name):
+def test_p3p_requires_three_points(bearings, points, name):
     with pytest.raises(ValueError, match=f"{name} must be three rows, got "):
         occ.p3p(np.eye(4)[:bearings, :3], np.eye(4)[:points, :3])
 
 
 def test_no_pose_is_not_a_certain_one():
-    """A fix without candidates says so, in its covariance and in its text."""
+    """A fix without candidates has an infinite covariance and a message."""
     fix = occ.solve_pose(POINTS_M[:2], np.zeros((2, 2)), CAMERA)
     assert not fix.ok and not fix.candidates
     assert np.isinf(np.diag(fix.covariance)).all()

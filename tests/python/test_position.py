@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`libocc position`: what it prints and writes of every source, and how it comes to an end."""
+"""`libocc position`: output and files for every source, and the end of a run."""
 
 import json
 import signal
@@ -31,7 +31,7 @@ def frames(scene):
 
 @pytest.fixture
 def run(libocc, tmp_path: Path, frames):
-    """Runs a command line beside a folder of frames, `walk`."""
+    """Runs a command line beside the folder of frames `walk`."""
     write_folder(tmp_path / "walk", frames)
     return libocc
 
@@ -123,7 +123,7 @@ def test_a_picture_is_drawn(run):
     assert picture.shape[1] > 1000 and picture.std() > 5
 
 
-def test_a_prior_tells_a_square_apart(libocc):
+def test_a_prior_resolves_the_symmetry_of_a_square(libocc):
     assert libocc("sequence", "square_four", "walk", "--fps", 5, "--frames", 4, "--out", "s")[0] == 0
     code, out, err = libocc("position", "square_four", "--source", "s")
     assert code == 1 and "searching" in out and "tracking" not in out and "first position" not in err
@@ -175,7 +175,7 @@ def test_a_camera_that_is_carried_off_is_found_again_and_the_jump_is_said(run, s
     there = occ.Trajectory([walk().begin_s + FRAMES / 20, 99], [away, away])
     moved = render(scene, 8, there)
     write_folder(Path("far"), frames + moved)
-    for i in range(FRAMES, FRAMES + 8):  # it stands still there
+    for i in range(FRAMES, FRAMES + 8):  # the camera stands still
         file = Path(f"far/truth/{i:06d}.json")
         file.write_text(json.dumps({**json.loads(file.read_text()), "velocity": [0.0] * 6}))
     code, _, err = run("position", "irregular_six", "--source", "far", "--quiet", "--out", "w.jsonl")
@@ -205,8 +205,8 @@ def test_a_clock_set_back_begins_anew(run):
     assert len(occ.Trajectory.load("w.tum")) == 6 and "poses left out whose times do not rise" in err
 
 
-def test_a_clock_set_back_does_not_forget_where_the_camera_was(libocc, scene):
-    """In a square of equal lamps only the prior of the beginning told which way is which."""
+def test_the_last_pose_is_kept_after_a_clock_jump(libocc, scene):
+    """In a square of equal lamps only the initial prior resolves the symmetry."""
     square = samples.load_scene("square_four")
     write_folder(Path("s"), render(square, 10))
     for i in range(5, 10):
@@ -251,7 +251,7 @@ def test_bad_input_is_one_line(run, arguments, said):
     assert code == 2 and out == "" and said in err and err.startswith("error: ") and err.count("\n") == 1
 
 
-def test_what_is_missing_is_named(run, monkeypatch):
+def test_errors_name_what_is_missing(run, monkeypatch):
     for module, options in (("rosbags", ("--bag", "b")), ("rerun", ("--rerun", "w.rrd"))):
         for name in [name for name in sys.modules if name.split(".")[0] == module]:
             monkeypatch.delitem(sys.modules, name)
@@ -260,14 +260,14 @@ def test_what_is_missing_is_named(run, monkeypatch):
         assert code == 2 and "pip install 'libocc[ro" in err or "pip install 'libocc[rerun]'" in err
 
 
-def test_a_full_disk_is_said_and_the_rest_is_whole(run):
+def test_a_full_disk_is_reported_and_other_outputs_are_complete(run):
     code, out, err = run(
         "position", "irregular_six", "--source", "walk", "--out", "/dev/full", "--tum", "w.tum"
     )
     assert code == 2 and "error: /dev/full: cannot be written: No space left on device; frame 0" in err
     assert len(occ.Trajectory.load("w.tum")) == FRAMES and len(out.splitlines()) == 1 + FRAMES
     code, out, err = run("position", "irregular_six", "--source", "walk", "--out", "/dev/full", "--quiet")
-    assert code == 2 and "1 frames: 1 tracking" in err  # nobody hears the others
+    assert code == 2 and "1 frames: 1 tracking" in err  # the other frames have no receiver
 
 
 # --- as a process
@@ -279,8 +279,8 @@ def process(*arguments, **options):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_signals_end_it_cleanly(tmp_path: Path, frames, number):
-    """An endless stand-still is played at its pace."""
+def test_signals_end_the_run_cleanly(tmp_path: Path, frames, number):
+    """An endless stream is played in real time."""
     write_folder(tmp_path / "walk", frames * 9)
     highlevel = pytest.importorskip("rosbags.highlevel")
     ran = process(
@@ -297,7 +297,7 @@ def test_signals_end_it_cleanly(tmp_path: Path, frames, number):
 
 
 def test_a_file_played_at_its_pace_drops_frames_when_nobody_keeps_up(tmp_path: Path, frames):
-    """A second's frames at 2000 a second."""
+    """Frames of one second at 2000 frames/s."""
     write_folder(tmp_path / "walk", frames)
     ran = process("irregular_six", "--source", "walk", "--fps", 20000, "--realtime", "--json", cwd=tmp_path)
     out, err = ran.communicate(timeout=60)
@@ -307,7 +307,7 @@ def test_a_file_played_at_its_pace_drops_frames_when_nobody_keeps_up(tmp_path: P
     assert not any("missing" in record["warning"] for record in records)
 
 
-def test_a_reader_that_goes_away_ends_it_quietly(tmp_path: Path, frames):
+def test_a_closed_pipe_ends_the_run_quietly(tmp_path: Path, frames):
     write_folder(tmp_path / "walk", frames)
     ran = process("irregular_six", "--source", "walk", cwd=tmp_path)
     assert ran.stdout is not None and ran.stderr is not None
@@ -326,16 +326,16 @@ def test_a_full_standard_output_is_said(tmp_path: Path, frames):
     assert "Traceback" not in ran.stderr
 
 
-# --- lamps that say their ids
+# --- lamps that transmit ids
 
 
 def test_coded_lamps_need_no_prior(libocc):
-    """A square of lamps, from nothing; the table says where they hang."""
+    """Square of lamps without a prior; the table has their positions."""
     pose = occ.look_at([1.9, 2.05, 0.3], [1.9, 2.1, 3], up=[0, 1, 0])
     stands = occ.Trajectory([0, 2], [pose, pose])
     write_folder(Path("s"), render(samples.load_scene("ufsook_four"), 39, stands, 30), stands)
     table = Path("lamps.csv")
-    table.write_text("id,x,y,z\n1,11,1,3\n2,13,1,3\n3,11,3,3\n4,13,3,3\n")  # the scene's, ten metres on
+    table.write_text("id,x,y,z\n1,11,1,3\n2,13,1,3\n3,11,3,3\n4,13,3,3\n")  # lamps of the scene, shifted by 10 m
     code, out, err = libocc(
         "position", "ufsook_four", "--source", "s", "--decode", "--lamps", table, "--out", "s.jsonl"
     )
@@ -351,7 +351,7 @@ def test_coded_lamps_need_no_prior(libocc):
 
 @pytest.mark.slow
 def test_a_phone_walks_among_coded_lamps(libocc):
-    """Fourteen seconds in a grid of twenty lamps, each dark half of the time, of which six are in view."""
+    """14 s in a grid of twenty lamps, six of them in view, each dark for half of the time."""
     assert libocc("sequence", "ufsook_hall", "phone_walk", "--out", "s", "--workers", 2)[0] == 0
     code, _, err = libocc("position", "ufsook_hall", "--source", "s", "--decode", "--quiet", "--out", "s.jsonl")
     assert code == 0, err
@@ -364,8 +364,8 @@ def test_a_phone_walks_among_coded_lamps(libocc):
 
 
 @pytest.mark.slow
-def test_a_long_stream_takes_no_more_memory(scene, tmp_path: Path):
-    """Ten minutes of frames; the first ones warm up."""
+def test_a_long_stream_needs_constant_memory(scene, tmp_path: Path):
+    """Frames of ten minutes; the memory is compared after a warm-up."""
     angles = np.linspace(0, 2 * np.pi, 61)
     ring = [upward_pose([1.8 + 0.1 * np.cos(a), 1.9 + 0.1 * np.sin(a), 0.4], 0, 2, 40) for a in angles]
     made = render(scene, 60, occ.Trajectory([i / 30 for i in range(61)], ring), 30)

@@ -5,7 +5,7 @@ from libocc.cli import progress as module
 def test_progress_shows_only_in_a_long_run(monkeypatch, capsys):
     for quiet, shown in ((1e9, False), (-1.0, True)):
         monkeypatch.setattr(module, "QUIET_S", quiet)
-        monkeypatch.setenv("FORCE_COLOR", "1")  # taken for a terminal
+        monkeypatch.setenv("FORCE_COLOR", "1")  # treated as a terminal
         with module.progress("solving", 3) as advance:
             advance()
             advance()

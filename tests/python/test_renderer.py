@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Renderer and Trajectory from Python, and what a truth tells."""
+"""Renderer, Trajectory and Truth in Python."""
 
 import copy
 import pickle
@@ -47,7 +47,7 @@ def test_noise_around_lamps_is_that_of_everywhere(scene, pose):
     assert (around[~same] == quiet.min()).all()
 
 
-def test_truth_tells_what_is_hidden_and_what_was_rendered():
+def test_truth_has_hidden_lamps_and_rendered_effects():
     scene = small_scene()
     _, truth = occ.simulate(scene, np.eye(4))
     assert [lamp.hidden > 0 for lamp in truth.lamps] == [True, False, False, False]
@@ -89,7 +89,7 @@ def test_a_trajectory_moves_with_its_velocity(walk):
         ([0, 1], [np.eye(4)], "as many as times_s: 2, got 1"),
     ],
 )
-def test_what_is_no_trajectory_is_refused(times, poses, text):
+def test_invalid_trajectories_are_rejected(times, poses, text):
     with pytest.raises(ValueError, match=text):
         occ.Trajectory(times, poses)
 

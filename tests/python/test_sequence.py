@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`libocc sequence`: the same files however they come about, runs that are broken off, bad input."""
+"""`libocc sequence`: reproducible files, interrupted runs, bad input."""
 
 import errno
 import json
@@ -46,7 +46,7 @@ def test_frames_may_be_rendered_in_parts(run):
     assert contents("whole") == contents("parts")
 
 
-def test_what_is_there_is_not_rendered_again(run, monkeypatch):
+def test_existing_frames_are_not_rendered_again(run, monkeypatch):
     assert run(*LINE, "--out", "set")[0] == 0
     before = contents("set")
     monkeypatch.setattr(write, "render_frame", None)
@@ -91,7 +91,7 @@ def fails_at(count, monkeypatch):
 
 
 @pytest.mark.parametrize("count", [2, 7, 8])
-def test_a_full_disk_leaves_whole_files_and_the_run_goes_on(run, monkeypatch, count):
+def test_a_full_disk_leaves_complete_files_and_the_run_can_continue(run, monkeypatch, count):
     assert run(*LINE, "--out", "whole")[0] == 0
     with monkeypatch.context() as patch:
         fails_at(count, patch)
@@ -131,7 +131,7 @@ def test_an_unwritable_folder_is_named(run):
     assert code == 2 and "file/set" in err and err.count("\n") == 1
 
 
-def test_ctrl_c_keeps_what_there_is(run, monkeypatch):
+def test_ctrl_c_keeps_finished_results(run, monkeypatch):
     real, calls = write.render_frame, []
 
     def render(frame):
@@ -174,14 +174,14 @@ def test_ctrl_c_reaches_a_run_in_several_processes(run, tmp_path):
         (("--no-noise",), "noise was True, is False"),
     ],
 )
-def test_a_folder_with_another_result_is_refused(run, options, text):
+def test_a_folder_with_another_result_is_rejected(run, options, text):
     assert run(*LINE, "--out", "set", "--frames", 1)[0] == 0
     before = contents("set")
     code, _, err = run(*LINE, "--out", "set", *options)
     assert code == 2 and text in err and contents("set") == before
 
 
-def test_a_folder_with_something_else_is_refused(run, tmp_path):
+def test_a_folder_with_other_files_is_rejected(run, tmp_path):
     code, _, err = run(*LINE, "--out", tmp_path)
     assert code == 2 and "is not empty and holds no result of libocc" in err
 

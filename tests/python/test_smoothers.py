@@ -102,7 +102,7 @@ def test_lying_odometry_is_said():
     assert followed.chi2 > 30 * found.chi2
 
 
-def test_says_what_is_not_determined():
+def test_reports_undetermined_states():
     frames, odometry, _ = spatial_drive(6, lamps=slice(0, 2))
     found = occ.smoothing.smooth(frames, odometry)
     assert found.status is occ.Status.too_few_lamps and not found.determined.any()

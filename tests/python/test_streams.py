@@ -45,7 +45,7 @@ def numbered(*times_s, **changes):
 
 def looked_at(*times_s):
     order = FrameOrder()
-    return [order.look(frame) for frame in numbered(*times_s)]
+    return [order.check(frame) for frame in numbered(*times_s)]
 
 
 def pose_at(time_s, position_m=(1.0, 2.0, 0.5)):
@@ -58,7 +58,7 @@ def pose_at(time_s, position_m=(1.0, 2.0, 0.5)):
 # --- sources
 
 
-def test_a_folder_is_read_while_it_is_asked(tmp_path: Path, frames, monkeypatch):
+def test_images_of_a_folder_are_read_on_demand(tmp_path: Path, frames, monkeypatch):
     folder = write_folder(tmp_path / "set", frames)
     read = []
     monkeypatch.setattr("libocc.streams.folder.read_image", lambda path: (read.append(path), occ.read_image(path))[1])
@@ -98,7 +98,7 @@ def test_a_bag_without_stamps_has_the_times_of_its_recording(tmp_path: Path, fra
     assert next(iter(source)).time_s == pytest.approx(frames[0][0] + 0.1)
 
 
-def test_a_bag_of_several_topics_asks_which(tmp_path: Path, frames):
+def test_a_bag_of_several_topics_requires_a_topic(tmp_path: Path, frames):
     pytest.importorskip("rosbags")
     bag = str(write_bag(tmp_path / "bag", frames[:1], topics=("/left", "/right")))
     with pytest.raises(ValueError, match=r"bag: has images on several topics, give --topic: /left, /right"):
@@ -108,7 +108,7 @@ def test_a_bag_of_several_topics_asks_which(tmp_path: Path, frames):
     assert open_source(bag, topic="/right").total == 1
 
 
-def test_damaged_bags_are_refused_by_name(tmp_path: Path):
+def test_damaged_bags_are_rejected_by_name(tmp_path: Path):
     pytest.importorskip("rosbags")
     (tmp_path / "torn.bag").write_bytes(b"#ROSBAG V2.0\n" + b"\0" * 40)
     (tmp_path / "empty").mkdir()
@@ -202,7 +202,7 @@ def test_a_camera_is_live_and_its_clock_is_now(fake_opencv):
         (".", "holds no images"),
     ],
 )
-def test_sources_that_are_none_are_refused(name, said, tmp_path: Path, monkeypatch):
+def test_invalid_sources_are_rejected(name, said, tmp_path: Path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises((OSError, ValueError), match=said):
         open_source(name)
@@ -219,8 +219,8 @@ def test_frames_in_order_are_used_and_missing_ones_counted():
     ]
     order = FrameOrder()
     for frame in numbered(0.0, 0.1, 0.2):
-        order.look(frame)
-    assert order.look(StreamFrame(9, 0.6, PIXELS), dropped=3).warning == ""  # on purpose
+        order.check(frame)
+    assert order.check(StreamFrame(9, 0.6, PIXELS), dropped=3).warning == ""  # on purpose
 
 
 def test_a_late_frame_is_left_out_and_a_clock_set_back_begins_anew():
@@ -233,14 +233,14 @@ def test_a_late_frame_is_left_out_and_a_clock_set_back_begins_anew():
     assert not back[4].anew and not back[4].warning
 
 
-def test_repeated_frames_say_nothing_twice():
+def test_repeated_frames_are_skipped():
     assert "its time is that of the frame before" in looked_at(0.0, 0.0)[1].reason
     order = FrameOrder()
-    assert order.look(StreamFrame(0, 0.0, PIXELS)).usable
-    again = order.look(StreamFrame(1, 0.1, PIXELS.copy()))
+    assert order.check(StreamFrame(0, 0.0, PIXELS)).usable
+    again = order.check(StreamFrame(1, 0.1, PIXELS.copy()))
     assert not again.usable and "its pixels are those of the frame before" in again.reason
     dark = np.zeros((3, 4), np.uint8)
-    assert order.look(StreamFrame(2, 0.2, dark)).usable and order.look(StreamFrame(3, 0.3, dark)).usable
+    assert order.check(StreamFrame(2, 0.2, dark)).usable and order.check(StreamFrame(3, 0.3, dark)).usable
 
 
 def test_frames_without_a_time_or_an_image_are_left_out():
@@ -253,7 +253,7 @@ def test_frames_without_a_time_or_an_image_are_left_out():
 
 
 class Script:
-    """A source that gives frames when it is told to."""
+    """Source that yields frames on request."""
 
     name, live, total = "script", True, None
 
@@ -278,7 +278,7 @@ def test_who_is_slow_gets_the_newest_frame_and_every_problem():
     assert latest.dropped == 3 and latest.close()
 
 
-def test_what_a_source_raises_comes_out_after_its_frames():
+def test_exceptions_of_a_source_are_raised_after_its_frames():
     latest = Latest(Script(numbered(0.0), OSError("unplugged")), threading.Event())
     latest._thread.join(5)
     taken = iter(latest)
@@ -330,7 +330,7 @@ def test_tum_files_are_read_back_and_have_no_predictions(tmp_path: Path):
     assert back.cam_from_world(times_s[2]) == pytest.approx(pose_at(0, (1.2, 2, 0.5)).cam_from_world, abs=1e-9)
 
 
-def test_a_full_disk_leaves_whole_lines_and_the_other_outputs(tmp_path: Path, monkeypatch):
+def test_a_full_disk_leaves_complete_lines_and_the_other_outputs(tmp_path: Path, monkeypatch):
     path, told = str(tmp_path / "a.jsonl"), []
     full, whole = JsonLines(path), Tum(str(tmp_path / "a.tum"))
     outputs = Outputs([full, whole], told.append)
@@ -357,7 +357,7 @@ def test_a_full_disk_leaves_whole_lines_and_the_other_outputs(tmp_path: Path, mo
 
 
 def test_covariances_are_ros_s_own(pose):
-    """By drawing poses: place and turn in the world of perturbed cameras."""
+    """Compares with the covariance of random poses: position and rotation of perturbed cameras in the world."""
     rng = np.random.default_rng(1)
     root = np.linalg.cholesky(np.diag([1, 2, 3, 4, 5, 6]) * 1e-8 + 3e-9)
     covariance = root @ root.T
@@ -378,7 +378,7 @@ def test_covariances_are_ros_s_own(pose):
 # --- lamp tables
 
 
-def test_a_table_says_where_lamps_hang(root: Path, tmp_path: Path):
+def test_a_table_gives_the_positions_of_lamps(root: Path, tmp_path: Path):
     room = occ.Scene.load(root / "data" / "scenes" / "ufsook_four.yaml")
     table = tmp_path / "lamps.csv"
     table.write_text("id,x,y,z\n# a comment\n7,1,1,3\n\n9,3,1,2.5\n")
@@ -402,7 +402,7 @@ def test_a_table_says_where_lamps_hang(root: Path, tmp_path: Path):
         ("id,x,y,z\n300,1,1,3\n", r":2: .*id must be below 256"),
     ],
 )
-def test_a_bad_table_is_refused_by_line(root: Path, tmp_path: Path, text, said):
+def test_a_bad_table_is_rejected_with_its_line(root: Path, tmp_path: Path, text, said):
     room = occ.Scene.load(root / "data" / "scenes" / "ufsook_four.yaml")
     table = tmp_path / "lamps.csv"
     table.write_text(text)

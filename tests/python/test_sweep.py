@@ -39,7 +39,7 @@ def test_paths():
 
 
 @pytest.mark.parametrize("path", ["", "lamps[", "lamps[-1].x", "[0].x", "a b", "a..b", "a[0]b"])
-def test_what_is_no_path(path):
+def test_invalid_paths_are_rejected(path):
     with pytest.raises(ValueError, match="is no path like sensor.exposure_s"):
         steps_of(path)
 
@@ -108,7 +108,7 @@ def test_a_scheduler_that_is_not_there(run, monkeypatch):
     assert code == 2 and "tcp://127.0.0.1:1" in err
 
 
-def test_results_are_what_the_images_say(run):
+def test_results_agree_with_the_images(run):
     assert run("sweep", "sweep.yaml", "--out", "out")[0] == 0
     rows = list(csv.DictReader(Path("out/results.csv").read_text().splitlines()))
     assert [(int(r["point"]), int(r["image"])) for r in rows] == [(p, i) for p in range(6) for i in range(2)]
@@ -156,7 +156,7 @@ def test_points_that_are_done_are_not_computed_again(run, monkeypatch):
     assert computed == [1, 4] and contents("out") == before
 
 
-def test_ctrl_c_keeps_what_there_is(run, monkeypatch):
+def test_ctrl_c_keeps_finished_results(run, monkeypatch):
     assert run("sweep", "sweep.yaml", "--out", "whole")[0] == 0
 
     def compute(point):
@@ -173,7 +173,7 @@ def test_ctrl_c_keeps_what_there_is(run, monkeypatch):
     assert contents("out") == contents("whole")
 
 
-def test_a_changed_sweep_is_refused(run):
+def test_a_changed_sweep_is_rejected(run):
     assert run("sweep", "sweep.yaml", "--out", "out")[0] == 0
     before = contents("out")
     Path("sweep.yaml").write_text(SWEEP.replace("images: 2", "images: 3"))
@@ -192,7 +192,7 @@ def sweep_of(parameters: str, **more: str) -> str:
     return head + "parameters:\n" + lines + rest + "".join(f"{key}: {value}\n" for key, value in more.items())
 
 
-def test_values_that_do_not_go_together_are_refused_before_the_first_point(run, monkeypatch):
+def test_incompatible_values_are_rejected_before_the_first_point(run, monkeypatch):
     def never(point):
         raise AssertionError(f"point {point.index} was rendered")
 

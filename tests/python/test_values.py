@@ -28,7 +28,7 @@ def test_camera_projects_by_the_pinhole_equation():
     assert camera().project([0, 0, -1]) is None
 
 
-def test_camera_unprojects_what_it_projects():
+def test_unproject_inverts_project():
     distorted = camera(distortion=[-0.2, 0.05, 0.001, -0.002])
     point = np.array([0.3, 0.2, 1.0])
     bearing = distorted.unproject(distorted.project(point))
@@ -50,12 +50,12 @@ def test_cameras_are_values():
         ({"distortion": [1, 2, 3]}, "distortion"),
     ],
 )
-def test_camera_refuses_naming_the_argument(changes, text):
+def test_camera_errors_name_the_argument(changes, text):
     with pytest.raises(ValueError, match=text):
         camera(**changes)
 
 
-def test_lamp_has_settled_keywords_and_units():
+def test_lamp_has_its_documented_keywords_and_units():
     lamp = occ.Lamp(
         id=3,
         centre_m=[1, 2, 3],
@@ -80,7 +80,7 @@ def test_values_do_not_change():
         occ.Scene(camera=camera(), lamps=[lamp]).lamps.append(lamp)
 
 
-def test_replace_changes_only_what_is_named():
+def test_replace_changes_only_the_given_fields():
     lamp = occ.Lamp(id=3, centre_m=[1, 2, 3], radius_m=0.1)
     other = lamp.replace(radius_m=0.2, frequency_hz=100)
     assert (other.id, other.radius_m, other.frequency_hz) == (3, 0.2, 100)
@@ -135,7 +135,7 @@ def test_bad_values_name_field_and_value(make, text):
         make()
 
 
-def test_two_lamps_of_one_id_are_refused():
+def test_two_lamps_with_one_id_are_rejected():
     lamp = occ.Lamp(id=7, centre_m=[0, 0, 3], radius_m=0.1)
     with pytest.raises(ValueError, match="7"):
         occ.Scene(camera=camera(), lamps=[lamp, lamp])
@@ -178,16 +178,16 @@ def test_scene_file_that_is_absent_or_a_folder(tmp_path: Path):
         occ.Scene.load(tmp_path)
 
 
-def test_scene_cannot_be_written_where_there_is_no_folder(scene, tmp_path: Path):
+def test_scene_cannot_be_written_into_a_missing_folder(scene, tmp_path: Path):
     with pytest.raises(OSError, match="nowhere"):
         scene.save(tmp_path / "nowhere" / "room.yaml")
 
 
-def test_read_camera_takes_a_scene_file(scene, root: Path):
+def test_read_camera_accepts_a_scene_file(scene, root: Path):
     assert occ.read_camera(root / "data" / "scenes" / "irregular_six.yaml") == scene.camera
 
 
-def test_reprs_say_what_matters(scene, pose, rendered):
+def test_reprs_have_the_main_values(scene, pose, rendered):
     image, truth = rendered
     fix = occ.locate(image, scene)
     for value in (scene, truth, truth.lamps[0], fix, fix.candidates[0], fix.timing_s, fix.blobs[0]):

@@ -156,15 +156,15 @@ def html(c: Calibration, title: str, extra: Sequence[str] = (), uncertainties: S
     parts += [camera_section(c, k, maps[k]) for k in range(len(c.network.cameras))]
     parts += [*statistics_sections(c), *extra]
     if a.rejected:
-        head = ("image", "target", "residual / sigma", "reason")
-        parts.append(f"<h2>Rejected: {len(a.rejected)}</h2>" + table(head, (
+        titles = ("image", "target", "residual / sigma", "reason")
+        parts.append(f"<h2>Rejected: {len(a.rejected)}</h2>" + table(titles, (
             [c.network.image_names[int(c.observations[r.observation, 0])], target_name(c, r.observation),
              number(r.normalised, 3), r.reason] for r in a.rejected
         )))
     parts.append("<h2>Points and stations</h2>" + picture(figures.field_map(c), "map"))
     if c.network.point_names and c.known.ok:
-        head = ("point", "x [m]", "y [m]", "z [m]", "sigma x [mm]", "sigma y [mm]", "sigma z [mm]")
-        parts.append(table(head, point_rows(c)))
+        columns = ("point", "x [m]", "y [m]", "z [m]", "sigma x [mm]", "sigma y [mm]", "sigma z [mm]")
+        parts.append(table(columns, point_rows(c)))
     text = (
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title><style>{STYLE}</style>'
         f"<body>{''.join(parts)}</body></html>"

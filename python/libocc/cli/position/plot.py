@@ -55,8 +55,9 @@ def _path(axes: Axes, records: list[Record], scene: Scene) -> None:
             axes.plot(at[:, 0], at[:, 1], ".", color=STATES[state], markersize=2.5, label=state)
     lamps = np.array([lamp.centre_m for lamp in scene.lamps])
     if len(lamps):
-        style = {"color": "#F0C000", "markeredgecolor": "#806000", "label": "lamps"}
-        axes.plot(lamps[:, 0], lamps[:, 1], "o", markersize=9, **style)
+        axes.plot(
+            lamps[:, 0], lamps[:, 1], "o", color="#F0C000", markeredgecolor="#806000", markersize=9, label="lamps"
+        )
         for lamp in scene.lamps:
             x, y, _ = lamp.centre_m
             axes.annotate(str(lamp.id), (x, y), xytext=(7, 5), textcoords="offset points", fontsize=9)

@@ -37,7 +37,7 @@ def point_name(index: int) -> str:
 def detection_row(image: Any, truth: Truth) -> dict[str, Any]:
     """Detection errors of the lamps that are completely visible.
 
-    A lamp is missed if no blob lies within its radius; the others give the r.m.s. distance of the nearest blob from
+    A lamp is missed if no blob is within its radius; the others give the r.m.s. distance of the nearest blob from
     the centre of the lamp's image.
     """
     blobs = np.array([np.ravel(blob.centroid_px) for blob in detect(image)]).reshape(-1, 2)
