@@ -47,6 +47,32 @@ add_test(NAME Layers.ViolationIsAFailure
          COMMAND ${check_layers} --partial ${CMAKE_CURRENT_BINARY_DIR}/layers/Upwards)
 set_tests_properties(Layers.ViolationIsAFailure PROPERTIES LABELS fast WILL_FAIL TRUE)
 
+# Comments and names are in plain English, and the check would notice if they were not.
+set(check_language ${Python3_EXECUTABLE} ${PROJECT_SOURCE_DIR}/tools/check_language)
+add_test(NAME Language.Holds COMMAND ${check_language})
+set_tests_properties(Language.Holds PROPERTIES LABELS fast)
+
+function(add_planted_text name line message)
+  set(planted ${CMAKE_CURRENT_BINARY_DIR}/language/${name}.hpp)
+  file(WRITE ${planted} "// Blobs of an image.\n\n${line}\n")
+  add_test(NAME Language.Refuse${name} COMMAND ${check_language} ${planted})
+  set_tests_properties(Language.Refuse${name} PROPERTIES LABELS fast
+    PASS_REGULAR_EXPRESSION "${name}.hpp:3: .*${message}")
+endfunction()
+
+add_planted_text(Fragment "// Of these points but one." "begins with the fragment 'Of'")
+add_planted_text(MemberFragment "int x = 0.  ///< of the blob" "begins with the fragment 'of'")
+string(CONCAT limit "le" "ast_radius_px")
+add_planted_text(Limit "double ${limit} = 1." "call the limit ${limit} max_ or min_")
+string(CONCAT metaphor "Bal" "lot")
+add_planted_text(Metaphor "class ${metaphor} {}." "'${metaphor}': use the field's term")
+
+file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/language/Escaped.hpp
+     "// Blobs.\n\nint most_significant = 0.  // language: ok (the most significant bit)\n")
+add_test(NAME Language.EscapeIsAccepted
+         COMMAND ${check_language} ${CMAKE_CURRENT_BINARY_DIR}/language/Escaped.hpp)
+set_tests_properties(Language.EscapeIsAccepted PROPERTIES LABELS fast)
+
 # Every public header by itself, as the first include of a source.
 file(GLOB public_headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}
      ${PROJECT_SOURCE_DIR}/libocc/*/*.hpp ${PROJECT_SOURCE_DIR}/libocc/pose/solvers/*.hpp)

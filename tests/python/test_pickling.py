@@ -63,7 +63,7 @@ VALUES: dict[type, dict[str, Any]] = {
     occ.ObjectPoint: dict(id=3, label="left", position_m=[1, 2, 3], normal=[0, 1, 0], cone_rad=1, radius_m=0.1),
 }  # fmt: skip
 
-# What the constructors need beside the defaults.
+# Arguments that the constructors require.
 REQUIRED: dict[type, dict[str, Any]] = {
     occ.Lamp: dict(id=0, centre_m=[0, 0, 3], radius_m=1),
     occ.LampCode: dict(code=occ.Code(), id=0),
@@ -81,7 +81,7 @@ STATEFUL = {
 
 
 def same(a: Any, b: Any) -> bool:
-    """Whether two values are equal, bit by bit."""
+    """Returns True if two values are equal bit by bit."""
     if isinstance(a, np.ndarray):
         return bool(a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes())
     if isinstance(a, (list, tuple)):

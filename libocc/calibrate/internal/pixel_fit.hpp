@@ -42,7 +42,9 @@ struct BodyView {
 struct BodyFit {
   Rigid3 world_from_body;
   double scale = 1;
-  double scale_sigma = std::numeric_limits<double>::infinity();  ///< from the views' sigma_px
+  double scale_sigma =
+      std::numeric_limits<double>::infinity();  ///< standard deviation of the scale, from the
+                                                ///< sigma_px of the views
   double chi2 = std::numeric_limits<double>::infinity();
 };
 
