@@ -162,7 +162,7 @@ int undetermined(const LightFit& fit, double max_order_sigma) {
 
 double LightFit::residual(const FluxEquation& e) const {
   const double order = orders[e.lamp];
-  return e.seen - scale - std::log(order + 1) - order * e.log_cos;
+  return e.observed - scale - std::log(order + 1) - order * e.log_cos;
 }
 
 LightFit fit_light(const std::vector<FluxEquation>& equations, const Eigen::VectorXd& orders,
