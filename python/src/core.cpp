@@ -10,7 +10,7 @@
 namespace occ::python {
 
 void define_core(py::module_& m) {
-  py::native_enum<Status>(m, "Status", "enum.Enum", "How a search for a pose ended.")
+  py::native_enum<Status>(m, "Status", "enum.Enum", "Outcome of a search for a pose.")
       .value("ok", Status::ok)
       .value("ambiguous", Status::ambiguous)
       .value("no_lamps", Status::no_lamps)
@@ -25,12 +25,12 @@ void define_core(py::module_& m) {
       "read_image",
       [](const std::filesystem::path& path) { return to_numpy(reading(path, &read_image)); },
       py::arg("path"),
-      R"(Reads an 8- or 16-bit image (PNG, JPEG, PGM, TIFF) as it is stored.
+      R"(Reads an 8- or 16-bit image (PNG, JPEG, PGM, TIFF) without conversion.
 
 Returns: (height, width) array, or (height, width, 3 or 4) in the order blue, green, red;
   uint8 or uint16.
 Raises: FileNotFoundError or OSError when the file cannot be opened; ValueError when it is not a
-  whole image of a supported type.)");
+  complete image of a supported type.)");
 
   m.def(
       "write_image",
@@ -38,7 +38,7 @@ Raises: FileNotFoundError or OSError when the file cannot be opened; ValueError 
         writing(path, [&](const std::string& name) { write_image(name, image.view); });
       },
       py::arg("path"), py::arg("image"),
-      R"(Writes an image, whole or not at all; the format follows the name's extension.
+      R"(Writes an image; the extension of the name selects the format. After an error the file is unchanged.
 
 Raises: OSError when it cannot be written.)");
 
@@ -56,8 +56,9 @@ Raises: OSError when it cannot be written.)");
         }
       },
       py::arg("image"), py::arg("extension") = ".png",
-      "What write_image() would write to a file of that extension. Raises: ValueError when the "
-      "format cannot hold the image.");
+      "The bytes that write_image() writes to a file with this extension. Raises: ValueError when "
+      "the "
+      "format does not support the image.");
 }
 
 }  // namespace occ::python

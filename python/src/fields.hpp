@@ -95,13 +95,17 @@ std::string shape_text() {
   }
 }
 
-/// Shape, help and unit of a field: "(3,) centre in the world [m]".
+/// Shape, help, range and unit of a field: "(3,) centre in the world [m]".
 template <class F>
 std::string field_doc(const F& field) {
   if (!field.unit) return field.help;
+  using Rule = decltype(F::rule);
+  std::string text = shape_text<typename F::value_type>() + field.help;
+  if constexpr (std::is_same_v<Rule, internal::core::Interval> ||
+                std::is_same_v<Rule, internal::core::Angle>)
+    text += ", " + field.rule.text(0.0);
   const std::string unit = field.unit;
-  return shape_text<typename F::value_type>() + field.help +
-         (unit.empty() ? "" : " [" + unit + "]");
+  return text + (unit.empty() ? "" : " [" + unit + "]");
 }
 
 /// A Python enumeration whose names are those of files.

@@ -76,7 +76,7 @@ void define_choice(py::module_& m) {
 }
 
 void define_steps(py::module_& m) {
-  ResultClass<LadderStep>(m, "LadderStep", "A way from blobs with names to a pose.")
+  py::class_<LadderStep>(m, "LadderStep", "A way from blobs with names to a pose.")
       .def_readonly("name", &LadderStep::name, "For ladder_frame().")
       .def_readonly("family", &LadderStep::family, "Who wrote what it times.")
       .def_readonly("what", &LadderStep::what, "A phrase for people.")

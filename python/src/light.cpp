@@ -14,12 +14,12 @@ namespace occ::python {
 namespace {
 
 using Doubles = py::array_t<double, py::array::c_style>;
-/// Whatever numpy makes an array of numbers of.
+/// Anything that numpy converts to an array of numbers.
 using Matrices = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Ints = py::array_t<int, py::array::c_style>;
 using Bools = py::array_t<bool, py::array::c_style>;
 
-/// What a camera receives at one pose or many: arrays whose first axes are those of the poses.
+/// Received power at one pose or many; with many, the first axis of the arrays is the pose.
 struct Received {
   Doubles lamp_power_w, power_w;
   Ints visible;
@@ -71,17 +71,17 @@ Received received(const Scene& scene, const Matrices& cam_from_world) {
 
 void define_formulas(py::module_& m) {
   m.def("lambertian_order", &lambertian_order, py::arg("half_power_rad"),
-        "Order m of a half-power semi-angle, -ln 2 / ln cos: 1 for 60 degrees.");
+        "Lambertian order m = -ln 2 / ln cos(half_power_rad): 1 for 60 degrees.");
   m.def("radiant_intensity", &radiant_intensity, py::arg("power_w"), py::arg("order"),
-        py::arg("cos_emission"), "Of a Lambertian lamp [W/sr]; 0 behind it.");
+        py::arg("cos_emission"), "Radiant intensity of a Lambertian lamp [W/sr]; 0 behind it.");
   m.def("radiance", &radiance, py::arg("power_w"), py::arg("order"), py::arg("area_m2"),
-        py::arg("cos_emission"), "Of a flat Lambertian lamp [W/(m^2 sr)].");
+        py::arg("cos_emission"), "Radiance of a flat Lambertian lamp [W/(m^2 sr)].");
   m.def("aperture_power", &aperture_power, py::arg("power_w"), py::arg("order"),
         py::arg("cos_emission"), py::arg("cos_incidence"), py::arg("distance_m"),
         py::arg("area_m2"),
-        "Power through an aperture [W]; with an area_m2 of 1 the irradiance there [W/m^2].");
+        "Power through an aperture [W]; for area_m2 = 1 the irradiance [W/m^2].");
   m.def("dbm", py::vectorize(&dbm), py::arg("power_w"),
-        "Power in decibels over a milliwatt; minus infinity for none. Takes arrays.");
+        "Power in dBm, decibels over one milliwatt; minus infinity for power 0. Accepts arrays.");
 }
 
 }  // namespace
@@ -89,26 +89,28 @@ void define_formulas(py::module_& m) {
 void define_light(py::module_& m) {
   define_formulas(m);
   ResultClass<Received>(m, "ReceivedPower",
-                        "Power of the lamps' light that the lens takes in and the sensor gets. "
-                        "Many poses are the arrays' first axis.")
-      .def_readonly("power_w", &Received::power_w, "() or (n,) of all lamps [W].")
+                        "Received power: the lamps' light that passes the aperture. "
+                        "With many poses, these are the first axis of the arrays.")
+      .def_readonly("power_w", &Received::power_w, "() or (n,) power of all lamps [W].")
       .def_readonly("lamp_power_w", &Received::lamp_power_w,
-                    "(lamps,) or (n, lamps) [W], in the scene's order.")
-      .def_readonly("visible", &Received::visible, "() or (n,) lamps of which some light arrives.")
+                    "(lamps,) or (n, lamps) power of each lamp [W], in the scene's order.")
+      .def_readonly("visible", &Received::visible,
+                    "() or (n,) number of lamps of which some light arrives.")
       .def_readonly("whole", &Received::whole,
-                    "(lamps,) or (n, lamps): all of the lamp's face is seen.")
+                    "(lamps,) or (n, lamps): the whole face of the lamp is visible.")
       .def("__repr__", [](const Received& r) {
         return "<ReceivedPower: " + (r.power_w.ndim() == 0
                                          ? std::to_string(dbm(*r.power_w.data())) + " dBm, " +
                                                std::to_string(*r.visible.data()) + " lamps visible>"
                                          : std::to_string(r.power_w.size()) + " poses>");
       });
-  m.def("received_power", &received, py::arg("scene"), py::arg("cam_from_world"),
-        R"(Power of the lamps' light that the scene's camera takes in, and how many it sees.
+  m.def(
+      "received_power", &received, py::arg("scene"), py::arg("cam_from_world"),
+      R"(Power of the lamps' light received by the scene's camera, and the number of visible lamps.
 
 cam_from_world: one pose (4, 4) or many (n, 4, 4). A lamp counts with the part of its face that is
-in the field of view, shines this way and is not hidden by boxes; blinking ones as while lit.
-Returns: ReceivedPower. Raises: ValueError for what is no rigid transform.
+in the field of view, emits towards the camera and is not occluded by boxes; blinking lamps count as
+lit. Returns: ReceivedPower. Raises: ValueError for a matrix that is not a rigid transform.
 
 >>> import libocc as occ
 >>> camera = occ.Camera.pinhole(width=64, height=48, fx_px=40, fy_px=40, cx_px=31.5, cy_px=23.5)

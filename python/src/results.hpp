@@ -27,12 +27,18 @@ ValueMember<T, M> value_of(M T::*member) {
   return {member};
 }
 
+/// Number of members that pickling must keep; 0 for a class that is no plain struct.
 template <class C>
-inline constexpr std::size_t pickled_count = std::is_aggregate_v<C>
-                                                 ? internal::core::member_count<C>()
-                                                 : 0;
+constexpr std::size_t struct_size() {
+  if constexpr (std::is_aggregate_v<C>)
+    return internal::core::member_count<C>();
+  else
+    return 0;
+}
+template <class C>
+inline constexpr std::size_t pickled_count = struct_size<C>();
 template <class T>
-inline constexpr std::size_t pickled_count<Result<T>> = pickled_count<T> + 2;
+inline constexpr std::size_t pickled_count<Result<T>> = struct_size<T>() + 2;
 
 /// A py::class_ whose members, each bound by def_readonly or by def_property_readonly with
 /// value_of, are also what pickling keeps. Pickling fails with TypeError when C has more members

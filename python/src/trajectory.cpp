@@ -41,7 +41,7 @@ Trajectory parse_text(const std::string& text) {
 }
 
 void define_times_and_poses(py::class_<Trajectory>& cls) {
-  cls.def_property_readonly("times_s", &times_of, "Of the waypoints [s].")
+  cls.def_property_readonly("times_s", &times_of, "Times of the waypoints [s].")
       .def_property_readonly("poses", &poses_of, "cam_from_world of the waypoints, 4x4 each.")
       .def_property_readonly("begin_s", &Trajectory::begin_s, "Time of the first waypoint [s].")
       .def_property_readonly("end_s", &Trajectory::end_s, "Time of the last waypoint [s].")
@@ -53,17 +53,18 @@ void define_times_and_poses(py::class_<Trajectory>& cls) {
             return to_s ? t.velocity(time_s, *to_s) : t.velocity(time_s);
           },
           py::arg("time_s"), py::arg("to_s") = py::none(),
-          "(6,) as simulate() takes it [rad/s, m/s]: at a time, or the constant one that takes the "
-          "pose at one time to the pose at another.");
+          "(6,) velocity as defined by simulate() [rad/s, m/s]: at a time, or the constant "
+          "velocity "
+          "from the pose at time_s to the pose at to_s.");
 }
 
 }  // namespace
 
 void define_trajectory(py::module_& m) {
-  py::class_<Trajectory> cls(m, "Trajectory", R"(Where a camera is over time.
+  py::class_<Trajectory> cls(m, "Trajectory", R"(The poses of a camera over time.
 
-times_s: of the waypoints, rising. cam_from_world: 4x4 at each. Between waypoints the camera moves
-on a screw at constant velocity (the geodesic of SE(3)); a turn is the shorter way round.
+times_s: increasing times of the waypoints. cam_from_world: the pose at each, 4x4. Between waypoints
+the camera moves on a screw at constant velocity (the geodesic of SE(3)), rotating by less than pi.
 Raises: ValueError naming the waypoint.
 
 >>> import libocc as occ
@@ -75,7 +76,7 @@ Raises: ValueError naming the waypoint.
       .def_static(
           "load", [](const std::filesystem::path& path) { return reading(path, &read_trajectory); },
           py::arg("path"),
-          R"(From a file in TUM's format: lines `t tx ty tz qx qy qz qw`, the camera's pose in the world.
+          R"(Reads a file in TUM's format: lines `t tx ty tz qx qy qz qw`, the camera's pose in the world.
 
 Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming file and line.)")
       .def(
@@ -83,9 +84,9 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
           [](const Trajectory& trajectory, const std::filesystem::path& path) {
             writing(path, [&](const std::string& name) { write_trajectory(name, trajectory); });
           },
-          py::arg("path"), "Writes a file in TUM's format, whole or not at all.")
+          py::arg("path"), "Writes a file in TUM's format. After an error the file is unchanged.")
       .def_static("parse", &parse_text, py::arg("text"),
-                  "From text in TUM's format. Raises: ValueError naming the line.")
+                  "Reads text in TUM's format. Raises: ValueError naming the line.")
       .def("format", &format_trajectory, "The text that save() writes.")
       .def("__len__", [](const Trajectory& t) { return t.waypoints().size(); })
       .def("__repr__",
@@ -101,7 +102,7 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
   define_times_and_poses(cls);
   m.def("moved_pose", &moved_pose, py::arg("cam_from_world"), py::arg("velocity"),
         py::arg("time_s"),
-        "Pose (4x4) after a time of constant velocity (6,), as simulate() takes it.");
+        "Pose (4x4) after a time of constant velocity (6,), defined as for simulate().");
 }
 
 }  // namespace occ::python

@@ -28,7 +28,7 @@ std::string default_text(const T& value, const Rule& rule) {
   return "`" + text + "`";
 }
 
-/// "| `key` | unit | default | help, rule |"; the key is bold when it is required.
+/// "| `key` | unit | default | help (rule) |"; the key is bold when it is required.
 template <class C, class F>
 std::string table_row(const F& field) {
   const C defaults{};
@@ -40,9 +40,10 @@ std::string table_row(const F& field) {
   row += unit.empty() ? "| " : unit + " | ";
   if (!field.needed_in_files) row += default_text(value, field.rule) + " ";
   row += std::string("| ") + field.help;
-  if constexpr (std::is_same_v<decltype(F::rule), Interval>) row += ", " + field.rule.text(value);
+  if constexpr (std::is_same_v<decltype(F::rule), Interval>)
+    row += " (" + field.rule.text(value) + ")";
   if constexpr (std::is_same_v<decltype(F::rule), Angle>)
-    row += ", in (0, " + std::to_string(field.rule.limit_deg) + field.rule.right;
+    row += " (in (0, " + std::to_string(field.rule.limit_deg) + field.rule.right + ")";
   return row + " |";
 }
 

@@ -153,9 +153,10 @@ inline constexpr auto object_point_fields = core::fields_of<ObjectPoint>(
     core::required_field("position_m", &ObjectPoint::position_m, "m", core::Finite{},
                          "position in the object's frame"),
     core::field("normal", &ObjectPoint::normal, "", core::Direction{}, "axis of the cone"),
-    core::field("cone_rad", &ObjectPoint::cone_rad, "rad", core::Angle{180, ']'},
-                "half angle of the cone in which the point is visible; pi/2: a half space, pi: all "
-                "directions"),
+    core::field(
+        "cone_rad", &ObjectPoint::cone_rad, "rad", core::Angle{180, ']'},
+        "half angle of the cone in which the point is visible; 90 degrees: a half space, 180: "
+        "all directions"),
     core::field("radius_m", &ObjectPoint::radius_m, "m", core::NotNegative{},
                 "radius of a disc across the normal; 0: a point"));
 
