@@ -54,8 +54,8 @@ double paced_speed(const Route& route, const Vehicle& vehicle, const PaceOptions
     const double curve = std::min(1.0, pace.slow_radius_m > 0 && piece.curvature_1_m != 0
                                            ? 1 / std::abs(pace.slow_radius_m * piece.curvature_1_m)
                                            : 1.0);
-    const double asked = std::max(piece.speed_m_s * curve, pace.min_speed_m_s);
-    speed = std::min(speed, allowed_before(asked, piece.begin_m - along_m));
+    const double required = std::max(piece.speed_m_s * curve, pace.min_speed_m_s);
+    speed = std::min(speed, allowed_before(required, piece.begin_m - along_m));
   }
   speed = std::min(speed, allowed_before(pace.end_speed_m_s, route.length_m() - along_m));
   return std::clamp(speed, std::min(pace.min_speed_m_s, vehicle.max_speed_m_s),

@@ -27,18 +27,18 @@ struct Spread {
 };
 
 void add_route(const LoopResult& result, LoopMetrics& metrics) {
-  Spread aside;
+  Spread cross_track;
   const PlanarPose* before = nullptr;
   for (const LoopRecord& record : result.records) {
     if (!record.docking && (record.estimate.has_pose() || record.along_m > 0))
-      aside.add(record.deviation_m);
+      cross_track.add(record.deviation_m);
     if (before) metrics.driven_m += (record.truth.position() - before->position()).norm();
     before = &record.truth;
     metrics.limited_steps += record.limited.speed || record.limited.turn ? 1 : 0;
   }
-  metrics.cross_track_mean_m = aside.mean();
-  metrics.cross_track_rmse_m = aside.rms();
-  metrics.cross_track_max_m = aside.max;
+  metrics.cross_track_mean_m = cross_track.mean();
+  metrics.cross_track_rmse_m = cross_track.rms();
+  metrics.cross_track_max_m = cross_track.max;
 }
 
 void add_estimates(const LoopResult& result, double dt_s, LoopMetrics& metrics) {

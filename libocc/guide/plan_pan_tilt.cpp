@@ -119,20 +119,20 @@ class PanTiltSearch {
   double reach(std::size_t i, std::size_t to) {
     const double way_m = places_[i].along_m - places_[i - 1].along_m;
     const double time_s = way_m / std::max(places_[i - 1].speed_m_s, places_[i].speed_m_s);
-    double least = std::numeric_limits<double>::infinity();
+    double min_cost = std::numeric_limits<double>::infinity();
     for (std::size_t from = 0; from < states_; ++from) {
       const double pan = std::abs(pan_of(to) - pan_of(from));
       const double tilt = std::abs(tilt_of(to) - tilt_of(from));
       if (pan > options_.pan_rate_rad_s * time_s || tilt > options_.tilt_rate_rad_s * time_s)
         continue;
       double cost = costs_[from] + pan + tilt;
-      if (!(cost < least)) continue;
+      if (!(cost < min_cost)) continue;
       cost += blind_cost * blind_between(i, from, to);
-      if (!(cost < least)) continue;
-      least = cost;
+      if (!(cost < min_cost)) continue;
+      min_cost = cost;
       from_[i][to] = from;
     }
-    return least;
+    return min_cost;
   }
 
   /// Share of the step to this position without sufficient view.

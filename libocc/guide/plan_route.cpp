@@ -127,7 +127,7 @@ class Lattice {
   }
 
   /// Returns the number of goals reached at a pose.
-  Node met(Node n) const {
+  Node with_goals_reached(Node n) const {
     while (n.goal < static_cast<int>(goals_.size())) {
       const PlanGoal& goal = goals_[n.goal];
       const double off_m = (place_of(n.x, n.y) - goal.position_m).norm();
@@ -208,7 +208,7 @@ class Lattice {
     parents_.assign(count, -1);
     std::vector<bool> closed(count, false);
     const auto eighths = static_cast<int>(std::lround(start_.heading_rad / (pi / 4)));
-    const Node first = met({0, 0, ((eighths % headings) + headings) % headings, 0});
+    const Node first = with_goals_reached({0, 0, ((eighths % headings) + headings) % headings, 0});
     costs_[index_of(first)] = 0;
     open.emplace(left_m(first), index_of(first));
     double nearest = std::numeric_limits<double>::infinity();
@@ -230,7 +230,7 @@ class Lattice {
       for (const int turn : {0, 1, -1}) {
         const Motion m = motion(node, turn);
         if (!inside(m.to)) continue;
-        const auto to = static_cast<std::size_t>(index_of(met(m.to)));
+        const auto to = static_cast<std::size_t>(index_of(with_goals_reached(m.to)));
         if (closed[to]) continue;
         const std::optional<double> cost = cost_of(node, m);
         if (!cost) continue;

@@ -16,9 +16,9 @@ namespace {
 std::string waypoint_name(std::size_t i) { return "waypoints[" + std::to_string(i) + "]"; }
 
 void require_waypoints(const std::vector<RouteWaypoint>& waypoints, const RouteOptions& options) {
-  const std::size_t least = options.closed ? 3 : 2;
-  require(waypoints.size() >= least, "waypoints", waypoints.size(),
-          options.closed ? "at least three for a closed route" : "at least two");
+  const std::size_t min_count = options.closed ? 3 : 2;
+  require(waypoints.size() >= min_count, "waypoints", waypoints.size(),
+          options.closed ? "at min_distance three for a closed route" : "at min_distance two");
   for (std::size_t i = 0; i < waypoints.size(); ++i) {
     const RouteWaypoint& waypoint = waypoints[i];
     const std::string name = waypoint_name(i);
@@ -107,15 +107,15 @@ RoutePlace Route::nearest(const Eigen::Vector2d& position_m, std::optional<doubl
   const double low_m = near_m ? std::clamp(*near_m - window_m, 0.0, length_m()) : 0;
   const double high_m = near_m ? std::clamp(*near_m + window_m, 0.0, length_m()) : length_m();
   RoutePlace best;
-  double least = std::numeric_limits<double>::infinity();
+  double min_distance = std::numeric_limits<double>::infinity();
   for (const RoutePiece& piece : pieces_) {
     const double from_m = std::max(low_m - piece.begin_m, 0.0);
     const double to_m = std::min(high_m - piece.begin_m, piece.length_m);
     if (from_m > to_m) continue;
     const RoutePlace place = place_on(piece, nearest_on(piece, position_m, from_m, to_m));
     const double distance = (position_m - place.pose.position()).norm();
-    if (!(distance < least)) continue;
-    least = distance;
+    if (!(distance < min_distance)) continue;
+    min_distance = distance;
     best = place;
   }
   best.deviation_m = (position_m - best.pose.position()).dot(best.pose.left());

@@ -48,17 +48,17 @@ class Conflicts {
 
 double clearance_m(const Scene& scene, const Eigen::Vector2d& position_m, double radius_m,
                    double height_m, std::string* what) {
-  double least = std::numeric_limits<double>::infinity();
+  double min_clearance_m = std::numeric_limits<double>::infinity();
   const auto nearer = [&](double distance_m, const std::string& name) {
-    if (!(distance_m - radius_m < least)) return;
-    least = distance_m - radius_m;
+    if (!(distance_m - radius_m < min_clearance_m)) return;
+    min_clearance_m = distance_m - radius_m;
     if (what) *what = name;
   };
   if (scene.room) nearer(distance_to_walls(*scene.room, position_m), "a wall");
   for (std::size_t i = 0; i < scene.boxes.size(); ++i)
     if (scene.boxes[i].min_m.z() < height_m)
       nearer(distance_to_box(scene.boxes[i], position_m), "boxes[" + std::to_string(i) + "]");
-  return least;
+  return min_clearance_m;
 }
 
 std::vector<RouteConflict> route_conflicts(const Route& route, const Scene& scene, double radius_m,

@@ -10,8 +10,8 @@
 namespace occ {
 namespace {
 
-/// Changes `now` towards `asked` at a limited rate; returns the final value and the mean over the
-/// step.
+/// Changes `now` towards `requested` at a limited rate; returns the final value and the mean over
+/// the step.
 struct Ramp {
   double end = 0, mean = 0;
   bool limited = false;
@@ -63,10 +63,10 @@ Wheels on_the_ground(const Wheels& turned, const DriveNoise& noise, const Draws&
 }
 
 Wheels as_reported(const Wheels& turned, const DriveNoise& noise, const Draws& draws) {
-  Wheels said = disturbed(turned, noise.odometry, draws.odometry);
-  said.left_m *= noise.left_scale;
-  said.right_m *= noise.right_scale;
-  return said;
+  Wheels reported = disturbed(turned, noise.odometry, draws.odometry);
+  reported.left_m *= noise.left_scale;
+  reported.right_m *= noise.right_scale;
+  return reported;
 }
 
 /// Derivative of arc(length, turn) by [length, turn]; rows x, y, heading.
@@ -84,20 +84,21 @@ Eigen::Matrix<double, 3, 2> arc_jacobian(double length_m, double turn_rad) {
 }
 
 /// Covariance of the reported increment about the true one, as modelled by `noise`.
-Eigen::Matrix3d odometry_covariance(const Wheels& said, const Vehicle& vehicle) {
+Eigen::Matrix3d odometry_covariance(const Wheels& reported, const Vehicle& vehicle) {
   const DriveNoise& noise = vehicle.noise;
   const auto variance = [&](double travel_m) {
     return (noise.slip * noise.slip + noise.odometry * noise.odometry) * std::abs(travel_m) +
            std::pow(noise.scale_sigma * travel_m, 2);
   };
-  const double left = variance(said.left_m), right = variance(said.right_m);
+  const double left = variance(reported.left_m), right = variance(reported.right_m);
   const double track = vehicle.track_m;
   Eigen::Matrix2d motion;  // covariance of [length, turn]
   motion << 0.25 * (left + right), 0.5 * (right - left) / track, 0.5 * (right - left) / track,
       (left + right) / (track * track);
-  const Eigen::Matrix<double, 3, 2> jacobian = arc_jacobian(said.length_m(), said.turn_rad(track));
+  const Eigen::Matrix<double, 3, 2> jacobian =
+      arc_jacobian(reported.length_m(), reported.turn_rad(track));
   Eigen::Matrix3d covariance = jacobian * motion * jacobian.transpose();
-  covariance(1, 1) += std::pow(noise.sideways_slip, 2) * std::abs(said.length_m());
+  covariance(1, 1) += std::pow(noise.sideways_slip, 2) * std::abs(reported.length_m());
   return 0.5 * (covariance + covariance.transpose());
 }
 
@@ -117,9 +118,9 @@ void require_state(const DriveState& state, const DriveCommand& command) {
 }
 
 /// Clips the command and reports what was clipped.
-double clipped(double requested, double most, bool& said) {
-  said = std::abs(requested) > most;
-  return std::clamp(requested, -most, most);
+double clipped(double requested, double limit, bool& limited) {
+  limited = std::abs(requested) > limit;
+  return std::clamp(requested, -limit, limit);
 }
 
 /// Computes length and rotation of a step from its ramps; sets the final rates of the state.
@@ -200,15 +201,15 @@ DriveStep drive(const Vehicle& vehicle, const DriveState& state, const DriveComm
   const Wheels requested = asked_travel(vehicle, state, command, dt_s, step);
   const Wheels turned = disturbed(requested, vehicle.noise.drive, draws.drive);
   const Wheels ground = on_the_ground(turned, vehicle.noise, draws);
-  const Wheels said = as_reported(turned, vehicle.noise, draws);
+  const Wheels reported = as_reported(turned, vehicle.noise, draws);
 
   PlanarPose moved = increment_of(ground, vehicle.track_m);
   moved.y_m +=
       vehicle.noise.sideways_slip * std::sqrt(std::abs(ground.length_m())) * draws.sideways;
   step.state.time_s = state.time_s + dt_s;
   step.state.pose = state.pose * moved;
-  step.odometry = {state.time_s, step.state.time_s, increment_of(said, vehicle.track_m),
-                   odometry_covariance(said, vehicle)};
+  step.odometry = {state.time_s, step.state.time_s, increment_of(reported, vehicle.track_m),
+                   odometry_covariance(reported, vehicle)};
   return step;
 }
 
@@ -219,11 +220,11 @@ DriveCommand curve_command(const Vehicle& vehicle, double speed_m_s, double curv
     return {speed_m_s, 0, steering};
   }
   const double turn_rate = speed_m_s * curvature_1_m;
-  const double most = vehicle.max_turn_rate_rad_s;
-  if (std::abs(turn_rate) <= most) return {speed_m_s, turn_rate, 0};
+  const double limit = vehicle.max_turn_rate_rad_s;
+  if (std::abs(turn_rate) <= limit) return {speed_m_s, turn_rate, 0};
   // Keeps the curvature and reduces the speed, so that the vehicle stays on the curve.
-  return {std::copysign(most / std::abs(curvature_1_m), speed_m_s), std::copysign(most, turn_rate),
-          0};
+  return {std::copysign(limit / std::abs(curvature_1_m), speed_m_s),
+          std::copysign(limit, turn_rate), 0};
 }
 
 }  // namespace occ
