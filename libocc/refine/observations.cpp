@@ -57,7 +57,7 @@ double own_growth_variance_px2(const Blob& blob) {
 
 bool uses_rim(const Lamp& lamp, const Blob& blob, const RefineOptions& options) {
   const std::size_t needed = blob.cut_by_border ? 1 : min_rim_points;
-  return takes_rims(options.rung) && has_rim_distance(lamp.shape) && blob.rim.size() >= needed;
+  return uses_rims(options.rung) && has_rim_distance(lamp.shape) && blob.rim.size() >= needed;
 }
 
 void observe_rim(const Match& match, const Blob& blob, const Camera& camera,
@@ -163,7 +163,7 @@ int Observations::equations(const RefineOptions& options, Rung rung) const {
   for (const LampObservation& o : lamps) {
     if (o.contradicts) continue;
     const int most = o.lamp->shape == LampShape::disc ? 5 : 6;
-    if (takes_rims(rung) && o.has_rim()) {
+    if (uses_rims(rung) && o.has_rim()) {
       count += std::min(most, static_cast<int>(o.rim_end - o.rim_begin));
     } else if (o.has_place) {
       count += 2;
@@ -178,7 +178,7 @@ int Observations::degrees_of_freedom(const RefineOptions& options, Rung rung) co
   int count = prior_equations(options) - 6;
   for (const LampObservation& o : lamps) {
     if (o.contradicts || (rung == Rung::direct && o.has_pixels())) continue;
-    const bool by_rim = takes_rims(rung) && o.has_rim();
+    const bool by_rim = uses_rims(rung) && o.has_rim();
     count += by_rim ? static_cast<int>(o.rim_end - o.rim_begin) : (o.has_place ? 2 : 0);
     count += o.has_flux ? 1 : 0;
   }
@@ -195,7 +195,7 @@ Observations observe(const std::vector<Match>& matches, const std::vector<Blob>&
     check_match(match, scene.lamps.size(), blobs.size());
     rim_count += blobs[match.blob].rim.size();
   }
-  all.rim.reserve(takes_rims(options.rung) ? rim_count : 0);
+  all.rim.reserve(uses_rims(options.rung) ? rim_count : 0);
   for (const Match& match : matches) {
     const Lamp& lamp = scene.lamps[match.lamp];
     const Blob& blob = blobs[match.blob];

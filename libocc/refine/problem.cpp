@@ -39,7 +39,7 @@ RefineProblem::RefineProblem(const Observations& observations, const Scene& scen
       options_(options),
       rung_(rung),
       held_(observations.lamps.size()) {
-  if (!takes_rims(rung)) return;
+  if (!uses_rims(rung)) return;
   rims_.reserve(observations.lamps.size());
   for (const LampObservation& lamp : observations.lamps)
     rims_.emplace_back(lamp, observations.rim, scene);
@@ -85,7 +85,7 @@ bool RefineProblem::add_lamp(std::size_t index, const State& state, const Eigen:
     pixels_[index]->add_to(normal);
     return true;
   }
-  if (takes_rims(rung_) && lamp.has_rim()) {
+  if (uses_rims(rung_) && lamp.has_rim()) {
     const auto count = static_cast<double>(lamp.rim_end - lamp.rim_begin);
     const int lost = rims_[index].linearise(state, pivot);
     held.by_rim = !lamp.has_place || lost <= max_lost_share * count;
@@ -178,8 +178,8 @@ double RefineProblem::chi2(const State& state) const {
   return sum;
 }
 
-double RefineProblem::largest_motion_px(const State& state, const Eigen::Vector3d& pivot,
-                                        const Vector8& step) const {
+double RefineProblem::max_motion_px(const State& state, const Eigen::Vector3d& pivot,
+                                    const Vector8& step) const {
   double largest = 0;
   for (const LampObservation& lamp : observations_.lamps) {
     const Eigen::Vector3d point = state.cam_from_world * lamp.lamp->centre_m;
