@@ -13,15 +13,15 @@
 namespace occ::internal::refine {
 namespace {
 
-/// Bloom and blur enlarge a saturated rim by a pixel or two.
+/// Prior of the growth: blooming and blur enlarge a saturated rim by one or two pixels.
 constexpr double growth_sigma_px = 2;
 
-/// With more of its rim points lost than this share, a lamp is taken by its centroid.
+/// If a larger share of its rim points is lost, the centroid of the lamp is used.
 constexpr double max_lost_share = 0.25;
 
 using Jacobian16 = Eigen::Matrix<double, 1, 6>;
 
-/// ln(seen / predicted electrons) over its sigma, or nothing where the lamp gives no light.
+/// ln(measured / predicted electrons) over its sigma; empty if no light of the lamp is predicted.
 std::optional<double> flux_residual(const LampObservation& lamp, const State& state,
                                     const Scene& scene, Jacobian16* log_jacobian = nullptr) {
   const double electrons =
