@@ -25,7 +25,7 @@ namespace {
 // Limit of the further decrease of chi2 after one Gauss-Newton step.
 constexpr double optimism = 0.1;
 
-// Of many points, a subset finds and ranks the start values.
+// A subset of many points finds and ranks the start values.
 constexpr int few_points = 12;
 
 using Problem = PointProblem;

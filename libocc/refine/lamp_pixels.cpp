@@ -157,7 +157,7 @@ void LampPixels::accumulate() {
   const auto rim_pixels = static_cast<double>(std::max<Eigen::Index>(1, rim_count_));
   misfit_ = rim_count_ > 0 ? std::sqrt(flat.sensed / rim_pixels) : 1;
   left_ = rim_count_ > 0 ? std::sqrt(flat.misfit / rim_pixels) : 1;
-  // Of a clipped edge only the tail is visible, which the estimated width of the PSF adapts to.
+  // Only the tail of a clipped edge is visible, which the estimated width of the PSF adapts to.
   const bool by_chance = !(flat.excess > edge_sigmas * std::sqrt(2 * flat.edges));
   next_edge_variance_ = lamp_.blob->saturated || by_chance ? 0 : flat.excess / flat.edges;
   products_.setZero();

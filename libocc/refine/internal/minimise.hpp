@@ -10,7 +10,7 @@ namespace occ::internal::refine {
 
 struct Minimum {
   State state;
-  Eigen::Vector3d pivot;  ///< of the normal equations
+  Eigen::Vector3d pivot;  ///< pivot of the normal equations
   Normal normal;          ///< at the state
   int iterations = 0;
   bool defined = false;    ///< all lamps are visible from the start
@@ -20,7 +20,7 @@ struct Minimum {
 LIBOCC_API Minimum minimise(RefineProblem& problem, const State& start, int max_iterations,
                             double tolerance_px);
 
-/// The same by Gauss-Newton steps alone, for a close start: one linearisation for each step.
+/// Minimises by Gauss-Newton steps alone, for a close start: one linearisation for each step.
 LIBOCC_API Minimum polish(RefineProblem& problem, const State& start, int max_iterations,
                           double tolerance_px);
 

@@ -22,7 +22,7 @@ inline constexpr int log_factor_index = 7;
 
 struct State {
   Rigid3 cam_from_world;
-  double growth_px = 0;   ///< of the rims of saturated lamps
+  double growth_px = 0;   ///< growth of the rims of saturated lamps
   double log_factor = 0;  ///< ln(seen flux / predicted flux), common to all lamps
 };
 

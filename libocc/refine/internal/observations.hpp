@@ -36,7 +36,7 @@ struct LampObservation {
   /// Standard deviation of ln of its light in the flux model; infinite if the model excludes the
   /// lamp.
   double light_sigma = std::numeric_limits<double>::infinity();
-  double misfit = 1;  ///< of its pixels, see LampPixels::misfit
+  double misfit = 1;  ///< see LampPixels::misfit
   bool has_flux = false;
   double log_electrons = 0;  ///< measured
   double flux_inverse_sigma = 0;
@@ -52,7 +52,7 @@ struct Observations {
   bool has_flux = false;
   double psf_sigma_px = 0;  ///< the scene's, then the estimate from the pixels
 
-  bool has_pixels() const;  ///< of some lamp that does not contradict the others
+  bool has_pixels() const;  ///< true if a lamp without contradiction has pixels
 
   bool growth_was_used() const;  ///< a saturated lamp is taken by its rim
 

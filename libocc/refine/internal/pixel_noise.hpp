@@ -36,7 +36,7 @@ class LIBOCC_API PixelNoise {
   }
 
   double dark_e() const { return dark_e_; }   ///< mean of a pixel without any light
-  double white_e() const { return high_e_; }  ///< where the signal is clipped
+  double white_e() const { return high_e_; }  ///< upper limit of the signal
 
  private:
   PixelMoments carefully(double mean_e, double shot) const;

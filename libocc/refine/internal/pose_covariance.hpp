@@ -8,7 +8,7 @@
 namespace occ::internal::refine {
 
 struct PoseCovariance {
-  Matrix6 covariance = Matrix6::Zero();  ///< of the left perturbation; zero unless the rank is 6
+  Matrix6 covariance = Matrix6::Zero();  ///< left perturbation; zero unless the rank is 6
   int rank = 0;                          ///< number of determined directions
 };
 
