@@ -24,13 +24,13 @@ struct Ellipse {
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
   double semi_major_px = 0;
   double semi_minor_px = 0;
-  double angle_rad = 0;  ///< of the major axis from +x towards +y, in (-pi/2, pi/2]
+  double angle_rad = 0;  ///< direction of the major axis, from +x towards +y, in (-pi/2, pi/2]
 };
 
 /// One bright region. Uncertainties follow from the noise of the image.
 struct Blob {
   Eigen::Vector2d centroid_px = Eigen::Vector2d::Zero();  ///< best centre: rim fit, PSF or moments
-  Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Zero();  ///< of the centroid
+  Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Zero();  ///< covariance of the centroid
   /// Shift of centroid and rim from the middle of the lamp's image per relative gradient of its
   /// brightness [px per 1/px]. Its causes: the light was assumed uniform, the centroid is weighted
   /// by light, or a saturated rim has grown more on its brighter side. Zero if the gradient was
@@ -43,7 +43,7 @@ struct Blob {
   double noise_dn = 0;                 ///< standard deviation of one background pixel
   int area_px = 0;                     ///< pixels above the threshold
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< bounding box, both ends included
-  Ellipse ellipse;                     ///< of the rim when there is one, else from second moments
+  Ellipse ellipse;                     ///< fitted to the rim, or from second moments without a rim
   std::vector<RimPoint> rim;           ///< sub-pixel rim; empty for small spots
   /// Covariance of the errors common to all rim points: growth along the normals, shift in x, in y.
   Eigen::Matrix3d rim_covariance_px2 = Eigen::Matrix3d::Zero();

@@ -13,7 +13,7 @@ namespace occ::internal::locate {
 using namespace internal::pose;
 namespace {
 
-// How many pixels of other points are within the gate, on average over the inliers.
+// Number of pixels of other points within the gate, averaged over the inliers.
 double neighbours(const Eigen::Matrix2Xd& pixels, double gate_px, const std::vector<int>& inliers) {
   constexpr std::size_t enough = 64;
   const std::size_t stride = inliers.size() / enough + 1;
@@ -29,7 +29,7 @@ double neighbours(const Eigen::Matrix2Xd& pixels, double gate_px, const std::vec
   return static_cast<double>(within) / places - 1;  // without itself
 }
 
-// The point furthest from the line that fits all best.
+// Point farthest from the best-fitting line.
 Eigen::Index furthest_from_line(const Eigen::Matrix3Xd& points) {
   const Eigen::Vector3d middle = points.rowwise().mean();
   const Eigen::Matrix3Xd centred = points.colwise() - middle;
@@ -60,7 +60,7 @@ double log_false_alarms(FalseAlarmModel chance, const Eigen::Matrix2Xd& pixels, 
 
 bool rests_on_a_line(const Eigen::Matrix3Xd& points, const std::vector<int>& inliers, double sigmas,
                      const FalseAlarmModel& chance, double most) {
-  constexpr int sample = 1, poses = 2;  // that a turn about the line takes and gives
+  constexpr int sample = 1, poses = 2;  // one point determines two rotations about the line
   Eigen::Matrix3Xd left = points(Eigen::all, inliers);
   const auto agree = static_cast<int>(inliers.size());
   for (int off = 0; off < agree - 2; ++off) {

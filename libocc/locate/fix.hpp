@@ -19,7 +19,7 @@ namespace occ {
 struct Candidate {
   Rigid3 cam_from_world;
   Matrix6 covariance = unknown_covariance<6>();
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< of the camera in the world
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< camera position in the world
   double rms_px = 0;
   double chi2 = 0;
   int dof = 0;                ///< residuals minus unknowns
@@ -33,8 +33,9 @@ struct Timing {
 /// Without candidates, pose and position are undefined and their covariances infinite.
 struct Fix {
   Rigid3 cam_from_world;
-  Matrix6 covariance = unknown_covariance<6>();  ///< of cam_from_world, see geometry/rigid.hpp
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< of the camera in the world
+  Matrix6 covariance =
+      unknown_covariance<6>();  ///< covariance of cam_from_world, see geometry/rigid.hpp
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< camera position in the world
   Eigen::Matrix3d position_covariance_m2 = unknown_covariance<3>();
   double rms_px = 0;
   std::map<int, Blob> lamps;          ///< lamp id -> blob, of the best candidate

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 constexpr int nodes = 181;  // of the yaw
 
-// The two bearings and how far apart they are.
+// Bearings of the two lamps and the angle between them.
 struct Pair {
   Vector3d first, second;
   double angle_rad = 0, sigma_rad = 0;
@@ -57,14 +57,14 @@ double distance_at(double separation_m, double angle_rad, double yaw_rad) {
   return 0.5 * separation_m * std::sqrt(ratio2);
 }
 
-// One yaw's share of the distribution of 1 / D, a normal one.
+// Normal component of the distribution of 1 / D for one yaw.
 struct Part {
   double weight = 0, mean = 0, sigma = 0;
 };
 
 struct Mixture {
   std::vector<Part> parts;
-  double best_misfit = 0;  // sigmas by which the nearest part misses the heights
+  double best_misfit = 0;  // smallest misfit of a component to the heights [sigmas]
 
   double below(double value) const {
     double sum = 0;
@@ -84,7 +84,8 @@ struct Mixture {
   }
 };
 
-// Kalman's update of 1 / D by the elevation's sine, and the log of the prediction's likelihood.
+// Kalman update of 1 / D by the sine of the elevation; returns the log-likelihood of the
+// prediction.
 double update(const RoadHeights& heights, double seen_sine, double direction_sigma_rad, Part& part,
               double& misfit) {
   const double height_m = heights.lamps_m - heights.camera_m;
@@ -132,7 +133,7 @@ Mixture mixture_of(const Pair& pair, const HeadlightOptions& options, HeadlightD
   return mixture;
 }
 
-// Of D = 1 / v: to second order in each part's relative sigma.
+// Mean and deviation of D = 1 / v, to second order in the relative sigma of each component.
 void take_moments(const Mixture& mixture, HeadlightDistance& result) {
   double mean = 0, square = 0;
   for (const Part& part : mixture.parts) {
@@ -147,7 +148,7 @@ void take_moments(const Mixture& mixture, HeadlightDistance& result) {
   result.high_m = 1 / mixture.quantile(tail);
 }
 
-// Gradient of f(pose) by the left perturbation, central differences.
+// Gradient of f(pose) with respect to the left perturbation, by central differences.
 template <typename Function>
 double sigma_of(const Candidate& candidate, const Function& f) {
   Vector6 gradient;

@@ -34,7 +34,7 @@ namespace occ {
 struct RoadHeights {
   double lamps_m = 0.65, lamps_sigma_m = 0.1;
   double camera_m = 1.2, camera_sigma_m = 0.02;
-  Eigen::Vector3d up_in_cam = -Eigen::Vector3d::UnitY();  ///< of the road, unit
+  Eigen::Vector3d up_in_cam = -Eigen::Vector3d::UnitY();  ///< normal of the road, unit vector
   double up_sigma_rad = 0.005;                            ///< pitch of camera and road
 };
 
@@ -42,7 +42,7 @@ struct LIBOCC_API HeadlightOptions {
   double separation_m = 1.4, separation_sigma_m = 0.1;  ///< between the lamps' centres
   double sigma_px = 0.5;         ///< standard deviation of a lamp's pixel coordinates
   double yaw_max_rad = 0.5;      ///< limit of |yaw|; below pi/2
-  double yaw_concentration = 0;  ///< of the von Mises prior within the limit; 0: uniform
+  double yaw_concentration = 0;  ///< kappa of the von Mises prior; 0: uniform
   std::optional<RoadHeights> heights;
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
@@ -51,7 +51,7 @@ struct LIBOCC_API HeadlightOptions {
 struct HeadlightDistance {
   double distance_m = 0, sigma_m = 0;  ///< mean and standard deviation
   double low_m = 0, high_m = 0;        ///< 95 % interval, 2.5 % on each side
-  double bearing_rad = 0;              ///< of the bisector, from the camera's z towards x
+  double bearing_rad = 0;              ///< direction of the bisector, from the camera's z towards x
   Eigen::Vector3d direction_in_cam = Eigen::Vector3d::UnitZ();  ///< the bisector
   double separation_rad = 0, separation_sigma_rad = 0;          ///< theta
   std::vector<double> yaw_rad;                                  ///< nodes
@@ -69,7 +69,7 @@ LIBOCC_API Result<HeadlightDistance> headlight_distance(const Eigen::Matrix2d& l
 
 struct VehiclePose {
   Candidate pose;                         ///< "world" is the vehicle's frame
-  double distance_m = 0, sigma_m = 0;     ///< of the vehicle's origin
+  double distance_m = 0, sigma_m = 0;     ///< distance of the vehicle's origin
   double yaw_rad = 0, yaw_sigma_rad = 0;  ///< about up, of its x axis from the line to the camera
 };
 

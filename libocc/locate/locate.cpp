@@ -20,7 +20,7 @@ namespace {
 /// of six lamps the chance is about 0.05.
 constexpr double max_chance_of_misfits = 1e-3;
 
-/// Seconds since construction.
+/// Time since construction.
 class Clock {
  public:
   double seconds() const {

@@ -51,7 +51,7 @@ struct LIBOCC_API LocateOptions {
 LIBOCC_API Result<Fix> locate(const ImageView& image, const Scene& scene,
                               const LocateOptions& options = {});
 
-/// The same from detected blobs.
+/// Locates the camera from detected blobs.
 LIBOCC_API Result<Fix> locate(const std::vector<Blob>& blobs, const Scene& scene,
                               const LocateOptions& options = {});
 

@@ -14,8 +14,8 @@ using namespace internal::pose;
 
 namespace {
 
-// Rows across the ray over sigma, so that the residual is a distance in the image. A pinhole's are
-// exact: they project onto the plane z = 1. Otherwise, to first order, about the bearing.
+// Two rows across the ray over sigma, so that the residual is a distance in the image. Exact for a
+// pinhole (projection onto the plane z = 1), to first order about the bearing for other cameras.
 void see_point(const Camera& camera, const Eigen::Vector2d& pixel, double sigma_px, int i,
                PointProblem& p) {
   Eigen::Matrix<double, 2, 3> across;

@@ -18,7 +18,7 @@ using namespace internal::locate;
 using namespace internal::pose;
 namespace {
 
-constexpr double sample_noise = 3;  // gates: by which the pose of a sample misses other points
+constexpr double sample_noise = 3;  // error of other points at the pose of a sample [gates]
 
 double focal_px(const Camera& camera) { return 0.5 * (camera.fx_px() + camera.fy_px()); }
 
@@ -38,7 +38,7 @@ ConsensusOptions search_options(const RobustPoseOptions& options, const Camera& 
   return search;
 }
 
-// The most likely pose of those who agree, and any other that fits them equally well.
+// Maximum-likelihood pose of the inliers, and all others that fit equally well.
 Result<Fix> fix_of(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& pixels,
                    const Camera& camera, const Consensus& consensus, const Rigid3& cam_from_world,
                    const RobustPoseOptions& options) {

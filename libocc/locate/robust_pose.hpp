@@ -36,11 +36,11 @@ struct LIBOCC_API RobustPoseOptions {
 };
 
 struct RobustPose {
-  Fix fix;                    ///< from the inliers by solve_pose
+  Fix fix;                    ///< fitted to the inliers by solve_pose
   std::vector<bool> inliers;  ///< one for each point
   double inlier_ratio = 0;
   int iterations = 0;               ///< number of samples
-  double log10_false_alarms = 300;  ///< of the expected number of random poses as good as this
+  double log10_false_alarms = 300;  ///< log10 of the expected number of random poses as good
 };
 
 /// points_in_world: columns [m]; points_px: columns, same count. Status: ok; ambiguous (several

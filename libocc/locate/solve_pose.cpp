@@ -22,16 +22,16 @@ using namespace internal::locate;
 using namespace internal::pose;
 namespace {
 
-// How far below the chi2 after one Gauss-Newton step a fit may still end.
+// Limit of the further decrease of chi2 after one Gauss-Newton step.
 constexpr double optimism = 0.1;
 
-// A start is found and judged by a part of many points.
+// A subset of many points finds and ranks the start values.
 constexpr int few_points = 12;
 
 using Problem = PointProblem;
 
-// Some of many points: a triple of large area, and others evenly taken, which alone could be on a
-// line (a column of a grid).
+// Subset of many points: a triple of large area and evenly spaced others, which alone could lie on
+// a line (a column of a grid).
 Problem part_of(const Problem& p, const Triple& spread, int count) {
   constexpr int triple = 3;
   Problem part;
@@ -52,10 +52,10 @@ Problem part_of(const Problem& p, const Triple& spread, int count) {
 struct Start {
   Rigid3 pose;
   double chi2 = 0;
-  double lowest = 0;  // chi2 may get, were the fall twice what the normal equations promise
+  double lowest = 0;  // chi2 after twice the decrease predicted by the normal equations
 };
 
-// After one Gauss-Newton step, which tells a branch that leads to a minimum from one that does not.
+// State after one Gauss-Newton step, which separates branches that lead to a minimum from others.
 Start step_from(const SeenPoints& seen, const Rigid3& pose) {
   const PointEquations e = point_equations(seen, pose);
   const Vector6 step = -e.information.llt().solve(e.gradient);
@@ -65,8 +65,8 @@ Start step_from(const SeenPoints& seen, const Rigid3& pose) {
   return chi2 < e.chi2 ? Start{moved, chi2, lowest} : Start{pose, e.chi2, lowest};
 }
 
-// By a named solver, behind its guard; the status and message are the guard's when it finds
-// nothing.
+// Poses of a solver given by name, after its guard. Without a pose, status and message are those of
+// the guard.
 Result<std::vector<Rigid3>> poses_by(const Problem& p, const std::string& solver) {
   PoseProblem problem;
   problem.points = p.points;
@@ -74,7 +74,7 @@ Result<std::vector<Rigid3>> poses_by(const Problem& p, const std::string& solver
   if (solver_named(solver).takes_origins) problem.origins = p.origins;
   CandidateOptions options;
   options.polish = false;
-  options.tolerance_rad = 4;  // the fit judges
+  options.tolerance_rad = 4;  // no gate: the fit decides
   const Result<std::vector<PoseCandidate>> found = pose_candidates(problem, solver, options);
   Result<std::vector<Rigid3>> poses{{}, found.status, found.message};
   for (const PoseCandidate& c : *found) poses.value.push_back(c.cam_from_world);
@@ -82,11 +82,12 @@ Result<std::vector<Rigid3>> poses_by(const Problem& p, const std::string& solver
 }
 
 Result<std::vector<Start>> starts_of(const Problem& p, const std::string& solver) {
-  constexpr double enough = 50;  // chi2 for each point: noise on three alone costs about this
+  constexpr double enough =
+      50;  // chi2 per point; the noise of three points alone causes about this
   Result<std::vector<Rigid3>> poses;
   if (solver == "auto") {
     solve_p3p_triples(p.points, p.bearings, p.seen, enough * p.seen.count(), poses.value);
-    // Rays that miss each other by much leave the central solver's poses far off.
+    // For rays far from a common centre, the poses of a central solver are inaccurate.
     if (p.origins.cols() > 0) {
       const Result<std::vector<Rigid3>> general = poses_by(p, "gp3p");
       poses.value.insert(poses.value.end(), general.value.begin(), general.value.end());
@@ -104,7 +105,7 @@ Result<std::vector<Start>> starts_of(const Problem& p, const std::string& solver
   return starts;
 }
 
-// Within a sigma.
+// True if two poses differ by less than one sigma.
 bool same(const PointFit& fit, const Rigid3& pose) {
   Vector6 apart;
   apart << so3_log(pose.rotation * fit.pose.rotation.transpose()),
@@ -112,7 +113,7 @@ bool same(const PointFit& fit, const Rigid3& pose) {
   return apart.dot(fit.equations.information * apart) < 1;
 }
 
-// The other pose of a plane seen from far away: its depths mirrored.
+// Second pose of a plane seen from far away: mirrors the depths.
 Rigid3 mirrored(const Rigid3& pose, const Eigen::Vector3d& normal) {
   const auto mirror = [](const Eigen::Vector3d& unit) -> Eigen::Matrix3d {
     return Eigen::Matrix3d::Identity() - 2 * unit * unit.transpose();
@@ -120,8 +121,8 @@ Rigid3 mirrored(const Rigid3& pose, const Eigen::Vector3d& normal) {
   return {mirror(pose.translation.normalized()) * pose.rotation * mirror(normal), pose.translation};
 }
 
-// Fits the starts that may end near the best, and keeps those that do, best first. `normal`: of the
-// plane through a triple of large area, if other poses are to be looked for.
+// Fits the start values that can reach a chi2 near the best, and keeps those that do, best first.
+// `normal`: of the plane through a triple of large area, if other poses are searched.
 std::vector<PointFit> fits_of(const Problem& p, const std::vector<Start>& starts,
                               const std::optional<Eigen::Vector3d>& normal, int max_iterations,
                               double misfit_dof) {
@@ -138,7 +139,7 @@ std::vector<PointFit> fits_of(const Problem& p, const std::vector<Start>& starts
   const auto try_start = [&](const Start& start) {
     if (!plausible(optimism * start.chi2) || known(start.pose)) return;
     Start from = start;
-    if (!fits.empty()) {  // a look ahead costs less than a fit
+    if (!fits.empty()) {  // the test takes less time than a fit
       from = step_from(p.seen, start.pose);
       if (!plausible(from.lowest) || known(from.pose)) return;
     }
@@ -149,7 +150,7 @@ std::vector<PointFit> fits_of(const Problem& p, const std::vector<Start>& starts
   };
   for (const Start& start : starts) try_start(start);
   if (fits.size() == 1 &&
-      normal) {  // where noise turns two branches into one, both starts end in the same
+      normal) {  // noise can merge two branches; both starts then give the same pose
     const Rigid3 other = mirrored(fits.front().pose, *normal);
     try_start({other, point_chi2(p.seen, other)});
   }
@@ -167,7 +168,7 @@ Candidate candidate_of(const Problem& p, const PointFit& fit) {
   c.cam_from_world = p.frame.restored(fit.pose);
   c.chi2 = fit.equations.chi2;
   c.dof = 2 * p.seen.count() - 6;
-  // Turns about the centroid and shifts, in units of its size -> the library's perturbation.
+  // Rotation about the centroid and shift in units of the size -> left perturbation.
   Matrix6 jacobian = Matrix6::Identity();
   jacobian.bottomRightCorner<3, 3>() *= p.frame.size_m;
   jacobian.bottomLeftCorner<3, 3>() = skew(p.frame.size_m * fit.pose.translation);
@@ -180,12 +181,12 @@ Candidate candidate_of(const Problem& p, const PointFit& fit) {
   return c;
 }
 
-// How far off the line that fits them best the points can be seen from this far away, in sigmas.
+// Distance of the points from their best-fitting line, as seen in the image, in sigmas.
 double seen_height(const Problem& p, const Triple& spread, const Camera& camera, double sigma_px,
                    const Rigid3& pose) {
   const double focal_px = 0.5 * (camera.fx_px() + camera.fy_px());
   const double sigmas = focal_px / (sigma_px * pose.translation.norm());
-  // Three of the points are no nearer to any line than this, so all of them are not.
+  // Lower limit from three of the points.
   const Eigen::Vector3d corner = p.points.col(spread[0]);
   const Eigen::Vector3d base = p.points.col(spread[1]) - corner;
   const Eigen::Vector3d side = p.points.col(spread[2]) - corner;
@@ -198,7 +199,7 @@ Eigen::Vector3d normal_of(const Eigen::Matrix3Xd& points, const Triple& spread) 
   return (points.col(spread[1]) - corner).cross(points.col(spread[2]) - corner).normalized();
 }
 
-// One sigma for all points, or one for each; `typical`: their root mean square.
+// One sigma for all points or one for each; `typical` is their root mean square.
 Eigen::VectorXd sigmas_of(const SolvePoseOptions& options, Eigen::Index points, double& typical) {
   const auto n = static_cast<Eigen::Index>(options.sigmas_px.size());
   if (n == 0) return Eigen::VectorXd::Constant(1, typical = options.sigma_px);

@@ -27,7 +27,7 @@ struct LIBOCC_API SolvePoseOptions {
   double max_misfit = 10;  ///< limit of chi2 / dof; 10 is an r.m.s. residual of 3 sigmas
   /// A few iterations are usual; a flat, curved valley around the minimum takes hundreds.
   int max_iterations = 1000;
-  std::vector<double> sigmas_px;  ///< of each point, instead of sigma_px
+  std::vector<double> sigmas_px;  ///< one for each point, instead of sigma_px
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };

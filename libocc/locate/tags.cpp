@@ -16,7 +16,7 @@ namespace occ {
 using namespace internal::locate;
 namespace {
 
-// Points of the world and where they were seen, one after the other.
+// Correspondences of world points and pixels.
 struct Seen {
   std::vector<Eigen::Vector3d> points;
   std::vector<Eigen::Vector2d> pixels;
@@ -75,7 +75,7 @@ std::vector<Candidate> tag_poses(const AprilTag& tag, double size_m, const Camer
   }
   CandidateOptions any;
   any.polish = false;
-  any.tolerance_rad = 4;  // the fit judges
+  any.tolerance_rad = 4;  // no gate: the fit decides
   std::vector<Candidate> poses;
   const Result<std::vector<PoseCandidate>> starts = pose_candidates(problem, "ippe", any);
   for (const PoseCandidate& start : starts.value) {
@@ -101,7 +101,7 @@ Result<Fix> locate_by_tags(const std::vector<AprilTag>& tags, const Scene& scene
     const auto is_it = [&](const AprilTag& tag) {
       return tag.id == known.id && tag.family == known.family;
     };
-    // Which of two alike is the scene's cannot be told.
+    // Two detections of one id are ambiguous.
     if (std::count_if(tags.begin(), tags.end(), is_it) == 1)
       seen.add(*std::find_if(tags.begin(), tags.end(), is_it), known.size_m,
                known.world_from_tag());

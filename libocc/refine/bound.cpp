@@ -20,7 +20,7 @@ void check_pose(const Rigid3& pose) {
   require(finite, "cam_from_world", pose.matrix(), "finite");
 }
 
-/// Unknowns that nothing was said of do not make the information singular.
+/// Adds information about unknowns without observations, which would make the matrix singular.
 void pin_unused(Normal& normal) {
   for (const int i : {growth_index, log_factor_index}) {
     if (normal.information(i, i) == 0) normal.information(i, i) = 1;
@@ -57,7 +57,7 @@ Result<PoseBound> bound_of_observations(const std::vector<Match>& matches,
   const State state{cam_from_world};
   const Eigen::Vector3d pivot = problem.pivot(state);
   Normal normal;
-  // The second time, lamps' light and background are known from the pixels.
+  // In the second pass light and background of the lamps are known from the pixels.
   if (!problem.linearise(state, pivot, normal) || !problem.linearise(state, pivot, normal)) {
     normal = Normal{};
   }

@@ -18,8 +18,9 @@
 namespace occ {
 
 struct PoseBound {
-  Matrix6 covariance = unknown_covariance<6>();  ///< of cam_from_world, see geometry/rigid.hpp
-  Eigen::Matrix3d position_covariance_m2 = unknown_covariance<3>();  ///< of the camera's position
+  Matrix6 covariance =
+      unknown_covariance<6>();  ///< covariance of cam_from_world, see geometry/rigid.hpp
+  Eigen::Matrix3d position_covariance_m2 = unknown_covariance<3>();  ///< covariance of the position
   int rank = 0;   ///< directions of the pose that are determined, of 6
   int lamps = 0;  ///< lamps or points that contribute
 };
@@ -59,7 +60,7 @@ LIBOCC_API Result<PoseBound> pose_bound(const std::vector<Match>& matches,
                                         const Rigid3& cam_from_world,
                                         const RefineOptions& options = {});
 
-/// The same with the image, for Rung::direct.
+/// Bound for Rung::direct, which needs the image.
 LIBOCC_API Result<PoseBound> pose_bound(const std::vector<Match>& matches,
                                         const std::vector<Blob>& blobs, const Scene& scene,
                                         const Rigid3& cam_from_world, const RefineOptions& options,

@@ -18,7 +18,7 @@ bool has_rim(const RefinementAhead& ahead, const Match& match) {
   return !ahead.blobs[match.blob].rim.empty();
 }
 
-/// Whether the direct rung takes a lamp by its pixels.
+/// True if the direct rung uses the pixels of a lamp.
 bool shows_pixels(const RefinementAhead& ahead, const Match& match) {
   const Blob& blob = ahead.blobs[match.blob];
   const Lamp& lamp = ahead.scene.lamps[match.lamp];
@@ -26,7 +26,7 @@ bool shows_pixels(const RefinementAhead& ahead, const Match& match) {
   return !by_rows && !blob.merged && !blob.cut_by_border;
 }
 
-/// Those that differ for these blobs, cheapest first.
+/// Rungs that differ for these blobs, fastest first.
 std::vector<Rung> rungs_on_offer(const RefinementAhead& ahead) {
   std::vector<Rung> rungs = {Rung::points, Rung::centres};
   const auto some = [&](bool (*holds)(const RefinementAhead&, const Match&)) {
@@ -39,7 +39,7 @@ std::vector<Rung> rungs_on_offer(const RefinementAhead& ahead) {
   return rungs;
 }
 
-/// Every pose is refined by rims at most; those that cannot be told from the best, by pixels.
+/// All poses are refined by rims at most, then the plausible ones by pixels.
 double predicted_s(const RefinementAhead& ahead, Rung rung) {
   const RungCosts& costs = ahead.costs;
   const Hypothesis& best = ahead.hypotheses.front();
@@ -56,8 +56,9 @@ double predicted_s(const RefinementAhead& ahead, Rung rung) {
   return sum;
 }
 
-/// What a scene of the lamps that were seen says costs half of what the image itself says, but
-/// knows nothing of priors, model errors and lamps whose pixels are of no use.
+/// Bound from a scene of the observed lamps. It takes half the time of the bound from the image,
+/// but does not include priors, model errors and lamps without usable pixels; these cases use the
+/// image.
 Result<PoseBound> bound_of_pixels(const RefinementAhead& ahead, const RefineOptions& options) {
   const Hypothesis& best = ahead.hypotheses.front();
   const bool all_show = std::all_of(best.matches.begin(), best.matches.end(),

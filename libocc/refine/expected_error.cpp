@@ -24,7 +24,7 @@ Vector6 bias_of_points(const std::vector<Match>& matches, const std::vector<Blob
   for (const Match& match : matches) {
     const Lamp& lamp = scene.lamps[match.lamp];
     const Blob& blob = blobs[match.blob];
-    if (blob.cut_by_border) continue;  // has no place
+    if (blob.cut_by_border) continue;  // no centroid of the whole lamp
     const Eigen::Vector3d point = cam_from_world * lamp.centre_m;
     Eigen::Matrix<double, 2, 3> d_point;
     const std::optional<Eigen::Vector2d> centre = scene.camera.project(point, &d_point);

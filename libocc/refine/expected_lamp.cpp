@@ -68,7 +68,7 @@ void ExpectedLamps::add_place(const Lamp& lamp, const Eigen::Matrix2d& informati
   normal.information.topLeftCorner<6, 6>() += d_pose.transpose() * information * d_pose;
 }
 
-/// Information per px along a straight edge about its place across [1/px^3].
+/// Information about the position of a straight edge, per px along it [1/px^3].
 double ExpectedLamps::edge_information(double background_e, double full_e) const {
   constexpr double reach = 6, step = 0.125;  // sigmas; the trapezoid rule is exact to 1e-9
   const double sigma = std::sqrt(psf_.sigma_px() * psf_.sigma_px() + 1.0 / 12);
@@ -91,7 +91,7 @@ void ExpectedLamps::add_rim(const Lamp& lamp, const MovingContour& contour, Norm
     information += edge_information(noise_.dark_e(), full_e) / point.step_px.norm() * point.sweep *
                    point.sweep.transpose();
   }
-  Matrix6 lamp_of_pose = Matrix6::Identity();  // a turn about the pivot swings the lamp
+  Matrix6 lamp_of_pose = Matrix6::Identity();  // a rotation about the pivot moves the lamp
   lamp_of_pose.bottomLeftCorner<3, 3>() = -skew(pose_ * lamp.centre_m - pivot_);
   normal.information.topLeftCorner<6, 6>() += lamp_of_pose.transpose() * information * lamp_of_pose;
 }

@@ -12,27 +12,27 @@
 namespace occ::internal::refine {
 namespace {
 
-/// Of ln of the PSF's width: a tenth is what focus and field change it by.
+/// Prior of ln of the PSF's width: focus and field position change the width by about 10 %.
 constexpr double spread_sigma = 0.1;
 
-/// Where the lamp covers less of a pixel, or all but less, a moving rim changes nothing there.
+/// With a smaller covered or uncovered fraction, a pixel does not respond to a motion of the rim.
 constexpr double rim_coverage = 1e-5;
 
-/// Contour points this many PSF sigmas apart: the image is then good to 2e-5 of its peak.
+/// Distance of contour points in PSF sigmas: the image is then accurate to 2e-5 of its peak.
 constexpr double spacing_sigma = 1.25;
 
-/// Passes that fit a lamp's light before the pose is looked at, when its flux was not measured;
-/// that of a saturated one has to be read from the skirt of its image.
+/// Iterations that fit a lamp's light at the start pose if its flux was not measured. The light of
+/// a saturated lamp follows from the flanks of its image.
 constexpr int first_passes_unmeasured = 3, first_passes_saturated = 8;
 
-/// Standard deviation of the root mean square of n residuals, times root n: of rounded ones, most
-/// of which are zero; of normal ones it is 0.7.
+/// Standard deviation of the root mean square of n rounded residuals, most of which are zero, times
+/// sqrt(n). For normal residuals it is 0.7.
 constexpr double misfit_scatter = 1.5;
-constexpr double edge_sigmas = 3;  // beyond which residuals at the edge are not chance
-constexpr double outlying = 10;    // sigmas, in the misfit
+constexpr double edge_sigmas = 3;  // larger residuals at the edge are significant
+constexpr double outlying = 10;    // limit of residuals in the misfit [sigmas]
 
-/// Of pixels at the rim, how an edge that is not as sharp or smooth as the model's shows: squared,
-/// 1 on the rim, a fifth where a hundredth of the light is covered or missing.
+/// Squared sensitivity of a pixel to an edge that is sharper or smoother than the model: 1 on the
+/// rim, 0.2 where 1 % of the light is covered or missing.
 double edge_share(double coverage) {
   const double between = 4 * coverage * (1 - coverage);
   return std::sqrt(std::max(between, 0.0));
@@ -42,12 +42,12 @@ double inverse_square(double sigma) { return 1 / (sigma * sigma); }
 
 }  // namespace
 
-/// Away from the rim a pixel knows of light and background only.
+/// Sums over pixels away from the rim, which depend on light and background only.
 struct LampPixels::Flat {
   double light_light = 0, light_background = 0, background_background = 0;
   double light_residual = 0, background_residual = 0, residual_residual = 0;
-  double misfit = 0, sensed = 0;  // squares summed at the rim: over all noise, the sensor's alone
-  double excess = 0, edges = 0;   // of these squares over 1 where edges show, and their share
+  double misfit = 0, sensed = 0;  // sums of squares at the rim: over all noise; over the sensor's
+  double excess = 0, edges = 0;   // excess of these squares over 1, and sum of squared edge terms
 };
 
 LampPixels::LampPixels(const LampObservation& lamp, const Scene& scene,
@@ -88,7 +88,7 @@ void LampPixels::guess(const State& state) {
   for (const double e : scratch_.image.electrons) sum += e;
   const Blob& blob = *lamp_.blob;
   const double seen = blob.flux_dn / (scene_.sensor.gain_dn_per_e * std::max(sum, 1e-9));
-  if (seen > 0) {  // of a saturated lamp it is the least that there can be
+  if (seen > 0) {  // a lower limit for a saturated lamp
     const double log_seen = std::log(seen);
     own_.log_light = blob.saturated ? std::max(own_.log_light, log_seen + 0.5) : log_seen;
   }
@@ -101,7 +101,7 @@ void LampPixels::guess(const State& state) {
   }
 }
 
-/// Own unknowns that fit best while the pose is held.
+/// Best fit of the own unknowns at a fixed pose.
 void LampPixels::fit_own(const State& state) {
   Sums all = sums();
   add_own_priors(state, all);
@@ -157,7 +157,7 @@ void LampPixels::accumulate() {
   const auto rim_pixels = static_cast<double>(std::max<Eigen::Index>(1, rim_count_));
   misfit_ = rim_count_ > 0 ? std::sqrt(flat.sensed / rim_pixels) : 1;
   left_ = rim_count_ > 0 ? std::sqrt(flat.misfit / rim_pixels) : 1;
-  // What is left of a clipped edge is its tail alone, where the PSF's width makes good.
+  // Only the tail of a clipped edge is visible, which the estimated width of the PSF adapts to.
   const bool by_chance = !(flat.excess > edge_sigmas * std::sqrt(2 * flat.edges));
   next_edge_variance_ = lamp_.blob->saturated || by_chance ? 0 : flat.excess / flat.edges;
   products_.setZero();
@@ -240,7 +240,7 @@ void LampPixels::add_rim_pixel(double signal, double full, double coverage,
 LampPixels::Sums LampPixels::sums() const {
   Eigen::Matrix<double, columns, unknowns> from = Eigen::Matrix<double, columns, unknowns>::Zero();
   from.block<6, 6>(0, 0).setIdentity();
-  // a turn of the pose about the pivot turns the lamp and swings its centre: w x arm
+  // A rotation w of the pose about the pivot rotates the lamp and moves its centre by w x arm.
   from.block<3, 3>(3, 0) = -skew(arm_);
   from.block<1, 6>(light, 0) = d_log_light_.transpose();
   from.block<1, 3>(light, 0) -= d_log_light_.tail<3>().transpose() * skew(arm_);
@@ -252,12 +252,12 @@ LampPixels::Sums LampPixels::sums() const {
   return from.transpose() * products_ * from;
 }
 
-/// Rows (expected - unknown) / sigma.
+/// Adds the rows (expected - unknown) / sigma.
 void LampPixels::add_own_priors(const State& state, Sums& sums) const {
-  const double known = 1e-6;  // what the scene says of the PSF holds where there is no image
+  const double known = 1e-6;  // without an image the scene's PSF is exact
   const double spread_weight = inverse_square(lamp_.window.empty() ? known : spread_sigma);
   sums(own_spread, own_spread) += spread_weight;
-  sums(own_spread, rest) -= spread_weight * own_.log_spread;  // the last column alone is read
+  sums(own_spread, rest) -= spread_weight * own_.log_spread;  // only the last column is used
   sums(rest, rest) += spread_weight * own_.log_spread * own_.log_spread;
   sums(own_background, own_background) += inverse_square(noise_.white_e());
   const double shift_weight = inverse_square(std::max(options_.model_sigma_px, 1e-6));
@@ -278,8 +278,8 @@ void LampPixels::add_own_priors(const State& state, Sums& sums) const {
   sums(log_factor, rest) -= weight * missing;
 }
 
-/// Where residuals at the rim are larger than chance makes them, the scene says not all about the
-/// lamp's image: it counts for as much less.
+/// Reduces the weight of a lamp whose residuals at the rim are significantly larger than the noise:
+/// the scene does not describe its image completely.
 void LampPixels::weigh_down() {
   const double chance =
       1 + 3 * misfit_scatter / std::sqrt(std::max(1.0, static_cast<double>(rim_count_)));

@@ -12,18 +12,18 @@
 namespace occ::internal::refine {
 namespace {
 
-/// What a lost point costs: ten sigma, squared.
+/// Chi-square of a lost point: ten sigmas.
 constexpr double lost_chi2 = 100;
 
 constexpr int residual_index = 7;  // in a column of rows_, after pose and growth
 
-/// Of an information that may lack rank, as that of a single straight side.
+/// Inverse of an information matrix that may be singular, e.g. of a single straight side.
 Eigen::Matrix3d inverse_of(Eigen::Matrix3d information) {
   information.diagonal().array() += 1e-9 * information.trace() + std::numeric_limits<double>::min();
   return information.inverse();
 }
 
-/// Standard deviation from the median of absolute values.
+/// Standard deviation estimated from the median of absolute values.
 double scatter(std::vector<double> sizes) {
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());
@@ -102,7 +102,7 @@ void LampRim::add_to(Normal& normal, double huber_sigma) {
   common_gain_ = covariance * damped.inverse();
   sum.noalias() -= along.transpose() * common_gain_ * along;
 
-  // a turn of the pose about the pivot turns the lamp and swings its centre: w x arm
+  // A rotation w of the pose about the pivot rotates the lamp and moves its centre by w x arm.
   sum.leftCols<3>() -= sum.middleCols<3>(3) * skew(arm_);
   sum.topRows<3>() += skew(arm_) * sum.middleRows<3>(3);
   const double chi2 = sum(residual_index, residual_index) + lost_chi2 * lost_;

@@ -12,13 +12,14 @@
 namespace occ::internal::refine {
 namespace {
 
-/// Errors of the lens or the map move a lamp's rim but hardly change its shape. Parts of its size.
+/// Tolerance as a fraction of the size: errors of lens or map shift a lamp's rim but hardly deform
+/// it.
 constexpr double rim_misfit = 0.05, rim_misfit_of_three = 0.02;
 constexpr double rim_misfit_sigma = 5;
 
-/// Without a rim, the axes of the blob's second moments say less.
+/// Tolerance without a rim: the axes of the blob's second moments are less accurate.
 constexpr double axis_misfit = 0.15, axis_misfit_px = 1.5;
-constexpr double min_semi_minor_px = 3;  ///< a smaller disc is a spot
+constexpr double min_semi_minor_px = 3;  ///< a smaller disc has no measurable shape
 
 bool is_whole(const Blob& blob) { return !blob.cut_by_border && !blob.merged; }
 
@@ -46,7 +47,8 @@ std::optional<Eigen::Array2d> predicted_axes_px(const Lamp& lamp, const Rigid3& 
   return (2 * eigen.eigenvalues().array()).max(0).sqrt();
 }
 
-/// A disc large enough to have a rim, half hidden perhaps, or no lamp at all.
+/// True if the blob of a disc that is large enough for a rim does not have the predicted axes: it
+/// is partly hidden, or not a lamp.
 bool axes_miss(const Lamp& lamp, const Blob& blob, const Refined& refined, const Camera& camera) {
   if (lamp.shape != LampShape::disc || blob.striped) return false;
   const auto predicted = predicted_axes_px(lamp, refined.cam_from_world, camera);

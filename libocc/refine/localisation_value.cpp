@@ -24,7 +24,7 @@ std::vector<int> points_in_view(const Object& object, const Camera& camera, cons
   return seen;
 }
 
-// Of these points but one.
+// Bound computed from all points except one.
 Result<PoseBound> bound_without(const Object& object, const std::vector<int>& seen, int left_out,
                                 const Camera& camera, const Rigid3& pose, double sigma_px) {
   std::vector<Eigen::Vector3d> places;
@@ -48,7 +48,7 @@ std::vector<Rigid3> views_around(const Object& object, const std::vector<double>
   std::vector<Rigid3> views;
   for (const double distance : distances_m) {
     require(distance > 0 && std::isfinite(distance), "distances_m", distance, "positive");
-    for (int i = 0; i < directions; ++i) {  // Fibonacci's lattice
+    for (int i = 0; i < directions; ++i) {  // Fibonacci lattice
       const double z = 1 - (2 * i + 1.0) / directions, across = std::sqrt(1 - z * z);
       const double turn = i * pi * (3 - std::sqrt(5.0));
       const Eigen::Vector3d way(across * std::cos(turn), across * std::sin(turn), z);
@@ -84,7 +84,7 @@ LocalisationValue localisation_value(const Object& object, const Camera& camera,
         value.points[k].needed += share;
         continue;
       }
-      constexpr double sigmas = 12;  // a determinant is of six variances
+      constexpr double sigmas = 12;  // the determinant is a product of six variances
       log_growth[k] +=
           std::log(rest->covariance.determinant() / all->covariance.determinant()) / sigmas;
       ++compared[k];

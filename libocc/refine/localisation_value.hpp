@@ -24,7 +24,7 @@ struct LocalisationValue {
   std::vector<PointValue> points;  ///< in the object's order
   double determined = 0;           ///< share of the views that determine the pose
   double sigma_m = 0;    ///< median over these of the bound of the position: root of the trace
-  double sigma_rad = 0;  ///< the same of the rotation
+  double sigma_rad = 0;  ///< median bound of the rotation
 };
 
 /// Poses (camera from object) of cameras that look at the object's middle: from each distance,

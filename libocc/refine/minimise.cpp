@@ -10,7 +10,7 @@
 namespace occ::internal::refine {
 namespace {
 
-/// How well a lamp's image is usually placed: turns pixels into the solver's units, sigmas.
+/// Typical standard deviation of a lamp's position: converts the tolerance from pixels to sigmas.
 constexpr double typical_sigma_px = 0.01;
 
 /// The normal equations at the last step from a base state.
@@ -87,7 +87,7 @@ int levenberg_marquardt(Steps& steps, int max_iterations, double tolerance_px) {
   return result.iterations;
 }
 
-/// Plain Gauss-Newton steps until one moves no lamp further than the tolerance.
+/// Gauss-Newton steps until one moves no lamp farther than the tolerance.
 void gauss_newton(RefineProblem& problem, Steps& steps, int max_iterations, double tolerance_px,
                   Minimum& minimum) {
   while (steps.defined()) {
@@ -97,8 +97,7 @@ void gauss_newton(RefineProblem& problem, Steps& steps, int max_iterations, doub
     const Vector8 step = gauss_newton_step(steps.normal());
     if (!step.allFinite()) break;
     const State next = moved(steps.state(), steps.pivot(), step);
-    minimum.converged =
-        problem.largest_motion_px(steps.state(), steps.pivot(), step) <= tolerance_px;
+    minimum.converged = problem.max_motion_px(steps.state(), steps.pivot(), step) <= tolerance_px;
     if (minimum.converged) minimum.state = next;
     if (minimum.converged || minimum.iterations >= max_iterations) break;
     ++minimum.iterations;
@@ -114,7 +113,7 @@ Minimum minimise(RefineProblem& problem, const State& start, int max_iterations,
   Minimum minimum{start, steps.pivot(), steps.normal(), 0, steps.defined(), false};
   if (!minimum.defined) return minimum;
   minimum.iterations = levenberg_marquardt(steps, max_iterations, tolerance_px);
-  // What is left is below the resolution of the cost.
+  // The remaining error is below the resolution of the cost.
   gauss_newton(problem, steps, max_iterations, tolerance_px, minimum);
   return minimum;
 }

@@ -14,17 +14,17 @@ namespace occ::internal::refine {
 using namespace internal::formation;
 namespace {
 
-/// An ellipse has five unknowns: with fewer points the centroid says more, when there is one.
+/// An ellipse has five unknowns; with fewer points the centroid is used if there is one.
 constexpr std::size_t min_rim_points = 5;
 
-/// A saturated rim does not grow evenly: what is left of a point's distance after the common
-/// growth. Seen on rendered rooms exposed eight times too long; more than the noise of its edge.
+/// Standard deviation of a saturated rim point after the common growth. Found on rendered rooms
+/// with eight times the correct exposure; larger than the noise of the edge.
 constexpr double saturated_sigma_px = 0.05;
 
-/// Nor do all lamps grow alike: the brighter one looks, by its power and from where it is seen, the
-/// further out the blur of its rim is bright. So much ln of its light is uncertain.
+/// Uncertainty of ln of a lamp's light. The growth of its rim depends on it: with more light the
+/// blur of the rim saturates farther out.
 constexpr double brightness_sigma = 0.5;
-constexpr double own_growth_sigma_px = 0.3;  // where the blob does not say how it answers to light
+constexpr double own_growth_sigma_px = 0.3;  // if the blob has no light response
 
 void check_match(const Match& match, std::size_t lamp_count, std::size_t blob_count) {
   const auto inside = [](int i, std::size_t n) {
@@ -47,7 +47,7 @@ void check_axes(const Lamp& lamp) {
   require(is_unit(lamp.x_axis), name + ": x_axis", lamp.x_axis.transpose(), rule);
 }
 
-/// Variance of a saturated rim's own growth.
+/// Variance of the growth of one saturated rim.
 double own_growth_variance_px2(const Blob& blob) {
   if (!blob.saturated) return 0;
   const double size_px = 0.5 * (blob.ellipse.semi_major_px + blob.ellipse.semi_minor_px);
@@ -57,7 +57,7 @@ double own_growth_variance_px2(const Blob& blob) {
 
 bool uses_rim(const Lamp& lamp, const Blob& blob, const RefineOptions& options) {
   const std::size_t needed = blob.cut_by_border ? 1 : min_rim_points;
-  return takes_rims(options.rung) && has_rim_distance(lamp.shape) && blob.rim.size() >= needed;
+  return uses_rims(options.rung) && has_rim_distance(lamp.shape) && blob.rim.size() >= needed;
 }
 
 void observe_rim(const Match& match, const Blob& blob, const Camera& camera,
@@ -91,7 +91,7 @@ void observe_place(const Match& match, const Blob& blob, double model_sigma_px,
   observation.place_information = covariance.inverse();
 }
 
-/// What a blinking lamp shows depends on its phase, what a saturated or cut one on what is missing.
+/// The flux of a blinking lamp depends on its phase; that of a saturated or cut lamp is incomplete.
 void observe_flux(const Lamp& lamp, const Blob& blob, const Sensor& sensor,
                   LampObservation& observation) {
   if (blob.saturated || blob.cut_by_border || lamp.frequency_hz || !(blob.flux_dn > 0)) return;
@@ -103,10 +103,11 @@ void observe_flux(const Lamp& lamp, const Blob& blob, const Sensor& sensor,
   observation.flux_inverse_sigma = 1 / std::sqrt(variance);
 }
 
-/// Blinking lamps under a rolling shutter shine by rows, and what is cut or merged is no image of
-/// one lamp; though a rectangle or Lame curve, which no ellipse fits, is often taken for a merger.
-/// Where a saturated lamp is clipped depends on the PSF's far tail, which no scene knows: rims
-/// allow for it.
+/// True if the pixels of a lamp can be rendered. Excluded are lamps that blink under a rolling
+/// shutter (stripes), cut blobs, and merged blobs, except rectangles and Lame curves, which are
+/// often marked as merged because no ellipse fits them. Saturated discs are excluded because the
+/// position where they clip depends on the far tail of the PSF, which the scene does not contain;
+/// their rims allow for it.
 bool offers_pixels(const LampObservation& observation, const Sensor& sensor) {
   const Lamp& lamp = *observation.lamp;
   const Blob& blob = *observation.blob;
@@ -163,7 +164,7 @@ int Observations::equations(const RefineOptions& options, Rung rung) const {
   for (const LampObservation& o : lamps) {
     if (o.contradicts) continue;
     const int most = o.lamp->shape == LampShape::disc ? 5 : 6;
-    if (takes_rims(rung) && o.has_rim()) {
+    if (uses_rims(rung) && o.has_rim()) {
       count += std::min(most, static_cast<int>(o.rim_end - o.rim_begin));
     } else if (o.has_place) {
       count += 2;
@@ -178,7 +179,7 @@ int Observations::degrees_of_freedom(const RefineOptions& options, Rung rung) co
   int count = prior_equations(options) - 6;
   for (const LampObservation& o : lamps) {
     if (o.contradicts || (rung == Rung::direct && o.has_pixels())) continue;
-    const bool by_rim = takes_rims(rung) && o.has_rim();
+    const bool by_rim = uses_rims(rung) && o.has_rim();
     count += by_rim ? static_cast<int>(o.rim_end - o.rim_begin) : (o.has_place ? 2 : 0);
     count += o.has_flux ? 1 : 0;
   }
@@ -195,7 +196,7 @@ Observations observe(const std::vector<Match>& matches, const std::vector<Blob>&
     check_match(match, scene.lamps.size(), blobs.size());
     rim_count += blobs[match.blob].rim.size();
   }
-  all.rim.reserve(takes_rims(options.rung) ? rim_count : 0);
+  all.rim.reserve(uses_rims(options.rung) ? rim_count : 0);
   for (const Match& match : matches) {
     const Lamp& lamp = scene.lamps[match.lamp];
     const Blob& blob = blobs[match.blob];

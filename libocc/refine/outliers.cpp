@@ -12,10 +12,10 @@ namespace {
 constexpr double chance = 1e-3;
 const double chi2_limit = -2 * std::log(chance);  // two degrees of freedom
 
-/// Least eigenvalue of C - J S J^T over C's at which the other lamps still check this one.
+/// Smallest eigenvalue of C - J S J^T, relative to C, at which the other lamps still check a lamp.
 constexpr double min_redundancy = 1e-6;
 
-/// The drop in chi-square without the lamp; 0 when the others cannot check it.
+/// Decrease of chi-square without the lamp; 0 if the other lamps cannot check it.
 double drop_without(const LampObservation& lamp, const RefineProblem::Place& place,
                     const Eigen::LDLT<Matrix8>& information) {
   const Eigen::Matrix2d covariance = lamp.place_information.inverse();

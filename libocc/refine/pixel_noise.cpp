@@ -10,23 +10,23 @@
 namespace occ::internal::refine {
 namespace {
 
-/// Ends of the range further away than this many sigmas do not matter.
+/// Clipping is neglected if the end of the range is farther than this many sigmas.
 constexpr double near_sigma = 4;
 
-/// Noise [grey levels] from which on rounding is independent noise to 1e-4.
+/// Above this noise [grey levels], rounding is independent noise to 1e-4.
 constexpr double dithered_dn = 0.7;
 
-/// A pixel that always reads the same is not believed to the last.
+/// Lower limit of the variance, for pixels without noise.
 constexpr double min_variance_dn2 = 0.01;
 
 constexpr int quantisation_steps = 256;
 constexpr int rounding_steps =
-    16;  // to a grey level; linear interpolation then errs by 0.002 of it
+    16;  // steps for each grey level; linear interpolation then errs by 0.002 grey levels
 
 double density(double z) { return std::exp(-0.5 * z * z) * 0.3989422804014327; }
 
-/// By the first terms of their Fourier series in the place m of the mean between grey levels, v the
-/// variance: E = m + s1, Var = v + 2 v s1' + 1/12 + s2 - s1^2.
+/// Moments of a rounded normal variable from the first terms of their Fourier series in the mean m,
+/// with v the variance: E = m + s1, Var = v + 2 v s1' + 1/12 + s2 - s1^2.
 PixelMoments moments_of_rounded(double mean_dn, double variance_dn2) {
   const double v = std::max(variance_dn2, min_variance_dn2);
   const double damping = std::exp(-2 * pi * pi * v);
@@ -118,8 +118,8 @@ PixelMoments PixelNoise::carefully(double mean_e, double shot) const {
   return moments;
 }
 
-/// Moments of min(x, high) or max(x, low), x normal, whichever end is near. Its variance falls, but
-/// never below the rounding's.
+/// Moments of min(x, high) or max(x, low) for normal x, at the nearer end. The variance decreases
+/// to that of rounding at least.
 void PixelNoise::clip(double deviation, PixelMoments& moments) const {
   const bool below = moments.mean < 0.5 * (low_e_ + high_e_);
   const double sign = below ? -1 : 1;

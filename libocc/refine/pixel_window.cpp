@@ -8,11 +8,11 @@
 namespace occ::internal::refine {
 namespace {
 
-/// Around the blob's box, which the threshold has drawn a little outside the rim: enough to see the
-/// background.
+/// Margin around the blob's box that shows the background. The threshold has drawn the box slightly
+/// outside the rim.
 constexpr int margin_px = 4;
 
-/// Light of another blob reaches this far around its box.
+/// Reach of the light of another blob around its box.
 constexpr int skirt_px = 3;
 
 }  // namespace
@@ -63,7 +63,7 @@ BlobWindow WindowReader::read(const std::vector<Blob>& blobs, std::size_t index)
     const Blob& other = blobs[i];
     const bool around =
         other.x0 <= blob.x0 && other.y0 <= blob.y0 && other.x1 >= blob.x1 && other.y1 >= blob.y1;
-    if (around) continue;  // a ring of glow: its box says nothing of where it shines
+    if (around) continue;  // a ring of stray light: its box does not bound its pixels
     const int left = std::max(0, other.x0 - skirt_px - window.x0);
     const int right = std::min(window.width - 1, other.x1 + skirt_px - window.x0);
     const int top = std::max(0, other.y0 - skirt_px - window.y0);

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double singular = 1e-12;
 
-/// Of the centred perturbation.
+/// Information about the centred perturbation.
 Matrix6 marginal_information(const Normal& normal) {
   const Eigen::Matrix<double, 6, 2> mixed = normal.information.topRightCorner<6, 2>();
   const Eigen::Matrix2d nuisance = normal.information.bottomRightCorner<2, 2>();

@@ -13,15 +13,15 @@
 namespace occ::internal::refine {
 namespace {
 
-/// Bloom and blur enlarge a saturated rim by a pixel or two.
+/// Prior of the growth: blooming and blur enlarge a saturated rim by one or two pixels.
 constexpr double growth_sigma_px = 2;
 
-/// With more of its rim points lost than this share, a lamp is taken by its centroid.
+/// If a larger share of its rim points is lost, the centroid of the lamp is used.
 constexpr double max_lost_share = 0.25;
 
 using Jacobian16 = Eigen::Matrix<double, 1, 6>;
 
-/// ln(seen / predicted electrons) over its sigma, or nothing where the lamp gives no light.
+/// ln(measured / predicted electrons) over its sigma; empty if no light of the lamp is predicted.
 std::optional<double> flux_residual(const LampObservation& lamp, const State& state,
                                     const Scene& scene, Jacobian16* log_jacobian = nullptr) {
   const double electrons =
@@ -39,7 +39,7 @@ RefineProblem::RefineProblem(const Observations& observations, const Scene& scen
       options_(options),
       rung_(rung),
       held_(observations.lamps.size()) {
-  if (!takes_rims(rung)) return;
+  if (!uses_rims(rung)) return;
   rims_.reserve(observations.lamps.size());
   for (const LampObservation& lamp : observations.lamps)
     rims_.emplace_back(lamp, observations.rim, scene);
@@ -85,7 +85,7 @@ bool RefineProblem::add_lamp(std::size_t index, const State& state, const Eigen:
     pixels_[index]->add_to(normal);
     return true;
   }
-  if (takes_rims(rung_) && lamp.has_rim()) {
+  if (uses_rims(rung_) && lamp.has_rim()) {
     const auto count = static_cast<double>(lamp.rim_end - lamp.rim_begin);
     const int lost = rims_[index].linearise(state, pivot);
     held.by_rim = !lamp.has_place || lost <= max_lost_share * count;
@@ -178,8 +178,8 @@ double RefineProblem::chi2(const State& state) const {
   return sum;
 }
 
-double RefineProblem::largest_motion_px(const State& state, const Eigen::Vector3d& pivot,
-                                        const Vector8& step) const {
+double RefineProblem::max_motion_px(const State& state, const Eigen::Vector3d& pivot,
+                                    const Vector8& step) const {
   double largest = 0;
   for (const LampObservation& lamp : observations_.lamps) {
     const Eigen::Vector3d point = state.cam_from_world * lamp.lamp->centre_m;

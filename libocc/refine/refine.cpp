@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 #include "libocc/core/internal/fields.hpp"
 #include "libocc/core/internal/robust_loss.hpp"
@@ -21,18 +22,20 @@ namespace occ {
 using namespace internal::refine;
 namespace {
 
-/// Centroids bring the pose this near before the rims take over.
+/// Tolerance of the fit of centroids that precedes the fit of rims.
 constexpr double rough_tolerance_px = 0.01;
 
-/// A lamp whose pixels miss their model by so many times their noise is not what the scene says.
-constexpr double largest_misfit = 4;
+/// A lamp whose pixels exceed their noise by more than this factor does not match the scene.
+constexpr double max_misfit = 4;
 
-/// Of ln of the PSF's width: more than a linear correction can make good.
-constexpr double largest_spread = 0.15;
-constexpr double min_psf_px = 0.2, largest_psf_px = 20;
+/// Limit of |ln| of the PSF's width over the rendered one; a linear correction is inaccurate
+/// beyond.
+constexpr double max_spread = 0.15;
+constexpr double min_psf_px = 0.2, max_psf_px = 20;
 constexpr int max_revisions = 5;
 
-/// In tolerances: every step of the direct rung leaves less than a hundredth of the error.
+/// Factor of the tolerance for the direct rung, each step of which leaves less than 1 % of the
+/// error.
 constexpr double direct_tolerance = 100;
 
 double rim_rms(const LampObservation& lamp, const Observations& observations, const State& state) {
@@ -49,8 +52,8 @@ double rim_rms(const LampObservation& lamp, const Observations& observations, co
   return count > 0 ? std::sqrt(sum / count) : 0;
 }
 
-/// Fills in each lamp's residual and the root mean square over lamps; a cut lamp's centroid is that
-/// of its visible part, so its rim stands for it.
+/// Fills in the residual of each lamp and the root mean square over all lamps. For a cut lamp the
+/// rim's residual is used, because the centroid is that of its visible part.
 void report_residuals(const State& state, const std::vector<Match>& matches,
                       const Observations& observations, const Scene& scene, Rung rung,
                       Refined& refined) {
@@ -80,8 +83,8 @@ void report_residuals(const State& state, const std::vector<Match>& matches,
   if (!matches.empty()) refined.rms_px = std::sqrt(sum / static_cast<double>(matches.size()));
 }
 
-/// Minimum by centroids alone. Their basin of convergence is far wider than that of rims, and it
-/// costs little to leave out lamps that contradict the others here.
+/// Minimum for the centroids alone. Its basin of convergence is far wider than that of the rims,
+/// and contradicting lamps are found at little cost.
 Minimum minimise_by_centroids(const State& start, Observations& observations, const Scene& scene,
                               const RefineOptions& options, double tolerance_px) {
   const Rung cheap = std::min(options.rung, Rung::centres);
@@ -97,7 +100,7 @@ Minimum minimise_by_centroids(const State& start, Observations& observations, co
   return minimum;
 }
 
-/// What a lamp that was left out costs, so that a pose which needs no such excuse ranks before.
+/// Chi-square of the lamps that were left out, so that a pose without contradictions ranks higher.
 double contradiction_chi2(const Observations& observations, const Scene& scene, const State& state,
                           Rung rung, double huber_sigma) {
   double sum = 0;
@@ -114,8 +117,8 @@ double contradiction_chi2(const Observations& observations, const Scene& scene, 
   return sum;
 }
 
-/// Median distance of the saturated rims from where the pose predicts them: near enough to the
-/// common growth that Huber's weights start from the right points.
+/// Median distance of the saturated rims from their prediction: a start value of the common growth
+/// that is good enough for Huber's weights.
 double typical_growth_px(const State& state, const Observations& observations) {
   std::vector<double> distances;
   for (const LampObservation& lamp : observations.lamps) {
@@ -126,13 +129,10 @@ double typical_growth_px(const State& state, const Observations& observations) {
       if (distance) distances.push_back(*distance);
     }
   }
-  if (distances.empty()) return 0;
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
+  return median(std::move(distances));
 }
 
-/// Minimum by the rungs below direct, one after the other.
+/// Minimum for the rungs below direct, one after the other.
 Minimum minimise_by_rims(const State& start, Observations& observations, const Scene& scene,
                          const RefineOptions& options, double tolerance_px) {
   const bool has_rims = !observations.rim.empty();
@@ -148,7 +148,7 @@ Minimum minimise_by_rims(const State& start, Observations& observations, const S
   return minimise(problem, near, options.max_iterations, tolerance_px);
 }
 
-/// Near enough for the direct rung: centroids do when there are more of them than they need.
+/// Start value for the direct rung, from centroids alone if their redundancy is sufficient.
 Minimum minimise_roughly(const State& start, Observations& observations, const Scene& scene,
                          const RefineOptions& options) {
   constexpr int plenty = 8;
@@ -160,8 +160,9 @@ Minimum minimise_roughly(const State& start, Observations& observations, const S
   return minimise_by_rims(start, observations, scene, options, rough_tolerance_px);
 }
 
-/// Takes the PSF's width from the pixels where it is not what they were rendered with; else takes
-/// the pixels of lamps from the observations that the model does not explain. Whether it did.
+/// Sets the PSF's width to that of the pixels if it differs too much from the rendered one;
+/// otherwise removes the pixels of lamps that do not fit their model. Returns true if it changed
+/// anything.
 bool revise(const RefineProblem& problem, Observations& observations) {
   double log_spread = 0;
   int count = 0;
@@ -171,21 +172,21 @@ bool revise(const RefineProblem& problem, Observations& observations) {
     ++count;
   }
   log_spread /= std::max(1, count);
-  if (std::abs(log_spread) > largest_spread) {
+  if (std::abs(log_spread) > max_spread) {
     const double revised = observations.psf_sigma_px * std::exp(log_spread);
-    observations.psf_sigma_px = std::clamp(revised, min_psf_px, largest_psf_px);
+    observations.psf_sigma_px = std::clamp(revised, min_psf_px, max_psf_px);
     return true;
   }
   bool dropped = false;
   for (std::size_t i = 0; i < observations.lamps.size(); ++i) {
-    if (!problem.pixels(i) || problem.pixels(i)->misfit() <= largest_misfit) continue;
+    if (!problem.pixels(i) || problem.pixels(i)->misfit() <= max_misfit) continue;
     observations.lamps[i].window = {};
     dropped = true;
   }
   return dropped;
 }
 
-/// Minimum by pixels, or nothing when it is not to be had.
+/// Minimum for the pixels; empty if the iteration does not converge.
 std::optional<Minimum> minimise_by_pixels(const State& start, Observations& observations,
                                           const Scene& scene, const RefineOptions& options) {
   for (int pass = 0; pass < max_revisions && observations.has_pixels(); ++pass) {
@@ -222,7 +223,7 @@ std::string too_few_message(std::size_t lamps, int equations) {
   return text.str();
 }
 
-/// At the minimum the lamps pull as strongly as the prior does, the other way.
+/// At the minimum the gradient of the lamps is opposite to that of the prior.
 void report_lamps(const Minimum& minimum, const RefineOptions& options, Refined& refined) {
   const double factor = refined.variance_factor;
   if (!options.prior || options.prior->empty()) {

@@ -84,7 +84,7 @@ struct LampResidual {
   Rung rung = Rung::rims;    ///< rung of the lamp's residuals
   bool contradicts = false;  ///< left out as a gross error
   double misfit = 1;         ///< direct: residuals of its pixels relative to the sensor's noise
-  double rms_px = 0;  ///< of the residuals of its rim points, or length of its centroid residual
+  double rms_px = 0;  ///< r.m.s. residual of its rim points, or length of its centroid residual
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< predicted centre of the lamp's image
 };
 
@@ -100,9 +100,9 @@ struct Refined {
   int dof = 0;      ///< observations minus parameters
   /// Contained in the covariance; 1 unless chi2 exceeds its 99.9 % quantile.
   double variance_factor = 1;
-  double rms_px = 0;  ///< of the centre residuals over all lamps
+  double rms_px = 0;  ///< r.m.s. centre residual over all lamps
   std::vector<LampResidual> lamps;
-  std::optional<double> rim_growth_px;  ///< of saturated lamps
+  std::optional<double> rim_growth_px;  ///< common growth of saturated lamps
   std::optional<double> psf_sigma_px;   ///< direct: estimated from the lamps' pixels
   std::optional<double> flux_factor;    ///< FluxModel::common_factor: measured over predicted flux
   int iterations = 0;
@@ -118,7 +118,7 @@ LIBOCC_API Result<Refined> refine(const Rigid3& start, const std::vector<Match>&
                                   const std::vector<Blob>& blobs, const Scene& scene,
                                   const RefineOptions& options = {});
 
-/// The same with the image of the blobs, which Rung::direct needs; without an image it falls back
+/// Refines with the image of the blobs, which Rung::direct needs; without an image it falls back
 /// to the rims. Also throws std::invalid_argument if the image does not have the camera's size.
 LIBOCC_API Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
                                   const std::vector<Blob>& blobs, const Scene& scene,

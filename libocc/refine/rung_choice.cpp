@@ -38,7 +38,7 @@ RungChoice taken(const RungForecast& f, const Forecasts& all, bool met, std::str
   return {f.rung, f.predicted_s, f.predicted_sigma_m, met, std::move(reason), all};
 }
 
-/// Nothing fits: the cheapest overruns the budget least.
+/// No rung fits the budget: chooses the fastest.
 RungChoice over_budget(const Forecasts& all, const RungWish& wish) {
   const RungForecast& cheapest = all.front();
   return taken(cheapest, all, false,
@@ -58,7 +58,7 @@ RungChoice by_budget(const Forecasts& all, const RungWish& wish) {
                    " of the " + milliseconds(wish.left_s()) + " that are left");
 }
 
-/// The most accurate of those that were asked, and what another would take.
+/// No rung meets the target: chooses the most accurate within the budget, and reports the next one.
 RungChoice short_of_target(const Forecasts& all, const RungWish& wish, const RungForecast* dearer) {
   const RungForecast* best = nullptr;
   for (const RungForecast& f : all) {
@@ -85,10 +85,10 @@ RungChoice by_target(Forecasts& all, const RungWish& wish,
   for (RungForecast& f : all) {
     if (!affordable(f, wish)) {
       dearer = &f;
-      break;  // so are the others
+      break;  // the following rungs are slower
     }
     f.predicted_sigma_m = sigma_of(f.rung);
-    if (!affordable(f, wish)) {  // any more: to ask took time
+    if (!affordable(f, wish)) {  // the prediction itself took time
       dearer = &f;
       break;
     }

@@ -10,8 +10,8 @@
 namespace occ::internal::smooth {
 namespace {
 
-/// [x, y, heading] reached in one unit of time at a constant velocity in the body's frame: an arc
-/// whose body may also slide sideways. `matrix` maps the velocity to the place.
+/// Pose [x, y, heading] after one unit of time at a constant velocity in the body's frame, sideways
+/// motion included: a circular arc. `matrix` maps the velocity to the position.
 Eigen::Matrix2d arc_matrix(double turn) {
   const double half = turn / 2;
   const double sinc = std::abs(half) < 1e-8 ? 1 : std::sin(half) / half;

@@ -25,7 +25,7 @@ Quadratic<Pose, size> quadratic(const Pose& about,
                                 const Eigen::Matrix<double, size, 1>& gradient) {
   using Square = Eigen::Matrix<double, size, size>;
   using Vector = Eigen::Matrix<double, size, 1>;
-  // With a unit diagonal, which directions hold information does not depend on the units.
+  // Scaled to a unit diagonal: the rank does not depend on the units.
   Vector unit = information.diagonal();
   for (int i = 0; i < size; ++i) unit[i] = unit[i] > 0 ? 1 / std::sqrt(unit[i]) : 0;
   const Square scaled = unit.asDiagonal() * (0.5 * (information + information.transpose())).eval() *

@@ -13,7 +13,7 @@ namespace occ::internal::smooth {
 namespace {
 
 constexpr int gating_rounds = 8;
-constexpr double met = 1e-13;  // a fall of chi2 that is nothing: 3e-7 of a sigma
+constexpr double negligible = 1e-13;  // negligible decrease of the cost, (3e-7 sigma)^2
 
 template <class Body>
 std::vector<typename Body::Pose> moved(const std::vector<typename Body::Pose>& poses,
@@ -23,7 +23,7 @@ std::vector<typename Body::Pose> moved(const std::vector<typename Body::Pose>& p
   return out;
 }
 
-/// By how much the cost will fall as far as it is quadratic.
+/// Decrease of the cost in the quadratic model.
 template <int size>
 double predicted_fall(const ChainNormals<size>& normals,
                       const std::vector<typename ChainNormals<size>::Part>& delta) {
@@ -40,7 +40,7 @@ double predicted_fall(const ChainNormals<size>& normals,
 template <class Body>
 void minimise(const Chain<Body>& chain, const SmootherOptions& options,
               ChainSolution<Body>& solution) {
-  // The least damping keeps poses that nothing determines where they are.
+  // The minimum keeps undetermined poses where they are.
   core::LevenbergMarquardt damping(1e-7, 1e-12);
   solution.cost = chain.cost(solution.poses);
   solution.converged = false;
@@ -54,8 +54,8 @@ void minimise(const Chain<Body>& chain, const SmootherOptions& options,
       auto trial = moved<Body>(solution.poses, delta);
       const double cost = chain.cost(trial);
       const double fall = predicted_fall(normals, delta);
-      if (fall <= met + 1e-15 * solution.cost) {  // the step is still the better answer
-        if (cost <= solution.cost * (1 + 1e-13) + met) {
+      if (fall <= negligible + 1e-15 * solution.cost) {  // the step still improves the solution
+        if (cost <= solution.cost * (1 + 1e-13) + negligible) {
           solution.poses = std::move(trial);
           solution.cost = cost;
         }
@@ -68,15 +68,15 @@ void minimise(const Chain<Body>& chain, const SmootherOptions& options,
       solution.cost = cost;
       damping.accept();
     }
-    if (!better) {  // rounding of the cost hides what is left
+    if (!better) {  // the remaining decrease is below rounding
       solution.converged = solution.cost < 1e300;
       return;
     }
   }
 }
 
-/// A link against all the rest. With M = J P J^T, in its sigmas, and its weight w, the residual
-/// that the rest alone would leave is (I - w M)^-1 r of covariance I + M (I - w M)^-1.
+/// Tests a link against all other information. With M = J P J^T in units of its sigmas, and its
+/// weight w, the deleted residual is (I - w M)^-1 r with covariance I + M (I - w M)^-1.
 template <class Body>
 void test_link(const Chain<Body>& chain, std::size_t k, const ChainSolution<Body>& solution,
                OdometryLink& report, double& factor) {
@@ -95,7 +95,7 @@ void test_link(const Chain<Body>& chain, std::size_t k, const ChainSolution<Body
   for (int i = 0; i < Body::size; ++i) {
     const double value = eigen.eigenvalues()[i];
     const double left = 1 - t.weight * value;
-    if (left < 1e-7) continue;  // only this link tells this component
+    if (left < 1e-7) continue;  // only this link determines the component
     const double along = eigen.eigenvectors().col(i).dot(t.residual);
     report.chi2 += along * along / (left * (left + value));
     apart += along * along / (left * left);
@@ -104,9 +104,10 @@ void test_link(const Chain<Body>& chain, std::size_t k, const ChainSolution<Body
   if (report.dof > 0) factor = std::max(1.0, apart / report.dof);
 }
 
-/// Tests all links. Those that are contradicted more than their neighbours (all, in the last round)
-/// are weighed down; one that no longer is, now that a neighbour's lie is, is taken back, once.
-/// True when any changed.
+/// Tests all links. Inflates the covariance of contradicted links whose test statistic exceeds
+/// those of their neighbours (in the last round: of all contradicted links). A link that is
+/// consistent again after a neighbour was inflated is restored, once. Returns true if any link
+/// changed.
 template <class Body>
 bool gate(Chain<Body>& chain, const ChainSolution<Body>& solution, const SmootherOptions& options,
           bool last) {
@@ -118,7 +119,7 @@ bool gate(Chain<Body>& chain, const ChainSolution<Body>& solution, const Smoothe
     if (!link.exists) continue;
     OdometryLink tested = link.report;
     test_link(chain, k, solution, tested, factors[k]);
-    // Once nothing else can tell, what contradicted it stays on record.
+    // If nothing else determines the link any more, its contradiction stays recorded.
     if (tested.dof == 0 && link.report.contradicted) continue;
     link.report = tested;
     if (!tested.odometry || tested.dof == 0 || !(options.link_gate > 0)) continue;
@@ -215,7 +216,7 @@ ChainSolution<Body> solved(Chain<Body>& chain, std::vector<typename Body::Pose> 
   for (int round = 0; round <= gating_rounds; ++round) {
     minimise(chain, options, solution);
     solution.covariance = covariance(chain.normals(solution.poses), chain.linked());
-    // Both change the problem; in the last round nothing may.
+    // Both change the problem, which must not change in the last round.
     const bool last = round + 1 == gating_rounds;
     if (round == gating_rounds) {
       auto tested = chain;

@@ -18,7 +18,7 @@ struct Seen {
   std::vector<double> sigmas_px;
 };
 
-/// What a solver may be given: pixels inside the camera's domain, each point once.
+/// Correspondences for a solver: pixels inside the camera's domain, each point once.
 Seen solvable(const View& view) {
   Seen out;
   std::vector<std::size_t> used;
@@ -45,7 +45,7 @@ std::vector<Rigid3> poses_of(const View& view) {
   const Result<Fix> fix = solve_pose(seen.points, seen.px, view.frame.camera, options);
   for (const Candidate& candidate : fix->candidates) out.push_back(candidate.cam_from_world);
   if (!fix.ok() && fix.status != Status::ambiguous && seen.points.cols() >= 5) {
-    RobustPoseOptions robust;  // a wrong match among many
+    RobustPoseOptions robust;  // tolerates outliers
     robust.sigma_px = *std::max_element(seen.sigmas_px.begin(), seen.sigmas_px.end());
     const Result<RobustPose> found = robust_pose(seen.points, seen.px, view.frame.camera, robust);
     if (found.ok()) return {found->fix.cam_from_world};
@@ -53,7 +53,7 @@ std::vector<Rigid3> poses_of(const View& view) {
   return out;
 }
 
-/// Of an upright body from the two sightings that are furthest apart in the image.
+/// Pose of an upright body from the two sightings that are farthest apart in the image.
 std::vector<Rigid3> upright_poses_of(const View& view) {
   const Seen seen = solvable(view);
   std::vector<Rigid3> out;
@@ -85,13 +85,13 @@ std::vector<Rigid3> upright_poses_of(const View& view) {
 
 template <class Body>
 double misfit(const Body& body, const Node<Body>& node, const typename Body::Pose& pose) {
-  constexpr double outside = 1e12;  // more than any sighting in the image could say
+  constexpr double outside = 1e12;  // larger than any residual inside the image
   const Rigid3 spatial = body.body_from_world(pose);
   double sum = 0;
   for (const View& view : node.views) {
     for (std::size_t i = 0; i < view.root.size(); ++i) {
       const auto residual = sighting_residual(view, i, spatial);
-      sum += residual ? residual->norm() : outside;  // not squared: one wrong one does not decide
+      sum += residual ? residual->norm() : outside;  // not squared: robust against an outlier
     }
   }
   return sum;
@@ -139,7 +139,7 @@ std::optional<typename Body::Pose> pose_alone(const Body& body, const Node<Body>
       if (Body::finite(pose)) found.emplace_back(misfit(body, node, pose), pose);
     }
   }
-  // Some sigmas more say nothing about which of two poses is right.
+  // A difference of a few sigmas does not discriminate between two poses.
   const auto alike = 3.0 * static_cast<double>(sightings_of(node));
   std::optional<Pose> best;
   double least = 0;
@@ -157,7 +157,7 @@ std::optional<typename Body::Pose> pose_alone(const Body& body, const Node<Body>
     }
     return best;
   }
-  // A pose that was observed; one or two lamps leave it undetermined.
+  // An observed pose, used if the lamps do not determine one.
   for (const auto& reading : node.readings)
     if (reading.root.rows() >= 6) return body.pose_of(reading.about);
   for (const auto& prior : node.priors)
@@ -188,7 +188,7 @@ std::vector<typename Body::Pose> start_poses(const Chain<Body>& chain) {
         chain.links[k - 1].exists ? Body::before(poses[k], chain.links[k - 1].step) : poses[k];
     known[k - 1] = true;
   }
-  for (std::size_t k = 1; k < count; ++k)  // nothing tells; the last place is as good as any
+  for (std::size_t k = 1; k < count; ++k)  // undetermined: repeats the previous pose
     if (!known[k]) poses[k] = poses[k - 1];
   return poses;
 }

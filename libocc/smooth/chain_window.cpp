@@ -14,9 +14,9 @@
 namespace occ::internal::smooth {
 namespace {
 
-constexpr double near_sigmas = 5;  // of sightings, at the pose where odometry leads: close enough
+constexpr double near_sigmas = 5;  // limit of the residuals at the pose predicted by odometry
 
-/// A^-1 where A holds information, 0 elsewhere: what nothing tells is tied to nothing.
+/// Pseudo-inverse of A: undetermined directions get 0.
 template <class Block>
 Block pseudo_inverse(const Block& a) {
   Eigen::Matrix<double, Block::RowsAtCompileTime, 1> unit = a.diagonal();
@@ -136,7 +136,7 @@ void ChainWindow<Body>::forget_oldest() {
 template <class Body>
 typename ChainWindow<Body>::Estimate ChainWindow<Body>::solve() {
   for (std::size_t k = 0; k < chain_.links.size(); ++k)
-    if (!chain_.links[k].report.odometry) link(k);  // it may have come after its frames
+    if (!chain_.links[k].report.odometry) link(k);  // odometry may arrive after its frames
   const auto solution = solved(chain_, poses_, options_.smoothing);
   poses_ = solution.poses;
   auto found = to_result(chain_, solution);

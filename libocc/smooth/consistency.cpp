@@ -15,9 +15,10 @@
 namespace occ {
 namespace {
 
-constexpr Eigen::Index fewest_runs = 10;  // the variance of their means is known to half of itself
+constexpr Eigen::Index min_runs = 10;  // the variance of their means is then known to 50 %
 
-/// Of the mean of values that have `dof` degrees of freedom in all, in units of its expectation.
+/// Interval of a mean of values with `dof` degrees of freedom in total, in units of its
+/// expectation.
 std::pair<double, double> interval(double dof, double confidence) {
   const double tail = 0.5 * (1 - confidence);
   return {chi2_quantile(tail, dof) / dof, chi2_quantile(1 - tail, dof) / dof};
@@ -38,7 +39,7 @@ void check(const Eigen::MatrixXd& squared, const Eigen::MatrixXi& dof, double co
   require(dof.size() > 0 && dof.maxCoeff() > 0, "dof", 0, "positive somewhere");
 }
 
-/// Degrees of freedom of the overall mean when a run's values depend on each other.
+/// Degrees of freedom of the overall mean for correlated values in each run.
 double dependent_dof(const Eigen::MatrixXd& squared, const Eigen::MatrixXi& dof, double all_dof) {
   std::vector<double> means;
   for (Eigen::Index run = 0; run < squared.rows(); ++run) {
@@ -47,11 +48,11 @@ double dependent_dof(const Eigen::MatrixXd& squared, const Eigen::MatrixXi& dof,
   }
   const auto runs = static_cast<double>(means.size());
   const double of_one_time = all_dof / static_cast<double>(std::max<Eigen::Index>(1, dof.cols()));
-  if (means.size() < static_cast<std::size_t>(fewest_runs)) return of_one_time;
+  if (means.size() < static_cast<std::size_t>(min_runs)) return of_one_time;
   double mean = 0, variance = 0;
   for (const double value : means) mean += value / runs;
   for (const double value : means) variance += (value - mean) * (value - mean) / (runs - 1);
-  // In units of the mean that was found, so that a wrong scale does not change what nu is.
+  // In units of the measured mean: a wrong scale does not change nu.
   variance /= mean * mean;
   return std::clamp(2 * runs / variance, of_one_time, all_dof);
 }
@@ -101,7 +102,7 @@ double normalised_squared_error(const Eigen::VectorXd& error, const Eigen::Matri
           "square and of the error's size");
   require(error.allFinite(), "error", error.transpose(), "finite");
   require(covariance.allFinite(), "covariance", covariance, "finite");
-  // Metres beside radians: with a unit diagonal, rounding does not depend on the units.
+  // Scaled to a unit diagonal: rounding does not depend on the units (metres and radians).
   const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(0).cwiseSqrt();
   require((sigma.array() > 0).all(), "covariance", covariance, "positive definite");
   const Eigen::VectorXd unit = sigma.cwiseInverse();

@@ -54,7 +54,7 @@ LIBOCC_API double normalised_squared_error(const Eigen::VectorXd& error,
 LIBOCC_API ConsistencyReport nees(const Eigen::MatrixXd& squared, const Eigen::MatrixXi& dof,
                                   double confidence = 0.95);
 
-/// The same for values that are independent in time (innovations).
+/// Report for values that are independent in time (innovations).
 LIBOCC_API ConsistencyReport nis(const Eigen::MatrixXd& squared, const Eigen::MatrixXi& dof,
                                  double confidence = 0.95);
 

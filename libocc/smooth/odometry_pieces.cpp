@@ -56,7 +56,7 @@ void OdometryPieces<Body>::pair_up() {
     paired.push_back(Body::piece_of(both, pieces_[i].from_s, pieces_[i + 1].to_s));
     ++i;
   }
-  while (paired.size() >= max_pieces) paired.pop_front();  // nothing but gaps
+  while (paired.size() >= max_pieces) paired.pop_front();  // only gaps, nothing to join
   pieces_ = std::move(paired);
 }
 

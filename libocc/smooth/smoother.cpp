@@ -59,7 +59,7 @@ void PlanarPrior::validate() const {
 
 namespace {
 
-/// Calls validate(), and puts the name of the list before the field's; times may not decrease.
+/// Validates all items; messages contain the name of the list. Times must not decrease.
 template <class T>
 void check_list(const std::vector<T>& list, const std::string& name) {
   for (std::size_t i = 0; i < list.size(); ++i) {
@@ -88,7 +88,7 @@ OdometryPieces<Body> checked_odometry(const std::vector<Piece>& odometry) {
   return pieces;
 }
 
-/// The node of a time, among nodes that are sorted and complete.
+/// Node of a time; `nodes` are sorted and contain it.
 template <class Body>
 Node<Body>& node_at(Chain<Body>& chain, double time_s) {
   return *std::lower_bound(chain.nodes.begin(), chain.nodes.end(), time_s - same_time_s,

@@ -68,7 +68,7 @@ struct LIBOCC_API SmootherOptions {
   /// the square root of time. Infinite: no constraint.
   double walk_m = std::numeric_limits<double>::infinity();
   double walk_rad = std::numeric_limits<double>::infinity();
-  int max_iterations = 60;  ///< of each round of gating; about ten are usual
+  int max_iterations = 60;  ///< maximum for each round of gating; about ten are usual
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
@@ -76,8 +76,9 @@ struct LIBOCC_API SmootherOptions {
 struct SmoothedPose {
   double time_s = 0;
   Rigid3 body_from_world;
-  Matrix6 covariance = unknown_covariance<6>();  ///< of body_from_world, see geometry/rigid.hpp
-  bool determined = false;                       ///< false: pose and covariance are undefined
+  Matrix6 covariance =
+      unknown_covariance<6>();  ///< covariance of body_from_world, see geometry/rigid.hpp
+  bool determined = false;      ///< false: pose and covariance are undefined
 };
 
 struct SmoothedPlanarPose {
@@ -91,8 +92,8 @@ struct SmoothedPlanarPose {
 struct OdometryLink {
   double from_s = 0, to_s = 0;
   bool odometry = false;  ///< false: random walk
-  double chi2 = 0;        ///< of the deleted residual: the step against all other information
-  int dof = 0;            ///< of chi2: components that the other information determines
+  double chi2 = 0;        ///< deleted residual: the step against all other information
+  int dof = 0;            ///< number of components that the other information determines
   double factor = 1;      ///< inflation of its covariance
   bool contradicted = false;
 };
@@ -101,7 +102,7 @@ struct SightingStatistics {
   int count = 0;
   int beyond = 0;     ///< beyond the corner of Huber's loss, or outside the camera's domain
   int outside = 0;    ///< outside the camera's domain
-  double rms_px = 0;  ///< of the coordinates' residuals inside the domain
+  double rms_px = 0;  ///< r.m.s. residual of the coordinates inside the domain
 };
 
 template <class Pose>
@@ -140,7 +141,7 @@ struct PlanarSmootherInput {
   std::vector<PlanarPrior> priors;
   std::vector<PlanarOdometry> odometry;
   std::vector<PlanarPose> start;
-  double height_m = 0;  ///< of the body's origin above the world's; the body is upright
+  double height_m = 0;  ///< height of the body's origin above the world's; the body is upright
 };
 
 /// Status: ok (the message lists contradicted odometry); too_few_lamps (no pose is determined);
@@ -151,7 +152,7 @@ struct PlanarSmootherInput {
 LIBOCC_API Result<Smoothing<SmoothedPose>> smooth(const SmootherInput& input,
                                                   const SmootherOptions& options = {});
 
-/// The same for poses on a floor.
+/// Smooths poses on a floor.
 LIBOCC_API Result<Smoothing<SmoothedPlanarPose>> smooth_planar(const PlanarSmootherInput& input,
                                                                const SmootherOptions& options = {});
 

@@ -61,14 +61,14 @@ Rigid3 upright(const Eigen::Vector3d& position, double heading_rad, double tilt_
   return {rotation, -(rotation * position)};
 }
 
-void expect_fix(const Scene& scene, const Rigid3& truth, double largest_m, std::uint64_t seed) {
+void expect_fix(const Scene& scene, const Rigid3& truth, double max_error_m, std::uint64_t seed) {
   SimulateOptions options;
   options.seed = seed;
   const Rendered rendered = simulate(scene, truth, options);
   const Result<Fix> fix = locate(rendered.image.view(), scene);
   ASSERT_EQ(fix.status, Status::ok) << seed << ": " << fix.message;
   const Eigen::Vector3d error = fix->position_m - truth.origin_in_source();
-  EXPECT_LT(error.norm(), largest_m) << seed;
+  EXPECT_LT(error.norm(), max_error_m) << seed;
   EXPECT_LT(error.dot(fix->position_covariance_m2.inverse() * error), 25) << seed;
 }
 

@@ -43,7 +43,7 @@ struct RowView {
   Scene scene;
   Rigid3 truth;
   std::vector<Blob> blobs;
-  std::vector<int> lamp;  ///< of each blob
+  std::vector<int> lamp;  ///< lamp index of each blob
 };
 
 /// All lamps whole and apart in a 640 x 480 image, with their discs tilted, or facing the camera:
@@ -83,7 +83,7 @@ RowView row_view(Random& random, const Row& row, bool facing) {
 
 bool is_answer(const Result<Fix>& fix) { return fix.ok() || fix.status == Status::ambiguous; }
 
-/// Whether the true position is among the candidates' within their errors. Rims of discs so small
+/// True if the true position is within the errors of a candidate. Rims of discs so small
 /// are off by a little more than their noise.
 bool holds_truth(const Fix& fix, const Rigid3& truth) {
   constexpr double too_far = 60;
@@ -277,7 +277,7 @@ TEST(NearLine, AnExactCameraSeesASmallHeight) {
     }
 }
 
-// What is seen is judged by the residuals, too.
+// The residuals count as well as sigma_px.
 TEST(NearLine, AnOptimisticSigmaDoesNotMakeAHeightSeen) {
   int refused = 0;
   for (int i = 0; i < 100; ++i) {

@@ -119,7 +119,7 @@ double chi2_at_truth(const SeenScene& scene, double sigma_px) {
   return chi2 / (sigma_px * sigma_px);
 }
 
-// Whether this candidate is the truth within its errors. Where they are so large that its
+// True if this candidate is the truth within its errors. Where they are so large that its
 // covariance does not hold, whether both lie in one valley: no worse than the truth anywhere
 // between them.
 bool leads_to(const SeenScene& scene, const Candidate& c, double sigma_px) {
@@ -139,7 +139,7 @@ bool leads_to(const SeenScene& scene, const Candidate& c, double sigma_px) {
   return true;
 }
 
-// Whether the minimum that the truth leads to is not there, though a likelihood ratio of less than
+// True if the minimum next to the truth is missing, though a likelihood ratio of less than
 // 55 (twice its logarithm is 8) is all that speaks against it. Pinhole only.
 bool loses_the_truth(const SeenScene& scene, const Fix& fix, double sigma_px) {
   const Eigen::Vector3d centroid = scene.points.rowwise().mean();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From points in an image to a fix: exactness, agreement with OpenCV, every status and refusal.
+// Pose from points in an image: exactness, agreement with OpenCV, every status and refusal.
 #include "libocc/locate/solve_pose.hpp"
 
 #include <gtest/gtest.h>

@@ -278,7 +278,8 @@ TEST(SlowRefineDirect, AnEdgeThatIsNotTheModelsIsNotTrustedInTheDark) {
   EXPECT_LT(nees, test::chi2_interval(6.0 * frames).second);
 }
 
-// Where a saturated image is clipped depends on the PSF's far tail: rims allow for not knowing it.
+// The clipping of a saturated image depends on the far tail of the PSF, which is unknown; the rims
+// allow for that.
 TEST(RefineDirect, SaturatedDiscsAreTakenByTheirRims) {
   Scene scene = test::irregular_room();
   scene.sensor.exposure_s *= 8;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the points of an object are worth: against the determinant's own formula, and in layouts
-// where the answer is plain.
+// Value of the points of an object for localisation: against the determinant's own formula, and in
+// layouts where the answer is plain.
 #include "libocc/refine/localisation_value.hpp"
 
 #include "libocc/core/math.hpp"
@@ -105,7 +105,7 @@ TEST(LocalisationValue, SaysWhatIsWrong) {
   EXPECT_THROW(views_around(object, {-1}), std::invalid_argument);
   EXPECT_THROW(views_around(object, {}), std::invalid_argument);
   EXPECT_THROW(views_around(object, {1}, 0), std::invalid_argument);
-  // From so far that nothing is in view of a camera that is inside: no pose, but an answer.
+  // A view without any visible point: no pose, but a valid result.
   const auto inside = localisation_value(object, camera, {Rigid3{}}, 1);
   EXPECT_EQ(inside.determined, 0);
 }

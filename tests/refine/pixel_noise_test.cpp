@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a pixel reads back, against sums over all its grey levels.
+// Moments of a pixel compared with sums over all its grey levels.
 #include "libocc/refine/internal/pixel_noise.hpp"
 
 #include <cmath>
@@ -15,7 +15,7 @@ struct Moments {
   double mean = 0, variance = 0;
 };
 
-/// Of the stored level of a normal signal, clipped and rounded, read back as electrons.
+/// Moments of the stored level of a normal signal, clipped, rounded and converted to electrons.
 Moments by_levels(const Sensor& sensor, double mean_e) {
   const double sigma = std::sqrt(sensor.read_noise_e * sensor.read_noise_e + std::max(0.0, mean_e));
   const auto below = [&](int level) {  // probability of a level up to this one

@@ -108,7 +108,7 @@ TEST(RefineProblem, InformationIsTheHessianWhereResidualsVanish) {
   }
 }
 
-/// What is common to one lamp (growth of its own, offset), eliminated, against three unknowns that
+/// Compares the eliminated errors common to one lamp (growth, offset) with three unknowns that
 /// are carried along.
 TEST(RefineProblem, EliminatedUnknownsEqualExplicitOnes) {
   Everything all;

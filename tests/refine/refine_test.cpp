@@ -56,7 +56,7 @@ RefineOptions to_the_end() {
   return options;
 }
 
-/// What one image shows; without noise when random is null.
+/// Blobs of one image; without noise if `random` is null.
 std::vector<Blob> measured_blobs(const Scene& scene, const Rigid3& pose, const Measurement& m,
                                  Random* random) {
   const std::vector<Blob> exact = test::exact_blobs(scene, pose, m);

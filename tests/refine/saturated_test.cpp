@@ -16,7 +16,7 @@ namespace {
 struct Exposure {
   double psf_px, over;
   bool sampled_psf = false;  ///< at whole pixels, which is not the renderer's
-  bool known = true;         ///< the sensor is told to detection and refinement
+  bool known = true;         ///< detection and refinement use the sensor model
 };
 
 /// Lamps on the optical axis are so many times as bright as full scale.

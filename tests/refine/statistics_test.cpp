@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether the refinement's covariance is true: normalised errors over many noisy images.
+// Consistency of the refinement's covariance: normalised errors over many noisy images.
 #include <cmath>
 #include <limits>
 

@@ -165,7 +165,7 @@ struct PlanarPriorCost {
 struct CeresAnswer {
   Eigen::MatrixXd poses;  ///< columns
   double cost = 0;
-  Eigen::MatrixXd covariance;  ///< of all parameters, from the dense Jacobian
+  Eigen::MatrixXd covariance;  ///< covariance of all parameters, from the dense Jacobian
 };
 
 inline CeresAnswer minimised(ceres::Problem& problem, Eigen::MatrixXd& parameters) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Smoothers when things go wrong: lying odometry, wrong sightings, gaps, poses that nothing
+// Smoothers with faulty input: gross errors of odometry, wrong sightings, gaps, poses that nothing
 // determines, bad input.
 #include <gtest/gtest.h>
 

@@ -206,7 +206,7 @@ TEST(Smoother, TakesSeveralCamerasAtOneTime) {
     EXPECT_LT(both->poses[k].covariance.trace(), 0.8 * one->poses[k].covariance.trace());
 }
 
-/// What a frame's sightings say of the camera's pose, to second order about one close by.
+/// Quadratic approximation of the sightings' chi2 about a nearby pose of the camera.
 PoseObservation observation_of(const SmootherFrame& frame, const Rigid3& cam_from_world) {
   PoseObservation out;
   out.time_s = frame.time_s;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What smoothing gains on the published set of four lamps, and that its covariances hold.
+// Accuracy gain of smoothing on the published set of four lamps, and consistency of its
+// covariances.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>

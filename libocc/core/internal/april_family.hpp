@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Families of AprilTags that libapriltag can read and print, by name.
+// Families of AprilTags in libapriltag, by name.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ using AprilFamily = std::unique_ptr<apriltag_family, void (*)(apriltag_family*)>
 
 std::vector<std::string> april_family_names();
 
-/// Null when none has the name.
+/// Null for an unknown name.
 AprilFamily make_april_family(const std::string& name);
 
 }  // namespace occ::internal::core

@@ -156,7 +156,7 @@ struct Direction {
   }
 };
 
-/// Of length 1 to a thousandth: sensors and files give few digits.
+/// Vector of length 1 to 0.001: sensors and files give few digits.
 struct UnitVector {
   template <class Derived>
   bool holds(const Eigen::MatrixBase<Derived>& value) const {
@@ -233,13 +233,13 @@ struct Field {
 
   constexpr bool applies_to(const C& object) const { return !condition || condition(object); }
 
-  /// The same field, required in files but not in Python.
+  /// Returns the field, required in files but not in Python.
   constexpr Field needed() const {
     Field changed = *this;
     changed.needed_in_files = true;
     return changed;
   }
-  /// The same field, read, written and checked only where `holds(object)`. The fields that the
+  /// Returns the field, read, written and checked only where `holds(object)`. The fields that the
   /// condition depends on must be listed before this one.
   constexpr Field when(bool (*holds)(const C&)) const {
     Field changed = *this;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole files in and out, with messages that name the file.
+// Reads and writes complete files; messages contain the path.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@ namespace occ::internal::core {
 /// All bytes of a file. Throws std::runtime_error "PATH: cannot be read: REASON".
 std::string read_file(const std::string& path);
 
-/// Writes whole or not at all: a temporary file in the same folder is renamed over `path`. Throws
+/// Writes atomically: a temporary file in the same folder is renamed to `path`. Throws
 /// std::runtime_error "PATH: cannot be written: REASON".
 void write_file(const std::string& path, const void* bytes, std::size_t count);
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Several numbers at once, as many as a register holds, for bodies of LIBOCC_MULTIVERSION. Masks
-// are 0 or -1 in each lane; `mask ? a : b` selects. Registers of 512 bits are not used: they have
-// no such masks, and GCC goes through their numbers one by one.
+// SIMD vectors of one register, for bodies of LIBOCC_MULTIVERSION. Masks are 0 or -1 in each lane;
+// `mask ? a : b` selects. Registers of 512 bits are not used: they have no such masks, and GCC
+// processes their elements one by one.
 #pragma once
 
 #include <cstring>
 
 #include "libocc/core/internal/multiversion.hpp"
 
-// How a call passes lanes depends on the instruction set; there is none, all is inlined.
+// The calling convention of vectors depends on the instruction set; all functions are inlined.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace occ::internal::core {
@@ -29,7 +29,7 @@ struct LanesOf<Simd::avx512> : LanesOf<Simd::avx2> {};
 template <class Lanes>
 constexpr int lane_count = sizeof(Lanes) / sizeof(float);
 
-/// Masks and integers of as many lanes.
+/// Masks and integers with the same number of lanes.
 template <class Lanes>
 using LaneInts = decltype(Lanes{} < Lanes{});
 
@@ -50,8 +50,8 @@ LIBOCC_INLINE Lanes absolute(const Lanes& x) {
   return x < 0 ? -x : x;
 }
 
-/// 1 / sqrt(x) to rounding, of 1e-30 for what is less: numbers that are not normal take long. Three
-/// steps of Newton's method after the guess by halving the exponent.
+/// 1 / sqrt(x) to rounding; x is at least 1e-30, because denormal numbers are slow. Three Newton
+/// steps from an estimate with half the exponent.
 template <class Lanes>
 LIBOCC_INLINE Lanes inverse_root(const Lanes& x) {
   const Lanes least = Lanes{} + 1e-30F, of = x > least ? x : least;
@@ -64,18 +64,18 @@ LIBOCC_INLINE Lanes inverse_root(const Lanes& x) {
   return y;
 }
 
-/// Of what is not negative; 0 for the rest.
+/// sqrt(x) for x >= 0, otherwise 0.
 template <class Lanes>
 LIBOCC_INLINE Lanes root(const Lanes& x) {
   return x > 0 ? x * inverse_root(x) : Lanes{};
 }
 
-/// Within 5 % of the cube root of x > 0, by a third of the exponent.
+/// Cube root of x > 0 to 5 %, from a third of the exponent.
 template <class Lanes>
 LIBOCC_INLINE Lanes rough_cube_root(const Lanes& x) {
   LaneInts<Lanes> bits;
   std::memcpy(&bits, &x, sizeof bits);
-  // Converted to numbers and back: integers are not divided in lanes.
+  // Converted to float and back, because integers have no vector division.
   bits =
       __builtin_convertvector(__builtin_convertvector(bits, Lanes) * (1.0F / 3), LaneInts<Lanes>) +
       0x2a5137a0;
@@ -84,7 +84,7 @@ LIBOCC_INLINE Lanes rough_cube_root(const Lanes& x) {
   return third;
 }
 
-/// Three coordinates.
+/// 3-vectors, one in each lane.
 template <class Lanes>
 struct LaneVector {
   Lanes x, y, z;
@@ -105,7 +105,7 @@ LIBOCC_INLINE LaneVector<Lanes> operator*(const Lanes& s, const LaneVector<Lanes
   return {s * a.x, s * a.y, s * a.z};
 }
 
-/// The same vector in every lane, times the lanes' factors.
+/// One vector times the factor of each lane.
 template <class Lanes>
 LIBOCC_INLINE LaneVector<Lanes> scaled(const Lanes& s, const float* a) {
   return {s * a[0], s * a[1], s * a[2]};

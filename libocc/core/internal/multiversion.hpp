@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// One function compiled for several instruction sets, chosen at run time. The body is an inline
-// function of plain C++, whose loops the compiler vectorises; a template, which may ask for whom:
+// Compiles one function for several instruction sets and chooses at run time. The body is an inline
+// function template in plain C++, whose loops the compiler vectorises. Its parameter is the
+// instruction set:
 //
 //     template <Simd>
 //     LIBOCC_INLINE void scale_body(float* values, int count) { ... }
 //     LIBOCC_MULTIVERSION(scale, (float* values, int count), (values, count))
 //     scale_for(widest_simd())(values, count);
 //
-// Bodies touch no Eigen type: its packets must not depend on the instruction set.
+// Bodies must not use Eigen types, whose packets must not depend on the instruction set.
 #pragma once
 
 #include "libocc/core/simd.hpp"

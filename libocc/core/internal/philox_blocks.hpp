@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Many Philox blocks at once, the same numbers as philox() gives.
+// Computes many Philox blocks at once, with the same numbers as philox().
 #pragma once
 
 #include <array>
@@ -10,8 +10,8 @@
 namespace occ::internal::core {
 
 /// Writes the blocks of the counters {first[i], c[0], c[1], c[2]} under `key`, four words each, for
-/// 0 <= i < count. `first` is read, and `words` has room, for `count` rounded up to a multiple of
-/// philox_batch; what lies beyond 4 count is of no meaning.
+/// 0 <= i < count. `first` and `words` must have space for `count` rounded up to a multiple of
+/// philox_batch; words beyond 4 count are undefined.
 constexpr std::uint32_t philox_batch = 32;
 void philox_blocks(Simd simd, const std::uint32_t* first, std::uint32_t count,
                    const std::array<std::uint32_t, 3>& c, const std::array<std::uint32_t, 2>& key,

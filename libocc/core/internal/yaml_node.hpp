@@ -18,8 +18,8 @@ struct YamlNode {
   };
 
   Kind kind = Kind::nothing;
-  int line = 0;      ///< from 1
-  std::string text;  ///< of a scalar
+  int line = 0;      ///< counted from 1
+  std::string text;  ///< text of a scalar
   std::vector<std::shared_ptr<const YamlNode>> items;
   std::vector<Entry> entries;
 
@@ -33,7 +33,7 @@ struct YamlNode {
 /// a mapping.
 std::shared_ptr<const YamlNode> parse_yaml(const std::string& text, const std::string& name);
 
-/// The same from a file, at most as large as a scene can sensibly be.
+/// Reads and parses a file. Its size is limited to that of a large scene.
 std::shared_ptr<const YamlNode> read_yaml(const std::string& path);
 
 /// Text fit for a one-line message: shortened, control characters replaced.

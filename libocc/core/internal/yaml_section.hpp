@@ -88,7 +88,7 @@ class YamlSection {
   std::vector<std::string> known_;
 };
 
-/// Whether two keys differ in their unit only, like `radius_mm` and `radius_m`.
+/// True if two keys differ only in their unit, like `radius_mm` and `radius_m`.
 bool differ_in_unit(const std::string& unknown, const std::string& known);
 
 /// Suggests the known key that an unknown one resembles, as the end of a sentence: "write

@@ -15,7 +15,7 @@ namespace occ::internal::locate {
 /// Points in their unit frame, and their bearings.
 struct PointProblem {
   Eigen::Matrix3Xd points, bearings;
-  Eigen::Matrix3Xd origins;  ///< of the bearings; empty when the camera has one centre
+  Eigen::Matrix3Xd origins;  ///< start points of the bearings; empty for a central camera
   pose::UnitFrame frame;
   pose::SeenPoints seen;
 };

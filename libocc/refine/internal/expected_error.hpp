@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: how far off a rung is to be expected, before it is run.
+// Expected error of a rung before the refinement.
 #pragma once
 
 #include <vector>
@@ -12,7 +12,7 @@
 
 namespace occ::internal::refine {
 
-/// Root mean squares: root of the trace of the covariance, bias included.
+/// Root mean square errors: root of the trace of the covariance plus the squared bias.
 struct ExpectedError {
   double position_m = 0, rotation_rad = 0;
 };
@@ -20,8 +20,8 @@ struct ExpectedError {
 ExpectedError expected_error(const Rigid3& cam_from_world, const Matrix6& covariance,
                              const Vector6& bias = Vector6::Zero());
 
-/// By how much the pose is off when each lamp's centre is taken for that of its image.
-/// `covariance`: the pose's, from the same centroids.
+/// Bias of the pose from using the lamps' centres for the centres of their images. `covariance`: of
+/// the pose, from the same centroids.
 Vector6 bias_of_points(const std::vector<Match>& matches, const std::vector<Blob>& blobs,
                        const Scene& scene, const Rigid3& cam_from_world, const Matrix6& covariance,
                        double model_sigma_px);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a lamp's image tells of the pose, before there is one.
+// Information about the pose in the predicted image of a lamp.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -13,7 +13,7 @@ class ExpectedLamps {
   ExpectedLamps(const Scene& scene, const Rigid3& cam_from_world, const Eigen::Vector3d& pivot,
                 Rung rung, FluxModel flux);
 
-  /// Adds the lamp's information; false when it is dark, or not wholly in the image.
+  /// Adds the lamp's information; false if it is dark or not completely inside the image.
   bool add(const Lamp& lamp, Normal& normal) const;
 
  private:

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // One lamp's pixels in the normal equations. The mean signal of a pixel is
 //     mu = exp(a) (S + s dS/ds) + b
-// with S the lamp's rendered image, and unknowns of the lamp's own: a, ln of its light over the
-// scene's (prior: the flux model's); b, the background; s, ln of its PSF's width over the scene's
-// (prior: sigma 0.1); and, when camera and map have an error, the lamp's shift in the image. They
-// are eliminated in closed form (Schur complement) wherever the equations are linearised.
+// with S the lamp's rendered image. Unknowns of each lamp: a, ln of its light over the scene's
+// (prior from the flux model); b, the background; s, ln of the PSF's width over the scene's (prior
+// sigma 0.1); and, if camera and map have errors, the shift of the lamp in the image. Each
+// linearisation eliminates them in closed form (Schur complement).
 //
-// Where the rim's pixels miss the model by more than chance, as under a PSF that is no Gaussian,
-// they get the variance that explains it, in proportion to the square of the light's step: an edge
-// is wrong on its bright side by as much as on its dark side, which the sensor's noise alone would
-// trust far more.
+// If the pixels at the rim miss the model by more than chance, e.g. under a PSF that is not
+// Gaussian, their variance is increased by a term proportional to the square of the light's step.
+// The model error of an edge is as large on its dark side as on its bright side, but the sensor's
+// noise alone would give the dark side a far larger weight.
 //
-// Residuals are whitened by the variance that belongs to the mean, which is held while derivatives
-// are taken: quasi-likelihood (Wedderburn, Biometrika 61, 1974, eq (1)), whose estimate is that of
-// maximum likelihood up to the information in the variance itself, half of (d ln var)^2 a pixel.
+// Residuals are whitened by the variance at the mean, which is constant in the derivatives:
+// quasi-likelihood (Wedderburn, Biometrika 61, 1974, eq (1)). Its estimate equals that of maximum
+// likelihood except for the information in the variance itself, (d ln var)^2 / 2 for each pixel.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,7 +26,7 @@
 
 namespace occ::internal::refine {
 
-/// Storage for one lamp's rendered image and linearised pixels, lent to all lamps in turn.
+/// Storage for the rendered image and the linearised pixels of one lamp; all lamps share it.
 struct PixelScratch {
   LampImage image;
   Eigen::Matrix<float, 10, Eigen::Dynamic> rows;  // one column for each pixel at the rim
@@ -34,34 +34,34 @@ struct PixelScratch {
 
 class LampPixels {
  public:
-  /// Keeps references. Without a window the lamp's pixels are taken to read what the scene says:
-  /// then it tells what they know of the pose, the information in the variance included.
+  /// Keeps references. Without a window the pixels are assumed to equal the scene's prediction: the
+  /// normal equations then hold their information about the pose, including that of the variance.
   LampPixels(const LampObservation& lamp, const Scene& scene, const RefineOptions& options,
              const PixelNoise& noise, const PixelPsf& psf, PixelScratch& scratch);
 
-  /// Renders at a state and linearises; false when the lamp cannot be seen.
+  /// Renders at a state and linearises; false if the lamp is not visible.
   bool linearise(const State& state, const Eigen::Vector3d& pivot);
 
-  /// Adds what was linearised, unknowns of the lamp's own eliminated, and moves these to where they
-  /// fit best at this pose.
+  /// Adds the linearised pixels with the lamp's own unknowns eliminated, and sets these unknowns to
+  /// their best fit at this pose.
   void add_to(Normal& normal);
 
-  /// How much larger residuals at the rim are than their sigmas, at the last linearisation: 1 when
-  /// the model and its noise are right.
+  /// Ratio of the residuals at the rim to their sigmas at the last linearisation; 1 for a correct
+  /// model.
   double misfit() const { return misfit_; }
 
-  /// ln of the PSF's width over the one it was rendered with.
+  /// ln of the PSF's width over the rendered one.
   double log_spread() const { return own_.log_spread; }
 
-  /// What the lamp's pixels know of its place in the image, when its size is known but its light
-  /// and the background are not [1/px^2]; of the last linearisation.
+  /// Information about the lamp's position in the image [1/px^2] at the last linearisation; size
+  /// known, light and background unknown.
   Eigen::Matrix2d place_information() const;
 
-  /// What they know of ln of its light, when its background is not known.
+  /// Information about ln of the light, with unknown background.
   double light_information() const;
 
  private:
-  // Columns of the linearised pixels: turn and shift of the lamp, its own unknowns, residual.
+  // Columns of the linearised pixels: rotation and shift of the lamp, its own unknowns, residual.
   enum Column { spread = 6, light, background, residual, columns };
   using Products = Eigen::Matrix<double, columns, columns>;
   // Unknowns of the sums: pose, log_factor, own ones, residual.
@@ -104,11 +104,11 @@ class LampPixels {
   Vector6 d_log_light_ = Vector6::Zero();
   Own own_;
   bool started_ = false;
-  PixelMoments dark_;     // of a pixel that no light of the lamp reaches
+  PixelMoments dark_;     // of a pixel without light of the lamp
   double amount_ = 1;     // exp(own_.log_light)
-  double threshold_ = 0;  // of Huber's function
-  double misfit_ = 1;     // over the sensor's noise
-  double left_ = 1;       // over the edge's variance, too
+  double threshold_ = 0;  // corner of Huber's loss
+  double misfit_ = 1;     // relative to the sensor's noise
+  double left_ = 1;       // relative to the noise and the edge's variance
   double edge_variance_ = 0, next_edge_variance_ = 0;  // relative to the light's step squared
   Eigen::Index rim_count_ = 0;
   int count_ = 0;  // pixels used

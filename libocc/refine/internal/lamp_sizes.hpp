@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: whether lamps that geometry alone has named look as large as a pose says. The centres
-// of three lamps fit some pose always; then their shapes are the only evidence.
+// Compares the measured sizes of lamps with the sizes predicted by a pose. The centres of any three
+// lamps fit some pose, so their sizes are the only check of an assignment by geometry.
 #pragma once
 
 #include <string>
@@ -12,9 +12,9 @@
 
 namespace occ::internal::refine {
 
-/// A sentence about a lamp whose size speaks against the pose; empty when there is none. Lamps
-/// named by their codes, saturated ones (they have grown) and those that were left out are not
-/// asked.
+/// Message about a lamp whose size contradicts the pose; empty if there is none. Lamps identified
+/// by their codes, saturated lamps (their rims have grown) and lamps that were left out are not
+/// tested.
 std::string size_contradiction(const Refined& refined, const std::vector<Blob>& blobs,
                                const Scene& scene);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Levenberg-Marquardt on a RefineProblem, by Ceres' TinySolver.
+// Minimises a RefineProblem: Levenberg-Marquardt (core/internal/least_squares.hpp), then
+// Gauss-Newton.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -9,17 +10,17 @@ namespace occ::internal::refine {
 
 struct Minimum {
   State state;
-  Eigen::Vector3d pivot;  ///< of the normal equations
+  Eigen::Vector3d pivot;  ///< pivot of the normal equations
   Normal normal;          ///< at the state
   int iterations = 0;
-  bool defined = false;    ///< all lamps can be seen from the start
-  bool converged = false;  ///< the last step moved no lamp further than the tolerance
+  bool defined = false;    ///< all lamps are visible from the start
+  bool converged = false;  ///< the last step moved no lamp farther than the tolerance
 };
 
 LIBOCC_API Minimum minimise(RefineProblem& problem, const State& start, int max_iterations,
                             double tolerance_px);
 
-/// The same by plain Gauss-Newton steps from a start that is already close: one linearisation each.
+/// Minimises by Gauss-Newton steps alone, for a close start: one linearisation for each step.
 LIBOCC_API Minimum polish(RefineProblem& problem, const State& start, int max_iterations,
                           double tolerance_px);
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Normal equations of the refinement and the unknowns they are for. The pose's part is a *centred*
-// perturbation: a rotation about a pivot among the lamps (camera frame), then a translation. Far
-// lamps then leave rotation and translation nearly uncorrelated, which they are not about the
-// camera's centre.
+// Unknowns and normal equations of the refinement. The pose has a *centred* perturbation: a
+// rotation about a pivot among the lamps (camera frame), then a translation. For distant lamps
+// rotation and translation are then nearly uncorrelated, unlike for a rotation about the camera's
+// centre.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +22,7 @@ inline constexpr int log_factor_index = 7;
 
 struct State {
   Rigid3 cam_from_world;
-  double growth_px = 0;   ///< of the rims of saturated lamps
+  double growth_px = 0;   ///< growth of the rims of saturated lamps
   double log_factor = 0;  ///< ln(seen flux / predicted flux), common to all lamps
 };
 
@@ -31,8 +31,8 @@ struct Normal {
   Matrix8 information = Matrix8::Zero();
   Vector8 gradient = Vector8::Zero();
   double chi2 = 0;
-  double robust_chi2 = 0;  ///< Huber's function summed instead
-  int pixels = 0;          ///< of the direct rung: read, less the unknowns of each lamp's own
+  double robust_chi2 = 0;  ///< sum of twice Huber's loss
+  int pixels = 0;          ///< direct rung: number of pixels minus the lamps' own unknowns
 
   void add(const Vector8& row, double residual) {
     information.noalias() += row * row.transpose();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the pose has to explain, prepared once: rim points as rays, centroids and fluxes with their
-// information.
+// Observations of the refinement, prepared once: rim points as rays, centroids and fluxes with
+// their information matrices.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,7 @@
 
 namespace occ::internal::refine {
 
-inline bool takes_rims(Rung rung) { return rung == Rung::rims || rung == Rung::direct; }
+inline bool uses_rims(Rung rung) { return rung == Rung::rims || rung == Rung::direct; }
 
 struct RimObservation {
   RimRay ray;
@@ -26,15 +26,17 @@ struct RimObservation {
 struct LampObservation {
   const Lamp* lamp;
   const Blob* blob;
-  std::size_t rim_begin = 0, rim_end = 0;  ///< in Observations::rim; empty without a usable rim
-  Eigen::Matrix3d common_covariance_px2 = Eigen::Matrix3d::Zero();  ///< of its rim: growth, x, y
+  std::size_t rim_begin = 0, rim_end = 0;  ///< in Observations::rim; equal without a usable rim
+  /// Covariance of the errors common to its rim: growth, x, y.
+  Eigen::Matrix3d common_covariance_px2 = Eigen::Matrix3d::Zero();
   bool has_place = false;    ///< its centroid is that of the whole lamp
-  bool contradicts = false;  ///< left out: the other lamps agree without it
-  Eigen::Matrix2d place_information = Eigen::Matrix2d::Zero();  ///< model error included
-  BlobWindow window = {};  ///< for the direct rung; empty when the lamp does not offer it
-  /// Of ln of its light about the flux model's; infinite when it says nothing of this lamp.
+  bool contradicts = false;  ///< left out as a gross error
+  Eigen::Matrix2d place_information = Eigen::Matrix2d::Zero();  ///< includes the model error
+  BlobWindow window = {};  ///< for the direct rung; empty if the lamp has no usable pixels
+  /// Standard deviation of ln of its light in the flux model; infinite if the model excludes the
+  /// lamp.
   double light_sigma = std::numeric_limits<double>::infinity();
-  double misfit = 1;  ///< of its pixels, see LampPixels
+  double misfit = 1;  ///< see LampPixels::misfit
   bool has_flux = false;
   double log_electrons = 0;  ///< measured
   double flux_inverse_sigma = 0;
@@ -46,26 +48,26 @@ struct LampObservation {
 struct Observations {
   std::vector<LampObservation> lamps;
   std::vector<RimObservation> rim;
-  bool rims_grow = false;  ///< the rim of a saturated lamp is among them
+  bool rims_grow = false;  ///< true if `rim` contains a saturated lamp
   bool has_flux = false;
-  double psf_sigma_px = 0;  ///< of the image; the scene's until the pixels say otherwise
+  double psf_sigma_px = 0;  ///< the scene's, then the estimate from the pixels
 
-  bool has_pixels() const;  ///< of some lamp that does not contradict the others
+  bool has_pixels() const;  ///< true if a lamp without contradiction has pixels
 
   bool growth_was_used() const;  ///< a saturated lamp is taken by its rim
 
-  /// Independent equations for the pose: at most 5 from a disc's rim, 6 from a rectangle's, 2 from
-  /// a centroid, 1 from a flux (one less in all when their factor is unknown), and the prior's.
-  /// Below the rims' rung, lamps count by their centroids.
+  /// Number of independent equations for the pose: at most 5 from a disc's rim, 6 from a
+  /// rectangle's, 2 from a centroid, 1 from a flux (in total one less if their factor is unknown),
+  /// and those of the prior. Rungs below rims use centroids only.
   int equations(const RefineOptions& options, Rung rung) const;
 
-  /// Observed numbers minus unknowns; without the pixels of Rung::direct (Normal::pixels).
+  /// Observations minus unknowns, without the pixels of Rung::direct (Normal::pixels).
   int degrees_of_freedom(const RefineOptions& options, Rung rung) const;
 };
 
-/// Throws std::invalid_argument for a match outside its list, a lamp axis that is not unit, or a
-/// sigma that is not positive, an image that is not of the camera's size.
-/// Pixels are observed for Rung::direct when there is an image.
+/// Prepares the observations; reads pixels only for Rung::direct with an image. Throws
+/// std::invalid_argument for a match outside its list, a lamp axis that is not a unit vector, a
+/// sigma that is not positive, and an image that does not have the camera's size.
 LIBOCC_API Observations observe(const std::vector<Match>& matches, const std::vector<Blob>& blobs,
                                 const Scene& scene, const RefineOptions& options,
                                 const ImageView* image = nullptr);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Finds a lamp that contradicts the others: Baarda's data snooping (A testing procedure for use in
 // geodetic networks, 1968) on the lamps' centroids. Least squares spreads the error of a lamp with
-// much leverage over all of them, and Huber's function does not undo that; what does is the drop in
-// chi-square if the lamp were left out,
+// large leverage over all residuals, and Huber's loss does not prevent that. The test statistic is
+// the decrease of chi-square if the lamp is left out,
 //     T = e^T (C - J S J^T)^-1 e,   e residual, C its covariance, J its derivatives, S the pose's.
 #pragma once
 
@@ -14,10 +14,10 @@
 
 namespace occ::internal::refine {
 
-/// Index of the lamp whose absence lets the others agree so much better that chance would do it
-/// once in a thousand, whether the stated sigmas are right (T is chi-square of two degrees) or all
-/// too small by one factor (T over the rest's chi-square is Fisher's F); nothing when there is
-/// none.
+/// Index of the lamp with the most significant contradiction at a probability of 0.1 %. Both tests
+/// must reject it: T as chi-square with two degrees of freedom (the stated sigmas are correct), and
+/// T over the chi-square of the others as Fisher's F (all sigmas are too small by one factor).
+/// Empty if there is none.
 std::optional<std::size_t> contradicting_lamp(const Observations& observations,
                                               const RefineProblem& problem, const Minimum& minimum,
                                               int degrees_of_freedom);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a pixel reads back, as electrons, when its mean signal is mu: mean, its derivative by mu,
-// and variance, of electrons
+// Noise model of a pixel with mean signal mu [electrons]: mean, its derivative by mu, and variance
+// of
 //     x = linear_dn(stored grey level) / K,      var(x) = mu + sigma_read^2 + q
-// (EMVA 1288, release 4.0, eq (11)); q is the rounding's, 1/12 of a grey level squared. Near the
-// black and white ends the moments are those of a clipped normal variable, so that a saturated
-// pixel is neither left out because of what it reads nor believed. Where the noise is below a grey
-// level, rounding is no independent noise: then the exact moments of a rounded normal variable
-// (Widrow & Kollar, Quantization Noise, 2008, section 4.3) stand in.
+// (EMVA 1288, release 4.0, eq (11)); q is the variance of rounding, 1/12 of a squared grey level.
+// Near black and white the moments are those of a clipped normal variable: the use of a saturated
+// pixel does not depend on its random value, and its weight vanishes. If the noise is below a grey
+// level, rounding is not independent noise; the exact moments of a rounded normal variable are used
+// instead (Widrow & Kollar, Quantization Noise, 2008, section 4.3).
 #pragma once
 
 #include <vector>
@@ -20,7 +20,7 @@ struct PixelMoments {
   double mean = 0;
   double slope = 0;     ///< d mean / d mu
   double variance = 0;  ///< [electrons^2]
-  bool tells = true;    ///< false: certain to be saturated, whatever mu is around here
+  bool tells = true;    ///< false: saturated for all mu nearby, carries no information
 };
 
 class LIBOCC_API PixelNoise {
@@ -36,7 +36,7 @@ class LIBOCC_API PixelNoise {
   }
 
   double dark_e() const { return dark_e_; }   ///< mean of a pixel without any light
-  double white_e() const { return high_e_; }  ///< where the signal is clipped
+  double white_e() const { return high_e_; }  ///< upper limit of the signal
 
  private:
   PixelMoments carefully(double mean_e, double shot) const;
@@ -46,12 +46,12 @@ class LIBOCC_API PixelNoise {
   double rounding_variance(double mean_e) const;
 
   double read_variance_, gain_, black_dn_, dark_e_;
-  double low_e_ = 0, high_e_ = 0;  // where grey levels end
+  double low_e_ = 0, high_e_ = 0;  // range of the grey levels
   bool full_well_first_ = false;   // electrons are clipped before the read noise
   double plain_from_e_ = 0, plain_until_e_ = 0;
   double rounding_variance_ = 0;       // of a linear response
-  std::vector<PixelMoments> rounded_;  // of faint pixels: at even steps of the signal from black
-  std::vector<double> quantisation_;   // of another: at even steps of the signal up to white
+  std::vector<PixelMoments> rounded_;  // of faint pixels, at even steps of the signal from black
+  std::vector<double> quantisation_;   // nonlinear response: at even steps of the signal to white
 };
 
 }  // namespace occ::internal::refine

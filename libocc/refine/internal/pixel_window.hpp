@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pixels around one blob, as the electrons they read.
+// Pixels around one blob, converted to electrons.
 #pragma once
 
 #include <vector>
@@ -13,18 +13,18 @@ namespace occ::internal::refine {
 
 struct BlobWindow {
   int x0 = 0, y0 = 0, width = 0, height = 0;
-  std::vector<float> electrons;  ///< row by row; NaN where another blob shines
+  std::vector<float> electrons;  ///< row by row; NaN near another blob
   bool empty() const { return electrons.empty(); }
 };
 
-/// Reads windows of one image; the response is undone as the detection does it.
+/// Reads windows of one image and inverts the sensor response as detection does.
 class WindowReader {
  public:
   /// Keeps a reference to the sensor.
   WindowReader(const ImageView& image, const Sensor& sensor);
 
-  /// The box of blobs[index] and a few pixels around it. The choice of pixels depends on what was
-  /// detected only, so that poses can be compared by how well they explain them.
+  /// Box of blobs[index] and a few pixels around it. The choice of pixels depends on the detection
+  /// only, so that the chi-square of different poses can be compared.
   BlobWindow read(const std::vector<Blob>& blobs, std::size_t index) const;
 
  private:
@@ -37,7 +37,7 @@ class WindowReader {
 
   ImageView image_;
   double black_dn_, inverse_gain_;
-  std::vector<float> table_;  // of every stored value, when the response is not linear
+  std::vector<float> table_;  // of every stored value, for a nonlinear response
 };
 
 }  // namespace occ::internal::refine

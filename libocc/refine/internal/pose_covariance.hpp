@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From normal equations to the covariance of the pose.
+// Covariance of the pose from the normal equations.
 #pragma once
 
 #include "libocc/core/abi.hpp"
@@ -8,15 +8,15 @@
 namespace occ::internal::refine {
 
 struct PoseCovariance {
-  Matrix6 covariance = Matrix6::Zero();  ///< of the left perturbation; zero unless the rank is 6
-  int rank = 0;                          ///< directions of the pose that are determined
+  Matrix6 covariance = Matrix6::Zero();  ///< left perturbation; zero unless the rank is 6
+  int rank = 0;                          ///< number of determined directions
 };
 
-/// Growth and log_factor marginalised. A direction counts as undetermined when its information is
-/// below 1e-12 of the largest, in units of the largest rotation's and the largest translation's.
+/// Marginalises growth and log_factor. A direction is undetermined if its information is below
+/// 1e-12 of the largest, after scaling by the largest of the rotation and of the translation.
 PoseCovariance pose_covariance(const Normal& normal, const Eigen::Vector3d& pivot);
 
-/// Information on the left perturbation; growth and log_factor marginalised.
+/// Information about the left perturbation; growth and log_factor are marginalised.
 Matrix6 pose_information(const Normal& normal, const Eigen::Vector3d& pivot);
 
 }  // namespace occ::internal::refine

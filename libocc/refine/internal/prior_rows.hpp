@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A prior as rows of the normal equations; their squares sum to Prior::chi2.
+// Adds a prior to the normal equations; its squared residuals sum to Prior::chi2.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The refinement's least-squares problem: rims or centroids, fluxes, prior. Residuals are measured
-// minus predicted, over their sigma. Huber's weights, for rim points and fluxes, are set where the
-// equations are linearised and held until the next time, so that a solver's trial steps compare
-// like with like.
+// Least-squares problem of the refinement: rims, centroids or pixels, fluxes, prior. Residuals are
+// (measured - predicted) / sigma. Huber's weights of rim points and fluxes are computed at each
+// linearisation and constant until the next one, so that the costs of trial steps are comparable.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,20 +19,20 @@ namespace occ::internal::refine {
 
 class LIBOCC_API RefineProblem {
  public:
-  /// Keeps references to the first three. Lamps are taken by this rung or, where
-  /// they do not offer it, the next cheaper one.
+  /// Keeps references to the first three arguments. A lamp without the measurements of this rung
+  /// uses the next lower one.
   RefineProblem(const Observations& observations, const Scene& scene, const RefineOptions& options,
                 Rung rung);
 
-  /// Normal equations at a state; sets the weights. False where a lamp cannot be seen at all.
+  /// Normal equations at a state; sets the weights. False if a lamp is not visible.
   bool linearise(const State& state, const Eigen::Vector3d& pivot, Normal& normal);
 
-  /// r^T r under the weights of the last linearisation; infinity where a lamp cannot be seen. Not
-  /// for Rung::direct.
+  /// r^T r with the weights of the last linearisation; infinite if a lamp is not visible. Not for
+  /// Rung::direct.
   double chi2(const State& state) const;
 
-  /// A centroid minus the predicted centre of the lamp's image, and its derivatives; nothing where
-  /// the lamp cannot be seen.
+  /// Centroid minus the predicted centre of the lamp's image, with derivatives; empty if the lamp
+  /// is not visible.
   struct Place {
     Eigen::Vector2d residual_px;
     Eigen::Matrix<double, 2, 8> jacobian;
@@ -41,15 +40,14 @@ class LIBOCC_API RefineProblem {
   std::optional<Place> place(const LampObservation& lamp, const State& state,
                              const Eigen::Vector3d& pivot) const;
 
-  /// A lamp that is taken by its pixels, or null.
+  /// Pixels of a lamp on the direct rung, or null.
   const LampPixels* pixels(std::size_t lamp) const { return pixels_[lamp].get(); }
 
   /// Mean of the lamps' centres in the camera's frame.
   Eigen::Vector3d pivot(const State& state) const;
 
-  /// How far [px] a step moves the image of the lamp that it moves most.
-  double largest_motion_px(const State& state, const Eigen::Vector3d& pivot,
-                           const Vector8& step) const;
+  /// Largest motion of a lamp's image by a step.
+  double max_motion_px(const State& state, const Eigen::Vector3d& pivot, const Vector8& step) const;
 
  private:
   struct Held {
@@ -75,7 +73,7 @@ class LIBOCC_API RefineProblem {
   std::optional<PixelPsf> psf_;
   PixelScratch scratch_;
   std::vector<std::unique_ptr<LampPixels>> pixels_;  // one for each lamp, possibly null
-  std::vector<Held> held_;                           // since the last linearisation
+  std::vector<Held> held_;                           // from the last linearisation
 };
 
 }  // namespace occ::internal::refine
