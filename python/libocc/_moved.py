@@ -15,6 +15,9 @@ NEW_HOMES = (
     "network", "guide", "codes", "smoothing", "targets", "photometry", "objects", "pose", "rendering", "bench",
 )
 
+# Names that were renamed when they moved: former name -> submodule and present name.
+RENAMED = {"OdometryLie": ("guide", "OdometryFault")}
+
 # Former path below `libocc` -> present path. The longest matching prefix applies.
 MODULES = {
     "calibration": "cli.calibration",
@@ -51,6 +54,10 @@ MODULES = {
 
 def find_name(name: str) -> Any:
     """Attribute `name` that was in `libocc` and is now in a submodule. Raises: AttributeError when there is none."""
+    if name in RENAMED:
+        place, present = RENAMED[name]
+        warnings.warn(f"libocc.{name} is now libocc.{place}.{present}", DeprecationWarning, stacklevel=3)
+        return getattr(import_module(f"libocc.{place}"), present)
     if not name.startswith("_"):
         for place in NEW_HOMES:
             module = import_module(f"libocc.{place}")

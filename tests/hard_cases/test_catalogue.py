@@ -64,7 +64,7 @@ def test_the_catalogue_has_every_kind():
         (("aside:", "beside:"), "sweep of danger_cylinder: 'beside' is not one of aside"),
         (("[0, 1e-9, 1e-6, 1e-3]", "1e-3"), "sweep: aside: 0.001 is not a list of values"),
         (("verdict: solved", "verdict: either"), "reason: is missing"),
-        (("points: 3", "points: [3"), "not YAML: "),
+        (("points: 3", "points: [3"), "is not valid YAML: "),
         (("points: 3", "points: 3\nparameters: {tilt: 1}"), "parameters of danger_cylinder: 'tilt' is not"),
     ],
 )
@@ -83,7 +83,7 @@ def test_no_mapping_no_file_no_folder(tmp_path):
         read_case(tmp_path / "list.yaml")
     with pytest.raises(OSError):
         read_case(tmp_path / "missing.yaml")
-    with pytest.raises(OSError, match="no hard cases there"):
+    with pytest.raises(OSError, match="contains no hard cases"):
         catalogue(tmp_path / "empty")
 
 

@@ -28,8 +28,8 @@ def test_table_has_cases_solvers_and_signs(run):
     assert code == 0
     for pattern in (r"^ *ceiling_triple_tilted +●", r"^ *no_triangle +○"):
         assert re.search(pattern, out, re.M)
-    assert "libocc: 1 auto, 2 " in out and "× wrong pose in confidence" in out
-    assert "auto and p3p: right or an honest refusal in all of 8 problems" in out
+    assert "libocc: 1 auto, 2 " in out and "× wrong pose without warning" in out
+    assert "auto and p3p: a correct answer or a justified refusal in all of 8 problems" in out
 
 
 def test_json_and_csv_have_every_count(run, tmp_path):
@@ -62,7 +62,7 @@ def test_peers_are_run_or_reported_as_missing(run):
     ):
         there = importlib.util.find_spec(module_name) is not None
         assert (family in out) == there
-        assert (f"not installed, left out: {package}" in err) == (not there)
+        assert (f"not installed, not used: {package}" in err) == (not there)
 
 
 def test_peers_that_are_not_installed_are_named(monkeypatch):
@@ -78,7 +78,7 @@ def test_a_harmful_own_solver_ends_in_exit_code_1(run, monkeypatch, answer):
     monkeypatch.setattr(module, "own_methods", lambda: [Method("p3p", "libocc", lambda instance: [answer])])
     code, out, _ = run(*FEW)
     assert code == 1
-    assert "not right, nor an honest refusal: p3p on ceiling_triple_tilted; p3p on no_triangle" in out
+    assert "a wrong answer without warning: p3p on ceiling_triple_tilted; p3p on no_triangle" in out
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_a_harmful_own_solver_ends_in_exit_code_1(run, monkeypatch, answer):
     [
         (("--case", "nowhere"), "--case: 'nowhere' is not one of bad_numbers_six, "),
         (("--solver", "magic"), "--solver: 'magic' is not one of auto, "),
-        (("--solver", "p3p", "--case", "cube_face_on"), "takes the number of points"),
+        (("--solver", "p3p", "--case", "cube_face_on"), "accepts the number of points"),
         ((*FEW, "--plot", "no/folder/matrix.png"), "no/folder/matrix.png"),
         ((*FEW, "--plot", "matrix.nothing"), "matrix.nothing"),
         ((*FEW, "--csv", "no/folder/cells.csv"), "no/folder/cells.csv"),

@@ -240,7 +240,7 @@ def test_the_response_goes_into_a_scene_file(run, wall, series):
     images, times = series
     names = write_all(images)
     code, out, err = run("response", *names, "--exposures", ",".join(map(str, times)), "--plot", "a.png")
-    assert code == 0 and err == "" and re.match(r"levels \d+ to \d+ seen, sigma", out)
+    assert code == 0 and err == "" and re.match(r"levels \d+ to \d+ observed, sigma", out)
     assert occ.read_image("a.png").std() > 10
     found = yaml.safe_load(Path("response.yaml").read_text())
     assert set(found) == {"sensor"} and len(found["sensor"]["response_table"]) == 256
@@ -302,9 +302,9 @@ def test_times_from_the_images_exif(run, series):
 @pytest.mark.parametrize(
     "tags, text",
     [
-        ([{TIME: 0.1}, {}], "1.jpg: has no ExposureTime in its EXIF; give --exposures"),
-        ([{TIME: 0.1}, {TIME: IFDRational(0, 1)}], "1.jpg: its EXIF's ExposureTime must be positive, got 0"),
-        ([{TIME: 0.1}, {TIME: IFDRational(1, 0)}], "1.jpg: its EXIF's ExposureTime must be positive"),
+        ([{TIME: 0.1}, {}], "1.jpg: has no ExposureTime in its EXIF data; give --exposures"),
+        ([{TIME: 0.1}, {TIME: IFDRational(0, 1)}], "1.jpg: the ExposureTime in its EXIF data must be positive, got 0"),
+        ([{TIME: 0.1}, {TIME: IFDRational(1, 0)}], "1.jpg: the ExposureTime in its EXIF data must be positive"),
         ([{TIME: 0.1, ISO: 100}, {TIME: 0.2, ISO: 200}], "1.jpg: its ISO speed is 200, that of 0.jpg 100"),
         ([{TIME: 0.1, F_NUMBER: 2.0}, {TIME: 0.2, F_NUMBER: 4.0}], "1.jpg: its f-number is 4.0, that of 0.jpg 2.0"),
     ],

@@ -213,7 +213,10 @@ def test_demo_compares_with_the_truth(run):
         (("locate", "cut.png", "irregular_six"), "cut.png"),
         (("locate", "small.png", "irregular_six"), "small.png: .*40"),
         (("locate", "room.png", "bad.yaml"), r"bad\.yaml.*schema"),
-        (("locate", "room.png", "irregular_six", "--prior-heading-deg", 0, "--prior-heading-sigma-deg", -1), "heading_sigma"),
+        (
+            ("locate", "room.png", "irregular_six", "--prior-heading-deg", 0, "--prior-heading-sigma-deg", -1),
+            "heading_sigma",
+        ),
         (("locate", "room.png", "irregular_six", "--overlay", "nowhere/o.png"), "nowhere/o.png"),
         (("detect", "nosuch.png"), "nosuch.png"),
         (("detect", "room.png", "--threshold-dn", "nan"), "threshold_dn"),

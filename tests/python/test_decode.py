@@ -130,8 +130,8 @@ def test_missing_frames_do_no_harm(libocc, folder: Path):
         (["set", "--id-bits", "7"], "id_bits must be"),
         (["none"], "none: has no scene.yaml"),
         (["none", "--map", "ufsook_four"], "none: no such folder or video"),
-        (["set", "--map", "irregular_six"], "--code: no lamp of the map has a code"),
-        (["empty", "--map", "ufsook_four"], "holds no images"),
+        (["set", "--map", "irregular_six"], "--code must be given because no lamp of the map has a code"),
+        (["empty", "--map", "ufsook_four"], "contains no images"),
     ],
 )
 def test_bad_input_is_one_line(libocc, folder: Path, monkeypatch, arguments, said):
@@ -145,7 +145,7 @@ def test_bad_input_is_one_line(libocc, folder: Path, monkeypatch, arguments, sai
 def test_times_must_be_known(libocc, folder: Path):
     (folder / "truth" / "000005.json").unlink()
     code, _, err = libocc("decode", folder)
-    assert code == 2 and "000005.json: no such file, so the times are unknown: give --fps" in err
+    assert code == 2 and "000005.json: no such file, so the times of the frames are unknown: give --fps" in err
     assert libocc("decode", folder, "--still", "--fps", 30)[0] == 0
     (folder / "truth" / "000005.json").write_text("{}")
     code, _, err = libocc("decode", folder)

@@ -59,7 +59,8 @@ def test_a_route_returns_its_points():
 
 def test_a_route_is_pickled():
     waypoints = [occ.guide.RouteWaypoint(position_m=p, speed_m_s=0.2) for p in RING]
-    route = occ.guide.Route(waypoints, shape=occ.guide.RouteShape.spline, dock=occ.guide.PlanarPose(x_m=1, heading_rad=2))
+    dock = occ.guide.PlanarPose(x_m=1, heading_rad=2)
+    route = occ.guide.Route(waypoints, shape=occ.guide.RouteShape.spline, dock=dock)
     again = pickle.loads(pickle.dumps(route))
     np.testing.assert_array_equal(again.sampled(0.1), route.sampled(0.1))
     assert again.dock.heading_rad == 2 and again.at(0).speed_m_s == 0.2

@@ -96,14 +96,14 @@ def test_the_exit_code_reports_a_run_that_does_not_arrive(tmp_path):
     [
         (("schema: libocc-experiment/1", "schema: libocc-experiment/9"), "schema must be libocc-experiment/1"),
         (("scene: kook", "scene: cook"), "cookmin_four_lamps"),
-        (("runs: 2", "runs: 0"), "runs must be a whole number from 1 on, got 0"),
+        (("runs: 2", "runs: 0"), "runs must be a whole number above 0, got 0"),
         (("runs: 2", "rums: 2"), "experiment: unknown key 'rums'; did you mean runs?"),
         (("noise: {drive: 0.002", "noise: {drive: fast"), "vehicle.noise: drive: unsuitable value 'fast'"),
         (("noise: {drive: 0.002", "noise: {drive: -1"), "vehicle.noise.drive"),
         (("vehicle: {", "vehicle: {drive: hover, "), "vehicle.drive: unknown 'hover'"),
         (("x_m: 1.7", "x_m: wide"), "route.waypoints[0].x_m must be a finite number, got 'wide'"),
         (("x_m: 1.7, y_m: 1.7}, {", "x_m: 0.1, y_m: 1.7}, {"), "a wall"),
-        (("heading_deg: 0", "heading_deg: north"), "route.dock.heading_deg must be in degrees"),
+        (("heading_deg: 0", "heading_deg: north"), "route.dock.heading_deg must be a number in degrees"),
         (("heading_deg: 0", "heading_dge: 0"), "did you mean heading_deg?"),
         (("runs: 2", "faults: {frame_loss: 2}"), "frame_loss"),
         (("runs: 2", "faults: {lamp_failures: [{lamp: 77}]}"), "lamp_failures[0]"),
@@ -186,7 +186,8 @@ def test_the_probability_shown_is_clopper_and_pearsons():
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["narrow_fixed", "narrow_pan_tilt", "narrow_route"])
 def test_a_long_lens_needs_a_plan(root, tmp_path, name):
-    code, text, _ = run(root / "data" / "experiments" / f"{name}.yaml", "--out", tmp_path / "out", "--no-animation", "--json")
+    path = root / "data" / "experiments" / f"{name}.yaml"
+    code, text, _ = run(path, "--out", tmp_path / "out", "--no-animation", "--json")
     summary = json.loads(text)
     assert code == (1 if name == "narrow_fixed" else 0)
     if name == "narrow_fixed":

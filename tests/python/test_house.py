@@ -4,6 +4,7 @@
 import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -35,6 +36,18 @@ def test_clang_format_has_nothing_to_change(sources, root):
     command = ["clang-format", "--dry-run", "--Werror", *files]
     ran = subprocess.run(command, capture_output=True, text=True, cwd=root)
     assert ran.returncode == 0, ran.stderr[:3000]
+
+
+def test_ruff_has_nothing_to_change(sources, root):
+    """Line length, unused names and order of imports; settings in pyproject.toml."""
+    beside_python = Path(sys.executable).with_name("ruff")
+    ruff = str(beside_python) if beside_python.exists() else shutil.which("ruff")
+    if ruff is None:
+        pytest.skip("ruff is not installed")
+    scripts = [p for p in sources if p.suffix == "" and p.read_text().startswith("#!/usr/bin/env python3")]
+    files = [p for p in sources if p.suffix == ".py"] + scripts
+    ran = subprocess.run([ruff, "check", "--no-cache", *files], capture_output=True, text=True, cwd=root)
+    assert ran.returncode == 0, ran.stdout[:3000]
 
 
 def test_the_version_is_written_once(root):

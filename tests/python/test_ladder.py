@@ -166,7 +166,7 @@ def test_ctrl_c_keeps_finished_results(run, monkeypatch):
         (("--lamps", 7), "irregular_six.*6 lamps.*7"),
         (("--range", 0.5), "irregular_six.*0.5 m.*farther"),
         (("--rung", "nosuch"), "'nosuch' is not one of p3p, "),
-        (("--rung", "IPPE"), "irregular_six.*no chosen rung"),
+        (("--rung", "IPPE"), "irregular_six.*no selected rung"),
         (("--plot", "plot.txt"), "plot.txt.*png"),
         (("--plot", "nowhere/p.png"), "nowhere/p.png"),
         (("--csv", "nowhere/t.csv"), "nowhere/t.csv"),
@@ -291,7 +291,8 @@ def test_costs_are_values_and_files(tmp_path: Path):
     table = occ.bench.RungCosts(rims=occ.bench.RungCost(per_rim_point_s=1e-6))
     table.save(tmp_path / "costs.yaml")
     loaded = occ.bench.RungCosts.load(tmp_path / "costs.yaml")
-    assert repr(loaded) == repr(table) == repr(eval(repr(table), {**vars(occ), **vars(occ.bench)})) != repr(occ.bench.RungCosts())
+    evaluated = eval(repr(table), {**vars(occ), **vars(occ.bench)})
+    assert repr(loaded) == repr(table) == repr(evaluated) != repr(occ.bench.RungCosts())
     with pytest.raises(FileNotFoundError):
         occ.bench.RungCosts.load(tmp_path / "nosuch.yaml")
     (tmp_path / "bad.yaml").write_text("schema: libocc-costs/1\npoints: 3\n")

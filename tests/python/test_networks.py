@@ -116,7 +116,7 @@ def test_the_command_writes_a_complete_folder(network: Path, tmp_path: Path) -> 
     assert data["status"] == "ok" and len(data["rejected"]) == 6 and data["rejected"][0]["target"].startswith("target")
     assert {"report.html", "camera.yaml", "points.csv", "points.ply", "images.csv"} <= {p.name for p in out.iterdir()}
     html = (out / "report.html").read_text()
-    assert html.count("data:image/png") == 5 and "What each group" in html
+    assert html.count("data:image/png") == 5 and "Influence of the parameter groups" in html
     camera = occ.read_camera(out / "camera.yaml")
     assert camera.kind is occ.CameraKind.rotating_line
     assert abs(camera.parameters[1].value - TRUTH["c_px"]) < 8
@@ -132,7 +132,8 @@ def test_the_ladder_frees_each_parameter_once() -> None:
 
 def test_select_drops_undetermined_parameters(tmp_path: Path) -> None:
     field = occ.network.simulate_test_field(occ.network.TestFieldDesign(
-        camera=occ.network.paper_panorama_camera(), free_parameters=["c_px", "cy_px", "k1", "tumbling1_rad"], targets=60, seed=5,
+        camera=occ.network.paper_panorama_camera(), free_parameters=["c_px", "cy_px", "k1", "tumbling1_rad"],
+        targets=60, seed=5,
     ))
     chosen = occ.network.select_parameters(field.network, keep=["c_px", "cy_px"])
     assert chosen.ok
@@ -162,10 +163,10 @@ def test_a_point_in_one_picture_is_said_not_to_be_measured(network: Path, tmp_pa
 
 WRONG = [
     ("network.yaml", "schema: libocc-network/1", "schema: libocc-network/9", "key `schema`: must be libocc-network/1"),
-    ("network.yaml", "k2]", "k9]", "'k9' is no parameter of a rotating_line"),
+    ("network.yaml", "k2]", "k9]", "'k9' is not a parameter of a rotating_line"),
     ("network.yaml", "sigma_m: 2.0e-5", "sigma_m: -1", "distances[0].sigma_m`: must be positive, got -1"),
     ("network.yaml", "from: target", "from: targt", "no point is named 'targt 10'"),
-    ("network.yaml", "points: points.csv", "point: points.csv", "key `point`: is not known"),
+    ("network.yaml", "points: points.csv", "point: points.csv", "key `point`: is unknown"),
     ("network.yaml", "images: images.csv", "images: absent.csv", "absent.csv"),
     ("points.csv", "name,x_m", "name,x_mm", "points.csv:1: has no column `x_m`"),
     ("observations.csv", "S0,", "S9,", "observations.csv:2: no image is named 'S9'"),
@@ -200,4 +201,4 @@ def test_an_undetermined_network_keeps_its_last_state(network: Path, tmp_path: P
     assert code == 1 and told.count("\n") >= 1
     data = json.loads((out / "result.json").read_text())
     assert data["status"] != "ok" and data["message"] in told
-    assert "The state so far" in (out / "report.html").read_text() or "state so far" in (out / "report.html").read_text()
+    assert "The report shows the last state" in (out / "report.html").read_text()

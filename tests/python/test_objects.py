@@ -76,7 +76,8 @@ def test_recognise_distinguishes_objects(beacon, car):
     match = found.found[0].match
     assert match.log10_false_alarms < -3 and match.plausible == 1 and not found.found[0].rivals
     assert found.log10_false_alarms[1] == match.log10_false_alarms < found.log10_false_alarms[0]
-    duplicates = occ.objects.recognise(blobs, [beacon, beacon.replace(name="duplicate")], CAMERA, gate_model_sigma_px=0.2)
+    both = [beacon, beacon.replace(name="duplicate")]
+    duplicates = occ.objects.recognise(blobs, both, CAMERA, gate_model_sigma_px=0.2)
     assert duplicates.status is occ.Status.ambiguous and len(duplicates.found[0].rivals) == 1
     assert occ.objects.recognise(blobs[:3], [car], CAMERA).status is occ.Status.too_few_lamps
     with pytest.raises(ValueError, match="max_false_alarms"):
@@ -105,7 +106,8 @@ def test_meshes_are_read(kind, tmp_path, libocc):
     found = sorted(tuple(p.point.position_m.round(6) + 0.0) for p in points)
     assert found == sorted(map(tuple, BOX))
     libocc(*VIEW)
-    code, out, _ = libocc("points", path, "--camera", "parking", "--distance", 12, "--out", "box.yaml", "--plot", "box.png")
+    options = ("--camera", "parking", "--distance", 12, "--out", "box.yaml", "--plot", "box.png")
+    code, out, _ = libocc("points", path, *options)
     assert code == 0 and len(out.splitlines()) == 10
     assert len(occ.objects.Object.load("box.yaml").points) == 8
     assert (tmp_path / "box.png").read_bytes()[:4] == b"\x89PNG"

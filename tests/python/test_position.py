@@ -113,7 +113,7 @@ def test_a_recording_that_does_not_fit_is_said(run, monkeypatch):
     code, _, err = run(
         "position", "irregular_six", "--source", "walk", "--quiet", "--rerun", "w.rrd", "--tum", "w.tum"
     )
-    assert code == 2 and "error: w.rrd: cannot be written: File-writer thread" in err and "it is not whole" in err
+    assert code == 2 and "error: w.rrd: cannot be written: File-writer thread" in err and "it is incomplete" in err
     assert len(occ.Trajectory.load("w.tum")) == FRAMES
 
 
@@ -147,9 +147,9 @@ def test_bad_frames_are_said_and_left_out(run, frames):
     records = {record["name"]: record for record in told("w.jsonl")}
     skipped = {name[4:6]: record["reason"] for name, record in records.items() if record["state"] == "skipped"}
     assert skipped.keys() == {"03", "05", "07", "11"}
-    assert "000003.png" in skipped["03"] and skipped["05"] == "its size is not the camera's, 640 x 480"
-    assert "its pixels are those of the frame before" in skipped["07"] and "late: " in skipped["11"]
-    assert records["000010.png"]["warning"] == "1 frame missing before it: 0.100 s after the one before"
+    assert "000003.png" in skipped["03"] and skipped["05"] == "its size is not that of the camera, 640 x 480"
+    assert "its pixels equal those of the previous frame" in skipped["07"] and "late: " in skipped["11"]
+    assert records["000010.png"]["warning"] == "1 frame missing before it: 0.100 s after the previous frame"
     assert all(record["state"] == "tracking" for name, record in records.items() if name[4:6] not in skipped)
     assert "4 skipped" in err
 
@@ -181,7 +181,7 @@ def test_a_camera_that_is_carried_off_is_found_again_and_the_jump_is_said(run, s
     code, _, err = run("position", "irregular_six", "--source", "far", "--quiet", "--out", "w.jsonl")
     assert code == 0, err
     records = told("w.jsonl")
-    jumps = [record for record in records if record["warning"] == "the pose has jumped to where it was not expected"]
+    jumps = [record for record in records if record["warning"] == "relocalised: the pose differs from the prediction"]
     assert len(jumps) == 1 and "from where it was expected, confirmed by" in jumps[0]["reason"]
     assert FRAMES < jumps[0]["frame"] < FRAMES + 6
     for record in records:
@@ -202,7 +202,7 @@ def test_a_clock_set_back_begins_anew(run):
     records = told("w.jsonl")
     assert records[6]["state"] == "skipped" and "clock was set back by 4.9" in records[7]["warning"]
     assert records[8]["state"] == "tracking"
-    assert len(occ.Trajectory.load("w.tum")) == 6 and "poses left out whose times do not rise" in err
+    assert len(occ.Trajectory.load("w.tum")) == 6 and "poses are omitted because their times do not increase" in err
 
 
 def test_the_last_pose_is_kept_after_a_clock_jump(libocc, scene):
@@ -230,14 +230,17 @@ def test_the_last_pose_is_kept_after_a_clock_jump(libocc, scene):
         (("irregular_six", "--source", "nowhere"), "nowhere: no such folder, video or bag"),
         (("nosuch", "--source", "walk"), "nosuch"),
         (("square_four", "--source", "bare"), "bare"),
-        (("irregular_six", "--source", "bare"), "000000.json: no such file, so the times are unknown: give --fps"),
-        (("irregular_six", "--source", "walk", "--topic", "/a"), "--topic: walk is no bag"),
+        (
+            ("irregular_six", "--source", "bare"),
+            "000000.json: no such file, so the times of the frames are unknown: give --fps",
+        ),
+        (("irregular_six", "--source", "walk", "--topic", "/a"), "--topic: walk is not a bag"),
         (("irregular_six", "--source", "walk", "--decode"), "--decode: no lamp of the scene has a code; give --lamps"),
         (("irregular_six", "--source", "walk", "--lamps", "none.csv"), "none.csv"),
         (("irregular_six", "--source", "walk", "--out", "nowhere/w.jsonl"), "nowhere/w.jsonl: cannot be written"),
         (("irregular_six", "--source", "walk", "--tum", "walk"), "walk: cannot be written"),
         (("irregular_six", "--source", "walk", "--rerun", "nowhere/w.rrd"), "nowhere/w.rrd"),
-        (("irregular_six", "--source", "walk", "--bag", "walk"), "walk: is there already"),
+        (("irregular_six", "--source", "walk", "--bag", "walk"), "walk: exists already"),
         (("irregular_six", "--source", "small", "--fps", 5), "is 64 x 48, the scene's camera is 640 x 480"),
     ],
 )
@@ -289,7 +292,8 @@ def test_signals_end_the_run_cleanly(tmp_path: Path, frames, number):
     assert ran.stdout is not None and ran.stdout.readline() and ran.stdout.readline()
     ran.send_signal(number)
     _, err = ran.communicate(timeout=20)
-    assert ran.returncode == 130 and "interrupted: what there is is whole" in err and "Traceback" not in err
+    assert ran.returncode == 130 and "Traceback" not in err
+    assert "interrupted; all files written so far are complete" in err
     assert 1 <= len(told(tmp_path / "w.jsonl")) < 9 * FRAMES
     assert (tmp_path / "w.jsonl").read_text().endswith("}\n")
     with highlevel.AnyReader([tmp_path / "b"]) as bag:
@@ -342,8 +346,8 @@ def test_coded_lamps_need_no_prior(libocc):
     assert code == 0, err
     records = told("s.jsonl")
     first = next(i for i, record in enumerate(records) if record["position_m"] is not None)
-    assert 30 <= first < 39 and f"ids are known after {first + 1} frames" in records[first]["warning"]
-    assert all(r["state"] == "searching" and r["reason"].startswith("ids are being read") for r in records[:first])
+    assert 30 <= first < 39 and f"ids were decoded after {first + 1} frames" in records[first]["warning"]
+    assert all(r["state"] == "searching" and r["reason"].startswith("decoding ids") for r in records[:first])
     assert all(record["state"] in ("tracking", "coasting") for record in records[first:])
     assert np.linalg.norm(records[-1]["error_m"] - np.array([10, 0, 0])) < 0.01
     assert "first position 1." in err

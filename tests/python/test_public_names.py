@@ -68,6 +68,13 @@ def test_moved_names_stay_importable(name):
     assert value is getattr(occ._core, name, value)
 
 
+@pytest.mark.parametrize("name", list(_moved.RENAMED))
+def test_renamed_names_stay_importable(name):
+    place, present = _moved.RENAMED[name]
+    with pytest.warns(DeprecationWarning, match=rf"libocc\.{name} is now libocc\.{place}\.{present}"):
+        assert getattr(occ, name) is getattr(getattr(occ, place), present)
+
+
 def test_an_unknown_name_is_an_attribute_error():
     with pytest.raises(AttributeError, match="module 'libocc' has no attribute 'nosuch'"):
         occ.nosuch

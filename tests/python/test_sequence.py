@@ -97,7 +97,7 @@ def test_a_full_disk_leaves_complete_files_and_the_run_can_continue(run, monkeyp
         fails_at(count, patch)
         code, out, err = run(*LINE, "--out", "set")
     assert code == 2 and out == ""
-    assert "No space left on device" in err and "the same command goes on" in err and "set/" in err
+    assert "No space left on device" in err and "the same command continues" in err and "set/" in err
     whole, part = contents("whole"), contents("set")
     assert len(part) == count - 1 and all(whole[name] == part[name] for name in part)
     assert run(*LINE, "--out", "set")[0] == 0
@@ -142,7 +142,7 @@ def test_ctrl_c_keeps_finished_results(run, monkeypatch):
 
     monkeypatch.setattr(write, "render_frame", render)
     code, out, err = run(*LINE, "--out", "set")
-    assert code == 130 and out.startswith("set: 3 of 10 frames, 3 of them new") and "goes on from here" in err
+    assert code == 130 and out.startswith("set: 3 of 10 frames, 3 of them new") and "continues from here" in err
     assert len(occ.Trajectory.load("set/trajectory.txt")) == 3
     monkeypatch.undo()
 
@@ -167,7 +167,7 @@ def test_ctrl_c_reaches_a_run_in_several_processes(run, tmp_path):
 @pytest.mark.parametrize(
     "options, text",
     [
-        (("--seed", 1), "set: holds another result, which would be mixed with this one: seed was 0, is 1"),
+        (("--seed", 1), "set: contains the result of other settings: seed was 0, is 1"),
         (("--fps", 10), "fps was 20.0, is 10.0"),
         (("--layout", "coco"), "layout was plain, is coco"),
         (("--format", "pgm"), "format was png, is pgm"),
@@ -183,7 +183,7 @@ def test_a_folder_with_another_result_is_rejected(run, options, text):
 
 def test_a_folder_with_other_files_is_rejected(run, tmp_path):
     code, _, err = run(*LINE, "--out", tmp_path)
-    assert code == 2 and "is not empty and holds no result of libocc" in err
+    assert code == 2 and "is not empty and has no results of libocc" in err
 
 
 @pytest.mark.parametrize(
@@ -217,7 +217,7 @@ GOOD = "{time_s: 0, position_m: [0, 0, 0]}"
         (f"{GOOD[:-1]}, look_at_m: [0, 0, 1], tilt_deg: 3}}", "tilt_deg must be absent beside"),
         (f"{GOOD[:-1]}, look_at_m: [0, 0, 1]}}", "up"),
         ("", "waypoints must be a list of at least one"),
-        ("{time_s: 0, position_m: [0, 0, 0]", "is no YAML"),
+        ("{time_s: 0, position_m: [0, 0, 0]", "is not valid YAML"),
     ],
 )
 def test_bad_waypoints(run, waypoints, text):
@@ -232,7 +232,7 @@ def test_bad_waypoints(run, waypoints, text):
     [
         ("0 0 0 0 0 0 0 1\n0 0 0 0 0 0 0 1\n", "bad.txt:2: times must increase"),
         ("0 0 0 nan 0 0 0 1\n", "bad.txt:1: must be finite numbers, got nan"),
-        ("0 0 0 0 0 0 0 1\n0.001 0 0 0 0 0 0 1\n", "bad.txt: ends before a frame does"),
+        ("0 0 0 0 0 0 0 1\n0.001 0 0 0 0 0 0 1\n", "bad.txt: must last at least one frame"),
     ],
 )
 def test_bad_tum_files(run, text, reason):

@@ -197,7 +197,8 @@ def test_consistency():
     assert abs(occ.smoothing.chi2_quantile(0.95, 2) + 2 * np.log(0.05)) < 1e-9
     covariance = np.array([[2, 0.5], [0.5, 1]])
     error = np.array([1.0, -1])
-    assert abs(occ.smoothing.normalised_squared_error(error, covariance) - error @ np.linalg.solve(covariance, error)) < 1e-12
+    expected = error @ np.linalg.solve(covariance, error)
+    assert abs(occ.smoothing.normalised_squared_error(error, covariance) - expected) < 1e-12
     with pytest.raises(ValueError, match="positive definite"):
         occ.smoothing.normalised_squared_error(error, -covariance)
     with pytest.raises(ValueError, match="dof must be of squared's shape"):

@@ -101,9 +101,9 @@ def test_a_bag_without_stamps_has_the_times_of_its_recording(tmp_path: Path, fra
 def test_a_bag_of_several_topics_requires_a_topic(tmp_path: Path, frames):
     pytest.importorskip("rosbags")
     bag = str(write_bag(tmp_path / "bag", frames[:1], topics=("/left", "/right")))
-    with pytest.raises(ValueError, match=r"bag: has images on several topics, give --topic: /left, /right"):
+    with pytest.raises(ValueError, match=r"bag: has images on several topics; give --topic with one of /left, /right"):
         open_source(bag)
-    with pytest.raises(ValueError, match=r"--topic: '/up' has no images in .*; known are /left, /right"):
+    with pytest.raises(ValueError, match=r"--topic: '/up' has no images in .*; allowed: /left, /right"):
         open_source(bag, topic="/up")
     assert open_source(bag, topic="/right").total == 1
 
@@ -114,7 +114,7 @@ def test_damaged_bags_are_rejected_by_name(tmp_path: Path):
     (tmp_path / "empty").mkdir()
     (tmp_path / "empty" / "metadata.yaml").write_text("nothing: 1\n")
     for name in ("torn.bag", "empty"):
-        with pytest.raises(ValueError, match=f"{name}: no bag that rosbags can read"):
+        with pytest.raises(ValueError, match=f"{name}: is not a bag that rosbags can read"):
             open_source(str(tmp_path / name))
 
 
@@ -129,7 +129,7 @@ def test_pixels_of_messages():
         pixels_of(raw_image("yuv422", 1, 2, 4, range(4)))
     with pytest.raises(ValueError, match="3 bytes of step 2 cannot hold 2 x 2 mono8"):
         pixels_of(raw_image("mono8", 2, 2, 2, range(3)))
-    with pytest.raises(ValueError, match="is no image that can be read"):
+    with pytest.raises(ValueError, match="cannot be read as an image"):
         pixels_of_file(b"nothing")
 
 
@@ -197,9 +197,9 @@ def test_a_camera_is_live_and_its_clock_is_now(fake_opencv):
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("camera:front", "camera:front: a camera is camera:N"),
+        ("camera:front", "camera:front: a camera must be given as camera:N"),
         ("nowhere", "nowhere: no such folder, video or bag"),
-        (".", "holds no images"),
+        (".", "contains no images"),
     ],
 )
 def test_invalid_sources_are_rejected(name, said, tmp_path: Path, monkeypatch):
@@ -215,7 +215,7 @@ def test_frames_in_order_are_used_and_missing_ones_counted():
     found = looked_at(0.0, 0.1, 0.2, 0.3, 0.7, 0.8)
     assert all(verdict.usable for verdict in found)
     assert [verdict.warning for verdict in found if verdict.warning] == [
-        "3 frames missing before it: 0.400 s after the one before"
+        "3 frames missing before it: 0.400 s after the previous frame"
     ]
     order = FrameOrder()
     for frame in numbered(0.0, 0.1, 0.2):
@@ -234,11 +234,11 @@ def test_a_late_frame_is_left_out_and_a_clock_set_back_begins_anew():
 
 
 def test_repeated_frames_are_skipped():
-    assert "its time is that of the frame before" in looked_at(0.0, 0.0)[1].reason
+    assert "its time equals that of the previous frame" in looked_at(0.0, 0.0)[1].reason
     order = FrameOrder()
     assert order.check(StreamFrame(0, 0.0, PIXELS)).usable
     again = order.check(StreamFrame(1, 0.1, PIXELS.copy()))
-    assert not again.usable and "its pixels are those of the frame before" in again.reason
+    assert not again.usable and "its pixels equal those of the previous frame" in again.reason
     dark = np.zeros((3, 4), np.uint8)
     assert order.check(StreamFrame(2, 0.2, dark)).usable and order.check(StreamFrame(3, 0.3, dark)).usable
 
@@ -320,7 +320,7 @@ def test_tum_files_are_read_back_and_have_no_predictions(tmp_path: Path):
         state = "coasting" if i == 1 else "tracking"
         tum.add(Record(i, time_s, state, pose=pose_at(time_s, (1 + 0.1 * i, 2, 0.5))))
     tum.add(Record(9, 3.0, "tracking", pose=pose_at(3.0)))
-    assert tum.close() == f"{path}: 1 poses left out whose times do not rise"
+    assert tum.close() == f"{path}: 1 poses are omitted because their times do not increase"
     lines = Path(path).read_text().splitlines()
     assert lines[0].startswith("# timestamp tx ty tz qx qy qz qw") and len(lines) == 1 + 3
     read = np.loadtxt(path)  # eight numbers, space between, `#` a comment: what evo takes
@@ -353,7 +353,8 @@ def test_a_full_disk_leaves_complete_lines_and_the_other_outputs(tmp_path: Path,
     assert Path(path).stat().st_size == size and json.loads(Path(path).read_text())["frame"] == 0
     assert len((tmp_path / "a.tum").read_text().splitlines()) == 1 + 3
     (said,) = told
-    assert said == f"error: {path}: cannot be written: No space left on device; frame 1 and what follows are not in it"
+    reason = "No space left on device; frame 1 and all later frames are missing in it"
+    assert said == f"error: {path}: cannot be written: {reason}"
 
 
 def test_covariances_are_ros_s_own(pose):
@@ -393,7 +394,7 @@ def test_a_table_gives_the_positions_of_lamps(root: Path, tmp_path: Path):
         ("", r":1: columns must be id,x,y,z or id,x,y,z,radius, got ''"),
         ("id,x,z,y\n", r":1: columns must be"),
         ("id,x,y,z\n", r": has no lamps"),
-        ("id,x,y,z\n1,1,1,3\n1,2,2,3\n", r":3: id 1 is there already"),
+        ("id,x,y,z\n1,1,1,3\n1,2,2,3\n", r":3: id 1 occurs twice"),
         ("id,x,y,z\n1,1,1\n", r":2: must have 4 values, got 3"),
         ("id,x,y,z\none,1,1,3\n", r":2: id must be a whole number, got 'one'"),
         ("id,x,y,z\n1,1,high,3\n", r":2: y must be a number \[m\], got 'high'"),

@@ -40,7 +40,7 @@ def test_paths():
 
 @pytest.mark.parametrize("path", ["", "lamps[", "lamps[-1].x", "[0].x", "a b", "a..b", "a[0]b"])
 def test_invalid_paths_are_rejected(path):
-    with pytest.raises(ValueError, match="is no path like sensor.exposure_s"):
+    with pytest.raises(ValueError, match="is not a path such as sensor.exposure_s"):
         steps_of(path)
 
 
@@ -167,7 +167,7 @@ def test_ctrl_c_keeps_finished_results(run, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(sweep_run, "compute_point", compute)
         code, out, err = run("sweep", "sweep.yaml", "--out", "out")
-    assert code == 130 and out.startswith("out: 3 of 6 points") and "goes on from here" in err
+    assert code == 130 and out.startswith("out: 3 of 6 points") and "continues from here" in err
     assert len(Path("out/results.csv").read_text().splitlines()) == 1 + 3 * 2
     assert run("sweep", "sweep.yaml", "--out", "out")[0] == 0
     assert contents("out") == contents("whole")
@@ -178,7 +178,7 @@ def test_a_changed_sweep_is_rejected(run):
     before = contents("out")
     Path("sweep.yaml").write_text(SWEEP.replace("images: 2", "images: 3"))
     code, _, err = run("sweep", "sweep.yaml", "--out", "out")
-    assert code == 2 and "out: holds another result" in err and "sweep file (sha256) was" in err
+    assert code == 2 and "out: contains the result of other settings" in err and "sweep file (sha256) was" in err
     Path("sweep.yaml").write_text(SWEEP)
     Path("room.yaml").write_text(Path("room.yaml").read_text().replace("0.15", "0.16"))
     code, _, err = run("sweep", "sweep.yaml", "--out", "out")
@@ -232,7 +232,7 @@ EXPOSURE = "sensor.exposure_s: {log: [5e-5, 2e-4], count: 2}"
         (EXPOSURE, "pose.hedding_deg: [1]", "unknown key 'hedding_deg'; did you mean heading_deg?"),
         (EXPOSURE, "lamps[7].power_w: [1]", "lamps[7].power_w: lamps has 4 entries, [0] to [3]"),
         (EXPOSURE, "lamps.power_w: [1]", "lamps.power_w: lamps has no keys"),
-        (EXPOSURE, "sensor[0]: [1]", "sensor[0]: sensor is no list"),
+        (EXPOSURE, "sensor[0]: [1]", "sensor[0]: sensor is not a list"),
         (EXPOSURE, "lens.ghosts[0].scale: [1]", "lens.ghosts is not in the file"),
         (EXPOSURE, "sensor.exposure_s: [-1]", "sensor.exposure_s"),
         (EXPOSURE, "sensor.exposure_s: [1e-4, -1, 1e-5]", "parameters.sensor.exposure_s: -1: key"),
@@ -241,16 +241,16 @@ EXPOSURE = "sensor.exposure_s: {log: [5e-5, 2e-4], count: 2}"
         (EXPOSURE, "sensor.exposure_s: []", "sensor.exposure_s.values must be a list of at least one"),
         (EXPOSURE, "sensor.exposure_s: {log: [1, 1], count: 3}", "sensor.exposure_s.log is an empty range"),
         (EXPOSURE, "sensor.exposure_s: {uniform: [2, 1], count: 3}", "uniform is an empty range"),
-        (EXPOSURE, "sensor.exposure_s: {linear: [1, 2], count: 0}", "count must be a whole number from 1, got 0"),
-        (EXPOSURE, "sensor.exposure_s: {linear: [1, 2]}", "count must be a whole number from 1, got None"),
+        (EXPOSURE, "sensor.exposure_s: {linear: [1, 2], count: 0}", "count must be a whole number not below 1, got 0"),
+        (EXPOSURE, "sensor.exposure_s: {linear: [1, 2]}", "count must be a whole number not below 1, got None"),
         (EXPOSURE, "sensor.exposure_s: {log: [0, 2], count: 2}", "log must be positive, got [0, 2]"),
         (EXPOSURE, "sensor.exposure_s: {linear: [.nan, 2], count: 2}", "must be two finite numbers"),
         (EXPOSURE, "sensor.exposure_s: {liner: [1, 2], count: 2}", "unknown key 'liner'; did you mean linear?"),
         (EXPOSURE, "sensor.exposure_s: {count: 2}", "must have one of values, linear"),
         (EXPOSURE, "sensor.exposure_s: {normal: [1, 0], count: 2}", "with sigma positive"),
-        ("images: 2", "images: 0", "images must be a whole number from 1, got 0"),
+        ("images: 2", "images: 0", "images must be a whole number not below 1, got 0"),
         ("images: 2", "combine: zipp", "combine: unknown 'zipp'; did you mean zip?"),
-        ("images: 2", "combine: zip", "zip needs as many values of each parameter"),
+        ("images: 2", "combine: zip", "zip requires the same number of values for each parameter"),
         ("images: 2", "format: pnq", "unknown image format 'pnq'; did you mean png?"),
         ("images: 2", "imges: 2", "unknown key 'imges'; did you mean images?"),
         ("[images, truth", "[imags, truth", "keep: unknown 'imags'; did you mean images?"),

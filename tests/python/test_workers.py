@@ -16,7 +16,7 @@ def test_every_job_has_its_result(workers):
 
 
 def test_a_process_that_dies_is_no_hang():
-    with pytest.raises(OSError, match="a worker process was ended from outside"):
+    with pytest.raises(OSError, match="a worker process was killed"):
         list(run_jobs(die, [1, 2, 3], 2))
 
 
