@@ -170,7 +170,7 @@ TEST(RobustPose, AnotherWorldFrameTurnsTheAnswer) {
     moved.points.col(i) = world_from_other.inverse() * Eigen::Vector3d(m.points.col(i));
   moved.truth = m.truth * world_from_other;
   const Rigid3 expected = solved(m)->fix.cam_from_world * world_from_other;
-  EXPECT_LT(squared_error({{}, {}, {}, expected, 0}, solved(moved)->fix, bound_of(moved)), 1e-3);
+  EXPECT_LT(squared_error({{}, {}, vga(), expected, 0}, solved(moved)->fix, bound_of(moved)), 1e-3);
 }
 
 TEST(RobustPose, TheSameSeedGivesTheSameBits) {

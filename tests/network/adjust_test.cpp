@@ -124,7 +124,8 @@ TEST(Adjust, SameBitsForAnyNumberOfThreads) {
     EXPECT_TRUE(points == precision(one->network, {}, threads)->points()) << threads;
     const auto again = network_statistics(one->network, threads);
     for (std::size_t i = 0; i < network.observations.size(); ++i)
-      EXPECT_EQ(statistics->observations[i].redundancy, again->observations[i].redundancy);
+      EXPECT_EQ(statistics->image_observations[i].redundancy,
+                again->image_observations[i].redundancy);
   }
 }
 
