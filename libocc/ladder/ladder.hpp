@@ -71,7 +71,7 @@ LIBOCC_API LadderBound ladder_bound(const LadderProblem& problem, Rung rung,
                                     FluxModel flux = FluxModel::ignore);
 
 struct LadderOutcome {
-  const char* name = "";
+  std::string name;
   bool answered = false;
   Rigid3 cam_from_world;
   double time_s = 0;  ///< mean time of a call, over as many calls as take `min_time_s`
