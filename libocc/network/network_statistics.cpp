@@ -94,8 +94,8 @@ Result<NetworkStatistics> network_statistics(const Network& adjusted, int thread
   out.redundancy = out.observations - out.unknowns + out.defect;
   if (out.redundancy > 0) out.sigma0 = std::sqrt(2 * normal.cost / out.redundancy);
   constexpr double z = 1.959964;  // 95 %
-  const auto sigma0_at = [&](double normal) {
-    return out.redundancy > 0 ? std::sqrt(gate_chi2(normal, out.redundancy) / out.redundancy) : 1;
+  const auto sigma0_at = [&](double quantile) {
+    return out.redundancy > 0 ? std::sqrt(gate_chi2(quantile, out.redundancy) / out.redundancy) : 1;
   };
   out.sigma0_low = sigma0_at(-z);
   out.sigma0_high = sigma0_at(z);
