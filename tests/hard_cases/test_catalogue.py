@@ -50,7 +50,7 @@ def test_the_catalogue_has_every_kind():
 
 
 @pytest.mark.parametrize(
-    "change, says",
+    "change, message",
     [
         (("verdict: solved", "verdict: perhaps"), "verdict: 'perhaps' is not one of either, error"),
         (("points: 3", "points: three"), "points: 'three' is not a int"),
@@ -68,13 +68,13 @@ def test_the_catalogue_has_every_kind():
         (("points: 3", "points: 3\nparameters: {tilt: 1}"), "parameters of danger_cylinder: 'tilt' is not"),
     ],
 )
-def test_errors_of_a_bad_file_name_file_key_and_value(tmp_path, change, says):
+def test_errors_of_a_bad_file_name_file_key_and_value(tmp_path, change, message):
     path = tmp_path / "bad.yaml"
     assert change[0] in GOOD
     path.write_text(GOOD.replace(*change, 1))
     with pytest.raises(ValueError) as refused:
         read_case(path)
-    assert str(refused.value).startswith(f"{path}: ") and says in str(refused.value)
+    assert str(refused.value).startswith(f"{path}: ") and message in str(refused.value)
 
 
 def test_no_mapping_no_file_no_folder(tmp_path):

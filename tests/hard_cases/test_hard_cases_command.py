@@ -82,7 +82,7 @@ def test_a_harmful_own_solver_ends_in_exit_code_1(run, monkeypatch, answer):
 
 
 @pytest.mark.parametrize(
-    "arguments, says",
+    "arguments, message",
     [
         (("--case", "nowhere"), "--case: 'nowhere' is not one of bad_numbers_six, "),
         (("--solver", "magic"), "--solver: 'magic' is not one of auto, "),
@@ -92,9 +92,9 @@ def test_a_harmful_own_solver_ends_in_exit_code_1(run, monkeypatch, answer):
         ((*FEW, "--csv", "no/folder/cells.csv"), "no/folder/cells.csv"),
     ],
 )
-def test_bad_input_is_one_line_and_exit_code_2(run, arguments, says):
+def test_bad_input_is_one_line_and_exit_code_2(run, arguments, message):
     code, _, err = run(*arguments)
-    assert code == 2 and err.startswith("error: ") and says in err and err.count("\n") == 1
+    assert code == 2 and err.startswith("error: ") and message in err and err.count("\n") == 1
 
 
 def test_a_bad_file_in_the_catalogue_is_named(run, tmp_path, monkeypatch):

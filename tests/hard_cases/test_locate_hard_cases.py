@@ -66,7 +66,7 @@ def test_locate_is_correct_or_reports_a_problem(name, row):
         fix = occ.locate(image, scene)
         if fix.status not in (occ.Status.ok, occ.Status.ambiguous):
             continue
-        assert CASES[name].verdict == "solved", f"{fix.status} where no pose can be told"
+        assert CASES[name].verdict == "solved", f"{fix.status} where no pose is determined"
         found += 1
         distance = np.linalg.norm(instance.points.mean(0) - position)
         assert any(is_right(c, position, distance) for c in fix.candidates), fix.message or fix.status

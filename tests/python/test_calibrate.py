@@ -270,8 +270,8 @@ def test_times_by_name(run, series):
     Path("t.csv").write_text("image,exposure_s\n" + "".join(f"{n},{t}\n" for n, t in zip(names, times)))
     Path("t.yaml").write_text(yaml.safe_dump(dict(zip(names, times))))
     Path("list.yaml").write_text(yaml.safe_dump(times))
-    said = {run("response", *names, "--exposures", file, "--json")[1] for file in ("t.csv", "t.yaml", "list.yaml")}
-    assert len(said) == 1 and json.loads(said.pop())["status"] == "ok"
+    result = {run("response", *names, "--exposures", file, "--json")[1] for file in ("t.csv", "t.yaml", "list.yaml")}
+    assert len(result) == 1 and json.loads(result.pop())["status"] == "ok"
     code, _, err = run("response", *names[::-1], "--exposures", "t.csv")
     assert code == 0, err
 
@@ -295,8 +295,8 @@ def test_times_from_the_images_exif(run, series):
     names = write_jpegs(images, [{TIME: IFDRational(round(t * 1e6), 1000000), ISO: 100} for t in times])
     code, out, err = run("response", *names, "--json")
     assert code == 0, err
-    said = run("response", *names, "--exposures", ",".join(f"{t:.6f}" for t in times), "--json")
-    assert said[1] == out and json.loads(out)["status"] == "ok"
+    result = run("response", *names, "--exposures", ",".join(f"{t:.6f}" for t in times), "--json")
+    assert result[1] == out and json.loads(out)["status"] == "ok"
 
 
 @pytest.mark.parametrize(
@@ -390,8 +390,8 @@ def test_light_finds_a_common_factor_and_ambient_light(run, beams, supposed, pos
     found = occ.Scene.load("scene_calibrated.yaml")
     assert found.ambient_w_m2 == pytest.approx(0.3, rel=0.05)
     assert [lamp.power_w for lamp in found.lamps] == pytest.approx([0.15] * 6, rel=0.03)
-    said = json.loads(run("light", "room.yaml", *names, *options, "--json")[1])
-    assert said["factor"]["sigma"] > 0 and said["ambient"]["images"] == 14
+    result = json.loads(run("light", "room.yaml", *names, *options, "--json")[1])
+    assert result["factor"]["sigma"] > 0 and result["ambient"]["images"] == 14
     code, _, err = run("light", "room.yaml", *names, "--powers", "both")
     assert code == 2 and "'each', 'common_factor'" in err
 

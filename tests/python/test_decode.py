@@ -107,9 +107,9 @@ def test_command_decodes_lamps_and_draws(libocc, folder: Path, tmp_path: Path):
     assert "position 1.8" in out
     assert occ.read_image(picture).size > 10000
     code, out, _ = libocc("decode", folder, "--still", "--json")
-    told = json.loads(out)
-    assert sorted(lamp["lamp"] for lamp in told["lamps"]) == [1, 2, 3, 4]
-    assert np.linalg.norm(np.array(told["position_m"]) - [1.8, 2.1, 0.3]) < 0.01
+    decoded = json.loads(out)
+    assert sorted(lamp["lamp"] for lamp in decoded["lamps"]) == [1, 2, 3, 4]
+    assert np.linalg.norm(np.array(decoded["position_m"]) - [1.8, 2.1, 0.3]) < 0.01
 
 
 def test_missing_frames_do_no_harm(libocc, folder: Path):
@@ -123,7 +123,7 @@ def test_missing_frames_do_no_harm(libocc, folder: Path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["set", "--code", "ufsok"], "unknown code 'ufsok'; did you mean ufsook?"),
         (["set", "--line", "4b5b"], "--line: unknown '4b5b'; did you mean 4b6b?"),
@@ -134,12 +134,12 @@ def test_missing_frames_do_no_harm(libocc, folder: Path):
         (["empty", "--map", "ufsook_four"], "contains no images"),
     ],
 )
-def test_bad_input_is_one_line(libocc, folder: Path, monkeypatch, arguments, said):
+def test_bad_input_is_one_line(libocc, folder: Path, monkeypatch, arguments, message):
     monkeypatch.chdir(folder.parent)
     (folder.parent / "empty").mkdir()
     code, _, err = libocc("decode", *arguments)
     assert code == 2
-    assert said in err and err.count("\n") == 1
+    assert message in err and err.count("\n") == 1
 
 
 def test_times_must_be_known(libocc, folder: Path):

@@ -34,14 +34,14 @@ def test_json_has_the_values_of_the_api(run):
     scene = occ.Scene.load("room.yaml")
     pose = facing_pose(scene)
     assert np.allclose(data["cam_from_world"], pose)
-    said = occ.explain(scene, pose, repetitions=0)
-    assert [e["effect"] for e in data["effects"]] == [e.effect for e in said.effects]
-    for printed, effect in zip(data["effects"], said.effects, strict=True):
+    explained = occ.explain(scene, pose, repetitions=0)
+    assert [e["effect"] for e in data["effects"]] == [e.effect for e in explained.effects]
+    for printed, effect in zip(data["effects"], explained.effects, strict=True):
         assert printed["bound_dn"] == effect.bound_dn and printed["applied"] == effect.applied
         assert printed["cost_s"] is None
     plan = occ.rendering.plan_render(scene, pose)
-    assert [e.applied for e in plan] == [e.applied for e in said.effects]
-    by_name = {e.effect: e for e in said.effects}
+    assert [e.applied for e in plan] == [e.applied for e in explained.effects]
+    by_name = {e.effect: e for e in explained.effects}
     assert by_name["psf"].called_for and not by_name["psf"].applied and by_name["psf"].reason == "off"
     assert by_name["extent"].applied and by_name["extent"].reason == "more than the tolerances"
 
@@ -70,7 +70,7 @@ def test_the_default_pose_sees_all_lamps_from_inside_the_room():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
         (("nowhere.yaml",), "nowhere.yaml"),
         (("room.yaml", "--tilt-deg", 5), "--position"),
@@ -79,13 +79,13 @@ def test_the_default_pose_sees_all_lamps_from_inside_the_room():
         (("room.yaml", "--position", "nan", 1, 1), "room.yaml: "),
     ],
 )
-def test_bad_input_is_one_line_and_exit_code_2(run, arguments, says):
+def test_bad_input_is_one_line_and_exit_code_2(run, arguments, message):
     code, _, err = run(*arguments)
-    assert code == 2 and says in err and err.count("\n") == 1, err
+    assert code == 2 and message in err and err.count("\n") == 1, err
 
 
 def test_an_unknown_effect_and_bad_tolerances_are_rejected(run, tmp_path):
-    for line, says in (
+    for line, message in (
         ("effects: {vigneting: off}", "vignetting"),
         ("effects: {tolerance_dn: 0}", "tolerance_dn"),
         ("effects: {walls: off, interreflection: on}\nroom: {wall_reflectance: 0.5}", "interreflection"),
@@ -93,4 +93,4 @@ def test_an_unknown_effect_and_bad_tolerances_are_rejected(run, tmp_path):
         text = SCENE.replace("effects: {default: auto, psf: off}\nroom: {size_m: [4, 4, 3]}", line)
         (tmp_path / "odd.yaml").write_text(text)
         code, _, err = run("odd.yaml")
-        assert code == 2 and says in err and "odd.yaml" in err, err
+        assert code == 2 and message in err and "odd.yaml" in err, err

@@ -92,9 +92,9 @@ def test_a_square_is_ambiguous_until_the_heading_is_known(square, pose):
     prior = occ.Prior(
         heading_rad=occ.guide.heading_rad(pose) + 0.1, heading_sigma_rad=math.radians(20)
     )
-    told = occ.locate(image, square, prior)
-    assert told.ok
-    assert np.linalg.norm(told.position_m - truth.position_m) < 2e-3
+    with_prior = occ.locate(image, square, prior)
+    assert with_prior.ok
+    assert np.linalg.norm(with_prior.position_m - truth.position_m) < 2e-3
 
 
 def test_options_reach_the_library(image, scene):

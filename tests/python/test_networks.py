@@ -184,9 +184,9 @@ def test_wrong_input_is_one_line_and_exit_code_2(
     text = path.read_text()
     assert old in text
     path.write_text(text.replace(old, new, 1))
-    code, _, told = run("calibrate", "network", network, "--out", tmp_path / "out")
-    assert code == 2 and told.startswith("error: ") and told.count("\n") == 1
-    assert complaint in told
+    code, _, err = run("calibrate", "network", network, "--out", tmp_path / "out")
+    assert code == 2 and err.startswith("error: ") and err.count("\n") == 1
+    assert complaint in err
     assert not (tmp_path / "out").exists()
 
 
@@ -197,8 +197,8 @@ def test_an_undetermined_network_keeps_its_last_state(network: Path, tmp_path: P
     lines = seen.read_text().splitlines()
     seen.write_text("\n".join([lines[0], *(line for line in lines if line.startswith("S0,"))]) + "\n")
     out = tmp_path / "out"
-    code, _, told = run("calibrate", "network", network, "--out", out)
-    assert code == 1 and told.count("\n") >= 1
+    code, _, err = run("calibrate", "network", network, "--out", out)
+    assert code == 1 and err.count("\n") >= 1
     data = json.loads((out / "result.json").read_text())
-    assert data["status"] != "ok" and data["message"] in told
+    assert data["status"] != "ok" and data["message"] in err
     assert "The report shows the last state" in (out / "report.html").read_text()

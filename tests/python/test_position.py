@@ -36,7 +36,7 @@ def run(libocc, tmp_path: Path, frames):
     return libocc
 
 
-def told(path):
+def records_of(path):
     return [json.loads(line) for line in Path(path).read_text().splitlines()]
 
 
@@ -45,7 +45,7 @@ def test_every_frame_has_a_line_and_a_record(run, frames):
     assert code == 0, err
     lines = out.splitlines()
     assert lines[0].split()[:3] == ["time", "s", "state"] and len(lines) == 1 + FRAMES
-    records = told("w.jsonl")
+    records = records_of("w.jsonl")
     for record, line, (time_s, _, pose) in zip(records, lines[1:], frames, strict=True):
         assert record["state"] == "tracking" and record["time_s"] == time_s
         assert line.split()[:2] == [f"{time_s:.3f}", "tracking"]
@@ -59,7 +59,7 @@ def test_every_frame_has_a_line_and_a_record(run, frames):
 def test_json_lines_are_printed_as_they_are_written(run):
     code, out, _ = run("position", "irregular_six", "--source", "walk", "--json", "--out", "w.jsonl")
     printed = [json.loads(line) for line in out.splitlines()]
-    assert code == 0 and printed == told("w.jsonl")
+    assert code == 0 and printed == records_of("w.jsonl")
 
 
 def test_tum_is_a_trajectory(run):
@@ -78,7 +78,7 @@ def test_bags_in_and_out(run, frames, name, source):
     write_bag(Path(source), frames)
     code, _, err = run("position", "irregular_six", "--source", source, "--quiet", "--bag", name, "--out", "w.jsonl")
     assert code == 0, err
-    records = told("w.jsonl")
+    records = records_of("w.jsonl")
     with highlevel.AnyReader([Path(name)]) as bag:
         got = {c.topic: [] for c in bag.connections}
         for connection, stamp_ns, raw in bag.messages():
@@ -144,7 +144,7 @@ def test_bad_frames_are_said_and_left_out(run, frames):
     Path("walk/truth/000011.json").write_text(json.dumps({**truth, "time_s": 1.0}))
     code, _, err = run("position", "irregular_six", "--source", "walk", "--quiet", "--out", "w.jsonl")
     assert code == 0, err
-    records = {record["name"]: record for record in told("w.jsonl")}
+    records = {record["name"]: record for record in records_of("w.jsonl")}
     skipped = {name[4:6]: record["reason"] for name, record in records.items() if record["state"] == "skipped"}
     assert skipped.keys() == {"03", "05", "07", "11"}
     assert "000003.png" in skipped["03"] and skipped["05"] == "its size is not that of the camera, 640 x 480"
@@ -160,7 +160,7 @@ def test_lamps_switched_off_give_no_position(run, frames):
     code, _, _ = run(
         "position", "irregular_six", "--source", "walk", "--quiet", "--out", "w.jsonl", "--tum", "w.tum"
     )
-    records = told("w.jsonl")
+    records = records_of("w.jsonl")
     assert code == 0 and [record["state"] for record in records[:4]] == ["tracking"] * 4
     for record in records[4:]:
         assert record["state"] in ("coasting", "lost", "searching") and record["reason"]
@@ -180,7 +180,7 @@ def test_a_camera_that_is_carried_off_is_found_again_and_the_jump_is_said(run, s
         file.write_text(json.dumps({**json.loads(file.read_text()), "velocity": [0.0] * 6}))
     code, _, err = run("position", "irregular_six", "--source", "far", "--quiet", "--out", "w.jsonl")
     assert code == 0, err
-    records = told("w.jsonl")
+    records = records_of("w.jsonl")
     jumps = [record for record in records if record["warning"] == "relocalised: the pose differs from the prediction"]
     assert len(jumps) == 1 and "from where it was expected, confirmed by" in jumps[0]["reason"]
     assert FRAMES < jumps[0]["frame"] < FRAMES + 6
@@ -199,7 +199,7 @@ def test_a_clock_set_back_begins_anew(run):
         file.write_text(json.dumps({"time_s": 0.05 * i}))
     code, _, err = run("position", "irregular_six", "--source", "walk", "--quiet", "--out", "w.jsonl", "--tum", "w.tum")
     assert code == 0
-    records = told("w.jsonl")
+    records = records_of("w.jsonl")
     assert records[6]["state"] == "skipped" and "clock was set back by 4.9" in records[7]["warning"]
     assert records[8]["state"] == "tracking"
     assert len(occ.Trajectory.load("w.tum")) == 6 and "poses are omitted because their times do not increase" in err
@@ -225,7 +225,7 @@ def test_the_last_pose_is_kept_after_a_clock_jump(libocc, scene):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("irregular_six", "--source", "nowhere"), "nowhere: no such folder, video or bag"),
         (("nosuch", "--source", "walk"), "nosuch"),
@@ -244,14 +244,14 @@ def test_the_last_pose_is_kept_after_a_clock_jump(libocc, scene):
         (("irregular_six", "--source", "small", "--fps", 5), "is 64 x 48, the scene's camera is 640 x 480"),
     ],
 )
-def test_bad_input_is_one_line(run, arguments, said):
+def test_bad_input_is_one_line(run, arguments, message):
     for module in [{"--bag": "rosbags", "--rerun": "rerun"}[a] for a in arguments if a in ("--bag", "--rerun")]:
         pytest.importorskip(module)
     for name, size in (("bare", (480, 640)), ("small", (48, 64))):
         Path(name).mkdir()
         occ.write_image(f"{name}/000000.png", np.zeros(size, np.uint8))
     code, out, err = run("position", *arguments)
-    assert code == 2 and out == "" and said in err and err.startswith("error: ") and err.count("\n") == 1
+    assert code == 2 and out == "" and message in err and err.startswith("error: ") and err.count("\n") == 1
 
 
 def test_errors_name_what_is_missing(run, monkeypatch):
@@ -294,10 +294,10 @@ def test_signals_end_the_run_cleanly(tmp_path: Path, frames, number):
     _, err = ran.communicate(timeout=20)
     assert ran.returncode == 130 and "Traceback" not in err
     assert "interrupted; all files written so far are complete" in err
-    assert 1 <= len(told(tmp_path / "w.jsonl")) < 9 * FRAMES
+    assert 1 <= len(records_of(tmp_path / "w.jsonl")) < 9 * FRAMES
     assert (tmp_path / "w.jsonl").read_text().endswith("}\n")
     with highlevel.AnyReader([tmp_path / "b"]) as bag:
-        assert bag.topics["/libocc/fix"].msgcount == len(told(tmp_path / "w.jsonl"))
+        assert bag.topics["/libocc/fix"].msgcount == len(records_of(tmp_path / "w.jsonl"))
 
 
 def test_a_file_played_at_its_pace_drops_frames_when_nobody_keeps_up(tmp_path: Path, frames):
@@ -344,7 +344,7 @@ def test_coded_lamps_need_no_prior(libocc):
         "position", "ufsook_four", "--source", "s", "--decode", "--lamps", table, "--out", "s.jsonl"
     )
     assert code == 0, err
-    records = told("s.jsonl")
+    records = records_of("s.jsonl")
     first = next(i for i, record in enumerate(records) if record["position_m"] is not None)
     assert 30 <= first < 39 and f"ids were decoded after {first + 1} frames" in records[first]["warning"]
     assert all(r["state"] == "searching" and r["reason"].startswith("decoding ids") for r in records[:first])
@@ -359,7 +359,7 @@ def test_a_phone_walks_among_coded_lamps(libocc):
     assert libocc("sequence", "ufsook_hall", "phone_walk", "--out", "s", "--workers", 2)[0] == 0
     code, _, err = libocc("position", "ufsook_hall", "--source", "s", "--decode", "--quiet", "--out", "s.jsonl")
     assert code == 0, err
-    records = told("s.jsonl")
+    records = records_of("s.jsonl")
     errors_m = np.array([np.linalg.norm(r["error_m"]) for r in records if r["state"] == "tracking"])
     first = next(i for i, record in enumerate(records) if record["state"] == "tracking")
     assert first < 60 and len(errors_m) > 0.9 * (len(records) - first)

@@ -195,16 +195,16 @@ def test_a_camera_is_live_and_its_clock_is_now(fake_opencv):
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "message"),
     [
         ("camera:front", "camera:front: a camera must be given as camera:N"),
         ("nowhere", "nowhere: no such folder, video or bag"),
         (".", "contains no images"),
     ],
 )
-def test_invalid_sources_are_rejected(name, said, tmp_path: Path, monkeypatch):
+def test_invalid_sources_are_rejected(name, message, tmp_path: Path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises((OSError, ValueError), match=said):
+    with pytest.raises((OSError, ValueError), match=message):
         open_source(name)
 
 
@@ -226,11 +226,11 @@ def test_frames_in_order_are_used_and_missing_ones_counted():
 def test_a_late_frame_is_left_out_and_a_clock_set_back_begins_anew():
     late = looked_at(1.0, 1.1, 1.05, 1.2)
     assert [verdict.usable for verdict in late] == [True, True, False, True]
-    assert "late: 0.050 s before" in late[2].reason and not late[3].anew
+    assert "late: 0.050 s earlier" in late[2].reason and not late[3].restart
     back = looked_at(100.0, 100.1, 3.0, 3.1, 3.2)
     assert [verdict.usable for verdict in back] == [True, True, False, True, True]
-    assert back[3].anew and "the clock was set back by 97.000 s" in back[3].warning
-    assert not back[4].anew and not back[4].warning
+    assert back[3].restart and "the clock was set back by 97.000 s" in back[3].warning
+    assert not back[4].restart and not back[4].warning
 
 
 def test_repeated_frames_are_skipped():
@@ -331,9 +331,9 @@ def test_tum_files_are_read_back_and_have_no_predictions(tmp_path: Path):
 
 
 def test_a_full_disk_leaves_complete_lines_and_the_other_outputs(tmp_path: Path, monkeypatch):
-    path, told = str(tmp_path / "a.jsonl"), []
+    path, messages = str(tmp_path / "a.jsonl"), []
     full, whole = JsonLines(path), Tum(str(tmp_path / "a.tum"))
-    outputs = Outputs([full, whole], told.append)
+    outputs = Outputs([full, whole], messages.append)
     record = Record(0, 0.1, "tracking", pose=pose_at(0.1))
     outputs.add(record)
     size = Path(path).stat().st_size
@@ -352,9 +352,9 @@ def test_a_full_disk_leaves_complete_lines_and_the_other_outputs(tmp_path: Path,
     outputs.close()
     assert Path(path).stat().st_size == size and json.loads(Path(path).read_text())["frame"] == 0
     assert len((tmp_path / "a.tum").read_text().splitlines()) == 1 + 3
-    (said,) = told
+    (message,) = messages
     reason = "No space left on device; frame 1 and all later frames are missing in it"
-    assert said == f"error: {path}: cannot be written: {reason}"
+    assert message == f"error: {path}: cannot be written: {reason}"
 
 
 def test_covariances_are_ros_s_own(pose):
@@ -389,7 +389,7 @@ def test_a_table_gives_the_positions_of_lamps(root: Path, tmp_path: Path):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("", r":1: columns must be id,x,y,z or id,x,y,z,radius, got ''"),
         ("id,x,z,y\n", r":1: columns must be"),
@@ -403,11 +403,11 @@ def test_a_table_gives_the_positions_of_lamps(root: Path, tmp_path: Path):
         ("id,x,y,z\n300,1,1,3\n", r":2: .*id must be below 256"),
     ],
 )
-def test_a_bad_table_is_rejected_with_its_line(root: Path, tmp_path: Path, text, said):
+def test_a_bad_table_is_rejected_with_its_line(root: Path, tmp_path: Path, text, message):
     room = occ.Scene.load(root / "data" / "scenes" / "ufsook_four.yaml")
     table = tmp_path / "lamps.csv"
     table.write_text(text)
-    with pytest.raises(ValueError, match=f"lamps.csv{said}"):
+    with pytest.raises(ValueError, match=f"lamps.csv{message}"):
         lamps_of_table(str(table), room, occ.codes.Code(kind=occ.codes.CodeKind.ufsook))
 
 
@@ -426,6 +426,6 @@ def test_a_summary_has_quantiles_of_times_and_errors():
     assert lines[0] == "1001 frames: 1000 tracking, 1 skipped" and lines[1].startswith("first position 0.000 s")
     nees = np.array([3e-3, 0, 4e-3]) @ np.linalg.solve(pose.position_covariance_m2, [3e-3, 0, 4e-3])
     assert lines[3] == (
-        f"against the truth: mean 5.00 mm, RMSE 5.00 mm, largest 5.00 mm; mean NEES {nees:.2f} (3 expected)"
+        f"against the truth: mean 5.00 mm, RMSE 5.00 mm, max 5.00 mm; mean NEES {nees:.2f} (3 expected)"
     )
     assert Summary().text() == "0 frames: none"
