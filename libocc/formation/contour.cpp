@@ -29,7 +29,7 @@ struct CurvePoint {
 };
 using Curve = std::function<CurvePoint(double)>;
 
-// A disc's rim; points at even angles are turned one from the other.
+// Rim of a disc; each of the evenly spaced points follows from the one before by a rotation.
 struct Circle {
   Eigen::Vector3d centre, across, along;
 
@@ -37,7 +37,7 @@ struct Circle {
     return {centre + c * across + s * along, c * along - s * across};
   }
 
-  /// visit(point) for `count` points all around; false as soon as that is.
+  /// Calls visit(point) for `count` points around the curve; returns false as soon as it does.
   template <typename Visit>
   bool all_around(int count, Visit visit) const {
     const double turn_c = std::cos(two_pi / count), turn_s = std::sin(two_pi / count);
@@ -52,8 +52,8 @@ struct Circle {
   }
 };
 
-// One curve of a lamp's rim under one camera; every function returns nothing (or false) when a
-// point is outside the camera's domain.
+// One curve of a lamp's rim under one camera. Every function returns nullopt (or false) if a point
+// is outside the camera's domain.
 class Projector {
  public:
   Projector(Curve curve, const Eigen::Vector3d& centre_in_cam, const Camera& camera,
@@ -63,7 +63,7 @@ class Projector {
         camera_(camera),
         spacing_px_(spacing_px) {}
 
-  // The contour point of a point of the curve, with `weight` of the parameter's range.
+  // Returns the contour point of a point of the curve, with `weight` of the parameter's range.
   template <typename AnyContour>
   bool add_point(const CurvePoint& curve_point, double weight, AnyContour& contour) const {
     const auto point = project(curve_point);
@@ -72,8 +72,8 @@ class Projector {
     return true;
   }
 
-  // Bound on the image's length [px] over a stretch of the parameter, and whether all of it is far
-  // off the image.
+  // Bound on the image's length [px] over an interval of the parameter, and whether all of it is
+  // far outside the image.
   struct Extent {
     double length_px = 0;
     bool off_image = false;
@@ -95,7 +95,7 @@ class Projector {
   template <typename AnyContour>
   bool add_panels(double from, double to, int splits, AnyContour& contour) const;
 
-  // Chords of the part between two parameters, each nearly as long as its bulge allows.
+  // Appends chords between two parameters, each nearly as long as its bulge allows.
   bool add_chords(double from, double to, Chords& chords) const {
     const auto begin = project(from), end = project(to);
     return begin && end && add_chords(from, *begin, to, *end, 0, chords);
@@ -126,8 +126,8 @@ class Projector {
   Extent extent(const Probes& probes, double range, int intervals) const {
     Extent extent;
     extent.length_px = std::sqrt(probes.speed_squared) * range;
-    // Light to the left matters to the pixels at its right; light above, below or right does not.
-    // The probes may miss the curve by the distance between them; no PSF reaches so far.
+    // A curve to the left changes the pixels at its right; one above, below or right does not.
+    // Probes may miss the curve by the distance between them, which exceeds the reach of the PSF.
     const double margin = camera_.width() + camera_.height() + extent.length_px / intervals;
     extent.off_image = probes.high.y() < -margin || probes.low.y() > camera_.height() + margin ||
                        probes.low.x() > camera_.width() + margin;
@@ -138,7 +138,7 @@ class Projector {
     contour.push_back({point.px, point.tangent_px.y() * weight});
   }
 
-  // motion x step = q . (turn x arm + shift) with q the step turned by a right angle.
+  // motion x step = q . (rotation x arm + translation), with q the step rotated by a right angle.
   void append(const ImagePoint& point, double weight, MovingContour& contour) const {
     const Eigen::Vector2d step = weight * point.tangent_px;
     const Eigen::Vector3d q = point.jacobian.row(0) * step.y() - point.jacobian.row(1) * step.x();
@@ -197,7 +197,7 @@ bool Projector::add_panels(double from, double to, int splits, AnyContour& conto
   return true;
 }
 
-// All on one side of the image, by half of its own size.
+// Points all on one side of the image, by half of its size.
 bool Projector::is_off_image(const Eigen::Array<double, 2, 4>& hull) const {
   const Eigen::Array2d low = hull.rowwise().minCoeff(), high = hull.rowwise().maxCoeff();
   const Eigen::Array2d margin = 0.5 * (high - low) + 1;
@@ -205,12 +205,12 @@ bool Projector::is_off_image(const Eigen::Array<double, 2, 4>& hull) const {
   return (high + margin < 0).any() || (low - margin > size).any();
 }
 
-// A rim that runs as Hermite's cubic does, p(s) = p0 + s d + h10(s) (m0 - d) + h11(s) (m1 - d) with
-// d the chord and m0, m1 the tangents, encloses with its chord d x (m1 - m0) / 12 - (m0 - d) x
-// (m1 - d) / 60. Of what is between them some goes to the wrong pixel where the rim crosses a
-// border of pixels elsewhere than the chord: all of it where it only touches, but where it crosses
-// at an angle no more than the triangle of that angle whose height is the rim's distance from the
-// chord, 3/2 of the mean one.
+// Area between a rim and its chord. For a Hermite cubic p(s) = p0 + s d + h10(s) (m0 - d) +
+// h11(s) (m1 - d), with chord d and tangents m0, m1, it is d x (m1 - m0) / 12 - (m0 - d) x (m1 - d)
+// / 60. Part of it goes to the wrong pixel if rim and chord cross a pixel border at different
+// places: all of it if the rim only touches the border; if it crosses at an angle, at most the
+// triangle of that angle whose height is the distance of the rim from the chord, 3/2 of the mean
+// one.
 bool Projector::add_chords(double from, const ImagePoint& begin, double to, const ImagePoint& end,
                            int splits, Chords& chords) const {
   constexpr double max_error_px2 = 3e-8;
@@ -222,7 +222,7 @@ bool Projector::add_chords(double from, const ImagePoint& begin, double to, cons
   const double most = (std::abs(cross(d, m0)) + std::abs(cross(d, m1))) / 12;
   Eigen::Array<double, 2, 4> hull;
   hull << begin.px, begin.px + m0 / 3, end.px - m1 / 3, end.px;
-  // Neither turning back along an axis nor running at an uneven speed.
+  // True if it neither reverses along an axis nor has an uneven speed.
   const bool even = (m0.array() * d.array() > 0).all() && (m1.array() * d.array() > 0).all() &&
                     std::max((m0 - d).norm(), (m1 - d).norm()) < 0.003 * d.norm();
   const double apart = 1.5 * most / d.norm();
@@ -244,7 +244,7 @@ Circle circle(const Lamp& lamp, const Rigid3& cam_from_world) {
   return {cam_from_world * lamp.centre_m, across, normal.cross(across)};
 }
 
-// Over the angle.
+// Integrates over the angle.
 Curve curve_of(const Circle& circle) {
   return [=](double angle) { return circle.at(std::cos(angle), std::sin(angle)); };
 }
@@ -259,7 +259,7 @@ std::vector<Curve> edges(const std::vector<Eigen::Vector3d>& corners) {
   return all;
 }
 
-// The smooth pieces of another rim, each over [0, 1].
+// Integrates over the smooth pieces of another rim, each over [0, 1].
 std::vector<Curve> pieces(const Lamp& lamp, const Rigid3& cam_from_world) {
   const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
   const Eigen::Vector3d x_axis = cam_from_world.rotation * lamp.x_axis;

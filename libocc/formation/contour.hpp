@@ -24,41 +24,41 @@ struct ContourPoint {
 };
 using Contour = std::vector<ContourPoint>;
 
-/// A contour point together with how it moves when the lamp does.
+/// A contour point with the derivative of its motion by that of the lamp.
 struct MovingContourPoint {
   Eigen::Vector2d px;
   Eigen::Vector2d step_px;  ///< the point's share (dx, dy) of the contour; .y() is dy_px above
-  /// d (motion of the point x step_px) / d (turn of the lamp about its centre, shift of its
-  /// centre), both in the camera's frame: what the lamp's motion sweeps of the image here.
+  /// d (motion of the point x step_px) / d (rotation of the lamp about its centre, translation of
+  /// its centre), both in the camera frame: the area that the contour sweeps here.
   Vector6 sweep;
 };
 using MovingContour = std::vector<MovingContourPoint>;
 
-/// Contour of a lamp's image, points at most about spacing_px apart; coarser in
-/// parts that are so far off the image that no light of theirs reaches it. Nothing when the lamp
-/// shows its dark side or part of the rim is outside the camera's domain; empty for a point lamp.
+/// Contour of a lamp's image with points at most about spacing_px apart. Parts so far outside the
+/// image that none of their light reaches it are coarser. Returns nullopt if the lamp shows its
+/// dark side or part of the rim is outside the camera's domain; an empty contour for a point lamp.
 /// Throws std::invalid_argument unless spacing_px > 0.
 LIBOCC_API std::optional<Contour> project_contour(const Lamp& lamp, const Rigid3& cam_from_world,
                                                   const Camera& camera, double spacing_px);
 
-/// The same into `out`, whose storage is used again; false for nothing.
+/// Like project_contour, into `out`, whose storage is reused; false instead of nullopt.
 LIBOCC_API bool project_contour(const Lamp& lamp, const Rigid3& cam_from_world,
                                 const Camera& camera, double spacing_px, Contour& out);
 
-/// The same contour with its motion.
+/// Like project_contour, with the motion of each point.
 LIBOCC_API std::optional<MovingContour> project_moving_contour(const Lamp& lamp,
                                                                const Rigid3& cam_from_world,
                                                                const Camera& camera,
                                                                double spacing_px);
 
-/// A point of the rim itself with its share of the contour, both in the camera's frame [m]: the
-/// contour of a lamp that moves is this one's, moved and projected.
+/// A point of the rim with its share of the contour, both in the camera frame [m]. The contour of a
+/// moving lamp follows from these points by moving and projecting them.
 struct RimStep {
   Eigen::Vector3d point, step;
 };
 using RimContour = std::vector<RimStep>;
 
-/// The points of project_contour before their projection.
+/// Returns the points of project_contour before their projection.
 LIBOCC_API std::optional<RimContour> rim_contour(const Lamp& lamp, const Rigid3& cam_from_world,
                                                  const Camera& camera, double spacing_px);
 

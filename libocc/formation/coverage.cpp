@@ -18,9 +18,9 @@ struct Range {
   int first = 0, end = 0;
 };
 
-// Those touched by light between two positions, within others.
+// Returns the pixels touched by light between two positions, limited to others.
 Range touched(double low, double high, int reach, const Range& within) {
-  // In floating point first: a rim may lie further out than an int can say.
+  // Computed in floating point first: a rim may be farther out than an int can represent.
   const double first = std::max<double>(within.first, std::floor(low) - reach);
   const double last = std::min(within.end - 1.0, std::floor(high) + reach + 1);
   if (!(first <= last)) return {};
@@ -33,7 +33,7 @@ struct Extent {
   bool empty() const { return columns.end == columns.first || rows.end == rows.first; }
 };
 
-// Pixels that light between two corners touches, of the image and `margin` more around it.
+// Returns the pixels that light between two corners touches, in the image with `margin` around it.
 Extent touched(const Eigen::Vector2d& low, const Eigen::Vector2d& high, int reach, int width,
                int height, int margin) {
   return {touched(low.x(), high.x(), reach, {-margin, width + margin}),
@@ -51,7 +51,7 @@ Extent touched(const AnyContour& contour, const PixelPsf& psf, int width, int he
   return touched(low, high, psf.reach(), width, height, margin);
 }
 
-// Makes the patch as large as the extent; its values are anything.
+// Resizes the patch to the extent; its values are undefined.
 void set_extent(const Extent& extent, Patch& patch) {
   const bool empty = extent.empty();
   patch.x0 = empty ? 0 : extent.columns.first;
@@ -108,10 +108,10 @@ std::vector<double> buffer(const PixelPsf& psf) {
   return std::vector<double>(static_cast<std::size_t>(psf.count()) + 1);
 }
 
-// Light that counts for derivatives, a part of that of the nearest pixel.
+// Minimum light for derivatives, relative to that of the nearest pixel.
 constexpr double min_light = 2e-4;
 
-// Of the touched pixels, those that get light that counts.
+// Range of the touched pixels that get more than min_light.
 struct Span {
   int first, end;
 };
@@ -122,14 +122,14 @@ Span trimmed(const std::vector<double>& weights, int first, int end) {
   return {first, end};
 }
 
-// The part of `count` touched pixels from `first` on that lies on an axis of `size` pixels.
+// Part of `count` touched pixels from `first` that lies on an axis of `size` pixels.
 Span on_canvas(double first, int count, int size) {
   if (!(first + count > 0 && first < size)) return {0, 0};
   const int begin = static_cast<int>(first);
   return {std::max(0, -begin), std::min(count, size - begin)};
 }
 
-// Paints what a contour point adds to the derivatives; kept from point to point for its storage.
+// Adds a contour point to the derivatives. The object is reused for its storage.
 class DerivativePainter {
  public:
   DerivativePainter(const PixelPsf& psf, double outward)

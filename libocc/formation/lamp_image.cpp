@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t nodes = 5;
 using Weights = std::array<double, nodes>;
 
-/// Lagrange's weights of the nodes 0 ... 4 at t.
+/// Lagrange weights of the nodes 0 ... 4 at t.
 Weights lagrange(double t) {
   return {(t - 1) * (t - 2) * (t - 3) * (t - 4) / 24, -t * (t - 2) * (t - 3) * (t - 4) / 6,
           t * (t - 1) * (t - 3) * (t - 4) / 4, -t * (t - 1) * (t - 2) * (t - 4) / 6,
@@ -28,7 +28,7 @@ std::vector<Weights> lagrange_line(int count) {
   return line;
 }
 
-/// Irradiance around a lamp's image, one pixel more on every side.
+/// Irradiance over the patch of a lamp's image with one more pixel on every side.
 class Light {
  public:
   Light(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera, const Sensor& sensor,
@@ -52,7 +52,7 @@ class Light {
       evaluate(lamp, cam_from_world, camera, sensor, patch);
   }
 
-  /// Of pixel (x, y) of the patch; its neighbours are at +-1 and +-width().
+  /// Value at pixel (x, y) of the patch; its neighbours are at +-1 and +-width().
   const double* at(int x, int y) const { return &values_[(y + 1) * width_ + x + 1]; }
   int width() const { return width_; }
 
@@ -69,7 +69,7 @@ class Light {
     }
   }
 
-  // Where some node does not see the lit side: the lamp's own pixels do.
+  // Fallback if a node does not see the lit side: evaluates the pixels of the lamp.
   void evaluate(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
                 const Sensor& sensor, const Patch& patch) {
     const auto centre = camera.project(cam_from_world * lamp.centre_m);

@@ -40,7 +40,7 @@ double defocus_radius_px(const Scene& scene, double depth_m) {
 
 std::vector<BlurShift> disc_shifts(double radius_px, double sigma_px) {
   if (!(radius_px > 0)) return {{Eigen::Vector2d::Zero(), 1}};
-  // The pixel's box smooths as well, if less than a Gaussian of its variance 1/12 would.
+  // The pixel's box smooths as well, though less than a Gaussian of its variance 1/12.
   const double sigmas = radius_px / std::sqrt(sigma_px * sigma_px + 0.06);
   std::vector<BlurShift> shifts;
   if (sigmas < 0.45) {  // one ring of the disc's variance

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much light of a lamp reaches the sensor: irradiance at an image point, and the electrons of
-// the lamp's whole image.
+// Light of a lamp on the sensor: irradiance at an image point, and the electrons of the lamp's
+// whole image.
 //
 //   aperture     A = pi/4 fx fy pitch^2 / N^2                       area of the lens opening [m^2]
 //   irradiance   E = L(phi) A cos(psi) dOmega / dS                  [W/m^2]
@@ -23,14 +23,14 @@ namespace occ {
 /// Area of the lens opening [m^2], the A above.
 LIBOCC_API double aperture_m2(const Camera& camera, const Sensor& sensor);
 
-/// Irradiance [W/m^2] that the extended lamp gives at a pixel, as if that pixel were inside the
-/// lamp's image. 0 when the pixel is outside the camera's domain or its ray does not meet the lit
-/// side of the lamp's plane. Throws std::invalid_argument for a point lamp, which has no radiance.
+/// Irradiance [W/m^2] of an extended lamp at a pixel, as if that pixel were inside the lamp's
+/// image. 0 if the pixel is outside the camera's domain or its ray does not meet the lit side of
+/// the lamp's plane. Throws std::invalid_argument for a point lamp, which has no radiance.
 LIBOCC_API double irradiance_at(const Lamp& lamp, const Rigid3& cam_from_world,
                                 const Camera& camera, const Sensor& sensor,
                                 const Eigen::Vector2d& px);
 
-/// irradiance_at() of many pixels of one image; lamp and camera must outlive it.
+/// Computes irradiance_at() for many pixels of one image; lamp and camera must outlive it.
 class LIBOCC_API LampIrradiance {
  public:
   LampIrradiance(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
@@ -59,8 +59,8 @@ LIBOCC_API Eigen::Vector2d log_irradiance_gradient(const Lamp& lamp, const Rigid
 
 /// Signal electrons of the lamp's whole image while lit, before clipping, by the aperture formula
 /// at the lamp's centre: exact for a point, relative error of order (size/d)^2 for the others. 0
-/// when it shows its dark side or is behind the camera. `log_jacobian` (1x6): d ln(electrons) / d
-/// pose perturbation, zero when there is no light.
+/// if it shows its dark side or is behind the camera. `log_jacobian` (1x6): d ln(electrons) / d
+/// pose perturbation, zero if there is no light.
 LIBOCC_API double lamp_electrons(const Lamp& lamp, const Rigid3& cam_from_world,
                                  const Camera& camera, const Sensor& sensor,
                                  Eigen::Matrix<double, 1, 6>* log_jacobian = nullptr);

@@ -12,8 +12,8 @@ namespace {
 
 constexpr Eigen::Index samples = 512;
 
-// From here on the filter is a derivative but for a factor, good to 1e-6, and fitting it anew would
-// lose digits.
+// For larger sigmas the filter is a derivative times a factor, to 1e-6, and a new fit would lose
+// digits.
 constexpr double max_fitted_sigma_px = 4;
 
 double variance(double sigma_px) { return sigma_px * sigma_px + 1.0 / 12; }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a pixel collects of the light around it: Gaussian PSF convolved with the pixel's box,
+// Response of a pixel to light around it: a Gaussian PSF convolved with the box of the pixel,
 //     B(u) = Phi((u + 1/2)/sigma) - Phi((u - 1/2)/sigma)         along one axis,
 //     G(u) = running integral of B,
 //     F(u) = running integral of -u B(u)
 //     B'(u), B''(u) the derivatives of B
-// at a pixel u to the right of the light (Phi: the normal distribution). All are tabulated once for
-// a sigma at a fine set of sub-pixel offsets and read off by cubic interpolation, so a row of
-// neighbouring pixels costs a few multiplications each and no erf.
+// at a pixel u to the right of the light (Phi: the normal distribution). For each sigma they are
+// tabulated once at many sub-pixel offsets and interpolated by cubics, so a row of neighbouring
+// pixels costs a few multiplications each and no call of erf.
 #pragma once
 
 #include <cstddef>
@@ -34,9 +34,9 @@ inline PsfStencil psf_stencil(double fraction, int bins) {
            below_t * t * far_t * -0.5, below_t * t * above_t * (1.0 / 6)}};
 }
 
-/// The tables as they are, one row for every sub-pixel offset, rows padded with zeros to `columns`,
-/// a multiple of 8: `bins` of them to a pixel, the first one before offset 0. In single precision
-/// there are none of moments.
+/// The tables: one row per sub-pixel offset, padded with zeros to `columns`, a multiple of 8;
+/// `bins` rows per pixel, the first one before offset 0. There are no tables of moments in single
+/// precision.
 template <typename Real>
 struct PsfTables {
   std::size_t columns = 0;
@@ -57,7 +57,7 @@ class LIBOCC_API PixelPsf {
   int reach() const { return reach_; }
   int count() const { return 2 * reach_ + 2; }  ///< pixels touched
 
-  // In all that follows: 0 <= fraction < 1 is the position minus its floor, out[0] belongs to the
+  // In the following, 0 <= fraction < 1 is the position minus its floor, and out[0] belongs to the
   // first touched pixel.
 
   /// count() values of B, which sum to 1.
@@ -78,12 +78,12 @@ class LIBOCC_API PixelPsf {
   /// last: count() + 1 values, which sum to 1.
   void steps(double fraction, double* out) const { interpolate(steps_, fraction, out); }
 
-  /// The same of F: count() + 1 values, which sum to 0.
+  /// Differences of F like those of G: count() + 1 values, which sum to 0.
   void moment_steps(double fraction, double* out) const {
     interpolate(moment_steps_, fraction, out);
   }
 
-  /// For loops that interpolate by themselves.
+  /// Returns the tables for loops that interpolate themselves.
   template <typename Real>
   PsfTables<Real> tables() const {
     if constexpr (sizeof(Real) == sizeof(float))

@@ -113,8 +113,8 @@ RimNodes<128> curve_nodes(const Lamp& lamp) {
   return nodes;
 }
 
-/// Mean of area of the image inside the rim, by Green's theorem; it moves by the flux of the rim's
-/// own motion, (1/A) closed integral of (p - mean) dp x p'.
+/// Centroid of the area inside the rim by Green's theorem. Its derivative is the flux of the rim's
+/// motion, (1/A) closed integral of (p - mean) dp x p'.
 template <std::size_t node_count>
 std::optional<Eigen::Vector2d> area_centroid(const RimNodes<node_count>& nodes,
                                              const Rigid3& cam_from_world, const Camera& camera,
@@ -150,7 +150,7 @@ std::optional<Eigen::Vector2d> area_centroid(const RimNodes<node_count>& nodes,
   return mean;
 }
 
-/// d disc_image_centre's (x, y) / d pose perturbation.
+/// d (x, y) of disc_image_centre / d pose perturbation.
 Jacobian26 disc_image_centre_jacobian(const Eigen::Vector3d& c, const Eigen::Vector3d& n,
                                       double radius_m, const Eigen::Vector2d& centre) {
   const double r2 = radius_m * radius_m;

@@ -8,14 +8,14 @@ namespace occ {
 namespace {
 
 /// Sine of the smallest angle between rim and measured normal, in the lamp's plane, at which a
-/// distance along the normal still means something. A correct match of a disc or rectangle stays
-/// above it up to 87 degrees of tilt.
+/// distance along the normal is meaningful. A correct match of a disc or rectangle stays above it
+/// up to 87 degrees of tilt.
 constexpr double min_sine = 0.05;
 
 using Jacobian16 = Eigen::Matrix<double, 1, 6>;
 
-/// Where a ray b meets a lamp's plane: P = range b. As the measured point moves one px along the
-/// measured normal, b moves by `across` and P by range velocity.
+/// Intersection of a ray b with a lamp's plane: P = range b. As the measured point moves one px
+/// along the measured normal, b moves by `across` and P by range velocity.
 struct Crossing {
   double inverse_cosine;  // 1 / (normal . b), negative on the lit side
   double range;
@@ -55,8 +55,8 @@ std::optional<Distance> distance_from_circle(const LampInCam& lamp, const Crossi
   return Distance{length - lamp.radius_m, outward, along};
 }
 
-/// Of the sides by which the measured normal leaves, the one it meets soonest: near a corner the
-/// nearest side need not be the one that was measured.
+/// Returns the distance to the side that the measured normal meets first: near a corner, the
+/// nearest side may not be the measured one.
 std::optional<Distance> distance_from_rectangle(const LampInCam& lamp, const Crossing& x) {
   std::optional<Distance> best;
   for (int i = 0; i < 2; ++i) {
@@ -72,10 +72,10 @@ std::optional<Distance> distance_from_rectangle(const LampInCam& lamp, const Cro
   return best;
 }
 
-/// d residual / d (turn of the lamp about its centre, shift of its centre), for the residual
+/// d residual / d (rotation of the lamp about its centre, translation of it), for the residual
 /// metres / (range u . v) with outward direction u and velocity v. The range's own derivatives are
-/// n / (n . b) by the shift and -(P - C) / (n . b) by the normal, v's is -b v^T / (n . b) by the
-/// normal.
+/// n / (n . b) by the translation and -(P - C) / (n . b) by the normal; that of v is -b v^T / (n .
+/// b) by the normal.
 Jacobian16 distance_jacobian(const LampInCam& lamp, const RimRay& ray, const Crossing& x,
                              const Distance& d) {
   const double inverse_scale = 1 / (x.range * d.along);
@@ -85,13 +85,13 @@ Jacobian16 distance_jacobian(const LampInCam& lamp, const RimRay& ray, const Cro
   Eigen::Vector3d by_shift = -d.outward;
   Eigen::Vector3d by_turn = Eigen::Vector3d::Zero();
   if (lamp.shape == LampShape::disc) {
-    // a circle's u turns with P - C: du = (I - u u^T) d(P - C) / |P - C|
+    // for a circle, u rotates with P - C: du = (I - u u^T) d(P - C) / |P - C|
     const Eigen::Vector3d bend =
         (residual * x.range / (d.metres + lamp.radius_m)) * (x.velocity - d.along * d.outward);
     by_range -= bend.dot(ray.bearing);
     by_shift += bend;
   } else {
-    // a side's turns with the lamp
+    // for a straight side, u rotates with the lamp
     by_turn = d.outward.cross(x.from_centre - (residual * x.range) * x.velocity);
   }
   const Eigen::Vector3d by_normal =

@@ -39,8 +39,8 @@ struct Job {
   Real* buffer;               // 4 columns + 3 padding
 };
 
-/// Where on the canvas a point's light falls. Of the touched rows (columns), `first_row` ...
-/// `end_row` - 1 are on it, the touched row 0 being row `top` of the canvas, and so on.
+/// Rows and columns of the canvas that a point's light touches. `first_row` ... `end_row` - 1 of
+/// the touched rows lie on the canvas; touched row 0 is row `top` of the canvas. Columns likewise.
 struct Footprint {
   int top, first_row, end_row, left, first_column, end_column;
 };
@@ -56,14 +56,14 @@ LIBOCC_INLINE void interpolate(const Real* __restrict table, std::ptrdiff_t n, c
              (w0 * table[k] + w1 * table[k + n] + w2 * table[k + 2 * n] + w3 * table[k + 3 * n]);
 }
 
-/// Two tables at once.
+/// Interpolates in two tables at once.
 LIBOCC_INLINE void interpolate(const double* a, const double* b, std::ptrdiff_t n,
                                const PsfStencil& at, double factor, double* out_a, double* out_b) {
   interpolate(a, n, at, factor, out_a);
   interpolate(b, n, at, factor, out_b);
 }
 
-/// Steps left of the canvas are taken in its first column.
+/// Steps left of the canvas are added to its first column.
 template <typename Real>
 LIBOCC_INLINE void gather(int first_column, Real* steps) {
   for (int k = 0; k < first_column; ++k) {
@@ -72,7 +72,7 @@ LIBOCC_INLINE void gather(int first_column, Real* steps) {
   }
 }
 
-/// Outer products added to sums, from the aligned column before the first.
+/// Adds outer products to the sums, from the aligned column before the first.
 template <Simd simd, bool with_moments, typename Real>
 LIBOCC_INLINE void add_products(const Job<Real>& job, const Footprint& print, const Real* across,
                                 const Real* moment_across, const Real* down,
@@ -100,7 +100,7 @@ LIBOCC_INLINE void add_products(const Job<Real>& job, const Footprint& print, co
 template <Simd simd, bool with_moments, typename Real>
 LIBOCC_INLINE void stroke(const Job<Real>& job, const PaintedRimPoint& point) {
   const int reach = job.tables.reach, count = 2 * reach + 2;
-  // In floating point first, and no further left than where the whole canvas is to its right.
+  // Computed in floating point first, and limited to the left of the whole canvas.
   const double x = __builtin_floor(point.x), y = __builtin_floor(point.y);
   const double row = y - reach, column = x - reach;
   if (!(row + count > 0 && row < job.height && column < job.width)) return;
@@ -113,7 +113,7 @@ LIBOCC_INLINE void stroke(const Job<Real>& job, const PaintedRimPoint& point) {
   print.end_column = count + 1 < job.width - print.left ? count + 1 : job.width - print.left;
 
   const auto columns = static_cast<std::ptrdiff_t>(job.tables.columns);
-  // Zeros before, between and after what is painted.
+  // Zeros before, between and after the painted rows.
   Real *across = job.buffer + padding<Real>, *moment_across = across + columns + padding<Real>;
   Real *down = moment_across + columns + padding<Real>, *moment_down = down + columns;
   const PsfStencil at_x = psf_stencil(point.x - x, job.tables.bins);
@@ -157,8 +157,8 @@ void paint_all(Simd simd, const Job<double>& job, bool with_moments) {
   (with_moments ? paint_moments_for(simd) : paint_doubles_for(simd))(job);
 }
 
-/// Running sums of `lines` lines at once, in place: one addition waits for the one before it on its
-/// line.
+/// Running sums of `lines` lines at once, in place: several lines hide the latency of the additions
+/// on each.
 template <int lines, typename Real>
 void running_sums(Real* values, std::ptrdiff_t stride, int width) {
   double sum[lines] = {};
@@ -177,7 +177,7 @@ void Canvas<Real>::prepare(int width, int height, bool with_moments) {
   height_ = height;
   with_moments_ = with_moments;
   rim_.clear();
-  // The zeros after a row are those before the next.
+  // The zeros after a row are also those before the next one.
   constexpr int lanes = padding<Real>;
   stride_ = lanes + (width + lanes - 1) / lanes * lanes;
   const std::ptrdiff_t needed = row_stride() * (height + 2 * margin) + 2 * lanes;

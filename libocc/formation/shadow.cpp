@@ -60,7 +60,7 @@ std::array<Eigen::Vector3d, 8> corners(const Box& box) {
 
 constexpr int rim_points = 256;
 
-// A polygon with the area of the face: what a round rim and its chords enclose evens out along it.
+// Polygon with the area of the face; the errors between a round rim and its chords cancel.
 Polygon face_polygon(const Lamp& lamp, const Face& face) {
   Polygon polygon;
   for (const Eigen::Vector3d& point : rim_in_world(lamp, rim_points))
@@ -108,7 +108,7 @@ Polygon shadow(const Box& box, const Face& face, const Eigen::Vector3d& seen_fro
   constexpr double nearest = 1e-9;  // of the way: what is nearer hides all, from far to the side
   const double height = (seen_from - face.centre).dot(face.normal);
   const std::array<Eigen::Vector3d, 8> all = corners(box);
-  // How far a corner is on the way to the plane, in (0, 1) between point and plane.
+  // Position of a corner between the point (0) and the plane (1).
   const auto way = [&](const Eigen::Vector3d& p) {
     return 1 - (p - face.centre).dot(face.normal) / height;
   };
@@ -148,7 +148,7 @@ Visible visible_part(const Lamp& lamp, const std::vector<Box>& boxes,
     std::vector<Polygon> left;
     for (const Polygon& piece : pieces)
       for (Polygon& part : outside(piece, hole)) left.push_back(std::move(part));
-    // Pieces that the shadow does not touch stay whole.
+    // Pieces that the shadow does not touch are not cut.
     if (total_area(left) < (1 - 1e-12) * total_area(pieces)) pieces = std::move(left);
   }
   constexpr double nothing = 1e-9;

@@ -32,7 +32,7 @@ class ChordPainter {
   void paint(const RimChord& chord) {
     chord_ = chord;
     along_ = chord.to - chord.from;
-    // The part that is in the rows, then apart what is left of, in and right of the columns.
+    // The part inside the rows, then separately the parts left of, inside and right of the columns.
     double begin = 0, end = 1;
     clip(1, first_row_ - 0.5, end_row_ - 0.5, begin, end);
     if (!(begin < end)) return;
@@ -124,7 +124,7 @@ class ChordPainter {
     step(steps_.m_y, x, y, moment_y, all_y);
   }
 
-  // A value in a pixel and another in all those to its right.
+  // Adds a value to a pixel and another to all pixels at its right.
   static void step(Patch& patch, int x, int y, double here, double right) {
     double* at = &patch.values[static_cast<std::size_t>(y - patch.y0) *
                                    static_cast<std::size_t>(patch.width) +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How images and transforms cross the border: numpy arrays are looked at, not copied; a transform
+// Conversion of images and transforms: numpy arrays are used without a copy; a transform
 // is a 4x4 matrix.
 #pragma once
 
@@ -51,7 +51,7 @@ struct ImageOrBlobs {
   std::vector<Blob> blobs;
 };
 
-/// Whether the object is a list or tuple of Blobs.
+/// Returns true if the object is a list or tuple of Blobs.
 bool is_blob_sequence(py::handle object);
 
 }  // namespace occ::python

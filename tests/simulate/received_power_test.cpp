@@ -237,7 +237,7 @@ TEST(ReceivedPower, OfARoundViewDoesNotDependOnTheHeading) {
   const auto at_heading = [&](double angle_rad) {
     return received_power(scene, turned(Vector3d::UnitZ(), angle_rad, {2, 2, 2.2}));
   };
-  // From the middle of the square, all four lamps are equivalent, and the view is symmetric to
+  // All four lamps are equivalent seen from the middle of the square, and the view is symmetric to
   // them.
   const Camera& c = scene.camera;
   scene.camera = Camera::pinhole(1600, 1600, c.fx_px(), c.fy_px(), 799.5, 799.5);

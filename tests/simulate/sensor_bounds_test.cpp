@@ -72,7 +72,7 @@ Rigid3 random_pose(Random& random, const Scene& scene) {
   return look_at(from, to, Eigen::Vector3d(random.normal(), random.normal(), 0.1));
 }
 
-double largest_change(const Image& a, const Image& b) {
+double max_change(const Image& a, const Image& b) {
   double change = 0;
   for (std::size_t i = 0; i < a.u16.size(); ++i)
     change = std::max(change, std::abs(static_cast<double>(a.u16[i]) - b.u16[i]));
@@ -99,8 +99,8 @@ void expect_bound_holds(Effect effect, int min_changes) {
     leave_out(effect, without.effects);
     const EffectPlan plan =
         plan_render(scene, pose, noiseless()).effects[static_cast<std::size_t>(effect)];
-    const double change = largest_change(simulate(scene, pose, noiseless()).image,
-                                         simulate(without, pose, noiseless()).image);
+    const double change = max_change(simulate(scene, pose, noiseless()).image,
+                                     simulate(without, pose, noiseless()).image);
     // Rounding, and the renderer's own error of 1e-4 of the peak.
     const double max_dn = plan.called_for ? plan.bound_dn + 1 + 1e-4 * 16383 : 0;
     EXPECT_LE(change, max_dn) << effect_name(effect);

@@ -20,10 +20,10 @@ struct LamePoint {
 
 constexpr int lame_piece_count = 16;
 
-/// Point of a piece at 0 <= s <= 1; the pieces follow one another counter-clockwise from (1, 0).
+/// Point of a piece at 0 <= s <= 1; the pieces are ordered counter-clockwise from (1, 0).
 LamePoint lame_point(double exponent, int piece, double s);
 
-/// The curve's point in the direction of an angle.
+/// Point of the curve in the direction of an angle.
 Eigen::Vector2d lame_at_angle(double exponent, double angle_rad);
 
 /// Nodes of a quadrature along the whole curve; tangents are multiplied by the weights.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a scene's lens blurs a lamp beside the pixel's box:
+// Blur of a lamp by the lens of a scene, in addition to the box of the pixel:
 //
 //   Gaussian   sigma^2 = psf_sigma_px^2 + (0.42 lambda N / pitch)^2     the second term when the
 //              scene asks for diffraction: the core of the Airy disc
@@ -24,15 +24,15 @@ LIBOCC_API double gaussian_blur_px(const Scene& scene);
 /// Radius of the disc that blurs a lamp at a depth; 0 for a scene without focus_distance_m.
 LIBOCC_API double defocus_radius_px(const Scene& scene, double depth_m);
 
-/// A share of the light and how far it lands from where the pinhole sees its source.
+/// A share of the light and its displacement from the pinhole projection of its source.
 struct BlurShift {
   Eigen::Vector2d px;
   double weight;
 };
 
-/// A uniform disc as shifts, for light that a Gaussian and the pixel's box blur besides: rings at
-/// the nodes of a Gauss-Legendre rule in the radius. Good to 1e-3 of a point's peak for sigmas from
-/// 0.3 px, and to 5e-4 from 0.5 px (measured). One shift, of zero, for a radius of zero.
+/// A uniform disc as a sum of displacements, for light that is also blurred by a Gaussian and the
+/// pixel: rings at the nodes of a Gauss-Legendre rule in the radius. Accurate to 1e-3 of a point's
+/// peak for sigmas from 0.3 px and to 5e-4 from 0.5 px (measured). A single zero for radius zero.
 LIBOCC_API std::vector<BlurShift> disc_shifts(double radius_px, double sigma_px);
 
 }  // namespace occ::internal::formation

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The inner loops of formation/coverage.cpp: points of a rim painted as steps along the rows that
-// they touch, so that a point costs the same however many pixels lie to its right, and the sums of
-// these steps.
+// Inner loops of formation/coverage.cpp. Each point of a rim adds a step to the rows that it
+// touches, so its cost does not depend on the number of pixels to its right; the steps are then
+// summed.
 #pragma once
 
 #include <cstddef>
@@ -17,25 +17,25 @@ struct PaintedRimPoint {
   double x, y, dy;
 };
 
-/// Steps of coverage, and of its first moments side by side with it for each row; memory is used
-/// again. In single precision coverage is good to 3e-7, and there are no moments.
+/// Steps of coverage and of its first moments, side by side for each row; memory is reused. In
+/// single precision coverage is accurate to 3e-7, and there are no moments.
 template <typename Real>
 class Canvas {
  public:
   explicit Canvas(Simd simd) : simd_(simd) {}
 
-  /// Around the canvas are this many zeros on all sides.
+  /// Width of the border of zeros around the canvas.
   static constexpr int margin = 4;
 
-  /// Dark and without points, of this size. Without moments it holds coverage alone.
+  /// Clears the canvas to a size, without points; without moments it holds coverage only.
   void prepare(int width, int height, bool with_moments);
 
   void add(const PaintedRimPoint& point) { rim_.push_back(point); }
 
-  /// All points that have been added.
+  /// Paints all points that have been added.
   void paint(const PixelPsf& psf);
 
-  /// From steps to what they add up to along the rows.
+  /// Sums the steps along the rows.
   void sum();
 
   // Once summed: coverage, or its moments, at the first pixel; the row below is row_stride() on.

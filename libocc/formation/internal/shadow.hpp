@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which part of a lamp's face is seen past boxes: exact, in the plane of the face.
+// Visible part of a lamp's face behind boxes, computed exactly in the plane of the face.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,12 +12,12 @@ namespace occ::internal::formation {
 /// A convex polygon, counter-clockwise.
 using Polygon = std::vector<Eigen::Vector2d>;
 
-/// What of `polygon` lies outside the convex `hole`: convex pieces that do not overlap.
+/// Part of `polygon` outside the convex `hole`, as convex pieces that do not overlap.
 std::vector<Polygon> outside(const Polygon& polygon, const Polygon& hole);
 
 double area(const Polygon& polygon);
 
-/// Axes of a lamp's face: a point of it is centre + u x + v y.
+/// Axes of a lamp's face; its points are centre + u x + v y.
 struct Face {
   Eigen::Vector3d centre, x, y, normal;
   explicit Face(const Lamp& lamp);
@@ -30,10 +30,10 @@ struct Face {
 /// when it hides nothing of the plane. The point lies outside the box.
 Polygon shadow(const Box& box, const Face& face, const Eigen::Vector3d& seen_from);
 
-/// What of a lamp's face is not hidden.
+/// Visible part of a lamp's face.
 struct Visible {
-  double share = 1;             ///< of its area; of a point lamp 0 or 1
-  std::vector<Polygon> pieces;  ///< of the face; empty when all or nothing is seen
+  double share = 1;             ///< visible share of the area; 0 or 1 for a point lamp
+  std::vector<Polygon> pieces;  ///< visible pieces; empty if all or nothing is visible
 };
 Visible visible_part(const Lamp& lamp, const std::vector<Box>& boxes,
                      const Eigen::Vector3d& seen_from);

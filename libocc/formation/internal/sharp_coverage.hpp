@@ -23,7 +23,7 @@ struct RimChord {
 };
 using Chords = std::vector<RimChord>;
 
-/// The rim of a lamp's image. Nothing as in project_contour; empty for a point lamp.
+/// Rim of a lamp's image; nullopt like project_contour, empty for a point lamp.
 LIBOCC_API std::optional<Chords> project_chords(const Lamp& lamp, const Rigid3& cam_from_world,
                                                 const Camera& camera);
 
@@ -32,7 +32,7 @@ LIBOCC_API std::optional<Chords> project_chords(const Lamp& lamp, const Rigid3& 
 LIBOCC_API bool append_polygon(const std::vector<Eigen::Vector3d>& corners, const Camera& camera,
                                Chords& chords);
 
-/// Dark patches over all that the chords may touch, clipped to the image.
+/// Returns zero patches that cover all pixels that the chords may touch, clipped to the image.
 LIBOCC_API CoverageMoments dark_moments(const Chords& chords, int image_width, int image_height);
 
 /// Adds weight times the coverage of the shape inside the chords to the rows first <= y < end of

@@ -19,8 +19,8 @@ struct Frame;
 
 /// Largest change of the noise-free image.
 struct Bound {
-  double dn = 0;  ///< of any pixel [grey levels]
-  double px = 0;  ///< of the centroid of any lamp's image [px]
+  double dn = 0;  ///< change of any pixel [grey levels]
+  double px = 0;  ///< displacement of the centroid of any lamp's image [px]
 
   /// Takes the larger value of each; NaN counts as larger than any number.
   void include(const Bound& other) {

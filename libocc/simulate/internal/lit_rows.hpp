@@ -39,12 +39,12 @@ struct RowLight {
 /// Converts coverage `c` to electrons, with the moments m_x and m_y of the coverage.
 void light_row(Simd simd, const RowLight& light, const double* m_x, const double* m_y, double* c);
 
-/// The same with moments computed by the taps of a MomentFilter from rows of coverage, `stride`
+/// Like above, with moments computed by the taps of a MomentFilter from rows of coverage, `stride`
 /// apart.
 void light_row(Simd simd, const RowLight& light, const float* c, std::ptrdiff_t stride,
                const std::array<double, 4>& taps, float* to);
 
-/// The same under constant irradiance.
+/// Like above, under constant irradiance.
 void light_row(Simd simd, double electrons, const float* c, int count, float* to);
 
 }  // namespace occ::internal::simulate

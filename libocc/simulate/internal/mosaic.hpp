@@ -11,7 +11,7 @@ namespace occ::internal::simulate {
 /// Light received through each filter, relative to white light without a filter.
 ByPlace light_by_place(const Sensor& sensor, const Eigen::Vector3d& colour);
 
-/// The same for an image: 1 when the plan leaves the mosaic out.
+/// Like above, for an image; 1 if the plan omits the mosaic.
 ByPlace light_by_place(const Frame& frame, const Eigen::Vector3d& colour);
 
 /// The sensor with the response curve of the pixels at a place of the mosaic.

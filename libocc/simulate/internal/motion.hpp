@@ -25,7 +25,7 @@ double lit_fraction(const Lamp& lamp, double start_s, double exposure_s);
 /// Distribution in time of a lamp's light within an interval.
 struct LightMoments {
   double mean = 1;         ///< mean light as a fraction of power_w
-  double mean_time_s = 0;  ///< from the beginning of the interval
+  double mean_time_s = 0;  ///< mean time since the beginning of the interval
   double sigma_s = 0;      ///< standard deviation of the time
 };
 

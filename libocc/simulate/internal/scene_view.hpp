@@ -22,7 +22,7 @@ struct LampView {
   double electrons = 0;   ///< electrons of the whole image while the lamp is lit
   double full_e = 0;      ///< upper limit of a pixel inside an extended lamp's image, without blur
   double peak_e = 0;      ///< upper limit of any pixel, with blur
-  double distance_m = 0;  ///< from the camera to the lamp's centre
+  double distance_m = 0;  ///< distance of the lamp's centre from the camera
 };
 
 struct SceneView {
