@@ -118,8 +118,12 @@ class ResultClass : public py::class_<C, Extra...> {
   ResultClass& keep(const char* name, const Access& access) {
     members_->push_back(
         {name,
-         [access](const C& object) {
-           return py::cast(access(object), py::return_value_policy::copy);
+         [access](const C& object) -> py::object {
+           if constexpr (std::is_base_of_v<py::handle, T>) {
+             return access(object);
+           } else {
+             return py::cast(access(object), py::return_value_policy::copy);
+           }
          },
          [access](C& object, const py::object& value) { access(object) = value.cast<T>(); }});
     return *this;
