@@ -92,9 +92,12 @@ Result<Camera> start_focal_length(const std::vector<PlaneView>& views, const Cam
   const auto best = std::min_element(misfits.begin(), misfits.end());
   const auto index = best - misfits.begin();
   constexpr double min_rise = 1.1;  // required ratio of the misfit at twice and at half the factor
+  // Rounding errors of an exact fit: 1e-6 px, far above that of doubles and below any real
+  // residual.
+  constexpr double rounding_px2 = 1e-12;
   const auto worse = [&](std::ptrdiff_t offset) {
     const std::ptrdiff_t neighbour = std::clamp<std::ptrdiff_t>(index + offset, 0, 2 * steps);
-    return misfits[neighbour] > min_rise * *best;
+    return misfits[neighbour] > min_rise * std::max(*best, rounding_px2);
   };
   constexpr int octave_steps = 9;  // steps for a factor of about 2
   if (index == 0 || index == 2 * steps || !worse(octave_steps) || !worse(-octave_steps)) {

@@ -47,9 +47,8 @@ Candidate candidate_of(const RankedPose& pose, const std::vector<Blob>& blobs, c
 
 std::string ambiguity_message(std::size_t count) {
   std::ostringstream text;
-  text << count
-       << " poses explain the image equally well; a prior (position, heading or gravity) or "
-       << "lamp codes can tell them apart";
+  text << count << " poses match the image equally well; a prior (position, heading or gravity) or "
+       << "lamp codes can select one";
   return text.str();
 }
 

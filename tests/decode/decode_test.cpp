@@ -295,7 +295,7 @@ TEST(IdentifiedBlobs, NeedAUniqueIdThatTheMapContains) {
   EXPECT_EQ((*blobs)[2].lamp_id, std::nullopt);
   EXPECT_EQ((*blobs)[3].lamp_id, std::nullopt);
   EXPECT_NE(blobs.message.find("not in the map: 99"), std::string::npos);
-  EXPECT_NE(blobs.message.find("none of them named: 2"), std::string::npos);
+  EXPECT_NE(blobs.message.find("not assigned to any lamp: 2"), std::string::npos);
   lamps[2].blob.centroid_px =
       lamps[1].blob.centroid_px + Eigen::Vector2d(1, -1);  // part of the same lamp
   lamps[2].blob.flux_dn = 10;
