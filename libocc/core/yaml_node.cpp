@@ -17,10 +17,10 @@ namespace occ::internal::core {
 
 namespace {
 
-constexpr std::size_t max_bytes = 4u << 20;  // some 50000 lamps
+constexpr std::size_t max_bytes = 4u << 20;  // about 50000 lamps
 constexpr std::size_t max_nodes = 1000000;
-constexpr std::size_t max_depth = 16;    // a scene needs 4
-constexpr int max_open_brackets = 1000;  // texts may hold some too
+constexpr std::size_t max_depth = 16;    // a scene has 4 levels
+constexpr int max_open_brackets = 1000;  // strings may contain brackets, too
 constexpr char too_deep[] = "nested deeper than a scene can be";
 
 [[noreturn]] void fail(const std::string& name, int line, const std::string& reason) {
@@ -132,7 +132,7 @@ void require_text(const std::string& text, const std::string& name) {
         static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\r' || c == '\t';
     if (!is_text) fail(name, line, "not a text file");
     if (c == '\n') ++line;
-    // The scanner would queue every open bracket, 200 bytes each, before the parser sees the depth.
+    // yaml-cpp queues every open bracket, 200 bytes each, before the parser knows the depth.
     if (c == '[' || c == '{') ++open;
     if ((c == ']' || c == '}') && open > 0) --open;
     if (open > max_open_brackets) fail(name, line, too_deep);

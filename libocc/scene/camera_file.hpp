@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cameras as YAML files. Three formats: libocc's own (the `camera:` section of a scene file; every
-// model), OpenCV's FileStorage as its calibration sample writes it, and ROS's camera_info (both:
-// pinhole and fisheye). Reading tells them apart by their keys.
+// Cameras as YAML files, in three formats: libocc's own (the `camera:` section of a scene file; all
+// models), OpenCV's FileStorage as its calibration sample writes it, and ROS's camera_info (both:
+// pinhole and fisheye). The reader recognises the format by its keys.
 #pragma once
 
 #include <string>
@@ -18,13 +18,13 @@ enum class CameraFormat { libocc, opencv, ros };
 /// scene file. Throws std::runtime_error "FILE:LINE: key `camera.fx_px`: must be ...".
 LIBOCC_API Camera read_camera(const std::string& path);
 
-/// Text that read_camera reads back to the same camera, to the last bit. `name` goes into ROS's
-/// `camera_name`. Throws std::invalid_argument when the format has no such model.
+/// Text that read_camera reads back to the same camera, to the last bit. `name` is ROS's
+/// `camera_name`. Throws std::invalid_argument when the format does not support the model.
 LIBOCC_API std::string format_camera(const Camera& camera,
                                      CameraFormat format = CameraFormat::libocc,
                                      const std::string& name = "camera");
 
-/// Writes whole or not at all. Throws std::runtime_error naming the file.
+/// Writes the file completely or leaves it unchanged. Throws std::runtime_error naming the file.
 LIBOCC_API void write_camera(const std::string& path, const Camera& camera,
                              CameraFormat format = CameraFormat::libocc);
 

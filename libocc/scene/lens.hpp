@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a lens does to the light beside projecting it. Nothing unless said. Data only.
+// Effects of a lens on the light, beside the projection; none by default. Data only.
 #pragma once
 
 #include <optional>
@@ -9,21 +9,22 @@
 
 namespace occ {
 
-/// A faint second image of everything, by two reflections inside the lens: a point at p appears at
-/// c + scale (p - c) too, c the principal point.
+/// A faint second image of everything, from two reflections inside the lens. A point at p appears a
+/// second time at c + scale (p - c), where c is the principal point.
 struct Ghost {
-  double strength = 0;  ///< part of the light that goes there
-  double scale = -1;    ///< negative: turned about the principal point, as most are
-  double blur_px = 0;   ///< standard deviation of its own blur, beside the lens's
+  double strength = 0;  ///< part of the light that goes into the second image
+  double scale = -1;    ///< negative (the usual case): rotated by 180 degrees
+  double blur_px = 0;   ///< standard deviation of its own blur, in addition to the lens's
 };
 
 struct LIBOCC_API Lens {
   /// Adds a Gaussian blur of 0.42 wavelength x f-number to the PSF (core of the Airy disc).
   bool diffraction = false;
-  /// Lamps nearer or farther are blurred by a disc; none: everything is in focus.
+  /// Lamps nearer or farther than this are blurred by a disc; none: everything is in focus.
   std::optional<double> focus_distance_m;
-  /// Transmission 1 + a1 q^2 + a2 q^4 + ..., q the distance from the principal point over that of
-  /// the image's farthest corner; cos^4 is there without it. In (0, 1] over the image.
+  /// a1, a2, ... of the transmission 1 + a1 q^2 + a2 q^4 + ..., where q is the distance from the
+  /// principal point over that of the image's farthest corner. The transmission must be in (0, 1]
+  /// over the image. The cos^4 law is modelled separately.
   std::vector<double> vignetting;
   double veiling_glare = 0;  ///< part of the lamps' light that spreads evenly over the image
   std::vector<Ghost> ghosts;

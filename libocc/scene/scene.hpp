@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Everything that is known before a picture is taken: camera, sensor, lamps, room. Data only.
+// Everything known before an image is taken: camera, sensor, lamps, room. Data only.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,14 +23,16 @@ struct Room {
   double wall_reflectance = 0;
 };
 
-/// Something opaque that hides lamps, its sides along the world's axes.
+/// An opaque box that occludes lamps, with its sides along the axes of the world.
 struct LIBOCC_API Box {
   Eigen::Vector3d min_m = Eigen::Vector3d::Zero(), max_m = Eigen::Vector3d::Zero();
 
-  bool contains(const Eigen::Vector3d& point) const {  ///< its surface does not count
+  /// Whether the point is inside; the surface is outside.
+  bool contains(const Eigen::Vector3d& point) const {
     return (point - min_m).minCoeff() > 0 && (max_m - point).minCoeff() > 0;
   }
-  bool hides(const Eigen::Vector3d& to, const Eigen::Vector3d& from) const;  ///< one from another
+  /// Whether the line of sight between two points passes through the inside.
+  bool hides(const Eigen::Vector3d& to, const Eigen::Vector3d& from) const;
 };
 
 struct LIBOCC_API Scene {
@@ -41,17 +43,18 @@ struct LIBOCC_API Scene {
   Lens lens;
   std::vector<Box> boxes;
   std::vector<Tag> tags;             ///< landmarks beside the lamps; not rendered
-  double ambient_w_m2 = 0;           ///< on the sensor, from everything that is no lamp
-  Effects effects;                   ///< which of all this a rendered image contains
-  std::vector<std::string> assumed;  ///< for people: which values the scene's source does not give
+  double ambient_w_m2 = 0;           ///< irradiance of the sensor from other sources than lamps
+  Effects effects;                   ///< effects that a rendered image contains
+  std::vector<std::string> assumed;  ///< notes for people on values that the source does not give
 
-  /// Checks every part and that no two lamps, or tags of a family, share an id; normalises axes.
+  /// Checks every part. Two lamps, or two tags of a family, must not share an id. Normalises axes.
   /// Throws std::invalid_argument naming the part, the field and its value.
   void validate();
 
-  /// The scene without what its effects switch off, for whoever measures images that were rendered
-  /// so: no distortion, vignetting, glare, ghosts, ambient light, walls' light, gains, mosaic,
-  /// response curve or boxes; a well that is never full; lamps that shine at their mean level.
+  /// The scene without the effects that are switched off: the model of images rendered with these
+  /// effects. Removes distortion, vignetting, glare, ghosts, ambient light, reflections by walls,
+  /// pixel gains, mosaic, response curve, boxes and the full well; lamps then have their mean
+  /// light.
   Scene as_rendered() const;
 };
 

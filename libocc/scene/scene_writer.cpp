@@ -62,7 +62,7 @@ void write_effects(const Effects& effects, std::string& out) {
   write_fields(lines, effects, effects_fields);
 }
 
-// Whether frequency_hz and waveform are those that the lamp's code sets.
+// Returns true when frequency_hz and waveform are those that the lamp's code sets.
 bool follows_from_code(const Lamp& lamp) {
   if (!lamp.code) return false;
   Lamp coded = lamp;

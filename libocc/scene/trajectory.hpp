@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a camera is over time: waypoints, and between two of them the screw motion that takes one
-// to the other, the geodesic of SE(3): T(t) = Exp(velocity (t - t0)) T(t0). Its velocity is the
-// renderer's (SimulateOptions::velocity), constant between waypoints: there an image rendered with
-// it is exact for every row. Turns between waypoints are the shorter way round.
+// The poses of a camera over time, interpolated between waypoints by screw motions, the geodesics
+// of SE(3):
+//
+//   T(t) = Exp(velocity (t - t0)) T(t0)
+//
+// The velocity is constant between waypoints and defined as SimulateOptions::velocity, so an image
+// rendered with it is exact for every row. Rotations between waypoints are by less than pi.
 #pragma once
 
 #include <string>
@@ -31,32 +34,32 @@ class LIBOCC_API Trajectory {
   /// Throws std::invalid_argument for a time before the first waypoint or after the last.
   Rigid3 cam_from_world(double time_s) const;
 
-  /// At a waypoint, that of what follows; zero when there is only one waypoint.
+  /// Velocity at a time; at a waypoint that of the following segment; zero for a single waypoint.
   Vector6 velocity(double time_s) const;
 
-  /// The constant velocity that takes the pose at one time to the pose at another: what an image
-  /// needs whose rows are exposed between them.
+  /// The constant velocity that moves the pose at one time to the pose at another: the velocity of
+  /// an image whose rows are exposed between these times.
   Vector6 velocity(double from_s, double to_s) const;
 
  private:
   std::size_t segment(double time_s) const;
 
   std::vector<Waypoint> waypoints_;
-  std::vector<Vector6> velocities_;  // after each waypoint but the last
+  std::vector<Vector6> velocities_;  // of the segments between waypoints
 };
 
-/// TUM's format: lines `t tx ty tz qx qy qz qw`, the camera's pose in the world, `#` a comment.
-/// Throws std::runtime_error "FILE:LINE: REASON, got VALUE"; a quaternion may be as far from unit
-/// as a few digits make it.
+/// Reads TUM's format: lines `t tx ty tz qx qy qz qw`, the camera's pose in the world; `#` starts a
+/// comment. Quaternions are normalised; a norm that differs from 1 by more than 0.01 is an error.
+/// Throws std::runtime_error "FILE:LINE: REASON, got VALUE".
 LIBOCC_API Trajectory read_trajectory(const std::string& path);
 
-/// The same from text; `name` stands for the file in messages.
+/// Reads a trajectory from text; messages use `name` in place of a file name.
 LIBOCC_API Trajectory parse_trajectory(const std::string& text, const std::string& name = "<text>");
 
-/// Text that parse_trajectory reads back, poses to rounding.
+/// Text that parse_trajectory reads back to the same poses up to rounding.
 LIBOCC_API std::string format_trajectory(const Trajectory& trajectory);
 
-/// Writes whole or not at all. Throws std::runtime_error naming the file.
+/// Writes the file completely or leaves it unchanged. Throws std::runtime_error naming the file.
 LIBOCC_API void write_trajectory(const std::string& path, const Trajectory& trajectory);
 
 }  // namespace occ

@@ -58,7 +58,7 @@ auto options_of(const std::tuple<Fields...>& fields) {
   return std::apply([&](const auto&... field) { return std::tuple_cat(kept(field)...); }, fields);
 }
 
-/// Returns the fields with one of them under another name.
+/// Renames one field.
 template <class... Fields>
 std::tuple<Fields...> renamed(std::tuple<Fields...> fields, const std::string& from,
                               const char* to) {
@@ -210,7 +210,7 @@ void define_repr(py::class_<C, Extra...>& cls, const char* name, const std::tupl
           [fields, name](const C& object) { return fields_repr(name, object, fields); });
 }
 
-/// Returns a copy of the object with some fields changed, by name.
+/// Returns a copy of an object with some fields changed, by name.
 template <class C, class... F>
 C replaced(C object, const py::dict& changes, const std::tuple<F...>& fields) {
   std::size_t used = 0;

@@ -156,7 +156,7 @@ struct Direction {
   }
 };
 
-/// Vector of length 1 to 0.001: sensors and files give few digits.
+/// A vector whose length is 1 to a thousandth: sensors and files give few digits.
 struct UnitVector {
   template <class Derived>
   bool holds(const Eigen::MatrixBase<Derived>& value) const {
@@ -233,14 +233,14 @@ struct Field {
 
   constexpr bool applies_to(const C& object) const { return !condition || condition(object); }
 
-  /// Returns the field, required in files but not in Python.
+  /// Returns this field, required in files but not in Python.
   constexpr Field needed() const {
     Field changed = *this;
     changed.needed_in_files = true;
     return changed;
   }
-  /// Returns the field, read, written and checked only where `holds(object)`. The fields that the
-  /// condition depends on must be listed before this one.
+  /// Returns this field, restricted to objects for which `holds(object)`: elsewhere it is not read,
+  /// written or checked. The fields that the condition depends on must be listed before this one.
   constexpr Field when(bool (*holds)(const C&)) const {
     Field changed = *this;
     changed.condition = holds;

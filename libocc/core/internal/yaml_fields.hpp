@@ -73,7 +73,7 @@ std::string value_text(const T& value, const Rule& rule) {
     return list_text(value);
 }
 
-/// True if a file omits the field: an optional without value, an empty text or list.
+/// Returns true for the values that a file omits: an optional without value, an empty text or list.
 template <class T, class Rule>
 bool is_left_out(const T& value, const Rule&) {
   if constexpr (is_optional_v<T>)

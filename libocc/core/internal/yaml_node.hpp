@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A YAML document as a tree that knows its lines. Files come from strangers: size, nesting and the
-// number of values are bounded, aliases share their node instead of copying it.
+// A YAML document as a tree with line numbers. Files are untrusted input: size, nesting and the
+// number of values are bounded, and aliases share their node instead of copying it.
 #pragma once
 
 #include <memory>
@@ -18,14 +18,15 @@ struct YamlNode {
   };
 
   Kind kind = Kind::nothing;
-  int line = 0;      ///< counted from 1
-  std::string text;  ///< text of a scalar
+  int line = 0;      ///< line number, from 1
+  std::string text;  ///< content of a scalar
   std::vector<std::shared_ptr<const YamlNode>> items;
   std::vector<Entry> entries;
 
   const Entry* find(const std::string& key) const;
 
-  /// For messages: the scalar itself (shortened, printable), "a list of 3", "a mapping", "nothing".
+  /// Description for messages: the scalar itself (shortened, printable), "a list of 3", "a
+  /// mapping", "nothing".
   std::string describe() const;
 };
 
@@ -33,10 +34,10 @@ struct YamlNode {
 /// a mapping.
 std::shared_ptr<const YamlNode> parse_yaml(const std::string& text, const std::string& name);
 
-/// Reads and parses a file. Its size is limited to that of a large scene.
+/// Reads and parses a file. Throws std::runtime_error also for files larger than 4 MiB.
 std::shared_ptr<const YamlNode> read_yaml(const std::string& path);
 
-/// Text fit for a one-line message: shortened, control characters replaced.
+/// Shortens a text for a one-line message and replaces its control characters.
 std::string printable(const std::string& text);
 
 }  // namespace occ::internal::core

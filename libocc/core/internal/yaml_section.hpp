@@ -88,10 +88,10 @@ class YamlSection {
   std::vector<std::string> known_;
 };
 
-/// True if two keys differ only in their unit, like `radius_mm` and `radius_m`.
+/// Returns true when two keys differ in their unit only, like `radius_mm` and `radius_m`.
 bool differ_in_unit(const std::string& unknown, const std::string& known);
 
-/// Suggests the known key that an unknown one resembles, as the end of a sentence: "write
+/// Names the known key that an unknown one resembles, as the end of a sentence: "write
 /// `radius_m`, in metres", "did you mean `normal`?", or "known here: ...".
 std::string suggest_key(const std::string& unknown, const std::vector<std::string>& known);
 
