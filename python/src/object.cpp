@@ -32,8 +32,6 @@ void define_object(py::module_& m) {
                             "everywhere"),
                       field("radius_m", &P::radius_m, "radius of a disc [m]; 0: a point"),
                       field("label", &P::label, "description")));
-  const auto fields = std::make_tuple(required_field("name", &Object::name, "name of the object"),
-                                      required_field("points", &Object::points, "ObjectPoints"));
   py::class_<Object> object(m, "Object",
                             R"(An object, described by its points that can be found in an image.
 
