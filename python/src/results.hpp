@@ -90,8 +90,8 @@ class ResultClass : public py::class_<C, Extra...> {
   }
 
   template <class... Args>
-  ResultClass& def(const Args&... args) {
-    Base::def(args...);
+  ResultClass& def(Args&&... args) {
+    Base::def(std::forward<Args>(args)...);
     return *this;
   }
 

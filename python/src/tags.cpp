@@ -3,7 +3,6 @@
 
 #include "fields.hpp"
 #include "libocc/calibrate/resection.hpp"
-#include "libocc/calibrate/side_bends.hpp"
 #include "libocc/scene/internal/scene_fields.hpp"
 #include "module.hpp"
 #include "results.hpp"
