@@ -11,7 +11,7 @@
 #include "libocc/core/random.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/identify/identify.hpp"
-#include "tests/random_maps.hpp"
+#include "tests/identify/random_maps.hpp"
 
 namespace {
 

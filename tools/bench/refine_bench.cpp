@@ -5,8 +5,8 @@
 #include <opencv2/calib3d.hpp>
 
 #include "libocc/refine/refine.hpp"
-#include "tests/measured_blobs.hpp"
-#include "tests/pixel_blobs.hpp"
+#include "tests/support/measured_blobs.hpp"
+#include "tests/support/pixel_blobs.hpp"
 
 namespace occ {
 namespace {
