@@ -208,7 +208,8 @@ class Adjuster {
     apply_body_consensus(limit, last, lengths);
   }
 
-  /// Least squares without loss function. False when the adjustment must stop; the status gives the reason.
+  /// Least squares without loss function. False when the adjustment must stop; the status gives the
+  /// reason.
   bool least_squares(const char* name) {
     constexpr int rounds = 3;
     for (int round = 0; round < rounds; ++round) {
@@ -329,7 +330,8 @@ class Adjuster {
     constexpr int rounds = 100;
     for (int round = 0; round < rounds; ++round) {
       const OutlierCandidates found = find_outliers();
-      // A wrong distance displaces its points, so that their image residuals grow: it is rejected first.
+      // A wrong distance displaces its points, so that their image residuals grow: it is rejected
+      // first.
       const bool first =
           !found.distances.empty() &&
           (found.images.empty() || found.distances[0].normalised > found.images[0].normalised);

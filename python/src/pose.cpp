@@ -165,8 +165,8 @@ Raises: ValueError for an unknown solver, numbers that are not finite or counts 
 
 Result<Fix> solve_pose_of(const Rows3& points_in_world_m, const Rows2& points_px,
                           const Camera& camera, const std::string& solver, double sigma_px,
-                          const std::optional<Rigid3>& start, double max_misfit,
-                          int max_iterations, const std::vector<double>& sigmas_px) {
+                          const std::optional<Rigid3>& start, double max_misfit, int max_iterations,
+                          const std::vector<double>& sigmas_px) {
   return solve_pose(points_in_world_m.transpose(), points_px.transpose(), camera,
                     {solver, start, sigma_px, max_misfit, max_iterations, sigmas_px});
 }

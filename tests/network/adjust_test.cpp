@@ -103,32 +103,6 @@ TEST(Adjust, AgreesWithCeresWithoutReducedUnknowns) {
   EXPECT_TRUE(precision(all->network).ok());
 }
 
-TEST(Adjust, SameBitsForAnyNumberOfThreads) {
-  // Eight partial sums and more: 1500 points in some 24 batches.
-  Network network = noisy_network(
-      test::cloud_network(test::small_pinhole(), {"fx_px", "fy_px"}, 6, 1500), 4, 0.03);
-  network.observations[7].pixel.y() += 40;
-  AdjustOptions options;
-  options.threads = 1;
-  const auto one = adjust(network, options);
-  ASSERT_TRUE(one.ok()) << one.message;
-  const auto points = precision(one->network, {}, 1)->points();
-  const auto statistics = network_statistics(one->network, 1);
-  for (const int threads : {2, 3, 8}) {
-    options.threads = threads;
-    const auto other = adjust(network, options);
-    ASSERT_TRUE(other.ok()) << other.message;
-    EXPECT_EQ(one->cost, other->cost) << threads;
-    for (std::size_t i = 0; i < network.points.size(); ++i)
-      EXPECT_EQ(one->network.points[i].position_m, other->network.points[i].position_m) << threads;
-    EXPECT_TRUE(points == precision(one->network, {}, threads)->points()) << threads;
-    const auto again = network_statistics(one->network, threads);
-    for (std::size_t i = 0; i < network.observations.size(); ++i)
-      EXPECT_EQ(statistics->image_observations[i].redundancy,
-                again->image_observations[i].redundancy);
-  }
-}
-
 TEST(Adjust, RecoversRigsBodiesAndPriors) {
   Network truth = test::cloud_network(test::small_pinhole(), {"fx_px", "fy_px"}, 6, 25);
   truth.cameras.push_back({"right", Camera::pinhole(800, 600, 700, 700, 400, 300), {"fx_px"}});

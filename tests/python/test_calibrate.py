@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from libocc._core import Mosaic
 from PIL import Image
 from PIL.TiffImagePlugin import IFDRational
 
 import libocc as occ
-from libocc._core import Mosaic
 
 
 def wall_of_lamps(**sensor) -> occ.Scene:
@@ -305,8 +305,8 @@ def test_times_from_the_images_exif(run, series):
         ([{TIME: 0.1}, {}], "1.jpg: has no ExposureTime in its EXIF data; give --exposures"),
         ([{TIME: 0.1}, {TIME: IFDRational(0, 1)}], "1.jpg: the ExposureTime in its EXIF data must be positive, got 0"),
         ([{TIME: 0.1}, {TIME: IFDRational(1, 0)}], "1.jpg: the ExposureTime in its EXIF data must be positive"),
-        ([{TIME: 0.1, ISO: 100}, {TIME: 0.2, ISO: 200}], "1.jpg: its ISO speed is 200, that of 0.jpg 100"),
-        ([{TIME: 0.1, F_NUMBER: 2.0}, {TIME: 0.2, F_NUMBER: 4.0}], "1.jpg: its f-number is 4.0, that of 0.jpg 2.0"),
+        ([{TIME: 0.1, ISO: 100}, {TIME: 0.2, ISO: 200}], "1.jpg: its ISO speed is 200, that of 0.jpg is 100"),
+        ([{TIME: 0.1, F_NUMBER: 2.0}, {TIME: 0.2, F_NUMBER: 4.0}], "1.jpg: its f-number is 4.0, that of 0.jpg is 2.0"),
     ],
 )
 def test_exif_without_usable_times_is_rejected(run, series, tags, text):

@@ -116,7 +116,7 @@ def test_a_last_fix_is_a_prior(run):
 def test_identify_rejects_an_image_of_another_camera(run, room):
     occ.write_image("small.png", np.zeros((40, 50), np.uint8))
     code, _, err = run("identify", "small.png", "--map", "irregular_six")
-    assert code == 2 and "small.png: is 50 x 40, the camera of irregular_six" in err
+    assert code == 2 and "small.png: its size is 50 x 40, that of the camera of irregular_six" in err
 
 
 def test_locate_prints_the_fix(run, room):

@@ -241,7 +241,10 @@ def test_the_last_pose_is_kept_after_a_clock_jump(libocc, scene):
         (("irregular_six", "--source", "walk", "--tum", "walk"), "walk: cannot be written"),
         (("irregular_six", "--source", "walk", "--rerun", "nowhere/w.rrd"), "nowhere/w.rrd"),
         (("irregular_six", "--source", "walk", "--bag", "walk"), "walk: exists already"),
-        (("irregular_six", "--source", "small", "--fps", 5), "is 64 x 48, the scene's camera is 640 x 480"),
+        (
+            ("irregular_six", "--source", "small", "--fps", 5),
+            "its size is 64 x 48, that of the scene's camera is 640 x 480",
+        ),
     ],
 )
 def test_bad_input_is_one_line(run, arguments, message):

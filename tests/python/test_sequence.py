@@ -191,7 +191,7 @@ def test_a_folder_with_other_files_is_rejected(run, tmp_path):
     [
         (["--format", "pnq"], "--format: unknown image format 'pnq'; did you mean png?"),
         (["--layout", "boop"], "--layout: unknown layout 'boop'; did you mean bop?"),
-        (["--layout", "bop", "--format", "pgm"], "layout bop holds png, got pgm"),
+        (["--layout", "bop", "--format", "pgm"], "layout bop allows png, got pgm"),
         (["--frames", "x"], "--frames: must be N or FROM:TO, got 'x'"),
         (["--frames", "1:2:3"], "--frames: must be N or FROM:TO, got '1:2:3'"),
         (["--frames", "50:60"], "none of the 10 frames is in '50:60'"),

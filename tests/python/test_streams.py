@@ -61,7 +61,8 @@ def pose_at(time_s, position_m=(1.0, 2.0, 0.5)):
 def test_images_of_a_folder_are_read_on_demand(tmp_path: Path, frames, monkeypatch):
     folder = write_folder(tmp_path / "set", frames)
     read = []
-    monkeypatch.setattr("libocc.streams.folder.read_image", lambda path: (read.append(path), occ.read_image(path))[1])
+    module = sys.modules[FolderSource.__module__]
+    monkeypatch.setattr(module, "read_image", lambda path: (read.append(path), occ.read_image(path))[1])
     source = open_source(str(folder))
     assert isinstance(source, FolderSource) and source.total == 6 and not source.live
     for i, frame in enumerate(source):

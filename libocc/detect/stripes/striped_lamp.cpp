@@ -65,8 +65,8 @@ int add_samples(const LineWindow& window, int line, int from, int to,
 
 enum class Side { both, low, high };
 
-/// Mean of log(1 + signal / floor) along each line. The logarithm reduces the range of a bell-shaped
-/// profile to that of its stripes.
+/// Mean of log(1 + signal / floor) along each line. The logarithm reduces the range of a
+/// bell-shaped profile to that of its stripes.
 LineSignal compressed_signal(const LineWindow& window, const LineBox& all, double floor) {
   const int too_many = std::max(0, all.lines() - max_lines);
   const LineBox part = all.grown(-(too_many + 1) / 2, 0);
