@@ -104,7 +104,7 @@ TEST(Adjust, AgreesWithCeresWithoutReducedUnknowns) {
 }
 
 TEST(Adjust, SameBitsForAnyNumberOfThreads) {
-  // Eight partial sums and more: 1500 points in some 24 batches.
+  // 1500 points give some 24 batches, and thereby six partial sums.
   Network network = noisy_network(
       test::cloud_network(test::small_pinhole(), {"fx_px", "fy_px"}, 6, 1500), 4, 0.03);
   network.observations[7].pixel.y() += 40;
