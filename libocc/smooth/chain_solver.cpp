@@ -41,7 +41,7 @@ template <class Body>
 void minimise(const Chain<Body>& chain, const SmootherOptions& options,
               ChainSolution<Body>& solution) {
   // The minimum keeps undetermined poses where they are.
-  core::LevenbergMarquardt damping(1e-7, 1e-12);
+  core::LevenbergMarquardt damping(1e-7, 1e-12, 100);
   solution.cost = chain.cost(solution.poses);
   solution.converged = false;
   std::vector<typename Body::Part> delta;

@@ -174,22 +174,24 @@ LeastSquaresResult minimise_sums(Problem& problem, Eigen::Matrix<double, Problem
           !failed && solver.summary.status != decltype(solver)::HIT_MAX_ITERATIONS};
 }
 
-/// Damping factor lambda of the steps (H + lambda diag H) d = -g. The default rule takes plain
-/// Gauss-Newton steps (lambda = 0) until one fails; a step that fails is repeated with ten times
-/// the damping, 1e-3 at first, and successes lower it again.
+/// Damping factor lambda of the steps (H + lambda diag H) d = -g. A step that fails is repeated
+/// with ten times the damping. The default rule takes plain Gauss-Newton steps (lambda = 0) until
+/// one fails; lambda is then 1e-3, and successes lower it to 0 again.
 class LevenbergMarquardt {
  public:
   LevenbergMarquardt() = default;
-  /// For a singular H, which needs min > 0.
-  LevenbergMarquardt(double first, double min) : lambda_(first), min_(min) {}
+  /// Rule for a singular H, which needs min > 0: each success divides lambda by `decrease`.
+  LevenbergMarquardt(double first, double min, double decrease)
+      : lambda_(first), min_(min), decrease_(decrease) {}
 
   double lambda() const { return lambda_; }
 
   /// lambda after a step that lowered the cost.
   double lambda_after_success() const {
+    if (decrease_ > 0) return std::max(min_, lambda_ / decrease_);
     constexpr double negligible = 1e-10;  // less damping changes no step noticeably
     const double lower = lambda_ > 1e-4 ? lambda_ / 10 : lambda_ / 1000;
-    return std::max(min_, lower < negligible ? 0 : lower);
+    return lower < negligible ? 0 : lower;
   }
   void accept() { lambda_ = lambda_after_success(); }
 
@@ -201,7 +203,7 @@ class LevenbergMarquardt {
   }
 
  private:
-  double lambda_ = 0, min_ = 0;
+  double lambda_ = 0, min_ = 0, decrease_ = 0;
 };
 
 }  // namespace occ::internal::core
