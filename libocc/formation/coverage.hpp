@@ -79,7 +79,7 @@ struct CoverageMoments {
 LIBOCC_API CoverageMoments coverage_moments(const Contour& contour, const PixelPsf& psf,
                                             int image_width, int image_height,
                                             Simd simd = widest_simd());
-/// Like coverage_with_moments, into `out`, whose storage is reused.
+/// Like coverage_moments above, into `out`, whose storage is reused.
 LIBOCC_API void coverage_moments(const Contour& contour, const PixelPsf& psf, int image_width,
                                  int image_height, Simd simd, CoverageMoments& out);
 
