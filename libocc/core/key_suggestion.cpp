@@ -10,7 +10,7 @@
 namespace occ::internal::core {
 namespace {
 
-// Units that keys of a scene file end in.
+// Units at the end of keys.
 const char* unit_name(const std::string& suffix) {
   static const std::map<std::string, const char*> names = {
       {"m", "metres"},  {"px", "pixels"}, {"deg", "degrees"}, {"w", "watts"},
@@ -31,7 +31,7 @@ struct Split {
   std::string stem, unit;
 };
 
-// "radius_mm" -> radius, mm; "gain_dn_per_e" has a unit of its own kind and stays whole.
+// "radius_mm" -> radius, mm; "gain_dn_per_e" has a compound unit and is not split.
 Split split_unit(const std::string& key) {
   const std::size_t bar = key.rfind('_');
   if (bar == std::string::npos || key.find("_per_") != std::string::npos) return {key, ""};
@@ -40,7 +40,7 @@ Split split_unit(const std::string& key) {
   return {key.substr(0, bar), suffix};
 }
 
-// Levenshtein's distance.
+// Levenshtein distance.
 std::size_t edits(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
@@ -64,15 +64,16 @@ bool differ_in_unit(const std::string& unknown, const std::string& known) {
 }
 
 std::string suggest_key(const std::string& unknown, const std::vector<std::string>& known) {
-  const std::string word = unknown.substr(0, 64);  // the distance takes time in both lengths
+  const std::string word =
+      unknown.substr(0, 64);  // bounds the time of the distance, which grows with both lengths
   std::string nearest, all;
-  std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
+  std::size_t min_distance = std::max<std::size_t>(2, word.size() / 3) + 1;
   for (const std::string& key : known) {
     if (differ_in_unit(word, key))
       return "write `" + key + "`, in " + unit_name(split_unit(key).unit);
     const std::size_t distance = edits(word, key);
-    if (distance < least) {
-      least = distance;
+    if (distance < min_distance) {
+      min_distance = distance;
       nearest = key;
     }
     all += (all.empty() ? "" : ", ") + key;

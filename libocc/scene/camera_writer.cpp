@@ -37,11 +37,11 @@ void require_plane(const Camera& camera, const char* format) {
           std::string("pinhole or fisheye in a file of ") + format);
 }
 
-/// OpenCV and ROS know five coefficients where libocc may have none.
+// OpenCV and ROS files have at least five coefficients (a fisheye four); missing ones are zero.
 std::vector<double> coefficients_of(const Camera& camera) {
   std::vector<double> all = camera.distortion();
-  const std::size_t least = camera.is_pinhole() ? 5 : 4;
-  if (all.size() < least) all.resize(least, 0);
+  const std::size_t min_count = camera.is_pinhole() ? 5 : 4;
+  if (all.size() < min_count) all.resize(min_count, 0);
   return all;
 }
 

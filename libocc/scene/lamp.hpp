@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A lamp: where it is, what shape it has, how it shines and whether it blinks. Data only.
+// A lamp: position, shape, radiation and blinking. Data only.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,10 +12,10 @@
 
 namespace occ {
 
-/// lame: the area inside a Lame curve (superellipse) |2x/a|^n + |2y/b|^n = 1.
+/// lame: the area inside the Lame curve (superellipse) |2x/a|^n + |2y/b|^n = 1.
 enum class LampShape { disc, rectangle, point, lame };
 
-/// What a lamp says by blinking.
+/// The code and the id that a lamp transmits by blinking.
 struct LampCode {
   Code code;
   int id = 0;
@@ -28,12 +28,12 @@ struct LampCode {
 
 struct LIBOCC_API Lamp {
   int id = 0;
-  std::string name;  ///< optional, for people
+  std::string name;  ///< optional label for people
   LampShape shape = LampShape::disc;
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< in the world
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< of the lit face, in the world
   Eigen::Vector3d normal =
       -Eigen::Vector3d::UnitZ();  ///< towards the lit side; unit after validate()
-  double radius_m = 0;            ///< disc
+  double radius_m = 0;            ///< radius of a disc
   Eigen::Vector2d size_m =
       Eigen::Vector2d::Zero();  ///< rectangle, lame: (a, b), along x_axis and across it
   Eigen::Vector3d x_axis =
@@ -42,28 +42,28 @@ struct LIBOCC_API Lamp {
   double power_w = 1;                          ///< radiant power while lit
   double power_sigma = 0.1;                    ///< relative standard deviation of power_w
   double half_power_rad = 1.0471975511965976;  ///< half-power semi-angle (60 degrees)
-  std::optional<double> frequency_hz;          ///< square-wave blink code; none: always lit
+  std::optional<double> frequency_hz;          ///< of blinking; none: always lit
   double duty = 0.5;                           ///< lit fraction of a blink period
   std::vector<double> waveform;  ///< instead of `duty`: light over power_w (0..1) in equal parts
                                  ///< of a period, such as the chips of a code
-  double phase = 0;              ///< periods that have passed at time 0
-  std::optional<LampCode> code;  ///< what frequency_hz and waveform say; see set_code()
-  Eigen::Vector3d colour =
-      Eigen::Vector3d::Ones();  ///< light that red, green and blue pixels get, over white's
+  double phase = 0;              ///< periods passed at time 0
+  std::optional<LampCode> code;  ///< code that frequency_hz and waveform transmit; see set_code()
+  Eigen::Vector3d colour = Eigen::Vector3d::Ones();  ///< light on red, green, blue pixels over that
+                                                     ///< of white light of the same power
 
-  double area_m2() const;     ///< of the emitting face; 0 for a point
-  double reach_m() const;     ///< from the centre to the farthest point of the rim; 0 for a point
-  double order() const;       ///< Lambertian order m
-  double mean_light() const;  ///< over a blink period, in parts of power_w; 1 without one
+  double area_m2() const;  ///< area of the emitting face; 0 for a point
+  double reach_m() const;  ///< distance of the rim's farthest point from the centre; 0 for a point
+  double order() const;    ///< Lambertian order m
+  double mean_light() const;  ///< mean light over a blink period, over power_w; 1 if always lit
   bool shows_lit_side(const Eigen::Vector3d& seen_from) const;
 
   /// Sets code, frequency_hz and waveform. Throws std::invalid_argument as encode_id() does.
-  void set_code(const LampCode& said);
+  void set_code(const LampCode& lamp_code);
 
-  /// Sets frequency_hz and waveform of a code that has no waveform yet; makes normal and x_axis
-  /// unit and orthogonal; where the shape gives x_axis no meaning, it becomes one that depends on
-  /// the normal alone. A second call changes nothing. Throws std::invalid_argument naming the lamp,
-  /// the field and its value.
+  /// Checks all fields. Sets frequency_hz and waveform if there is a code without waveform. Makes
+  /// normal and x_axis unit and orthogonal; for shapes without sides, x_axis is replaced by an axis
+  /// that depends on the normal only. A second call changes nothing. Throws std::invalid_argument
+  /// naming the lamp, the field and its value.
   void validate();
 };
 

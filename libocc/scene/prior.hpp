@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is known of a pose before the image is looked at; each part is optional and has its own
-// sigma.
+// Prior knowledge of a pose, independent of the image. Each part is optional and has its own
+// standard deviation.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,31 +11,31 @@
 
 namespace occ {
 
-/// Where a tracker expects the camera: its last pose, or where that has moved to by now.
+/// A predicted pose, such as a tracker's last pose moved to the present time.
 struct PriorPose {
   Rigid3 cam_from_world;
-  Matrix6 covariance = Matrix6::Identity();  ///< as geometry/rigid.hpp defines it
+  Matrix6 covariance = Matrix6::Identity();  ///< of the left perturbation (geometry/rigid.hpp)
 };
 
-/// What a prior says of a pose, linearised: residuals over their sigmas, and their derivatives by
-/// the left perturbation of cam_from_world.
+/// A prior linearised at a pose: residuals over their standard deviations, and their derivatives
+/// with respect to the left perturbation of cam_from_world.
 struct PriorRows {
-  static constexpr int most = 14;
-  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most, 1> residuals;
-  Eigen::Matrix<double, Eigen::Dynamic, 6, 0, most, 6> jacobian;
+  static constexpr int max_rows = 14;  ///< all parts together
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, max_rows, 1> residuals;
+  Eigen::Matrix<double, Eigen::Dynamic, 6, 0, max_rows, 6> jacobian;
 };
 
 struct LIBOCC_API Prior {
-  std::optional<Eigen::Vector3d> position_m;  ///< of the camera in the world
+  std::optional<Eigen::Vector3d> position_m;  ///< position of the camera in the world
   double position_sigma_m = 0.5;              ///< per axis
   std::optional<Eigen::Vector3d>
       position_sigmas_m;           ///< instead: along x, y, z; infinite where nothing is known
-  std::optional<double> height_m;  ///< of the camera: its z, as of one on wheels
+  std::optional<double> height_m;  ///< z coordinate of the camera, such as on a vehicle
   double height_sigma_m = 0.05;
-  std::optional<double> heading_rad;  ///< as occ::heading_rad defines it
+  std::optional<double> heading_rad;  ///< as defined by occ::heading_rad
   double heading_sigma_rad = 0.35;
   std::optional<Eigen::Vector3d>
-      gravity_in_cam;  ///< unit, pointing down, camera frame (an accelerometer)
+      gravity_in_cam;  ///< unit vector pointing down, camera frame (accelerometer)
   double gravity_sigma_rad = 0.02;
   std::optional<PriorPose> last_pose;
 
@@ -50,16 +50,16 @@ struct LIBOCC_API Prior {
 
   PriorRows rows(const Rigid3& cam_from_world) const;
 
-  /// Residuals over their sigmas, squared and summed; 0 when empty.
+  /// Sum of the squared residuals over their variances; 0 when empty.
   double chi2(const Rigid3& cam_from_world) const {
     return rows(cam_from_world).residuals.squaredNorm();
   }
 
-  /// Of chi2: how many independent values are known, 0 to 13.
+  /// Degrees of freedom of chi2: the number of independent known values, 0 to 13.
   int dof() const;
 
   /// Throws std::invalid_argument naming the field and its value, or two parts that contradict each
-  /// other: further apart than once in a million by their sigmas.
+  /// other: their chi-square is exceeded with probability 1e-6.
   void validate() const;
 };
 

@@ -136,7 +136,7 @@ void define_kinds(py::module_& m) {
       field("unit", &CameraParameter::unit, "px, rad, m or 1"),
       field("value", &CameraParameter::value, "value in that unit"),
       field("is_length", &CameraParameter::is_length, "true if it scales with the scene"));
-  py::class_<CameraParameter> parameter(m, "CameraParameter", "One number of a camera's model.");
+  ResultClass<CameraParameter> parameter(m, "CameraParameter", "One number of a camera's model.");
   define_properties(parameter, fields);
   define_repr(parameter, "CameraParameter", fields);
   ResultClass<Ray> ray(m, "Ray", "Ray of a pixel in the camera frame.");

@@ -9,6 +9,14 @@
 #include "results.hpp"
 
 namespace occ::python {
+
+template <>
+struct Members<PoseEstimate> {
+  static auto tie(PoseEstimate& e) {
+    return std::tie(static_cast<PosePrediction&>(e), e.gyro_bias_rad_s, e.accelerometer_bias_m_s2);
+  }
+};
+
 namespace {
 
 void define_planar_pose(py::module_& m) {

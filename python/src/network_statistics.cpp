@@ -80,7 +80,7 @@ void define_parameters(py::module_& m) {
       field("correlation", &P::correlation, "largest with another parameter of its camera"),
       field("correlated_with", &P::correlated_with, "that other parameter"),
       field("highly_correlated", &P::highly_correlated, "its magnitude exceeds 0.9"));
-  py::class_<P> parameter(m, "ParameterStatistics", "Significance of an estimated parameter.");
+  ResultClass<P> parameter(m, "ParameterStatistics", "Significance of an estimated parameter.");
   define_properties(parameter, fields);
   define_repr(parameter, "ParameterStatistics", fields);
   m.def(

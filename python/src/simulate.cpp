@@ -11,6 +11,14 @@
 #include "truth.hpp"
 
 namespace occ::python {
+
+template <>
+struct Members<ExplainedEffect> {
+  static auto tie(ExplainedEffect& e) {
+    return std::tie(static_cast<EffectPlan&>(e), e.position_bound_m, e.cost_s);
+  }
+};
+
 namespace {
 
 std::string lamp_truth_repr(const LampTruth& lamp) {
@@ -78,8 +86,8 @@ void define_plan(py::module_& m) {
         return std::string("<EffectPlan ") + effect_name(p.effect) +
                (p.applied ? ": applied" : ": left out") + ", " + p.reason + ">";
       });
-  py::class_<ExplainedEffect, EffectPlan>(m, "ExplainedEffect",
-                                          "Result of explain() for one effect.")
+  ResultClass<ExplainedEffect, EffectPlan>(m, "ExplainedEffect",
+                                           "Result of explain() for one effect.")
       .def_readonly("position_bound_m", &ExplainedEffect::position_bound_m,
                     "Largest displacement of a position solved from the lamps' centroids when it "
                     "is left out [m]; infinite if the lamps in view do not determine the pose.")

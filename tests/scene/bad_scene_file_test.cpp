@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a faulty scene file is answered: file, line, key, what is wrong, value.
+// Errors in scene files are reported with file, line, key, rule and value.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -15,8 +15,7 @@ std::string complaint_about(const std::string& text) {
   return test::complaint<std::runtime_error>([&] { parse_scene(text, "scene.yaml"); });
 }
 
-// A scene of one lamp whose lines can be replaced: 1 schema, 2 camera, 3 sensor, 4 lamps, 5 the
-// lamp.
+// A scene of one lamp with replaceable parts; lines: 1 schema, 2 camera, 3 sensor, 4 lamps, 5 lamp.
 std::string scene_text(const std::string& lamp = "id: 0, centre_m: [0, 0, 3], radius_m: 0.1",
                        const std::string& sensor = "f_number: 2",
                        const std::string& camera = "width_px: 640, height_px: 480, fx_px: 500",
@@ -95,7 +94,7 @@ TEST(BadScene, LampKeys) {
             std::string::npos);
 }
 
-TEST(BadScene, WrongUnitsAreToldTheRightOne) {
+TEST(BadScene, WrongUnitsAreReportedWithTheRightOne) {
   const auto ending = [](const std::string& text, const std::string& end) {
     EXPECT_EQ(text.rfind(end), text.size() - end.size()) << text;
   };
@@ -111,7 +110,7 @@ TEST(BadScene, WrongUnitsAreToldTheRightOne) {
          "got a list of 3; write `size_m`, in metres");
 }
 
-// The wrong unit is told even though the right key, which is required, is missing.
+// The error names the wrong unit, not the missing required key.
 TEST(BadScene, WrongUnitInPlaceOfARequiredKey) {
   EXPECT_EQ(lamp_complaint("id: 0, centre_m: [0, 0, 3], radius_mm: 85"),
             "scene.yaml:5: key `lamps[0].radius_mm`: is not known, got 85; write `radius_m`, in "
@@ -229,7 +228,7 @@ TEST(BadScene, NotYaml) {
             "scene.yaml:1: more than one YAML document in a file");
 }
 
-TEST(BadScene, BombsAreDefused) {
+TEST(BadScene, YamlBombsAreRejected) {
   std::string bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
   for (int i = 1; i < 60; ++i) {
     const std::string before = "*a" + std::to_string(i - 1);

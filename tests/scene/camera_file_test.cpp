@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cameras of every model to text and back.
+// Round trips of cameras of every model through text.
 #include "libocc/scene/camera_file.hpp"
 
 #include "libocc/camera/rotating_line.hpp"
@@ -51,7 +51,7 @@ const std::vector<Camera>& every_model() {
   return all;
 }
 
-TEST(CameraText, OfEveryModelReadsBackToTheLastBit) {
+TEST(CameraText, EveryModelReadsBackToTheLastBit) {
   const test::Folder folder;
   for (const Camera& camera : every_model()) {
     const std::string path = folder.file("camera.yaml", "");
@@ -63,7 +63,7 @@ TEST(CameraText, OfEveryModelReadsBackToTheLastBit) {
   }
 }
 
-TEST(CameraText, OfOpenCvAndRosHoldsPinholesAndFisheyes) {
+TEST(CameraText, OpenCvAndRosSupportPinholesAndFisheyes) {
   const test::Folder folder;
   for (const CameraFormat format : {CameraFormat::opencv, CameraFormat::ros}) {
     const std::string path = folder.file("camera.yaml", "");
@@ -80,7 +80,7 @@ TEST(CameraText, OfOpenCvAndRosHoldsPinholesAndFisheyes) {
   }
 }
 
-TEST(CameraText, OfADistortionFreePinholeIsUnderstoodByOpenCv) {
+TEST(CameraText, OpenCvReadsAPinholeWithoutDistortion) {
   const Camera camera = Camera::pinhole(640, 480, 400, 400, 320, 240);
   const std::string text = format_camera(camera, CameraFormat::opencv);
   EXPECT_EQ(text.rfind("%YAML:1.0\n---\n", 0), 0u);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points of bodies: corners and nothing else, ranked, with cones that tell where they are hidden.
+// Detectable points of bodies are their corners, ranked, with cones of visibility.
 #include "libocc/scene/detectable_points.hpp"
 
 #include <algorithm>
@@ -23,7 +23,7 @@ struct Body {
     vertices.push_back(v);
     return static_cast<int>(vertices.size()) - 1;
   }
-  /// A parallelogram, counterclockwise from outside, in n x n parts, each with vertices of its own.
+  /// A parallelogram of n x n parts with separate vertices, counterclockwise seen from outside.
   void add_wall(const Vector3d& corner, const Vector3d& a, const Vector3d& b, int n = 1) {
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j) {
@@ -76,7 +76,7 @@ Body cylinder(int sides) {
   return body;
 }
 
-TEST(DetectablePoints, OfABoxAreItsCorners) {
+TEST(DetectablePoints, ABoxHasItsCorners) {
   const Vector3d size(3, 2, 1);
   for (const int parts : {1, 2, 5}) {
     const auto points = box(size, parts).points();
@@ -89,9 +89,9 @@ TEST(DetectablePoints, OfABoxAreItsCorners) {
   }
 }
 
-// A direction sees a convex corner unless it points into its octant. The cone that agrees best is
-// between the one inside what is seen, 125 degrees, and the one around it, 145.
-TEST(DetectablePoints, ACornersConeIsSeenOnAllItsFaces) {
+// A convex corner is visible from all directions except its inner octant. The best cone is between
+// the inscribed one, 125 degrees, and the circumscribed one, 145 degrees.
+TEST(DetectablePoints, TheConeOfACornerContainsAllItsFaces) {
   for (const DetectablePoint& p : box({1, 1, 1}, 2).points()) {
     EXPECT_GT(p.point.normal.dot(p.point.position_m.normalized()), 0.998);
     EXPECT_GT(p.point.cone_rad, 2.18);
@@ -99,8 +99,8 @@ TEST(DetectablePoints, ACornersConeIsSeenOnAllItsFaces) {
   }
 }
 
-// An L has two inner corners, which are seen from less than the half space.
-TEST(DetectablePoints, AnInnerCornerIsSeenFromOneSide) {
+// An L has two inner corners, which are visible from less than a half space.
+TEST(DetectablePoints, AnInnerCornerIsVisibleFromOneSide) {
   Body body;
   const Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1), o(0, 0, 0);
   body.add_wall(o, y, 2 * x);
@@ -137,8 +137,8 @@ TEST(DetectablePoints, ACylinderHasNone) {
   EXPECT_EQ(cylinder(6).points().size(), 12u);  // a hexagonal nut has
 }
 
-// A sheet has corners where it ends, seen from everywhere.
-TEST(DetectablePoints, ASheetEndsInFour) {
+// The corners of a sheet are visible from all directions.
+TEST(DetectablePoints, ASheetHasFourCorners) {
   Body sheet;
   sheet.add_wall({0, 0, 0}, {2, 0, 0}, {0, 1, 0}, 3);
   const auto points = sheet.points();
@@ -171,7 +171,7 @@ TEST(DetectablePoints, LongEdgesComeFirstAndShortOnesDoNotCount) {
   EXPECT_EQ(body.points(few).size(), 3u);
 }
 
-// Somewhere else, in another unit, the same points.
+// Translation, rotation and scale of the body do not change its points.
 TEST(DetectablePoints, MoveWithTheBody) {
   const Body body = box({3, 2, 1}, 2);
   const auto here = body.points();
@@ -195,7 +195,7 @@ TEST(DetectablePoints, MakeAnObject) {
   EXPECT_NO_THROW(object.validate());
 }
 
-TEST(DetectablePoints, RefuseWhatIsNoMesh) {
+TEST(DetectablePoints, RejectInvalidMeshes) {
   const auto said = [](const std::function<void(Body&, DetectableOptions&)>& spoil) {
     Body body = box({1, 1, 1});
     DetectableOptions options;

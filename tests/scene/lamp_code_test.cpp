@@ -27,7 +27,7 @@ std::string file_complaint(const std::string& lamps) {
   return complaint<std::runtime_error>([&] { with_lamps(lamps); });
 }
 
-TEST(LampCode, TheReaderMakesItsLight) {
+TEST(LampCode, TheReaderSetsTheWaveform) {
   const Scene scene = with_lamps(lamp(17, "code: {kind: c_ook, clock_hz: 4000, line: 4b6b}"));
   const Lamp& read = scene.lamps[0];
   Code code;
@@ -46,7 +46,7 @@ TEST(LampCode, FilesReadBackEqual) {
                                  lamp(4, "code: {kind: c_ook, checksum: crc16, repeats: 2}") +
                                  lamp(5, "frequency_hz: 1000"));
   const std::string text = format_scene(scene);
-  EXPECT_EQ(text.find("waveform"), std::string::npos) << "the code says it";
+  EXPECT_EQ(text.find("waveform"), std::string::npos) << "the code implies it";
   const Scene again = parse_scene(text);
   EXPECT_EQ(format_scene(again), text);
   for (std::size_t i = 0; i < scene.lamps.size(); ++i) {
@@ -56,13 +56,13 @@ TEST(LampCode, FilesReadBackEqual) {
   }
 }
 
-TEST(LampCode, LightOfItsOwnIsKept) {
+TEST(LampCode, AnOwnWaveformIsKept) {
   Scene scene = with_lamps(lamp(1, "code: {kind: ufsook}"));
   scene.lamps[0].waveform = {0.5, 1};
   EXPECT_EQ(parse_scene(format_scene(scene)).lamps[0].waveform, scene.lamps[0].waveform);
 }
 
-TEST(LampCode, ValidateMakesTheLightOfACode) {
+TEST(LampCode, ValidateSetsTheWaveformOfACode) {
   Lamp made = test::disc_lamp(7, {0, 0, 3});
   made.code = LampCode{{}, 7, 0};
   made.validate();

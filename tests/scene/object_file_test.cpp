@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Objects: what is refused and how it is said, cones, and files that read back.
+// Objects: validation and its messages, cones, and round trips through files.
 #include <fstream>
 
 #include "libocc/core/math.hpp"
@@ -33,7 +33,7 @@ std::string file_refusal(const std::string& text) {
   return test::complaint<std::runtime_error>([&] { parse_object(text, "car.yaml"); });
 }
 
-TEST(Object, RefusesWhatIsOutOfRange) {
+TEST(Object, RejectsValuesOutOfRange) {
   EXPECT_EQ(refusal([](Object&) {}), "");
   EXPECT_NE(refusal([](Object& o) { o.points[1].id = 10; }).find("of one point only, got 10"),
             std::string::npos);
@@ -54,7 +54,7 @@ TEST(Object, RefusesWhatIsOutOfRange) {
   EXPECT_NE(refusal([](Object& o) { o.name.clear(); }).find("name"), std::string::npos);
 }
 
-TEST(Object, APointIsSeenFromWithinItsCone) {
+TEST(Object, APointIsVisibleFromInsideItsCone) {
   ObjectPoint p;
   p.position_m = {1, 0, 0};
   p.normal = Vector3d::UnitX();
@@ -107,7 +107,7 @@ TEST(Object, WritesAndReadsFiles) {
             "");
 }
 
-TEST(Object, FilesThatAreWrongAreRefusedByKey) {
+TEST(Object, ErrorsInFilesNameTheKey) {
   const std::string head = "schema: libocc-object/1\nname: car\npoints:\n";
   const std::string good = "  - {id: 0, position_m: [0, 0, 0]}\n";
   EXPECT_EQ(file_refusal(head + good), "");

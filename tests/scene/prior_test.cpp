@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Priors of any mix: heights, sigmas per axis, a last pose with its covariance; and those that
-// contradict each other.
+// Combinations of priors: heights, sigmas per axis, a last pose with its covariance;
+// contradictions.
 #include "libocc/scene/prior.hpp"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ Prior all_of_it() {
   return prior;
 }
 
-TEST(PriorMix, TheTruthCostsNothingAndContradictsNothing) {
+TEST(PriorMix, TheTruthHasZeroChi2AndNoContradiction) {
   const Prior prior = all_of_it();
   EXPECT_NO_THROW(prior.validate());
   EXPECT_NEAR(prior.chi2(pose), 0, 1e-18);

@@ -169,7 +169,7 @@ TEST(SceneFile, WritesPlainNumbers) {
     EXPECT_NE(text.find(line), std::string::npos) << line << text;
 }
 
-TEST(SceneFile, WritesFilesWhole) {
+TEST(SceneFile, WritesCompleteFiles) {
   const test::Folder folder;
   Scene scene = test::square_room();
   scene.validate();
@@ -219,13 +219,13 @@ TEST(SceneFile, ContributionsScene) {
   EXPECT_NEAR(one.lamps[0].order(), 0.64606, 5e-6);
   EXPECT_EQ(one.lamps[0].radius_m, 0.085);
   EXPECT_FALSE(one.assumed.empty());
-  // Image diameter of the lamp from 1.5 m below, and the field of view, as the set-up has them.
+  // Image diameter of the lamp from 1.5 m below, and field of view, as stated for the set-up.
   EXPECT_NEAR(one.camera.fx_px() * 0.17 / 1.5, 22.3, 0.05);
   EXPECT_NEAR(2 * std::atan(320 / one.camera.fx_px()) * 180 / 3.14159265, 116.7, 0.05);
   EXPECT_EQ(read_scene(scenes + "kookmin_four_lamps.yaml").lamps.size(), 4u);
 }
 
-TEST(SceneFile, MissingKeysTakeTheDefaults) {
+TEST(SceneFile, MissingKeysHaveTheDefaults) {
   const Scene scene = parse_scene(
       "schema: libocc-scene/1\n"
       "camera: {width_px: 640, height_px: 480, fx_px: 500}\n"
@@ -238,7 +238,7 @@ TEST(SceneFile, MissingKeysTakeTheDefaults) {
   expect_same(scene, expected);
 }
 
-TEST(SceneFile, YamlThatPeopleWrite) {
+TEST(SceneFile, YamlVariantsAreAccepted) {
   const Scene scene = parse_scene(
       "# comment\r\n---\r\nschema: 'libocc-scene/1'\r\n"
       "camera: {width_px: 640, height_px: 480, focal_length_m: +3.e-3}\r\n"
@@ -274,7 +274,7 @@ TEST(CameraFile, OfAScene) {
   expect_same(read_camera(fixtures + "scene_with_camera_file.yaml"), camera);
 }
 
-TEST(CameraFile, RefusesWhatItCannotStandFor) {
+TEST(CameraFile, RejectsUnsupportedCameras) {
   const test::Folder folder;
   const std::string matrix =
       "camera_matrix: {rows: 3, cols: 3, data: [9, 0, 4, 0, 9, 4, 0, 0, 1]}\n";
@@ -317,7 +317,7 @@ TEST(CameraFile, RefusesWhatItCannotStandFor) {
   }
 }
 
-TEST(CameraFile, ThatASceneNamesMustBeACalibration) {
+TEST(CameraFile, NamedByASceneMustBeACalibration) {
   const test::Folder folder;
   const std::string scene =
       folder.file("scene.yaml", "schema: libocc-scene/1\ncamera: {file: scene.yaml}\nlamps: []\n");

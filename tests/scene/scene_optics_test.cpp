@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scene files and values of what shapes a lamp's image: Lame curves, waveforms, the lens.
+// Scene files with Lame curves, waveforms and lens parameters.
 #include <cmath>
 
 #include "libocc/scene/scene_file.hpp"
@@ -31,7 +31,7 @@ TEST(SceneOptics, ALameCurveIsReadAndWritten) {
   EXPECT_EQ(parse_scene(format_scene(scene)).lamps[0].exponent, 2.5);
 }
 
-TEST(SceneOptics, ALameCurvesMistakesAreNamed) {
+TEST(SceneOptics, ErrorsOfALameCurveAreReported) {
   const std::string at = "s.yaml:4: key `lamps[0].";
   const std::string lame = "shape: lame, size_m: [0.6, 0.3], ";
   EXPECT_EQ(complaint_about("shape: lame, exponent: 2"), at + "size_m`: is missing");
@@ -49,7 +49,7 @@ TEST(SceneOptics, ALameCurvesMistakesAreNamed) {
   EXPECT_EQ(complaint_about("radius_m: 1, exponent: 2").find(at + "exponent`: is not known"), 0u);
 }
 
-TEST(SceneOptics, WaveformsAreReadAndTheirMistakesNamed) {
+TEST(SceneOptics, WaveformsAreReadAndTheirErrorsReported) {
   const Scene scene = parse_scene(
       scene_text("radius_m: 0.1, frequency_hz: 500, waveform: [1, 0, 0.5], phase: -0.25"));
   EXPECT_EQ(scene.lamps[0].waveform, (std::vector<double>{1, 0, 0.5}));
@@ -78,7 +78,7 @@ TEST(SceneOptics, TheLensIsReadAndWritten) {
   }
 }
 
-TEST(SceneOptics, TheLensesMistakesAreNamed) {
+TEST(SceneOptics, ErrorsOfTheLensAreReported) {
   const std::string disc = "radius_m: 0.1";
   EXPECT_EQ(complaint_about(disc, "lens: {focus_distance_m: 0}\n"),
             "s.yaml:5: key `lens.focus_distance_m`: must be positive, got 0");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lamp, Scene and Prior as data: what validate() makes of them, and the prior's chi-square.
+// validate() of Lamp, Scene and Prior, and the prior's chi-square.
 #include "libocc/scene/scene.hpp"
 
 #include <gtest/gtest.h>
@@ -138,7 +138,7 @@ TEST(Scene, ValidateChecksEveryPart) {
   EXPECT_EQ(complaint([&] { room.validate(); }), "room.wall_reflectance must be in [0, 1), got 1");
 }
 
-TEST(Prior, EmptyCostsNothing) {
+TEST(Prior, EmptyHasZeroChi2) {
   Random random(2);
   const Prior prior;
   EXPECT_TRUE(prior.empty());
@@ -146,7 +146,7 @@ TEST(Prior, EmptyCostsNothing) {
   EXPECT_NO_THROW(prior.validate());
 }
 
-TEST(Prior, TheTruthCostsNothing) {
+TEST(Prior, TheTruthHasZeroChi2) {
   Random random(3);
   for (int i = 0; i < 50; ++i) {
     const Rigid3 pose = test::random_pose(random);
@@ -171,7 +171,7 @@ TEST(Prior, HeadingWraps) {
   Prior prior;
   prior.heading_rad = pi - 0.1;
   prior.heading_sigma_rad = 0.1;
-  // A camera that looks up, turned to heading -pi + 0.1: 0.2 rad away across the seam.
+  // A camera that looks up, at heading -pi + 0.1: 0.2 rad away across the discontinuity at pi.
   for (const double heading : {-pi + 0.1, pi - 0.3}) {
     const Vector3d x(std::cos(heading), std::sin(heading), 0), z(0, 0, 1);
     Rigid3 pose;
@@ -180,7 +180,7 @@ TEST(Prior, HeadingWraps) {
   }
 }
 
-TEST(Prior, GravityIsTheAngleWhateverTheHeading) {
+TEST(Prior, GravityChi2IsIndependentOfTheHeading) {
   Random random(4);
   for (int i = 0; i < 50; ++i) {
     const Rigid3 pose = test::random_pose(random);

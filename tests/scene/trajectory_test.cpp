@@ -66,7 +66,7 @@ TEST(Trajectory, MovesOnAScrew) {
   const Trajectory trajectory({{10, from}, {12, to}});
   const Rigid3 half = trajectory.cam_from_world(11) * from.inverse();
   EXPECT_LT(distance(half * half * from, to), 1e-14);
-  // The same curve whichever end it is seen from, and in whichever frame of the world.
+  // The curve does not depend on its direction or on the world frame.
   const Trajectory back({{10, to}, {12, from}});
   EXPECT_LT(distance(back.cam_from_world(10.7), trajectory.cam_from_world(11.3)), 1e-13);
   const Rigid3 frame{so3_exp({0.7, -0.9, 0.4}), {-3, 1, 4}};
@@ -75,7 +75,7 @@ TEST(Trajectory, MovesOnAScrew) {
             1e-13);
 }
 
-TEST(Trajectory, VelocityBetweenTakesOnePoseToTheOther) {
+TEST(Trajectory, VelocityBetweenMovesOnePoseToTheOther) {
   const Trajectory trajectory = random_trajectory();
   const double from = trajectory.begin_s() + 0.1, to = trajectory.end_s() - 0.1;
   EXPECT_LT(distance(moved_pose(trajectory.cam_from_world(from), trajectory.velocity(from, to),
@@ -86,16 +86,16 @@ TEST(Trajectory, VelocityBetweenTakesOnePoseToTheOther) {
   EXPECT_EQ(trajectory.velocity(from, from + 1e-3), trajectory.velocity(from));
 }
 
-TEST(Trajectory, OnePoseStandsStill) {
+TEST(Trajectory, ASinglePoseHasZeroVelocity) {
   const Trajectory trajectory({{2, Rigid3{}}});
   EXPECT_EQ(trajectory.velocity(2), Vector6::Zero());
   EXPECT_EQ(trajectory.velocity(2, 2), Vector6::Zero());
   EXPECT_EQ(trajectory.cam_from_world(2).matrix(), Eigen::Matrix4d::Identity());
 }
 
-// A row of a rolling shutter, rendered with the frame's velocity, is that of a still image from
-// where the trajectory is in the middle of its exposure.
-TEST(Trajectory, RowsAreSeenFromWhereTheTrajectoryIs) {
+// A row of a rolling shutter, rendered with the frame's velocity, equals that of a still image at
+// the pose of the trajectory in the middle of the row's exposure.
+TEST(Trajectory, RowsAreRenderedAtThePosesOfTheTrajectory) {
   Scene scene;
   scene.camera = Camera::pinhole(80, 60, 200, 200, 39.5, 29.5);
   scene.lamps = {disc_lamp(0, {0.02, 0.03, 1.5})};
@@ -140,7 +140,7 @@ TEST(TrajectoryFile, RoundTrip) {
   }
 }
 
-TEST(TrajectoryFile, HoldsTheCamerasPoseInTheWorld) {
+TEST(TrajectoryFile, ContainsTheCamerasPoseInTheWorld) {
   const Trajectory trajectory = parse_trajectory(
       "# a comment\n\n1.5 1 2 3 0 0 0.7071068 0.7071068 # a quarter turn about the world's Z\n");
   const Rigid3 pose = trajectory.cam_from_world(1.5);
@@ -148,7 +148,7 @@ TEST(TrajectoryFile, HoldsTheCamerasPoseInTheWorld) {
   EXPECT_LT((pose * Eigen::Vector3d(1, 3, 3) - Eigen::Vector3d::UnitX()).norm(), 1e-6);
 }
 
-TEST(TrajectoryFile, RefusesWithLineAndValue) {
+TEST(TrajectoryFile, ErrorsNameLineAndValue) {
   const auto why = [](const std::string& text) {
     return complaint<std::runtime_error>([&] { parse_trajectory(text, "walk.txt"); });
   };
@@ -164,7 +164,7 @@ TEST(TrajectoryFile, RefusesWithLineAndValue) {
   EXPECT_NE(complaint<std::runtime_error>([] { read_trajectory("/nowhere/walk.txt"); }), "");
 }
 
-TEST(Trajectory, RefusesWhatIsNoTrajectory) {
+TEST(Trajectory, RejectsInvalidTrajectories) {
   const auto why = [](std::vector<Waypoint> waypoints) {
     return complaint([&] { Trajectory trajectory(waypoints); });
   };

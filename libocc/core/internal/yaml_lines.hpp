@@ -6,13 +6,14 @@
 #include <string>
 
 #include "libocc/core/abi.hpp"
+#include "libocc/core/math.hpp"
 
 namespace occ::internal::core {
 
 /// Angles are radians in the library and degrees in files. The extended precision gives every angle
 /// in radians a text in degrees that reads back to it. Pi is rounded to double, as in the usual
 /// `degrees * pi / 180`.
-constexpr long double radians_per_degree = static_cast<long double>(3.14159265358979323846) / 180;
+constexpr long double radians_per_degree = static_cast<long double>(pi) / 180;
 
 inline double radians(long double degrees) {
   return static_cast<double>(degrees * radians_per_degree);
