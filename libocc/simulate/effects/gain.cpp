@@ -67,7 +67,10 @@ void render(const Frame& frame, const ByPlace&, Signal& signal) {
 
 }  // namespace
 
-const EffectModel gain_model{
-    Effect::gain, Stage::charge, called_for, "sensor.gain_sigma is 0", bound, {}, nullptr, render};
+const EffectModel gain_model = [] {
+  EffectModel model{Effect::gain, Stage::charge, called_for, "sensor.gain_sigma is 0", bound};
+  model.render = render;
+  return model;
+}();
 
 }  // namespace occ::internal::simulate
