@@ -74,8 +74,8 @@ class LIBOCC_API CoveragePainter {
 };
 
 /// Coverage with its first moments about each pixel's centre: (x - x_i) and (y - y_j), weighted
-/// like the light. A pixel under the irradiance E + grad E . (p - p_ij) has the value E c + grad E
-/// . (m_x, m_y).
+/// like the light. Under the irradiance E + grad E . (p - p_ij), the value of a pixel is
+///     E c + grad E . (m_x, m_y).
 struct CoverageMoments {
   Patch c, m_x, m_y;  ///< patches of equal extent
 };
@@ -89,8 +89,8 @@ LIBOCC_API void coverage_moments(const Contour& contour, const PixelPsf& psf, in
 /// Coverage with its moments and derivatives. The derivative by motion is a contour integral as
 /// well:
 ///     d c = closed integral of K(p_ij - p(t)) (motion x step),   K(u, v) = B(u) B(v).
-/// The derivative by the PSF's width follows from the heat equation, dc / d sigma^2 = Laplacian(c)
-/// / 2.
+/// The derivative by the PSF's width follows from the heat equation:
+///     dc / d sigma^2 = Laplacian(c) / 2.
 struct CoverageDerivatives {
   CoverageMoments moments;
   /// dc / d (rotation of the lamp about its centre, translation of its centre, ln psf sigma) for

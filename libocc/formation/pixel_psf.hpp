@@ -53,8 +53,8 @@ class LIBOCC_API PixelPsf {
 
   double sigma_px() const { return sigma_; }
 
-  /// Light at a position reaches the pixels floor(position) - reach() ... floor(position) + reach()
-  /// + 1. Pixels farther away receive less than 6e-7 of it.
+  /// Light at a position x reaches the pixels floor(x) - reach() ... floor(x) + reach() + 1. Pixels
+  /// farther away receive less than 6e-7 of it.
   int reach() const { return reach_; }
   int count() const { return 2 * reach_ + 2; }  ///< number of these pixels
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Projects a lamp's rim and the centre of its image, with derivatives by the pose. The image of a
-// disc is an ellipse. Its centre differs from the projection of the disc's centre by about f
-// (r/Z)^2 sin(t) cos(t) at the tilt t.
+// disc is an ellipse. At the tilt t, its centre differs from the projection of the disc's centre by
+// about f (r/Z)^2 sin(t) cos(t).
 #pragma once
 
 #include <Eigen/Core>
