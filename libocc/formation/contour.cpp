@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/formation/internal/lame_curve.hpp"
 #include "libocc/formation/internal/sharp_coverage.hpp"
@@ -18,9 +19,9 @@ namespace occ {
 using namespace internal::formation;
 namespace {
 
-constexpr double two_pi = 6.283185307179586;
-constexpr int min_disc_points = 24;
-constexpr double max_disc_points = 8192;  // a longer rim lies mostly outside the image
+constexpr double two_pi = 2 * pi;
+constexpr int min_disc_points = 24;       // for small discs, where the spacing is not the limit
+constexpr double max_disc_points = 8192;  // a longer rim is mostly outside the image
 constexpr int max_splits = 60;
 
 // A curve in the camera's frame: position and tangent at a parameter.
@@ -29,7 +30,7 @@ struct CurvePoint {
 };
 using Curve = std::function<CurvePoint(double)>;
 
-// Rim of a disc; each of the evenly spaced points follows from the one before by a rotation.
+// Rim of a disc. Points at uniform angles are computed by repeated rotation.
 struct Circle {
   Eigen::Vector3d centre, across, along;
 
@@ -37,23 +38,23 @@ struct Circle {
     return {centre + c * across + s * along, c * along - s * across};
   }
 
-  /// Calls visit(point) for `count` points around the curve; returns false as soon as it does.
+  // Calls visit(point) for `count` points of the circle; stops and returns false when it does.
   template <typename Visit>
-  bool all_around(int count, Visit visit) const {
-    const double turn_c = std::cos(two_pi / count), turn_s = std::sin(two_pi / count);
+  bool visit_all(int count, Visit visit) const {
+    const double step_cos = std::cos(two_pi / count), step_sin = std::sin(two_pi / count);
     double c = 1, s = 0;
     for (int i = 0; i < count; ++i) {
       if (!visit(at(c, s))) return false;
-      const double next = turn_c * c - turn_s * s;
-      s = turn_s * c + turn_c * s;
+      const double next = step_cos * c - step_sin * s;
+      s = step_sin * c + step_cos * s;
       c = next;
     }
     return true;
   }
 };
 
-// One curve of a lamp's rim under one camera. Every function returns nullopt (or false) if a point
-// is outside the camera's domain.
+// Projects one curve of a lamp's rim. All functions return nullopt or false if a point is outside
+// the camera's domain.
 class Projector {
  public:
   Projector(Curve curve, const Eigen::Vector3d& centre_in_cam, const Camera& camera,
@@ -63,7 +64,7 @@ class Projector {
         camera_(camera),
         spacing_px_(spacing_px) {}
 
-  // Returns the contour point of a point of the curve, with `weight` of the parameter's range.
+  // Adds the contour point of a point of the curve; `weight` is its part of the parameter's range.
   template <typename AnyContour>
   bool add_point(const CurvePoint& curve_point, double weight, AnyContour& contour) const {
     const auto point = project(curve_point);
@@ -72,11 +73,10 @@ class Projector {
     return true;
   }
 
-  // Bound on the image's length [px] over an interval of the parameter, and whether all of it is
-  // far outside the image.
+  // Upper limit of the length of the curve's image over an interval of the parameter.
   struct Extent {
     double length_px = 0;
-    bool off_image = false;
+    bool off_image = false;  // the whole interval is far outside the image
   };
   std::optional<Extent> extent(double from, double to, int probes) const {
     Probes all;
@@ -87,15 +87,16 @@ class Projector {
   std::optional<Extent> extent(const Circle& circle, int probes) const {
     Probes all;
     const auto add = [&](const CurvePoint& point) { return add_probe(point, all); };
-    if (!circle.all_around(probes, add)) return std::nullopt;
+    if (!circle.visit_all(probes, add)) return std::nullopt;
     return extent(all, two_pi, probes);
   }
 
-  // Gauss-Legendre panels no longer than 16 nodes at 0.6 spacings, except off the image.
+  // Adds Gauss-Legendre panels of 16 nodes, at most 16 * 0.6 spacings long unless outside the
+  // image.
   template <typename AnyContour>
   bool add_panels(double from, double to, int splits, AnyContour& contour) const;
 
-  // Appends chords between two parameters, each nearly as long as its bulge allows.
+  // Adds chords between two parameters, each as long as its bulge allows.
   bool add_chords(double from, double to, Chords& chords) const {
     const auto begin = project(from), end = project(to);
     return begin && end && add_chords(from, *begin, to, *end, 0, chords);
@@ -126,8 +127,8 @@ class Projector {
   Extent extent(const Probes& probes, double range, int intervals) const {
     Extent extent;
     extent.length_px = std::sqrt(probes.speed_squared) * range;
-    // A curve to the left changes the pixels at its right; one above, below or right does not.
-    // Probes may miss the curve by the distance between them, which exceeds the reach of the PSF.
+    // A contour left of the image changes the coverage of pixels to its right; above, below or
+    // right of the image it does not. The margin exceeds the distance between probes and any PSF.
     const double margin = camera_.width() + camera_.height() + extent.length_px / intervals;
     extent.off_image = probes.high.y() < -margin || probes.low.y() > camera_.height() + margin ||
                        probes.low.x() > camera_.width() + margin;
@@ -197,7 +198,7 @@ bool Projector::add_panels(double from, double to, int splits, AnyContour& conto
   return true;
 }
 
-// Points all on one side of the image, by half of its size.
+// True if the hull is on one side of the image, by half of its own size.
 bool Projector::is_off_image(const Eigen::Array<double, 2, 4>& hull) const {
   const Eigen::Array2d low = hull.rowwise().minCoeff(), high = hull.rowwise().maxCoeff();
   const Eigen::Array2d margin = 0.5 * (high - low) + 1;
@@ -205,12 +206,13 @@ bool Projector::is_off_image(const Eigen::Array<double, 2, 4>& hull) const {
   return (high + margin < 0).any() || (low - margin > size).any();
 }
 
-// Area between a rim and its chord. For a Hermite cubic p(s) = p0 + s d + h10(s) (m0 - d) +
-// h11(s) (m1 - d), with chord d and tangents m0, m1, it is d x (m1 - m0) / 12 - (m0 - d) x (m1 - d)
-// / 60. Part of it goes to the wrong pixel if rim and chord cross a pixel border at different
-// places: all of it if the rim only touches the border; if it crosses at an angle, at most the
-// triangle of that angle whose height is the distance of the rim from the chord, 3/2 of the mean
-// one.
+// The rim is approximated by a Hermite cubic, p(s) = p0 + s d + h10(s) (m0 - d) + h11(s) (m1 - d),
+// with the chord d and the tangents m0, m1. The area between cubic and chord is
+//     d x (m1 - m0) / 12 - (m0 - d) x (m1 - d) / 60.
+// Part of it is assigned to the wrong pixel where rim and chord cross a pixel border at different
+// points. This is the whole area if the rim only touches the border. If it crosses the border at an
+// angle, it is at most the triangle of that angle whose height is the largest distance between rim
+// and chord, 3/2 of the mean distance.
 bool Projector::add_chords(double from, const ImagePoint& begin, double to, const ImagePoint& end,
                            int splits, Chords& chords) const {
   constexpr double max_error_px2 = 3e-8;
@@ -219,15 +221,16 @@ bool Projector::add_chords(double from, const ImagePoint& begin, double to, cons
   };
   const Eigen::Vector2d d = end.px - begin.px;
   const Eigen::Vector2d m0 = (to - from) * begin.tangent_px, m1 = (to - from) * end.tangent_px;
-  const double most = (std::abs(cross(d, m0)) + std::abs(cross(d, m1))) / 12;
+  const double max_area = (std::abs(cross(d, m0)) + std::abs(cross(d, m1))) / 12;
   Eigen::Array<double, 2, 4> hull;
   hull << begin.px, begin.px + m0 / 3, end.px - m1 / 3, end.px;
-  // True if it neither reverses along an axis nor has an uneven speed.
+  // The curve is monotone along both axes, and its speed is nearly constant.
   const bool even = (m0.array() * d.array() > 0).all() && (m1.array() * d.array() > 0).all() &&
                     std::max((m0 - d).norm(), (m1 - d).norm()) < 0.003 * d.norm();
-  const double apart = 1.5 * most / d.norm();
-  const double misplaced = even ? 0.5 * apart * apart * d.norm() / d.cwiseAbs().minCoeff() : most;
-  if (std::min(most, misplaced) <= max_error_px2 || is_off_image(hull)) {
+  const double apart = 1.5 * max_area / d.norm();
+  const double misplaced =
+      even ? 0.5 * apart * apart * d.norm() / d.cwiseAbs().minCoeff() : max_area;
+  if (std::min(max_area, misplaced) <= max_error_px2 || is_off_image(hull)) {
     chords.push_back({begin.px, end.px, cross(d, m1 - m0) / 12 - cross(m0 - d, m1 - d) / 60});
     return true;
   }
@@ -244,7 +247,7 @@ Circle circle(const Lamp& lamp, const Rigid3& cam_from_world) {
   return {cam_from_world * lamp.centre_m, across, normal.cross(across)};
 }
 
-// Integrates over the angle.
+// The circle as a function of the angle.
 Curve curve_of(const Circle& circle) {
   return [=](double angle) { return circle.at(std::cos(angle), std::sin(angle)); };
 }
@@ -259,7 +262,7 @@ std::vector<Curve> edges(const std::vector<Eigen::Vector3d>& corners) {
   return all;
 }
 
-// Integrates over the smooth pieces of another rim, each over [0, 1].
+// Smooth pieces of a rim that is not a circle, each over [0, 1].
 std::vector<Curve> pieces(const Lamp& lamp, const Rigid3& cam_from_world) {
   const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
   const Eigen::Vector3d x_axis = cam_from_world.rotation * lamp.x_axis;
@@ -290,7 +293,7 @@ bool add_disc(const Circle& circle, const Eigen::Vector3d& centre, const Camera&
   if (wanted > max_disc_points) return rim.add_panels(0, two_pi, 0, contour);
   const int count = std::max(min_disc_points, static_cast<int>(wanted));
   contour.reserve(static_cast<std::size_t>(count));
-  return circle.all_around(count, [&](const CurvePoint& point) {
+  return circle.visit_all(count, [&](const CurvePoint& point) {
     return rim.add_point(point, two_pi / count, contour);
   });
 }

@@ -18,9 +18,9 @@ struct Range {
   int first = 0, end = 0;
 };
 
-// Returns the pixels touched by light between two positions, limited to others.
+// Pixels reached by light between two positions, within a range.
 Range touched(double low, double high, int reach, const Range& within) {
-  // Computed in floating point first: a rim may be farther out than an int can represent.
+  // Compared as floating-point numbers, because a rim may be outside the range of int.
   const double first = std::max<double>(within.first, std::floor(low) - reach);
   const double last = std::min(within.end - 1.0, std::floor(high) + reach + 1);
   if (!(first <= last)) return {};
@@ -33,7 +33,7 @@ struct Extent {
   bool empty() const { return columns.end == columns.first || rows.end == rows.first; }
 };
 
-// Returns the pixels that light between two corners touches, in the image with `margin` around it.
+// Pixels reached by light between two corners, within the image extended by `margin`.
 Extent touched(const Eigen::Vector2d& low, const Eigen::Vector2d& high, int reach, int width,
                int height, int margin) {
   return {touched(low.x(), high.x(), reach, {-margin, width + margin}),
@@ -51,7 +51,7 @@ Extent touched(const AnyContour& contour, const PixelPsf& psf, int width, int he
   return touched(low, high, psf.reach(), width, height, margin);
 }
 
-// Resizes the patch to the extent; its values are undefined.
+// Sets the patch to the extent; its values are undefined.
 void set_extent(const Extent& extent, Patch& patch) {
   const bool empty = extent.empty();
   patch.x0 = empty ? 0 : extent.columns.first;
@@ -108,13 +108,14 @@ std::vector<double> buffer(const PixelPsf& psf) {
   return std::vector<double>(static_cast<std::size_t>(psf.count()) + 1);
 }
 
-// Minimum light for derivatives, relative to that of the nearest pixel.
+// Weights below this are ignored in derivatives, for speed; see the error of CoverageDerivatives.
 constexpr double min_light = 2e-4;
 
-// Range of the touched pixels that get more than min_light.
+// Interval of the reached pixels.
 struct Span {
   int first, end;
 };
+// Removes pixels with negligible weights at both ends.
 Span trimmed(const std::vector<double>& weights, int first, int end) {
   const auto faint = [&](int k) { return weights[k] < min_light; };
   while (first < end && faint(first)) ++first;
@@ -122,14 +123,15 @@ Span trimmed(const std::vector<double>& weights, int first, int end) {
   return {first, end};
 }
 
-// Part of `count` touched pixels from `first` that lies on an axis of `size` pixels.
+// Part of `count` pixels from `first` on that is inside an axis of `size` pixels.
 Span on_canvas(double first, int count, int size) {
   if (!(first + count > 0 && first < size)) return {0, 0};
   const int begin = static_cast<int>(first);
   return {std::max(0, -begin), std::min(count, size - begin)};
 }
 
-// Adds a contour point to the derivatives. The object is reused for its storage.
+// Adds the contributions of contour points to the derivatives; keeps its buffers from point to
+// point.
 class DerivativePainter {
  public:
   DerivativePainter(const PixelPsf& psf, double outward)
@@ -187,7 +189,7 @@ class DerivativePainter {
   const PixelPsf& psf_;
   double outward_;
   std::vector<double> across_, down_, across_slopes_, down_slopes_;
-  std::vector<CoverageDerivatives::Row> columns_;  // by column: all but the factor of the row
+  std::vector<CoverageDerivatives::Row> columns_;  // by column, without the factor of the row
 };
 
 }  // namespace

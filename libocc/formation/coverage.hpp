@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The image of a uniform shape under a Gaussian PSF and the pixel's box, as a contour integral
-// along its rim (Green's theorem):
+// Computes the image of a uniform shape under a Gaussian PSF and the pixel's box, as a contour
+// integral along its rim (Green's theorem):
+//
 //     I(i, j) = closed integral of G(x_i - x(t)) B(y_j - y(t)) y'(t) dt
-// with B the box-blurred Gaussian and G its running integral (formation/pixel_psf.hpp). The
-// trapezoid rule converges spectrally for a smooth rim. The spacing of the contour's points trades
-// accuracy against time: measured maximum errors for discs of 0.05 to 300 px and sigma 0.2 to 5 px
-// are 5e-7 of a fully covered pixel at a spacing of 1 sigma and 2e-4 at 1.5 sigma.
+//
+// with B the Gaussian convolved with the pixel's box, and G its running integral
+// (formation/pixel_psf.hpp). The trapezoid rule converges spectrally for a smooth rim; the spacing
+// of the contour's points sets accuracy against time. Largest error measured for discs of 0.05 to
+// 300 px and sigma 0.2 to 5: 5e-7 of a fully covered pixel at a spacing of 1 sigma, 2e-4 at
+// 1.5 sigma.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,7 +29,7 @@ template <typename Real>
 class Canvas;
 }
 
-/// A rectangle of pixels with one value each, row by row; width and height are 0 if it is empty.
+/// Values of a rectangle of pixels, row by row; width and height are 0 if it is empty.
 template <typename Real>
 struct PatchOf {
   int x0 = 0, y0 = 0, width = 0, height = 0;
@@ -38,15 +41,15 @@ struct PatchOf {
 };
 using Patch = PatchOf<double>;
 
-/// Fraction 0..1 of the light of a fully covered pixel, for each pixel of the contour's bounding
-/// box grown by the reach of the PSF and clipped to the image. The contour may have either
-/// orientation.
+/// Coverage: the fraction 0..1 of each pixel's light that comes from inside the contour. The patch
+/// is the contour's bounding box, extended by the PSF's reach and clipped to the image. The contour
+/// may have either orientation.
 LIBOCC_API Patch coverage(const Contour& contour, const PixelPsf& psf, int image_width,
                           int image_height, Simd simd = widest_simd());
 
-/// Coverage, accurate to 3e-7, in the memory of a CoveragePainter: neighbours in a row are
-/// consecutive, rows are `stride` apart. `margin` more pixels around the rectangle can be read;
-/// they hold the coverage there, outside the image as well.
+/// View of the coverage in a CoveragePainter's memory, with an error of 3e-7. Rows are `stride`
+/// values apart. `margin` more pixels around the rectangle can be read; they hold the coverage
+/// there, also outside the image.
 struct CoverageRows {
   static constexpr int margin = 4;
   int x0 = 0, y0 = 0, width = 0, height = 0;
@@ -54,7 +57,7 @@ struct CoverageRows {
   std::ptrdiff_t stride = 0;
 };
 
-/// Computes coverage() of one contour after another in the same memory and in single precision.
+/// Computes coverage() of many contours, in single precision and in the same memory.
 class LIBOCC_API CoveragePainter {
  public:
   explicit CoveragePainter(Simd simd = widest_simd());
@@ -70,9 +73,9 @@ class LIBOCC_API CoveragePainter {
   std::unique_ptr<internal::formation::Canvas<float>> canvas_;
 };
 
-/// Coverage with its first moments about the centre of each pixel, (x - x_i) and (y - y_j), with
-/// the weights of the light. A brightness that varies as E + grad E . (p - p_ij) around the pixel
-/// yields E c + grad E . (m_x, m_y).
+/// Coverage with its first moments about each pixel's centre: (x - x_i) and (y - y_j), weighted
+/// like the light. Under the irradiance E + grad E . (p - p_ij), the value of a pixel is
+///     E c + grad E . (m_x, m_y).
 struct CoverageMoments {
   Patch c, m_x, m_y;  ///< patches of equal extent
 };
@@ -83,26 +86,29 @@ LIBOCC_API CoverageMoments coverage_moments(const Contour& contour, const PixelP
 LIBOCC_API void coverage_moments(const Contour& contour, const PixelPsf& psf, int image_width,
                                  int image_height, Simd simd, CoverageMoments& out);
 
-/// Coverage with its moments and its derivatives, which are contour integrals as well:
-///     d c = closed integral of K(p_ij - p(t)) (motion x step),   K(u, v) = B(u) B(v),
-/// and the PSF's width by the heat equation, dc / d sigma^2 = Laplacian(c) / 2.
+/// Coverage with its moments and derivatives. The derivative by motion is a contour integral as
+/// well:
+///     d c = closed integral of K(p_ij - p(t)) (motion x step),   K(u, v) = B(u) B(v).
+/// The derivative by the PSF's width follows from the heat equation:
+///     dc / d sigma^2 = Laplacian(c) / 2.
 struct CoverageDerivatives {
   CoverageMoments moments;
-  /// For each pixel of the patches: dc / d (rotation of the lamp about its centre, translation of
-  /// its centre, ln psf sigma), accurate to 1e-4 of the largest; the last entry is undefined.
+  /// dc / d (rotation of the lamp about its centre, translation of its centre, ln psf sigma) for
+  /// each pixel of the patches, with an error of 1e-4 of the largest. The eighth value is
+  /// undefined.
   using Row = std::array<float, 8>;
   std::vector<Row> d;
 };
-/// Reuses the storage of `out`.
+/// Computes them into `out`, whose storage is reused.
 LIBOCC_API void coverage_derivatives(const MovingContour& contour, const PixelPsf& psf,
                                      int image_width, int image_height, CoverageDerivatives& out);
 
-/// Coverage from samples of a smooth closed curve, evenly spaced in some parameter (see
-/// smooth_contour), at most about one PSF sigma apart.
+/// Coverage from samples of a smooth closed curve, evenly spaced in a parameter (smooth_contour)
+/// and at most about one PSF sigma apart.
 LIBOCC_API Patch coverage(const std::vector<Eigen::Vector2d>& rim_px, double psf_sigma_px,
                           int image_width, int image_height);
 
-/// Coverage of a point source of unit flux at `px`: the PSF integrated over each pixel.
+/// Image of a point source of unit flux at `px`: the PSF integrated over each pixel.
 LIBOCC_API Patch point_coverage(const Eigen::Vector2d& px, const PixelPsf& psf, int image_width,
                                 int image_height);
 LIBOCC_API Patch point_coverage(const Eigen::Vector2d& px, double psf_sigma_px, int image_width,

@@ -11,20 +11,20 @@ namespace occ::internal::formation {
 using namespace internal::core;
 namespace {
 
-constexpr double bend = 14;  // w falls by exp(-bend) from the diagonal to the straight part
+constexpr double log_range = 14;  // ln of w at the diagonal over w at the straight part
 
-// The eighth of the curve from (1, 0) to the diagonal, in two pieces.
-LamePoint first_eighth(double n, bool bent, double s) {
+// Point on the eighth of the curve from (1, 0) to the diagonal, which has two pieces.
+LamePoint first_eighth(double n, bool curved, double s) {
   const double diagonal = std::pow(2, -1 / n);
-  const double straight_end = diagonal * std::exp(-bend / n);
-  const double u = bent ? diagonal * std::exp(-bend / n * (1 - s)) : straight_end * s;
-  const double du = bent ? u * bend / n : straight_end;
+  const double straight_end = diagonal * std::exp(-log_range / n);
+  const double u = curved ? diagonal * std::exp(-log_range / n * (1 - s)) : straight_end * s;
+  const double du = curved ? u * log_range / n : straight_end;
   const double rest = 1 - std::pow(u, n);
   const double v = std::pow(rest, 1 / n);
   return {{v, u}, {-std::pow(u, n - 1) * v / rest * du, du}};
 }
 
-Eigen::Vector2d quarter_turns(const Eigen::Vector2d& p, int count) {
+Eigen::Vector2d rotated_by_quarters(const Eigen::Vector2d& p, int count) {
   switch (count) {
     case 0:
       return p;
@@ -44,11 +44,11 @@ LamePoint lame_point(double exponent, int piece, double s) {
   LamePoint point;
   if (part < 2) {
     point = first_eighth(exponent, part == 1, s);
-  } else {  // mirrored about the diagonal, and run backwards
+  } else {  // mirrored about the diagonal, in reverse direction
     const LamePoint mirror = first_eighth(exponent, part == 2, 1 - s);
     point = {mirror.at.reverse(), -mirror.tangent.reverse()};
   }
-  return {quarter_turns(point.at, piece / 4), quarter_turns(point.tangent, piece / 4)};
+  return {rotated_by_quarters(point.at, piece / 4), rotated_by_quarters(point.tangent, piece / 4)};
 }
 
 Eigen::Vector2d lame_at_angle(double exponent, double angle_rad) {
@@ -58,12 +58,13 @@ Eigen::Vector2d lame_at_angle(double exponent, double angle_rad) {
 }
 
 std::array<LamePoint, 128> lame_nodes(double exponent) {
-  static const std::vector<QuadratureNode> straight = gauss_legendre(4), bent = gauss_legendre(12);
+  static const std::vector<QuadratureNode> straight = gauss_legendre(4),
+                                           curved = gauss_legendre(12);
   std::array<LamePoint, 128> nodes;
   std::size_t count = 0;
   for (int piece = 0; piece < lame_piece_count; ++piece) {
-    const bool is_bent = piece % 4 == 1 || piece % 4 == 2;
-    for (const QuadratureNode& node : is_bent ? bent : straight) {
+    const bool is_curved = piece % 4 == 1 || piece % 4 == 2;
+    for (const QuadratureNode& node : is_curved ? curved : straight) {
       LamePoint& point = nodes[count++] = lame_point(exponent, piece, node.at);
       point.tangent *= node.weight;
     }

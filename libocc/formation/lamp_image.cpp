@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t nodes = 5;
 using Weights = std::array<double, nodes>;
 
-/// Lagrange weights of the nodes 0 ... 4 at t.
+// Lagrange weights of the nodes 0 ... 4 at t.
 Weights lagrange(double t) {
   return {(t - 1) * (t - 2) * (t - 3) * (t - 4) / 24, -t * (t - 2) * (t - 3) * (t - 4) / 6,
           t * (t - 1) * (t - 3) * (t - 4) / 4, -t * (t - 1) * (t - 2) * (t - 4) / 6,
@@ -28,7 +28,7 @@ std::vector<Weights> lagrange_line(int count) {
   return line;
 }
 
-/// Irradiance over the patch of a lamp's image with one more pixel on every side.
+// Irradiance over a lamp's image, with one more pixel on each side.
 class Light {
  public:
   Light(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera, const Sensor& sensor,
@@ -52,7 +52,7 @@ class Light {
       evaluate(lamp, cam_from_world, camera, sensor, patch);
   }
 
-  /// Value at pixel (x, y) of the patch; its neighbours are at +-1 and +-width().
+  // Irradiance at pixel (x, y) of the patch; its neighbours are at +-1 and +-width().
   const double* at(int x, int y) const { return &values_[(y + 1) * width_ + x + 1]; }
   int width() const { return width_; }
 
@@ -69,7 +69,8 @@ class Light {
     }
   }
 
-  // Fallback if a node does not see the lit side: evaluates the pixels of the lamp.
+  // Without interpolation, for patches with nodes that do not see the lit side. Such pixels receive
+  // the irradiance at the lamp's centre.
   void evaluate(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
                 const Sensor& sensor, const Patch& patch) {
     const auto centre = camera.project(cam_from_world * lamp.centre_m);
@@ -87,8 +88,8 @@ class Light {
   std::vector<double> values_;
 };
 
-void shine(const Light& light, double electrons_per_irradiance, double psf_sigma_px,
-           LampImage& image) {
+void apply_light(const Light& light, double electrons_per_irradiance, double psf_sigma_px,
+                 LampImage& image) {
   const CoverageMoments& cover = image.coverage.moments;
   const double half_variance = 0.5 * (psf_sigma_px * psf_sigma_px + 1.0 / 12);
   image.full.resize(cover.c.values.size());
@@ -107,8 +108,8 @@ void shine(const Light& light, double electrons_per_irradiance, double psf_sigma
     }
 }
 
-/// Radiance goes with cos^(m-1) of emission, which at a given pixel only a turn of the lamp
-/// changes.
+// Radiance is proportional to cos^(m-1) of the emission angle. At a given pixel, only a rotation of
+// the lamp changes this angle.
 Vector6 radiance_change(const Lamp& lamp, const Rigid3& cam_from_world) {
   const Eigen::Vector3d ray = (cam_from_world * lamp.centre_m).normalized();
   const Eigen::Vector3d normal = cam_from_world.rotation * lamp.normal;
@@ -128,12 +129,12 @@ bool render_extended(const Lamp& lamp, const Rigid3& cam_from_world, const Camer
   image.electrons.clear();
   if (c.width == 0) return true;
   const Light light(lamp, cam_from_world, camera, sensor, c);
-  shine(light, sensor.electrons(1) - sensor.electrons(0), psf.sigma_px(), image);
+  apply_light(light, sensor.electrons(1) - sensor.electrons(0), psf.sigma_px(), image);
   image.d_log_light = radiance_change(lamp, cam_from_world);
   return true;
 }
 
-/// d (psf at a pixel) / d (position, ln sigma).
+// Computes d (PSF at a pixel) / d (position, ln sigma).
 void differentiate_point(const Eigen::Vector2d& px, const Eigen::Matrix<double, 2, 3>& d_px,
                          const PixelPsf& psf, LampImage& image) {
   const Patch& c = image.coverage.moments.c;
@@ -179,7 +180,8 @@ bool render_point(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& 
   image.electrons = moments.c.values;
   for (double& value : image.electrons) value *= electrons;
   image.full.assign(moments.c.values.size(), electrons);
-  image.d_log_light = d_log.transpose();  // about the camera's centre: take off the lamp's swing
+  // Converts the rotation about the camera's centre to a rotation about the lamp's centre.
+  image.d_log_light = d_log.transpose();
   image.d_log_light.head<3>() -= centre.cross(image.d_log_light.tail<3>());
   differentiate_point(*px, d_px, psf, image);
   return true;

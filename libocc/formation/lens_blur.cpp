@@ -12,10 +12,10 @@ namespace occ::internal::formation {
 using namespace internal::core;
 namespace {
 
-void add_ring(double radius_px, double weight, double turn, int count,
+void add_ring(double radius_px, double weight, double offset, int count,
               std::vector<BlurShift>& shifts) {
   for (int i = 0; i < count; ++i) {
-    const double angle = 2 * pi * (i + turn) / count;
+    const double angle = 2 * pi * (i + offset) / count;
     shifts.push_back(
         {radius_px * Eigen::Vector2d(std::cos(angle), std::sin(angle)), weight / count});
   }
@@ -40,19 +40,20 @@ double defocus_radius_px(const Scene& scene, double depth_m) {
 
 std::vector<BlurShift> disc_shifts(double radius_px, double sigma_px) {
   if (!(radius_px > 0)) return {{Eigen::Vector2d::Zero(), 1}};
-  // The pixel's box smooths as well, though less than a Gaussian of its variance 1/12.
+  // The pixel's box smooths as well; 0.06 instead of its variance 1/12, because it is not a
+  // Gaussian.
   const double sigmas = radius_px / std::sqrt(sigma_px * sigma_px + 0.06);
   std::vector<BlurShift> shifts;
-  if (sigmas < 0.45) {  // one ring of the disc's variance
+  if (sigmas < 0.45) {  // one ring with the variance of the disc
     add_ring(radius_px * std::sqrt(0.5), 1, 0, 6, shifts);
     return shifts;
   }
   const int rings = static_cast<int>(std::ceil(1.2 + sigmas));
-  double turn = 0;
+  double offset = 0;  // neighbouring rings are rotated by half a step
   for (const QuadratureNode& node : gauss_legendre(rings)) {
     const int count = static_cast<int>(std::ceil(4 + 5 * node.at * sigmas));
-    add_ring(radius_px * node.at, 2 * node.at * node.weight, turn, count, shifts);
-    turn = 0.5 - turn;
+    add_ring(radius_px * node.at, 2 * node.at * node.weight, offset, count, shifts);
+    offset = 0.5 - offset;
   }
   return shifts;
 }

@@ -66,7 +66,7 @@ double lamp_electrons(const Lamp& lamp, const Rigid3& cam_from_world, const Came
   if (log_jacobian) log_jacobian->setZero();
   const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
   const Eigen::Vector3d normal = cam_from_world.rotation * lamp.normal;
-  const double height = -centre.dot(normal);  // of the camera above the lamp's plane
+  const double height = -centre.dot(normal);  // distance of the camera from the lamp's plane
   Eigen::Vector3d by_centre;
   const double depth = camera.depth_m(centre, &by_centre);
   if (!(height > 0 && depth > 0)) return 0;

@@ -12,8 +12,8 @@ namespace {
 
 constexpr Eigen::Index samples = 512;
 
-// For larger sigmas the filter is a derivative times a factor, to 1e-6, and a new fit would lose
-// digits.
+// Beyond this sigma the filter is a constant times a derivative, to 1e-6, and a new fit would be
+// less accurate.
 constexpr double max_fitted_sigma_px = 4;
 
 double variance(double sigma_px) { return sigma_px * sigma_px + 1.0 / 12; }

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// First moments of coverage (formation/coverage.hpp) from coverage itself. With K the PSF blurred
-// by the pixel's box, a moment is the shape convolved with -x K(x), whose transform is that of K
-// times
-//     i T(k),   T = -(ln K)' = sigma^2 k + 1/k - cot(k/2)/2,
-// so it follows from coverage by an odd filter with T as its response:
+// Computes the first moments of coverage (formation/coverage.hpp) from the coverage by a filter.
+// With K the PSF convolved with the pixel's box, a moment is the shape convolved with -x K(x). The
+// Fourier transform of -x K(x) is that of K times
+//     i T(k),   T = -(ln K)' = sigma^2 k + 1/k - cot(k/2)/2.
+// The moment therefore follows from the coverage by an odd filter with the response T:
 //     m_x(x, y) = sum over j of taps[j - 1] (c(x + j, y) - c(x - j, y)).
-// The taps are fitted to T by least squares with the spectrum of a straight rim as weight. The
-// pixels must resolve the PSF: measured maximum errors over the largest moment are 7e-4 at a sigma
-// of 1.4 px, 5e-5 at 2 px, and 1e-5 from 3 px on. The resulting error of an image is this times the
-// relative change of the brightness over the width of the PSF.
+// The taps are fitted to T by least squares, weighted by the spectrum of a straight rim. Largest
+// error measured, relative to the largest moment: 7e-4 at a sigma of 1.4 px, 5e-5 at 2 px, 1e-5
+// from 3 px on. Its effect on an image is proportional to the change of light over the PSF's width.
 #pragma once
 
 #include <array>
@@ -19,7 +18,7 @@ namespace occ {
 
 class LIBOCC_API MomentFilter {
  public:
-  /// True if the pixels resolve the PSF; otherwise moments must be painted.
+  /// True if pixels resolve the PSF well enough; otherwise use coverage_moments().
   static bool resolves(double psf_sigma_px) { return psf_sigma_px >= 1.4; }
 
   explicit MomentFilter(double psf_sigma_px);

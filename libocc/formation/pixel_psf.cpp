@@ -11,10 +11,9 @@ namespace occ {
 namespace {
 
 constexpr double reach_sigma = 5;      // the tail beyond holds 6e-7 of the light
-constexpr double bins_per_sigma = 32;  // cubic interpolation then errs by less than 1e-7
+constexpr double bins_per_sigma = 32;  // the error of cubic interpolation is below 1e-7
 
-// The normal distribution of deviation sigma and its integral, integrated once, twice and three
-// times, on a grid.
+// Normal density of standard deviation sigma, and its first, second and third integrals, on a grid.
 struct Integrals {
   std::vector<double> density, once, twice, thrice;
 };
@@ -54,7 +53,7 @@ PixelPsf::PixelPsf(double psf_sigma_px) : sigma_(psf_sigma_px) {
 }
 
 void PixelPsf::tabulate() {
-  // Pixel k (counted from -reach) of bin f is at u = k - f/bins from the light.
+  // Pixel k (counted from -reach) of bin f is at the distance u = k - f/bins from the light.
   const std::size_t touched = static_cast<std::size_t>(count());
   const int half = bins_ / 2;
   const int first = -reach_ * bins_ - (bins_ + 1) - half;  // grid index of the smallest u needed
@@ -84,7 +83,7 @@ void PixelPsf::tabulate() {
       moment[k] = -u * weight[k];
       slope[k] = at.density[high] - at.density[low];
       const double g = at.twice[high] - at.twice[low];
-      const double f = at.thrice[high] - at.thrice[low] - u * g;  // by parts
+      const double f = at.thrice[high] - at.thrice[low] - u * g;  // integration by parts
       step[k] = g - g_before;
       moment_step[k] = f - f_before;
       g_before = g;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Response of a pixel to light around it: a Gaussian PSF convolved with the box of the pixel,
-//     B(u) = Phi((u + 1/2)/sigma) - Phi((u - 1/2)/sigma)         along one axis,
+// Tables of the pixel response: a Gaussian PSF convolved with the pixel's box. For a pixel at a
+// distance u to the right of the light, along one axis,
+//     B(u) = Phi((u + 1/2)/sigma) - Phi((u - 1/2)/sigma),
 //     G(u) = running integral of B,
-//     F(u) = running integral of -u B(u)
-//     B'(u), B''(u) the derivatives of B
-// at a pixel u to the right of the light (Phi: the normal distribution). For each sigma they are
-// tabulated once at many sub-pixel offsets and interpolated by cubics, so a row of neighbouring
-// pixels costs a few multiplications each and no call of erf.
+//     F(u) = running integral of -u B(u),
+//     B'(u), B''(u) the derivatives of B,
+// with Phi the normal distribution. The functions are tabulated once per sigma on a fine grid of
+// sub-pixel offsets. Cubic interpolation gives a row of pixels for a few multiplications each,
+// without erf.
 #pragma once
 
 #include <cstddef>
@@ -16,15 +17,15 @@
 
 namespace occ {
 
-/// Cubic interpolation in the tables at one sub-pixel offset: weights of four rows, `bin` the
-/// first.
+/// Weights of four table rows, `bin` being the first, for cubic interpolation at a sub-pixel
+/// offset.
 struct PsfStencil {
   std::size_t bin = 0;
   double weight[4] = {};
 };
 
-/// Lagrange's cubic through the two table rows on each side of an offset, 0 <= fraction < 1, of
-/// tables with `bins` rows per pixel.
+/// Lagrange cubic through the two table rows on each side of an offset, 0 <= fraction < 1. The
+/// tables have `bins` rows per pixel.
 inline PsfStencil psf_stencil(double fraction, int bins) {
   const double at = fraction * bins;
   const int below = static_cast<int>(at), bin = below < bins ? below : bins - 1;
@@ -34,9 +35,9 @@ inline PsfStencil psf_stencil(double fraction, int bins) {
            below_t * t * far_t * -0.5, below_t * t * above_t * (1.0 / 6)}};
 }
 
-/// The tables: one row per sub-pixel offset, padded with zeros to `columns`, a multiple of 8;
-/// `bins` rows per pixel, the first one before offset 0. There are no tables of moments in single
-/// precision.
+/// Pointers to the tables. A row belongs to one sub-pixel offset; there are `bins` rows per pixel,
+/// and the first row is one before offset 0. Rows are padded with zeros to `columns`, a multiple
+/// of 8. The tables of moments are null in single precision.
 template <typename Real>
 struct PsfTables {
   std::size_t columns = 0;
@@ -52,18 +53,18 @@ class LIBOCC_API PixelPsf {
 
   double sigma_px() const { return sigma_; }
 
-  /// A position touches the pixels floor(position) - reach() ... floor(position) + reach() + 1;
-  /// beyond is less than 6e-7 of its light.
+  /// Light at a position x reaches the pixels floor(x) - reach() ... floor(x) + reach() + 1. Pixels
+  /// farther away receive less than 6e-7 of it.
   int reach() const { return reach_; }
-  int count() const { return 2 * reach_ + 2; }  ///< pixels touched
+  int count() const { return 2 * reach_ + 2; }  ///< number of these pixels
 
-  // In the following, 0 <= fraction < 1 is the position minus its floor, and out[0] belongs to the
-  // first touched pixel.
+  // In the following functions, 0 <= fraction < 1 is the position minus its floor, and out[0]
+  // belongs to the first of these pixels.
 
-  /// count() values of B, which sum to 1.
+  /// count() values of B; their sum is 1.
   void weights(double fraction, double* out) const { interpolate(weights_, fraction, out); }
 
-  /// count() values of -u B(u): the light's first moment about each pixel.
+  /// count() values of -u B(u), the first moment of the light about each pixel.
   void moment_weights(double fraction, double* out) const {
     interpolate(moment_weights_, fraction, out);
   }
@@ -71,19 +72,19 @@ class LIBOCC_API PixelPsf {
   /// count() values of B'.
   void slopes(double fraction, double* out) const { interpolate(slopes_, fraction, out); }
 
-  /// count() values of B'': not tabulated, for point lamps only.
+  /// count() values of B''. Computed without a table, because only point lamps need it.
   void curvatures(double fraction, double* out) const;
 
-  /// Differences of G from each touched pixel to the next, from 0 before the first to 1 after the
-  /// last: count() + 1 values, which sum to 1.
+  /// count() + 1 differences of G between neighbouring pixels, from 0 before the first pixel to 1
+  /// after the last; their sum is 1.
   void steps(double fraction, double* out) const { interpolate(steps_, fraction, out); }
 
-  /// Differences of F like those of G: count() + 1 values, which sum to 0.
+  /// count() + 1 differences of F; their sum is 0.
   void moment_steps(double fraction, double* out) const {
     interpolate(moment_steps_, fraction, out);
   }
 
-  /// Returns the tables for loops that interpolate themselves.
+  /// Tables for loops with their own interpolation.
   template <typename Real>
   PsfTables<Real> tables() const {
     if constexpr (sizeof(Real) == sizeof(float))
@@ -101,7 +102,7 @@ class LIBOCC_API PixelPsf {
 
  private:
   struct Table {
-    std::size_t used = 0;  // of the columns
+    std::size_t used = 0;  // columns without padding
     std::vector<double> values;
   };
 
@@ -110,8 +111,8 @@ class LIBOCC_API PixelPsf {
 
   double sigma_ = 0;
   int reach_ = 0;
-  int bins_ = 0;             // per pixel of offset; rows are from one before the first to one after
-  std::size_t columns_ = 0;  // of each table
+  int bins_ = 0;             // rows per pixel; one row more on both sides
+  std::size_t columns_ = 0;  // number of columns of each table, with padding
   Table weights_, moment_weights_, slopes_, steps_, moment_steps_;
   std::vector<float> float_weights_, float_steps_;
 };

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/formation/internal/lame_curve.hpp"
 #include "libocc/geometry/so3.hpp"
@@ -15,7 +16,7 @@ namespace occ {
 using namespace internal::formation;
 namespace {
 
-constexpr double two_pi = 6.28318530717958647693;
+constexpr double two_pi = 2 * pi;
 
 using Jacobian26 = Eigen::Matrix<double, 2, 6>;
 using Jacobian23 = Eigen::Matrix<double, 2, 3>;
@@ -24,14 +25,14 @@ double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
-/// d (R p + t) / d pose perturbation.
+// d (R p + t) / d pose perturbation.
 Eigen::Matrix<double, 3, 6> point_jacobian(const Eigen::Vector3d& point_in_cam) {
   Eigen::Matrix<double, 3, 6> j;
   j << -skew(point_in_cam), Eigen::Matrix3d::Identity();
   return j;
 }
 
-/// Half sides of a rectangle or Lame curve as vectors in the world; x cross y is the normal.
+// Half sides of a rectangle or Lame curve as vectors in the world; x cross y is along the normal.
 struct HalfSides {
   Eigen::Vector3d x, y;
 };
@@ -46,7 +47,7 @@ std::array<Eigen::Vector3d, 4> corners(const Lamp& lamp) {
   return {c - half.x - half.y, c + half.x - half.y, c + half.x + half.y, c - half.x + half.y};
 }
 
-/// Orthogonal radii of a disc; first cross second points along the normal.
+// Orthogonal radii of a disc; their cross product is along the normal.
 std::array<Eigen::Vector3d, 2> radii(const Lamp& lamp) {
   const Eigen::Vector3d u = lamp.normal.unitOrthogonal();
   return {lamp.radius_m * u, lamp.radius_m * lamp.normal.cross(u)};
@@ -64,7 +65,7 @@ void append_rectangle_rim(const Lamp& lamp, int count, std::vector<Eigen::Vector
   }
 }
 
-/// Node of a quadrature along the rim: the point, and the tangent times the node's weight.
+// Node of a quadrature along the rim: the point, and the tangent times the node's weight.
 struct RimNode {
   Eigen::Vector3d point, step;
 };
@@ -72,7 +73,7 @@ struct RimNode {
 template <std::size_t count>
 using RimNodes = std::array<RimNode, count>;
 
-/// Trapezoid rule: spectral for the smooth image of a circle.
+// Trapezoid rule, which converges spectrally for the smooth image of a circle.
 RimNodes<16> disc_nodes(const Lamp& lamp) {
   const auto [u, v] = radii(lamp);
   RimNodes<16> nodes;
@@ -85,7 +86,7 @@ RimNodes<16> disc_nodes(const Lamp& lamp) {
   return nodes;
 }
 
-/// Gauss-Legendre with four nodes on each side.
+// Gauss-Legendre rule with four nodes on each side.
 RimNodes<16> rectangle_nodes(const Lamp& lamp) {
   constexpr std::array<double, 4> at = {0.06943184420297371239, 0.33000947820757186760,
                                         0.66999052179242813240, 0.93056815579702628761};
@@ -113,8 +114,8 @@ RimNodes<128> curve_nodes(const Lamp& lamp) {
   return nodes;
 }
 
-/// Centroid of the area inside the rim by Green's theorem. Its derivative is the flux of the rim's
-/// motion, (1/A) closed integral of (p - mean) dp x p'.
+// Centroid of the image inside the rim by Green's theorem. Its derivative is the flux of the rim's
+// motion: (1/A) closed integral of (p - mean) dp x p'.
 template <std::size_t node_count>
 std::optional<Eigen::Vector2d> area_centroid(const RimNodes<node_count>& nodes,
                                              const Rigid3& cam_from_world, const Camera& camera,
@@ -130,7 +131,7 @@ std::optional<Eigen::Vector2d> area_centroid(const RimNodes<node_count>& nodes,
     step[i] = d_point * (cam_from_world.rotation * nodes[i].step);
     if (jacobian) moves[i] = d_point * point_jacobian(point_in_cam);
   }
-  const Eigen::Vector2d reference = px[0];  // keeps the digits of a small image far from (0, 0)
+  const Eigen::Vector2d reference = px[0];  // avoids cancellation for a small image far from (0, 0)
   double area = 0;
   Eigen::Vector2d moment = Eigen::Vector2d::Zero();
   for (std::size_t i = 0; i < node_count; ++i) {
@@ -150,7 +151,7 @@ std::optional<Eigen::Vector2d> area_centroid(const RimNodes<node_count>& nodes,
   return mean;
 }
 
-/// d (x, y) of disc_image_centre / d pose perturbation.
+// d (x, y) of disc_image_centre / d pose perturbation.
 Jacobian26 disc_image_centre_jacobian(const Eigen::Vector3d& c, const Eigen::Vector3d& n,
                                       double radius_m, const Eigen::Vector2d& centre) {
   const double r2 = radius_m * radius_m;
@@ -191,7 +192,7 @@ std::optional<Eigen::Vector2d> project_point(const Eigen::Vector3d& point_in_wor
   return px;
 }
 
-bool straight_lines_stay_straight(const Camera& camera) {
+bool is_undistorted_pinhole(const Camera& camera) {
   if (!camera.is_pinhole()) return false;
   const std::vector<double>& k = camera.distortion();
   return std::all_of(k.begin(), k.end(), [](double c) { return c == 0; });
@@ -217,12 +218,12 @@ std::vector<Eigen::Vector3d> rim_in_world(const Lamp& lamp, int count) {
     return rim;
   }
   const auto [u, v] = radii(lamp);
-  const double turn_c = std::cos(two_pi / count), turn_s = std::sin(two_pi / count);
-  double c = 1, s = 0;  // turned from point to point
+  const double step_cos = std::cos(two_pi / count), step_sin = std::sin(two_pi / count);
+  double c = 1, s = 0;  // rotated from point to point
   for (int i = 0; i < count; ++i) {
     rim.push_back(lamp.centre_m + c * u + s * v);
-    const double next = turn_c * c - turn_s * s;
-    s = turn_s * c + turn_c * s;
+    const double next = step_cos * c - step_sin * s;
+    s = step_sin * c + step_cos * s;
     c = next;
   }
   return rim;
@@ -267,7 +268,7 @@ std::optional<Eigen::Vector2d> project_lamp_centre(const Lamp& lamp, const Rigid
     case LampShape::disc:
       break;
   }
-  if (straight_lines_stay_straight(camera)) {
+  if (is_undistorted_pinhole(camera)) {
     return ellipse_centre(lamp, cam_from_world, camera, jacobian);
   }
   return area_centroid(disc_nodes(lamp), cam_from_world, camera, jacobian);

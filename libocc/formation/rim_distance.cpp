@@ -7,15 +7,15 @@
 namespace occ {
 namespace {
 
-/// Sine of the smallest angle between rim and measured normal, in the lamp's plane, at which a
-/// distance along the normal is meaningful. A correct match of a disc or rectangle stays above it
-/// up to 87 degrees of tilt.
+// Sine of the smallest angle between the rim and the measured normal, in the lamp's plane, for
+// which a distance along the normal is defined. Correct matches of discs and rectangles have larger
+// angles up to 87 degrees of tilt.
 constexpr double min_sine = 0.05;
 
 using Jacobian16 = Eigen::Matrix<double, 1, 6>;
 
-/// Intersection of a ray b with a lamp's plane: P = range b. As the measured point moves one px
-/// along the measured normal, b moves by `across` and P by range velocity.
+// Intersection P = range b of a ray b with a lamp's plane. When the measured point moves by one px
+// along the measured normal, b moves by `across` and P by range * velocity.
 struct Crossing {
   double inverse_cosine;  // 1 / (normal . b), negative on the lit side
   double range;
@@ -35,14 +35,14 @@ std::optional<Crossing> cross_plane(const LampInCam& lamp, const RimRay& ray) {
   return x;
 }
 
-/// Signed distance of the crossing from the rim.
+// Signed distance of the intersection from the rim.
 struct Distance {
   double metres;
   Eigen::Vector3d outward;  // its gradient in the plane, unit
   double along;             // outward . velocity, positive
 };
 
-bool means_something(double along, const Crossing& x) {
+bool is_defined(double along, const Crossing& x) {
   return along > 0 && along * along > min_sine * min_sine * x.velocity.squaredNorm();
 }
 
@@ -51,18 +51,18 @@ std::optional<Distance> distance_from_circle(const LampInCam& lamp, const Crossi
   if (!(length > 0)) return std::nullopt;
   const Eigen::Vector3d outward = x.from_centre / length;
   const double along = outward.dot(x.velocity);
-  if (!means_something(along, x)) return std::nullopt;
+  if (!is_defined(along, x)) return std::nullopt;
   return Distance{length - lamp.radius_m, outward, along};
 }
 
-/// Returns the distance to the side that the measured normal meets first: near a corner, the
-/// nearest side may not be the measured one.
+// Distance from the side that is nearest along the measured normal, of the sides through which the
+// normal leaves. Near a corner, the nearest side may not be the measured one.
 std::optional<Distance> distance_from_rectangle(const LampInCam& lamp, const Crossing& x) {
   std::optional<Distance> best;
   for (int i = 0; i < 2; ++i) {
     const Eigen::Vector3d axis = i == 0 ? lamp.x_axis : lamp.normal.cross(lamp.x_axis);
     const double signed_along = axis.dot(x.velocity), along = std::abs(signed_along);
-    if (!means_something(along, x)) continue;
+    if (!is_defined(along, x)) continue;
     const Eigen::Vector3d outward = std::copysign(1.0, signed_along) * axis;
     const double metres = outward.dot(x.from_centre) - lamp.size_m[i] / 2;
     if (!best || std::abs(metres) * best->along < std::abs(best->metres) * along) {
@@ -72,34 +72,34 @@ std::optional<Distance> distance_from_rectangle(const LampInCam& lamp, const Cro
   return best;
 }
 
-/// d residual / d (rotation of the lamp about its centre, translation of it), for the residual
-/// metres / (range u . v) with outward direction u and velocity v. The range's own derivatives are
-/// n / (n . b) by the translation and -(P - C) / (n . b) by the normal; that of v is -b v^T / (n .
-/// b) by the normal.
+// d residual / d (rotation of the lamp about its centre, translation of its centre), for the
+// residual metres / (range u . v) with the outward direction u and the velocity v. The derivatives
+// of the range are n / (n . b) by the translation and -(P - C) / (n . b) by the normal. The
+// derivative of v by the normal is -b v^T / (n . b).
 Jacobian16 distance_jacobian(const LampInCam& lamp, const RimRay& ray, const Crossing& x,
                              const Distance& d) {
   const double inverse_scale = 1 / (x.range * d.along);
   const double residual = d.metres * inverse_scale;
   const double u_b = d.outward.dot(ray.bearing);
   double by_range = u_b - residual * d.along;
-  Eigen::Vector3d by_shift = -d.outward;
-  Eigen::Vector3d by_turn = Eigen::Vector3d::Zero();
+  Eigen::Vector3d by_translation = -d.outward;
+  Eigen::Vector3d by_rotation = Eigen::Vector3d::Zero();
   if (lamp.shape == LampShape::disc) {
-    // for a circle, u rotates with P - C: du = (I - u u^T) d(P - C) / |P - C|
-    const Eigen::Vector3d bend =
+    // The direction u of a circle follows P - C: du = (I - u u^T) d(P - C) / |P - C|.
+    const Eigen::Vector3d d_outward =
         (residual * x.range / (d.metres + lamp.radius_m)) * (x.velocity - d.along * d.outward);
-    by_range -= bend.dot(ray.bearing);
-    by_shift += bend;
+    by_range -= d_outward.dot(ray.bearing);
+    by_translation += d_outward;
   } else {
-    // for a straight side, u rotates with the lamp
-    by_turn = d.outward.cross(x.from_centre - (residual * x.range) * x.velocity);
+    // The direction u of a side rotates with the lamp.
+    by_rotation = d.outward.cross(x.from_centre - (residual * x.range) * x.velocity);
   }
   const Eigen::Vector3d by_normal =
       x.inverse_cosine * (residual * x.range * u_b * x.velocity - by_range * x.from_centre);
-  by_shift += by_range * x.inverse_cosine * lamp.normal;
-  by_turn += lamp.normal.cross(by_normal);
+  by_translation += by_range * x.inverse_cosine * lamp.normal;
+  by_rotation += lamp.normal.cross(by_normal);
   Jacobian16 jacobian;
-  jacobian << by_turn.transpose(), by_shift.transpose();
+  jacobian << by_rotation.transpose(), by_translation.transpose();
   return inverse_scale * jacobian;
 }
 
@@ -151,8 +151,8 @@ std::optional<double> rim_distance_px(const Lamp& lamp, const Rigid3& cam_from_w
   const LampInCam in_cam = lamp_in_cam(lamp, cam_from_world);
   const std::optional<double> distance = rim_distance_px(in_cam, ray, jacobian);
   if (distance && jacobian) {
-    const Eigen::Vector3d by_shift = jacobian->tail<3>().transpose();
-    jacobian->head<3>() += in_cam.centre_m.cross(by_shift).transpose();
+    const Eigen::Vector3d by_translation = jacobian->tail<3>().transpose();
+    jacobian->head<3>() += in_cam.centre_m.cross(by_translation).transpose();
   }
   return distance;
 }

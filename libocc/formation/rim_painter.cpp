@@ -10,10 +10,10 @@
 namespace occ::internal::formation {
 namespace {
 
-constexpr std::size_t widest = 64;  // bytes of a vector
+constexpr std::size_t max_vector_bytes = 64;
 
 template <typename Real>
-constexpr int padding = static_cast<int>(widest / sizeof(Real));
+constexpr int padding = static_cast<int>(max_vector_bytes / sizeof(Real));
 
 template <Simd simd, typename Real>
 struct Numbers {
@@ -33,14 +33,14 @@ struct Job {
   const PaintedRimPoint* rim;
   std::ptrdiff_t points;
   PsfTables<Real> tables;
-  Real* pixels;  // of the canvas, aligned to the widest vector
+  Real* pixels;  // pixels of the canvas, aligned to the widest vector
   int width, height;
-  std::ptrdiff_t row, other;  // from a row to the next, from a row's sum to the next
+  std::ptrdiff_t row, other;  // strides between rows, and between the values of a row
   Real* buffer;               // 4 columns + 3 padding
 };
 
-/// Rows and columns of the canvas that a point's light touches. `first_row` ... `end_row` - 1 of
-/// the touched rows lie on the canvas; touched row 0 is row `top` of the canvas. Columns likewise.
+/// Pixels of the canvas that a point's light reaches. Of the rows that it reaches, counted from 0
+/// at row `top` of the canvas, first_row <= row < end_row are on the canvas; columns likewise.
 struct Footprint {
   int top, first_row, end_row, left, first_column, end_column;
 };
@@ -56,14 +56,14 @@ LIBOCC_INLINE void interpolate(const Real* __restrict table, std::ptrdiff_t n, c
              (w0 * table[k] + w1 * table[k + n] + w2 * table[k + 2 * n] + w3 * table[k + 3 * n]);
 }
 
-/// Interpolates in two tables at once.
+/// Interpolates in two tables.
 LIBOCC_INLINE void interpolate(const double* a, const double* b, std::ptrdiff_t n,
                                const PsfStencil& at, double factor, double* out_a, double* out_b) {
   interpolate(a, n, at, factor, out_a);
   interpolate(b, n, at, factor, out_b);
 }
 
-/// Steps left of the canvas are added to its first column.
+/// Adds steps left of the canvas to its first column.
 template <typename Real>
 LIBOCC_INLINE void gather(int first_column, Real* steps) {
   for (int k = 0; k < first_column; ++k) {
@@ -72,22 +72,22 @@ LIBOCC_INLINE void gather(int first_column, Real* steps) {
   }
 }
 
-/// Adds outer products to the sums, from the aligned column before the first.
+/// Adds outer products to the canvas, from the aligned column at or before the first.
 template <Simd simd, bool with_moments, typename Real>
-LIBOCC_INLINE void add_products(const Job<Real>& job, const Footprint& print, const Real* across,
-                                const Real* moment_across, const Real* down,
+LIBOCC_INLINE void add_products(const Job<Real>& job, const Footprint& footprint,
+                                const Real* across, const Real* moment_across, const Real* down,
                                 const Real* moment_down) {
   using Vector = typename Numbers<simd, Real>::Vector;
   constexpr int lanes = sizeof(Vector) / sizeof(Real);
   const std::ptrdiff_t row = job.row, other = job.other;
-  const int first = print.first_column - (print.left + print.first_column) % lanes;
-  for (int i = first; i < print.end_column; i += lanes) {
+  const int first = footprint.first_column - (footprint.left + footprint.first_column) % lanes;
+  for (int i = first; i < footprint.end_column; i += lanes) {
     Vector step, moment_step;
     std::memcpy(&step, across + i, sizeof step);
     std::memcpy(&moment_step, moment_across + i, sizeof step);
-    Real* to = job.pixels + (print.top + print.first_row) * row + print.left + i;
+    Real* to = job.pixels + (footprint.top + footprint.first_row) * row + footprint.left + i;
 #pragma GCC unroll 6
-    for (int k = print.first_row; k < print.end_row; ++k, to += row) {
+    for (int k = footprint.first_row; k < footprint.end_row; ++k, to += row) {
       *reinterpret_cast<Vector*>(to) += down[k] * step;
       if constexpr (with_moments) {
         *reinterpret_cast<Vector*>(to + other) += down[k] * moment_step;
@@ -98,22 +98,23 @@ LIBOCC_INLINE void add_products(const Job<Real>& job, const Footprint& print, co
 }
 
 template <Simd simd, bool with_moments, typename Real>
-LIBOCC_INLINE void stroke(const Job<Real>& job, const PaintedRimPoint& point) {
+LIBOCC_INLINE void paint_point(const Job<Real>& job, const PaintedRimPoint& point) {
   const int reach = job.tables.reach, count = 2 * reach + 2;
-  // Computed in floating point first, and limited to the left of the whole canvas.
+  // Compared as floating-point numbers, because a point may be outside the range of int.
   const double x = __builtin_floor(point.x), y = __builtin_floor(point.y);
   const double row = y - reach, column = x - reach;
   if (!(row + count > 0 && row < job.height && column < job.width)) return;
-  Footprint print;
-  print.top = static_cast<int>(row);
-  print.first_row = print.top < 0 ? -print.top : 0;
-  print.end_row = count < job.height - print.top ? count : job.height - print.top;
-  print.left = column > -count ? static_cast<int>(column) : -count;
-  print.first_column = print.left < 0 ? -print.left : 0;
-  print.end_column = count + 1 < job.width - print.left ? count + 1 : job.width - print.left;
+  Footprint footprint;
+  footprint.top = static_cast<int>(row);
+  footprint.first_row = footprint.top < 0 ? -footprint.top : 0;
+  footprint.end_row = count < job.height - footprint.top ? count : job.height - footprint.top;
+  footprint.left = column > -count ? static_cast<int>(column) : -count;
+  footprint.first_column = footprint.left < 0 ? -footprint.left : 0;
+  footprint.end_column =
+      count + 1 < job.width - footprint.left ? count + 1 : job.width - footprint.left;
 
   const auto columns = static_cast<std::ptrdiff_t>(job.tables.columns);
-  // Zeros before, between and after the painted rows.
+  // The buffer has zeros before, between and after the interpolated values.
   Real *across = job.buffer + padding<Real>, *moment_across = across + columns + padding<Real>;
   Real *down = moment_across + columns + padding<Real>, *moment_down = down + columns;
   const PsfStencil at_x = psf_stencil(point.x - x, job.tables.bins);
@@ -125,30 +126,30 @@ LIBOCC_INLINE void stroke(const Job<Real>& job, const PaintedRimPoint& point) {
                 across, moment_across);
     interpolate(job.tables.weights + above, job.tables.moment_weights + above, columns, at_y,
                 point.dy, down, moment_down);
-    gather(print.first_column, moment_across);
+    gather(footprint.first_column, moment_across);
   } else {
     interpolate(job.tables.steps + before, columns, at_x, 1, across);
     interpolate(job.tables.weights + above, columns, at_y, point.dy, down);
   }
-  gather(print.first_column, across);
-  add_products<simd, with_moments>(job, print, across, moment_across, down, moment_down);
+  gather(footprint.first_column, across);
+  add_products<simd, with_moments>(job, footprint, across, moment_across, down, moment_down);
 }
 
 template <Simd simd>
 LIBOCC_INLINE void paint_floats_body(Job<float> job) {
-  for (std::ptrdiff_t i = 0; i < job.points; ++i) stroke<simd, false>(job, job.rim[i]);
+  for (std::ptrdiff_t i = 0; i < job.points; ++i) paint_point<simd, false>(job, job.rim[i]);
 }
 LIBOCC_MULTIVERSION(paint_floats, (Job<float> job), (job))
 
 template <Simd simd>
 LIBOCC_INLINE void paint_doubles_body(Job<double> job) {
-  for (std::ptrdiff_t i = 0; i < job.points; ++i) stroke<simd, false>(job, job.rim[i]);
+  for (std::ptrdiff_t i = 0; i < job.points; ++i) paint_point<simd, false>(job, job.rim[i]);
 }
 LIBOCC_MULTIVERSION(paint_doubles, (Job<double> job), (job))
 
 template <Simd simd>
 LIBOCC_INLINE void paint_moments_body(Job<double> job) {
-  for (std::ptrdiff_t i = 0; i < job.points; ++i) stroke<simd, true>(job, job.rim[i]);
+  for (std::ptrdiff_t i = 0; i < job.points; ++i) paint_point<simd, true>(job, job.rim[i]);
 }
 LIBOCC_MULTIVERSION(paint_moments, (Job<double> job), (job))
 
@@ -157,8 +158,8 @@ void paint_all(Simd simd, const Job<double>& job, bool with_moments) {
   (with_moments ? paint_moments_for(simd) : paint_doubles_for(simd))(job);
 }
 
-/// Running sums of `lines` lines at once, in place: several lines hide the latency of the additions
-/// on each.
+/// Computes the running sums of `lines` lines in place. Several lines are summed at a time, because
+/// each addition depends on the one before on its line.
 template <int lines, typename Real>
 void running_sums(Real* values, std::ptrdiff_t stride, int width) {
   double sum[lines] = {};
@@ -177,7 +178,7 @@ void Canvas<Real>::prepare(int width, int height, bool with_moments) {
   height_ = height;
   with_moments_ = with_moments;
   rim_.clear();
-  // The zeros after a row are also those before the next one.
+  // The zeros after a row are also the zeros before the next.
   constexpr int lanes = padding<Real>;
   stride_ = lanes + (width + lanes - 1) / lanes * lanes;
   const std::ptrdiff_t needed = row_stride() * (height + 2 * margin) + 2 * lanes;
@@ -210,7 +211,7 @@ void Canvas<Real>::sum() {
   for (; line + lines <= all; line += lines)
     running_sums<lines>(first + line * stride_, stride_, width_);
   for (; line < all; ++line) running_sums<1>(first + line * stride_, stride_, width_);
-  // Strokes end at whole vectors.
+  // Whole vectors were painted, so values right of the canvas are reset.
   for (line = 0; line < all; ++line)
     std::fill_n(first + line * stride_ + width_, padding<Real>, Real{});
 }

@@ -17,7 +17,7 @@ double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
-/// The part of the polygon where side(p) >= 0, `side` linear (Sutherland and Hodgman 1974).
+// Part of the polygon with side(p) >= 0 for a linear function `side` (Sutherland and Hodgman 1974).
 template <typename Side>
 Polygon clipped(const Polygon& polygon, const Side& side) {
   Polygon kept;
@@ -30,7 +30,7 @@ Polygon clipped(const Polygon& polygon, const Side& side) {
   return kept;
 }
 
-/// Andrew's monotone chain, counter-clockwise.
+// Convex hull by Andrew's monotone chain, counter-clockwise.
 Polygon convex_hull(Polygon points) {
   std::sort(points.begin(), points.end(), [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y());
@@ -44,7 +44,7 @@ Polygon convex_hull(Polygon points) {
         hull.pop_back();
       hull.push_back(p);
     }
-    hull.pop_back();  // the first of the other pass
+    hull.pop_back();  // also the first point of the other pass
     if (pass == 0) std::reverse(points.begin(), points.end());
   }
   return hull;
@@ -58,9 +58,10 @@ std::array<Eigen::Vector3d, 8> corners(const Box& box) {
   return all;
 }
 
-constexpr int rim_points = 256;
+constexpr int rim_points = 256;  // of a face's polygon
 
-// Polygon with the area of the face; the errors between a round rim and its chords cancel.
+// Polygon with the area of the face. The scale compensates the area between a round rim and its
+// chords.
 Polygon face_polygon(const Lamp& lamp, const Face& face) {
   Polygon polygon;
   for (const Eigen::Vector3d& point : rim_in_world(lamp, rim_points))
@@ -105,25 +106,26 @@ Face::Face(const Lamp& lamp)
       normal(lamp.normal) {}
 
 Polygon shadow(const Box& box, const Face& face, const Eigen::Vector3d& seen_from) {
-  constexpr double nearest = 1e-9;  // of the way: what is nearer hides all, from far to the side
+  // Start of the considered range between the point (0) and the plane (1); avoids a division by 0.
+  constexpr double min_fraction = 1e-9;
   const double height = (seen_from - face.centre).dot(face.normal);
   const std::array<Eigen::Vector3d, 8> all = corners(box);
   // Position of a corner between the point (0) and the plane (1).
-  const auto way = [&](const Eigen::Vector3d& p) {
+  const auto fraction = [&](const Eigen::Vector3d& p) {
     return 1 - (p - face.centre).dot(face.normal) / height;
   };
   Polygon cast;
   const auto cast_point = [&](const Eigen::Vector3d& p) {
-    const Eigen::Vector3d hit = seen_from + (p - seen_from) / way(p) - face.centre;
+    const Eigen::Vector3d hit = seen_from + (p - seen_from) / fraction(p) - face.centre;
     cast.emplace_back(hit.dot(face.x), hit.dot(face.y));
   };
   for (std::size_t i = 0; i < 8; ++i) {
-    const double at = way(all[i]);
-    if (at >= nearest && at <= 1) cast_point(all[i]);
+    const double at = fraction(all[i]);
+    if (at >= min_fraction && at <= 1) cast_point(all[i]);
     for (const std::size_t bit : {1u, 2u, 4u}) {
       if ((i & bit) != 0) continue;
-      const double to = way(all[i | bit]);
-      for (const double limit : {nearest, 1.0})
+      const double to = fraction(all[i | bit]);
+      for (const double limit : {min_fraction, 1.0})
         if ((at < limit) != (to < limit))
           cast_point(all[i] + (limit - at) / (to - at) * (all[i | bit] - all[i]));
     }
@@ -148,13 +150,13 @@ Visible visible_part(const Lamp& lamp, const std::vector<Box>& boxes,
     std::vector<Polygon> left;
     for (const Polygon& piece : pieces)
       for (Polygon& part : outside(piece, hole)) left.push_back(std::move(part));
-    // Pieces that the shadow does not touch are not cut.
+    // If the shadow misses all pieces, they are not divided.
     if (total_area(left) < (1 - 1e-12) * total_area(pieces)) pieces = std::move(left);
   }
-  constexpr double nothing = 1e-9;
+  constexpr double rounding = 1e-9;
   visible.share = total_area(pieces) / area(whole);
-  if (visible.share > 1 - nothing) return {};
-  if (visible.share > nothing)
+  if (visible.share > 1 - rounding) return {};
+  if (visible.share > rounding)
     visible.pieces = std::move(pieces);
   else
     visible.share = 0;

@@ -20,7 +20,7 @@ double signed_area(const Chords& chords) {
   return area;
 }
 
-// Runs along a chord from pixel border to pixel border. Pixel i is [i - 1/2, i + 1/2].
+// Paints a chord piece by piece between pixel borders. Pixel i covers [i - 1/2, i + 1/2].
 class ChordPainter {
  public:
   ChordPainter(double weight, int first_row, int end_row, CoverageMoments& steps)
@@ -32,7 +32,7 @@ class ChordPainter {
   void paint(const RimChord& chord) {
     chord_ = chord;
     along_ = chord.to - chord.from;
-    // The part inside the rows, then separately the parts left of, inside and right of the columns.
+    // Clips to the rows, then treats the parts left of, in and right of the columns separately.
     double begin = 0, end = 1;
     clip(1, first_row_ - 0.5, end_row_ - 0.5, begin, end);
     if (!(begin < end)) return;
@@ -51,7 +51,7 @@ class ChordPainter {
   }
 
  private:
-  // Parameters at which a coordinate is between two values.
+  // Restricts the parameters to those at which a coordinate is between two values.
   void clip(int axis, double low, double high, double& begin, double& end) const {
     const double from = chord_.from[axis], along = along_[axis];
     if (along == 0) {
@@ -63,7 +63,7 @@ class ChordPainter {
     end = std::min(end, std::max(a, b));
   }
 
-  // Borders that the chord crosses on one axis, in the order of its parameter.
+  // Pixel borders that the chord crosses on one axis, in the order of its parameter.
   struct Crossings {
     double from, along, border, next;
     Crossings(double position, double step, double begin) : from(position + 0.5), along(step) {
@@ -89,7 +89,8 @@ class ChordPainter {
     }
   }
 
-  static double share(double t) { return t * t * (3 - 2 * t); }  // of the bulge up to t
+  // Fraction of the bulge up to t.
+  static double share(double t) { return t * t * (3 - 2 * t); }
 
   void piece(double begin, double end, bool left_of_patch) {
     const Eigen::Vector2d a = chord_.from + begin * along_, b = chord_.from + end * along_;
@@ -102,7 +103,7 @@ class ChordPainter {
     const int x = left_of_patch ? patch.x0 : pixel(middle.x(), patch.x0, patch.width);
     const double dy = weight_ * (b.y() - a.y());
     const double bulge = weight_ * chord_.bulge_px2 * (share(end) - share(begin));
-    // Simpson's rule, exact for the chord's cubics; u and v are counted from the pixel's centre.
+    // Simpson's rule is exact for these cubics. u and v are relative to the pixel's centre.
     double area = 0, moment_x = 0, moment_y = 0, all_y = 0;
     const auto add = [&](const Eigen::Vector2d& p, double part) {
       const double u = left_of_patch ? -0.5 : p.x() - x, v = p.y() - y;
@@ -124,7 +125,7 @@ class ChordPainter {
     step(steps_.m_y, x, y, moment_y, all_y);
   }
 
-  // Adds a value to a pixel and another to all pixels at its right.
+  // Adds a value to a pixel and another value to all pixels to its right.
   static void step(Patch& patch, int x, int y, double here, double right) {
     double* at = &patch.values[static_cast<std::size_t>(y - patch.y0) *
                                    static_cast<std::size_t>(patch.width) +
@@ -168,7 +169,7 @@ CoverageMoments dark_moments(const Chords& chords, int image_width, int image_he
 void add_sharp_coverage(const Chords& chords, double weight, int first_row, int end_row,
                         CoverageMoments& steps) {
   if (chords.empty() || steps.c.width == 0) return;
-  // A pixel to the right of the shape's left flank sees light.
+  // The sign makes coverage positive: a pixel to the right of the shape's left flank sees light.
   ChordPainter painter(signed_area(chords) > 0 ? -weight : weight, first_row, end_row, steps);
   for (const RimChord& chord : chords) painter.paint(chord);
 }

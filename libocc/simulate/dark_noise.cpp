@@ -6,6 +6,7 @@
 
 #include "libocc/core/internal/multiversion.hpp"
 #include "libocc/core/random.hpp"
+#include "libocc/core/statistics.hpp"
 #include "libocc/simulate/internal/pixel_noise.hpp"
 
 namespace occ::internal::simulate {
@@ -14,8 +15,6 @@ namespace {
 constexpr int numbers = 1 << 16;          // values of 16 random bits
 constexpr std::size_t max_levels = 4096;  // with more, most numbers need refinement
 constexpr std::size_t max_compared = 40;  // with more, a table lookup is faster
-
-double normal_probability(double z) { return 0.5 * std::erfc(-z * std::sqrt(0.5)); }
 
 // Distribution of a pixel's electrons: Poisson, clipped at the full well, plus read noise.
 class PixelDistribution {

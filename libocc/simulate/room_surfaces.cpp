@@ -23,8 +23,8 @@ int u_of(int face) { return (axis_of(face) + 1) % 3; }
 int v_of(int face) { return (axis_of(face) + 2) % 3; }
 
 // Irradiance per radiosity that a polygon causes at a point on a surface with this normal. The
-// whole polygon must be in front of the surface. Lambert's formula: F = 1 / (2 pi) sum of beta_i
-// cos(alpha_i).
+// whole polygon must be in front of the surface. Lambert's formula:
+//     F = 1 / (2 pi) sum of beta_i cos(alpha_i).
 double configuration_factor(const std::array<Eigen::Vector3d, 4>& polygon,
                             const Eigen::Vector3d& point, const Eigen::Vector3d& normal) {
   double sum = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Inner loops of formation/coverage.cpp. Each point of a rim adds a step to the rows that it
-// touches, so its cost does not depend on the number of pixels to its right; the steps are then
-// summed.
+// Inner loops of formation/coverage.cpp. Points of a rim are painted as steps along the rows that
+// they reach; running sums of the steps along each row give the coverage. The time for a point
+// therefore does not depend on the number of pixels to its right.
 #pragma once
 
 #include <cstddef>
@@ -12,33 +12,33 @@
 
 namespace occ::internal::formation {
 
-/// A point of a rim on the canvas, pixel (0, 0) being its first, with its share of the contour.
+/// A point of a rim, in pixels of the canvas, with its weight dy in the contour integral.
 struct PaintedRimPoint {
   double x, y, dy;
 };
 
-/// Steps of coverage and of its first moments, side by side for each row; memory is reused. In
-/// single precision coverage is accurate to 3e-7, and there are no moments.
+/// Steps of the coverage and, beside it for each row, of its first moments. Memory is reused. In
+/// single precision the error of the coverage is 3e-7, and moments are not available.
 template <typename Real>
 class Canvas {
  public:
   explicit Canvas(Simd simd) : simd_(simd) {}
 
-  /// Width of the border of zeros around the canvas.
+  /// Number of zeros around the canvas on all sides.
   static constexpr int margin = 4;
 
-  /// Clears the canvas to a size, without points; without moments it holds coverage only.
+  /// Sets the size, and removes all points and values. Without moments it only holds coverage.
   void prepare(int width, int height, bool with_moments);
 
   void add(const PaintedRimPoint& point) { rim_.push_back(point); }
 
-  /// Paints all points that have been added.
+  /// Paints the steps of all points that were added.
   void paint(const PixelPsf& psf);
 
-  /// Sums the steps along the rows.
+  /// Replaces the steps by their running sums along the rows.
   void sum();
 
-  // Once summed: coverage, or its moments, at the first pixel; the row below is row_stride() on.
+  // Coverage and its moments at the first pixel, after sum(). Rows are row_stride() values apart.
 
   const Real* c() const { return pixels_.data() + begin_; }
   const Real* m_x() const { return c() + stride_; }
@@ -49,9 +49,9 @@ class Canvas {
   Simd simd_;
   int width_ = 0, height_ = 0;
   bool with_moments_ = false;
-  std::ptrdiff_t stride_ = 0;  // from one of a row's sums to the next
-  std::ptrdiff_t begin_ = 0;   // of the first pixel, aligned
-  std::vector<Real> pixels_;   // of each row: c, m_x, m_y
+  std::ptrdiff_t stride_ = 0;  // distance between the coverage and the moments of a row
+  std::ptrdiff_t begin_ = 0;   // index of the first pixel, aligned
+  std::vector<Real> pixels_;   // c, m_x, m_y of each row
   std::vector<PaintedRimPoint> rim_;
   std::vector<Real> buffer_;
 };

@@ -27,8 +27,11 @@ void render(const Frame& frame, const ByPlace&, Signal& signal) {
 
 }  // namespace
 
-const EffectModel ambient_model{Effect::ambient,     Stage::charge, called_for,
-                                "ambient_w_m2 is 0", bound,         {},
-                                background_e,        render};
+const EffectModel ambient_model = [] {
+  EffectModel model{Effect::ambient, Stage::charge, called_for, "ambient_w_m2 is 0", bound};
+  model.background_e = background_e;
+  model.render = render;
+  return model;
+}();
 
 }  // namespace occ::internal::simulate

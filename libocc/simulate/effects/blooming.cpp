@@ -118,8 +118,11 @@ Bound max_spill(const SceneView& view) {
           view.scene.camera.height() * 1.0};
 }
 
-const EffectModel blooming_model{
-    Effect::blooming,   Stage::output, called_for, "sensor.blooming is 0", bound,
-    Effect::saturation, nullptr,       render};
+const EffectModel blooming_model = [] {
+  EffectModel model{Effect::blooming, Stage::output, called_for, "sensor.blooming is 0", bound};
+  model.required = Effect::saturation;
+  model.render = render;
+  return model;
+}();
 
 }  // namespace occ::internal::simulate

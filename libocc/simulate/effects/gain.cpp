@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Gain non-uniformity (PRNU): a pixel has 1 + p z times the photoelectrons, with a normal variable
 // z that belongs to the pixel and is the same in every image of a sensor. Left out, a pixel changes
-// by p |z|, where |z| < 6.4 (internal/normal_variate.hpp). A centroid moves by the sum of p z w (x
-// - x_c), with w each pixel's fraction of the light. The standard deviation of this sum is p / (2
-// sqrt(pi)) for a disc of any size and p / sqrt(8 pi) for a Gaussian spot. The bound is five
-// standard deviations of the disc.
+// by p |z|, where |z| < 6.4 (internal/normal_variate.hpp).
+//
+// A centroid moves by the sum of p z w (x - x_c), with w each pixel's fraction of the light. The
+// standard deviation of this sum is p / (2 sqrt(pi)) for a disc of any size and p / sqrt(8 pi) for
+// a Gaussian spot. The bound is five standard deviations of the disc.
 #include <algorithm>
 #include <cmath>
 
@@ -67,7 +68,10 @@ void render(const Frame& frame, const ByPlace&, Signal& signal) {
 
 }  // namespace
 
-const EffectModel gain_model{
-    Effect::gain, Stage::charge, called_for, "sensor.gain_sigma is 0", bound, {}, nullptr, render};
+const EffectModel gain_model = [] {
+  EffectModel model{Effect::gain, Stage::charge, called_for, "sensor.gain_sigma is 0", bound};
+  model.render = render;
+  return model;
+}();
 
 }  // namespace occ::internal::simulate

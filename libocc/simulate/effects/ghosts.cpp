@@ -110,9 +110,12 @@ void add_ghost_bounds(const EffectModel& model, const SceneView& view, Bound& bo
   }
 }
 
-const EffectModel ghosts_model{Effect::ghosts, Stage::charge,
-                               called_for,     "lens.ghosts has no ghost with a positive strength",
-                               bound,          {},
-                               background_e,   render};
+const EffectModel ghosts_model = [] {
+  EffectModel model{Effect::ghosts, Stage::charge, called_for,
+                    "lens.ghosts has no ghost with a positive strength", bound};
+  model.background_e = background_e;
+  model.render = render;
+  return model;
+}();
 
 }  // namespace occ::internal::simulate

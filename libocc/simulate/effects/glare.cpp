@@ -31,8 +31,11 @@ void render(const Frame& frame, const ByPlace& lamp_electrons, Signal& signal) {
 
 }  // namespace
 
-const EffectModel glare_model{
-    Effect::glare, Stage::charge, called_for, "lens.veiling_glare is 0", bound, {},
-    background_e,  render};
+const EffectModel glare_model = [] {
+  EffectModel model{Effect::glare, Stage::charge, called_for, "lens.veiling_glare is 0", bound};
+  model.background_e = background_e;
+  model.render = render;
+  return model;
+}();
 
 }  // namespace occ::internal::simulate

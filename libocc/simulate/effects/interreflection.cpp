@@ -21,12 +21,12 @@ Bound bound(const SceneView& view) { return {view.grey_levels(background_e(view)
 
 }  // namespace
 
-const EffectModel interreflection_model{Effect::interreflection,
-                                        Stage::charge,
-                                        called_for,
-                                        "there is no room, or room.wall_reflectance is 0",
-                                        bound,
-                                        Effect::walls,
-                                        background_e};
+const EffectModel interreflection_model = [] {
+  EffectModel model{Effect::interreflection, Stage::charge, called_for,
+                    "there is no room, or room.wall_reflectance is 0", bound};
+  model.required = Effect::walls;
+  model.background_e = background_e;
+  return model;
+}();
 
 }  // namespace occ::internal::simulate

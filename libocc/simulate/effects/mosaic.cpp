@@ -104,8 +104,10 @@ double max_pixel_factor(const Scene& scene, const Eigen::Vector3d& colour) {
   return factor * (1 + max_normal_variate * scene.sensor.gain_sigma);
 }
 
-const EffectModel mosaic_model{
-    Effect::mosaic, Stage::charge, called_for, "sensor.mosaic is none", bound, {},
-    nullptr,        nullptr,       remove};
+const EffectModel mosaic_model = [] {
+  EffectModel model{Effect::mosaic, Stage::charge, called_for, "sensor.mosaic is none", bound};
+  model.remove = remove;
+  return model;
+}();
 
 }  // namespace occ::internal::simulate

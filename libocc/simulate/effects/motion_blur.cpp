@@ -6,8 +6,8 @@
 // b^2/24 max |f''|. For a straight edge of height E this is
 //     b^2/24  E / (sqrt(2 pi e) sigma^2) = 0.0101 b^2 E / sigma^2;
 // internal/scene_view.hpp has thin lamps and points. The mean of the image also moves if the path
-// is curved or if the lamp blinks, and by b q/12 if the light grows along the path by a factor 1 +
-// q.
+// is curved or if the lamp blinks. If the light grows along the path by a factor 1 + q, the mean
+// moves by b q/12.
 #include <algorithm>
 #include <cmath>
 

@@ -49,8 +49,11 @@ void remove(Sensor& sensor) {
 
 }  // namespace
 
-const EffectModel response_model{
-    Effect::response, Stage::output, called_for, "sensor.response is linear", bound, {},
-    nullptr,          nullptr,       remove};
+const EffectModel response_model = [] {
+  EffectModel model{Effect::response, Stage::output, called_for, "sensor.response is linear",
+                    bound};
+  model.remove = remove;
+  return model;
+}();
 
 }  // namespace occ::internal::simulate

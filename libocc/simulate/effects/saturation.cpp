@@ -32,14 +32,11 @@ void remove(Sensor& sensor) { sensor.full_well_e = 1e30; }
 
 }  // namespace
 
-const EffectModel saturation_model{Effect::saturation,
-                                   Stage::charge,
-                                   called_for,
-                                   "every sensor has a full well",
-                                   bound,
-                                   {},
-                                   nullptr,
-                                   nullptr,
-                                   remove};
+const EffectModel saturation_model = [] {
+  EffectModel model{Effect::saturation, Stage::charge, called_for, "every sensor has a full well",
+                    bound};
+  model.remove = remove;
+  return model;
+}();
 
 }  // namespace occ::internal::simulate

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
@@ -29,7 +30,7 @@ Bound bound_of(const LampView& seen, const SceneView& view) {
   double loss = 1 - centre, max_slope = 0;
   for (int i = 0; i < around; ++i)
     for (const double fraction : {0.5, 1.0}) {
-      const double angle = 2 * 3.14159265358979323846 * i / around;
+      const double angle = 2 * pi * i / around;
       const Eigen::Vector2d px =
           seen.image_centre_px +
           fraction * radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));

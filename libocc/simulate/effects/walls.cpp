@@ -150,9 +150,12 @@ void render(const Frame& frame, const ByPlace&, Signal& signal) {
 
 }  // namespace
 
-const EffectModel walls_model{Effect::walls, Stage::charge,
-                              called_for,    "there is no room, or room.wall_reflectance is 0",
-                              bound,         {},
-                              background_e,  render};
+const EffectModel walls_model = [] {
+  EffectModel model{Effect::walls, Stage::charge, called_for,
+                    "there is no room, or room.wall_reflectance is 0", bound};
+  model.background_e = background_e;
+  model.render = render;
+  return model;
+}();
 
 }  // namespace occ::internal::simulate

@@ -46,8 +46,8 @@ std::optional<formation::Chords> visible_chords(const Lamp& lamp, const formatio
 double add_lamp(const PaddedPatch& image, const Lamp& lamp, const Frame& frame, Signal& signal);
 
 /// Truth of one lamp, except for its electrons. Only the id and the centre are set for a lamp that
-/// cannot be rendered. Under a moving camera, each point is where the line that sees it sees it in
-/// the middle of its exposure.
+/// cannot be rendered. Under a moving camera, each point is projected in the middle of the exposure
+/// of the line that sees it.
 LampTruth lamp_truth(const Lamp& lamp, const Frame& frame, const Motion& motion,
                      const Camera& camera);
 

@@ -5,13 +5,14 @@
 #include <cmath>
 
 #include "libocc/core/internal/quadrature.hpp"
+#include "libocc/core/math.hpp"
 
 namespace occ::internal::simulate {
 
 using namespace internal::core;
 namespace {
 
-constexpr double two_pi = 6.283185307179586;
+constexpr double two_pi = 2 * pi;
 constexpr int nodes_of_panel = 16;
 constexpr double panel_spacings =
     0.6 * nodes_of_panel;  // longest panel, as in formation/contour.cpp
