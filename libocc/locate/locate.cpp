@@ -92,7 +92,7 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
     return result;
   }
   LocateOptions options = given;
-  if (options.prior) options.identify.prior = options.refine.prior = options.prior;
+  options.identify.prior = options.refine.prior = options.prior;
 
   const Clock identify_clock;
   const Result<Identification> identified = identify(blobs, scene, options.identify);
@@ -142,6 +142,10 @@ void LocateOptions::validate() const {
   check(budget_s, "budget_s");
   check(target_sigma_m, "target_sigma_m");
   costs.validate();
+  if (identify.prior || refine.prior)
+    throw std::invalid_argument(
+        std::string(identify.prior ? "identify.prior" : "refine.prior") +
+        " must not be set in LocateOptions; set LocateOptions::prior, which both steps use");
   if (prior) prior->validate();
 }
 

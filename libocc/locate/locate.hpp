@@ -24,7 +24,7 @@
 namespace occ {
 
 struct LIBOCC_API LocateOptions {
-  std::optional<Prior> prior;  ///< for identification and refinement
+  std::optional<Prior> prior;  ///< for identification and refinement; the only one to set
   /// Time budget of the whole call. The rung is chosen after detection and identification, whose
   /// time is measured. The most accurate rung that is predicted to fit replaces refine.rung; the
   /// flux model is kept.
@@ -34,8 +34,8 @@ struct LIBOCC_API LocateOptions {
   std::optional<double> target_sigma_m;
   RungCosts costs;           ///< computing time of each rung on this machine
   DetectOptions detect;      ///< its sensor defaults to the scene's
-  IdentifyOptions identify;  ///< its prior is replaced by the one above
-  RefineOptions refine;      ///< its prior is replaced by the one above
+  IdentifyOptions identify;  ///< without a prior of its own
+  RefineOptions refine;      ///< without a prior of its own
   int max_candidates = 16;   ///< maximum number of poses that are refined and returned
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value

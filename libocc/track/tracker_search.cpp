@@ -56,7 +56,6 @@ Prior TrackerImpl::lasting_prior(const Job& job) const {
 Result<Fix> TrackerImpl::locate_in(Job& job, const std::optional<Prior>& prior) const {
   LocateOptions options = options_.locate;
   options.prior = prior && !prior->empty() ? prior : std::nullopt;
-  options.refine.prior = options.identify.prior = options.prior;
   Result<Fix> fix = locate(job.image, job.view.scene, options);
   if (fix.status == Status::no_pose && job.view.scene.sensor.row_time_s > 0) {
     // The camera's motion during the readout bends the image; rims would reject every pose.

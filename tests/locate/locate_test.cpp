@@ -292,5 +292,21 @@ TEST(Locate, RefusesBadOptions) {
   EXPECT_THROW(locate(image.view(), irregular_room(), options), std::invalid_argument);
 }
 
+TEST(Locate, RefusesAPriorInTheOptionsOfAStep) {
+  const Image image = constant_image(640, 480, 0);
+  LocateOptions of_identify, of_refine;
+  of_identify.identify.prior.emplace();
+  of_refine.refine.prior.emplace();
+  for (const LocateOptions& options : {of_identify, of_refine}) {
+    try {
+      locate(image.view(), irregular_room(), options);
+      ADD_FAILURE() << "accepted";
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find("LocateOptions::prior"), std::string::npos)
+          << error.what();
+    }
+  }
+}
+
 }  // namespace
 }  // namespace occ
