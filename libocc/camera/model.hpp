@@ -2,6 +2,12 @@
 // The interface of a camera model. Each model has a header of its own with equation, domain and
 // source: pinhole.hpp, fisheye.hpp, double_sphere.hpp, rotating_line.hpp. `Camera` (camera.hpp)
 // holds one model of any kind and documents the functions.
+//
+// A new model needs: an enumerator of CameraKind and its name (model.cpp); a class derived from
+// CameraModel with the functions that are pure virtual here; a factory in Camera; its keys in
+// scene/camera_reader.cpp and camera_writer.cpp; its factory and pickling in python/src/camera.cpp;
+// and a row in the table of tests/camera/camera_models_test.cpp, which checks derivatives and
+// inverses. `libocc calibrate camera` lists the models that it can calibrate in calibrate_camera.py.
 #pragma once
 
 #include <Eigen/Core>

@@ -6,6 +6,7 @@
 #include <limits>
 #include <set>
 #include <sstream>
+#include <stdexcept>
 
 #include "libocc/codes/code_kinds.hpp"
 #include "libocc/core/require.hpp"
@@ -20,10 +21,17 @@ struct Needs {
   double max_exposure = 1;  ///< [chips]
 };
 Needs needs_of(const Code& code) {
-  if (code.kind == CodeKind::ufsook) return {2 * ufsook_tones(code).mark_hz, 0, 0.5};
-  if (code.kind == CodeKind::s2psk) return {2 * s2psk_hz(code), 0, 0.5};
-  if (code.kind == CodeKind::csk) return {code.clock_hz, 1, 1};
-  return {code.clock_hz, static_cast<double>(c_ook_sub_packet_chips(code)), 1};
+  switch (code.kind) {
+    case CodeKind::c_ook:
+      return {code.clock_hz, static_cast<double>(c_ook_sub_packet_chips(code)), 1};
+    case CodeKind::ufsook:
+      return {2 * ufsook_tones(code).mark_hz, 0, 0.5};
+    case CodeKind::s2psk:
+      return {2 * s2psk_hz(code), 0, 0.5};
+    case CodeKind::csk:
+      return {code.clock_hz, 1, 1};
+  }
+  throw std::invalid_argument("kind is not a CodeKind");
 }
 
 /// Part of a packet that one frame covers sufficiently, for any phase of the frame.

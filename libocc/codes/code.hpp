@@ -13,6 +13,11 @@
 //           12), for a sensor with colour filters
 //
 // All codes repeat id and checksum continuously. Details: codes/code_kinds.hpp.
+//
+// A new code needs: an enumerator here; its word for files (internal/code_fields.hpp); its slots
+// (code_kinds.hpp) and a case in slot_code(); its requirements on the camera (needs_of(),
+// part_seen() and frames_for_packet() in budget.cpp); and, if it is transmitted in pieces or uses
+// several lamps or colours, a branch in decode_samples.cpp or decode/decode.cpp.
 #pragma once
 
 #include <cstdint>

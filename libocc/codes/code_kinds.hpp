@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The four kinds of codes as slot codes (see codes/code.hpp for their sources).
+// Each kind of code as a slot code (see codes/code.hpp for the sources).
 #pragma once
 
 #include "libocc/codes/slot_code.hpp"

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/codes/slot_code.hpp"
 
+#include <stdexcept>
+
 #include "libocc/codes/code_kinds.hpp"
 
 namespace occ {
@@ -30,10 +32,17 @@ Waveform SlotCode::waveform(const std::vector<int>& values) const {
 
 SlotCode slot_code(const Code& code) {
   code.validate();
-  if (code.kind == CodeKind::ufsook) return ufsook_slots(code);
-  if (code.kind == CodeKind::s2psk) return s2psk_slots(code);
-  if (code.kind == CodeKind::csk) return csk_slots(code);
-  return c_ook_slots(code);
+  switch (code.kind) {
+    case CodeKind::c_ook:
+      return c_ook_slots(code);
+    case CodeKind::ufsook:
+      return ufsook_slots(code);
+    case CodeKind::s2psk:
+      return s2psk_slots(code);
+    case CodeKind::csk:
+      return csk_slots(code);
+  }
+  throw std::invalid_argument("kind is not a CodeKind");
 }
 
 std::vector<int> symbols_of(const Bits& bits, int bits_per_symbol) {

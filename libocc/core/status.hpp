@@ -12,7 +12,8 @@ namespace occ {
 
 enum class Status {
   ok,              ///< one solution, which fits
-  ambiguous,       ///< several solutions fit equally well; all are returned, ranked
+  ambiguous,       ///< several solutions fit equally well (all are returned, ranked), or the only
+                   ///< one may be accidental; the message states which
   no_lamps,        ///< no region of the image is brighter than the background
   too_few_lamps,   ///< fewer identified lamps than the problem needs
   no_pose,         ///< no pose fits the measurements

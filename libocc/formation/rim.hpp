@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Projects a lamp's rim and the centre of its image, with derivatives by the pose. The image of a
 // disc is an ellipse. At the tilt t, its centre differs from the projection of the disc's centre by
-// about f (r/Z)^2 sin(t) cos(t).
+// about f (r/Z)^2 sin(t) cos(t). For a rectangle the rim's points are those of its sides, each of
+// which is projected; refinement needs no image curve (rim_distance_px). The outline of a lamp in a
+// rendered image is in contour.hpp.
 #pragma once
 
 #include <Eigen/Core>
@@ -68,8 +70,9 @@ inline bool has_rim_distance(LampShape shape) {
 
 /// Distance [px] along the measured normal from the predicted rim to the measured rim point. The
 /// ray is intersected with the lamp's plane at P. With g(P) the signed distance [m] from the rim
-/// (positive outside), the residual is g / (dg/d normal). It is exact to first order for any camera
-/// model. `jacobian` (1x6) is d residual / d pose perturbation, exact. nullopt if the ray misses
+/// (positive outside), the residual is g / (dg/d normal). For a disc, g = |P - C| - r. For a side
+/// of a rectangle with the unit vector u towards it and half the extent a / 2,
+/// g = u . (P - C) - a / 2. It is exact to first order for any camera model. `jacobian` (1x6) is d residual / d pose perturbation, exact. nullopt if the ray misses
 /// the lit side of the plane, if g does not increase along the measured normal (the pose error
 /// exceeds the lamp's size), or if the shape has no rim distance.
 LIBOCC_API std::optional<double> rim_distance_px(const Lamp& lamp, const Rigid3& cam_from_world,

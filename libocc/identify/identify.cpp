@@ -89,7 +89,7 @@ void add_hypotheses(const std::vector<PoseHypothesis>& found, const AssignmentPr
   for (const PoseHypothesis& e : found) {
     const PoseHypothesis& best = found.front();
     const int more = std::clamp(e.missed - best.missed, 0, max_more_missed);
-    if (e.chi2 > best.chi2 + plausible_chi2 + more * options.miss_penalty) continue;
+    if (e.chi2 > best.chi2 + max_hypothesis_delta_chi2 + more * options.miss_penalty) continue;
     result.value.hypotheses.push_back(to_hypothesis(problem, e));
     if (&e != &best) result.value.hypotheses.back().symmetry = find_symmetry(problem, best, e);
     if (prior || !appears_collinear(problem, e.pairs, e.estimate.pose, e.attached)) continue;
@@ -118,7 +118,7 @@ void set_status(Result<Identification>& result, const AssignmentProblem& problem
                 const Search& search, bool reflections) {
   const std::vector<Hypothesis>& hypotheses = result->hypotheses;
   const auto count = std::count_if(hypotheses.begin(), hypotheses.end(), [&](const Hypothesis& h) {
-    return h.chi2 <= hypotheses.front().chi2 + plausible_chi2;
+    return h.chi2 <= hypotheses.front().chi2 + max_hypothesis_delta_chi2;
   });
   std::ostringstream text;
   if (count == 0) {

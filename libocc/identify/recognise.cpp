@@ -86,7 +86,7 @@ void Recogniser::identify(std::size_t object) {
     for (Match& m : h.matches) m.blob = remaining_[m.blob];
   match.plausible =
       static_cast<int>(std::count_if(match.poses.begin(), match.poses.end(), [&](const auto& h) {
-        return h.chi2 <= match.poses.front().chi2 + plausible_chi2;
+        return h.chi2 <= match.poses.front().chi2 + max_hypothesis_delta_chi2;
       }));
   match.log10_false_alarms = log10_false_alarms(all, match.poses.front()) + log10_objects();
   best_[object] = std::move(match);

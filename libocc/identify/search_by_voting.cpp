@@ -102,8 +102,8 @@ void Search::run_voting(const VotingMethod& method) {
   tried_ = cost();
 }
 
-// All hypotheses with `level` pairs are found once no set of `blobs - level` outliers intersects
-// all groups scored.
+// Searches from the largest number of pairs, the level, downwards. A level is complete when, for
+// each possible set of `blobs - level` outliers, a group without any of them has been scored.
 void Search::vote_by_levels(const VotingMethod& method, TripleOrder& order, int distant_outliers) {
   const int group = group_size(), enough = std::max(prior_ ? 3 : 4, problem_.min_pairs);
   const int blobs = static_cast<int>(problem_.observations.size());

@@ -204,14 +204,14 @@ Result<HeadlightDistance> headlight_distance(const Eigen::Matrix2d& lamps_px, co
   found.separation_sigma_rad = pair.sigma_rad;
   if (!(pair.angle_rad > min_sigmas * pair.sigma_rad)) {
     result.status = Status::degenerate;
-    result.message = "the lamps cannot be told apart in the image, which tells their bearing alone";
+    result.message = "the two lamps are not resolved in the image, which determines only their bearing";
     return result;
   }
   const Mixture mixture = mixture_of(pair, options, found);
   take_moments(mixture, found);
   if (mixture.best_misfit > max_misfit) {
     result.status = Status::no_pose;
-    result.message = "no yaw within yaw_max_rad explains the heights over the road";
+    result.message = "no yaw within yaw_max_rad fits the heights over the road";
   }
   return result;
 }
@@ -239,7 +239,7 @@ Result<std::vector<VehiclePose>> vehicle_poses(const Eigen::Matrix3Xd& lamps_m,
   }
   if (result.value.empty() && !fix->candidates.empty()) {
     result.status = Status::no_pose;
-    result.message = "no pose that explains the image stands upright";
+    result.message = "every pose that fits the image has a tilt above max_tilt_rad";
   } else if (fix.status == Status::ambiguous && result.value.size() == 1) {
     result.status = Status::ok;
     result.message.clear();

@@ -75,7 +75,7 @@ bool contradicts(const Fix& fix, const RobustPoseOptions& options) {
 void conclude(const RobustPoseOptions& options, bool confident, Result<RobustPose>& result) {
   if (result->log10_false_alarms > std::log10(options.max_false_alarms)) {
     result.status = Status::no_pose;
-    result.message = agreement(*result) + ", no more than chance explains";
+    result.message = agreement(*result) + "; as many are expected by chance";
   } else if (result.status != Status::degenerate && contradicts(result->fix, options)) {
     result.status = Status::no_pose;
     result.message = agreement(*result) + ", with a pose that contradicts up_in_cam";
@@ -145,7 +145,7 @@ Result<RobustPose> robust_pose(const Eigen::Matrix3Xd& points_in_world,
     if (rests_on_a_line(problem.points, consensus.inliers, sigmas, chance,
                         options.max_false_alarms)) {
       result.status = Status::degenerate;
-      result.message = agreement(*result) + ", nearly all on a line, and any turn about it fits";
+      result.message = agreement(*result) + ", nearly all collinear: the rotation about their line is not determined";
     }
   }
   conclude(options, consensus.confident, result);

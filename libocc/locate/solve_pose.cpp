@@ -130,7 +130,7 @@ std::vector<PointFit> fits_of(const Problem& p, const std::vector<Start>& starts
   std::vector<PointFit> fits;
   double best = std::numeric_limits<double>::infinity();
   const auto plausible = [&](double chi2) {
-    return chi2 - best <= internal::refine::plausible_chi2 * std::max(1.0, best / misfit_dof);
+    return chi2 - best <= internal::refine::max_pose_delta_chi2 * std::max(1.0, best / misfit_dof);
   };
   const auto known = [&](const Rigid3& pose) {
     return std::any_of(fits.begin(), fits.end(),
@@ -228,7 +228,8 @@ void conclude(const Problem& problem, const Triple& spread, const Camera& camera
     result.message = "the points do not determine the pose";
   } else if (!(height >= min_seen_height * sigmas)) {
     result.status = Status::degenerate;
-    result.message = "as far as can be seen the points lie on a line, and any turn about it fits";
+    result.message = "the points are collinear within the measurement errors; the rotation about their "
+                     "line is not determined";
   } else if (misfits) {
     result.status = Status::no_pose;
     result.message = misfit_message(best, sigma_px);

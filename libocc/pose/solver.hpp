@@ -5,6 +5,11 @@
 // Each solver has its own header and source in pose/solvers/. `Solver::solve` is the bare method:
 // it may miss a pose, and may return poses that do not fit or are not finite. `pose_candidates`
 // (pose/candidates.hpp) runs it, checks the results and polishes them; use that.
+//
+// A new solver needs its header and source there and an entry in solvers() (solver.cpp); the
+// solvers' tests and the Python function `solvers` then include it, and the documentation lists it.
+// The ladder measures a selection of solvers, which ladder/ladder_steps.cpp lists. Algorithms in
+// pose/solvers/ that solve another problem, such as planar.hpp, are not in solvers().
 #pragma once
 
 #include <Eigen/Core>

@@ -12,7 +12,8 @@
 namespace occ::internal::refine {
 namespace {
 
-/// Chi-square of a lost point: ten sigmas.
+/// Chi-square of a rim point whose ray misses the lamp's plane or whose distance is undefined: that
+/// of a residual of ten sigmas, so that a pose cannot gain by losing points.
 constexpr double lost_chi2 = 100;
 
 constexpr int residual_index = 7;  // in a column of rows_, after pose and growth
@@ -112,7 +113,7 @@ void LampRim::add_to(Normal& normal, double huber_sigma) {
   normal.robust_chi2 += chi2 + robust_excess();
 }
 
-/// Sum of rho(e) - w e^2 over the points, with |e| = k / w where w < 1.
+/// Sum of 2 rho(e) - w e^2 over the points, with Huber's loss rho and |e| = k / w where w < 1.
 double LampRim::robust_excess() const {
   double sum = 0;
   for (const double weight : weights_) {

@@ -60,9 +60,9 @@ bool axes_miss(const Lamp& lamp, const Blob& blob, const Refined& refined, const
 
 std::string message(const Lamp& lamp, const Blob& blob, const LampResidual& residual) {
   std::ostringstream text;
-  text << "no pose explains both where the lamps are and how large: lamp " << lamp.id;
+  text << "no pose fits both the positions and the sizes of the lamps: lamp " << lamp.id;
   if (blob.rim.empty())
-    text << " is not what the blob at " << blob.centroid_px.transpose() << " px looks like";
+    text << " has another size than the blob at " << blob.centroid_px.transpose() << " px";
   else
     text << "'s rim misses by " << residual.rms_px << " px";
   return text.str();

@@ -52,7 +52,7 @@ bool plausible_beside(const RankedPose& best, const RankedPose& pose) {
   const double misfit = dof > 0 ? std::max(1.0, best.measured_chi2 / dof) : 1.0;
   const double worse =
       (pose.measured_chi2 - best.measured_chi2) / misfit + pose.assumed_chi2 - best.assumed_chi2;
-  return pose.fits == best.fits && matches(pose) >= matches(best) && worse <= plausible_chi2;
+  return pose.fits == best.fits && matches(pose) >= matches(best) && worse <= max_pose_delta_chi2;
 }
 
 /// Sorts best first. Plausible poses that have not converged continue from where they are.

@@ -259,7 +259,7 @@ void conclude(const Minimum& minimum, const RefineOptions& options, Result<Refin
   report_lamps(minimum, options, result.value);
   if (minimum.converged) return;
   result.status = Status::not_converged;
-  result.message = "still moving after " + std::to_string(options.max_iterations) + " iterations";
+  result.message = "not converged after " + std::to_string(options.max_iterations) + " iterations";
 }
 
 }  // namespace

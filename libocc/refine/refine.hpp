@@ -5,17 +5,15 @@
 //
 // The residuals of a lamp are, depending on the rung,
 //   - rims: distances between the measured rim points and the rim predicted by the pose;
-//   - points, centres, or a lamp without a rim: its centroid minus the predicted centre of the
-//   lamp's
+//   - points, centres, or a lamp without a rim: its centroid minus the predicted centre of its
 //     *image*, which is not the image of its centre;
 //   - direct: all its pixels minus its rendered image (projected rim, PSF, Lambertian and cos^4
 //     gradients, response, clipping), weighted by the sensor's noise. The lamp's brightness, the
-//     background and the width of the PSF are estimated as well. Pixels that miss their model by
-//     more than chance are weighted down. A lamp that misses it altogether, or is cut, merged,
-//     striped or a saturated disc, contributes its rim instead;
+//     background and the width of the PSF are estimated as well. Pixels whose residuals exceed the
+//     noise significantly have a lower weight. A lamp whose pixels do not fit (LampResidual::misfit
+//     above 4), or that is cut, merged, striped or a saturated disc, contributes its rim instead;
 //   - optionally its flux minus the flux of the Lambertian model, with powers known to a sigma or
-//   up
-//     to a common factor.
+//     up to a common factor.
 //
 // The rims of saturated lamps have grown. The growth has a common part (prior sigma 2 px), which is
 // estimated, a part of each lamp (its light is known to half an e-fold only), and an uneven part
@@ -68,7 +66,9 @@ struct LIBOCC_API RefineOptions {
   /// Standard deviation of the errors of camera and map at each lamp, e.g. of an uncalibrated lens.
   /// Common to all points of a lamp and added to the covariance of its measurements.
   double model_sigma_px = 0;
-  /// Corner of Huber's loss for rim points and fluxes. Infinity: least squares with all lamps.
+  /// Corner of Huber's loss for rim points, fluxes and the direct rung's pixels, in sigmas; for rim
+  /// points in the larger of their sigmas and the observed scatter (MAD). At 3 sigmas, 0.3 % of
+  /// normal residuals are beyond the corner. Infinity: least squares with all lamps.
   double huber_sigma = 3;
   int max_iterations = 20;
   /// Converged when a step moves the image of no lamp farther than this. That step is still taken,

@@ -74,7 +74,7 @@ RungChoice short_of_target(const Forecasts& all, const RungWish& wish, const Run
     reason += std::string(", ") + to_string(dearer->rung) + " would take " +
               milliseconds(dearer->predicted_s) + ", and " + what_is_left(wish);
   } else {
-    reason += ": it takes more or larger lamps, a nearer camera or less noise";
+    reason += ": more or larger lamps, a shorter distance or less noise would be required";
   }
   return taken(*best, all, false, std::move(reason));
 }

@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests whether a camera at `eye` (world frame, metres) can see a point of the scene. The lit side
-// of a lamp is tested by Lamp::shows_lit_side.
+// Tests whether a camera at `eye` (world frame, metres) can see a point of the scene. A lamp is
+// visible if its lit side faces the camera (Lamp::shows_lit_side), no box hides it (hidden_by_box)
+// and its image lies within the camera's (Camera::contains). How much of the lamp these tests must
+// hold for depends on the user:
+//
+//     the whole face       guide/lamp_views.hpp (routes), refine/expected_lamp.cpp (bound)
+//     any part             simulate/truth.cpp (truth of an image)
+//     the centre, +- radius  track/expected_lamps.cpp, identify/unpaired_lamps.cpp (predictions)
 #pragma once
 
 #include <Eigen/Core>

@@ -26,8 +26,9 @@
 namespace occ {
 
 struct LIBOCC_API PoseFilterOptions {
-  /// Spectral density of the acceleration without odometry and accelerometer [m/s^2/sqrt(Hz),
-  /// rad/s^2/sqrt(Hz)]. The defaults suit a camera held by a person who walks.
+  /// Process noise: spectral density of the acceleration without odometry and accelerometer
+  /// [m/s^2/sqrt(Hz), rad/s^2/sqrt(Hz)]. Within one second the velocity changes by 0.6 m/s and the
+  /// rotation rate by 1 rad/s (1 sigma), as for a camera in the hand of a person who walks.
   double acceleration_noise = 0.6, turn_acceleration_noise = 1;
   double gyro_noise = 2e-3;               ///< [rad/s/sqrt(Hz)]
   double gyro_bias_sigma = 0.02;          ///< standard deviation of the initial bias [rad/s]

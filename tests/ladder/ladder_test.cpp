@@ -71,7 +71,7 @@ TEST(Ladder, RefinedStepsAttainTheirBoundAndClosedFormsDoNotBeatIt) {
     EXPECT_LT(ratio(name), 1.35) << name;
   }
   for (const char* name : {"p3p", "p3p_triples", "solve_pose", "points", "SQPNP", "AP3P"}) {
-    EXPECT_GT(ratio(name), 1.5) << name << " knows nothing of ellipses";
+    EXPECT_GT(ratio(name), 1.5) << name << " neglects the offset of the ellipse's centre";
     EXPECT_LT(std::sqrt(squares[name] / frames), 0.05) << name;
   }
   EXPECT_LT(std::sqrt(least), std::sqrt(bounds["rims"]));

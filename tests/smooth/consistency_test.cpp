@@ -87,9 +87,9 @@ TEST(Consistency, TellsRightFromWrong) {
   EXPECT_STREQ(to_string(Consistency::optimistic), "optimistic");
 }
 
-// The interval must hold as often as it says, also where errors remember: else NEES of a right
-// estimator would be called wrong one time in three.
-TEST(Consistency, IntervalsHoldForErrorsThatRemember) {
+// The interval must have its nominal coverage for errors that are correlated in time as well.
+// Computed for independent errors, it rejects a consistent estimator in one of three runs.
+TEST(Consistency, IntervalsHoldForCorrelatedErrors) {
   Random random(3);
   constexpr int trials = 300;
   const Eigen::MatrixXi dof = Eigen::MatrixXi::Constant(30, 30, 2);

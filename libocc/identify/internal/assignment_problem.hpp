@@ -83,7 +83,7 @@ inline constexpr std::size_t max_observations = 64;
 
 /// Maximum chi-square of a plausible hypothesis above that of the best one: 2 ln 1000, a likelihood
 /// ratio of 1000.
-inline constexpr double plausible_chi2 = 13.8;
+inline constexpr double max_hypothesis_delta_chi2 = 13.8;
 
 /// Throws std::invalid_argument for blobs that are not finite.
 void require_finite(const std::vector<Blob>& blobs);

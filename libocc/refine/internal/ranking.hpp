@@ -11,7 +11,7 @@
 namespace occ::internal::refine {
 
 /// A pose is plausible beside the best one if its likelihood is at least a hundredth: 2 ln 100.
-inline constexpr double plausible_chi2 = 9.2;
+inline constexpr double max_pose_delta_chi2 = 9.2;
 
 /// A refined hypothesis and the quantities that rank it.
 struct RankedPose {

@@ -16,7 +16,7 @@ inline constexpr auto refine_fields = core::fields_of<RefineOptions>(
     core::field("model_sigma_px", &RefineOptions::model_sigma_px, "px", core::NotNegative{},
                 "error of camera and map per lamp"),
     core::field("huber_sigma", &RefineOptions::huber_sigma, "", core::PositiveOrInfinite{},
-                "residuals beyond this many standard deviations have linear weight"),
+                "corner of Huber's loss: beyond this many standard deviations the loss is linear"),
     core::field("max_iterations", &RefineOptions::max_iterations, "", core::Positive{},
                 "maximum number of steps"),
     core::field("tolerance_px", &RefineOptions::tolerance_px, "px", core::PositiveOrInfinite{},

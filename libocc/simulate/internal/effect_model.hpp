@@ -2,9 +2,12 @@
 // Describes one effect of the simulation: when a scene has it, how it changes the image, and a
 // bound on the change when it is left out.
 //
-// Each effect has one file in simulate/effects/, which defines its EffectModel. A new effect needs
-// an enumerator and a name (scene/effects.hpp), that file, and its model in the declaration and in
-// effect_models() below; a test requires exactly one model per effect.
+// Each effect has one file in simulate/effects/, which defines its EffectModel. A new effect needs:
+// an enumerator and effect_count (scene/effects.hpp) and a name (scene/effects.cpp); that file; its
+// model in the declaration below and in effect_models(), and in render_order if it has `render`; a
+// line in Scene::as_rendered(), which removes it from the scene; and, if it adds light, a term in
+// background_electrons() (simulate/bounds.cpp). tests/simulate/effect_models_test.cpp checks the
+// lists. Its parameters are fields of the scene (scene/internal/scene_fields.hpp).
 #pragma once
 
 #include <array>
