@@ -22,7 +22,7 @@ add_planted_violation(Neighbour simulate/render.hpp "  # include <libocc/detect/
 add_planted_violation(HiddenLibrary refine/cost.hpp "#include <ceres/tiny_solver.h>"
                       "may not show this library")
 add_planted_violation(RelativePath camera/lens.cpp "#include \"../scene/scene.hpp\""
-                      "write it as libocc/ROOM/FILE")
+                      "write it as libocc/MODULE/FILE")
 add_planted_violation(InternalInPublic scene/scene.hpp
                       "#include \"libocc/camera/internal/distortion.hpp\""
                       "a public header may not include an internal one")

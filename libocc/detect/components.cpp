@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "libocc/detect/internal/background.hpp"
+#include "libocc/detect/internal/bright_pixels.hpp"
 #include "libocc/detect/internal/pixels.hpp"
-#include "libocc/detect/internal/threshold.hpp"
 
 namespace occ::internal::detect {
 namespace {

@@ -84,12 +84,12 @@ struct Row {
   }
 };
 
-struct Normal {
+struct NormalEquations {
   Matrix5 matrix = Matrix5::Zero();
   Vector5 right = Vector5::Zero();
   double chi2 = 0, sum_squares = 0;
 
-  Normal(const std::vector<RimPoint>& rim, const Frame& frame, const FittedConic& conic) {
+  NormalEquations(const std::vector<RimPoint>& rim, const Frame& frame, const FittedConic& conic) {
     for (const RimPoint& point : rim) {
       const Row row(point, frame, conic);
       matrix += row.weight * row.derivatives * row.derivatives.transpose();
@@ -103,7 +103,7 @@ struct Normal {
 std::optional<EllipseFit> iterate(const std::vector<RimPoint>& rim, const Frame& frame,
                                   FittedConic conic) {
   for (int step = 0; step < max_steps; ++step) {
-    const Normal sums(rim, frame, conic);
+    const NormalEquations sums(rim, frame, conic);
     const Eigen::LDLT<Matrix5> solver(sums.matrix);
     if (solver.info() != Eigen::Success || !(solver.rcond() > 1e-13)) return std::nullopt;
     const Vector5 change = solver.solve(sums.right);
@@ -165,7 +165,7 @@ Eigen::Matrix2d centre_response(const std::vector<RimPoint>& rim, const FittedCo
     right += row.weight * row.derivatives * moves[i].transpose();
   }
   // An outward shift of a point increases its residual by the same amount.
-  const Normal sums(rim, frame, scaled);
+  const NormalEquations sums(rim, frame, scaled);
   return -sums.matrix.ldlt().solve(right).topRows<2>();
 }
 

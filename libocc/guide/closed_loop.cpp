@@ -91,7 +91,7 @@ class Loop {
         options_.follower == Follower::pure_pursuit
             ? pure_pursuit(route_, options_.vehicle, input, options_.pure_pursuit)
             : stanley(route_, options_.vehicle, input, options_.stanley);
-    asked_too_much_ = output.speed_limited || output.curve_limited;
+    command_limited_ = output.speed_limited || output.curve_limited;
     along_m_ = output.place.along_m;
     if (!output.at_end) return output.command;
     docking_ = true;
@@ -103,7 +103,7 @@ class Loop {
     const DockOutput output =
         dock(estimate_.pose, speed_m_s, *route_.dock(), options_.vehicle, phase_, options_.docking);
     phase_ = output.phase;
-    asked_too_much_ = output.speed_limited || output.curve_limited;
+    command_limited_ = output.speed_limited || output.curve_limited;
     return output.command;
   }
 
@@ -157,7 +157,7 @@ class Loop {
     record.along_m = place.along_m;
     record.deviation_m = place.deviation_m;
     record.limited = world_.limited();
-    record.limited.speed = record.limited.speed || asked_too_much_;
+    record.limited.speed = record.limited.speed || command_limited_;
     record.pan_rad = world_.pan_rad();
     record.tilt_rad = world_.tilt_rad();
     record.docking = docking_;
@@ -197,7 +197,7 @@ class Loop {
   std::optional<double> along_m_ = 0;
   double true_along_m_ = 0, had_pose_s_ = 0;
   DockPhase phase_ = DockPhase::approach;
-  bool docking_ = false, asked_too_much_ = false, ended_ = false;
+  bool docking_ = false, command_limited_ = false, ended_ = false;
   LoopResult result_;
 };
 

@@ -17,7 +17,7 @@ namespace {
 constexpr int max_steps = 50;
 constexpr double min_order = 0.05, max_order = 200;
 
-struct Normal {
+struct NormalEquations {
   Eigen::MatrixXd matrix;
   Eigen::VectorXd right;
   double chi2 = 0;
@@ -32,10 +32,11 @@ std::vector<int> places_of(const std::vector<bool>& fitted) {
 }
 
 /// Normal equations at the parameters of `fit`, with Huber's weights there.
-Normal normal_at(const std::vector<FluxEquation>& equations, const LightFit& fit, double huber) {
+NormalEquations normal_at(const std::vector<FluxEquation>& equations, const LightFit& fit,
+                          double huber) {
   const std::vector<int> places = places_of(fit.determined);
   const auto size = 1 + std::count(fit.determined.begin(), fit.determined.end(), true);
-  Normal sum{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), 0};
+  NormalEquations sum{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), 0};
   for (const FluxEquation& e : equations) {
     const double left = fit.residual(e);
     const double weight = core::huber_weight(square(left / e.sigma), huber) / (e.sigma * e.sigma);
@@ -81,7 +82,7 @@ struct LightProblem {
   }
 
   bool sums(const Eigen::VectorXd& step, core::NormalSums<Eigen::Dynamic>& sums) const {
-    const Normal normal = normal_at(equations, at(step), huber);
+    const NormalEquations normal = normal_at(equations, at(step), huber);
     sums = {normal.matrix, -normal.right, chi2(step)};
     return sums.information.allFinite() && sums.gradient.allFinite();
   }
@@ -103,7 +104,7 @@ bool descend(const std::vector<FluxEquation>& equations, double huber, LightFit&
 }
 
 void state(const std::vector<FluxEquation>& equations, double huber, LightFit& fit) {
-  const Normal normal = normal_at(equations, fit, huber);
+  const NormalEquations normal = normal_at(equations, fit, huber);
   const Eigen::Index size = normal.matrix.rows();
   fit.chi2 = normal.chi2;
   fit.dof = static_cast<int>(equations.size()) - static_cast<int>(size);

@@ -21,14 +21,14 @@ void check_pose(const Rigid3& pose) {
 }
 
 /// Adds information about unknowns without observations, which would make the matrix singular.
-void pin_unused(Normal& normal) {
+void pin_unused(PoseNormalEquations& normal) {
   for (const int i : {growth_index, log_factor_index}) {
     if (normal.information(i, i) == 0) normal.information(i, i) = 1;
   }
 }
 
-Result<PoseBound> bound_of(Normal normal, const Eigen::Vector3d& pivot, const Rigid3& pose,
-                           int lamps) {
+Result<PoseBound> bound_of(PoseNormalEquations normal, const Eigen::Vector3d& pivot,
+                           const Rigid3& pose, int lamps) {
   pin_unused(normal);
   const PoseCovariance inverse = pose_covariance(normal, pivot);
   Result<PoseBound> result;
@@ -56,10 +56,10 @@ Result<PoseBound> bound_of_observations(const std::vector<Match>& matches,
   RefineProblem problem(observations, scene, options, options.rung);
   const State state{cam_from_world};
   const Eigen::Vector3d pivot = problem.pivot(state);
-  Normal normal;
+  PoseNormalEquations normal;
   // In the second pass light and background of the lamps are known from the pixels.
   if (!problem.linearise(state, pivot, normal) || !problem.linearise(state, pivot, normal)) {
-    normal = Normal{};
+    normal = PoseNormalEquations{};
   }
   return bound_of(normal, pivot, cam_from_world, static_cast<int>(matches.size()));
 }
@@ -88,7 +88,7 @@ Result<PoseBound> pose_bound(const std::vector<Eigen::Vector3d>& points_in_world
     sum += cam_from_world * point;
   }
   const Eigen::Vector3d pivot = sum / std::max(1.0, static_cast<double>(sigmas_px.size()));
-  Normal normal;
+  PoseNormalEquations normal;
   int count = 0;
   for (std::size_t i = 0; i < sigmas_px.size(); ++i) {
     const Eigen::Vector3d point = cam_from_world * points_in_world[i];
@@ -112,7 +112,7 @@ Result<PoseBound> pose_bound(const Scene& given, const Rigid3& cam_from_world, R
   for (const Lamp& lamp : scene.lamps) sum += cam_from_world * lamp.centre_m;
   const Eigen::Vector3d pivot = sum / std::max(1.0, static_cast<double>(scene.lamps.size()));
   const ExpectedLamps expected(scene, cam_from_world, pivot, rung, flux);
-  Normal normal;
+  PoseNormalEquations normal;
   int lamps = 0;
   for (const Lamp& lamp : scene.lamps) lamps += expected.add(lamp, normal) ? 1 : 0;
   return bound_of(normal, pivot, cam_from_world, lamps);

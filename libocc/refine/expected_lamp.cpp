@@ -7,7 +7,7 @@
 #include "libocc/core/statistics.hpp"
 #include "libocc/formation/internal/lens_blur.hpp"
 #include "libocc/formation/light.hpp"
-#include "libocc/refine/internal/predicted_place.hpp"
+#include "libocc/refine/internal/predicted_centroid.hpp"
 
 namespace occ::internal::refine {
 
@@ -35,12 +35,12 @@ ExpectedLamps::ExpectedLamps(const Scene& scene, const Rigid3& cam_from_world,
   options_.flux = flux;
 }
 
-bool ExpectedLamps::add(const Lamp& lamp, Normal& normal) const {
+bool ExpectedLamps::add(const Lamp& lamp, PoseNormalEquations& normal) const {
   if (!whole_in_image(lamp, pose_, scene_.camera)) return false;
   const Blob unseen;
   LampObservation observation{&lamp, &unseen};
-  const bool light_says = options_.flux != FluxModel::ignore && !lamp.frequency_hz;
-  if (light_says) observation.light_sigma = lamp.power_sigma;
+  const bool uses_flux = options_.flux != FluxModel::ignore && !lamp.frequency_hz;
+  if (uses_flux) observation.light_sigma = lamp.power_sigma;
   PixelScratch scratch;
   LampPixels pixels(observation, scene_, options_, noise_, psf_, scratch);
   if (!pixels.linearise({pose_}, pivot_)) return false;
@@ -54,16 +54,16 @@ bool ExpectedLamps::add(const Lamp& lamp, Normal& normal) const {
   if (contour && !contour->empty()) {
     add_rim(lamp, *contour, normal);
   } else {
-    add_place(lamp, pixels.place_information(), normal);
+    add_centroid(lamp, pixels.centroid_information(), normal);
   }
-  if (light_says) add_flux(lamp, pixels.light_information(), normal);
+  if (uses_flux) add_flux(lamp, pixels.light_information(), normal);
   return true;
 }
 
-void ExpectedLamps::add_place(const Lamp& lamp, const Eigen::Matrix2d& information,
-                              Normal& normal) const {
+void ExpectedLamps::add_centroid(const Lamp& lamp, const Eigen::Matrix2d& information,
+                                 PoseNormalEquations& normal) const {
   Eigen::Matrix<double, 2, 6> d_pose;
-  if (!predicted_place_px(lamp, pose_, scene_.camera, options_.rung, &d_pose)) return;
+  if (!predicted_centroid_px(lamp, pose_, scene_.camera, options_.rung, &d_pose)) return;
   d_pose.leftCols<3>() += d_pose.rightCols<3>() * skew(pivot_);
   normal.information.topLeftCorner<6, 6>() += d_pose.transpose() * information * d_pose;
 }
@@ -77,12 +77,14 @@ double ExpectedLamps::edge_information(double background_e, double full_e) const
     const double covered = normal_probability(z);
     const double slope = full_e / sigma * 0.3989422804014327 * std::exp(-0.5 * z * z);
     const PixelMoments moments = noise_.at(background_e + full_e * covered);
-    if (moments.tells) sum += slope * slope * moments.slope * moments.slope / moments.variance;
+    if (moments.informative)
+      sum += slope * slope * moments.slope * moments.slope / moments.variance;
   }
   return sum * step * sigma;
 }
 
-void ExpectedLamps::add_rim(const Lamp& lamp, const MovingContour& contour, Normal& normal) const {
+void ExpectedLamps::add_rim(const Lamp& lamp, const MovingContour& contour,
+                            PoseNormalEquations& normal) const {
   const Sensor& sensor = scene_.sensor;
   Matrix6 information = Matrix6::Zero();
   for (const MovingContourPoint& point : contour) {
@@ -96,7 +98,8 @@ void ExpectedLamps::add_rim(const Lamp& lamp, const MovingContour& contour, Norm
   normal.information.topLeftCorner<6, 6>() += lamp_of_pose.transpose() * information * lamp_of_pose;
 }
 
-void ExpectedLamps::add_flux(const Lamp& lamp, double information, Normal& normal) const {
+void ExpectedLamps::add_flux(const Lamp& lamp, double information,
+                             PoseNormalEquations& normal) const {
   Eigen::Matrix<double, 1, 6> d_pose;
   if (!(lamp_electrons(lamp, pose_, scene_.camera, scene_.sensor, &d_pose) > 0)) return;
   const double variance = 1 / information + lamp.power_sigma * lamp.power_sigma;

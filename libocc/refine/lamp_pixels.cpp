@@ -204,7 +204,7 @@ void LampPixels::add_flat_pixel(double signal, double full, double reads, Flat& 
   const double lit = amount_ * signal;
   const bool dark = signal < 0.5 * full || full == 0;
   const PixelMoments moments = dark ? dark_ : noise_.at(lit + own_.background_e);
-  if (!moments.tells) return;
+  if (!moments.informative) return;
   ++count_;
   const double error = lamp_.window.empty() ? 0 : reads - moments.mean;
   const double weight = precision(moments, error, 0, flat);
@@ -222,7 +222,7 @@ void LampPixels::add_rim_pixel(double signal, double full, double coverage,
                                const CoverageDerivatives::Row& d, double reads, Flat& flat) {
   const double lit = amount_ * (signal + own_.log_spread * full * d[spread]);
   const PixelMoments moments = noise_.at(lit + own_.background_e);
-  if (!moments.tells) return;
+  if (!moments.informative) return;
   ++count_;
   const double error = lamp_.window.empty() ? 0 : reads - moments.mean;
   const double step_e = amount_ * full * moments.slope;
@@ -288,7 +288,7 @@ void LampPixels::weigh_down() {
   robust_excess_ /= left_ * left_;
 }
 
-void LampPixels::add_to(Normal& normal) {
+void LampPixels::add_to(PoseNormalEquations& normal) {
   Sums all = sums();
   add_own_priors(state_, all);
   const Eigen::Matrix<double, 5, 5> own = all.block<5, 5>(own_light, own_light);
@@ -313,7 +313,7 @@ void LampPixels::add_to(Normal& normal) {
   if (!lamp_.window.empty()) move_own(step.head<3>());
 }
 
-Eigen::Matrix2d LampPixels::place_information() const {
+Eigen::Matrix2d LampPixels::centroid_information() const {
   const Sums all = sums();
   const Eigen::Matrix2d own = all.block<2, 2>(own_light, own_light);
   const Eigen::Matrix2d mixed = all.block<2, 2>(own_light, own_x);

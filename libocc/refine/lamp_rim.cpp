@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "libocc/core/internal/robust_loss.hpp"
-#include "libocc/refine/internal/predicted_place.hpp"
+#include "libocc/refine/internal/predicted_centroid.hpp"
 
 namespace occ::internal::refine {
 namespace {
@@ -89,7 +89,7 @@ void LampRim::weigh_points(double huber_sigma) {
   }
 }
 
-void LampRim::add_to(Normal& normal, double huber_sigma) {
+void LampRim::add_to(PoseNormalEquations& normal, double huber_sigma) {
   if (weights_.size() == 0) return;
   weigh_points(huber_sigma);
   weighted_.noalias() = rows_ * weights_.asDiagonal();

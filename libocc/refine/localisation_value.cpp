@@ -27,10 +27,10 @@ std::vector<int> points_in_view(const Object& object, const Camera& camera, cons
 // Bound computed from all points except one.
 Result<PoseBound> bound_without(const Object& object, const std::vector<int>& seen, int left_out,
                                 const Camera& camera, const Rigid3& pose, double sigma_px) {
-  std::vector<Eigen::Vector3d> places;
+  std::vector<Eigen::Vector3d> points_m;
   for (const int i : seen)
-    if (i != left_out) places.push_back(object.points[i].position_m);
-  return pose_bound(places, camera, pose, sigma_px);
+    if (i != left_out) points_m.push_back(object.points[i].position_m);
+  return pose_bound(points_m, camera, pose, sigma_px);
 }
 
 }  // namespace
@@ -66,7 +66,7 @@ LocalisationValue localisation_value(const Object& object, const Camera& camera,
   require(sigma_px > 0 && std::isfinite(sigma_px), "sigma_px", sigma_px, "positive");
   LocalisationValue value;
   value.points.resize(object.points.size());
-  std::vector<double> log_growth(object.points.size(), 0), places_m, turns_rad;
+  std::vector<double> log_growth(object.points.size(), 0), position_sigmas_m, rotation_sigmas_rad;
   std::vector<int> compared(object.points.size(), 0);
   const double share = 1 / static_cast<double>(cam_from_object.size());
   for (const Rigid3& pose : cam_from_object) {
@@ -75,8 +75,8 @@ LocalisationValue localisation_value(const Object& object, const Camera& camera,
     const auto all = bound_without(object, seen, -1, camera, pose, sigma_px);
     if (!all.ok()) continue;
     value.determined += share;
-    places_m.push_back(std::sqrt(all->position_covariance_m2.trace()));
-    turns_rad.push_back(std::sqrt(all->covariance.topLeftCorner<3, 3>().trace()));
+    position_sigmas_m.push_back(std::sqrt(all->position_covariance_m2.trace()));
+    rotation_sigmas_rad.push_back(std::sqrt(all->covariance.topLeftCorner<3, 3>().trace()));
     for (const int i : seen) {
       const auto k = static_cast<std::size_t>(i);
       const auto rest = bound_without(object, seen, i, camera, pose, sigma_px);
@@ -92,8 +92,8 @@ LocalisationValue localisation_value(const Object& object, const Camera& camera,
   }
   for (std::size_t k = 0; k < compared.size(); ++k)
     if (compared[k] > 0) value.points[k].growth = std::exp(log_growth[k] / compared[k]);
-  value.sigma_m = median(places_m);
-  value.sigma_rad = median(turns_rad);
+  value.sigma_m = median(position_sigmas_m);
+  value.sigma_rad = median(rotation_sigmas_rad);
   return value;
 }
 

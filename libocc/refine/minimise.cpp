@@ -21,7 +21,7 @@ class Steps {
   bool defined() const { return defined_; }
   const State& state() const { return state_; }
   const Eigen::Vector3d& pivot() const { return pivot_; }
-  const Normal& normal() const { return normal_; }
+  const PoseNormalEquations& normal() const { return normal_; }
 
   void rebase(const State& base) {
     base_ = base;
@@ -62,11 +62,11 @@ class Steps {
   State base_, state_;
   Eigen::Vector3d base_pivot_, pivot_;
   Vector8 step_;
-  Normal normal_;
+  PoseNormalEquations normal_;
   bool defined_ = false;
 };
 
-Vector8 gauss_newton_step(const Normal& normal) {
+Vector8 gauss_newton_step(const PoseNormalEquations& normal) {
   const Vector8 scale = normal.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Matrix8 scaled = scale.asDiagonal() * normal.information * scale.asDiagonal();
   const Vector8 solved = Eigen::LDLT<Matrix8>(scaled).solve(scale.cwiseProduct(normal.gradient));

@@ -76,8 +76,8 @@ void observe_rim(const Match& match, const Blob& blob, const Camera& camera,
   observation.rim_end = rim.size();
 }
 
-void observe_place(const Match& match, const Blob& blob, double model_sigma_px,
-                   LampObservation& observation) {
+void observe_centroid(const Match& match, const Blob& blob, double model_sigma_px,
+                      LampObservation& observation) {
   const double growth_px = blob.saturated ? saturated_sigma_px : 0;
   const double common_variance = model_sigma_px * model_sigma_px + growth_px * growth_px;
   const Eigen::Matrix2d covariance =
@@ -87,8 +87,8 @@ void observe_place(const Match& match, const Blob& blob, double model_sigma_px,
     const std::string name = "blobs[" + std::to_string(match.blob) + "].covariance_px2";
     require(false, name, blob.covariance_px2, "positive definite");
   }
-  observation.has_place = true;
-  observation.place_information = covariance.inverse();
+  observation.has_centroid = true;
+  observation.centroid_information = covariance.inverse();
 }
 
 /// The flux of a blinking lamp depends on its phase; that of a saturated or cut lamp is incomplete.
@@ -166,7 +166,7 @@ int Observations::equations(const RefineOptions& options, Rung rung) const {
     const int most = o.lamp->shape == LampShape::disc ? 5 : 6;
     if (uses_rims(rung) && o.has_rim()) {
       count += std::min(most, static_cast<int>(o.rim_end - o.rim_begin));
-    } else if (o.has_place) {
+    } else if (o.has_centroid) {
       count += 2;
     }
     fluxes += o.has_flux ? 1 : 0;
@@ -180,7 +180,7 @@ int Observations::degrees_of_freedom(const RefineOptions& options, Rung rung) co
   for (const LampObservation& o : lamps) {
     if (o.contradicts || (rung == Rung::direct && o.has_pixels())) continue;
     const bool by_rim = uses_rims(rung) && o.has_rim();
-    count += by_rim ? static_cast<int>(o.rim_end - o.rim_begin) : (o.has_place ? 2 : 0);
+    count += by_rim ? static_cast<int>(o.rim_end - o.rim_begin) : (o.has_centroid ? 2 : 0);
     count += o.has_flux ? 1 : 0;
   }
   if (has_flux && options.flux == FluxModel::common_factor) --count;
@@ -210,7 +210,7 @@ Observations observe(const std::vector<Match>& matches, const std::vector<Blob>&
       observe_rim(match, blob, scene.camera, observation, all.rim);
       all.rims_grow = all.rims_grow || blob.saturated;
     }
-    if (!blob.cut_by_border) observe_place(match, blob, options.model_sigma_px, observation);
+    if (!blob.cut_by_border) observe_centroid(match, blob, options.model_sigma_px, observation);
     if (options.flux != FluxModel::ignore) observe_flux(lamp, blob, scene.sensor, observation);
     all.has_flux = all.has_flux || observation.has_flux;
     all.lamps.push_back(observation);

@@ -16,13 +16,13 @@ const double chi2_limit = -2 * std::log(chance);  // two degrees of freedom
 constexpr double min_redundancy = 1e-6;
 
 /// Decrease of chi-square without the lamp; 0 if the other lamps cannot check it.
-double drop_without(const LampObservation& lamp, const RefineProblem::Place& place,
+double drop_without(const LampObservation& lamp, const RefineProblem::CentroidResidual& centroid,
                     const Eigen::LDLT<Matrix8>& information) {
-  const Eigen::Matrix2d covariance = lamp.place_information.inverse();
+  const Eigen::Matrix2d covariance = lamp.centroid_information.inverse();
   const Eigen::Matrix2d left =
-      covariance - place.jacobian * information.solve(place.jacobian.transpose());
+      covariance - centroid.jacobian * information.solve(centroid.jacobian.transpose());
   if (!(left.determinant() > min_redundancy * covariance.determinant())) return 0;
-  return place.residual_px.dot(left.inverse() * place.residual_px);
+  return centroid.residual_px.dot(left.inverse() * centroid.residual_px);
 }
 
 }  // namespace
@@ -37,10 +37,10 @@ std::optional<std::size_t> contradicting_lamp(const Observations& observations,
   std::size_t worst = 0;
   for (std::size_t i = 0; i < observations.lamps.size(); ++i) {
     const LampObservation& lamp = observations.lamps[i];
-    if (lamp.contradicts || !lamp.has_place) continue;
-    const std::optional<RefineProblem::Place> place =
-        problem.place(lamp, minimum.state, minimum.pivot);
-    const double drop = place ? drop_without(lamp, *place, information) : 0;
+    if (lamp.contradicts || !lamp.has_centroid) continue;
+    const std::optional<RefineProblem::CentroidResidual> centroid =
+        problem.centroid_residual(lamp, minimum.state, minimum.pivot);
+    const double drop = centroid ? drop_without(lamp, *centroid, information) : 0;
     if (drop > largest) {
       largest = drop;
       worst = i;

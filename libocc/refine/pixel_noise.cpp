@@ -105,7 +105,7 @@ PixelMoments PixelNoise::carefully(double mean_e, double shot) const {
   PixelMoments moments{mean_e, 1, variance, true};
   const double deviation = std::sqrt(full_well_first_ ? shot : variance);
   if (mean_e > high_e_ + near_sigma * deviation) {
-    moments.tells = false;
+    moments.informative = false;
     return moments;
   }
   const double steps = (mean_e - low_e_) * gain_ * rounding_steps;

@@ -11,7 +11,7 @@ namespace {
 constexpr double singular = 1e-12;
 
 /// Information about the centred perturbation.
-Matrix6 marginal_information(const Normal& normal) {
+Matrix6 marginal_information(const PoseNormalEquations& normal) {
   const Eigen::Matrix<double, 6, 2> mixed = normal.information.topRightCorner<6, 2>();
   const Eigen::Matrix2d nuisance = normal.information.bottomRightCorner<2, 2>();
   return normal.information.topLeftCorner<6, 6>() -
@@ -20,7 +20,7 @@ Matrix6 marginal_information(const Normal& normal) {
 
 }  // namespace
 
-Matrix6 pose_information(const Normal& normal, const Eigen::Vector3d& pivot) {
+Matrix6 pose_information(const PoseNormalEquations& normal, const Eigen::Vector3d& pivot) {
   Matrix6 centred_from_left = Matrix6::Identity();
   centred_from_left.bottomLeftCorner<3, 3>() = -skew(pivot);
   const Matrix6 information =
@@ -28,7 +28,7 @@ Matrix6 pose_information(const Normal& normal, const Eigen::Vector3d& pivot) {
   return 0.5 * (information + information.transpose());
 }
 
-PoseCovariance pose_covariance(const Normal& normal, const Eigen::Vector3d& pivot) {
+PoseCovariance pose_covariance(const PoseNormalEquations& normal, const Eigen::Vector3d& pivot) {
   PoseCovariance pose;
   const Matrix6 information = marginal_information(normal);
   const Vector6 diagonal = information.diagonal();

@@ -4,7 +4,7 @@
 namespace occ::internal::refine {
 
 void add_prior(const Prior& prior, const Rigid3& cam_from_world, const Eigen::Vector3d& pivot,
-               Normal& normal) {
+               PoseNormalEquations& normal) {
   const PriorRows rows = prior.rows(cam_from_world);
   for (Eigen::Index i = 0; i < rows.residuals.size(); ++i) {
     Vector8 row = Vector8::Zero();

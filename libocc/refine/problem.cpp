@@ -7,7 +7,7 @@
 
 #include "libocc/core/internal/robust_loss.hpp"
 #include "libocc/formation/light.hpp"
-#include "libocc/refine/internal/predicted_place.hpp"
+#include "libocc/refine/internal/predicted_centroid.hpp"
 #include "libocc/refine/internal/prior_rows.hpp"
 
 namespace occ::internal::refine {
@@ -65,8 +65,9 @@ Eigen::Vector3d RefineProblem::pivot(const State& state) const {
   return state.cam_from_world * (sum / count);
 }
 
-bool RefineProblem::linearise(const State& state, const Eigen::Vector3d& pivot, Normal& normal) {
-  normal = Normal{};
+bool RefineProblem::linearise(const State& state, const Eigen::Vector3d& pivot,
+                              PoseNormalEquations& normal) {
+  normal = PoseNormalEquations{};
   for (std::size_t i = 0; i < observations_.lamps.size(); ++i) {
     if (!add_lamp(i, state, pivot, normal)) return false;
   }
@@ -75,7 +76,7 @@ bool RefineProblem::linearise(const State& state, const Eigen::Vector3d& pivot, 
 }
 
 bool RefineProblem::add_lamp(std::size_t index, const State& state, const Eigen::Vector3d& pivot,
-                             Normal& normal) {
+                             PoseNormalEquations& normal) {
   const LampObservation& lamp = observations_.lamps[index];
   Held& held = held_[index];
   held.by_rim = false;
@@ -88,40 +89,39 @@ bool RefineProblem::add_lamp(std::size_t index, const State& state, const Eigen:
   if (uses_rims(rung_) && lamp.has_rim()) {
     const auto count = static_cast<double>(lamp.rim_end - lamp.rim_begin);
     const int lost = rims_[index].linearise(state, pivot);
-    held.by_rim = !lamp.has_place || lost <= max_lost_share * count;
+    held.by_rim = !lamp.has_centroid || lost <= max_lost_share * count;
   }
   if (held.by_rim) {
     rims_[index].add_to(normal, options_.huber_sigma);
-  } else if (lamp.has_place && !add_place(lamp, state, pivot, normal)) {
+  } else if (lamp.has_centroid && !add_centroid(lamp, state, pivot, normal)) {
     return false;
   }
   return !lamp.has_flux || add_flux(lamp, state, pivot, held.flux_weight, normal);
 }
 
-std::optional<RefineProblem::Place> RefineProblem::place(const LampObservation& lamp,
-                                                         const State& state,
-                                                         const Eigen::Vector3d& pivot) const {
+std::optional<RefineProblem::CentroidResidual> RefineProblem::centroid_residual(
+    const LampObservation& lamp, const State& state, const Eigen::Vector3d& pivot) const {
   Eigen::Matrix<double, 2, 6> d_pose;
   const std::optional<Eigen::Vector2d> centre =
       predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene_, rung_, &d_pose);
   if (!centre) return std::nullopt;
-  Place place{scene_.camera.difference_px(lamp.blob->centroid_px, *centre),
-              Eigen::Matrix<double, 2, 8>::Zero()};
+  CentroidResidual centroid{scene_.camera.difference_px(lamp.blob->centroid_px, *centre),
+                            Eigen::Matrix<double, 2, 8>::Zero()};
   for (int i = 0; i < 2; ++i) {
     Vector8 row = Vector8::Zero();
     row.head<6>() = -d_pose.row(i).transpose();
     centre_row(row, pivot);
-    place.jacobian.row(i) = row.transpose();
+    centroid.jacobian.row(i) = row.transpose();
   }
-  return place;
+  return centroid;
 }
 
-bool RefineProblem::add_place(const LampObservation& lamp, const State& state,
-                              const Eigen::Vector3d& pivot, Normal& normal) const {
-  const std::optional<Place> p = place(lamp, state, pivot);
+bool RefineProblem::add_centroid(const LampObservation& lamp, const State& state,
+                                 const Eigen::Vector3d& pivot, PoseNormalEquations& normal) const {
+  const std::optional<CentroidResidual> p = centroid_residual(lamp, state, pivot);
   if (!p) return false;
-  const Eigen::Matrix<double, 8, 2> informed = p->jacobian.transpose() * lamp.place_information;
-  const double chi2 = p->residual_px.dot(lamp.place_information * p->residual_px);
+  const Eigen::Matrix<double, 8, 2> informed = p->jacobian.transpose() * lamp.centroid_information;
+  const double chi2 = p->residual_px.dot(lamp.centroid_information * p->residual_px);
   normal.information.noalias() += informed * p->jacobian;
   normal.gradient.noalias() += informed * p->residual_px;
   normal.chi2 += chi2;
@@ -130,7 +130,8 @@ bool RefineProblem::add_place(const LampObservation& lamp, const State& state,
 }
 
 bool RefineProblem::add_flux(const LampObservation& lamp, const State& state,
-                             const Eigen::Vector3d& pivot, double& weight, Normal& normal) const {
+                             const Eigen::Vector3d& pivot, double& weight,
+                             PoseNormalEquations& normal) const {
   Jacobian16 d_pose;
   const std::optional<double> residual = flux_residual(lamp, state, scene_, &d_pose);
   if (!residual) return false;
@@ -146,7 +147,7 @@ bool RefineProblem::add_flux(const LampObservation& lamp, const State& state,
 }
 
 void RefineProblem::add_priors(const State& state, const Eigen::Vector3d& pivot,
-                               Normal& normal) const {
+                               PoseNormalEquations& normal) const {
   const double growth_sigma = observations_.rims_grow ? growth_sigma_px : 1;
   normal.add(Vector8::Unit(growth_index) / growth_sigma, state.growth_px / growth_sigma);
   if (!estimates_log_factor()) normal.add(Vector8::Unit(log_factor_index), state.log_factor);
@@ -154,7 +155,7 @@ void RefineProblem::add_priors(const State& state, const Eigen::Vector3d& pivot,
 }
 
 double RefineProblem::chi2(const State& state) const {
-  Normal own;
+  PoseNormalEquations own;
   add_priors(state, Eigen::Vector3d::Zero(), own);
   double sum = own.chi2;
   for (std::size_t i = 0; i < observations_.lamps.size(); ++i) {
@@ -162,12 +163,12 @@ double RefineProblem::chi2(const State& state) const {
     if (lamp.contradicts) continue;
     if (held_[i].by_rim) {
       sum += rims_[i].chi2(state);
-    } else if (lamp.has_place) {
+    } else if (lamp.has_centroid) {
       const std::optional<Eigen::Vector2d> centre =
           predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene_, rung_);
       if (!centre) return std::numeric_limits<double>::infinity();
       const Eigen::Vector2d residual = scene_.camera.difference_px(lamp.blob->centroid_px, *centre);
-      sum += residual.dot(lamp.place_information * residual);
+      sum += residual.dot(lamp.centroid_information * residual);
     }
     if (lamp.has_flux) {
       const std::optional<double> residual = flux_residual(lamp, state, scene_);

@@ -13,7 +13,7 @@
 #include "libocc/refine/internal/minimise.hpp"
 #include "libocc/refine/internal/outliers.hpp"
 #include "libocc/refine/internal/pose_covariance.hpp"
-#include "libocc/refine/internal/predicted_place.hpp"
+#include "libocc/refine/internal/predicted_centroid.hpp"
 #include "libocc/refine/internal/prior_rows.hpp"
 #include "libocc/refine/internal/refine_fields.hpp"
 
@@ -67,16 +67,16 @@ void report_residuals(const State& state, const std::vector<Match>& matches,
     residual.contradicts = lamp.contradicts;
     residual.misfit = lamp.misfit;
     const std::optional<Eigen::Vector2d> centre =
-        predicted_place_px(*lamp.lamp, state.cam_from_world, scene.camera, rung);
+        predicted_centroid_px(*lamp.lamp, state.cam_from_world, scene.camera, rung);
     const auto centroid =
         predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene, rung);
     double centre_error = 0;
     if (centre) {
       residual.centre_px = *centre;
-      if (lamp.has_place) centre_error = (lamp.blob->centroid_px - *centroid).norm();
+      if (lamp.has_centroid) centre_error = (lamp.blob->centroid_px - *centroid).norm();
     }
     residual.rms_px = lamp.has_rim() ? rim_rms(lamp, observations, state) : centre_error;
-    const double of_lamp = lamp.has_place ? centre_error : residual.rms_px;
+    const double of_lamp = lamp.has_centroid ? centre_error : residual.rms_px;
     sum += of_lamp * of_lamp;
     refined.lamps.push_back(residual);
   }
@@ -110,7 +110,7 @@ double contradiction_chi2(const Observations& observations, const Scene& scene, 
         predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene, rung);
     if (!centre) continue;
     const Eigen::Vector2d residual = lamp.blob->centroid_px - *centre;
-    const double chi2 = residual.dot(lamp.place_information * residual);
+    const double chi2 = residual.dot(lamp.centroid_information * residual);
     const double weight = internal::core::huber_weight(chi2, huber_sigma);
     sum += weight * (2 - weight) * chi2;
   }
@@ -230,7 +230,7 @@ void report_lamps(const Minimum& minimum, const RefineOptions& options, Refined&
     refined.lamp_information = pose_information(minimum.normal, minimum.pivot) / factor;
     return;
   }
-  Normal prior, lamps = minimum.normal;
+  PoseNormalEquations prior, lamps = minimum.normal;
   add_prior(*options.prior, minimum.state.cam_from_world, minimum.pivot, prior);
   lamps.information -= prior.information;
   refined.lamp_information = pose_information(lamps, minimum.pivot) / factor;

@@ -89,7 +89,7 @@ TEST(RefineDirect, GradientAgreesWithDifferencesOfItsCost) {
     const State state{perturb(truth(), off), 0, 0.05};
     const Eigen::Vector3d pivot = problem.pivot(state);
     const auto settled = [&](const State& at, const Eigen::Vector3d& about) {
-      Normal normal;
+      PoseNormalEquations normal;
       for (int i = 0; i < 4; ++i) EXPECT_TRUE(problem.linearise(at, about, normal));
       return normal;
     };
@@ -97,7 +97,7 @@ TEST(RefineDirect, GradientAgreesWithDifferencesOfItsCost) {
       const State at = moved(state, pivot, step);
       return Eigen::VectorXd::Constant(1, settled(at, pivot + step.segment<3>(3)).chi2 / 2);
     };
-    const Normal normal = settled(state, pivot);
+    const PoseNormalEquations normal = settled(state, pivot);
     const Eigen::MatrixXd numeric =
         test::numerical_jacobian(half_chi2, Eigen::VectorXd::Zero(8), 2e-4);
     const Vector8 sigmas = normal.information.diagonal().cwiseMax(1e-12).cwiseSqrt();

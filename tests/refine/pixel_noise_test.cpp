@@ -48,7 +48,7 @@ void expect_moments(const Sensor& sensor, double from_e, double to_e, double rel
     const double slope =
         (by_levels(sensor, mean_e + h).mean - by_levels(sensor, mean_e - h).mean) / (2 * h);
     EXPECT_NEAR(moments.slope, slope, 3 * relative) << mean_e;
-    EXPECT_TRUE(moments.tells);
+    EXPECT_TRUE(moments.informative);
   }
 }
 
@@ -72,7 +72,7 @@ TEST(PixelNoise, ClippedPixelsKeepTheirMeanAndVariance) {
   const Sensor sensor = white_at_full_scale();
   const double white_e = PixelNoise(sensor).white_e();
   expect_moments(sensor, white_e - 500, white_e, 0.05);
-  EXPECT_FALSE(PixelNoise(sensor).at(white_e + 600).tells);
+  EXPECT_FALSE(PixelNoise(sensor).at(white_e + 600).informative);
   EXPECT_LT(PixelNoise(sensor).at(white_e + 200).slope, 0.05);
 }
 

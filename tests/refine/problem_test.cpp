@@ -62,7 +62,7 @@ TEST(RefineProblem, GradientAgreesWithDifferencesAndAWrongOneIsRefused) {
     RefineProblem problem(observations, all.scene, all.options, rung);
     const State state = off(all.exact());
     const Eigen::Vector3d pivot = problem.pivot(state);
-    Normal normal;
+    PoseNormalEquations normal;
     ASSERT_TRUE(problem.linearise(state, pivot, normal));
     EXPECT_NEAR(problem.chi2(state), normal.chi2, 1e-9 * normal.chi2);
     EXPECT_NEAR(normal.robust_chi2, normal.chi2, 1e-9 * normal.chi2);
@@ -74,7 +74,7 @@ TEST(RefineProblem, GradientAgreesWithDifferencesAndAWrongOneIsRefused) {
     for (int i = 0; i < 8; ++i) {  // one by one: their scales differ by a thousand
       EXPECT_TRUE(test::jacobian_agrees(normal.gradient.segment<1>(i), numeric.col(i), 2e-6)) << i;
     }
-    Normal about_the_camera;  // forgets to centre
+    PoseNormalEquations about_the_camera;  // forgets to centre
     ASSERT_TRUE(problem.linearise(state, Eigen::Vector3d::Zero(), about_the_camera));
     EXPECT_FALSE(test::jacobian_agrees(about_the_camera.gradient.transpose(), numeric));
   }
@@ -87,10 +87,10 @@ TEST(RefineProblem, InformationIsTheHessianWhereResidualsVanish) {
     RefineProblem problem(observations, all.scene, all.options, rung);
     const State state = all.exact();
     const Eigen::Vector3d pivot = problem.pivot(state);
-    Normal normal;
+    PoseNormalEquations normal;
     ASSERT_TRUE(problem.linearise(state, pivot, normal));
     const auto gradient = [&](const Eigen::VectorXd& step) -> Eigen::VectorXd {
-      Normal there;
+      PoseNormalEquations there;
       problem.linearise(moved(state, pivot, step), pivot + step.segment<3>(3), there);
       return there.gradient;
     };
@@ -120,7 +120,7 @@ TEST(RefineProblem, EliminatedUnknownsEqualExplicitOnes) {
   const Observations observations = all.observations();
   RefineProblem problem(observations, all.scene, all.options, Rung::rims);
   const State state = {perturb(truth(), Vector6::Constant(1e-3)), 0.4};
-  Normal normal;
+  PoseNormalEquations normal;
   ASSERT_TRUE(problem.linearise(state, Eigen::Vector3d::Zero(), normal));
 
   const auto n = static_cast<Eigen::Index>(observations.rim.size());
@@ -171,7 +171,7 @@ TEST(RefineProblem, PriorsRowsSumToItsChi2EvenWhereItTurnsAround) {
     prior.last_pose->covariance(1, 4) = prior.last_pose->covariance(4, 1) = 0.05;
     RefineProblem problem(observations, all.scene, all.options, Rung::rims);
     const State state = {test::random_pose(random)};
-    Normal normal;
+    PoseNormalEquations normal;
     ASSERT_TRUE(problem.linearise(state, Eigen::Vector3d::UnitX(), normal));
     EXPECT_NEAR(normal.chi2, prior.chi2(state.cam_from_world), 1e-9 * normal.chi2);
     const auto half_chi2 = [&](const Eigen::VectorXd& step) -> Eigen::VectorXd {

@@ -70,7 +70,7 @@ Eigen::MatrixXd squares(Random& random, int runs, int times, int size, double me
   return out;
 }
 
-TEST(Consistency, TellsRightFromWrong) {
+TEST(Consistency, DetectsWrongCovariances) {
   Random random(2);
   const Eigen::MatrixXi dof = Eigen::MatrixXi::Constant(50, 40, 3);
   const auto verdict = [&](double memory, double scale) {

@@ -14,12 +14,13 @@ class ExpectedLamps {
                 Rung rung, FluxModel flux);
 
   /// Adds the lamp's information; false if it is dark or not completely inside the image.
-  bool add(const Lamp& lamp, Normal& normal) const;
+  bool add(const Lamp& lamp, PoseNormalEquations& normal) const;
 
  private:
-  void add_place(const Lamp& lamp, const Eigen::Matrix2d& information, Normal& normal) const;
-  void add_rim(const Lamp& lamp, const MovingContour& contour, Normal& normal) const;
-  void add_flux(const Lamp& lamp, double information, Normal& normal) const;
+  void add_centroid(const Lamp& lamp, const Eigen::Matrix2d& information,
+                    PoseNormalEquations& normal) const;
+  void add_rim(const Lamp& lamp, const MovingContour& contour, PoseNormalEquations& normal) const;
+  void add_flux(const Lamp& lamp, double information, PoseNormalEquations& normal) const;
   double edge_information(double background_e, double full_e) const;
 
   const Scene& scene_;

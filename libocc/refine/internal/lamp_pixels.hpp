@@ -20,9 +20,9 @@
 
 #include "libocc/core/abi.hpp"
 #include "libocc/formation/lamp_image.hpp"
-#include "libocc/refine/internal/normal.hpp"
 #include "libocc/refine/internal/observations.hpp"
 #include "libocc/refine/internal/pixel_noise.hpp"
+#include "libocc/refine/internal/pose_normal_equations.hpp"
 
 namespace occ::internal::refine {
 
@@ -44,7 +44,7 @@ class LampPixels {
 
   /// Adds the linearised pixels with the lamp's own unknowns eliminated, and sets these unknowns to
   /// their best fit at this pose.
-  void add_to(Normal& normal);
+  void add_to(PoseNormalEquations& normal);
 
   /// Ratio of the residuals at the rim to their sigmas at the last linearisation; 1 for a correct
   /// model.
@@ -55,7 +55,7 @@ class LampPixels {
 
   /// Information about the lamp's position in the image [1/px^2] at the last linearisation; size
   /// known, light and background unknown.
-  Eigen::Matrix2d place_information() const;
+  Eigen::Matrix2d centroid_information() const;
 
   /// Information about ln of the light, with unknown background.
   double light_information() const;

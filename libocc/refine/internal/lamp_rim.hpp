@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "libocc/core/abi.hpp"
-#include "libocc/refine/internal/normal.hpp"
 #include "libocc/refine/internal/observations.hpp"
+#include "libocc/refine/internal/pose_normal_equations.hpp"
 
 namespace occ::internal::refine {
 
@@ -28,7 +28,7 @@ class LampRim {
   int linearise(const State& state, const Eigen::Vector3d& pivot);
 
   /// Adds the weighted residuals; chi2() uses these weights until the next call.
-  void add_to(Normal& normal, double huber_sigma);
+  void add_to(PoseNormalEquations& normal, double huber_sigma);
 
   /// r^T r at a state with the current weights; each lost point adds a constant.
   double chi2(const State& state) const;

@@ -10,8 +10,8 @@ namespace occ::internal::refine {
 
 struct Minimum {
   State state;
-  Eigen::Vector3d pivot;  ///< pivot of the normal equations
-  Normal normal;          ///< at the state
+  Eigen::Vector3d pivot;       ///< pivot of the normal equations
+  PoseNormalEquations normal;  ///< at the state
   int iterations = 0;
   bool defined = false;    ///< all lamps are visible from the start
   bool converged = false;  ///< the last step moved no lamp farther than the tolerance

@@ -29,9 +29,9 @@ struct LampObservation {
   std::size_t rim_begin = 0, rim_end = 0;  ///< in Observations::rim; equal without a usable rim
   /// Covariance of the errors common to its rim: growth, x, y.
   Eigen::Matrix3d common_covariance_px2 = Eigen::Matrix3d::Zero();
-  bool has_place = false;    ///< its centroid is that of the whole lamp
-  bool contradicts = false;  ///< left out as a gross error
-  Eigen::Matrix2d place_information = Eigen::Matrix2d::Zero();  ///< includes the model error
+  bool has_centroid = false;  ///< its centroid is that of the whole lamp
+  bool contradicts = false;   ///< left out as a gross error
+  Eigen::Matrix2d centroid_information = Eigen::Matrix2d::Zero();  ///< includes the model error
   BlobWindow window = {};  ///< for the direct rung; empty if the lamp has no usable pixels
   /// Standard deviation of ln of its light in the flux model; infinite if the model excludes the
   /// lamp.
@@ -61,7 +61,7 @@ struct Observations {
   /// and those of the prior. Rungs below rims use centroids only.
   int equations(const RefineOptions& options, Rung rung) const;
 
-  /// Observations minus unknowns, without the pixels of Rung::direct (Normal::pixels).
+  /// Observations minus unknowns, without the pixels of Rung::direct (PoseNormalEquations::pixels).
   int degrees_of_freedom(const RefineOptions& options, Rung rung) const;
 };
 

@@ -18,9 +18,9 @@ namespace occ::internal::refine {
 
 struct PixelMoments {
   double mean = 0;
-  double slope = 0;     ///< d mean / d mu
-  double variance = 0;  ///< [electrons^2]
-  bool tells = true;    ///< false: saturated for all mu nearby, carries no information
+  double slope = 0;         ///< d mean / d mu
+  double variance = 0;      ///< [electrons^2]
+  bool informative = true;  ///< false: saturated for all mu nearby, carries no information
 };
 
 class LIBOCC_API PixelNoise {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "libocc/core/abi.hpp"
-#include "libocc/refine/internal/normal.hpp"
+#include "libocc/refine/internal/pose_normal_equations.hpp"
 
 namespace occ::internal::refine {
 
@@ -14,9 +14,9 @@ struct PoseCovariance {
 
 /// Marginalises growth and log_factor. A direction is undetermined if its information is below
 /// 1e-12 of the largest, after scaling by the largest of the rotation and of the translation.
-PoseCovariance pose_covariance(const Normal& normal, const Eigen::Vector3d& pivot);
+PoseCovariance pose_covariance(const PoseNormalEquations& normal, const Eigen::Vector3d& pivot);
 
 /// Information about the left perturbation; growth and log_factor are marginalised.
-Matrix6 pose_information(const Normal& normal, const Eigen::Vector3d& pivot);
+Matrix6 pose_information(const PoseNormalEquations& normal, const Eigen::Vector3d& pivot);
 
 }  // namespace occ::internal::refine

@@ -5,12 +5,12 @@
 #include <Eigen/Core>
 
 #include "libocc/core/abi.hpp"
-#include "libocc/refine/internal/normal.hpp"
+#include "libocc/refine/internal/pose_normal_equations.hpp"
 #include "libocc/scene/prior.hpp"
 
 namespace occ::internal::refine {
 
 void add_prior(const Prior& prior, const Rigid3& cam_from_world, const Eigen::Vector3d& pivot,
-               Normal& normal);
+               PoseNormalEquations& normal);
 
 }  // namespace occ::internal::refine

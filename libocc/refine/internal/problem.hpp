@@ -12,8 +12,8 @@
 #include "libocc/core/abi.hpp"
 #include "libocc/refine/internal/lamp_pixels.hpp"
 #include "libocc/refine/internal/lamp_rim.hpp"
-#include "libocc/refine/internal/normal.hpp"
 #include "libocc/refine/internal/observations.hpp"
+#include "libocc/refine/internal/pose_normal_equations.hpp"
 
 namespace occ::internal::refine {
 
@@ -25,7 +25,7 @@ class LIBOCC_API RefineProblem {
                 Rung rung);
 
   /// Normal equations at a state; sets the weights. False if a lamp is not visible.
-  bool linearise(const State& state, const Eigen::Vector3d& pivot, Normal& normal);
+  bool linearise(const State& state, const Eigen::Vector3d& pivot, PoseNormalEquations& normal);
 
   /// r^T r with the weights of the last linearisation; infinite if a lamp is not visible. Not for
   /// Rung::direct.
@@ -33,12 +33,12 @@ class LIBOCC_API RefineProblem {
 
   /// Centroid minus the predicted centre of the lamp's image, with derivatives; empty if the lamp
   /// is not visible.
-  struct Place {
+  struct CentroidResidual {
     Eigen::Vector2d residual_px;
     Eigen::Matrix<double, 2, 8> jacobian;
   };
-  std::optional<Place> place(const LampObservation& lamp, const State& state,
-                             const Eigen::Vector3d& pivot) const;
+  std::optional<CentroidResidual> centroid_residual(const LampObservation& lamp, const State& state,
+                                                    const Eigen::Vector3d& pivot) const;
 
   /// Pixels of a lamp on the direct rung, or null.
   const LampPixels* pixels(std::size_t lamp) const { return pixels_[lamp].get(); }
@@ -56,12 +56,13 @@ class LIBOCC_API RefineProblem {
   };
 
   bool add_lamp(std::size_t index, const State& state, const Eigen::Vector3d& pivot,
-                Normal& normal);
-  bool add_place(const LampObservation& lamp, const State& state, const Eigen::Vector3d& pivot,
-                 Normal& normal) const;
+                PoseNormalEquations& normal);
+  bool add_centroid(const LampObservation& lamp, const State& state, const Eigen::Vector3d& pivot,
+                    PoseNormalEquations& normal) const;
   bool add_flux(const LampObservation& lamp, const State& state, const Eigen::Vector3d& pivot,
-                double& weight, Normal& normal) const;
-  void add_priors(const State& state, const Eigen::Vector3d& pivot, Normal& normal) const;
+                double& weight, PoseNormalEquations& normal) const;
+  void add_priors(const State& state, const Eigen::Vector3d& pivot,
+                  PoseNormalEquations& normal) const;
   bool estimates_log_factor() const;
 
   const Observations& observations_;

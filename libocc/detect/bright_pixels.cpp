@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/detect/internal/threshold.hpp"
+#include "libocc/detect/internal/bright_pixels.hpp"
 
 #include <algorithm>
 

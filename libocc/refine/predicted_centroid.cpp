@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "libocc/refine/internal/predicted_place.hpp"
+#include "libocc/refine/internal/predicted_centroid.hpp"
 
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
@@ -7,9 +7,9 @@
 
 namespace occ::internal::refine {
 
-std::optional<Eigen::Vector2d> predicted_place_px(const Lamp& lamp, const Rigid3& cam_from_world,
-                                                  const Camera& camera, Rung rung,
-                                                  Eigen::Matrix<double, 2, 6>* jacobian) {
+std::optional<Eigen::Vector2d> predicted_centroid_px(const Lamp& lamp, const Rigid3& cam_from_world,
+                                                     const Camera& camera, Rung rung,
+                                                     Eigen::Matrix<double, 2, 6>* jacobian) {
   if (rung != Rung::points) return project_lamp_centre(lamp, cam_from_world, camera, jacobian);
   if (!lamp.shows_lit_side(cam_from_world.origin_in_source())) return std::nullopt;
   const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
@@ -32,7 +32,7 @@ std::optional<Eigen::Vector2d> predicted_centroid_px(const Lamp& lamp, const Blo
                                                      const Rigid3& cam_from_world,
                                                      const Scene& scene, Rung rung,
                                                      Eigen::Matrix<double, 2, 6>* jacobian) {
-  auto px = predicted_place_px(lamp, cam_from_world, scene.camera, rung, jacobian);
+  auto px = predicted_centroid_px(lamp, cam_from_world, scene.camera, rung, jacobian);
   if (px && rung != Rung::points) *px += light_shift_px(lamp, blob, cam_from_world, scene);
   return px;
 }

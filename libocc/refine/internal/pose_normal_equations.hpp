@@ -27,7 +27,7 @@ struct State {
 };
 
 /// J^T J, J^T r and r^T r of whitened, weighted residuals.
-struct Normal {
+struct PoseNormalEquations {
   Matrix8 information = Matrix8::Zero();
   Vector8 gradient = Vector8::Zero();
   double chi2 = 0;

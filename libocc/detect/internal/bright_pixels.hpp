@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal: finds the pixels of a row that exceed a threshold. Most of an image of lamps is dark,
+// Finds the pixels of a row that exceed a threshold. Most of an image of lamps is dark,
 // so the run time is that of skipping blocks without a bright pixel.
 #pragma once
 

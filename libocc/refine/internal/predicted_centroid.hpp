@@ -12,16 +12,16 @@ namespace occ::internal::refine {
 
 /// Pixel of the lamp's centre for Rung::points, otherwise of the centre of its image; empty if the
 /// lamp is not visible. `jacobian` (2x6): d pixel / d pose perturbation.
-std::optional<Eigen::Vector2d> predicted_place_px(const Lamp& lamp, const Rigid3& cam_from_world,
-                                                  const Camera& camera, Rung rung,
-                                                  Eigen::Matrix<double, 2, 6>* jacobian = nullptr);
+std::optional<Eigen::Vector2d> predicted_centroid_px(
+    const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera, Rung rung,
+    Eigen::Matrix<double, 2, 6>* jacobian = nullptr);
 
 /// Shift of the measured lamp from the middle of its image by the gradient of its brightness
 /// (Blob::light_response_px2).
 Eigen::Vector2d light_shift_px(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
                                const Scene& scene);
 
-/// Predicted centroid of the blob: predicted_place_px plus, except for Rung::points,
+/// Predicted centroid of the blob: predicted_centroid_px plus, except for Rung::points,
 /// light_shift_px. The Jacobian neglects the derivative of that shift.
 std::optional<Eigen::Vector2d> predicted_centroid_px(
     const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world, const Scene& scene, Rung rung,
