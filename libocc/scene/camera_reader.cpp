@@ -23,7 +23,7 @@ double focal_length_px(YamlSection& camera, YamlSection& root) {
   double focal_length_m = 0, pixel_pitch_m = 0;
   camera.need("focal_length_m", focal_length_m);
   if (camera.has("fx_px") || camera.has("fy_px"))
-    camera.fail_value("focal_length_m", "must be absent beside `fx_px` or `fy_px`");
+    camera.fail_value("focal_length_m", "must not be given together with `fx_px` or `fy_px`");
   if (root.has("sensor")) root.section("sensor").read("pixel_pitch_m", pixel_pitch_m);
   if (!(pixel_pitch_m > 0))
     camera.fail("focal_length_m", "needs a positive `sensor.pixel_pitch_m`");

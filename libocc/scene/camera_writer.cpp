@@ -34,7 +34,7 @@ std::vector<double> matrix_of(const Camera& c) {
 void require_plane(const Camera& camera, const char* format) {
   const bool known = camera.is_pinhole() || camera.kind() == CameraKind::fisheye;
   require(known, "camera's model", name_of(camera.kind()),
-          std::string("pinhole or fisheye in a file of ") + format);
+          std::string("pinhole or fisheye in the format of ") + format);
 }
 
 // OpenCV and ROS files have at least five coefficients (a fisheye four); missing ones are zero.
@@ -82,7 +82,7 @@ std::string ros_text(const Camera& camera, const std::string& name) {
   require_plane(camera, "ROS");
   const std::vector<double> k = coefficients_of(camera);
   require(!camera.is_pinhole() || k.size() <= 8, "camera's distortion", k.size(),
-          "8 coefficients at most in a file of ROS");
+          "at most 8 coefficients in the format of ROS");
   const char* model = !camera.is_pinhole() ? "equidistant"
                       : k.size() <= 5      ? "plumb_bob"
                                            : "rational_polynomial";

@@ -25,7 +25,7 @@ struct Corner {
   double edges_m = 0;
 };
 
-// Whether two of the edges, as unit directions, are not in one straight line.
+// Returns true if two of the edges (unit directions) are not in one straight line.
 bool is_corner(const std::vector<Vector3d>& edges, double straight_rad) {
   for (const Vector3d& a : edges)
     for (const Vector3d& b : edges)
@@ -53,8 +53,8 @@ std::vector<Corner> corners_of(const Mesh& mesh, const DetectableOptions& option
   return corners;
 }
 
-// Whether a ray meets the triangle abc: Moeller, Trumbore, "Fast, minimum storage ray/triangle
-// intersection", 1997.
+// Returns true if a ray meets the triangle abc. Source: Moeller, Trumbore, "Fast, minimum storage
+// ray/triangle intersection", J. Graphics Tools 2(1), 1997.
 bool meets(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& origin,
            const Vector3d& direction) {
   const Vector3d ab = b - a, ac = c - a, p = direction.cross(ac);
@@ -68,8 +68,8 @@ bool meets(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector
   return v >= 0 && u + v <= 1 && ac.dot(q) > 0;
 }
 
-// Whether the ray from a vertex leaves the body. The faces at the vertex need no test: a ray into a
-// closed body leaves it through another face.
+// Returns true if the ray from a vertex does not meet the body. The faces at the vertex need no
+// test: a ray into a closed body leaves it through another face.
 bool is_visible(const Mesh& mesh, int vertex, const Vector3d& direction) {
   const Vector3d& origin = mesh.vertices[vertex];
   return std::none_of(mesh.faces.begin(), mesh.faces.end(), [&](const Eigen::Vector3i& face) {
@@ -122,8 +122,8 @@ bool set_cone(const Mesh& mesh, int vertex, const std::vector<Vector3d>& directi
   }
   const auto count = std::count(visible.begin(), visible.end(), true);
   if (count == 0) return false;
-  // A point visible from all directions has no preferred side: the sum over the lattice is near
-  // zero.
+  // If the point is visible from all directions, the sum over the lattice is near zero and no
+  // normal is preferred.
   constexpr double min_mean = 1e-2;
   point.normal = sum.norm() > min_mean * static_cast<double>(count) ? Vector3d(sum.normalized())
                                                                     : Vector3d::UnitZ();

@@ -51,14 +51,14 @@ void require_of_lamp(bool holds, int id, const char* field, const T& value, cons
 void check_waveform(const Lamp& lamp) {
   if (lamp.waveform.empty()) return;
   require_of_lamp(lamp.frequency_hz.has_value(), lamp.id, "frequency_hz", "none",
-                  "given beside `waveform`");
+                  "given together with `waveform`");
   bool any = false;
   for (const double level : lamp.waveform) {
     require_of_lamp(level >= 0 && level <= 1, lamp.id, "waveform", level,
                     "a list of levels in [0, 1]");
     any = any || level > 0;
   }
-  require_of_lamp(any, lamp.id, "waveform", 0.0, "lit for some of the time");
+  require_of_lamp(any, lamp.id, "waveform", 0.0, "above zero in a part of the period");
 }
 
 }  // namespace
@@ -114,13 +114,13 @@ void Lamp::validate() {
   check_waveform(*this);
   if (!(colour.allFinite() && colour.minCoeff() >= 0 && colour.maxCoeff() > 0))
     require_of_lamp(false, id, "colour", vector_text(colour),
-                    "three shares of the light, not all zero");
+                    "three numbers, zero or positive, not all zero");
 
   normal = unit(normal);
   const Eigen::Vector3d given = x_axis;
   x_axis = has_sides(*this) ? perpendicular(x_axis, normal) : any_perpendicular(normal);
   if (x_axis.isZero())
-    require_of_lamp(false, id, "x_axis", vector_text(given), "across the normal, not along it");
+    require_of_lamp(false, id, "x_axis", vector_text(given), "not parallel to the normal");
 }
 
 }  // namespace occ

@@ -28,9 +28,9 @@ struct LampCode {
 
 struct LIBOCC_API Lamp {
   int id = 0;
-  std::string name;  ///< optional label for people
+  std::string name;  ///< optional label
   LampShape shape = LampShape::disc;
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< of the lit face, in the world
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< centre of the lit face in the world
   Eigen::Vector3d normal =
       -Eigen::Vector3d::UnitZ();  ///< towards the lit side; unit after validate()
   double radius_m = 0;            ///< radius of a disc
@@ -42,7 +42,7 @@ struct LIBOCC_API Lamp {
   double power_w = 1;                          ///< radiant power while lit
   double power_sigma = 0.1;                    ///< relative standard deviation of power_w
   double half_power_rad = 1.0471975511965976;  ///< half-power semi-angle (60 degrees)
-  std::optional<double> frequency_hz;          ///< of blinking; none: always lit
+  std::optional<double> frequency_hz;          ///< frequency of blinking; none: always lit
   double duty = 0.5;                           ///< lit fraction of a blink period
   std::vector<double> waveform;  ///< instead of `duty`: light over power_w (0..1) in equal parts
                                  ///< of a period, such as the chips of a code

@@ -20,7 +20,7 @@ void validate_vignetting(const std::vector<double>& coefficients) {
     double transmission = 1, power = 1;
     for (const double a : coefficients) transmission += a * (power *= q2);
     require(transmission > 0 && transmission <= 1, "lens.vignetting", transmission,
-            "a transmission in (0, 1] all over the image");
+            "a transmission in (0, 1] over the whole image");
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Effects of a lens on the light, beside the projection; none by default. Data only.
+// Effects of a lens on the light, besides the projection; none by default. Data only.
 #pragma once
 
 #include <optional>

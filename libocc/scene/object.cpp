@@ -35,7 +35,7 @@ void check_places(const std::vector<ObjectPoint>& points) {
       if (!((points[i].position_m - points[j].position_m).norm() > 1e-9 * size_m))
         require(false, "point " + std::to_string(points[i].id) + ": position_m",
                 vector_text(points[i].position_m),
-                "a place of its own, point " + std::to_string(points[j].id) + " is there, too");
+                "different from that of point " + std::to_string(points[j].id));
 }
 
 }  // namespace
@@ -52,7 +52,7 @@ void Object::validate() {
   std::map<int, std::size_t> ids;
   for (ObjectPoint& point : points) {
     validate_point(point);
-    require(ids.emplace(point.id, ids.size()).second, "points: id", point.id, "of one point only");
+    require(ids.emplace(point.id, ids.size()).second, "points: id", point.id, "unique");
   }
   check_places(points);
 }

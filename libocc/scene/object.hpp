@@ -13,14 +13,14 @@ namespace occ {
 
 struct LIBOCC_API ObjectPoint {
   int id = 0;
-  std::string label;                                     ///< optional label for people
+  std::string label;                                     ///< optional label
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< in the object's frame
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< axis of the cone; unit after validate()
   double cone_rad = 1.5707963267948966;  ///< half angle of the cone of visibility, in (0, pi];
                                          ///< pi/2: a half space, pi: all directions
   double radius_m = 0;                   ///< radius of a disc across the normal; 0: a point
 
-  /// Whether a camera at this position (object's frame) is inside the cone.
+  /// Returns true if a camera at this position (object's frame) is inside the cone.
   bool seen_from(const Eigen::Vector3d& camera_position) const;
 };
 

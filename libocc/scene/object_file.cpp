@@ -24,8 +24,8 @@ Object read_root(const std::shared_ptr<const YamlNode>& node, const std::string&
     section.check([&] { Object{"any", {object.points.back()}}.validate(); });
     const auto [first, is_new] = ids.emplace(object.points.back().id, object.points.size() - 1);
     if (!is_new)
-      section.fail_value("id", "must be of one point only, points[" +
-                                   std::to_string(first->second) + "] has it too");
+      section.fail_value(
+          "id", "must be unique, points[" + std::to_string(first->second) + "] has the same");
   }
   root.reject_unknown();
   root.check([&] { object.validate(); });

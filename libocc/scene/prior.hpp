@@ -14,7 +14,8 @@ namespace occ {
 /// A predicted pose, such as a tracker's last pose moved to the present time.
 struct PriorPose {
   Rigid3 cam_from_world;
-  Matrix6 covariance = Matrix6::Identity();  ///< of the left perturbation (geometry/rigid.hpp)
+  Matrix6 covariance =
+      Matrix6::Identity();  ///< covariance of the left perturbation (geometry/rigid.hpp)
 };
 
 /// A prior linearised at a pose: residuals over their standard deviations, and their derivatives

@@ -49,7 +49,7 @@ void add_position(const Prior& prior, const Rigid3& cam_from_world, RowList& lis
   for (int i = 0; i < 3; ++i) list.add_coordinate(i, off_m[i], sigmas_m[i], cam_from_world);
 }
 
-/// The camera's x axis e in the world, R^T e, moves by R^T (e x w) for a rotation w of the
+/// The camera's x axis e is R^T e in the world. It moves by R^T (e x w) for a rotation w of the
 /// perturbation.
 void add_heading(const Prior& prior, const Rigid3& cam_from_world, RowList& list) {
   const Eigen::Matrix3d& r = cam_from_world.rotation;
@@ -87,8 +87,8 @@ void add_gravity(const Prior& prior, const Rigid3& cam_from_world, RowList& list
   list.add_rotation(ratio * a, d_vector, prior.gravity_sigma_rad);
 }
 
-/// delta = difference(pose, last). Under a perturbation its rotation vector w changes by
-/// J(w)^-1 (rotation), its translation d by rotation x d + translation.
+/// With delta = difference(pose, last), a perturbation changes the rotation vector w of delta by
+/// J(w)^-1 (rotation), and its translation d by rotation x d + translation.
 void add_last_pose(const PriorPose& last, const Rigid3& cam_from_world, RowList& list) {
   const Vector6 delta = difference(cam_from_world, last.cam_from_world);
   Matrix6 jacobian = d_difference(delta);

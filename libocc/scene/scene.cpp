@@ -40,7 +40,7 @@ void check_codes(const std::vector<Lamp>& lamps) {
         std::tuple(lamp.code->code.kind, lamp.code->id, lamp.code->channel), lamp.id);
     if (!is_new)
       require(false, "lamp " + std::to_string(lamp.id) + ": code", lamp.code->id,
-              "an id of its own, lamp " + std::to_string(first->second) + " has it too");
+              "unique, lamp " + std::to_string(first->second) + " has the same id");
   }
 }
 
@@ -51,13 +51,13 @@ void Scene::validate() {
   std::set<int> ids;
   for (Lamp& lamp : lamps) {
     lamp.validate();
-    require(ids.insert(lamp.id).second, "lamps: id", lamp.id, "of one lamp only");
+    require(ids.insert(lamp.id).second, "lamps: id", lamp.id, "unique");
   }
   std::set<std::pair<std::string, int>> tag_ids;
   for (Tag& tag : tags) {
     tag.validate();
     require(tag_ids.insert({tag.family, tag.id}).second, "tags: id", tag.id,
-            "of one tag of its family only");
+            "unique in its family");
   }
   check_codes(lamps);
   lens.validate();

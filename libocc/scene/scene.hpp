@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Everything known before an image is taken: camera, sensor, lamps, room. Data only.
+// Model of a room and its camera: camera, sensor, lens, lamps, boxes, tags. Data only.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,11 +27,11 @@ struct Room {
 struct LIBOCC_API Box {
   Eigen::Vector3d min_m = Eigen::Vector3d::Zero(), max_m = Eigen::Vector3d::Zero();
 
-  /// Whether the point is inside; the surface is outside.
+  /// Returns true if the point is inside; the surface is outside.
   bool contains(const Eigen::Vector3d& point) const {
     return (point - min_m).minCoeff() > 0 && (max_m - point).minCoeff() > 0;
   }
-  /// Whether the line of sight between two points passes through the inside.
+  /// Returns true if the line of sight between two points passes through the inside.
   bool hides(const Eigen::Vector3d& to, const Eigen::Vector3d& from) const;
 };
 
@@ -45,7 +45,7 @@ struct LIBOCC_API Scene {
   std::vector<Tag> tags;             ///< landmarks beside the lamps; not rendered
   double ambient_w_m2 = 0;           ///< irradiance of the sensor from other sources than lamps
   Effects effects;                   ///< effects that a rendered image contains
-  std::vector<std::string> assumed;  ///< notes for people on values that the source does not give
+  std::vector<std::string> assumed;  ///< notes on values that the scene's source does not give
 
   /// Checks every part. Two lamps, or two tags of a family, must not share an id. Normalises axes.
   /// Throws std::invalid_argument naming the part, the field and its value.

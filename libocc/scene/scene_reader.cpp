@@ -15,15 +15,16 @@ using namespace internal::radiometry;
 using namespace internal::scene;
 namespace {
 
-// `response_coefficients` is a key without field: the table of a sensor or channel, as coefficients
-// of the basis of response curves (radiometry/response_basis.hpp).
+// Reads the key `response_coefficients`, which is no field: it gives the response table of a sensor
+// or channel as coefficients of the basis of response curves (radiometry/response_basis.hpp).
 template <typename Curve>
 void read_response_coefficients(YamlSection& section, Curve& curve) {
   std::vector<double> coefficients;
   section.read("response_coefficients", coefficients);
   if (!section.has("response_coefficients")) return;
   if (section.has("response") || section.has("response_table"))
-    section.fail("response_coefficients", "must be alone, without response and response_table");
+    section.fail("response_coefficients",
+                 "must not be given together with `response` or `response_table`");
   section.check([&] { curve.response_table = response_curve(coefficients, 256); });
   curve.response = Response::table;
 }
@@ -50,8 +51,8 @@ Sensor read_sensor(YamlSection section) {
   return sensor;
 }
 
-// `code` holds the fields of LampCode and of its Code in one mapping; the id defaults to the
-// lamp's.
+// Reads the mapping `code`, which holds the fields of LampCode and of its Code. The id defaults to
+// that of the lamp.
 void read_code(YamlSection section, Lamp& lamp) {
   LampCode lamp_code;
   lamp_code.id = lamp.id;
@@ -66,7 +67,7 @@ Lamp read_lamp(YamlSection section) {
   Lamp lamp;
   for (const char* key : {"frequency_hz", "waveform"})
     if (section.has("code") && section.has(key))
-      section.fail(key, "must not be beside `code`, which sets it");
+      section.fail(key, "must not be given together with `code`, which sets it");
   read_fields(section, lamp, lamp_fields);
   if (section.has("code")) read_code(section.section("code"), lamp);
   section.reject_unknown();
@@ -81,8 +82,8 @@ std::vector<Lamp> read_lamps(YamlSection& root) {
     lamps.push_back(read_lamp(section));
     const auto [first, is_new] = index_of.emplace(lamps.back().id, lamps.size() - 1);
     if (!is_new)
-      section.fail_value("id", "must be of one lamp only, lamps[" + std::to_string(first->second) +
-                                   "] has it too");
+      section.fail_value(
+          "id", "must be unique, lamps[" + std::to_string(first->second) + "] has the same");
   }
   return lamps;
 }
@@ -100,8 +101,8 @@ Lens read_lens(YamlSection section) {
   return lens;
 }
 
-// Reads a list of parts of a scene. The scene has been valid before each part, so every error of
-// validate() is the part's.
+// Reads a list of parts of a scene. The scene is valid before a part is added, so any error of
+// validate() is an error of that part.
 template <typename Part, typename Fields>
 void read_parts(YamlSection& root, const char* key, std::vector<Part>& parts, const Fields& fields,
                 Scene& scene) {
@@ -119,7 +120,7 @@ void read_room(YamlSection section, Scene& scene) {
   section.check([&] { scene.validate(); });
 }
 
-// Each effect is a key; `default` is the use of the effects that are not named.
+// Reads the section `effects`: one key for each effect, and `default` for the effects not listed.
 Effects read_effects(YamlSection section) {
   Effects effects;
   Use standard = Use::on;

@@ -70,7 +70,7 @@ bool follows_from_code(const Lamp& lamp) {
   return coded.frequency_hz == lamp.frequency_hz && coded.waveform == lamp.waveform;
 }
 
-// One mapping in braces, `kind` first: the keys of LampCode and of its Code.
+// Mapping in braces with the keys of LampCode and of its Code, `kind` first.
 std::string code_text(const LampCode& lamp_code) {
   std::string code_keys;
   Lines lines(code_keys, "");

@@ -30,8 +30,8 @@ void Tag::validate() {
   require(has_normal, name + "normal", vector_text(normal), "a direction");
   const bool has_x =
       x_axis.allFinite() && x_axis.cross(normal).norm() > 1e-6 * x_axis.norm() * normal.norm();
-  require(has_x, name + "x_axis", vector_text(x_axis), "a direction across the normal");
-  constexpr double rounding = 1e-14;  // a second call changes nothing
+  require(has_x, name + "x_axis", vector_text(x_axis), "a direction not parallel to the normal");
+  constexpr double rounding = 1e-14;  // unit to rounding: not changed by a second call
   if (std::abs(normal.squaredNorm() - 1) > rounding) normal.normalize();
   if (std::abs(x_axis.dot(normal)) > rounding || std::abs(x_axis.squaredNorm() - 1) > rounding)
     x_axis = (x_axis - normal * normal.dot(x_axis)).normalized();

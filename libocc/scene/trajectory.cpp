@@ -20,7 +20,7 @@ Trajectory::Trajectory(std::vector<Waypoint> waypoints) : waypoints_(std::move(w
     if (i == 0) continue;
     const Waypoint& before = waypoints_[i - 1];
     require(waypoint.time_s > before.time_s, name + ".time_s", waypoint.time_s,
-            "later than the one before");
+            "later than the previous one");
     velocities_.push_back(velocity_between(before.cam_from_world, waypoint.cam_from_world,
                                            waypoint.time_s - before.time_s));
   }

@@ -16,7 +16,8 @@ namespace occ {
 using namespace internal::core;
 namespace {
 
-constexpr double unit_tolerance = 1e-2;  // of the norm of a quaternion written with two digits
+constexpr double unit_tolerance =
+    1e-2;  // error of the norm of a quaternion written with two digits
 using Numbers = std::array<double, 8>;
 
 [[noreturn]] void fail(const std::string& name, int line, const std::string& reason) {
@@ -41,8 +42,7 @@ Numbers numbers_of(const std::string& text, const std::string& name, int line) {
     if (count < numbers.size()) numbers[count] = value;
   }
   if (count != numbers.size())
-    fail(name, line,
-         "must be 8 numbers, t tx ty tz qx qy qz qw, got " + std::to_string(count) + " of them");
+    fail(name, line, "must be 8 numbers, t tx ty tz qx qy qz qw, got " + std::to_string(count));
   return numbers;
 }
 
@@ -50,7 +50,7 @@ Waypoint waypoint_of(const Numbers& n, const std::string& name, int line) {
   const Eigen::Quaterniond q(n[7], n[4], n[5], n[6]);
   if (!(std::abs(q.norm() - 1) < unit_tolerance)) {
     std::ostringstream reason;
-    reason << "qx qy qz qw must be a unit quaternion, got one of norm " << q.norm();
+    reason << "qx qy qz qw must be a unit quaternion, got norm " << q.norm();
     fail(name, line, reason.str());
   }
   const Rigid3 world_from_cam{q.normalized().toRotationMatrix(), {n[1], n[2], n[3]}};
@@ -72,7 +72,7 @@ Trajectory parse_trajectory(const std::string& text, const std::string& name) {
     if (last > 0 && !(waypoints[last].time_s > waypoints[last - 1].time_s))
       fail(name, line, "times must increase, got " + printable(row));
   }
-  if (waypoints.empty()) throw std::runtime_error(name + ": holds no pose");
+  if (waypoints.empty()) throw std::runtime_error(name + ": contains no pose");
   return Trajectory(std::move(waypoints));
 }
 

@@ -100,7 +100,8 @@ void define_adjusting(py::module_& m) {
   std::apply(
       [&](const auto&... f) {
         const std::string doc =
-            "Bundle adjustment of a Network: free during the steps, datum set afterwards.\n\n"
+            "Adjusts a Network by weighted least squares (bundle adjustment).\n\n"
+            "The network is free during the steps; the datum is set afterwards.\n"
             "progress(stage, iteration, cost, rejected): called in each step; False stops it.\n"
             "Returns: Adjustment; status too_few_lamps, degenerate (the message names undetermined "
             "unknowns) or not_converged, with the last state.\n"
@@ -127,7 +128,7 @@ void define_adjusting(py::module_& m) {
         return rows;
       },
       py::arg("network"),
-      "Residuals (observed minus projected) of all image observations, (n, 2) [px].");
+      "Returns the residuals (observed minus projected) of all image observations, (n, 2) [px].");
 }
 
 py::array_t<double> stacked(const std::vector<Eigen::Matrix3d>& all) {
@@ -183,7 +184,8 @@ void define_precision(py::module_& m) {
           [](const Known& k, double factor) {
             return Known{k.value.scaled(factor), k.status, k.message};
           },
-          py::arg("variance_factor"), "All covariances times a factor, for example sigma0 squared.")
+          py::arg("variance_factor"),
+          "Returns all covariances times a factor, such as sigma0 squared.")
       .def("__repr__", [](const Known& k) {
         return "<Precision: " + std::string(to_string(k.status)) + ", " +
                std::to_string(k.value.unknowns()) + " unknowns, defect " +
@@ -191,7 +193,7 @@ void define_precision(py::module_& m) {
       });
   m.def("precision", &precision, py::arg("network"), py::arg_v("datum", Datum{}, "Datum()"),
         py::arg("threads") = 2, py::call_guard<py::gil_scoped_release>(),
-        R"(Covariances of a network's unknowns at its current state.
+        R"(Computes the covariances of a network's unknowns at its current state.
 
 They are the Cramer-Rao bound, also for a planned network without images. Returns: Precision; status
 degenerate: the message names the undetermined unknowns.)");

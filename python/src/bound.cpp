@@ -31,17 +31,19 @@ Bound bound_of_scene(const Scene& scene, const Rigid3& cam_from_world, Rung rung
 }
 
 void define_pose_bound(py::module_& m) {
-  ResultClass<Bound> bound(m, "PoseBound", "The least covariance that an unbiased pose can have.");
+  ResultClass<Bound> bound(
+      m, "PoseBound", "Cramer-Rao bound: smallest covariance of any unbiased estimate of a pose.");
   define_result(bound);
   bound
       .def_property_readonly("covariance", value_of(&PoseBound::covariance),
-                             "(6, 6) [rotation, translation], left perturbation; 0: no bound.")
+                             "(6, 6) of cam_from_world [rotation rad, translation m], left "
+                             "perturbation; infinite without a bound.")
       .def_property_readonly("position_covariance_m2", value_of(&PoseBound::position_covariance_m2),
-                             "(3, 3) of the position [m^2, world].")
+                             "(3, 3) covariance of the camera's position [m^2, world].")
       .def_property_readonly("rank", value_of(&PoseBound::rank),
-                             "Directions of the pose that are determined, of 6.")
+                             "Number of determined directions of the pose, 0 to 6.")
       .def_property_readonly("lamps", value_of(&PoseBound::lamps),
-                             "Lamps or points that contribute.")
+                             "Number of lamps or points that contribute.")
       .def("__repr__", [](const Bound& b) {
         const double sigma_m = std::sqrt(b->position_covariance_m2.trace());
         return "<PoseBound: " + std::string(to_string(b.status)) + ", position " +
@@ -53,19 +55,24 @@ void define_pose_bound(py::module_& m) {
 
 void define_bound(py::module_& m) {
   define_pose_bound(m);
-  m.def("pose_bound", &bound_of_scene, py::arg("scene"), py::arg("cam_from_world"),
-        py::arg("rung") = Rung::direct, py::arg("flux") = FluxModel::ignore,
-        R"(The Cramer-Rao bound of the pose from an image that the scene's camera would take.
+  m.def(
+      "pose_bound", &bound_of_scene, py::arg("scene"), py::arg("cam_from_world"),
+      py::arg("rung") = Rung::direct, py::arg("flux") = FluxModel::ignore,
+      R"(Computes the Cramer-Rao bound of the pose from an image of the scene, predicted with its noise.
 
-rung: from what of the image; direct: from every pixel. flux: what is known of the lamps' light.
-Returns: PoseBound; status too_few_lamps or degenerate where there is none.
-Raises: ValueError for a pose that is no rigid transform.)");
+cam_from_world: pose, 4x4. rung: observations that the bound refers to; direct: all pixels around
+the lamps. flux: FluxModel, prior knowledge of the lamps' powers.
+Returns: PoseBound; without a bound its status is too_few_lamps or degenerate.
+Raises: ValueError if the pose is not a rigid transform or the scene is invalid.
+Source: Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, eq. (3.31).)");
   m.def("pose_bound", &bound_of_points, py::arg("points_in_world_m"), py::arg("camera"),
         py::arg("cam_from_world"), py::arg("sigma_px"),
-        R"(The Cramer-Rao bound of the pose from image points.
+        R"(Computes the Cramer-Rao bound of the pose from image points with independent errors.
 
-points_in_world_m: (n, 3). sigma_px: of a pixel coordinate, along each axis, one or for each point.
-Returns: PoseBound. Raises: ValueError for counts that differ or numbers that are not finite.)");
+points_in_world_m: (n, 3). cam_from_world: pose, 4x4. sigma_px: standard deviation of each pixel
+coordinate, one number or one for each point. Points outside the lens model are ignored.
+Returns: PoseBound; without a bound its status is too_few_lamps or degenerate.
+Raises: ValueError for counts that differ or numbers that are not finite.)");
 }
 
 }  // namespace occ::python

@@ -56,8 +56,9 @@ log_exposure is g(level) = ln(light x time), 0 at the middle level, as the scale
       .def_property_readonly(
           "residuals", &residual_rows,
           "Rows (m, 7): image, x, y [px], level [dn], log exposure, residual, sigma.")
-      .def("table", &C::table, py::arg("samples") = 1024,
-           "Stored values 0..1 at evenly spaced linear values, for Sensor(response_table=).")
+      .def(
+          "table", &C::table, py::arg("samples") = 1024,
+          "Returns stored values 0..1 at evenly spaced linear values, for Sensor(response_table=).")
       .def("__repr__", [](const C& c) {
         return "<ChannelResponse: levels " + value_repr(c.lowest_dn) + " to " +
                value_repr(c.highest_dn) + " seen, chi2 " + value_repr(c.chi2) + " of " +
@@ -93,8 +94,8 @@ void define_calibrate(py::module_& m) {
             return with_response(sensor, r.value, samples);
           },
           py::arg("sensor"), py::arg("samples") = 1024,
-          "Sensor with this response as tables. Three channels (blue, green, red) require a "
-          "mosaic.")
+          "Returns the sensor with this response as tables. Three channels (blue, green, red) "
+          "require a mosaic.")
       .def("__repr__", [](const Recovered& r) {
         return "<RecoveredResponse: " + std::string(to_string(r.status)) + ", channels " +
                std::to_string(r->channels.size()) + ">";

@@ -151,10 +151,10 @@ void define_ambient(py::module_& m) {
         return calibrate_ambient(scene, views, poses);
       },
       py::arg("scene"), py::arg("images"), py::arg("poses"),
-      R"(Ambient irradiance of the sensor from images of known poses.
+      R"(Estimates the ambient irradiance of the sensor from images of known poses.
 
-The mean of the pixels without light of lamps, above black level and dark current. The lamps' fluxes
-are measured above the local background, so this and calibrate_light() are independent.
+It is the mean of the pixels without light of lamps, above black level and dark current. The fluxes
+of lamps are measured above the local background, so this and calibrate_light() are independent.
 poses: cam_from_world of each image, (4, 4).
 Returns: AmbientLight; status degenerate if no image is usable: the background is clipped at level 0
   or saturated, contains light of lamps (walls, glare, ghosts), or is darker than the black level.
@@ -183,7 +183,7 @@ void define_calibrate_light(py::module_& m) {
             },
             py::arg("scene"), py::arg("images"), py::arg("poses"), py::arg("matches") = py::none(),
             py::kw_only(), argument(f, texts)...,
-            (R"(Power and Lambertian order of the scene's lamps, from images at known poses.
+            (R"(Estimates power and Lambertian order of the scene's lamps from images at known poses.
 
 Weighted least squares of each lamp's fluxes: ln F = ln P + ln(m + 1) + m ln cos(phi) + geometry.
 With powers=PowerFit.common_factor, the ratios of the scene's powers are held and one factor of all

@@ -136,12 +136,13 @@ void define_kinds(py::module_& m) {
       field("unit", &CameraParameter::unit, "px, rad, m or 1"),
       field("value", &CameraParameter::value, "value in that unit"),
       field("is_length", &CameraParameter::is_length, "true if it scales with the scene"));
-  ResultClass<CameraParameter> parameter(m, "CameraParameter", "One number of a camera's model.");
+  ResultClass<CameraParameter> parameter(m, "CameraParameter", "One parameter of a camera model.");
   define_properties(parameter, fields);
   define_repr(parameter, "CameraParameter", fields);
   ResultClass<Ray> ray(m, "Ray", "Ray of a pixel in the camera frame.");
-  ray.def_readonly("origin", &Ray::origin, "[m]; zero for a camera with one centre")
-      .def_readonly("direction", &Ray::direction, "unit");
+  ray.def_readonly("origin", &Ray::origin,
+                   "(3,) point of the ray [m]; zero for a camera with one projection centre.")
+      .def_readonly("direction", &Ray::direction, "(3,) unit vector.");
 }
 
 // Factories of the models other than the pinhole.
@@ -150,8 +151,10 @@ void define_factories(py::class_<Camera>& camera) {
       .def_static("fisheye", &Camera::fisheye, py::kw_only(), py::arg("width"), py::arg("height"),
                   py::arg("fx_px"), py::arg("fy_px"), py::arg("cx_px"), py::arg("cy_px"),
                   py::arg_v("distortion", std::vector<double>{}, "[]"), py::arg("skew_px") = 0.0,
-                  R"(Kannala and Brandt's fisheye as OpenCV has it, at most 4 coefficients.
+                  R"(Creates a fisheye camera of Kannala and Brandt in OpenCV's form.
 
+width, height: [px]; fx_px, fy_px, cx_px, cy_px: focal lengths and principal point; distortion: at
+most 4 coefficients. Equations and source: libocc/camera/fisheye.hpp.
 Raises: ValueError naming the argument and its value.
 
 >>> import libocc as occ
@@ -161,19 +164,21 @@ False)")
       .def_static("double_sphere", &Camera::double_sphere, py::kw_only(), py::arg("width"),
                   py::arg("height"), py::arg("fx_px"), py::arg("fy_px"), py::arg("cx_px"),
                   py::arg("cy_px"), py::arg("xi"), py::arg("alpha"),
-                  R"(The double sphere camera of Usenko, Demmel and Cremers (3DV 2018).
+                  R"(Creates a double sphere camera of Usenko, Demmel and Cremers (3DV 2018).
 
+xi: in (-1, 1]; alpha: in [0, 1]. Equations: libocc/camera/double_sphere.hpp.
 Raises: ValueError naming the argument and its value.)");
   define_line<&Camera::rotating_line>(
       camera, "rotating_line",
-      R"(A linear array on a turntable: columns are angles, rows positions on the array.
+      R"(Creates a rotating line camera: a linear array on a turntable.
 
-The frame's Z is the turntable's axis towards growing rows; columns grow from X to Y.
-width, height: [px]; c_px: camera constant over the array's pixel pitch; cy_px: row of the
-horizon (default: the middle); angle_per_px_rad: between columns (default: 2 pi / width);
-tilt_x_rad, tilt_y_rad: of the array; eccentricity_m (3,): of the projection centre;
+Columns are angles of the turntable, rows are positions on the array. The frame's Z is the turntable's
+axis towards increasing rows; columns increase from X to Y.
+width, height: [px]; c_px: camera constant over the array's pixel pitch; cy_px: row of the horizon
+(default: the middle); angle_per_px_rad: angle between columns (default: 2 pi / width); tilt_x_rad,
+tilt_y_rad: tilt of the array; eccentricity_m (3,): offset of the projection centre from the axis;
 k1, k2: distortion along the array; tumbling_rad (6,): Fourier terms of the axis's wobble.
-Equations: libocc/camera/rotating_line.hpp. Raises: ValueError naming the argument.
+Equations: libocc/camera/rotating_line.hpp. Raises: ValueError naming the argument and its value.
 
 >>> import libocc as occ
 >>> camera = occ.Camera.rotating_line(width=3600, height=1000, c_px=573)
@@ -181,10 +186,11 @@ Equations: libocc/camera/rotating_line.hpp. Raises: ValueError naming the argume
 [900.0, 499.5])");
   define_line<&Camera::rotating_line_first_order>(
       camera, "rotating_line_first_order",
-      "The additive first-order form of rotating_line, for comparison; takes no tumbling_rad.");
+      "Creates the additive first-order form of rotating_line, for comparison; tumbling_rad must "
+      "be zero. Equations: libocc/camera/rotating_line.hpp.");
 }
 
-// Properties and functions of general camera models.
+// Properties and functions that every camera model has.
 void define_generality(py::class_<Camera>& camera) {
   camera.def_property_readonly("kind", &Camera::kind, "CameraKind.")
       .def_property_readonly("is_central", &Camera::is_central,
@@ -194,20 +200,20 @@ void define_generality(py::class_<Camera>& camera) {
       .def(
           "with_parameters",
           [](const Camera& c, const Eigen::VectorXd& values) { return c.with_parameters(values); },
-          py::arg("values"), "This camera with other values of `parameters`.")
+          py::arg("values"), "Returns this camera with other values of `parameters`, (n,).")
       .def(
           "ray", [](const Camera& c, const Eigen::Vector2d& p) { return c.ray(p); },
-          py::arg("pixel"), "Ray of a pixel (2,); None outside the model.")
+          py::arg("pixel"), "Returns the Ray of a pixel (2,); None outside the lens model.")
       .def_property_readonly("period_px", &Camera::period_px,
-                             "Columns after which the image repeats itself, or infinity.")
+                             "Number of columns of a full rotation [px]; infinity if not periodic.")
       .def("difference_px", &Camera::difference_px, py::arg("to"), py::arg("from_"),
-           "to - from_ (2,), the shorter way around the seam.");
+           "Returns to - from_ (2,) [px], the shorter way around the seam.");
 }
 
 void define_poses(py::module_& m) {
   m.def("look_at", &look_at, py::arg("position_m"), py::arg("target_m"),
         py::arg_v("up", Eigen::Vector3d(0, 0, 1), "(0, 0, 1)"),
-        R"(cam_from_world (4x4) of a camera at position_m [m, world] that looks at target_m.
+        R"(Returns cam_from_world (4x4) of a camera at position_m [m, world] that looks at target_m.
 
 The image's up direction is as close as possible to `up`.
 Raises: ValueError when target and position coincide or the view is along `up`.
@@ -219,23 +225,26 @@ Raises: ValueError when target and position coincide or the view is along `up`.
   m.def(
       "heading_rad", [](const Rigid3& pose) { return heading_rad(pose); },
       py::arg("cam_from_world"),
-      "Azimuth [rad] about the world's Z of the camera's +x axis (image right), in (-pi, pi].");
+      "Returns the azimuth [rad] about the world's Z of the camera's x axis (image right), in "
+      "(-pi, pi].");
   m.def(
       "position_covariance",
       [](const Rigid3& pose, const Matrix6& covariance) {
         return position_covariance(pose, covariance);
       },
       py::arg("cam_from_world"), py::arg("covariance"),
-      "3x3 covariance [m^2, world] of the camera's position, from the 6x6 one of cam_from_world.");
+      "Returns the 3x3 covariance [m^2, world] of the camera's position, from the 6x6 covariance "
+      "of cam_from_world (left perturbation).");
 }
 
 }  // namespace
 
 void define_camera(py::module_& m) {
   define_kinds(m);
-  py::class_<Camera> camera(m, "Camera", R"(A camera: the pixel of a point and the ray of a pixel.
+  py::class_<Camera> camera(m, "Camera",
+                            R"(A camera model: projects points to pixels and pixels to rays.
 
-Made by pinhole (with OpenCV's lens distortion), fisheye, double_sphere or rotating_line.
+Created by pinhole (with OpenCV's lens distortion), fisheye, double_sphere or rotating_line.
 
 Pixel (0, 0) is the centre of the first pixel; camera axes: x right, y down, z forward
 (of a rotating line: z down along its axis).
@@ -248,8 +257,9 @@ Pixel (0, 0) is the centre of the first pixel; camera axes: x right, y down, z f
       .def_static("pinhole", &Camera::pinhole, py::kw_only(), py::arg("width"), py::arg("height"),
                   py::arg("fx_px"), py::arg("fy_px"), py::arg("cx_px"), py::arg("cy_px"),
                   py::arg_v("distortion", std::vector<double>{}, "[]"), py::arg("skew_px") = 0.0,
-                  R"(Camera of a size, focal lengths and principal point in pixels.
+                  R"(Creates a pinhole camera with OpenCV's lens distortion.
 
+width, height: [px]; fx_px, fy_px, cx_px, cy_px: focal lengths and principal point.
 distortion: 0, 4, 5, 8, 12 or 14 coefficients in OpenCV's order k1 k2 p1 p2 k3 k4 k5 k6 s1 ...
 Raises: ValueError naming the argument and its value.)")
       .def_property_readonly("width", &Camera::width, "Columns [px].")
@@ -259,18 +269,22 @@ Raises: ValueError naming the argument and its value.)")
       .def_property_readonly("cx_px", &Camera::cx_px, "Principal point, column [px].")
       .def_property_readonly("cy_px", &Camera::cy_px, "Principal point, row [px].")
       .def_property_readonly("skew_px", &Camera::skew_px, "Skew [px].")
-      .def_property_readonly("distortion", &Camera::distortion, "Coefficients, OpenCV's order.")
-      .def_property_readonly("matrix", &Camera::matrix, "K, 3x3.")
+      .def_property_readonly("distortion", &Camera::distortion,
+                             "Distortion coefficients, OpenCV's order.")
+      .def_property_readonly("matrix", &Camera::matrix, "Camera matrix K, 3x3.")
       .def_property_readonly(
           "max_angle_rad", &Camera::max_angle_rad,
           "Largest angle from the optical axis inside the lens model's domain [rad].")
       .def(
           "project", [](const Camera& c, const Eigen::Vector3d& p) { return c.project(p); },
           py::arg("point_in_cam_m"),
-          "Pixel (2,) of a point (3,) in the camera's frame [m]; None outside the lens model.")
+          "Returns the pixel (2,) of a point (3,) in the camera's frame [m]; None outside the lens "
+          "model.")
       .def(
           "unproject", [](const Camera& c, const Eigen::Vector2d& p) { return c.unproject(p); },
-          py::arg("pixel"), "Unit bearing (3,) of a pixel (2,); None outside the lens model.")
+          py::arg("pixel"),
+          "Returns the unit bearing (3,) of a pixel (2,), camera frame; None outside the lens "
+          "model.")
       .def("contains", &Camera::contains, py::arg("pixel"), "True if a pixel is on the sensor.")
       .def("__repr__", &camera_repr)
       .def("__eq__",
@@ -287,9 +301,9 @@ Raises: ValueError naming the argument and its value.)")
   m.def("format_camera", &format_camera, py::arg("camera"),
         py::arg_v("format", CameraFormat::libocc, "CameraFormat.libocc"),
         py::arg("name") = "camera",
-        R"(Text of a camera file; `name` is ROS's camera_name.
+        R"(Returns the text of a camera file; `name` is ROS's camera_name.
 
-Raises: ValueError when the format has no such model.)");
+Raises: ValueError when the format does not support the model.)");
   m.def(
       "write_camera",
       [](const std::filesystem::path& path, const Camera& c, CameraFormat format) {
@@ -297,13 +311,14 @@ Raises: ValueError when the format has no such model.)");
       },
       py::arg("path"), py::arg("camera"),
       py::arg_v("format", CameraFormat::libocc, "CameraFormat.libocc"),
-      R"(Writes a camera file, whole or not at all; read_camera reads it back to the last bit.
+      R"(Writes a camera file; read_camera() returns the same camera, to the last bit.
 
-Raises: OSError when it cannot be written; ValueError when the format has no such model.)");
+After an error the file is unchanged.
+Raises: OSError when it cannot be written; ValueError when the format does not support the model.)");
   m.def(
       "read_camera", [](const std::filesystem::path& path) { return reading(path, &read_camera); },
       py::arg("path"),
-      R"(Camera from a camera file of libocc, OpenCV or ROS (YAML), or from a scene file.
+      R"(Reads a camera from a YAML file of libocc, OpenCV or ROS, or from a scene file.
 
 Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming file, line, key.)");
   define_poses(m);

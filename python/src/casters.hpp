@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conversion of images and transforms: numpy arrays are used without a copy; a transform
-// is a 4x4 matrix.
+// Conversion of images, transforms, priors and rims between C++ and numpy. Pixels are not copied; a
+// transform is a 4x4 matrix.
 #pragma once
 
 #include <pybind11/eigen.h>
@@ -28,24 +28,24 @@ struct NumpyImage {
   py::object owner;
 };
 
-/// Throws TypeError or ValueError that says what was got and what is wanted. Copies only when
-/// the pixels of a row are not adjacent.
+/// View of an array's pixels. Copies them only when the pixels of a row are not adjacent. Throws
+/// TypeError or ValueError that states the accepted and the given type and shape.
 NumpyImage numpy_image(py::handle object);
 
-/// A numpy array of pixels, for signatures.
+/// A numpy array of pixels; its type appears in the signatures.
 class PixelArray : public py::array {
  public:
   explicit PixelArray(py::array array) : py::array(std::move(array)) {}
   using py::array::array;
 };
 
-/// A new array that takes over the image's pixels: (H, W), or (H, W, C) with colour.
+/// Moves the image's pixels to a new array: (H, W), or (H, W, C) with colour.
 PixelArray to_numpy(Image&& image);
 
 /// Points as the rows of a matrix.
 Eigen::MatrixX2d rows_of(const std::vector<Eigen::Vector2d>& points);
 
-/// An image, or the blobs that were found in one.
+/// An image, or the blobs detected in one.
 struct ImageOrBlobs {
   std::optional<NumpyImage> image;
   std::vector<Blob> blobs;

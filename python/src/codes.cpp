@@ -125,9 +125,10 @@ Raises: ValueError for an invalid code or an id of too many bits, naming the fie
 <Waveform: 1 x 288 chips, 10000.0 Hz>)");
   m.def("code_budget", &code_budget, py::arg("code"), py::kw_only(), py::arg("rows"),
         py::arg("row_time_s"), py::arg("exposure_s"), py::arg("exact_times") = false,
-        R"(Computes whether a camera can read a code from a lamp's image of this height in rows.
+        R"(Computes if a camera can read a code from a lamp's image with this number of rows.
 
-Chips in view = rows x row time x clock; an exposure longer than a chip mixes it with the next.)");
+rows: height of the lamp's image [px]. Chips in view = rows x row time x clock; an exposure longer
+than a chip mixes it with the next. Returns: CodeBudget.)");
   const auto fields = samples_fields();
   DefaultTexts texts;
   std::apply(

@@ -10,15 +10,18 @@
 namespace occ::python {
 
 void define_core(py::module_& m) {
-  py::native_enum<Status>(m, "Status", "enum.Enum", "Outcome of a search for a pose.")
-      .value("ok", Status::ok)
-      .value("ambiguous", Status::ambiguous)
-      .value("no_lamps", Status::no_lamps)
-      .value("too_few_lamps", Status::too_few_lamps)
-      .value("no_pose", Status::no_pose)
-      .value("degenerate", Status::degenerate)
-      .value("not_converged", Status::not_converged)
-      .value("budget_not_met", Status::budget_not_met)
+  py::native_enum<Status>(m, "Status", "enum.Enum", "Status of a result.")
+      .value("ok", Status::ok, "one solution, which fits")
+      .value("ambiguous", Status::ambiguous, "several solutions fit equally well")
+      .value("no_lamps", Status::no_lamps, "nothing is brighter than the background")
+      .value("too_few_lamps", Status::too_few_lamps,
+             "fewer identified lamps than the problem needs")
+      .value("no_pose", Status::no_pose, "no pose fits the measurements")
+      .value("degenerate", Status::degenerate, "the lamps do not determine the pose")
+      .value("not_converged", Status::not_converged,
+             "the refinement stopped before its tolerance was met")
+      .value("budget_not_met", Status::budget_not_met,
+             "best possible solution, which misses the requested time or error")
       .finalize();
 
   m.def(
@@ -38,7 +41,7 @@ Raises: FileNotFoundError or OSError when the file cannot be opened; ValueError 
         writing(path, [&](const std::string& name) { write_image(name, image.view); });
       },
       py::arg("path"), py::arg("image"),
-      R"(Writes an image; the extension of the name selects the format. After an error the file is unchanged.
+      R"(Writes an image in the format of the name's extension. After an error the file is unchanged.
 
 Raises: OSError when it cannot be written.)");
 
@@ -56,9 +59,8 @@ Raises: OSError when it cannot be written.)");
         }
       },
       py::arg("image"), py::arg("extension") = ".png",
-      "The bytes that write_image() writes to a file with this extension. Raises: ValueError when "
-      "the "
-      "format does not support the image.");
+      "Returns the bytes that write_image() writes to a file with this extension. Raises: "
+      "ValueError when the format does not support the image.");
 }
 
 }  // namespace occ::python

@@ -52,7 +52,7 @@ std::string effects_repr(const Effects& effects) {
 void define_effects(py::module_& m) {
   py::native_enum<Use>(
       m, "Use", "enum.Enum",
-      "Use of an effect that the scene calls for: rendered always, never, or if its "
+      "Use of an effect that the scene requires: rendered always, never, or if its "
       "bounds exceed the tolerances.")
       .value("on", Use::on)
       .value("off", Use::off)
@@ -60,7 +60,7 @@ void define_effects(py::module_& m) {
       .finalize();
   const Effects standard;
   py::class_<Effects>(m, "Effects",
-                      R"(Selects the effects that simulate() renders if the scene calls for them.
+                      R"(Selects the effects that simulate() renders if the scene requires them.
 
 default: Use of the effects that are not named. Further keywords: effects by name, see `use`.
 tolerance_dn, tolerance_px: with Use.automatic, an effect is left out if it changes no pixel by more

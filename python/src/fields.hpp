@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The Python side of a plain struct follows from its list of fields (core/internal/fields.hpp): the
-// constructor's keywords, read-only properties with documentation, repr, `replace` and pickling;
-// also the keyword options of functions that take an options struct. Defaults come from the C++
-// struct. Structs without rules may list their fields here, by field(name, member, doc).
+// Generates the Python class of a plain struct from its list of fields (core/internal/fields.hpp):
+// the constructor's keywords, read-only properties with documentation, repr, `replace` and
+// pickling. Also generates the keyword options of functions that take an options struct. Defaults
+// come from the C++ struct. Structs without rules may list their fields by field(name, member,
+// doc).
 #pragma once
 
 #include <pybind11/eigen.h>
@@ -45,7 +46,7 @@ auto required_field(const char* name, T C::*member, const char* doc) {
   return Field<C, T, MemberAccess<C, T>, Unrestricted, true>{name, nullptr, doc, {member}, {}};
 }
 
-/// The fields of an options struct that are keyword options of functions: all but those ByHand.
+/// The fields of an options struct that are keyword options of functions: all except ByHand fields.
 template <class... Fields>
 auto options_of(const std::tuple<Fields...>& fields) {
   const auto kept = [](const auto& field) {
@@ -108,7 +109,7 @@ std::string field_doc(const F& field) {
   return text + (unit.empty() ? "" : " [" + unit + "]");
 }
 
-/// A Python enumeration whose names are those of files.
+/// Defines a Python enumeration with the names that files use.
 template <class T, std::size_t count>
 void define_enum(py::module_& m, const char* name, const char* doc,
                  const std::array<Word<T>, count>& words) {
@@ -117,7 +118,7 @@ void define_enum(py::module_& m, const char* name, const char* doc,
   values.finalize();
 }
 
-/// Python's repr of a value, arrays as nested lists (adding 0 makes -0 a plain 0).
+/// Python's repr of a value, with arrays as nested lists. Adding 0 turns -0 into 0.
 template <class T>
 std::string value_repr(const T& value) {
   py::object object = py::cast(value);
@@ -128,8 +129,8 @@ std::string value_repr(const T& value) {
   return py::cast<std::string>(py::repr(object));
 }
 
-/// Texts of default values in signatures. They must live until the function is defined, when
-/// pybind11 copies them.
+/// Texts of default values in signatures. They must exist until the function is defined, because
+/// pybind11 copies them then.
 using DefaultTexts = std::deque<std::string>;
 
 template <class C, class T, class Access, class Rule, bool is_required>
@@ -164,7 +165,7 @@ C assembled(const Fields& fields, Values&& values, std::index_sequence<i...>) {
   return validated(std::move(object));
 }
 
-/// A C whose fields have these values.
+/// Returns a C with these values of its fields; validated if C has validate().
 template <class C, class... F>
 C from_values(const std::tuple<F...>& fields, const typename F::value_type&... values) {
   return assembled<C>(fields, std::forward_as_tuple(values...), std::index_sequence_for<F...>{});
@@ -180,7 +181,7 @@ std::string fields_doc(const std::tuple<F...>& fields, const char* title) {
   return text;
 }
 
-/// Read-only properties, documented.
+/// Defines a documented read-only property for each field.
 template <class C, class... Extra, class... F>
 void define_properties(py::class_<C, Extra...>& cls, const std::tuple<F...>& fields) {
   for_each_field(fields, [&](const auto& f) {
@@ -244,7 +245,7 @@ inline constexpr bool lists_all_members = [] {
                  ...))
     return sizeof...(F) == internal::core::member_count<C>();
   else
-    return true;  // a class with constructors, or fields of nested structs: cannot be counted
+    return true;  // members of classes with constructors and of nested structs cannot be counted
 }();
 
 /// Pickling as a dictionary of the fields.
@@ -262,7 +263,7 @@ void define_pickling(py::class_<C, Extra...>& cls, const std::tuple<F...>& field
       [fields](const State& state) { return replaced(C{}, state, fields); }));
 }
 
-/// An immutable Python value with keywords (its repr is defined apart).
+/// Defines constructor, properties, `replace` and pickling of an immutable value, but no repr.
 template <class C, class... Extra, class... F>
 void define_value(py::class_<C, Extra...>& cls, const std::tuple<F...>& fields) {
   DefaultTexts texts;
@@ -280,11 +281,11 @@ void define_value(py::class_<C, Extra...>& cls, const std::tuple<F...>& fields) 
       [fields](const C& object, const py::KWArgs<py::object>& changes) {
         return replaced(object, changes, fields);
       },
-      "A copy with the given fields changed.");
+      "Returns a copy with the given fields changed.");
   define_pickling(cls, fields);
 }
 
-/// A plain struct with all of that.
+/// Defines the whole class of a plain struct.
 template <class C, class Fields>
 void define_documented(py::module_& m, const char* name, const std::string& doc,
                        const Fields& fields) {

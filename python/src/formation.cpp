@@ -16,17 +16,19 @@ void define_formation(py::module_& m) {
         return rows_of(*rim);
       },
       py::arg("lamp"), py::arg("cam_from_world"), py::arg("camera"), py::arg("count") = 64,
-      R"(Pixels (n, 2) of a lamp's rim, counter-clockwise seen from its lit side; one for a point lamp.
+      R"(Returns the pixels (n, 2) of a lamp's rim, counter-clockwise seen from its lit side.
 
-None if the lamp's dark side is visible or part of the rim is outside the lens model.)");
+count: number of pixels; a point lamp has one. Returns None if the lamp's dark side is visible or
+part of the rim is outside the lens model.)");
   m.def(
       "project_lamp_centre",
       [](const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera) {
         return project_lamp_centre(lamp, cam_from_world, camera);
       },
       py::arg("lamp"), py::arg("cam_from_world"), py::arg("camera"),
-      R"(Pixel (2,) of the centre of a lamp's image. For a disc this is the centre of the ellipse, which
-differs from the projection of the disc's centre. None as in project_rim().)");
+      R"(Returns the pixel (2,) of the centre of a lamp's image; None as for project_rim().
+
+For a disc this is the centre of the ellipse, which differs from the projection of the disc's centre.)");
 }
 
 }  // namespace occ::python

@@ -32,7 +32,7 @@ void define_vehicle_values(py::module_& m) {
           field("sideways_slip", &N::sideways_slip, "lateral slip [sqrt(m)]"),
           field("odometry", &N::odometry, "noise of the reported wheel travel [sqrt(m)]"),
           field("left_scale", &N::left_scale, "reported over true travel of the left wheel"),
-          field("right_scale", &N::right_scale, "likewise, right wheel"),
+          field("right_scale", &N::right_scale, "reported over true travel of the right wheel"),
           field("scale_sigma", &N::scale_sigma,
                 "sigma of both scales in the reported covariance")));
   using V = Vehicle;
@@ -104,9 +104,8 @@ different one for each step. Raises: ValueError for values that are not finite.
   m.def("camera_on_vehicle", &camera_on_vehicle, py::arg("place_m"), py::arg("pan_rad") = 0,
         py::arg("tilt_rad") = 0,
         "Returns cam_from_body (4x4) of a camera on a vehicle at place_m (3,), above the floor. At "
-        "pan "
-        "and tilt 0 it looks up, with the image's x axis forward. Pan rotates it to the left; tilt "
-        "bends the view from the vertical towards the pan direction.");
+        "pan and tilt 0 it looks up, with the image's x axis forward. Pan rotates it to the left; "
+        "tilt bends the view from the vertical towards the pan direction.");
 }
 
 auto waypoint_fields() {
@@ -200,8 +199,7 @@ void define_route_queries(py::class_<Route>& cls) {
       .def("nearest", &Route::nearest, py::arg("position_m"), py::arg("near_m") = py::none(),
            py::arg("window_m") = 0.5,
            "Returns the nearest RoutePlace to position_m (2,). near_m: searches only within "
-           "window_m of this "
-           "distance along the route.")
+           "window_m of this distance along the route.")
       .def("sampled", &sampled_rows, py::arg("step_m"),
            "(n, 5): along_m, x_m, y_m, heading_rad, curvature_1_m, at most step_m apart.")
       .def("__repr__",
@@ -222,7 +220,7 @@ void define_route(py::module_& m) {
                                    waypoint_fields());
   using P = RoutePlace;
   ResultClass<P>(m, "RoutePlace", "A point of a route.")
-      .def_readonly("along_m", &P::along_m, "Distance from the begin of the route [m].")
+      .def_readonly("along_m", &P::along_m, "Distance from the start of the route [m].")
       .def_readonly("pose", &P::pose, "PlanarPose, heading along the route.")
       .def_readonly("deviation_m", &P::deviation_m,
                     "Offset of the queried position to the left of the route [m].")
@@ -255,8 +253,7 @@ the way-point.
   m.def("route_conflicts", &route_conflicts, py::arg("route"), py::arg("scene"),
         py::arg("radius_m"), py::arg("height_m"),
         "Returns the RouteConflicts of a disc of radius_m and height_m along the route and at its "
-        "dock, "
-        "in the order of the route.");
+        "dock, in the order of the route.");
 }
 
 auto pace_fields() {
@@ -363,9 +360,8 @@ void define_docking(py::module_& m) {
   m.def("dock", &dock, py::arg("pose"), py::arg("speed_m_s"), py::arg("target"), py::arg("vehicle"),
         py::arg_v("phase", DockPhase::approach, "DockPhase.approach"),
         py::arg_v("options", DockOptions{}, "DockOptions()"),
-        "Returns the DockOutput of one control step towards target, a PlanarPose. phase: of the "
-        "previous "
-        "output.");
+        "Returns the DockOutput of one control step towards target, a PlanarPose. phase: DockPhase "
+        "of the previous output.");
 }
 
 }  // namespace
@@ -377,7 +373,7 @@ void define_guide(py::module_& m) {
   define_controller_values(m);
   define_controller<PurePursuitOptions>(
       m, "pure_pursuit", &pure_pursuit,
-      R"(Regulated pure pursuit: an arc to the point of the route at the look-ahead distance.
+      R"(Computes the command of regulated pure pursuit: an arc to the point at the look-ahead distance.
 
 along_m: previous distance along the route (place.along_m of the previous output). Returns:
 ControlOutput.
@@ -385,7 +381,7 @@ Source: Macenski, Singh, Martin, Gines, Autonomous Robots 47, 2023.)",
       "PurePursuitOptions()");
   define_controller<StanleyOptions>(
       m, "stanley", &stanley,
-      R"(Stanley controller: steers along the route and towards it. Arguments as of pure_pursuit().
+      R"(Computes the command of the Stanley controller. Arguments as for pure_pursuit().
 
 Source: Hoffmann, Tomlin, Montemerlo, Thrun, ACC 2007, eq. (5).)",
       "StanleyOptions()");

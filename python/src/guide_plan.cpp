@@ -226,9 +226,8 @@ If every route has sections without view, the status is blind and `gaps` lists t
                   view_gaps(scene, route, from_values<RoutePlanOptions>(fields, values...)));
             },
             py::arg("scene"), py::arg("route"), py::kw_only(), argument(f, gap_texts)...,
-            "Returns the sections of a route without sufficient view: (n, 6) as RoutePlan.gaps; "
-            "options as "
-            "of plan_route().");
+            "Returns the sections of a route without sufficient view: (n, 6) as RoutePlan.gaps. "
+            "Options as for plan_route().");
       },
       fields);
 }
@@ -279,8 +278,7 @@ knots: (n, 3), along_m, pan_rad, tilt_rad; linear interpolation between them.)")
             },
             py::arg("scene"), py::arg("route"), py::kw_only(), argument(f, texts)...,
             ("Plans pan and tilt angles that keep the lamps in view along a route, within the "
-             "rates of "
-             "the axes. Returns: PanTiltResult." +
+             "rates of the axes. Returns: PanTiltResult." +
              fields_doc(fields, "Options"))
                 .c_str());
       },

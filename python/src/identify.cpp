@@ -114,7 +114,8 @@ void define_identify_function(py::module_& m) {
             py::arg("blobs"), py::arg("scene"), py::arg("prior") = py::none(), py::kw_only(),
             argument(f, texts)...,
             ("Assigns blobs to lamps by blink code and by geometry, with or without a prior.\n\n"
-             "Returns: Identification with every pose that is consistent with the map, ranked." +
+             "Returns: Identification with all poses that are consistent with the map, best "
+             "first." +
              fields_doc(fields, "Options"))
                 .c_str());
       },

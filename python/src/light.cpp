@@ -19,7 +19,7 @@ using Matrices = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Ints = py::array_t<int, py::array::c_style>;
 using Bools = py::array_t<bool, py::array::c_style>;
 
-/// Received power at one pose or many; with many, the first axis of the arrays is the pose.
+/// Received power at one pose or several; with several, the first axis of the arrays is the pose.
 struct Received {
   Doubles lamp_power_w, power_w;
   Ints visible;
@@ -71,17 +71,19 @@ Received received(const Scene& scene, const Matrices& cam_from_world) {
 
 void define_formulas(py::module_& m) {
   m.def("lambertian_order", &lambertian_order, py::arg("half_power_rad"),
-        "Lambertian order m = -ln 2 / ln cos(half_power_rad): 1 for 60 degrees.");
+        "Returns the Lambertian order m = -ln 2 / ln cos(half_power_rad): 1 for 60 degrees.");
   m.def("radiant_intensity", &radiant_intensity, py::arg("power_w"), py::arg("order"),
-        py::arg("cos_emission"), "Radiant intensity of a Lambertian lamp [W/sr]; 0 behind it.");
+        py::arg("cos_emission"),
+        "Returns the radiant intensity of a Lambertian lamp [W/sr]; 0 behind it.");
   m.def("radiance", &radiance, py::arg("power_w"), py::arg("order"), py::arg("area_m2"),
-        py::arg("cos_emission"), "Radiance of a flat Lambertian lamp [W/(m^2 sr)].");
+        py::arg("cos_emission"), "Returns the radiance of a flat Lambertian lamp [W/(m^2 sr)].");
   m.def("aperture_power", &aperture_power, py::arg("power_w"), py::arg("order"),
         py::arg("cos_emission"), py::arg("cos_incidence"), py::arg("distance_m"),
         py::arg("area_m2"),
-        "Power through an aperture [W]; for area_m2 = 1 the irradiance [W/m^2].");
+        "Returns the power through an aperture [W]; for area_m2 = 1 the irradiance [W/m^2].");
   m.def("dbm", py::vectorize(&dbm), py::arg("power_w"),
-        "Power in dBm, decibels over one milliwatt; minus infinity for power 0. Accepts arrays.");
+        "Returns a power in dBm, decibels over one milliwatt; minus infinity for power 0. Accepts "
+        "arrays.");
 }
 
 }  // namespace
@@ -89,8 +91,8 @@ void define_formulas(py::module_& m) {
 void define_light(py::module_& m) {
   define_formulas(m);
   ResultClass<Received>(m, "ReceivedPower",
-                        "Received power: the lamps' light that passes the aperture. "
-                        "With many poses, these are the first axis of the arrays.")
+                        "Power of the lamps' light that passes the aperture. With several poses, "
+                        "the first axis of the arrays is the pose.")
       .def_readonly("power_w", &Received::power_w, "() or (n,) power of all lamps [W].")
       .def_readonly("lamp_power_w", &Received::lamp_power_w,
                     "(lamps,) or (n, lamps) power of each lamp [W], in the scene's order.")
@@ -104,9 +106,8 @@ void define_light(py::module_& m) {
                                                std::to_string(*r.visible.data()) + " lamps visible>"
                                          : std::to_string(r.power_w.size()) + " poses>");
       });
-  m.def(
-      "received_power", &received, py::arg("scene"), py::arg("cam_from_world"),
-      R"(Power of the lamps' light received by the scene's camera, and the number of visible lamps.
+  m.def("received_power", &received, py::arg("scene"), py::arg("cam_from_world"),
+        R"(Computes the power of the lamps' light received by the scene's camera.
 
 cam_from_world: one pose (4, 4) or many (n, 4, 4). A lamp counts with the part of its face that is
 in the field of view, emits towards the camera and is not occluded by boxes; blinking lamps count as

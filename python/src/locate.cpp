@@ -27,45 +27,56 @@ std::string rounded(const Eigen::Vector3d& v, int digits) {
 }
 
 void define_refine(py::module_& m) {
-  py::native_enum<Rung>(m, "Rung", "enum.Enum", "What of the image the pose has to explain.")
-      .value("points", Rung::points)
-      .value("centres", Rung::centres)
-      .value("rims", Rung::rims)
-      .value("direct", Rung::direct)
+  py::native_enum<Rung>(m, "Rung", "enum.Enum",
+                        "Observations that a pose is fitted to; each is more accurate and slower "
+                        "than the one before.")
+      .value("points", Rung::points, "centroids and projected lamp centres")
+      .value("centres", Rung::centres, "centroids and centres of the lamps' images")
+      .value("rims", Rung::rims, "measured and projected rims")
+      .value("direct", Rung::direct, "all pixels around a lamp and its rendered image")
       .finalize();
-  py::native_enum<FluxModel>(m, "FluxModel", "enum.Enum", "What the lamps' brightness tells.")
-      .value("ignore", FluxModel::ignore)
-      .value("known_power", FluxModel::known_power)
-      .value("common_factor", FluxModel::common_factor)
+  py::native_enum<FluxModel>(m, "FluxModel", "enum.Enum",
+                             "Use of the lamps' brightness as an observation.")
+      .value("ignore", FluxModel::ignore, "geometry only")
+      .value("known_power", FluxModel::known_power, "each power is known to its power_sigma")
+      .value("common_factor", FluxModel::common_factor, "powers are known up to one factor")
       .finalize();
-  ResultClass<LampResidual>(m, "LampResidual", "How well one lamp fits.")
-      .def_readonly("match", &LampResidual::match, "Which lamp and blob.")
+  ResultClass<LampResidual>(m, "LampResidual", "Residual of one lamp.")
+      .def_readonly("match", &LampResidual::match, "Match of the lamp and its blob.")
       .def_readonly("contradicts", &LampResidual::contradicts,
-                    "Left out: the other lamps agree without it.")
-      .def_readonly("rms_px", &LampResidual::rms_px, "Over its rim, or of its centroid [px].")
-      .def_readonly("centre_px", &LampResidual::centre_px, "(2,) predicted centre of its image.")
+                    "True if it was left out as a gross error.")
+      .def_readonly("rms_px", &LampResidual::rms_px,
+                    "Root mean square residual of its rim points, or length of its centroid "
+                    "residual [px].")
+      .def_readonly("centre_px", &LampResidual::centre_px,
+                    "(2,) predicted centre of the lamp's image [px].")
       .def("__repr__", [](const LampResidual& r) {
         return "<LampResidual: lamp " + std::to_string(r.match.lamp) + ", rms " +
                value_repr(r.rms_px) + " px>";
       });
 
   using R = Result<Refined>;
-  ResultClass<R> refined(m, "Refined", "The most likely pose for one naming of the blobs.");
+  ResultClass<R> refined(m, "Refined",
+                         "Maximum-likelihood pose for one assignment of blobs to lamps.");
   define_result(refined);
   refined.def_property_readonly("cam_from_world", value_of(&Refined::cam_from_world), "Pose, 4x4.")
       .def_property_readonly("covariance", value_of(&Refined::covariance),
-                             "(6, 6) [rotation, translation], left perturbation.")
-      .def_property_readonly("chi2", value_of(&Refined::chi2), "Whitened, robust.")
+                             "(6, 6) of cam_from_world [rotation rad, translation m], left "
+                             "perturbation.")
+      .def_property_readonly("chi2", value_of(&Refined::chi2),
+                             "Robust chi-square of lamps and prior.")
       .def_property_readonly("dof", value_of(&Refined::dof), "Observations minus parameters.")
       .def_property_readonly("variance_factor", value_of(&Refined::variance_factor),
-                             "Contained in the covariance; 1 unless chi2 is too large for chance.")
-      .def_property_readonly("rms_px", value_of(&Refined::rms_px), "Of centres over lamps [px].")
+                             "chi2 / dof, included in the covariance; 1 unless chi2 exceeds its "
+                             "99.9 % quantile.")
+      .def_property_readonly("rms_px", value_of(&Refined::rms_px),
+                             "Root mean square centre residual over all lamps [px].")
       .def_property_readonly("lamps", value_of(&Refined::lamps), "LampResidual of each match.")
       .def_property_readonly("rim_growth_px", value_of(&Refined::rim_growth_px),
-                             "Of saturated lamps, or None [px].")
+                             "Common rim growth of saturated lamps [px], or None.")
       .def_property_readonly("flux_factor", value_of(&Refined::flux_factor),
-                             "Seen over predicted, with FluxModel.common_factor; or None.")
-      .def_property_readonly("iterations", value_of(&Refined::iterations), "Steps taken.")
+                             "Measured over predicted flux with FluxModel.common_factor, or None.")
+      .def_property_readonly("iterations", value_of(&Refined::iterations), "Number of steps.")
       .def("__repr__", [](const R& r) {
         return "<Refined: " + std::string(to_string(r.status)) + ", position " +
                rounded(r.value.cam_from_world.origin_in_source(), 4) + " m, rms " +
@@ -89,9 +100,11 @@ void define_refine(py::module_& m) {
             },
             py::arg("start"), py::arg("matches"), py::arg("blobs"), py::arg("scene"),
             py::arg("prior") = py::none(), py::kw_only(), argument(f, texts)...,
-            ("The most likely pose for a given naming of the blobs, with its covariance.\n\n"
-             "start: 4x4 cam_from_world, for example a Hypothesis'. Returns: Refined.\n"
-             "Raises: ValueError for a match outside its list." +
+            ("Computes the maximum-likelihood pose for an assignment of blobs to lamps.\n\n"
+             "start: initial cam_from_world (4x4), such as that of a Hypothesis. matches: list of\n"
+             "Match. Without the image, Rung.direct falls back to the rims.\n"
+             "Returns: Refined; status too_few_lamps, degenerate or not_converged.\n"
+             "Raises: ValueError for a match outside its list or a start that is not finite." +
              fields_doc(fields, "Options"))
                 .c_str());
       },
@@ -100,17 +113,17 @@ void define_refine(py::module_& m) {
 
 void define_fix(py::module_& m) {
   using C = Candidate;
-  ResultClass<C>(m, "Candidate", "One pose that explains the image.")
+  ResultClass<C>(m, "Candidate", "One plausible pose.")
       .def_readonly("cam_from_world", &C::cam_from_world, "Pose, 4x4.")
       .def_readonly("covariance", &C::covariance,
-                    "(6, 6) of cam_from_world [rotation, translation], left perturbation.")
-      .def_readonly("position_m", &C::position_m, "(3,) of the camera [m, world].")
+                    "(6, 6) of cam_from_world [rotation rad, translation m], left perturbation.")
+      .def_readonly("position_m", &C::position_m, "(3,) position of the camera [m, world].")
       .def_property_readonly(
           "position_covariance_m2",
           [](const C& c) { return position_covariance(c.cam_from_world, c.covariance); },
-          "(3, 3) of the position [m^2, world].")
-      .def_readonly("rms_px", &C::rms_px, "Of centres over lamps [px].")
-      .def_readonly("chi2", &C::chi2, "Whitened, robust.")
+          "(3, 3) covariance of the position [m^2, world].")
+      .def_readonly("rms_px", &C::rms_px, "Root mean square centre residual over all lamps [px].")
+      .def_readonly("chi2", &C::chi2, "Robust chi-square of lamps and prior.")
       .def_readonly("dof", &C::dof, "Observations minus parameters.")
       .def_readonly("lamps", &C::lamps, "Lamp id -> Blob.")
       .def("__repr__", [](const C& c) {
@@ -118,35 +131,39 @@ void define_fix(py::module_& m) {
                keys_text(c.lamps) + ", rms " + value_repr(c.rms_px) + " px>";
       });
 
-  ResultClass<Timing>(m, "Timing", "Where the time went [s].")
-      .def_readonly("detect_s", &Timing::detect_s, "Finding blobs [s].")
-      .def_readonly("identify_s", &Timing::identify_s, "Naming them [s].")
-      .def_readonly("refine_s", &Timing::refine_s, "Refining poses [s].")
-      .def_readonly("total_s", &Timing::total_s, "All [s].")
+  ResultClass<Timing>(m, "Timing", "Computing times [s].")
+      .def_readonly("detect_s", &Timing::detect_s, "Detection of blobs [s].")
+      .def_readonly("identify_s", &Timing::identify_s, "Identification of lamps [s].")
+      .def_readonly("refine_s", &Timing::refine_s, "Refinement of poses [s].")
+      .def_readonly("total_s", &Timing::total_s, "Whole call [s].")
       .def("__repr__", [](const Timing& t) { return "<Timing: " + value_repr(t.total_s) + " s>"; });
 
   using R = Result<Fix>;
-  ResultClass<R> fix(m, "Fix", R"(Where the camera was: the answer of locate().
+  ResultClass<R> fix(m, "Fix", R"(Pose of the camera: result of locate() and solve_pose().
 
-What was found so far is there even when the fix is not ok: look at status and message. Without
-candidates there is no pose: its covariance is infinite.)");
+If `ok` is false, status and message state the reason; the fix then holds what was found so far.
+Without candidates, the pose is undefined and its covariance infinite.)");
   define_result(fix);
   fix.def_property_readonly("position_m", value_of(&Fix::position_m),
-                            "(3,) of the camera [m, world].")
+                            "(3,) position of the camera [m, world].")
       .def_property_readonly("position_covariance_m2", value_of(&Fix::position_covariance_m2),
-                             "(3, 3) of the position [m^2, world].")
+                             "(3, 3) covariance of the position [m^2, world].")
       .def_property_readonly("cam_from_world", value_of(&Fix::cam_from_world), "Pose, 4x4.")
       .def_property_readonly(
           "covariance", value_of(&Fix::covariance),
           "(6, 6) of cam_from_world [rotation rad, translation m], left perturbation.")
       .def_property_readonly("candidates", value_of(&Fix::candidates),
-                             "Every plausible pose, best first; the first is the fix.")
-      .def_property_readonly("lamps", value_of(&Fix::lamps), "Lamp id -> Blob.")
-      .def_property_readonly("blobs", value_of(&Fix::blobs), "Everything detected.")
-      .def_property_readonly("rms_px", value_of(&Fix::rms_px), "Of centres over lamps [px].")
-      .def_property_readonly("timing_s", value_of(&Fix::timing_s), "Where the time went [s].")
+                             "List of Candidate: all plausible poses, best first; the first is "
+                             "the fix.")
+      .def_property_readonly("lamps", value_of(&Fix::lamps),
+                             "Lamp id -> Blob, of the best candidate.")
+      .def_property_readonly("blobs", value_of(&Fix::blobs), "List of all detected Blobs.")
+      .def_property_readonly("rms_px", value_of(&Fix::rms_px),
+                             "Root mean square centre residual over all lamps [px].")
+      .def_property_readonly("timing_s", value_of(&Fix::timing_s), "Timing: computing times [s].")
       .def_property_readonly("choice", value_of(&Fix::choice),
-                             "RungChoice: by which rung locate() refined, and why; or None.")
+                             "RungChoice of locate(): rung of the refinement, with the reason; or "
+                             "None.")
       .def("__repr__", [](const R& r) {
         const Eigen::Vector3d sigma_m = r.value.position_covariance_m2.diagonal().cwiseSqrt();
         const std::string status = "<Fix: " + std::string(to_string(r.status));
@@ -161,10 +178,11 @@ auto locate_fields() {
   using O = LocateOptions;
   return std::tuple_cat(
       std::make_tuple(
-          field("max_candidates", &O::max_candidates, "fitting poses returned at most"),
-          field("budget_s", &O::budget_s, "time for the whole call [s]: chooses the rung"),
+          field("max_candidates", &O::max_candidates,
+                "maximum number of poses that are refined and returned"),
+          field("budget_s", &O::budget_s, "time budget of the whole call [s]; selects the rung"),
           field("target_sigma_m", &O::target_sigma_m,
-                "error of the position [m]: chooses the rung"),
+                "target for the position's error [m]; selects the rung"),
           field("costs", &O::costs, "RungCosts of this machine")),
       fields_within(&O::detect, detect_fields()), fields_within(&O::identify, identify_fields()),
       fields_within(&O::refine, refine_fields()));
@@ -173,19 +191,20 @@ auto locate_fields() {
 void define_locate_function(py::module_& m) {
   const auto fields = locate_fields();
   const std::string doc =
-      R"(Where was the camera when it took this image of these lamps?
+      R"(Computes the camera's pose from one image of the scene's lamps.
 
+Detects blobs, assigns them to lamps, solves for the pose and refines it.
 image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16, of the camera's size;
-not copied when the pixels of a row are adjacent. Or a list of Blobs that detect() found in it.
-scene: Scene. prior: Prior or None.
-With a budget_s the most accurate rung is taken that is predicted to fit into what detection and
-identification have left of it; with a target_sigma_m (root of the trace of the position's
-covariance) the cheapest that is predicted to meet it, within the budget when there is one. `rung`
-then does not count, and status budget_not_met says that none does; the fix is the best there is.
-Returns: Fix; look at `ok` or `status` before using it. All plausible poses are in `candidates`.
-`choice` says which rung was taken, and why.
-Raises: TypeError or ValueError for another array, an image of another size than the camera's, or
-a bad option.)" +
+not copied when the pixels of a row are adjacent. Instead of the image, a list of Blobs from
+detect(). scene: Scene. prior: Prior or None.
+budget_s: selects the most accurate rung that is predicted to fit into the time left after detection
+and identification. target_sigma_m: root of the trace of the position's covariance; selects the
+fastest rung that is predicted to meet it, within the budget if both are given. Each replaces `rung`.
+If no rung meets them, the status is budget_not_met and the fix is the best possible one.
+Returns: Fix; check `ok` or `status` before using it. `candidates` holds all plausible poses, `choice`
+the selected rung with the reason.
+Raises: TypeError or ValueError for an unsupported array, an image that does not have the camera's
+size, or an option out of range.)" +
       fields_doc(fields, "Options");
   DefaultTexts texts;
   std::apply(

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The members of any plain struct, and their conversion to Python objects for pickling. No member
-// is listed, so none can be missed: structured bindings give them, as in Boost.PFR. A struct
-// becomes a tuple of its converted members; enumerators become integers and lists of numbers become
-// arrays.
+// Access to the members of any plain struct, and their conversion to Python objects for pickling.
+// Structured bindings return the members, as in Boost.PFR, so there is no list that could miss one.
+// A struct becomes a tuple of its converted members; enumerators become integers and lists of
+// numbers become arrays.
 #pragma once
 
 #include <pybind11/eigen.h>
@@ -27,8 +27,8 @@ namespace occ::python {
 
 namespace py = pybind11;
 
-/// References to the members of a plain struct without bases. Specialise it for a struct with a
-/// base.
+/// References to the members of a plain struct without base classes. Specialise it for a struct
+/// with a base class.
 template <class C>
 struct Members {
   static auto tie(C& object) {
@@ -111,7 +111,7 @@ inline constexpr bool is_shared_v = false;
 template <class T>
 inline constexpr bool is_shared_v<std::shared_ptr<T>> = true;
 
-/// A value as Python objects that can be pickled.
+/// Converts a value to Python objects that can be pickled.
 template <class T>
 py::object packed(const T& value) {
   if constexpr (std::is_base_of_v<py::handle, T>) {
@@ -148,8 +148,8 @@ py::object packed(const T& value) {
 template <class T>
 T unpacked(const py::object& state);
 
-/// Sets a value from what packed() returned. Throws ValueError when the numbers of members differ,
-/// as in a file of another version.
+/// Sets a value from the result of packed(). Throws ValueError when the numbers of members differ,
+/// as in a file written by another version.
 template <class T>
 void unpack(const py::object& state, T& value) {
   if constexpr (std::is_enum_v<T>) {

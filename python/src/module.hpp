@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of the compiled module, defined in this order.
+// Functions that define the parts of the compiled module, in the order of the calls.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -17,34 +17,34 @@ namespace py = pybind11;
 void define_core(py::module_& m);
 void define_codes(py::module_& m);
 void define_camera(py::module_& m);
-void define_effects(py::module_& m);  // by define_scene
-void define_tag(py::module_& m);      // by define_scene
+void define_effects(py::module_& m);  // called by define_scene
+void define_tag(py::module_& m);      // called by define_scene
 void define_scene(py::module_& m);
 void define_formation(py::module_& m);
 void define_light(py::module_& m);
 void define_trajectory(py::module_& m);
-void define_renderer(py::module_& m);  // by define_simulate
+void define_renderer(py::module_& m);  // called by define_simulate
 void define_simulate(py::module_& m);
 void define_detect(py::module_& m);
 void define_identify(py::module_& m);
-void define_bound(py::module_& m);   // by define_locate
-void define_ladder(py::module_& m);  // by define_locate
+void define_bound(py::module_& m);   // called by define_locate
+void define_ladder(py::module_& m);  // called by define_locate
 void define_objects(py::module_& m);
 void define_locate(py::module_& m);
 void define_decode(py::module_& m);
 void define_motion(py::module_& m);
 void define_tracker(py::module_& m);
 void define_guide(py::module_& m);
-void define_guide_plans(py::module_& m);  // by define_guide
-void define_closed_loop(py::module_& m);  // by define_guide
-void define_robust_pose(py::module_& m);  // by define_pose
-void define_april_tags(py::module_& m);   // by define_pose
-void define_headlights(py::module_& m);   // by define_pose
+void define_guide_plans(py::module_& m);  // called by define_guide
+void define_closed_loop(py::module_& m);  // called by define_guide
+void define_robust_pose(py::module_& m);  // called by define_pose
+void define_april_tags(py::module_& m);   // called by define_pose
+void define_headlights(py::module_& m);   // called by define_pose
 void define_pose(py::module_& m);
 void define_smoother(py::module_& m);
 void define_consistency(py::module_& m);
 void define_calibrate(py::module_& m);
-void define_calibrate_light(py::module_& m);  // by define_calibrate
+void define_calibrate_light(py::module_& m);  // called by define_calibrate
 void define_network(py::module_& m);
 void define_adjust(py::module_& m);
 void define_network_statistics(py::module_& m);
@@ -52,8 +52,8 @@ void define_test_field(py::module_& m);
 void define_targets(py::module_& m);
 void define_start_network(py::module_& m);
 
-/// Runs `read(path)` without the GIL; its std::runtime_error becomes FileNotFoundError or OSError
-/// when the file cannot be opened, ValueError when its content is wrong; the message stays.
+/// Runs `read(path)` without the GIL. Translates its std::runtime_error, with the same message, to
+/// FileNotFoundError or OSError when the file cannot be opened, else to ValueError.
 template <class Read>
 auto reading(const std::filesystem::path& path, Read&& read) {
   try {
@@ -72,7 +72,7 @@ auto reading(const std::filesystem::path& path, Read&& read) {
   }
 }
 
-/// Runs `write(path)` without the GIL; its std::runtime_error becomes OSError.
+/// Runs `write(path)` without the GIL and translates its std::runtime_error to OSError.
 template <class Write>
 void writing(const std::filesystem::path& path, Write&& write) {
   try {

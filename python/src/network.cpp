@@ -133,8 +133,7 @@ void define_building(py::class_<Network>& network) {
            py::arg("cam_from_world") = py::none(), py::kw_only(), py::arg("station") = py::none(),
            py::arg("mount") = -1,
            "Adds an image by the start value of its pose (4x4), or by a station (and mount); "
-           "returns its "
-           "index.")
+           "returns its index.")
       .def("add_point", &add_point, py::arg("name"), py::arg("position_m"),
            py::arg("fixed") = false,
            "Adds a point with the start value of its position; returns its index.")
@@ -276,10 +275,10 @@ void define_reading(py::class_<Network>& network) {
                              "(n, 9) image, point, body, corner, x, y [px], their sigmas, used.")
       .def(
           "position_m", [](const Network& n, const Target& t) { return n.position_m(t); },
-          py::arg("target"), "Position of a target (3,) [m].")
+          py::arg("target"), "Returns the position of a target (3,) [m].")
       .def(
           "name_of", [](const Network& n, const Target& t) { return n.name_of(t); },
-          py::arg("target"), "Name of a point, or of a body with the corner's number.")
+          py::arg("target"), "Returns the name of a point, or of a body with the corner's number.")
       .def(
           "cam_from_world",
           [](const Network& n, int image) {
@@ -287,10 +286,11 @@ void define_reading(py::class_<Network>& network) {
                     "the index of an image");
             return n.cam_from_world(image);
           },
-          py::arg("image"), "Pose of an image, 4x4.")
+          py::arg("image"), "Returns the pose of an image, 4x4.")
       .def(
-          "copy", [](const Network& n) { return n; }, "Independent copy.")
-      .def("check", &check_network, "Raises: ValueError naming an invalid element.")
+          "copy", [](const Network& n) { return n; }, "Returns an independent copy.")
+      .def("check", &check_network,
+           "Checks all elements. Raises: ValueError naming an invalid one.")
       .def("__repr__", [](const Network& n) {
         return "<Network: " + std::to_string(n.images.size()) + " images, " +
                std::to_string(n.points.size()) + " points, " + std::to_string(n.bodies.size()) +

@@ -65,7 +65,8 @@ Arrays (n, 2) have a row for each image observation, columns along x and y; zero
           },
           "R.m.s. residual of each image, (images, 2).");
   m.def("network_statistics", &network_statistics, py::arg("network"), py::arg("threads") = 2,
-        py::call_guard<py::gil_scoped_release>(), "NetworkStatistics of an adjusted Network.");
+        py::call_guard<py::gil_scoped_release>(),
+        "Computes the NetworkStatistics of an adjusted Network.");
 }
 
 void define_parameters(py::module_& m) {
@@ -89,7 +90,8 @@ void define_parameters(py::module_& m) {
         return parameter_statistics(adjusted, nominal, known.value);
       },
       py::arg("network"), py::arg("nominal"), py::arg("precision"),
-      "ParameterStatistics of all free parameters; nominal: the network with their other values.");
+      "Computes the ParameterStatistics of all free parameters. nominal: the network with their "
+      "values if they are not estimated.");
 }
 
 void define_selection(py::module_& m) {
@@ -188,7 +190,8 @@ void define_checks(py::module_& m) {
         return check_points(network, known.value, points);
       },
       py::arg("network"), py::arg("precision"), py::arg("targets"), py::arg("positions_m"),
-      "Errors at Targets with independently known positions (n, 3), compared with the prediction.");
+      "Computes the errors at Targets with independently known positions (n, 3) [m], and their "
+      "predictions.");
   m.def(
       "projection_uncertainty",
       [](const Camera& camera, const std::vector<std::string>& free,
@@ -200,7 +203,7 @@ void define_checks(py::module_& m) {
       py::arg("camera"), py::arg("free_parameters"), py::arg("covariance"), py::kw_only(),
       py::arg("columns") = 24, py::arg("rows") = 18,
       py::arg_v("range_m", std::numeric_limits<double>::infinity(), "float('inf')"),
-      R"(Uncertainty of a calibrated camera's projection over the image, as defined by mrcal.
+      R"(Computes the uncertainty of a calibrated camera's projection, as defined by mrcal.
 
 The part that equals a small rotation of the camera (at a finite range: and translation) is removed.
 Returns: sigma_px (rows, columns), its mean, its maximum.)");
@@ -231,7 +234,7 @@ void define_measuring(py::module_& m) {
             const MeasuredDistance d = distance_between(x, from, to);
             return std::make_pair(d.length_m, d.sigma_m);
           },
-          py::arg("from_"), py::arg("to"), "Length and sigma [m] between two points.");
+          py::arg("from_"), py::arg("to"), "Returns (length, sigma) [m] between two points.");
   m.def(
       "measure_points",
       [](const Network& network,

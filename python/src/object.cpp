@@ -198,7 +198,8 @@ void define_detectable_points(py::module_& m) {
               return detectable_points(v, i, options);
             },
             py::arg("vertices"), py::arg("faces"), py::kw_only(), argument(f, texts)...,
-            ("Points of a mesh that can be found in images, where long sharp edges meet.\n\n"
+            ("Finds the points of a mesh that are detectable in images: where long sharp edges "
+             "meet.\n\n"
              "vertices: (n, 3) [m]. faces: (k, 3) indices, counterclockwise seen from outside;\n"
              "read_mesh() gives both. Returns: DetectablePoints, longest edges first.\n"
              "Raises: ValueError naming the argument." +

@@ -36,12 +36,12 @@ void define_p3p(py::module_& m) {
         return stacked(p3p(bearings.transpose(), points_in_world.transpose()));
       },
       py::arg("bearings"), py::arg("points_in_world"),
-      R"(All poses from which three known points are observed along three bearings.
+      R"(Computes all poses from which three known points are observed along three bearings.
 
 bearings: (3, 3), a unit vector (camera frame) in each row. points_in_world: (3, 3), a point [m] in
 each row. Returns: (k, 4, 4) candidates for cam_from_world, k from 0 to 4, in no particular order;
 all of them fit. Raises: ValueError for another number of points, numbers that are not finite or
-bearings that are not unit.)");
+bearings that are not unit vectors.)");
 }
 
 void define_solvers(py::module_& m) {
@@ -61,7 +61,7 @@ void define_solvers(py::module_& m) {
       .def_readonly("failures", &Solver::failures, "Known failures and slow cases.")
       .def_readonly("source", &Solver::source, "Paper, and package of the implementation.")
       .def("__repr__", [](const Solver& s) { return "<Solver: " + std::string(s.name) + ">"; });
-  m.def("solvers", &solvers, "Every pose solver, those for the fewest points first.");
+  m.def("solvers", &solvers, "Returns all pose solvers, those for the fewest points first.");
 }
 
 struct Conditioned {
@@ -110,13 +110,14 @@ void define_planar(py::module_& m) {
   m.def(
       "planar_poses", &planar_poses_of, py::arg("bearings"), py::arg("points_in_world_m"),
       py::kw_only(), py::arg("up_in_cam"), py::arg("height_m"), py::arg("heading_rad") = py::none(),
-      R"(Poses of a camera of known tilt and height, from two points or from one point and a heading.
+      R"(Computes the poses of a camera of known tilt and height from two points, or one and a heading.
 
-bearings: (2, 3) or, with heading_rad, (1, 3), unit, camera frame. points_in_world_m: likewise.
-up_in_cam: (3,), the world's Z in the camera's frame. height_m: the camera's z.
+bearings: (2, 3) or, with heading_rad, (1, 3), unit vectors in the camera frame. points_in_world_m:
+the same shape. up_in_cam: (3,), the world's Z in the camera's frame. height_m: the camera's z.
 Returns: up to two poses, 4x4, the one with the smaller misfit first; none if the heading is
 undetermined.
-Raises: ValueError for numbers that are not finite, bearings that are not unit and other counts.)");
+Raises: ValueError for numbers that are not finite, bearings that are not unit vectors, or other
+counts.)");
 }
 
 void define_candidates(py::module_& m) {
@@ -139,24 +140,24 @@ void define_candidates(py::module_& m) {
   define_result(candidates);
   candidates
       .def_property_readonly(
-          "value", [](const Candidates& c) { return c.value; }, "PoseCandidates, best first.")
+          "value", [](const Candidates& c) { return c.value; },
+          "List of PoseCandidate, best first.")
       .def("__repr__", [](const Candidates& c) {
         return "<PoseCandidates: " + std::string(to_string(c.status)) + ", " +
                std::to_string(c.value.size()) + ">";
       });
-  m.def(
-      "pose_candidates", &pose_candidates_of, py::arg("bearings"), py::arg("points_in_world_m"),
-      py::arg("solver") = "auto", py::kw_only(), py::arg("origins_in_cam_m") = py::none(),
-      py::arg("up_in_cam") = py::none(),
-      py::arg("tolerance_rad") = CandidateOptions{}.tolerance_rad,
-      py::arg("polish") = CandidateOptions{}.polish,
-      R"(Every pose from which known points are observed along bearings, by any solver, with checks.
+  m.def("pose_candidates", &pose_candidates_of, py::arg("bearings"), py::arg("points_in_world_m"),
+        py::arg("solver") = "auto", py::kw_only(), py::arg("origins_in_cam_m") = py::none(),
+        py::arg("up_in_cam") = py::none(),
+        py::arg("tolerance_rad") = CandidateOptions{}.tolerance_rad,
+        py::arg("polish") = CandidateOptions{}.polish,
+        R"(Computes all poses from which known points are observed along bearings, with checks.
 
 bearings: (n, 3), a unit vector (camera frame) in each row. points_in_world_m: (n, 3).
 solver: a name in solvers(), or "auto". origins_in_cam_m: (n, 3), the start of each bearing, for
 several cameras on a rig. up_in_cam: (3,), the world's Z in the camera's frame, if known.
-tolerance_rad: limit of the misfit; noisy bearings need about 5 sigmas. polish: False for poses as the
-solver returns them.
+tolerance_rad: limit of the misfit; noisy bearings need about 5 sigmas. polish: refines the solver's
+poses.
 Returns: PoseCandidates. Their status is ok; too_few_lamps for fewer points than the solver needs;
 degenerate for points that coincide, lie on a line or have a layout that the solver does not accept;
 no_pose if none fits (the best pose may be in the value).
@@ -179,15 +180,15 @@ void define_solve_pose(py::module_& m) {
         py::arg("max_misfit") = defaults.max_misfit,
         py::arg("max_iterations") = defaults.max_iterations,
         py::arg("sigmas_px") = std::vector<double>{},
-        R"(Maximum-likelihood pose from points and their pixels, with its covariance.
+        R"(Computes the maximum-likelihood pose from points and their pixels, with its covariance.
 
 points_in_world_m: (n, 3), n >= 3. points_px: (n, 2), their pixels. solver: a name in solvers(), or
-"auto". sigma_px: of a pixel coordinate, along each axis. start: 4x4, initial cam_from_world, e.g. of
-the previous frame, instead of a solver; other poses that fit are then not searched.
-max_misfit: largest chi2 / dof of a pose that fits. sigmas_px: of each point, instead of sigma_px.
+"auto". sigma_px: standard deviation of a pixel coordinate. start: 4x4, initial cam_from_world, such
+as that of the previous frame, instead of a solver; other poses that fit are then not searched.
+max_misfit: largest chi2 / dof of a pose that fits. sigmas_px: (n,), replaces sigma_px.
 Returns: Fix; status ambiguous if another pose fits nearly as well (all are in `candidates`), no_pose
-if none fits, too_few_lamps, degenerate, not_converged.
-Raises: ValueError for counts that differ, numbers that are not finite, an unknown solver.)");
+if none fits, too_few_lamps, degenerate or not_converged.
+Raises: ValueError for counts that differ, numbers that are not finite, or an unknown solver.)");
 }
 
 }  // namespace

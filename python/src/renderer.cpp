@@ -14,7 +14,7 @@
 namespace occ::python {
 namespace {
 
-/// A Renderer that threads may share: one thread renders, the others wait.
+/// A Renderer that several threads can share: one thread renders, the others wait.
 class SharedRenderer {
  public:
   explicit SharedRenderer(const Scene& scene)
@@ -58,7 +58,7 @@ void define_renderer(py::module_& m) {
   DefaultTexts texts;
   py::class_<SharedRenderer> cls(
       m, "Renderer",
-      R"(Renders many images of one scene, with the same bits as simulate().
+      R"(Renders many images of one scene, bit-identical to those of simulate().
 
 Tables are shared by all images: thousands of images per second if only the lamps have noise.
 Threads that share a Renderer wait for each other; use one per thread.
@@ -92,8 +92,8 @@ Threads that share a Renderer wait for each other; use one per thread.
                                    from_values<SimulateOptions>(fields, values...));
             },
             py::arg("cam_from_world"), py::arg("min_time_s"), py::kw_only(), argument(f, texts)...,
-            ("Mean time of an image without conversion to Python [s], measured over at least "
-             "min_time_s with increasing frame numbers." +
+            ("Returns the mean time of an image without conversion to Python [s], measured over at "
+             "least min_time_s with increasing frame numbers." +
              fields_doc(fields, "Options"))
                 .c_str());
       },

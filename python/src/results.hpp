@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Result structs in Python: read-only properties and pickling. A Result<T> is one flat object: its
-// status beside the fields of its value.
+// Result structs in Python: read-only properties and pickling. A Result<T> becomes one flat object
+// with the status, the message and the fields of the value.
 #pragma once
 
 #include "fields.hpp"
@@ -9,7 +9,7 @@
 
 namespace occ::python {
 
-/// A py::class_ of a result, without constructor in Python, that can be pickled (members.hpp).
+/// A py::class_ of a result. It has no constructor in Python and can be pickled (members.hpp).
 template <class C, class... Extra>
 class ResultClass : public py::class_<C, Extra...> {
  public:
@@ -31,9 +31,9 @@ auto value_of(M T::*member) {
 template <class T>
 void define_result(py::class_<Result<T>>& cls) {
   cls.def_property_readonly(
-         "ok", [](const Result<T>& r) { return r.ok(); }, "Whether status is Status.ok.")
-      .def_readonly("status", &Result<T>::status, "How it ended, a Status.")
-      .def_readonly("message", &Result<T>::message, "One sentence; may be empty.");
+         "ok", [](const Result<T>& r) { return r.ok(); }, "True if status is Status.ok.")
+      .def_readonly("status", &Result<T>::status, "Status: ok, or the kind of failure.")
+      .def_readonly("message", &Result<T>::message, "A sentence for the user; may be empty.");
 }
 
 }  // namespace occ::python

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays hold a point in each row: the transpose of the columns that C++ takes, at the same place.
+// Views of numpy arrays with one point in each row. Their transposes are the matrices with one
+// point in each column that C++ uses; no element is copied.
 #pragma once
 
 #include "casters.hpp"

@@ -17,7 +17,7 @@ namespace {
 
 void define_enums(py::module_& m) {
   define_enum(m, "LampShape", "Shape of a lamp's lit face.", shape_words);
-  define_enum(m, "Response", "How the linear signal becomes the stored grey level.",
+  define_enum(m, "Response", "Relation between the linear signal and the stored grey level.",
               response_words);
   define_enum(m, "Mosaic", "Colour filters over the pixels.", mosaic_words);
   define_enum(m, "Readout", "Pixels that a rolling shutter exposes together.", readout_words);
@@ -60,11 +60,11 @@ std::string scene_repr(const Scene& scene) {
 
 void define_scene_class(py::module_& m) {
   py::class_<Scene>(m, "Scene",
-                    R"(Everything known before an image is taken: camera, sensor, lamps, room.
+                    R"(Model of a room and its camera: camera, sensor, lens, lamps, boxes, tags.
 
-camera: Camera. lamps: Lamps with different ids. sensor: Sensor; None: the default one.
-room: Room or None. lens: Lens. boxes: Boxes that hide lamps. ambient_w_m2: irradiance of the sensor
-by other light than the lamps'. effects: Effects that simulate() renders. tags: AprilTags as landmarks.
+camera: Camera. lamps: Lamps with different ids. sensor: Sensor; None: default values. room: Room or
+None. lens: Lens. boxes: Boxes that occlude lamps. ambient_w_m2: irradiance of the sensor from other
+sources than the lamps. effects: Effects that simulate() renders. tags: Tags (AprilTags) as landmarks.
 Raises: ValueError naming the part, the field and its value.
 
 >>> import libocc as occ
@@ -79,7 +79,7 @@ Raises: ValueError naming the part, the field and its value.
       .def_static(
           "load", [](const std::filesystem::path& path) { return reading(path, &read_scene); },
           py::arg("path"),
-          R"(Scene from a YAML file (the schema is in data/scenes/README.md).
+          R"(Reads a scene from a YAML file (the schema is in data/scenes/README.md).
 
 Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming file, line, key
   and value.)")
@@ -88,10 +88,10 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
           [](const Scene& scene, const std::filesystem::path& path) {
             writing(path, [&](const std::string& name) { write_scene(name, scene); });
           },
-          py::arg("path"), "Writes a YAML file that load() reads back to an equal scene.")
+          py::arg("path"), "Writes a YAML file; load() returns an equal scene. Raises: OSError.")
       .def_static("parse", &parse_text, py::arg("text"),
-                  "Scene from YAML text. Raises: ValueError naming line, key and value.")
-      .def("format", &format_scene, "The YAML text that save() writes.")
+                  "Reads a scene from YAML text. Raises: ValueError naming line, key and value.")
+      .def("format", &format_scene, "Returns the YAML text that save() writes.")
       .def_readonly("camera", &Scene::camera, "Camera.")
       .def_readonly("sensor", &Scene::sensor, "Sensor.")
       .def_property_readonly(
@@ -99,7 +99,7 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
           [](const Scene& scene) -> py::typing::Tuple<Lamp, py::ellipsis> {
             return py::tuple(py::cast(scene.lamps));
           },
-          "Lamps, a tuple: scenes are immutable.")
+          "Tuple of Lamp.")
       .def_readonly("room", &Scene::room, "Room or None.")
       .def_readonly("lens", &Scene::lens, "Lens.")
       .def_property_readonly(
@@ -107,19 +107,20 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
           [](const Scene& scene) -> py::typing::Tuple<Box, py::ellipsis> {
             return py::tuple(py::cast(scene.boxes));
           },
-          "Boxes, a tuple.")
+          "Tuple of Box.")
       .def_property_readonly(
           "tags",
           [](const Scene& scene) -> py::typing::Tuple<Tag, py::ellipsis> {
             return py::tuple(py::cast(scene.tags));
           },
-          "Tags, a tuple.")
-      .def_readonly("ambient_w_m2", &Scene::ambient_w_m2, "On the sensor [W/m^2].")
+          "Tuple of Tag.")
+      .def_readonly("ambient_w_m2", &Scene::ambient_w_m2,
+                    "Irradiance of the sensor from other sources than lamps [W/m^2].")
       .def_readonly("effects", &Scene::effects, "Effects.")
       .def(
           "as_rendered", &Scene::as_rendered,
-          "The scene without the effects that are switched off, such as vignetting or the response "
-          "curve:\nthe model of images rendered with these effects.")
+          "Returns the scene without the effects that are switched off, such as vignetting or the\n"
+          "response curve: the model of images rendered with these effects.")
       .def(
           "replace",
           [](const Scene& s, const std::optional<Camera>& camera,
@@ -137,7 +138,7 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
           py::arg("sensor") = py::none(), py::arg("room") = py::none(),
           py::arg("lens") = py::none(), py::arg("boxes") = py::none(),
           py::arg("ambient_w_m2") = py::none(), py::arg("effects") = py::none(),
-          py::arg("tags") = py::none(), "A copy with the given parts changed.")
+          py::arg("tags") = py::none(), "Returns a copy with the given parts changed.")
       .def("__repr__", &scene_repr)
       .def("__eq__",
            [](const Scene& a, const py::object& b) {
@@ -152,16 +153,18 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
 
 void define_scene(py::module_& m) {
   define_enums(m);
-  define_documented<Channel>(
-      m, "Channel", "The pixels of one colour: what differs from the sensor.", channel_fields);
-  define_documented<Sensor>(m, "Sensor", "The camera as a light meter: exposure, noise, response.",
+  define_documented<Channel>(m, "Channel",
+                             "Parameters of the pixels of one colour, in place of the sensor's.",
+                             channel_fields);
+  define_documented<Sensor>(m, "Sensor",
+                            "Conversion of irradiance to grey levels: exposure, noise, response.",
                             sensor_fields);
   define_documented<Lamp>(m, "Lamp", "A lamp: position, shape, light and blinking.", lamp_fields);
   define_documented<Room>(m, "Room", "A box room with one corner at the world's origin.",
                           room_fields);
-  define_documented<Ghost>(m, "Ghost", "A faint second image of everything inside the lens.",
+  define_documented<Ghost>(m, "Ghost", "A faint second image from two reflections inside the lens.",
                            ghost_fields);
-  define_documented<Lens>(m, "Lens", "Effects of a lens on the light, beside the projection.",
+  define_documented<Lens>(m, "Lens", "Effects of a lens on the light, besides the projection.",
                           lens_fields);
   define_documented<Box>(m, "Box", "An opaque box with its sides along the world's axes.",
                          box_fields);

@@ -81,7 +81,7 @@ void define_plan(py::module_& m) {
                     "Largest change of a pixel when it is left out [grey levels].")
       .def_readonly("bound_px", &EffectPlan::bound_px,
                     "Largest displacement of a lamp's centroid when it is left out [px].")
-      .def_readonly("reason", &EffectPlan::reason, "Why it is applied or not, as text.")
+      .def_readonly("reason", &EffectPlan::reason, "Reason for applying it or leaving it out.")
       .def("__repr__", [](const EffectPlan& p) {
         return std::string("<EffectPlan ") + effect_name(p.effect) +
                (p.applied ? ": applied" : ": left out") + ", " + p.reason + ">";
@@ -142,7 +142,7 @@ Further keywords as for simulate(). Raises: ValueError as simulate() does.
               return std::vector<EffectPlan>(plan.effects.begin(), plan.effects.end());
             },
             py::arg("scene"), py::arg("cam_from_world"), py::kw_only(), argument(f, texts)...,
-            R"(Plans which effects simulate() renders with the same arguments, with bounds on their changes.
+            R"(Lists the effects that simulate() renders with the same arguments, with bounds.
 
 Returns: an EffectPlan for each effect, in the order of Effects.use.
 Raises: ValueError as simulate() does.)");
@@ -178,7 +178,7 @@ void define_simulate(py::module_& m) {
                                           rendered.cam_from_world, std::move(rendered.lamps)});
             },
             py::arg("scene"), py::arg("cam_from_world"), py::kw_only(), argument(f, texts)...,
-            (R"(Renders what the scene's camera sees of its lamps.
+            (R"(Renders the image of a scene that its camera takes from a pose.
 
 cam_from_world: 4x4, see look_at(). Returns (image, truth): a (height, width) array, uint8 or
 uint16 by the sensor's bit depth, and a Truth.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Smoothers: all poses at once, or the last few as frames arrive. Odometry, PlanarOdometry,
-// PlanarPose and PoseObservation are defined with the filters.
+// Smoothers over a whole recording or over the last few frames. Odometry, PlanarOdometry,
+// PlanarPose and PoseObservation are defined in motion.cpp.
 #include "libocc/smooth/smoother.hpp"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ using Spatial = Result<Smoothing<SmoothedPose>>;
 using Planar = Result<Smoothing<SmoothedPlanarPose>>;
 using Numbers = py::array_t<double>;
 
-/// `of(pose)` is a matrix for each pose: (n, rows, columns).
+/// The matrices `of(pose)` of all poses as an array (n, rows, columns).
 template <class Poses, class Of>
 Numbers stacked(const Poses& poses, const Of& of) {
   using Matrix = std::decay_t<decltype(of(poses[0]))>;
@@ -48,13 +48,16 @@ Eigen::Matrix3d position_covariance_of(const SmoothedPose& pose) {
 }
 
 void define_frame(py::module_& m) {
-  ResultClass<SmootherFrame>(m, "SmootherFrame", R"(What one camera saw at one time.
+  ResultClass<SmootherFrame>(m, "SmootherFrame",
+                             R"(Images of identified points in one camera at one time.
 
-Keywords: time_s; camera; points_in_world_m: (n, 3), points whose names are known; points_px: (n, 2),
-  where they were seen; sigma_px: of each pixel coordinate, a number; covariances_px2: (n, 2, 2)
-  instead; cam_from_body: 4x4, how the camera is mounted. Without points it asks for the pose at that
-  time. Several frames of one time are several cameras.
-Raises: ValueError for counts that differ, numbers that are not finite, no positive sigma.)")
+Keywords: time_s: time [s]; camera: Camera; points_in_world_m: (n, 3), identified points; points_px:
+  (n, 2), their pixels; sigma_px: standard deviation of each pixel coordinate; covariances_px2:
+  (n, 2, 2), replaces sigma_px; cam_from_body: 4x4, mounting of the camera.
+A frame without points requests the pose at its time. Several frames may have the same time, such as
+those of several cameras.
+Raises: ValueError for counts that differ, numbers that are not finite, or a sigma that is not
+  positive.)")
       .def(py::init([](double time_s, const Camera& camera,
                        const std::optional<Rows3>& points_in_world_m,
                        const std::optional<Rows2>& points_px, double sigma_px,
@@ -94,35 +97,39 @@ Raises: ValueError for counts that differ, numbers that are not finite, no posit
            py::arg("points_in_world_m") = py::none(), py::arg("points_px") = py::none(),
            py::arg("sigma_px") = 0.3, py::arg("covariances_px2") = py::none(),
            py::arg_v("cam_from_body", Rigid3{}, "numpy.eye(4)"))
-      .def_readonly("time_s", &SmootherFrame::time_s, "[s].")
-      .def_readonly("camera", &SmootherFrame::camera, "A Camera.")
-      .def_readonly("cam_from_body", &SmootherFrame::cam_from_body, "4x4.")
+      .def_readonly("time_s", &SmootherFrame::time_s, "Time [s].")
+      .def_readonly("camera", &SmootherFrame::camera, "Camera.")
+      .def_readonly("cam_from_body", &SmootherFrame::cam_from_body, "Mounting of the camera, 4x4.")
       .def("__len__", [](const SmootherFrame& frame) { return frame.sightings.size(); })
       .def("__repr__", [](const SmootherFrame& frame) {
         return "<SmootherFrame: " + value_repr(frame.time_s) + " s, sightings " +
                std::to_string(frame.sightings.size()) + ">";
       });
 
-  ResultClass<PlanarPrior>(m, "PlanarPrior", "What is known of a pose on a floor.")
+  ResultClass<PlanarPrior>(m, "PlanarPrior", "Prior of a pose on a floor.")
       .def(py::init([](double time_s, const PlanarPose& pose, const Eigen::Matrix3d& covariance) {
              return validated(PlanarPrior{time_s, pose, covariance});
            }),
            py::kw_only(), py::arg("time_s"), py::arg("pose"), py::arg("covariance"))
-      .def_readonly("time_s", &PlanarPrior::time_s, "[s].")
+      .def_readonly("time_s", &PlanarPrior::time_s, "Time [s].")
       .def_readonly("pose", &PlanarPrior::pose, "PlanarPose.")
       .def_readonly("covariance", &PlanarPrior::covariance, "(3, 3) of [x_m, y_m, heading_rad].");
 }
 
 void define_link(py::module_& m) {
   using L = OdometryLink;
-  ResultClass<L>(m, "OdometryLink", "Between one smoothed pose and the next.")
-      .def_readonly("from_s", &L::from_s, "[s].")
-      .def_readonly("to_s", &L::to_s, "[s].")
-      .def_readonly("odometry", &L::odometry, "False: there was none.")
-      .def_readonly("chi2", &L::chi2, "Of the step against all the rest; 0: that cannot tell.")
-      .def_readonly("dof", &L::dof, "Components of the step that the rest can tell.")
-      .def_readonly("factor", &L::factor, "By which its covariance was multiplied.")
-      .def_readonly("contradicted", &L::contradicted, "Whether the rest contradicts it.")
+  ResultClass<L>(m, "OdometryLink", "Constraint between two consecutive smoothed poses.")
+      .def_readonly("from_s", &L::from_s, "Time of the earlier pose [s].")
+      .def_readonly("to_s", &L::to_s, "Time of the later pose [s].")
+      .def_readonly("odometry", &L::odometry, "False: random walk instead of odometry.")
+      .def_readonly("chi2", &L::chi2,
+                    "Chi-square of the deleted residual: the step against all other information; "
+                    "0 if dof is 0.")
+      .def_readonly("dof", &L::dof,
+                    "Number of components of the step that the other information determines.")
+      .def_readonly("factor", &L::factor, "Factor by which its covariance was inflated.")
+      .def_readonly("contradicted", &L::contradicted,
+                    "True if the other information contradicts the step.")
       .def("__repr__", [](const L& l) {
         return "<OdometryLink: " + value_repr(l.from_s) + " to " + value_repr(l.to_s) +
                " s, chi2 " + value_repr(l.chi2) + " of " + std::to_string(l.dof) +
@@ -143,7 +150,7 @@ void define_smoothing(ResultClass<R>& cls) {
               out[static_cast<Eigen::Index>(k)] = r.value.poses[k].time_s;
             return out;
           },
-          "(n,) of the poses [s].")
+          "(n,) times of the poses [s].")
       .def_property_readonly(
           "determined",
           [](const R& r) {
@@ -152,31 +159,35 @@ void define_smoothing(ResultClass<R>& cls) {
                            [](const auto& pose) { return pose.determined; });
             return out;
           },
-          "(n,) bool: whether a pose is determined; the others have no meaning.")
-      .def_property_readonly("links", value_of(&S::links), "OdometryLink between the poses.")
-      .def_property_readonly("chi2", value_of(&S::chi2), "The minimum.")
-      .def_property_readonly("dof", value_of(&S::dof), "Its degrees of freedom.")
+          "(n,) bool: True if a pose is determined; the other poses are undefined.")
+      .def_property_readonly("links", value_of(&S::links),
+                             "List of OdometryLink between the poses.")
+      .def_property_readonly("chi2", value_of(&S::chi2), "Chi-square at the minimum.")
+      .def_property_readonly("dof", value_of(&S::dof), "Degrees of freedom of chi2.")
       .def_property_readonly(
-          "sightings", [](const R& r) { return r.value.sightings.count; }, "How many.")
+          "sightings", [](const R& r) { return r.value.sightings.count; },
+          "Number of image points.")
       .def_property_readonly(
           "beyond", [](const R& r) { return r.value.sightings.beyond; },
-          "How many of them count less, or are outside the camera's domain.")
+          "Number of image points beyond the corner of Huber's loss or outside the camera's "
+          "domain.")
       .def_property_readonly(
           "outside", [](const R& r) { return r.value.sightings.outside; },
-          "How many are outside the camera's domain.")
+          "Number of image points outside the camera's domain.")
       .def_property_readonly(
           "rms_px", [](const R& r) { return r.value.sightings.rms_px; },
-          "Of the coordinates of all others [px].")
+          "Root mean square residual of the coordinates inside the domain [px].")
       .def_property_readonly("residual_sigmas", value_of(&S::residual_sigmas),
-                             "For each frame a list: each sighting's residual in its sigmas; "
-                             "infinite outside the domain.")
-      .def_property_readonly("iterations", value_of(&S::iterations), "Of the minimisation.");
+                             "For each frame a list with the residual of each image point, in "
+                             "sigmas; infinite outside the domain.")
+      .def_property_readonly("iterations", value_of(&S::iterations),
+                             "Number of steps of the minimisation.");
 }
 
 void define_smoothings(py::module_& m) {
-  ResultClass<Spatial> spatial(m, "Smoothing", R"(Poses over time: the answer of smooth().
+  ResultClass<Spatial> spatial(m, "Smoothing", R"(Poses over time: result of smooth().
 
-What was found is there even when it is not ok: look at status, message and determined.)");
+If `ok` is false, status and message state the reason; `determined` marks the valid poses.)");
   define_smoothing(spatial);
   spatial
       .def_property_readonly(
@@ -186,15 +197,15 @@ What was found is there even when it is not ok: look at status, message and dete
               return pose.body_from_world.matrix();
             });
           },
-          "(n, 4, 4).")
+          "(n, 4, 4) poses.")
       .def_property_readonly(
           "covariances",
           [](const Spatial& r) {
             return stacked(r.value.poses,
                            [](const SmoothedPose& pose) -> Matrix6 { return pose.covariance; });
           },
-          "(n, 6, 6) of body_from_world [rotation rad, translation m], left perturbation; infinite "
-          "on the diagonal of what is not determined.")
+          "(n, 6, 6) of body_from_world [rotation rad, translation m], left perturbation; the "
+          "diagonal is infinite where a pose is not determined.")
       .def_property_readonly(
           "positions_m",
           [](const Spatial& r) {
@@ -203,17 +214,17 @@ What was found is there even when it is not ok: look at status, message and dete
                 [](const SmoothedPose& pose) { return pose.body_from_world.origin_in_source(); },
                 3);
           },
-          "(n, 3) of the body [m, world].")
+          "(n, 3) positions of the body [m, world].")
       .def_property_readonly(
           "position_covariances_m2",
           [](const Spatial& r) { return stacked(r.value.poses, &position_covariance_of); },
-          "(n, 3, 3) [m^2, world].")
+          "(n, 3, 3) covariances of the positions [m^2, world].")
       .def("__repr__", [](const Spatial& r) {
         return "<Smoothing: " + std::string(to_string(r.status)) + ", poses " +
                std::to_string(r.value.poses.size()) + ">";
       });
   ResultClass<Planar> planar(m, "PlanarSmoothing",
-                             "Poses on a floor over time: the answer of smooth_planar().");
+                             "Poses on a floor over time: result of smooth_planar().");
   define_smoothing(planar);
   planar
       .def_property_readonly(
@@ -223,7 +234,7 @@ What was found is there even when it is not ok: look at status, message and dete
             for (const auto& pose : r.value.poses) out.push_back(pose.pose);
             return out;
           },
-          "PlanarPose each.")
+          "List of PlanarPose.")
       .def_property_readonly(
           "covariances",
           [](const Planar& r) {
@@ -231,7 +242,7 @@ What was found is there even when it is not ok: look at status, message and dete
               return pose.covariance;
             });
           },
-          "(n, 3, 3) of [x_m, y_m, heading_rad]; infinite on the diagonal of what is not "
+          "(n, 3, 3) of [x_m, y_m, heading_rad]; the diagonal is infinite where a pose is not "
           "determined.")
       .def("__repr__", [](const Planar& r) {
         return "<PlanarSmoothing: " + std::string(to_string(r.status)) + ", poses " +
@@ -243,34 +254,41 @@ auto smoother_fields() {
   using O = SmootherOptions;
   return std::make_tuple(
       field("huber_sigmas", &O::huber_sigmas,
-            "a sighting further off counts less; 0: least squares"),
+            "corner of Huber's loss for image points [sigma]; 0: least squares"),
       field("link_gate", &O::link_gate,
-            "probability that a right odometry step is called a lie; 0: never"),
+            "probability that a correct odometry step is rejected as a gross error; 0: no test"),
       field("min_odometry_sigma_m", &O::min_odometry_sigma_m,
-            "added to each odometry step's sigmas [m]"),
-      field("min_odometry_sigma_rad", &O::min_odometry_sigma_rad, "alike [rad]"),
+            "added to each odometry step's position sigmas [m]"),
+      field("min_odometry_sigma_rad", &O::min_odometry_sigma_rad,
+            "added to each odometry step's rotation sigmas [rad]"),
       field("walk_m", &O::walk_m,
-            "how far the body may go in a second without odometry; grows as sqrt(time) [m]"),
-      field("walk_rad", &O::walk_rad, "alike, how far it may turn [rad]"),
-      field("max_iterations", &O::max_iterations, "in each round of gating"));
+            "random walk without odometry: position sigma after one second, which grows as "
+            "sqrt(time) [m]; inf: no constraint"),
+      field("walk_rad", &O::walk_rad,
+            "random walk without odometry: rotation sigma after one second [rad]"),
+      field("max_iterations", &O::max_iterations,
+            "maximum number of steps in each round of gating"));
 }
 
-constexpr const char* smooth_doc = R"(The most likely poses of a body over time, all at once.
+constexpr const char* smooth_doc =
+    R"(Computes the maximum-likelihood poses of a body over a whole recording.
 
-frames: SmootherFrame, in the order of time. odometry: Odometry between them (chained, and cut where
-frames are), not overlapping. observations: PoseObservation, what images said of poses, or what is
-known of a pose beforehand. start: (4, 4) body_from_world for each time; None: found from the frames.
-Odometry that the rest contradicts is weighed down, and said in message and links. Time grows in
-proportion to the number of poses.
-Returns: Smoothing. Its status is degenerate when some poses are not determined (message and
-determined say which), too_few_lamps when none is; not_converged.
-Raises: ValueError for times that decrease, odometry that overlaps, numbers that are not finite.)";
+frames: SmootherFrames in the order of time. odometry: Odometry, not overlapping; steps are
+concatenated, and cut at the times of frames. observations: PoseObservations, from images or as
+priors. start: (4, 4) body_from_world for each pose; None: computed from the frames.
+Odometry that contradicts all other information is reported in message and links, and its covariance
+is inflated. The time is proportional to the number of poses.
+Returns: Smoothing. Its status is too_few_lamps if no pose is determined; degenerate if some poses
+are not determined (message and `determined` list them); not_converged.
+Raises: ValueError for times that decrease, odometry that overlaps, covariances that are not positive
+definite, or numbers that are not finite.
+Equations and sources: libocc/smooth/smoother.hpp.)";
 
 constexpr const char* smooth_planar_doc =
-    R"(The most likely poses of a vehicle on a floor over time, all at once: as smooth().
+    R"(Computes the maximum-likelihood poses of a vehicle on a floor, like smooth().
 
-odometry: PlanarOdometry. priors: PlanarPrior, what is known of poses beforehand. start: PlanarPose
-for each time. height_m: of the body's origin; it stands upright. Returns: PlanarSmoothing.)";
+odometry: PlanarOdometry. priors: PlanarPriors. start: PlanarPose for each pose. height_m: height of
+the body's origin above the world's z = 0; the body is upright. Returns: PlanarSmoothing.)";
 
 void define_smooth(py::module_& m) {
   const auto fields = smoother_fields();
@@ -320,12 +338,14 @@ template <class E, class Whole>
 void define_estimate(ResultClass<E>& cls) {
   using W = std::decay_t<decltype(std::declval<E>().value)>;
   define_result(cls);
-  cls.def_property_readonly("used", value_of(&W::used), "False: what came was before the window.")
+  cls.def_property_readonly("used", value_of(&W::used),
+                            "False if the input was before the window and was ignored.")
       .def_property_readonly(
-          "time_s", [](const E& e) { return e.value.newest.time_s; }, "Of the newest pose [s].")
+          "time_s", [](const E& e) { return e.value.newest.time_s; },
+          "Time of the newest pose [s].")
       .def_property_readonly(
           "determined", [](const E& e) { return e.value.newest.determined; },
-          "Whether the newest pose is determined.")
+          "True if the newest pose is determined.")
       .def_property_readonly(
           "window",
           [](const E& e) {
@@ -336,43 +356,45 @@ void define_estimate(ResultClass<E>& cls) {
 
 void define_estimates(py::module_& m) {
   using S = WindowSmoother::Estimate;
-  ResultClass<S> spatial(m, "WindowEstimate", "The newest pose, and the window behind it.");
+  ResultClass<S> spatial(m, "WindowEstimate", "Newest pose and all poses of a WindowSmoother.");
   define_estimate<S, Spatial>(spatial);
   spatial
       .def_property_readonly(
           "body_from_world", [](const S& e) { return e.value.newest.body_from_world; },
-          "Of the newest pose, 4x4.")
+          "Newest pose, 4x4.")
       .def_property_readonly(
           "covariance", [](const S& e) -> Matrix6 { return e.value.newest.covariance; },
-          "(6, 6) of it [rotation rad, translation m], left perturbation.")
+          "(6, 6) of the newest body_from_world [rotation rad, translation m], left perturbation.")
       .def_property_readonly(
           "position_m",
           [](const S& e) { return e.value.newest.body_from_world.origin_in_source(); },
-          "(3,) [m, world].")
+          "(3,) newest position of the body [m, world].")
       .def_property_readonly(
           "position_covariance_m2",
           [](const S& e) { return position_covariance_of(e.value.newest); },
-          "(3, 3) [m^2, world].");
+          "(3, 3) covariance of this position [m^2, world].");
   using P = PlanarWindowSmoother::Estimate;
-  ResultClass<P> planar(m, "PlanarWindowEstimate", "The newest pose, and the window behind it.");
+  ResultClass<P> planar(m, "PlanarWindowEstimate",
+                        "Newest pose and all poses of a PlanarWindowSmoother.");
   define_estimate<P, Planar>(planar);
   planar
       .def_property_readonly(
-          "pose", [](const P& e) { return e.value.newest.pose; }, "The newest PlanarPose.")
+          "pose", [](const P& e) { return e.value.newest.pose; }, "Newest PlanarPose.")
       .def_property_readonly(
           "covariance", [](const P& e) -> Eigen::Matrix3d { return e.value.newest.covariance; },
           "(3, 3) of [x_m, y_m, heading_rad].");
 }
 
-constexpr const char* window_doc = R"(The newest poses of a body as frames arrive (fixed lag).
+constexpr const char* window_doc =
+    R"(Fixed-lag smoother: poses over the last few frames, as frames arrive.
 
-Keeps the last few poses and what all before them say of the oldest; memory and time per frame do not
-grow. Frames inside the window may come late; one at a time that is there already is a second camera.
-add_frame() and add_observation() return the newest pose and the window; add_odometry() whether it is
-used (odometry that starts before the end of the last is not).
+Older poses are marginalised to a prior of the oldest pose in the window, so memory and time per frame
+are bounded. Frames inside the window may arrive late; a frame at the time of an existing pose is
+treated as a second camera. Status and ValueError as for smooth(), applied to the window.
+Source: Sibley, Matthies, Sukhatme, J. Field Robotics 27(5), 2010, section 3.
 
 Keywords:
-  poses: in the window
+  poses: number of poses in the window
 )";
 
 template <class Window, class Piece, class Make>
@@ -381,14 +403,18 @@ void define_window(py::module_& m, const char* name, const char* doc, const Make
   py::class_<Window> cls(m, name, doc);
   make(cls, fields);
   cls.def("add_odometry", &Window::add_odometry, py::arg("odometry"),
-          "Takes odometry, in the order of time. Returns: whether it is used.")
+          "Adds odometry, in the order of time. Returns: False if it starts before the end of the "
+          "previous odometry and is ignored.")
       .def("add_frame", &Window::add_frame, py::arg("frame"),
-           "Takes a SmootherFrame. Returns: the newest pose and the window.")
+           "Adds a SmootherFrame. Returns: the newest pose and the window.")
       .def("add_observation", &Window::add_observation, py::arg("observation"),
-           "Takes a PoseObservation, or what is known of a pose beforehand.")
-      .def("restart", &Window::restart, "Forgets everything, e.g. after the clock was set back.");
+           "Adds a PoseObservation, from an image or as a prior. Returns: the newest pose and the "
+           "window.")
+      .def("restart", &Window::restart,
+           "Deletes all poses, for example after the clock was set back.");
   if constexpr (std::is_same_v<Window, PlanarWindowSmoother>)
-    cls.def("add_prior", &Window::add_prior, py::arg("prior"), "Takes a PlanarPrior.");
+    cls.def("add_prior", &Window::add_prior, py::arg("prior"),
+            "Adds a PlanarPrior. Returns: the newest pose and the window.");
 }
 
 void define_windows(py::module_& m) {
@@ -411,7 +437,8 @@ void define_windows(py::module_& m) {
       });
   define_window<PlanarWindowSmoother, PlanarOdometry>(
       m, "PlanarWindowSmoother",
-      (doc + "  height_m: of the body's origin; it stands upright\n").c_str(),
+      (doc + "  height_m: height of the body's origin above the world's z = 0 [m]; it is upright\n")
+          .c_str(),
       [&](auto& cls, const auto& fields) {
         std::apply(
             [&](const auto&... f) {

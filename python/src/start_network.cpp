@@ -35,9 +35,11 @@ void define_chessboard(py::module_& m) {
         return std::pair(Rows(found->px.transpose()), found->covariance_px2);
       },
       py::arg("image"), py::arg("columns"), py::arg("rows"),
-      R"(Inner corners of a chessboard (n, 2) [px], row by row, and their covariances (2, 2).
+      R"(Detects the inner corners of a chessboard.
 
-Returns: None if a part of the board is not visible. Raises: ValueError for an invalid argument.)");
+columns, rows: numbers of inner corners. Returns: (corners (n, 2) [px], row by row; list of their
+covariances (2, 2) [px^2]), or None if a part of the board is not visible.
+Raises: ValueError for an invalid argument.)");
 }
 
 void define_resection(py::module_& m) {
@@ -56,9 +58,10 @@ void define_resection(py::module_& m) {
         return resect(points_m.transpose(), points_px.transpose(), camera);
       },
       py::arg("points_m"), py::arg("points_px"), py::arg("camera"),
-      R"(Pose of a camera of any model from known points; up to a third may be gross errors.
+      R"(Computes the pose of a camera of any model from known points, robustly.
 
-points_m: (n, 3), points_px: (n, 2). Returns: Resection. Raises: ValueError for unequal counts.)");
+points_m: (n, 3), points_px: (n, 2); up to a third may be gross errors. Returns: Resection.
+Raises: ValueError for unequal counts.)");
   m.def(
       "start_pinhole",
       [](const std::vector<std::pair<Rows2, Rows2>>& views, int width, int height) {
@@ -68,8 +71,8 @@ points_m: (n, 3), points_px: (n, 2). Returns: Resection. Raises: ValueError for 
         return std::make_tuple(found.value, found.status, found.message);
       },
       py::arg("views"), py::arg("width"), py::arg("height"),
-      "Approximate pinhole camera from views of planes, each ((n, 2) in the plane, (n, 2) [px]). "
-      "Returns: (Camera, Status, message).");
+      "Estimates an approximate pinhole camera from views of planes, each ((n, 2) in the plane, "
+      "(n, 2) [px]). Returns: (Camera, Status, message).");
 }
 
 using Cameras = std::vector<std::tuple<std::string, Camera, std::vector<std::string>>>;
@@ -94,7 +97,7 @@ void define_boards_and_lamps(py::module_& m) {
         return board_network(network_cameras(cameras), board, seen);
       },
       py::arg("cameras"), py::arg("board_m"), py::arg("images"),
-      R"(Network from images of one board of known points, which define the world frame.
+      R"(Builds a network from images of one board of known points, which define the world frame.
 
 cameras: (name, Camera, free parameters); board_m: (n, 3); images: (name, camera index, (n, 2) [px],
 covariances (2, 2)). Returns: NetworkStart; its warnings name images without a pose.)");
@@ -114,7 +117,7 @@ covariances (2, 2)). Returns: NetworkStart; its warnings name images without a p
         return lamp_network(network_cameras(cameras), scene, seen);
       },
       py::arg("cameras"), py::arg("scene"), py::arg("images"),
-      R"(Network from images of lamps with known ids, for surveying their positions.
+      R"(Builds a network from images of lamps with known ids, for surveying their positions.
 
 scene: approximate positions; images: (name, camera index, [(lamp id, centroid (2,) [px], covariance
 (2, 2))]). Returns: NetworkStart; points are named "lamp 7".)");
@@ -161,7 +164,7 @@ void define_start_network(py::module_& m) {
       py::arg("cameras"), py::arg("images"), py::kw_only(), py::arg("tag_size_m"),
       py::arg_v("other_sizes_m", std::map<int, double>{}, "{}"),
       py::arg_v("free_sizes", std::vector<int>{}, "[]"),
-      R"(Start values of a network from AprilTags in images.
+      R"(Computes start values of a network from AprilTags in images.
 
 cameras: (name, Camera, free parameters); images: (name, camera index, AprilTags).
 other_sizes_m: sizes of tags that differ, by id. free_sizes: ids of tags of approximate size.

@@ -11,7 +11,7 @@ namespace occ::python {
 
 inline auto detect_fields() { return options_of(internal::detect::detect_fields); }
 
-/// model_sigma_px has another name here, because locate() also has the refinement's.
+/// model_sigma_px is renamed, because locate() also has the refinement's option of that name.
 inline auto identify_fields() {
   return renamed(options_of(internal::identify::identify_fields), "model_sigma_px",
                  "gate_model_sigma_px");

@@ -87,7 +87,7 @@ void define_targets(py::module_& m) {
   define_truth(m);
   py::class_<TargetRenderer> renderer(m, "TargetRenderer", R"(Renders images of calibration targets.
 
-Windows of one renderer have the bits of one image, so a panorama that exceeds the memory can be
+Windows are bit-identical to parts of one image, so a panorama that exceeds the memory can be
 rendered piece by piece.)");
   DefaultTexts texts;
   const auto fields = option_fields();
@@ -106,7 +106,7 @@ rendered piece by piece.)");
             py::arg_v("tags", std::vector<Tag>{}, "[]"),
             py::arg_v("circles", std::vector<CircularTarget>{}, "[]"),
             py::arg_v("boards", std::vector<ChessboardTarget>{}, "[]"), argument(f, texts)...,
-            ("Raises: ValueError, naming the target or option that does not validate." +
+            ("Raises: ValueError naming the target or option that is not valid." +
              fields_doc(fields, "Options"))
                 .c_str());
       },

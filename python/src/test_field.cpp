@@ -66,9 +66,10 @@ void define_test_field(py::module_& m) {
       .def_readonly("at_10_m_sigma_m", &ScalePrediction::at_10_m_sigma_m,
                     "Standard deviation of the distance nearest 10 m.");
   m.def("paper_panorama_camera", &paper_panorama_camera,
-        "A rotating line: 35 mm lens, 10 200 pixels of 8 um, 40 000 columns.");
+        "Returns the panorama camera of the published precision table that the default design "
+        "reproduces: a rotating line with a 35 mm lens, 10 200 pixels of 8 um and 40 000 columns.");
   m.def("paper_additional_parameters", &paper_additional_parameters,
-        "Its nine: all but ez and the tumbling.");
+        "Returns the names of its nine additional parameters: all except e_z and the tumbling.");
   m.def("simulate_test_field", &simulate_test_field, py::arg("design"),
         py::call_guard<py::gil_scoped_release>(),
         R"(Simulates the network of a TestFieldDesign. Raises: ValueError for an invalid design.)");

@@ -10,32 +10,36 @@ namespace occ::python {
 namespace {
 
 void define_frame(py::module_& m) {
-  py::native_enum<TrackerState>(m, "TrackerState", "enum.Enum", "Whether a tracker has a pose.")
-      .value("searching", TrackerState::searching)
-      .value("tracking", TrackerState::tracking)
-      .value("coasting", TrackerState::coasting)
-      .value("lost", TrackerState::lost)
+  py::native_enum<TrackerState>(m, "TrackerState", "enum.Enum", "State of a tracker.")
+      .value("searching", TrackerState::searching, "no pose yet")
+      .value("tracking", TrackerState::tracking, "the lamps of the image determine the pose")
+      .value("coasting", TrackerState::coasting, "no lamp fits; the pose is predicted")
+      .value("lost", TrackerState::lost, "the prediction is too old or too uncertain")
       .finalize();
   using F = TrackedFrame;
-  ResultClass<F>(m, "TrackedFrame", R"(Where the camera was when it took an image.
+  ResultClass<F>(m, "TrackedFrame", R"(Pose of the camera at the time of one image.
 
-While searching or lost there is no pose: its covariance is infinite.)")
-      .def_readonly("time_s", &F::time_s, "Of the image [s].")
+While searching or lost, the pose is undefined and its covariance infinite.)")
+      .def_readonly("time_s", &F::time_s, "Time of the image [s].")
       .def_readonly("camera", &F::camera, "Number of the camera.")
-      .def_readonly("state", &F::state, "A TrackerState.")
-      .def_readonly("reason", &F::reason, "A sentence; empty while all is as expected.")
+      .def_readonly("state", &F::state, "TrackerState.")
+      .def_readonly("reason", &F::reason, "A sentence on anything unexpected; else empty.")
       .def_readonly("cam_from_world", &F::cam_from_world, "Pose, 4x4.")
       .def_readonly("covariance", &F::covariance,
-                    "(6, 6) [rotation, translation], left perturbation.")
-      .def_readonly("position_m", &F::position_m, "(3,) of the camera [m, world].")
-      .def_readonly("position_covariance_m2", &F::position_covariance_m2, "(3, 3) of it.")
-      .def_readonly("lamps", &F::lamps, "Lamp id -> Blob, of those the pose was made of.")
-      .def_readonly("missing", &F::missing, "Ids that should be in view and were not found.")
-      .def_readonly("full_search", &F::full_search, "Whether the whole image was searched.")
-      .def_readonly("relocated", &F::relocated, "The pose has jumped to where none expected it.")
+                    "(6, 6) of cam_from_world [rotation rad, translation m], left perturbation.")
+      .def_readonly("position_m", &F::position_m, "(3,) position of the camera [m, world].")
+      .def_readonly("position_covariance_m2", &F::position_covariance_m2,
+                    "(3, 3) covariance of the position [m^2, world].")
+      .def_readonly("lamps", &F::lamps,
+                    "Lamp id -> Blob, of the lamps that the pose was computed from.")
+      .def_readonly("missing", &F::missing,
+                    "Ids of lamps that should be in view and were not found.")
+      .def_readonly("full_search", &F::full_search, "True if the whole image was searched.")
+      .def_readonly("relocated", &F::relocated,
+                    "True if the pose jumped out of the gate of its prediction.")
       .def_readonly("nis", &F::nis, "Normalised innovation squared of the lamps.")
-      .def_readonly("nis_dof", &F::nis_dof, "Its degrees of freedom.")
-      .def_readonly("timing_s", &F::timing_s, "Where the time went [s].")
+      .def_readonly("nis_dof", &F::nis_dof, "Degrees of freedom of nis.")
+      .def_readonly("timing_s", &F::timing_s, "Timing: computing times [s].")
       .def("__repr__", [](const F& f) {
         const std::string text = "<TrackedFrame: " + value_repr(f.time_s) + " s, " +
                                  to_string(f.state) + ", " + std::to_string(f.lamps.size()) +
@@ -51,16 +55,22 @@ auto tracker_fields() {
                                         fields_within(&L::refine, refine_fields()));
   const auto own = std::make_tuple(
       field("filter", &O::filter, "PoseFilterOptions of a body that moves in space"),
-      field("floor", &O::floor, "instead: PlanarFilterOptions of a vehicle on a floor"),
-      field("windows", &O::windows, "look for lamps where they are expected, not everywhere"),
-      field("gate_sigma", &O::gate_sigma, "a lamp and a blob agree within [sigma]"),
-      field("gate_model_sigma_px", &O::model_sigma_px, "camera and map error in that gate [px]"),
-      field("coast_s", &O::coast_s, "without lamps the prediction is believed so long [s]"),
-      field("coast_sigma_m", &O::coast_sigma_m, "and while its sigma is smaller [m]"),
-      field("drift_sigma_m", &O::drift_sigma_m, "how far off it may be when odometry errs [m]"),
-      field("drift_sigma_rad", &O::drift_sigma_rad, "alike [rad]"),
+      field("floor", &O::floor,
+            "PlanarFilterOptions of a vehicle on a floor, replaces `filter`; or None"),
+      field("windows", &O::windows,
+            "detect lamps around their predictions, not in the whole image"),
+      field("gate_sigma", &O::gate_sigma, "gate between a predicted lamp and a blob [sigma]"),
+      field("gate_model_sigma_px", &O::model_sigma_px,
+            "error of camera and map, added to that gate [px]"),
+      field("coast_s", &O::coast_s, "maximum duration of prediction without lamps [s]"),
+      field("coast_sigma_m", &O::coast_sigma_m,
+            "maximum position sigma of the prediction without lamps [m]"),
+      field("drift_sigma_m", &O::drift_sigma_m,
+            "position error of the prediction if odometry or a clock fails [m]"),
+      field("drift_sigma_rad", &O::drift_sigma_rad,
+            "rotation error of the prediction if odometry or a clock fails [rad]"),
       field("confirmations", &O::confirmations,
-            "images that must agree on a pose that was not predicted"));
+            "consecutive images that must agree on a pose outside the prediction"));
   return std::tuple_cat(own, fields_within(&O::locate, of_locate));
 }
 
@@ -87,13 +97,14 @@ void define_constructor(py::class_<Tracker>& cls) {
 
 void define_tracker(py::module_& m) {
   define_frame(m);
-  py::class_<Tracker> cls(m, "Tracker", R"(A camera's way through the lamps, image by image.
+  py::class_<Tracker> cls(m, "Tracker", R"(Tracks a camera from image to image.
 
-scene: Scene. prior: what is known of the camera before the first image; its height and gravity
-hold for ever. cam_from_body: 4x4, how the camera is mounted.
+scene: Scene. prior: Prior of the camera before the first image; its height and gravity are used for
+all images. cam_from_body: 4x4, mounting of the camera.
 
-The filter predicts, lamps are looked for where that puts them, and what they say corrects it. A
-camera that has been carried off is found again, and the jump is said (`relocated`).
+A filter predicts the pose. Lamps are detected in windows around their predicted images, and correct
+the filter. If none is found there, the whole image is searched. A pose outside the prediction is
+accepted after several images agree on it; the jump is reported (`relocated`).
 
 >>> import libocc as occ
 >>> scene = occ.Scene.load("data/scenes/irregular_six.yaml")
@@ -106,9 +117,10 @@ camera that has been carried off is found again, and the jump is said (`relocate
   define_constructor(cls);
   using Unlocked = py::call_guard<py::gil_scoped_release>;
   cls.def("add_camera", &Tracker::add_camera, py::arg("scene"), py::arg("cam_from_body"),
-          "A second camera on the same body. Returns: its number.")
+          "Adds a camera on the same body. Returns: its number.")
       .def("start", &Tracker::start, py::arg("time_s"), py::arg("body_from_world"),
-           py::arg("covariance"), "Begins at a known pose (4x4; (6, 6)) instead of by a search.")
+           py::arg("covariance"),
+           "Starts at a known pose (4x4) with covariance (6, 6) instead of a search.")
       .def(
           "add_image",
           [](Tracker& tracker, const NumpyImage& image, double time_s, int camera,
@@ -118,24 +130,30 @@ camera that has been carried off is found again, and the jump is said (`relocate
           },
           py::arg("image"), py::arg("time_s"), py::arg("camera") = 0,
           py::arg("cam_from_body") = py::none(),
-          R"(Where the camera was at time_s, when the image's first line began its exposure.
+          R"(Adds an image and returns the camera's pose at its time.
 
-image: as locate() takes it. cam_from_body: of a camera that pans or tilts, how it stood.
-Returns: TrackedFrame. An image whose time is not after the last one's is left out, and said.
-Raises: ValueError for another size, a time that is not finite, a camera that there is not.)")
+image: array as for locate(). time_s: start of the exposure of the first line [s], increasing for
+each camera. camera: number returned by add_camera(). cam_from_body: mount (4x4) at this time, of a
+camera that pans or tilts.
+Returns: TrackedFrame. An image whose time is not later than the previous one's is skipped, with a
+reason. After five of them in a row, the tracker restarts at the last pose: the clock was set back.
+Raises: ValueError for an image that does not have the camera's size, a time that is not finite, or
+an unknown camera.)")
       .def("add", py::overload_cast<const Odometry&>(&Tracker::add), py::arg("measurement"),
            Unlocked(),
-           "Takes Odometry of a body in space, PlanarOdometry of a vehicle on a floor, or an "
-           "ImuSample. Returns: FilterUpdate. Raises: RuntimeError for odometry of the other kind.")
+           "Adds Odometry of a body in space, PlanarOdometry of a vehicle on a floor, or an "
+           "ImuSample. Returns: FilterUpdate. Raises: RuntimeError for odometry of the other kind, "
+           "ValueError for values that are not finite.")
       .def("add", py::overload_cast<const PlanarOdometry&>(&Tracker::add), py::arg("measurement"),
            Unlocked())
       .def("add", py::overload_cast<const ImuSample&>(&Tracker::add), py::arg("measurement"),
            Unlocked())
-      .def_property_readonly("state", &Tracker::state, "A TrackerState.")
+      .def_property_readonly("state", &Tracker::state, "TrackerState.")
       .def("predict", &Tracker::predict, py::arg("time_s"),
-           "PosePrediction of the body at a time [s], or None while there is no pose.")
+           "Returns the PosePrediction of the body at a time [s]; None while searching or lost.")
       .def("planar", &Tracker::planar, py::arg("time_s"),
-           "PlanarEstimate at a time [s], or None; of a vehicle on a floor.");
+           "Returns the PlanarEstimate of a vehicle on a floor at a time [s]; None while searching "
+           "or lost, and for a body in space.");
 }
 
 }  // namespace occ::python

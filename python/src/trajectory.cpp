@@ -46,22 +46,23 @@ void define_times_and_poses(py::class_<Trajectory>& cls) {
       .def_property_readonly("begin_s", &Trajectory::begin_s, "Time of the first waypoint [s].")
       .def_property_readonly("end_s", &Trajectory::end_s, "Time of the last waypoint [s].")
       .def("cam_from_world", &Trajectory::cam_from_world, py::arg("time_s"),
-           "Pose at a time, 4x4. Raises: ValueError before the first waypoint or after the last.")
+           "Returns the pose at a time, 4x4. Raises: ValueError before the first waypoint or after "
+           "the last.")
       .def(
           "velocity",
           [](const Trajectory& t, double time_s, std::optional<double> to_s) {
             return to_s ? t.velocity(time_s, *to_s) : t.velocity(time_s);
           },
           py::arg("time_s"), py::arg("to_s") = py::none(),
-          "(6,) velocity as defined by simulate() [rad/s, m/s]: at a time, or the constant "
-          "velocity "
-          "from the pose at time_s to the pose at to_s.");
+          "Returns the velocity (6,) as defined by simulate() [rad/s, m/s] at time_s; with to_s, "
+          "the constant velocity from the pose at time_s to the pose at to_s.");
 }
 
 }  // namespace
 
 void define_trajectory(py::module_& m) {
-  py::class_<Trajectory> cls(m, "Trajectory", R"(The poses of a camera over time.
+  py::class_<Trajectory> cls(m, "Trajectory",
+                             R"(Poses of a camera over time, interpolated between waypoints.
 
 times_s: increasing times of the waypoints. cam_from_world: the pose at each, 4x4. Between waypoints
 the camera moves on a screw at constant velocity (the geodesic of SE(3)), rotating by less than pi.
@@ -87,7 +88,7 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
           py::arg("path"), "Writes a file in TUM's format. After an error the file is unchanged.")
       .def_static("parse", &parse_text, py::arg("text"),
                   "Reads text in TUM's format. Raises: ValueError naming the line.")
-      .def("format", &format_trajectory, "The text that save() writes.")
+      .def("format", &format_trajectory, "Returns the text that save() writes.")
       .def("__len__", [](const Trajectory& t) { return t.waypoints().size(); })
       .def("__repr__",
            [](const Trajectory& t) {
@@ -102,7 +103,7 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
   define_times_and_poses(cls);
   m.def("moved_pose", &moved_pose, py::arg("cam_from_world"), py::arg("velocity"),
         py::arg("time_s"),
-        "Pose (4x4) after a time of constant velocity (6,), defined as for simulate().");
+        "Returns the pose (4x4) after time_s of constant velocity (6,), as defined by simulate().");
 }
 
 }  // namespace occ::python

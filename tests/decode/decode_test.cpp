@@ -306,7 +306,7 @@ TEST(IdentifiedBlobs, NeedAUniqueIdThatTheMapContains) {
   twice.lamps[1].set_code({code, 1, 0});
   EXPECT_NE(complaint([&] { identified_blobs(lamps, twice, code); }).find("of one lamp only"),
             std::string::npos);
-  EXPECT_NE(complaint([&] { twice.validate(); }).find("lamp 1 has it too"), std::string::npos);
+  EXPECT_NE(complaint([&] { twice.validate(); }).find("lamp 1 has the same id"), std::string::npos);
 }
 
 }  // namespace

@@ -269,7 +269,7 @@ TEST(AprilTags, MapsWithTagsSurviveARoundTrip) {
   EXPECT_NE(said("  - {id: 1, centre_m: [0, 0, 0]}").find("tags[0].size_m"), std::string::npos);
   const std::string one = "  - {id: 1, size_m: 1, centre_m: [0, 0, 0]}\n";
   EXPECT_EQ(said(one), "");
-  EXPECT_NE(said(one + one).find("of one tag of its family"), std::string::npos);
+  EXPECT_NE(said(one + one).find("unique in its family"), std::string::npos);
   EXPECT_NE(said("  - {id: 1, size_m: 1, centre_m: [0, 0, 0], x_axis: [0, 0, 1]}").find("x_axis"),
             std::string::npos);
 }

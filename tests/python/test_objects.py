@@ -51,7 +51,7 @@ def test_objects_are_values_and_files(car, tmp_path):
     assert occ.objects.Object.load(tmp_path / "one.yaml").format() == made.format()
     assert pickle.loads(pickle.dumps(car)).format() == car.format() == occ.objects.Object.parse(car.format()).format()
     assert made.replace(name="two").name == "two" and "18 points" in repr(car)
-    with pytest.raises(ValueError, match="id must be of one point only, got 3"):
+    with pytest.raises(ValueError, match="id must be unique, got 3"):
         occ.objects.Object(name="one", points=[point, point])
     with pytest.raises(ValueError, match=r"cone_deg.*\(0, 180\], got 200"):
         occ.objects.Object.parse(made.format().replace("cone_deg: 180", "cone_deg: 200"))

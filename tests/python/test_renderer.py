@@ -83,7 +83,7 @@ def test_a_trajectory_moves_with_its_velocity(walk):
     "times, poses, text",
     [
         ([], [], "waypoints must be at least one"),
-        ([1, 1], [np.eye(4)] * 2, r"waypoints\[1\].time_s must be later than the one before, got 1"),
+        ([1, 1], [np.eye(4)] * 2, r"waypoints\[1\].time_s must be later than the previous one, got 1"),
         ([0, np.nan], [np.eye(4)] * 2, r"waypoints\[1\].time_s must be finite, got nan"),
         ([0, 1], [np.eye(4), np.full((4, 4), np.nan)], "finite"),
         ([0, 1], [np.eye(4)], "as many as times_s: 2, got 1"),

@@ -208,13 +208,13 @@ GOOD = "{time_s: 0, position_m: [0, 0, 0]}"
 @pytest.mark.parametrize(
     "waypoints, text",
     [
-        (f"{GOOD}, {GOOD}", "waypoints[1].time_s must be later than the one before, got 0"),
+        (f"{GOOD}, {GOOD}", "waypoints[1].time_s must be later than the previous one, got 0"),
         (f"{GOOD}, {{time_s: 1, position_m: [0, .nan, 0]}}", "[1].position_m[1] must be a finite number"),
         ("{time_s: .inf, position_m: [0, 0, 0]}", "waypoints[0].time_s must be a finite number, got inf"),
         ("{time_s: 0}", "waypoints[0].position_m is missing"),
         ("{time_s: 0, position: [0, 0, 0]}", "unknown key 'position'; did you mean position_m?"),
         ("{time_s: 0, position_m: [0, 0]}", "waypoints[0].position_m must be 3 numbers, got [0, 0]"),
-        (f"{GOOD[:-1]}, look_at_m: [0, 0, 1], tilt_deg: 3}}", "tilt_deg must be absent beside"),
+        (f"{GOOD[:-1]}, look_at_m: [0, 0, 1], tilt_deg: 3}}", "tilt_deg must not be given together with"),
         (f"{GOOD[:-1]}, look_at_m: [0, 0, 1]}}", "up"),
         ("", "waypoints must be a list of at least one"),
         ("{time_s: 0, position_m: [0, 0, 0]", "is not valid YAML"),

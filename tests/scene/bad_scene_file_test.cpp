@@ -36,7 +36,7 @@ std::string rest_complaint(const std::string& rest) {
                                     "width_px: 640, height_px: 480, fx_px: 500", rest));
 }
 
-TEST(BadScene, TheTemplateIsGood) { EXPECT_EQ(complaint_about(scene_text()), ""); }
+TEST(BadScene, TheTemplateIsValid) { EXPECT_EQ(complaint_about(scene_text()), ""); }
 
 TEST(BadScene, LampValues) {
   const std::string at = "scene.yaml:5: key `lamps[0].";
@@ -72,7 +72,7 @@ TEST(BadScene, LampValues) {
             at + "shape`: must be one of disc, rectangle, point, lame, got sphere");
   EXPECT_EQ(lamp_complaint(
                 "id: 0, centre_m: [0, 0, 3], shape: rectangle, size_m: [1, 1], x_axis: [0, 0, 2]"),
-            at + "x_axis`: must be across the normal, not along it, got [0, 0, 2]");
+            at + "x_axis`: must be not parallel to the normal, got [0, 0, 2]");
 }
 
 TEST(BadScene, LampKeys) {
@@ -154,24 +154,23 @@ TEST(BadScene, SensorAndCamera) {
             "height_px, fx_px, fy_px, cx_px, cy_px, skew_px, distortion");
   EXPECT_EQ(camera_complaint("width_px: 640, height_px: 480, focal_length_m: 0.003"),
             "scene.yaml:2: key `camera.focal_length_m`: needs a positive `sensor.pixel_pitch_m`");
-  EXPECT_EQ(
-      camera_complaint("width_px: 640, height_px: 480, fx_px: 500, focal_length_m: 0.003"),
-      "scene.yaml:2: key `camera.focal_length_m`: must be absent beside `fx_px` or `fy_px`, got "
-      "0.003");
+  EXPECT_EQ(camera_complaint("width_px: 640, height_px: 480, fx_px: 500, focal_length_m: 0.003"),
+            "scene.yaml:2: key `camera.focal_length_m`: must not be given together with `fx_px` or "
+            "`fy_px`, got "
+            "0.003");
   EXPECT_EQ(camera_complaint("file: a.yaml, width_px: 640"),
             "scene.yaml:2: key `camera.width_px`: is not known, got 640; known here: file");
 }
 
-TEST(BadScene, Rest) {
+TEST(BadScene, RoomEffectsAndOtherParts) {
   EXPECT_EQ(rest_complaint("room: {size_m: [4, 4, -3]}\n"),
             "scene.yaml:6: key `room.size_m`: must be three positive lengths, got [4, 4, -3]");
   EXPECT_EQ(rest_complaint("room: {wall_reflectance: 1}\n"),
             "scene.yaml:6: key `room.wall_reflectance`: must be in [0, 1), got 1");
   EXPECT_EQ(rest_complaint("room:\n"),
             "scene.yaml:6: key `room`: must be a mapping of keys, got nothing");
-  EXPECT_EQ(
-      rest_complaint("  - {id: 0, centre_m: [0, 0, 3], radius_m: 0.1}\n"),
-      "scene.yaml:6: key `lamps[1].id`: must be of one lamp only, lamps[0] has it too, got 0");
+  EXPECT_EQ(rest_complaint("  - {id: 0, centre_m: [0, 0, 3], radius_m: 0.1}\n"),
+            "scene.yaml:6: key `lamps[1].id`: must be unique, lamps[0] has the same, got 0");
   EXPECT_EQ(rest_complaint("  - 7\n"),
             "scene.yaml:6: key `lamps[1]`: must be a mapping of keys, got 7");
   EXPECT_EQ(rest_complaint("assumed: all\n"),

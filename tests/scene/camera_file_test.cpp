@@ -76,7 +76,7 @@ TEST(CameraText, OpenCvAndRosSupportPinholesAndFisheyes) {
                   write_camera(path, every_model()[i], format);
                 }).find("pinhole or fisheye"),
                 std::string::npos);
-    expect_equal(read_camera(path), every_model()[1]);  // what was there is still there
+    expect_equal(read_camera(path), every_model()[1]);  // the previous file is unchanged
   }
 }
 

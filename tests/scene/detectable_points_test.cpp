@@ -84,7 +84,7 @@ TEST(DetectablePoints, ABoxHasItsCorners) {
     for (const DetectablePoint& p : points) {
       EXPECT_LT((p.point.position_m.cwiseAbs() - 0.5 * size).norm(), 1e-12);
       EXPECT_EQ(p.edges, 3);
-      EXPECT_NEAR(p.edges_m, 6, 1e-9);  // whole edges, however many parts they have
+      EXPECT_NEAR(p.edges_m, 6, 1e-9);  // edges count as a whole, for any number of parts
     }
   }
 }
@@ -134,7 +134,7 @@ TEST(DetectablePoints, AnInnerCornerIsVisibleFromOneSide) {
 
 TEST(DetectablePoints, ACylinderHasNone) {
   EXPECT_TRUE(cylinder(32).points().empty());
-  EXPECT_EQ(cylinder(6).points().size(), 12u);  // a hexagonal nut has
+  EXPECT_EQ(cylinder(6).points().size(), 12u);  // a hexagonal prism has corners
 }
 
 // The corners of a sheet are visible from all directions.

@@ -57,8 +57,8 @@ class KeyTables {
  public:
   explicit KeyTables(const std::string& name) : readme_(text_of_file(name)) {}
 
-  /// Expects the rows of all fields, in order, below a heading; fields marked ByHand have rows of
-  /// their own.
+  /// Expects the rows of all fields, in order, below a heading; fields marked ByHand have separate
+  /// rows.
   template <class C, class... Fields>
   void expect_table(const std::string& heading, const std::tuple<Fields...>& fields) const {
     std::size_t from = readme_.find("\n### " + heading);
@@ -78,7 +78,7 @@ class KeyTables {
   std::string readme_;
 };
 
-TEST(KeyTablesOfFiles, OfScenesAgreeWithTheFields) {
+TEST(KeyTables, ScenesAgreeWithTheFields) {
   const KeyTables scenes("/scenes/README.md");
   scenes.expect_table<Sensor>("`sensor`", sensor_fields);
   scenes.expect_table<Channel>("`channels`", channel_fields);
@@ -92,7 +92,7 @@ TEST(KeyTablesOfFiles, OfScenesAgreeWithTheFields) {
   scenes.expect_table<Effects>("`effects`", effects_fields);
 }
 
-TEST(KeyTablesOfFiles, OfObjectsAgreeWithTheFields) {
+TEST(KeyTables, ObjectsAgreeWithTheFields) {
   KeyTables("/objects/README.md").expect_table<ObjectPoint>("`points`", object_point_fields);
 }
 

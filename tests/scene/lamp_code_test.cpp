@@ -84,7 +84,7 @@ TEST(LampCode, BadKeysAreNamed) {
             std::string::npos);
   EXPECT_NE(file_complaint(lamp(1, "code: {kind: ufsook, id: 9}") +
                            lamp(2, "code: {kind: ufsook, id: 9}"))
-                .find("lamp 1 has it too"),
+                .find("lamp 1 has the same id"),
             std::string::npos);
 }
 

@@ -35,11 +35,12 @@ std::string file_refusal(const std::string& text) {
 
 TEST(Object, RejectsValuesOutOfRange) {
   EXPECT_EQ(refusal([](Object&) {}), "");
-  EXPECT_NE(refusal([](Object& o) { o.points[1].id = 10; }).find("of one point only, got 10"),
-            std::string::npos);
+  EXPECT_NE(
+      refusal([](Object& o) { o.points[1].id = 10; }).find("points: id must be unique, got 10"),
+      std::string::npos);
   EXPECT_NE(refusal([](Object& o) {
               o.points[3].position_m = o.points[1].position_m;
-            }).find("point 13: position_m must be a place of its own, point 11"),
+            }).find("point 13: position_m must be different from that of point 11"),
             std::string::npos);
   EXPECT_NE(refusal([](Object& o) { o.points[0].normal.setZero(); }).find("point 10: normal"),
             std::string::npos);
@@ -69,7 +70,7 @@ TEST(Object, APointIsVisibleFromInsideItsCone) {
   EXPECT_TRUE(p.seen_from({-1, 0, 0}));  // straight from behind
 }
 
-TEST(Object, FilesReadBackToTheSame) {
+TEST(Object, TextReadsBackToAnEqualObject) {
   Random random(1);
   for (int i = 0; i < 50; ++i) {
     Object object = beacon();
@@ -120,9 +121,9 @@ TEST(Object, ErrorsInFilesNameTheKey) {
       {"  - {id: 0, position_m: [0, 0, 0], radius_m: -1}\n", "`points[0].radius_m`"},
       {"  - {id: 0, position_mm: [0, 0, 0]}\n", "position_m"},
       {"  - {id: 0, position_m: [0, 0, 0]}\n  - {id: 0, position_m: [1, 0, 0]}\n",
-       "`points[1].id`: must be of one point only, points[0] has it too"},
+       "`points[1].id`: must be unique, points[0] has the same"},
       {"  - {id: 0, position_m: [0, 0, 0]}\n  - {id: 1, position_m: [0, 0, 0]}\n",
-       "point 1: position_m must be a place of its own"},
+       "point 1: position_m must be different from"},
       {"  []\n", "points"}};
   for (const auto& [text, said] : wrong)
     EXPECT_NE(file_refusal(head + text).find(said), std::string::npos) << file_refusal(head + text);
@@ -132,7 +133,7 @@ TEST(Object, ErrorsInFilesNameTheKey) {
   EXPECT_NE(file_refusal("schema: libocc-object/1\npoints: []\n").find("name"), std::string::npos);
 }
 
-TEST(Object, TheSamplesRead) {
+TEST(Object, ShippedObjectsLoad) {
   for (const char* name : {"car", "beacon"}) {
     const Object object = read_object(std::string(LIBOCC_DATA) + "/objects/" + name + ".yaml");
     EXPECT_EQ(object.name, name);

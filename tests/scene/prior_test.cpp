@@ -57,7 +57,7 @@ TEST(PriorMix, EachAxisHasItsSigma) {
   EXPECT_NEAR(prior.chi2(pose), 1 + 4 + 9, 1e-9);
 }
 
-TEST(PriorMix, ALastPoseCountsInItsOwnCovariance) {
+TEST(PriorMix, ALastPoseIsWeightedByItsCovariance) {
   Random random(1);
   Prior prior;
   for (int i = 0; i < 20; ++i) {
@@ -81,7 +81,7 @@ TEST(PriorMix, ContradictionsNameBothParts) {
   Prior prior = all_of_it();
   prior.position_m->x() += 5;
   expect_contradiction(prior, "position_m", "last_pose");
-  prior.last_pose->covariance = 4 * Matrix6::Identity();  // now it may be
+  prior.last_pose->covariance = 4 * Matrix6::Identity();  // within the larger covariance
   EXPECT_NO_THROW(prior.validate());
 
   prior = all_of_it();
@@ -96,7 +96,7 @@ TEST(PriorMix, ContradictionsNameBothParts) {
   prior = all_of_it();
   prior.heading_rad = *prior.heading_rad + 2;
   expect_contradiction(prior, "heading_rad", "last_pose");
-  prior.heading_rad = *prior.heading_rad - 2 + 2 * pi;  // a full turn is none
+  prior.heading_rad = *prior.heading_rad - 2 + 2 * pi;  // a full rotation changes nothing
   EXPECT_NO_THROW(prior.validate());
 
   prior = all_of_it();

@@ -211,7 +211,7 @@ TEST(SceneFile, ShippedRoomsAreTheTestsRooms) {
   expect_same(read_scene(scenes + "square_four.yaml"), four);
 }
 
-TEST(SceneFile, ContributionsScene) {
+TEST(SceneFile, KookminSceneHasTheStatedGeometry) {
   const Scene one = read_scene(scenes + "kookmin_one_lamp.yaml");
   EXPECT_DOUBLE_EQ(one.camera.fx_px(), 1.4e-3 / 7.1e-6);
   EXPECT_EQ(one.camera.fx_px(), one.camera.fy_px());
@@ -252,13 +252,13 @@ TEST(SceneFile, YamlVariantsAreAccepted) {
   EXPECT_NEAR(scene.lamps[1].order(), 2, 1e-14);
 }
 
-TEST(CameraFile, OpenCv) {
+TEST(CameraFile, ReadsOpenCv) {
   const Camera camera = read_camera(fixtures + "opencv_camera.yaml");
   expect_same(camera, Camera::pinhole(1280, 960, 845.12345678901234, 844.98765432109876, 639.5,
                                       479.5, {-0.12, 0.03, 0.001, -0.0005, 0}));
 }
 
-TEST(CameraFile, Ros) {
+TEST(CameraFile, ReadsRos) {
   expect_same(
       read_camera(fixtures + "ros_camera.yaml"),
       Camera::pinhole(640, 480, 422.5, 423.5, 319.5, 239.5, {-0.2, 0.05, 0.001, -0.002, 0}));
@@ -267,7 +267,7 @@ TEST(CameraFile, Ros) {
                               {0.4, -0.1, 0.001, -0.002, 0.01, 0.7, -0.05, 0.02}));
 }
 
-TEST(CameraFile, OfAScene) {
+TEST(CameraFile, ReadsTheCameraOfAScene) {
   expect_same(read_camera(scenes + "irregular_six.yaml"), test::irregular_room().camera);
   const Camera camera = read_camera(fixtures + "opencv_camera.yaml");
   expect_same(read_scene(fixtures + "scene_with_camera_file.yaml").camera, camera);

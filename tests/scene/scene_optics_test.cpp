@@ -43,7 +43,7 @@ TEST(SceneOptics, ErrorsOfALameCurveAreReported) {
   EXPECT_EQ(complaint_about("shape: lame, size_m: [1, -1], exponent: 2"),
             at + "size_m`: must be two positive lengths, got [1, -1]");
   EXPECT_EQ(complaint_about(lame + "exponent: 2, x_axis: [0, 0, 1]"),
-            at + "x_axis`: must be across the normal, not along it, got [0, 0, 1]");
+            at + "x_axis`: must be not parallel to the normal, got [0, 0, 1]");
   EXPECT_EQ(complaint_about(lame + "exponent: 2, radius_m: 1").find(at + "radius_m`: is not known"),
             0u);
   EXPECT_EQ(complaint_about("radius_m: 1, exponent: 2").find(at + "exponent`: is not known"), 0u);
@@ -56,14 +56,14 @@ TEST(SceneOptics, WaveformsAreReadAndTheirErrorsReported) {
   EXPECT_EQ(scene.lamps[0].phase, -0.25);
   EXPECT_EQ(parse_scene(format_scene(scene)).lamps[0].waveform, scene.lamps[0].waveform);
   const std::string at = "s.yaml:4: key `lamps[0].";
-  EXPECT_EQ(
-      complaint_about("radius_m: 1, waveform: [1, 0]"),
-      "s.yaml:4: key `lamps[0]`: lamp 0: frequency_hz must be given beside `waveform`, got none");
+  EXPECT_EQ(complaint_about("radius_m: 1, waveform: [1, 0]"),
+            "s.yaml:4: key `lamps[0]`: lamp 0: frequency_hz must be given together with "
+            "`waveform`, got none");
   const std::string coded = "radius_m: 1, frequency_hz: 500, waveform: ";
   EXPECT_EQ(complaint_about(coded + "[1, 1.5]"),
             at + "waveform`: must be a list of levels in [0, 1], got 1.5");
   EXPECT_EQ(complaint_about(coded + "[0, 0]"),
-            at + "waveform`: must be lit for some of the time, got 0");
+            at + "waveform`: must be above zero in a part of the period, got 0");
 }
 
 TEST(SceneOptics, TheLensIsReadAndWritten) {
@@ -86,7 +86,7 @@ TEST(SceneOptics, ErrorsOfTheLensAreReported) {
             "s.yaml:5: key `lens.diffraction`: must be one of false, true, got maybe");
   for (const char* coefficients : {"[-1.2]", "[0.1]", "[0, -1]"})
     EXPECT_NE(complaint_about(disc, std::string("lens: {vignetting: ") + coefficients + "}\n")
-                  .find("vignetting`: must be a transmission in (0, 1] all over the image"),
+                  .find("vignetting`: must be a transmission in (0, 1] over the whole image"),
               std::string::npos)
         << coefficients;
   EXPECT_NE(complaint_about(disc, "lens: {focus: 2}\n").find("`lens.focus`: is not known"),

@@ -99,7 +99,7 @@ TEST(Lamp, ValidateNamesLampFieldAndValue) {
        [](Lamp& l) {
          l = rectangle_lamp({0, 0, -1}, {1, 0, 0}), l.id = 7, l.size_m.y() = 0;
        }},
-      {"lamp 7: x_axis must be across the normal, not along it, got [0, 0, 5]",
+      {"lamp 7: x_axis must be not parallel to the normal, got [0, 0, 5]",
        [](Lamp& l) {
          l = rectangle_lamp({0, 0, -1}, {0, 0, 5}), l.id = 7;
        }},
@@ -122,7 +122,7 @@ TEST(Scene, ValidateChecksEveryPart) {
 
   Scene twice = good;
   twice.lamps[4].id = 2;
-  EXPECT_EQ(complaint([&] { twice.validate(); }), "lamps: id must be of one lamp only, got 2");
+  EXPECT_EQ(complaint([&] { twice.validate(); }), "lamps: id must be unique, got 2");
   Scene lamp = good;
   lamp.lamps[3].radius_m = 0;
   EXPECT_EQ(complaint([&] { lamp.validate(); }), "lamp 3: radius_m must be positive, got 0");

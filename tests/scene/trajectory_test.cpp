@@ -153,14 +153,14 @@ TEST(TrajectoryFile, ErrorsNameLineAndValue) {
     return complaint<std::runtime_error>([&] { parse_trajectory(text, "walk.txt"); });
   };
   const std::string good = "0 0 0 0 0 0 0 1\n";
-  EXPECT_EQ(why(""), "walk.txt: holds no pose");
+  EXPECT_EQ(why(""), "walk.txt: contains no pose");
   EXPECT_EQ(why(good + "1 0 0 0 0 0 0\n"),
-            "walk.txt:2: must be 8 numbers, t tx ty tz qx qy qz qw, got 7 of them");
+            "walk.txt:2: must be 8 numbers, t tx ty tz qx qy qz qw, got 7");
   EXPECT_EQ(why(good + "#\n1 0 0 nan 0 0 0 1\n"), "walk.txt:3: must be finite numbers, got nan");
   EXPECT_EQ(why("1 0 0 0 0 0 zero 1\n"), "walk.txt:1: must be finite numbers, got zero");
   EXPECT_EQ(why(good + good), "walk.txt:2: times must increase, got 0 0 0 0 0 0 0 1");
   EXPECT_EQ(why("0 0 0 0 0 0 0 2\n"),
-            "walk.txt:1: qx qy qz qw must be a unit quaternion, got one of norm 2");
+            "walk.txt:1: qx qy qz qw must be a unit quaternion, got norm 2");
   EXPECT_NE(complaint<std::runtime_error>([] { read_trajectory("/nowhere/walk.txt"); }), "");
 }
 
@@ -173,7 +173,7 @@ TEST(Trajectory, RejectsInvalidTrajectories) {
   broken.translation.x() = nan;
   EXPECT_EQ(why({}), "waypoints must be at least one, got 0");
   EXPECT_EQ(why({{1, pose}, {1, pose}}),
-            "waypoints[1].time_s must be later than the one before, got 1");
+            "waypoints[1].time_s must be later than the previous one, got 1");
   EXPECT_EQ(why({{nan, pose}}), "waypoints[0].time_s must be finite, got nan");
   EXPECT_NE(why({{0, pose}, {1, broken}}).find("waypoints[1].cam_from_world must be finite"),
             std::string::npos);

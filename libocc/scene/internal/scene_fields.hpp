@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The fields of the parts of a scene and of Prior, and the names of their enumerators
-// (core/internal/fields.hpp). Rules that join several fields are in the validate() of each part.
+// (core/internal/fields.hpp). Rules on several fields together are in the validate() of each part.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@ inline constexpr std::array<core::Word<LampShape>, 4> shape_words{
      {"point", LampShape::point},
      {"lame", LampShape::lame}}};
 
-/// The last two are what tools that write YAML make of `on` and `off`.
+/// YAML 1.1 tools write `on` and `off` as the last two.
 inline constexpr std::array<core::Word<Use>, 5> use_words{{{"on", Use::on},
                                                            {"off", Use::off},
                                                            {"auto", Use::automatic},

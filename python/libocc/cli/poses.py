@@ -90,7 +90,7 @@ def pose_of(keys: Mapping[str, Any], where: str = "pose") -> Any:
     if "look_at_m" in keys:
         for angle in KEYS[3:]:
             if angle in keys:
-                raise ValueError(f"{where}.{angle} must be absent beside look_at_m")
+                raise ValueError(f"{where}.{angle} must not be given together with look_at_m")
         up = _vector(keys, "up", where) if "up" in keys else [0.0, 0.0, 1.0]
         return look_at(position, _vector(keys, "look_at_m", where), up)
     if "up" in keys:
