@@ -4,7 +4,7 @@
 //
 // Covariance of a transform (6x6): order [rotation, translation], *left* perturbation
 //     T(delta) : R -> exp(delta_rot) R,  t -> exp(delta_rot) t + delta_trans.
-// A transformed point moves by delta_rot x (R p + t) + delta_trans.
+// in the *target* frame: a transformed point moves by delta_rot x (R p + t) + delta_trans.
 // World: right-handed, metres, Z up. Camera: x right, y down, z forward.
 #pragma once
 

@@ -68,15 +68,15 @@ class Loop {
     const double dt_s = 1 / options_.control_rate_hz;
     LoopRecord record;
     record.command = command();
-    estimator_->add_odometry(world_.step(record.command, aim(), dt_s));
+    estimator_->add_odometry(world_.step(record.command, pan_tilt_setpoint(), dt_s));
     record.frames = take_images();
     estimate_ = estimator_->at(world_.state().time_s);
     fill(record);
     result_.records.push_back(record);
-    judge(record);
+    end_if_due(record);
   }
 
-  PanTiltKnot aim() const {
+  PanTiltKnot pan_tilt_setpoint() const {
     if (options_.pan_tilt) return options_.pan_tilt->at(along_m_.value_or(0));
     return {0, options_.camera_pan_rad, options_.camera_tilt_rad};
   }
@@ -163,7 +163,7 @@ class Loop {
     record.docking = docking_;
   }
 
-  void judge(const LoopRecord& record) {
+  void end_if_due(const LoopRecord& record) {
     std::string what;
     const Eigen::Vector2d place = record.truth.position();
     if (clearance_m(scene_, place, options_.vehicle.radius_m, options_.vehicle_height_m, &what) <

@@ -4,8 +4,9 @@
 // controller receives the estimate only; the records also contain the true state. Faults are
 // options and off by default.
 //
-// At the end of the route the vehicle docks if the route has a dock, otherwise it stops. Without a
-// pose (searching, lost) it stands still.
+// At the end of the route the vehicle docks if the route has a dock, otherwise it stops. While the
+// estimator has no pose (searching, lost), the command is zero. A predicted pose (coasting) counts
+// as a pose. The run ends as `lost` after max_lost_s without one.
 #pragma once
 
 #include <cstdint>

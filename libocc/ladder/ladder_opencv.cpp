@@ -63,21 +63,22 @@ Result<Rigid3> by_ap3p(const LadderProblem& p) {
 }
 
 bool four(const LadderProblem& p) { return p.points_px.cols() >= 4; }
-bool flat_four(const LadderProblem& p) { return four(p) && is_flat(p); }
-bool flat_or_six(const LadderProblem& p) { return flat_four(p) || p.points_px.cols() >= 6; }
+bool coplanar_four(const LadderProblem& p) { return four(p) && is_coplanar(p); }
+bool coplanar_or_six(const LadderProblem& p) { return coplanar_four(p) || p.points_px.cols() >= 6; }
 
 }  // namespace
 
 std::vector<LadderStep> opencv_steps() {
   constexpr Rung points = Rung::points;
-  constexpr FluxModel dark = FluxModel::ignore;
-  return {{"AP3P", "OpenCV", "four points", points, dark, four, by_ap3p},
-          {"IPPE", "OpenCV", "a plane's points", points, dark, flat_four,
-           by_all_points<cv::SOLVEPNP_IPPE>},
-          {"EPNP", "OpenCV", "all points", points, dark, four, by_all_points<cv::SOLVEPNP_EPNP>},
-          {"SQPNP", "OpenCV", "all points", points, dark, four, by_all_points<cv::SOLVEPNP_SQPNP>},
-          {"ITERATIVE", "OpenCV", "all points, refined", points, dark, flat_or_six,
-           by_all_points<cv::SOLVEPNP_ITERATIVE>}};
+  constexpr FluxModel no_flux = FluxModel::ignore;
+  return {
+      {"AP3P", "OpenCV", "four points", points, no_flux, four, by_ap3p},
+      {"IPPE", "OpenCV", "a plane's points", points, no_flux, coplanar_four,
+       by_all_points<cv::SOLVEPNP_IPPE>},
+      {"EPNP", "OpenCV", "all points", points, no_flux, four, by_all_points<cv::SOLVEPNP_EPNP>},
+      {"SQPNP", "OpenCV", "all points", points, no_flux, four, by_all_points<cv::SOLVEPNP_SQPNP>},
+      {"ITERATIVE", "OpenCV", "all points, refined", points, no_flux, coplanar_or_six,
+       by_all_points<cv::SOLVEPNP_ITERATIVE>}};
 }
 
 }  // namespace occ::internal::ladder

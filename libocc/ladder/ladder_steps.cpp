@@ -85,37 +85,41 @@ Result<Rigid3> refined(const LadderProblem& p) {
 
 bool three(const LadderProblem& p) { return p.points_px.cols() >= 3; }
 bool four(const LadderProblem& p) { return p.points_px.cols() >= 4; }
-bool flat_four(const LadderProblem& p) { return four(p) && is_flat(p); }
-bool deep_four(const LadderProblem& p) { return four(p) && is_deep(p); }
-bool deep_six(const LadderProblem& p) { return p.points_px.cols() >= 6 && is_deep(p); }
+bool coplanar_four(const LadderProblem& p) { return four(p) && is_coplanar(p); }
+bool not_coplanar_four(const LadderProblem& p) { return four(p) && is_not_coplanar(p); }
+bool not_coplanar_six(const LadderProblem& p) {
+  return p.points_px.cols() >= 6 && is_not_coplanar(p);
+}
 
 std::vector<LadderStep> own_steps() {
-  constexpr FluxModel dark = FluxModel::ignore;
+  constexpr FluxModel no_flux = FluxModel::ignore;
   constexpr Rung points = Rung::points, rims = Rung::rims;
   return {
-      {"p3p", "libocc", "three points, chosen by the others", points, dark, three,
+      {"p3p", "libocc", "three points, chosen by the others", points, no_flux, three,
        by_three<p3p_solver>},
-      {"p3p_kneip", "OpenGV", "three points, chosen by the others", points, dark, three,
+      {"p3p_kneip", "OpenGV", "three points, chosen by the others", points, no_flux, three,
        by_three<p3p_kneip_solver>},
-      {"p3p_triples", "libocc", "the best of several triples", points, dark, three, by_p3p_triples},
-      {"guard", "libocc", "p3p_triples, checked and polished by all points", points, dark, three,
+      {"p3p_triples", "libocc", "the best of several triples", points, no_flux, three,
+       by_p3p_triples},
+      {"guard", "libocc", "p3p_triples, checked and polished by all points", points, no_flux, three,
        guarded},
-      {"posit", "libocc", "all points", points, dark, deep_four, by_posit},
-      {"posit_coplanar", "libocc", "a plane's points", points, dark, flat_four, by_posit_coplanar},
-      {"homography", "libocc", "a plane's points", points, dark, flat_four, by_homography},
-      {"dlt", "libocc", "all points", points, dark, deep_six, by_dlt},
-      {"epnp", "OpenGV", "all points", points, dark, deep_four, by_epnp},
-      {"upnp", "OpenGV", "all points", points, dark, four, by_upnp},
-      {"solve_pose", "libocc", "all points, least squares, with covariance", points, dark, three,
+      {"posit", "libocc", "all points", points, no_flux, not_coplanar_four, by_posit},
+      {"posit_coplanar", "libocc", "a plane's points", points, no_flux, coplanar_four,
+       by_posit_coplanar},
+      {"homography", "libocc", "a plane's points", points, no_flux, coplanar_four, by_homography},
+      {"dlt", "libocc", "all points", points, no_flux, not_coplanar_six, by_dlt},
+      {"epnp", "OpenGV", "all points", points, no_flux, not_coplanar_four, by_epnp},
+      {"upnp", "OpenGV", "all points", points, no_flux, four, by_upnp},
+      {"solve_pose", "libocc", "all points, least squares, with covariance", points, no_flux, three,
        by_solve_pose},
-      {"points", "libocc", "refined by centroids taken for the lamps' centres", points, dark, three,
-       refined<Rung::points>},
-      {"centres", "libocc", "refined by centroids, ellipses corrected", Rung::centres, dark, three,
-       refined<Rung::centres>},
-      {"rims", "libocc", "refined by rims", rims, dark, three, refined<Rung::rims>},
+      {"points", "libocc", "refined by centroids taken for the lamps' centres", points, no_flux,
+       three, refined<Rung::points>},
+      {"centres", "libocc", "refined by centroids, ellipses corrected", Rung::centres, no_flux,
+       three, refined<Rung::centres>},
+      {"rims", "libocc", "refined by rims", rims, no_flux, three, refined<Rung::rims>},
       {"rims+flux", "libocc", "refined by rims and brightness", rims, FluxModel::known_power, three,
        refined<Rung::rims, FluxModel::known_power>},
-      {"direct", "libocc", "refined by every pixel", Rung::direct, dark, three,
+      {"direct", "libocc", "refined by every pixel", Rung::direct, no_flux, three,
        refined<Rung::direct>}};
 }
 
@@ -151,8 +155,8 @@ Result<Rigid3> internal::ladder::nearest_candidate(const LadderProblem& p,
   return best;
 }
 
-bool internal::ladder::is_flat(const LadderProblem& p) { return !is_deep(p); }
-bool internal::ladder::is_deep(const LadderProblem& p) {
+bool internal::ladder::is_coplanar(const LadderProblem& p) { return !is_not_coplanar(p); }
+bool internal::ladder::is_not_coplanar(const LadderProblem& p) {
   return spans_space(point_layout(p.points_in_world));
 }
 

@@ -37,8 +37,9 @@ struct LIBOCC_API SolvePoseOptions {
 /// dof. If chi2 exceeds its 99.9 % quantile, the covariance is multiplied by chi2 / dof. It
 /// includes the second-order effect of a rotation about distant points (arc_moment).
 ///
-/// Status: ok; ambiguous (a likelihood ratio below 100 to the next candidate); too_few_lamps (fewer
-/// than three points); degenerate (points that coincide or, given sigma_px and the residuals, lie
+/// Status: ok; ambiguous (a likelihood ratio below 100 to the next candidate, after scaling by the
+/// variance factor of the best one if it is above 1); too_few_lamps (fewer than three points);
+/// degenerate (points that coincide or, given sigma_px and the residuals, lie
 /// on a line, or do not determine the pose); no_pose (no pose fits); not_converged (any candidate).
 /// The fix holds the best candidate, if there is one, for every status. Throws
 /// std::invalid_argument for counts that differ, values that are not finite, pixels outside the

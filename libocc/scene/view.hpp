@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests whether a camera at `eye` (world frame, metres) can see a point of the scene. A lamp is
 // visible if its lit side faces the camera (Lamp::shows_lit_side), no box hides it (hidden_by_box)
-// and its image lies within the camera's (Camera::contains). How much of the lamp these tests must
-// hold for depends on the user:
+// and its image is within the camera's (Camera::contains). The part of the lamp for which these
+// tests must hold depends on the user:
 //
 //     the whole face       guide/lamp_views.hpp (routes), refine/expected_lamp.cpp (bound)
 //     any part             simulate/truth.cpp (truth of an image)

@@ -46,7 +46,7 @@ struct LIBOCC_API SimulateOptions {
 };
 
 /// Ground truth of one lamp in the rendered image. Under a moving camera, each point is projected
-/// in the middle of the exposure of the row that sees it.
+/// in the middle of the exposure of the row that records it.
 struct LampTruth {
   int id = 0;
   bool in_view = false;                                 ///< part of its image lies on the sensor

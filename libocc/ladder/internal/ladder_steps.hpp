@@ -18,8 +18,8 @@ PoseProblem bearings_of(const LadderProblem& problem);
 Result<Rigid3> nearest_candidate(const LadderProblem& problem,
                                  const std::vector<Rigid3>& candidates);
 
-bool is_flat(const LadderProblem& problem);
-bool is_deep(const LadderProblem& problem);
+bool is_coplanar(const LadderProblem& problem);
+bool is_not_coplanar(const LadderProblem& problem);
 
 /// OpenCV's solvers, called like its users call them: image points, camera matrix, distortion.
 std::vector<LadderStep> opencv_steps();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Noise model of a pixel with mean signal mu [electrons]: mean, its derivative by mu, and variance
-// of
+// Noise model of a pixel with mean signal mu [electrons]. The measured signal is
 //     x = linear_dn(stored grey level) / K,      var(x) = mu + sigma_read^2 + q
 // (EMVA 1288, release 4.0, eq (11)); q is the variance of rounding, 1/12 of a squared grey level.
+// The model gives the mean of x, its derivative by mu, and its variance.
 // Near black and white the moments are those of a clipped normal variable: the use of a saturated
 // pixel does not depend on its random value, and its weight vanishes. If the noise is below a grey
 // level, rounding is not independent noise; the exact moments of a rounded normal variable are used

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ambient light: light that comes from no lamp, the same on every pixel. Left out, every pixel
-// lacks it; no lamp's image moves.
+// Ambient light: light that comes from no lamp, the same on every pixel. Without the effect it is
+// missing from every pixel; no lamp's image moves.
 #include "libocc/simulate/internal/bounds.hpp"
 #include "libocc/simulate/internal/mosaic.hpp"
 

@@ -4,9 +4,10 @@
 // fills each pixel that it reaches up to the full well and moves on; charge that reaches the border
 // is lost. Where both directions fill the same pixel, the downward charge is placed first.
 //
-// Left out, nothing changes unless a pixel exceeds the full well. Otherwise a pixel changes by at
-// most half of all overflow, and at most by a full well. The bound of a centroid is twice the
-// distance that the charge travels. Symmetric images keep their centroids, far below this bound.
+// Without the effect, nothing changes unless a pixel exceeds the full well. Otherwise a pixel
+// changes by at most half of all overflow, and at most by a full well. The bound of a centroid is
+// twice the distance that the charge travels. Symmetric images keep their centroids, far below this
+// bound.
 #include <algorithm>
 #include <cmath>
 

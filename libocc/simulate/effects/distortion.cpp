@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lens distortion. Left out, a lamp appears where a pinhole camera sees it. Its centroid moves by
-// at most the largest displacement of a point of its rim. A pixel changes by that displacement of
-// the image (internal/scene_view.hpp), by the light that the lens concentrates or spreads there,
-// and by all light of the room's surfaces.
+// Lens distortion. Without the effect a lamp appears where a pinhole camera images it. Its centroid
+// moves by at most the largest displacement of a point of its rim. A pixel changes by that
+// displacement of the image (internal/scene_view.hpp), by the light that the lens concentrates or
+// spreads there, and by all light of the room's surfaces.
 #include <algorithm>
 #include <cmath>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Extent: lamps have a shape. Left out, a lamp is a point of the same power at its centre. Its
-// light moves by at most R, and its mean squared displacement is s^2 <= R^2/2. Under a PSF K of
-// width sigma a pixel changes by at most
+// Extent: lamps have a shape. Without the effect, a lamp is a point of the same power at its
+// centre. Its light moves by at most R, and its mean squared displacement is s^2 <= R^2/2. Under a
+// PSF K of width sigma a pixel changes by at most
 //     F s^2/2 max |hess K| + F |d| max |grad K|,   max |hess K| = 1 / (2 pi sigma^4),
 //     max |grad K| = 1 / (2 pi sqrt(e) sigma^3),
 // with F the lamp's electrons and d the mean displacement, by the offset of the ellipse's centre

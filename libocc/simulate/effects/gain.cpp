@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Gain non-uniformity (PRNU): a pixel has 1 + p z times the photoelectrons, with a normal variable
-// z that belongs to the pixel and is the same in every image of a sensor. Left out, a pixel changes
-// by p |z|, where |z| < 6.4 (internal/normal_variate.hpp).
+// z that belongs to the pixel and is the same in every image of a sensor. Without the effect, a
+// pixel changes by p |z|, where |z| < 6.4 (internal/normal_variate.hpp).
 //
 // A centroid moves by the sum of p z w (x - x_c), with w each pixel's fraction of the light. The
 // standard deviation of this sum is p / (2 sqrt(pi)) for a disc of any size and p / sqrt(8 pi) for

@@ -3,8 +3,9 @@
 // c + s (p - c), about the principal point c. A camera with |s| times the focal length, rotated by
 // 180 degrees about its axis if s < 0, sees the ghost as its normal image (the even terms of the
 // distortion change sign then). The light of a ghost is the lamp's times the strength, spread over
-// s^2 of the area. The aperture stays that of the real focal length. Left out, a pixel lacks at
-// most strength / s^2 of a fully covered pixel, for each ghost and all lamps whose ghosts overlap.
+// s^2 of the area. The aperture stays that of the real focal length. Without the effect, a pixel
+// lacks at most strength / s^2 of a fully covered pixel, for each ghost and all lamps whose ghosts
+// overlap.
 #include <cmath>
 
 #include "libocc/formation/light.hpp"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Veiling glare: a fraction of the light that lamps in view bring to the sensor reaches all pixels
-// evenly, in addition to the lamps' images. Left out, every pixel lacks it; no lamp's image moves.
+// evenly, in addition to the lamps' images. Without the effect, every pixel lacks it; no lamp's
+// image moves.
 #include "libocc/simulate/internal/bounds.hpp"
 #include "libocc/simulate/internal/frame.hpp"
 

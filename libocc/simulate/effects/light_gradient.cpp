@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light gradient: the irradiance E of a lamp varies over its image, by cos^4 and by Lambert's law.
-// Left out, the whole image has the irradiance of the centre. No pixel changes by more than E
-// varies over the image. The centroid of an ellipse moves by its second moment times grad ln E, at
-// most (R^2/4) |grad ln E|.
+// Without the effect, the whole image has the irradiance of the centre. No pixel changes by more
+// than E varies over the image. The centroid of an ellipse moves by its second moment times grad ln
+// E, at most (R^2/4) |grad ln E|.
 #include <algorithm>
 #include <cmath>
 

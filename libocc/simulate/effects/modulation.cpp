@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Modulation: lamps blink, and a line of pixels receives the mean of the waveform over its
-// exposure. Left out, a lamp shines with the mean of its waveform. The difference is computed
-// exactly from the waveform. For a square wave of frequency f and duty D and an exposure T it is at
-// most min({fT}, 1 - {fT}, D, 1 - D) / (fT), with {} the fractional part.
+// exposure. Without the effect, a lamp shines with the mean of its waveform. The difference is
+// computed exactly from the waveform. For a square wave of frequency f and duty D and an exposure T
+// it is at most min({fT}, 1 - {fT}, D, 1 - D) / (fT), with {} the fractional part.
 //
 // If lines differ, the lines on one side of a lamp may receive r more than the mean m, and those
 // on the other side r less. The centroid then moves by up to 0.7 R r / (m - r), with 0.7 R the mean

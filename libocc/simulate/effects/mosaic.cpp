@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Mosaic of colour filters: a pixel receives the lamp's colour times the efficiency of its channel,
-// a factor f that depends on its place. Left out, every pixel receives white light: a pixel changes
-// by |f - 1| and by the difference of the channels' curves.
+// a factor f that depends on its place. Without the effect, every pixel receives white light: a
+// pixel changes by |f - 1| and by the difference of the channels' curves.
 //
 // Centroids move because the mosaic samples the image. f is its mean plus waves of half a cycle per
 // pixel, each of relative amplitude a. A wave moves the centroid by a |d/dw W|, with W the Fourier

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Motion blur: the camera moves during the exposure, so a lamp's image is the mean of its images
-// from all poses of the exposure. Left out, it is the image from the pose in the middle of the
-// exposure. A straight path of length b, passed at constant speed, spreads the image by a variance
-// of b^2/12. Because f(s) + f(-s) - 2 f(0) is at most s^2 max |f''|, a pixel changes by at most
-// b^2/24 max |f''|. For a straight edge of height E this is
+// from all poses of the exposure. Without the effect, it is the image from the pose in the middle
+// of the exposure. A straight path of length b, passed at constant speed, spreads the image by a
+// variance of b^2/12. Because f(s) + f(-s) - 2 f(0) is at most s^2 max |f''|, a pixel changes by at
+// most b^2/24 max |f''|. For a straight edge of height E this is
 //     b^2/24  E / (sqrt(2 pi e) sigma^2) = 0.0101 b^2 E / sigma^2;
 // internal/scene_view.hpp has thin lamps and points. The mean of the image also moves if the path
 // is curved or if the lamp blinks. If the light grows along the path by a factor 1 + q, the mean

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Noise: shot noise, noise of the dark current, read noise. Left out, a pixel has its mean. The
-// bounds are one standard deviation of the brightest pixel's grey level and of a lamp's centroid,
-// the largest over all lamps: sqrt(sum of (x - x_c)^2 var) / F over the disc of the lamp's image
-// and its blur, with F the lamp's electrons. Rendered by internal/expose.hpp.
+// Noise: shot noise, noise of the dark current, read noise. Without the effect, a pixel has its
+// mean. The bounds are one standard deviation of the brightest pixel's grey level and of a lamp's
+// centroid, the largest over all lamps: sqrt(sum of (x - x_c)^2 var) / F over the disc of the
+// lamp's image and its blur, with F the lamp's electrons. Rendered by internal/expose.hpp.
 #include <algorithm>
 #include <cmath>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Occlusion: boxes hide lamps. Seen from a point, a box casts a convex shadow onto the plane of a
 // lamp's face. The rest of the face is divided into convex pieces, which are rendered by the
-// integral along their rims like a whole face. Left out, partly hidden lamps are whole. Nothing
-// changes when no shadow meets a lamp; otherwise all of its light may.
+// integral along their rims like a whole face. Without the effect, partly hidden lamps are whole.
+// Nothing changes when no shadow meets a lamp; otherwise all of its light may.
 #include "libocc/formation/rim.hpp"
 #include "libocc/simulate/internal/bounds.hpp"
 #include "libocc/simulate/internal/lamp_image.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// PSF: blur by the lens (formation/internal/lens_blur.hpp). Left out, a pixel is the exact mean
-// over its box. The blur moves light by s, which sweeps at most |s_x| + |s_y| of a fully covered
-// pixel's area. The pixel changes by at most
+// PSF: blur by the lens (formation/internal/lens_blur.hpp). Without the effect, a pixel is the
+// exact mean over its box. The blur moves light by s, which sweeps at most |s_x| + |s_y| of a fully
+// covered pixel's area. The pixel changes by at most
 //     2 E|s_x|,   E|s_x| <= sigma sqrt(2/pi) + 4 rho / (3 pi),
 // with E| | the expectation, for the Gaussian of width sigma and the defocus disc of radius rho.
 // All light of a point may move to another pixel. The centroid of the light does not move, but the

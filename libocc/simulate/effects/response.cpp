@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Response: grey levels are a non-linear function of the light; under a mosaic each colour may have
-// its own curve. Left out, all curves are linear: a pixel changes by at most the largest distance
-// of a curve from its chord, and centroids of grey levels move by at most that fraction of a lamp's
-// radius.
+// its own curve. Without the effect, all curves are linear: a pixel changes by at most the largest
+// distance of a curve from its chord, and centroids of grey levels move by at most that fraction of
+// a lamp's radius.
 #include <algorithm>
 #include <cmath>
 

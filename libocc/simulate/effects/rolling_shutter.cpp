@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rolling shutter: the camera moves between lines, because each line is exposed row_time_s after
-// the one before. Left out, all lines see the poses of the first line's exposure. A lamp's image
-// moves by the motion of the image until the exposure of the line that sees it, and its light
-// changes by the change until then.
+// the one before. Without the effect all lines record the poses of the first line's exposure. A
+// lamp's image moves by the motion of the image until the exposure of the line that records it, and
+// its light changes by the change until then.
 #include <algorithm>
 #include <cmath>
 

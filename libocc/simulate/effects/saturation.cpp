@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Saturation: a pixel holds no more charge than its full well. Left out, grey levels are only
-// clipped at full scale. Nothing changes unless the electrons of a pixel exceed the full well,
+// Saturation: a pixel holds no more charge than its full well. Without the effect, grey levels are
+// only clipped at full scale. Nothing changes unless the electrons of a pixel exceed the full well,
 // overlapping images of lamps included. The centroid of a clipped image moves by at most the
 // fraction of the light that is lost, times the radius.
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vignetting: the lens transmits less light to the edge of the image, V < 1. Left out, V = 1: a
-// pixel changes by the largest 1 - V over the lamp's image and its blur. The centroid of the image
-// moves by its second moment times grad ln V, with R^2/3 for the second moment as in
+// Vignetting: the lens transmits less light to the edge of the image, V < 1. Without the effect, V
+// = 1: a pixel changes by the largest 1 - V over the lamp's image and its blur. The centroid of the
+// image moves by its second moment times grad ln V, with R^2/3 for the second moment as in
 // light_gradient.cpp.
 #include "libocc/scene/internal/vignetting.hpp"
 

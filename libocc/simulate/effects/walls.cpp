@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Walls: the room's surfaces reflect the lamps' light, once. A diffuse surface of irradiance E has
-// the radiance rho E / pi, and a pixel that sees it receives at most pi / 4N^2 of that (less by
-// cos^4 off the axis). A box in front of a surface is black. Left out, the surfaces are dark and do
-// not light each other; the lamps' images do not change.
+// the radiance rho E / pi, and a pixel on which it is imaged receives at most pi / 4N^2 of that
+// (less by cos^4 off the axis). A box in front of a surface is black. Without the effect the
+// surfaces are dark and do not light each other; the lamps' images do not change.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>

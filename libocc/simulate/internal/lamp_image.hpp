@@ -47,7 +47,7 @@ double add_lamp(const PaddedPatch& image, const Lamp& lamp, const Frame& frame, 
 
 /// Truth of one lamp, except for its electrons. Only the id and the centre are set for a lamp that
 /// cannot be rendered. Under a moving camera, each point is projected in the middle of the exposure
-/// of the line that sees it.
+/// of the line that records it.
 LampTruth lamp_truth(const Lamp& lamp, const Frame& frame, const Motion& motion,
                      const Camera& camera);
 

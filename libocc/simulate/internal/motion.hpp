@@ -77,7 +77,7 @@ class Motion {
   /// light these are Gauss-Legendre nodes, exact for images that change as a cubic within a part.
   std::vector<LightNode> nodes(const Lamp& lamp, int line, int panels) const;
 
-  /// Projection of a point of the world in the middle of the exposure of the line that sees it.
+  /// Projection of a point of the world in the middle of the exposure of the line that records it.
   struct Seen {
     Eigen::Vector2d px;
     Rigid3 pose;
