@@ -4,7 +4,14 @@
 //   d1 = |(X, Y, Z)|,  d2 = |(X, Y, xi d1 + Z)|
 //   (x', y') = (X, Y) / (alpha d2 + (1 - alpha) (xi d1 + Z)),  u = fx x' + cx,  v = fy y' + cy
 //
-// Domain: Z > -w2 d1 with w2 of eqs 44 and 45 (one ray for each pixel).
+// and back, with r^2 = x'^2 + y'^2,
+//
+//   m = (1 - alpha^2 r^2) / (alpha sqrt(1 - (2 alpha - 1) r^2) + 1 - alpha)
+//   bearing = (m xi + sqrt(m^2 + (1 - xi^2) r^2)) / (m^2 + r^2) (x', y', m) - (0, 0, xi)
+//
+// Parameters: -1 < xi <= 1, 0 <= alpha <= 1. Domain: Z > -w2 d1, where one ray belongs to each
+// pixel, with w1 = min(alpha, 1 - alpha) / max(alpha, 1 - alpha) and
+// w2 = (w1 + xi) / sqrt(2 w1 xi + xi^2 + 1); pixels with r^2 < 1 / (2 alpha - 1) for alpha > 1/2.
 // Source: Usenko, Demmel, Cremers, "The double sphere camera model", 3DV 2018, eqs 40-50.
 #pragma once
 

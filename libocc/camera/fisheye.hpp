@@ -4,6 +4,8 @@
 //   r = hypot(X, Y),  a = atan2(r, Z),  d = a (1 + k1 a^2 + k2 a^4 + k3 a^6 + k4 a^8)
 //   (x', y') = d / r (X, Y),  u = fx x' + skew y' + cx,  v = fy y' + cy
 //
+// The bearing of a pixel follows from the root a of d(a) = hypot(x', y'), by Newton's method.
+//
 // Domain: a below pi and below the first angle at which d stops growing.
 // Source: Kannala, Brandt, "A generic camera model and calibration method for conventional,
 // wide-angle, and fish-eye lenses", PAMI 28(8), 2006, eq. 6, in the form of OpenCV 4.6.

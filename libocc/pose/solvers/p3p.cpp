@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Pose from the distances of three points. The distances are found in pose/internal/p3p_roots.hpp,
+// from the intersections of two conics in pose/internal/conic_pencil.hpp.
 #include "libocc/pose/solvers/p3p.hpp"
 
 #include <Eigen/Dense>
