@@ -86,8 +86,8 @@ def verdict(cells: list[Cell]) -> str:
 
 
 @click.command(short_help="Run the pose solvers on degenerate and ill-conditioned problems.")
-@click.option("--solver", "solvers", multiple=True, metavar="NAME", help="Use only this one; repeatable.")
-@click.option("--case", "names", multiple=True, metavar="NAME", help="Use only this one; repeatable.")
+@click.option("--solver", "solvers", multiple=True, metavar="NAME", help="Use only this solver; repeatable.")
+@click.option("--case", "names", multiple=True, metavar="NAME", help="Use only this case; repeatable.")
 @click.option("--count", type=click.IntRange(1), help="Problems per row; replaces the number of the case.")
 @click.option("--peers", is_flag=True, help="Also run the solvers of OpenCV and PoseLib, if installed.")
 @click.option("--sweep", is_flag=True, help="One row for each value of a case's parameter.")

@@ -109,25 +109,28 @@ def verdict(best: Row | None, target_mm: float | None, budget_ms: float | None) 
 
 @click.command(short_help="Measure accuracy against computing time.")
 @click.argument("scene", default="irregular_six")
-@click.option("--lamps", type=click.IntRange(3), metavar="N", help="The scene's first N only.")
+@click.option("--lamps", type=click.IntRange(3), metavar="N", help="Use only the first N lamps of the scene.")
 @click.option("--range", "range_m", type=click.FloatRange(0, min_open=True), default=2.5,
-              show_default=True, help="From the lamps' centroid to the camera [m].")
+              show_default=True, help="Distance of the camera from the lamps' centroid [m].")
 @click.option("--tilt-deg", type=click.FloatRange(0, 89), default=10, show_default=True,
-              help="Of the view from the lamps' normal; azimuth and roll are random.")
+              help="Angle of the view to the lamps' normal; azimuth and roll are random.")
 @click.option("--noise", type=click.FloatRange(0, min_open=True), default=1, show_default=True,
-              help="Times the scene's sensor's, at the same brightness.")
-@click.option("--read-noise-e", type=click.FloatRange(0), help="Instead of the scene's [electrons].")
-@click.option("--gain-dn-per-e", type=click.FloatRange(0, min_open=True), help="Instead of the scene's.")
+              help="Factor of the sensor's noise, at the same brightness.")
+@click.option("--read-noise-e", type=click.FloatRange(0),
+              help="Read noise [electrons]; replaces that of the scene.")
+@click.option("--gain-dn-per-e", type=click.FloatRange(0, min_open=True),
+              help="Gain [grey levels per electron]; replaces that of the scene.")
 @click.option("--frames", type=click.IntRange(1), default=200, show_default=True,
-              help="Each with a pose and noise of its own; 200 take some 5 s.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of poses and noise.")
-@click.option("--rung", "wanted", multiple=True, metavar="NAME", help="Only this one; repeatable.")
+              help="Number of images, each with its own pose and noise; 200 take about 5 s.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True,
+              help="Seed of poses and noise.")
+@click.option("--rung", "wanted", multiple=True, metavar="NAME", help="Use only this rung; repeatable.")
 @click.option("--min-time-us", type=click.FloatRange(0, min_open=True), default=50, show_default=True,
-              help="Each rung is called for so long, or once.")
+              help="Minimum time for which each rung is called repeatedly.")
 @click.option("--target-mm", type=click.FloatRange(0, min_open=True),
-              help="Say which rung is the fastest that errs no more.")
+              help="Recommend the fastest rung within this position error.")
 @click.option("--budget-ms", type=click.FloatRange(0, min_open=True),
-              help="Say which is the most accurate that takes no longer.")
+              help="Recommend the most accurate rung within this time.")
 @json_option
 @click.option("--csv", "csv_path", metavar="FILE.csv", help="Write the table.")
 @click.option("--plot", "plot_path", metavar="FILE.png|svg", help="Draw time against error.")
