@@ -23,7 +23,7 @@ namespace occ {
 
 struct NetworkCamera {
   std::string name;
-  Camera camera;
+  Camera camera = Camera::pinhole(640, 480, 500, 500, 319.5, 239.5);
   std::vector<std::string> free_parameters;  ///< names of the unknown parameters
 };
 
