@@ -7,6 +7,7 @@
 
 #include "libocc/core/internal/least_squares.hpp"
 #include "libocc/core/internal/robust_loss.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/geometry/so3.hpp"
 
 namespace occ::internal::calibrate {
@@ -17,8 +18,6 @@ using Eigen::Matrix3Xd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
 core::LeastSquaresOptions options_of(int max_iterations) {
   core::LeastSquaresOptions options;
   options.max_iterations = max_iterations;
@@ -28,7 +27,7 @@ core::LeastSquaresOptions options_of(int max_iterations) {
 }
 
 // A rotation about the camera's centre and a translation.
-struct PoseProblem {
+struct PixelFitProblem {
   static constexpr int unknowns = 6;
   const Matrix3Xd& points;
   const Matrix2Xd& px;
@@ -137,7 +136,7 @@ Matrix2Xd pose_residuals(const Matrix3Xd& points, const Matrix2Xd& px, const Cam
 
 PixelFit fit_pose(const Matrix3Xd& points, const Matrix2Xd& px, const Camera& camera,
                   const Rigid3& start, double gate_px, int max_iterations) {
-  PoseProblem problem{points, px, camera, start, gate_px};
+  PixelFitProblem problem{points, px, camera, start, gate_px};
   PixelFit fit;
   fit.pose = start;
   fit.cost = 0.5 * problem.chi2(Vector6::Zero());

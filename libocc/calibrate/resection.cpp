@@ -9,6 +9,7 @@
 #include <string>
 
 #include "libocc/calibrate/internal/pixel_fit.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/core/random.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
@@ -27,8 +28,6 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 struct ScoredPose {
   Rigid3 pose;

@@ -7,6 +7,7 @@
 
 #include "libocc/calibrate/internal/pixel_fit.hpp"
 #include "libocc/calibrate/resection.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/pose/candidates.hpp"
 
@@ -14,8 +15,6 @@ namespace occ {
 
 using namespace internal::calibrate;
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 Camera scaled(const Camera& camera, double factor) {
   const std::vector<CameraParameter> parameters = camera.parameters();

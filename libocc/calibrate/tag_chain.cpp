@@ -6,13 +6,14 @@
 #include <limits>
 #include <utility>
 
+#include "libocc/core/math.hpp"
+
 namespace occ::internal::calibrate {
 namespace {
 
 using Eigen::Matrix2Xd;
 using Eigen::Matrix3Xd;
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Scale of acceptable residuals, as a fraction of the image size: the camera is uncalibrated.
 constexpr double gate_fraction = 0.01;
 constexpr int max_pairs = 6;  // start pairs that are tried, those with most common tags

@@ -9,12 +9,11 @@
 #include <utility>
 
 #include "libocc/camera/internal/polynomial.hpp"
+#include "libocc/core/math.hpp"
 
 namespace occ::internal::camera {
 
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Radial factor and its derivative by s = r^2.
 struct Radial {

@@ -2,9 +2,12 @@
 // Constants and elementary functions that the standard library of C++17 does not offer.
 #pragma once
 
+#include <limits>
+
 namespace occ {
 
 inline constexpr double pi = 3.14159265358979323846;
+inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
 constexpr double square(double value) { return value * value; }
 

@@ -2,6 +2,7 @@
 // Checks of arguments: throw std::invalid_argument with the name and the value of the argument.
 #pragma once
 
+#include <cmath>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -19,6 +20,14 @@ void require(bool holds, std::string_view name, const T& value, std::string_view
   std::ostringstream text;
   text << name << " must be " << rule << ", got " << value;
   throw std::invalid_argument(text.str());
+}
+
+inline void require_positive(double value, std::string_view name) {
+  require(std::isfinite(value) && value > 0, name, value, "positive");
+}
+
+inline void require_not_negative(double value, std::string_view name) {
+  require(std::isfinite(value) && value >= 0, name, value, "finite and >= 0");
 }
 
 /// Throws std::invalid_argument with the index of the first column that contains NaN or infinity.

@@ -9,13 +9,13 @@
 namespace occ::internal::detect {
 namespace {
 
-struct Box {
+struct PixelBox {
   int x0, y0, width, height;
 };
 
 /// Writes the weighted mean of the colour channels, each converted by `to_linear`.
 template <typename P, typename F>
-void read_box(const P& pixels, const Box& box, F&& to_linear, float* out) {
+void read_box(const P& pixels, const PixelBox& box, F&& to_linear, float* out) {
   for (int y = box.y0; y < box.y0 + box.height; ++y, out += box.width) {
     const typename P::Value* p = pixels.row(y) + static_cast<std::ptrdiff_t>(box.x0) * P::channels;
     for (int i = 0; i < box.width; ++i, p += P::channels) {
@@ -54,7 +54,7 @@ LinearImage::LinearImage(const ImageView& view, const Sensor* sensor)
 }
 
 void LinearImage::read(int x0, int y0, int width, int height, float* out) const {
-  const Box box{x0, y0, width, height};
+  const PixelBox box{x0, y0, width, height};
   visit_pixels(view_, [&](const auto& pixels) {
     if (!table_.empty()) {
       const auto by_table = [&](int v) { return table_[v]; };

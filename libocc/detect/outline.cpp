@@ -12,11 +12,11 @@ namespace {
 constexpr double rough_px = 0.3, rough = 0.03;
 
 /// The component's box with a margin, at least one pixel inside the patch so that gradients exist.
-struct Box {
+struct OutlineBox {
   int x0, y0, x1, y1;
 };
 
-Box box_of(const Patch& patch, const Component& component) {
+OutlineBox box_of(const Patch& patch, const Component& component) {
   constexpr int room = 2;
   return {std::max(component.x0 - room, patch.x0() + 1),
           std::max(component.y0 - room, patch.y0() + 1),
@@ -49,7 +49,7 @@ double weighted_mean_signal(const Patch& patch, const Component& component) {
 
 std::vector<RimPoint> scan_outline(const Patch& patch, const Component& component, double level) {
   std::vector<RimPoint> out;
-  const Box box = box_of(patch, component);
+  const OutlineBox box = box_of(patch, component);
   const std::ptrdiff_t row = patch.width();
   const float threshold = static_cast<float>(level);
   // Follows one line across the blob from (x, y) in direction (dx, dy).

@@ -60,7 +60,7 @@ class PlaneSums {
 constexpr int enough_pixels = 24;  // for a stable plane: eight per parameter
 
 using Lanes = float __attribute__((vector_size(4 * PlaneSums::lanes)));
-using Mask = int __attribute__((vector_size(4 * PlaneSums::lanes)));
+using LaneMask = int __attribute__((vector_size(4 * PlaneSums::lanes)));
 
 struct Rows {
   const float* pixels;
@@ -81,7 +81,7 @@ inline __attribute__((always_inline)) void add(const Rows& r, float* sums) {
   for (std::size_t column = 0; column < r.columns; column += lanes) {
     const Lanes offset = first + static_cast<float>(static_cast<int>(column));
     const Lanes x = r.x + offset, start = r.start + r.right * offset;
-    Mask counts;
+    LaneMask counts;
     std::memcpy(&counts, r.counts + column, sizeof counts);
     Lanes n = {}, ny = {}, nyy = {}, v = {}, vy = {}, vv = {};
     const float* pixels = r.pixels + column;
@@ -90,7 +90,7 @@ inline __attribute__((always_inline)) void add(const Rows& r, float* sums) {
       Lanes height;
       std::memcpy(&height, pixels, sizeof height);
       height -= start + r.down * below;
-      const Mask within = (height >= r.low) & (height <= r.high) & counts;
+      const LaneMask within = (height >= r.low) & (height <= r.high) & counts;
       Lanes one;
       std::memcpy(&one, &within, sizeof one);
       const Lanes value = one * height;
@@ -163,7 +163,7 @@ std::optional<Plane> PlaneSums::fit() const {
   return plane;
 }
 
-constexpr int skirt_px = 2;                  // margin of the box that still contains lamp light
+constexpr int lamp_margin_px = 2;            // margin of the box that still contains lamp light
 constexpr double clip = 3;                   // outlier limit of background pixels [sigma]
 constexpr double clipped_variance = 0.9733;  // variance of a unit normal truncated at 3 sigmas
 
@@ -190,8 +190,8 @@ void Patch::load(const LinearImage& image, const Component& component, double li
 
 void Patch::subtract_background(const LinearImage& image, const Component& component,
                                 double limit_dn) {
-  const int left = component.x0 - skirt_px - x0_, right = component.x1 + skirt_px - x0_;
-  const int top = component.y0 - skirt_px - y0_, bottom = component.y1 + skirt_px - y0_;
+  const int left = component.x0 - lamp_margin_px - x0_, right = component.x1 + lamp_margin_px - x0_;
+  const int top = component.y0 - lamp_margin_px - y0_, bottom = component.y1 + lamp_margin_px - y0_;
   const double middle_x = 0.5 * (component.x0 + component.x1) - x0_;
   const double middle_y = 0.5 * (component.y0 + component.y1) - y0_;
   // Columns of the ring of background pixels: above and below the box, and beside it.

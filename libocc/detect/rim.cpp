@@ -14,7 +14,7 @@ namespace occ::internal::detect {
 namespace {
 
 constexpr double window_sigmas = 3;  // half width of a profile [sigma of the blur]
-constexpr int max_passes = 6;
+constexpr int max_rim_passes = 6;
 constexpr double settled_px = 0.005;  // convergence limit for centre, size and blur
 constexpr double min_blur_px = 0.3, max_blur_px = 4;
 constexpr double max_misfit = 0.05;  // rms residual of the profiles beyond noise, over the plateau
@@ -184,7 +184,7 @@ std::optional<Rim> measure_rim(const Patch& patch, const Component& component, d
   if (rim.merged) return rim;
   FittedConic conic = outline->conic;
   rim.blur_px = blur_px;
-  for (int pass = 0; pass < max_passes; ++pass) {
+  for (int pass = 0; pass < max_rim_passes; ++pass) {
     if (conic.ellipse().semi_minor_px < min_minor_px) return std::nullopt;
     const std::optional<Plateau> plateau = Plateau::fit(patch, conic, rim.blur_px);
     if (!plateau || !(plateau->level() > 0)) return std::nullopt;

@@ -16,9 +16,9 @@ namespace {
 constexpr double brightest_used = 0.97, dimmest_used = 0.03;  // range of signals, of full scale
 constexpr double inside_px = 1.5, outside_px = 4;             // window about the rim
 constexpr double rim_level = 0.5;                             // signal at the rim, of full scale
-constexpr int max_passes = 8;
-constexpr double settled_px = 0.003;  // convergence limit for centre and level of the rim
-constexpr double min_minor_px = 2;    // min semi-minor axis
+constexpr int max_saturated_passes = 8;
+constexpr double saturated_settled_px = 0.003;  // convergence limit for centre and level of the rim
+constexpr double min_saturated_minor_px = 2;    // min semi-minor axis
 
 /// ln(signal / level at the rim) = offset - slope t - bend t^2, t pixels outside the rim.
 struct Tail {
@@ -128,15 +128,15 @@ std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& co
   rim.merged = outline->merged;
   if (rim.merged) return rim;
   FittedConic conic = outline->conic;
-  for (int pass = 0; pass < max_passes; ++pass) {
-    if (conic.ellipse().semi_minor_px < min_minor_px) return std::nullopt;
+  for (int pass = 0; pass < max_saturated_passes; ++pass) {
+    if (conic.ellipse().semi_minor_px < min_saturated_minor_px) return std::nullopt;
     const Tail tail = fit_tail(patch, conic, level);
     if (!(tail.slope > 0) || !std::isfinite(tail.bend)) return std::nullopt;
     rim.points = fit_points(patch, conic, tail, level);
     const std::optional<EllipseFit> fit = fit_ellipse(rim.points, conic);
     if (!fit) return std::nullopt;
-    const bool settled =
-        (fit->conic.centre - conic.centre).norm() < settled_px && std::abs(tail.rim()) < settled_px;
+    const bool settled = (fit->conic.centre - conic.centre).norm() < saturated_settled_px &&
+                         std::abs(tail.rim()) < saturated_settled_px;
     conic = fit->conic;
     rim.fit = *fit;
     if (settled) {

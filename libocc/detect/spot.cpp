@@ -14,7 +14,7 @@ constexpr double model_parameters = 7.5;  // effective number; flux, centre, sec
                                           // and they act in the core of the spot
 constexpr double min_share = 0.25;        // lower bound of the remaining degrees of freedom
 constexpr int moment_steps = 6;
-constexpr double settled_px = 0.01;  // convergence limit; the shift steps improve the rest
+constexpr double spot_settled_px = 0.01;  // convergence limit; the shift steps improve the rest
 constexpr int shift_steps = 2;
 constexpr double linear_px = 0.03;       // after a smaller shift one step suffices
 constexpr double min_seen_px2 = 0.36;    // min variance that pixels sample with an error of 1 %
@@ -212,7 +212,7 @@ std::optional<Spot> measure_spot(const Patch& patch, const Eigen::Vector2d& cent
   for (int i = 0; i < moment_steps; ++i) {
     const std::optional<double> moved = moment_step(patch, min_variance_px2, spot);
     if (!moved || !found()) return std::nullopt;
-    if (*moved < settled_px) break;
+    if (*moved < spot_settled_px) break;
   }
   const Light light = light_of(patch, spot);
   if (!(light.peak > 0)) return std::nullopt;

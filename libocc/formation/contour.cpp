@@ -19,7 +19,6 @@ namespace occ {
 using namespace internal::formation;
 namespace {
 
-constexpr double two_pi = 2 * pi;
 constexpr int min_disc_points = 24;       // for small discs, where the spacing is not the limit
 constexpr double max_disc_points = 8192;  // a longer rim is mostly outside the image
 constexpr int max_splits = 60;
@@ -41,7 +40,7 @@ struct Circle {
   // Calls visit(point) for `count` points of the circle; stops and returns false when it does.
   template <typename Visit>
   bool visit_all(int count, Visit visit) const {
-    const double step_cos = std::cos(two_pi / count), step_sin = std::sin(two_pi / count);
+    const double step_cos = std::cos(2 * pi / count), step_sin = std::sin(2 * pi / count);
     double c = 1, s = 0;
     for (int i = 0; i < count; ++i) {
       if (!visit(at(c, s))) return false;
@@ -88,7 +87,7 @@ class Projector {
     Probes all;
     const auto add = [&](const CurvePoint& point) { return add_probe(point, all); };
     if (!circle.visit_all(probes, add)) return std::nullopt;
-    return extent(all, two_pi, probes);
+    return extent(all, 2 * pi, probes);
   }
 
   // Adds Gauss-Legendre panels of 16 nodes, at most 16 * 0.6 spacings long unless outside the
@@ -290,11 +289,11 @@ bool add_disc(const Circle& circle, const Eigen::Vector3d& centre, const Camera&
   const auto size = rim.extent(circle, 16);
   if (!size) return false;
   const double wanted = std::ceil(size->length_px / spacing_px);
-  if (wanted > max_disc_points) return rim.add_panels(0, two_pi, 0, contour);
+  if (wanted > max_disc_points) return rim.add_panels(0, 2 * pi, 0, contour);
   const int count = std::max(min_disc_points, static_cast<int>(wanted));
   contour.reserve(static_cast<std::size_t>(count));
   return circle.visit_all(count, [&](const CurvePoint& point) {
-    return rim.add_point(point, two_pi / count, contour);
+    return rim.add_point(point, 2 * pi / count, contour);
   });
 }
 
@@ -357,7 +356,7 @@ std::optional<Chords> internal::formation::project_chords(const Lamp& lamp,
     constexpr int arcs = 8;
     const Curve curve = curve_of(circle(lamp, cam_from_world));
     for (int i = 0; i < arcs; ++i)
-      if (!add(curve, two_pi * i / arcs, two_pi * (i + 1) / arcs)) return std::nullopt;
+      if (!add(curve, 2 * pi * i / arcs, 2 * pi * (i + 1) / arcs)) return std::nullopt;
     return chords;
   }
   for (const Curve& curve : pieces(lamp, cam_from_world))

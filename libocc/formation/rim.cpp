@@ -16,14 +16,8 @@ namespace occ {
 using namespace internal::formation;
 namespace {
 
-constexpr double two_pi = 2 * pi;
-
 using Jacobian26 = Eigen::Matrix<double, 2, 6>;
 using Jacobian23 = Eigen::Matrix<double, 2, 3>;
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 // d (R p + t) / d pose perturbation.
 Eigen::Matrix<double, 3, 6> point_jacobian(const Eigen::Vector3d& point_in_cam) {
@@ -79,9 +73,9 @@ RimNodes<16> disc_nodes(const Lamp& lamp) {
   RimNodes<16> nodes;
   const auto count = static_cast<double>(nodes.size());
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const double angle = two_pi * static_cast<double>(i) / count;
+    const double angle = 2 * pi * static_cast<double>(i) / count;
     nodes[i].point = lamp.centre_m + std::cos(angle) * u + std::sin(angle) * v;
-    nodes[i].step = two_pi / count * (std::cos(angle) * v - std::sin(angle) * u);
+    nodes[i].step = 2 * pi / count * (std::cos(angle) * v - std::sin(angle) * u);
   }
   return nodes;
 }
@@ -135,7 +129,7 @@ std::optional<Eigen::Vector2d> area_centroid(const RimNodes<node_count>& nodes,
   double area = 0;
   Eigen::Vector2d moment = Eigen::Vector2d::Zero();
   for (std::size_t i = 0; i < node_count; ++i) {
-    const double swept = cross(px[i] - reference, step[i]);
+    const double swept = cross_2d(px[i] - reference, step[i]);
     area += swept / 2;
     moment += swept / 3 * (px[i] - reference);
   }
@@ -212,13 +206,13 @@ std::vector<Eigen::Vector3d> rim_in_world(const Lamp& lamp, int count) {
   if (lamp.shape == LampShape::lame) {
     const HalfSides half = half_sides(lamp);
     for (int i = 0; i < count; ++i) {
-      const Eigen::Vector2d at = lame_at_angle(lamp.exponent, two_pi * i / count);
+      const Eigen::Vector2d at = lame_at_angle(lamp.exponent, 2 * pi * i / count);
       rim.push_back(lamp.centre_m + at.x() * half.x + at.y() * half.y);
     }
     return rim;
   }
   const auto [u, v] = radii(lamp);
-  const double step_cos = std::cos(two_pi / count), step_sin = std::sin(two_pi / count);
+  const double step_cos = std::cos(2 * pi / count), step_sin = std::sin(2 * pi / count);
   double c = 1, s = 0;  // rotated from point to point
   for (int i = 0; i < count; ++i) {
     rim.push_back(lamp.centre_m + c * u + s * v);

@@ -8,14 +8,11 @@
 #include <limits>
 
 #include "libocc/formation/rim.hpp"
+#include "libocc/geometry/so3.hpp"
 #include "libocc/scene/view.hpp"
 
 namespace occ::internal::formation {
 namespace {
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 // Part of the polygon with side(p) >= 0 for a linear function `side` (Sutherland and Hodgman 1974).
 template <typename Side>
@@ -40,7 +37,7 @@ Polygon convex_hull(Polygon points) {
     const std::size_t begin = hull.size();
     for (const Eigen::Vector2d& p : points) {
       while (hull.size() >= begin + 2 &&
-             cross(hull.back() - hull[hull.size() - 2], p - hull.back()) <= 0)
+             cross_2d(hull.back() - hull[hull.size() - 2], p - hull.back()) <= 0)
         hull.pop_back();
       hull.push_back(p);
     }
@@ -82,7 +79,7 @@ double total_area(const std::vector<Polygon>& pieces) {
 double area(const Polygon& polygon) {
   double twice = 0;
   for (std::size_t i = 0; i < polygon.size(); ++i)
-    twice += cross(polygon[i], polygon[(i + 1) % polygon.size()]);
+    twice += cross_2d(polygon[i], polygon[(i + 1) % polygon.size()]);
   return 0.5 * twice;
 }
 
@@ -91,7 +88,7 @@ std::vector<Polygon> outside(const Polygon& polygon, const Polygon& hole) {
   Polygon rest = polygon;
   for (std::size_t i = 0; i < hole.size() && !rest.empty(); ++i) {
     const Eigen::Vector2d &a = hole[i], edge = hole[(i + 1) % hole.size()] - a;
-    const auto inside = [&](const Eigen::Vector2d& p) { return cross(edge, p - a); };
+    const auto inside = [&](const Eigen::Vector2d& p) { return cross_2d(edge, p - a); };
     Polygon piece = clipped(rest, [&](const Eigen::Vector2d& p) { return -inside(p); });
     if (area(piece) > 0) pieces.push_back(std::move(piece));
     rest = clipped(rest, inside);

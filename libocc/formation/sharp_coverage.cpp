@@ -5,18 +5,16 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/geometry/so3.hpp"
+
 namespace occ::internal::formation {
 namespace {
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() * b.y() - a.y() * b.x();
-}
 
 double signed_area(const Chords& chords) {
   double area = 0;
   const Eigen::Vector2d origin = chords.front().from;
   for (const RimChord& c : chords)
-    area += 0.5 * cross(c.from - origin, c.to - origin) + c.bulge_px2;
+    area += 0.5 * cross_2d(c.from - origin, c.to - origin) + c.bulge_px2;
   return area;
 }
 

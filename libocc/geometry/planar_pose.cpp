@@ -9,7 +9,7 @@ namespace occ {
 namespace {
 
 /// sin(a) / a, the ratio of chord and length of an arc that turns by 2 a.
-double sinc(double a) { return std::abs(a) < 1e-8 ? 1 : std::sin(a) / a; }
+double chord_per_arc(double a) { return std::abs(a) < 1e-8 ? 1 : std::sin(a) / a; }
 
 }  // namespace
 
@@ -49,14 +49,14 @@ PlanarPose arc(double length_m, double turn_rad) { return planar_exp({length_m, 
 
 PlanarPose planar_exp(const Eigen::Vector3d& motion) {
   const double half = motion[2] / 2;
-  const Eigen::Vector2d chord = sinc(half) * motion.head<2>();
+  const Eigen::Vector2d chord = chord_per_arc(half) * motion.head<2>();
   const double c = std::cos(half), s = std::sin(half);
   return {c * chord.x() - s * chord.y(), s * chord.x() + c * chord.y(), wrapped_rad(motion[2])};
 }
 
 Eigen::Vector3d planar_log(const PlanarPose& pose) {
   const double turn = wrapped_rad(pose.heading_rad), half = turn / 2;
-  const Eigen::Vector2d chord = pose.position() / sinc(half);
+  const Eigen::Vector2d chord = pose.position() / chord_per_arc(half);
   const double c = std::cos(half), s = std::sin(half);
   return {c * chord.x() + s * chord.y(), -s * chord.x() + c * chord.y(), turn};
 }

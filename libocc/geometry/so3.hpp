@@ -14,6 +14,11 @@ namespace occ {
 /// Cross-product matrix: skew(a) * b == a x b.
 LIBOCC_API Eigen::Matrix3d skew(const Eigen::Vector3d& a);
 
+/// z component of the cross product of two vectors in the plane z = 0.
+inline double cross_2d(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
 /// Rotation matrix of a rotation vector (Rodrigues).
 LIBOCC_API Eigen::Matrix3d so3_exp(const Eigen::Vector3d& rotation_rad);
 

@@ -21,14 +21,6 @@ void require_input(const Vehicle& vehicle, const ControlInput& input) {
   if (input.along_m) require(std::isfinite(*input.along_m), "along_m", *input.along_m, "finite");
 }
 
-void require_positive(double value, const char* name) {
-  require(std::isfinite(value) && value > 0, name, value, "positive");
-}
-
-void require_not_negative(double value, const char* name) {
-  require(std::isfinite(value) && value >= 0, name, value, "finite and >= 0");
-}
-
 ControlOutput located(const Route& route, const ControlInput& input) {
   ControlOutput output;
   output.place = route.nearest(input.pose.position(), input.along_m);

@@ -8,14 +8,6 @@
 namespace occ {
 namespace {
 
-void require_positive(double value, const char* name) {
-  require(std::isfinite(value) && value > 0, name, value, "positive");
-}
-
-void require_not_negative(double value, const char* name) {
-  require(std::isfinite(value) && value >= 0, name, value, "finite and >= 0");
-}
-
 /// Validates each element; errors name the element and its field.
 template <class Elements, class Check>
 void check_each(const Elements& elements, const std::string& name, const Check& check) {

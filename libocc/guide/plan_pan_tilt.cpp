@@ -17,7 +17,7 @@ using namespace internal::core;
 using namespace internal::guide;
 namespace {
 
-constexpr double blind_cost = 1e4;
+constexpr double blind_knot_cost = 1e4;
 constexpr double check_step_m = 0.02;
 constexpr double max_sigma_m = 1;  // larger bounds cost the same
 
@@ -100,7 +100,7 @@ class PanTiltSearch {
         views_.bound(pose, mounts[s], lamps, seen);
         const int missing = options_.min_lamps - static_cast<int>(lamps.size());
         here_[i][s] = options_.sigma_cost_1_m * std::min(seen.position_sigma_m, max_sigma_m) +
-                      (missing > 0 ? blind_cost * missing : 0);
+                      (missing > 0 ? blind_knot_cost * missing : 0);
       }
     });
   }
@@ -127,7 +127,7 @@ class PanTiltSearch {
         continue;
       double cost = costs_[from] + pan + tilt;
       if (!(cost < min_cost)) continue;
-      cost += blind_cost * blind_between(i, from, to);
+      cost += blind_knot_cost * blind_between(i, from, to);
       if (!(cost < min_cost)) continue;
       min_cost = cost;
       from_[i][to] = from;

@@ -19,7 +19,7 @@ namespace {
 constexpr int headings = 8;
 constexpr int steps[headings][2] = {{1, 0},  {1, 1},   {0, 1},  {-1, 1},
                                     {-1, 0}, {-1, -1}, {0, -1}, {1, -1}};
-constexpr double blind_cost = 1e4;  // cost of one metre without view; exceeds any detour
+constexpr double blind_metre_cost = 1e4;  // cost of one metre without view; exceeds any detour
 
 double heading_of(int index) { return wrapped_rad(index * pi / 4); }
 
@@ -195,7 +195,7 @@ class Lattice {
         return std::nullopt;
       blind += view_.enough(pose) ? 0 : 1;
     }
-    return route.length_m() * (1 + blind_cost * blind / count) +
+    return route.length_m() * (1 + blind_metre_cost * blind / count) +
            (m.turns ? options_.turn_cost_m : 0);
   }
 

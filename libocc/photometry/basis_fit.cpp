@@ -21,7 +21,7 @@ using Eigen::VectorXd;
 
 constexpr int samples =
     16384;  // of the curve; a power law of 1/3 rises to 0.04 in the first interval
-constexpr int max_steps = 60;
+constexpr int max_basis_steps = 60;
 
 class BasisFit {
  public:
@@ -38,7 +38,7 @@ class BasisFit {
 
   bool run() {
     double chi2 = linearise();
-    for (int step = 0; step < max_steps; ++step) {
+    for (int step = 0; step < max_basis_steps; ++step) {
       const VectorXd d_c = normal_.ldlt().solve(right_);
       const VectorXd d_light = light_right_.cwiseQuotient(light_normal_) - light_of_c_ * d_c;
       const VectorXd c = c_, light = log_light_;

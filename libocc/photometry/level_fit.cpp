@@ -14,7 +14,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int max_steps = 30;
+constexpr int max_level_steps = 30;
 constexpr double first_smoothness = 100;  // continuation from a stiff curve
 constexpr double start_sigma = 0.02;      // of eq (3) at weight 1
 constexpr double tolerance = 0.01;        // of chi2: far below its standard deviation
@@ -91,7 +91,7 @@ class LevelFit {
   /// Gauss-Newton steps, halved while the cost increases.
   bool minimise() {
     double cost = cost_now();
-    for (int step = 0; step < max_steps; ++step) {
+    for (int step = 0; step < max_level_steps; ++step) {
       const VectorXd g = r_.log_exposure, light = log_light_;
       solve(rows());
       const VectorXd d_g = r_.log_exposure - g, d_light = log_light_ - light;

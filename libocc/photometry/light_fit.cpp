@@ -14,7 +14,7 @@
 namespace occ::internal::photometry {
 namespace {
 
-constexpr int max_steps = 50;
+constexpr int max_light_steps = 50;
 constexpr double min_order = 0.05, max_order = 200;
 
 struct NormalEquations {
@@ -92,7 +92,7 @@ struct LightProblem {
 bool descend(const std::vector<FluxEquation>& equations, double huber, LightFit& fit) {
   const LightProblem problem{equations, fit, huber};
   core::LeastSquaresOptions options;
-  options.max_iterations = max_steps;
+  options.max_iterations = max_light_steps;
   options.step_tolerance = 1e-5;
   options.take_last_step = true;
   options.chi2_tolerance = 1e-12;  // at the limits of an order the gradient does not vanish

@@ -8,9 +8,10 @@
 namespace occ::internal::pose {
 namespace {
 
-constexpr double rounding = 1e-16;   // smallest diagonal entry of R, relative to the largest
-constexpr int max_steps = 100;       // not reached unless two singular values nearly coincide
-constexpr double converged = 1e-15;  // 1 - cos of the angle between successive vectors
+constexpr double min_diagonal = 1e-16;   // smallest diagonal entry of R, relative to the largest
+constexpr int max_rotation_steps = 100;  // not reached unless two singular values nearly coincide
+constexpr double converged_one_minus_cos =
+    1e-15;  // 1 - cos of the angle between successive vectors
 
 }  // namespace
 
@@ -29,14 +30,15 @@ Eigen::VectorXd smallest_right_vector(const Eigen::MatrixXd& a) {
   const Eigen::Index rows = std::min(columns, a.rows());
   r.topRows(rows) = qr.matrixR().topRows(rows).triangularView<Eigen::Upper>();
   for (Eigen::Index i = 0; i < columns; ++i)  // avoids a division by zero for a null space
-    if (std::abs(r(i, i)) < rounding * std::abs(r(0, 0))) r(i, i) = rounding * std::abs(r(0, 0));
+    if (std::abs(r(i, i)) < min_diagonal * std::abs(r(0, 0)))
+      r(i, i) = min_diagonal * std::abs(r(0, 0));
   Eigen::VectorXd x = Eigen::VectorXd::Unit(columns, columns - 1);
-  for (int step = 0; step < max_steps; ++step) {
+  for (int step = 0; step < max_rotation_steps; ++step) {
     Eigen::VectorXd next = r.transpose().triangularView<Eigen::Lower>().solve(x);
     next = r.triangularView<Eigen::Upper>().solve(next).normalized();
     const double change = 1 - std::abs(next.dot(x));
     x = next;
-    if (!(change > converged)) break;
+    if (!(change > converged_one_minus_cos)) break;
   }
   return qr.colsPermutation() * x;
 }

@@ -9,7 +9,7 @@ namespace occ::internal::pose {
 namespace {
 
 // Misfit that rounding alone causes [rad], for equal distances.
-constexpr double converged = 4e-15;
+constexpr double root_converged = 4e-15;
 // Misfit of an accepted root [rad].
 constexpr double max_misfit = 3e-12;
 
@@ -23,7 +23,9 @@ double smallest(const double d[3]) { return std::min(std::min(d[0], d[1]), d[2])
 double largest(const double d[3]) { return std::max(std::max(d[0], d[1]), d[2]); }
 
 // Misfit of an exact root due to rounding.
-double rounding(const double depth[3]) { return converged * largest(depth) / smallest(depth); }
+double depth_rounding(const double depth[3]) {
+  return root_converged * largest(depth) / smallest(depth);
+}
 
 struct Starts {
   double depth[3][4];
@@ -84,7 +86,7 @@ Starts find_starts(const Triangle& t, bool keep_complex) {
 void polish(const Triangle& t, Root& root) {
   constexpr int max_steps = 40;
   root.misfit = angular_misfit(t, root.depth);
-  for (int i = 0; i < max_steps && !(root.misfit < rounding(root.depth)); ++i) {
+  for (int i = 0; i < max_steps && !(root.misfit < depth_rounding(root.depth)); ++i) {
     double depth[3] = {root.depth[0], root.depth[1], root.depth[2]};
     Linearised<double>(t, depth).newton_step(depth);
     const double misfit = angular_misfit(t, depth);
@@ -95,7 +97,8 @@ void polish(const Triangle& t, Root& root) {
 }
 
 bool is_root(const Root& root) {
-  return smallest(root.depth) > 0 && root.misfit < std::max(max_misfit, 4 * rounding(root.depth));
+  return smallest(root.depth) > 0 &&
+         root.misfit < std::max(max_misfit, 4 * depth_rounding(root.depth));
 }
 
 // Two roots are indistinguishable if rounding of the input moves a double root by as much as their
@@ -110,7 +113,7 @@ bool same(const Triangle& t, const Root& a, const Root& b) {
   }
   if (apart > far_apart * largest(middle)) return false;
   return apart < double_root * std::min(1.0, largest(middle)) ||
-         angular_misfit(t, middle) < 2 * std::max({rounding(middle), a.misfit, b.misfit});
+         angular_misfit(t, middle) < 2 * std::max({depth_rounding(middle), a.misfit, b.misfit});
 }
 
 struct Roots {
@@ -212,8 +215,8 @@ int find_roots(const Triangle& triangle, bool keep_close, Root list[max_roots]) 
                           .max(displacement(triangle, depth, 2));
     for (int i = 0; i <= second - first; ++i) {
       if (separation[i] > weakly_separated) {
-        Root root{{depth[0][i], depth[1][i], depth[2][i]}, converged};
-        if (!(shift[i] < 2.5 * converged * smallest(root.depth))) polish(triangle, root);
+        Root root{{depth[0][i], depth[1][i], depth[2][i]}, root_converged};
+        if (!(shift[i] < 2.5 * root_converged * smallest(root.depth))) polish(triangle, root);
         roots.add(triangle, root);
       } else {
         const int n = i == 0 ? first : second;

@@ -15,7 +15,7 @@ namespace {
 using Four = SeenPoints::Four;
 using Block = SeenPoints::Block;
 
-constexpr double rounding = 1e-14;  // relative decrease of chi2 that rounding hides
+constexpr double chi2_rounding = 1e-14;  // relative decrease of chi2 that rounding hides
 
 struct Transformed {
   Four turned[3];  // R X
@@ -213,12 +213,13 @@ bool by_gauss_newton(const SeenPoints& seen, int max_iterations, double toleranc
     const Vector6 step = -llt.solve(fit.equations.gradient);
     const double fall = -fit.equations.gradient.dot(
         step);  // predicted, equal to the step's squared length in sigmas
-    fit.converged = fall <= std::max(tolerance * tolerance, rounding * fit.equations.chi2);
+    fit.converged = fall <= std::max(tolerance * tolerance, chi2_rounding * fit.equations.chi2);
     if (fit.converged || fit.iterations == max_iterations) return true;
     const Rigid3 moved{cayley(step.head<3>()) * fit.pose.rotation,
                        fit.pose.translation + step.tail<3>()};
     const PointEquations equations = point_equations(seen, moved);
-    // A step whose decrease is hidden by rounding is the last: the error after it is its square.
+    // A step whose decrease is hidden by rounding is the last: the error after it is its
+    // square.
     const bool last = fall <= lost_in_rounding * fit.equations.chi2;
     if (!(equations.chi2 < fit.equations.chi2) && !last) return false;
     fit.pose = moved;

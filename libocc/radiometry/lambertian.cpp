@@ -13,7 +13,7 @@ namespace {
 constexpr double grazing_cos = 0.01;  // min cosine for m < 1, where radiance diverges
 
 // The test is here because these functions run once per rim sample: a valid value costs no text.
-void require_positive(double value, const char* name) {
+void require_above_zero(double value, const char* name) {
   if (!(value > 0)) require(false, name, value, "positive");
 }
 
@@ -33,7 +33,7 @@ double radiant_intensity(double power_w, double order, double cos_emission) {
 }
 
 double radiance(double power_w, double order, double area_m2, double cos_emission) {
-  require_positive(area_m2, "area_m2");
+  require_above_zero(area_m2, "area_m2");
   if (cos_emission <= 0) return 0;
   const double c = order < 1 ? std::max(cos_emission, grazing_cos) : cos_emission;
   return power_w * (order + 1) / (2 * pi * area_m2) * std::pow(c, order - 1);
@@ -41,8 +41,8 @@ double radiance(double power_w, double order, double area_m2, double cos_emissio
 
 double aperture_power(double power_w, double order, double cos_emission, double cos_incidence,
                       double distance_m, double area_m2) {
-  require_positive(distance_m, "distance_m");
-  require_positive(area_m2, "area_m2");
+  require_above_zero(distance_m, "distance_m");
+  require_above_zero(area_m2, "area_m2");
   if (cos_incidence <= 0) return 0;
   return radiant_intensity(power_w, order, cos_emission) * area_m2 * cos_incidence /
          (distance_m * distance_m);
@@ -54,7 +54,7 @@ double dbm(double power_w) {
 }
 
 double sensor_irradiance(double radiance, double f_number, double cos_incidence) {
-  require_positive(f_number, "f_number");
+  require_above_zero(f_number, "f_number");
   if (cos_incidence <= 0) return 0;
   const double c2 = cos_incidence * cos_incidence;
   return pi / 4 / (f_number * f_number) * c2 * c2 * radiance;

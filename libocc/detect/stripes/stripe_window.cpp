@@ -103,7 +103,7 @@ struct Part {
   int area = 0;
 };
 
-struct Run {
+struct LineRun {
   int pos0, pos1, part;
 };
 
@@ -116,8 +116,8 @@ int root(std::vector<int>& parent, int i) {
   return i;
 }
 
-std::vector<Run> runs_above(const LineWindow& window, int line, double level) {
-  std::vector<Run> runs;
+std::vector<LineRun> runs_above(const LineWindow& window, int line, double level) {
+  std::vector<LineRun> runs;
   const float* signal = window.line(line);
   for (int i = 0; i < window.samples; ++i) {
     if (!(signal[i] > level)) continue;
@@ -132,11 +132,11 @@ std::vector<Run> runs_above(const LineWindow& window, int line, double level) {
 std::vector<Part> connected_parts(const LineWindow& window, double level) {
   std::vector<Part> parts;
   std::vector<int> parent;
-  std::vector<Run> above;
+  std::vector<LineRun> above;
   for (int line = window.box.line0; line <= window.box.line1; ++line) {
-    std::vector<Run> runs = runs_above(window, line, level);
-    for (Run& run : runs) {
-      for (const Run& other : above) {
+    std::vector<LineRun> runs = runs_above(window, line, level);
+    for (LineRun& run : runs) {
+      for (const LineRun& other : above) {
         if (other.pos0 > run.pos1 + 1 || other.pos1 < run.pos0 - 1) continue;
         const int with = root(parent, other.part);
         if (run.part < 0)

@@ -13,8 +13,8 @@ namespace occ {
 using namespace internal::pose;
 namespace {
 
-constexpr int max_steps = 200;
-constexpr double converged = 1e-14;  // change of the perspective corrections
+constexpr int max_posit_steps = 200;
+constexpr double posit_converged = 1e-14;  // change of the perspective corrections
 
 void solve_posit(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
   const std::optional<PinholeFrame> frame = pinhole_frame(problem);
@@ -24,7 +24,7 @@ void solve_posit(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
   const Eigen::HouseholderQR<Eigen::MatrixX4d> solver(model);
   Eigen::VectorXd w = Eigen::VectorXd::Ones(n);
   Rigid3 pose;
-  for (int step = 0; step < max_steps; ++step) {
+  for (int step = 0; step < max_posit_steps; ++step) {
     const Eigen::Matrix<double, 4, 2> scaled =
         solver.solve((frame->image.transpose().array().colwise() * w.array()).matrix());
     const Eigen::Vector3d i = scaled.col(0).head<3>(), j = scaled.col(1).head<3>();
@@ -37,7 +37,7 @@ void solve_posit(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
         ((pose.rotation.row(2) * problem.points).array() / z + 1).transpose();
     const double change = (next - w).cwiseAbs().maxCoeff();
     w = next;
-    if (!(change > converged)) break;
+    if (!(change > posit_converged)) break;
   }
   if (!pose.rotation.allFinite()) return;
   pose.rotation = nearest_rotation(pose.rotation);

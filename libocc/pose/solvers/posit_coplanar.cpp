@@ -14,8 +14,8 @@ namespace occ {
 using namespace internal::pose;
 namespace {
 
-constexpr int max_steps = 500;
-constexpr double converged = 1e-14;  // change of the perspective corrections
+constexpr int max_coplanar_steps = 500;
+constexpr double coplanar_converged = 1e-14;  // change of the perspective corrections
 
 struct Plane {
   Eigen::Matrix3Xd points;  // in the plane's axes, z = 0
@@ -45,7 +45,7 @@ Rigid3 orthographic_pose(const Plane& plane, const Eigen::MatrixX2d& image, doub
 Rigid3 iterate_pose(const Plane& plane, const Eigen::Matrix2Xd& image, double first_sign) {
   Eigen::VectorXd w = Eigen::VectorXd::Ones(image.cols());
   Rigid3 pose;
-  for (int step = 0; step < max_steps; ++step) {
+  for (int step = 0; step < max_coplanar_steps; ++step) {
     const Eigen::MatrixX2d corrected = (image.transpose().array().colwise() * w.array()).matrix();
     const Eigen::RowVector3d before = pose.rotation.row(2);
     pose = orthographic_pose(plane, corrected, first_sign);
@@ -57,7 +57,7 @@ Rigid3 iterate_pose(const Plane& plane, const Eigen::Matrix2Xd& image, double fi
         ((pose.rotation.row(2) * plane.points).array() / pose.translation.z() + 1).transpose();
     const double change = (next - w).cwiseAbs().maxCoeff();
     w = next;
-    if (!(change > converged)) break;
+    if (!(change > coplanar_converged)) break;
   }
   return pose;
 }

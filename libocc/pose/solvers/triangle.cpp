@@ -11,12 +11,12 @@
 namespace occ {
 namespace {
 
-constexpr int samples = 128;        // samples of the searched angle on each of two branches
-constexpr double same_root = 1e-8;  // closer angles [rad] are one root
-constexpr int max_steps = 100;      // limit of a bracket's refinement; bisection needs 55
-constexpr double max_bend = 0.05;   // twice the spacing of the samples [rad]
-constexpr double flat = 0.02;       // two more roots may be near a root with such small misfits
-constexpr double touching = 1e-4;   // a minimum below this share of the squared side is a root
+constexpr int samples = 128;            // samples of the searched angle on each of two branches
+constexpr double same_root = 1e-8;      // closer angles [rad] are one root
+constexpr int max_bracket_steps = 100;  // limit of a bracket's refinement; bisection needs 55
+constexpr double max_bend = 0.05;       // twice the spacing of the samples [rad]
+constexpr double flat = 0.02;           // two more roots may be near a root with such small misfits
+constexpr double touching = 1e-4;       // a minimum below this share of the squared side is a root
 
 // The camera's centre O, a corner C and another corner A: `view` is the angle COA, `side` = |CA|.
 struct Wedge {
@@ -96,7 +96,7 @@ double root_between(const Function& f, double low, double high) {
   double at_low = f(low), at_high = f(high);
   int stale = 0;  // end that has not moved
   double angle = low;
-  for (int step = 0; step < max_steps; ++step) {
+  for (int step = 0; step < max_bracket_steps; ++step) {
     angle = (low * at_high - high * at_low) / (at_high - at_low);
     if (!(angle > low && angle < high)) angle = 0.5 * (low + high);
     if (angle == low || angle == high) break;
@@ -121,7 +121,7 @@ double minimum_between(const Function& f, double low, double high) {
   const double golden = 0.5 * (std::sqrt(5.0) - 1);
   double left = high - golden * (high - low), right = low + golden * (high - low);
   double at_left = f(left), at_right = f(right);
-  for (int step = 0; step < max_steps && high - low > 1e-12; ++step) {
+  for (int step = 0; step < max_bracket_steps && high - low > 1e-12; ++step) {
     if (at_left < 0) return left;
     if (at_right < 0) return right;
     if (at_left < at_right) {

@@ -8,9 +8,10 @@ namespace occ {
 namespace {
 
 // Tolerance within which a cosine above 1 is rounding of a double root.
-constexpr double rounding = 1e-12;
+constexpr double upright_rounding = 1e-12;
 
-// Smallest horizontal part of unit vectors that determines a heading; below, it is rounding.
+// Smallest horizontal part of unit vectors that determines a heading; below, it is
+// rounding.
 constexpr double min_horizontal = 1e-10;
 
 void solve_upright_p2p(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
@@ -29,7 +30,7 @@ void solve_upright_p2p(const PoseProblem& problem, std::vector<Rigid3>& candidat
   const double c = n.z() * side.z() - normal_in_cam.dot(o0 - o1);
   const double amplitude = std::hypot(a, b);
   if (!(amplitude > min_horizontal * n.norm() * side.norm())) return;
-  if (!(std::abs(c) <= amplitude * (1 + rounding))) return;
+  if (!(std::abs(c) <= amplitude * (1 + upright_rounding))) return;
   const double centre = std::atan2(b, a);
   const double half = std::atan2(std::sqrt(std::max(0.0, (amplitude - c) * (amplitude + c))), -c);
   for (const double heading : {centre + half, centre - half}) {

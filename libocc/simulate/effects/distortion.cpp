@@ -6,14 +6,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
 #include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 bool called_for(const Scene& scene, const SimulateOptions&) {
   const std::vector<double>& d = scene.camera.distortion();

@@ -19,8 +19,6 @@
 namespace occ::internal::simulate {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
 bool called_for(const Scene& scene, const SimulateOptions&) {
   return std::any_of(scene.lamps.begin(), scene.lamps.end(),
                      [](const Lamp& lamp) { return lamp.shape != LampShape::point; });

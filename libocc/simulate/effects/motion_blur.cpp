@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
 #include "libocc/simulate/internal/bounds.hpp"
@@ -19,7 +20,6 @@
 namespace occ::internal::simulate {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr int rim_points = 16;
 
 bool called_for(const Scene&, const SimulateOptions& options) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/math.hpp"
 #include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
 #include "libocc/simulate/internal/bounds.hpp"
@@ -13,7 +14,6 @@
 namespace occ::internal::simulate {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr int rim_points = 16;
 
 bool called_for(const Scene& scene, const SimulateOptions& options) {
