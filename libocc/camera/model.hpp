@@ -7,7 +7,8 @@
 // CameraModel with the functions that are pure virtual here; a factory in Camera; its keys in
 // scene/camera_reader.cpp and camera_writer.cpp; its factory and pickling in python/src/camera.cpp;
 // and a row in the table of tests/camera/camera_models_test.cpp, which checks derivatives and
-// inverses. `libocc calibrate camera` lists the models that it can calibrate in calibrate_camera.py.
+// inverses. `libocc calibrate camera` lists the models that it can calibrate in
+// calibrate_camera.py.
 #pragma once
 
 #include <Eigen/Core>
