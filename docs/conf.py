@@ -23,12 +23,14 @@ release = version = found.group(1) if found else ""
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx_click", "sphinx_copybutton"]
 exclude_patterns = ["_ext", "pictures"]
 html_theme = "furo"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 html_title = f"libocc {release}"
 templates_path: list[str] = []
 pygments_style = "friendly"
 smartquotes = False
 maximum_signature_line_length = 88
-toc_object_entries_show_parents = "hide"
+toc_object_entries = False  # with them every page copies the names of all members: three times the time
 
 myst_heading_anchors = 4
 myst_enable_extensions = ["colon_fence", "deflist"]

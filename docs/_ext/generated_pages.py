@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the pages of the references: one for each Python module, each command and each folder of C++ headers."""
 
+import importlib
 from pathlib import Path
+from types import ModuleType
 
 from cpp_api import CppApi
 from plain_text import to_rst, with_equations
@@ -63,16 +65,26 @@ def cpp_pages(root: Path, folder: Path) -> None:
     remove_others(folder, pages)
 
 
+def python_object(module: ModuleType, name: str) -> list[str]:
+    """Section of a class, function or value of a module."""
+    value = getattr(module, name)
+    kind = "class" if isinstance(value, type) else "function" if callable(value) else "data"
+    lines = [name, "-" * len(name), "", f".. auto{kind}:: {module.__name__}.{name}"]
+    return [*lines, *(["   :members:", "   :undoc-members:"] if kind == "class" else []), ""]
+
+
 def python_pages(folder: Path) -> None:
     """One page for each public module."""
     import libocc
 
     pages = []
     for name in ("", *sorted(libocc._SUBMODULES)):
-        module = "libocc" + (f".{name}" if name else "")
-        lines = [module, "=" * len(module), "", f".. automodule:: {module}", "   :members:", "   :imported-members:"]
-        lines += ["   :undoc-members:", ""]
-        pages.append(folder / f"{module}.rst")
+        module = importlib.import_module("libocc" + (f".{name}" if name else ""))
+        title = module.__name__
+        lines = [title, "=" * len(title), "", f".. automodule:: {title}", ""]
+        for public in sorted(module.__all__, key=str.lower):
+            lines += python_object(module, public) if not public.startswith("_") else []
+        pages.append(folder / f"{title}.rst")
         write(pages[-1], lines)
     remove_others(folder, pages)
 
