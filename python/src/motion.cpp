@@ -32,7 +32,7 @@ a * b is the pose a after the increment b in its own frame. Covariances are (3, 
 [x_m, y_m, heading_rad], along the world's axes.
 
 >>> import libocc as occ
->>> occ.PlanarPose(x_m=1, heading_rad=0.5) * occ.PlanarPose(heading_rad=0.25)
+>>> occ.guide.PlanarPose(x_m=1, heading_rad=0.5) * occ.guide.PlanarPose(heading_rad=0.25)
 PlanarPose(x_m=1.0, heading_rad=0.75))";
   py::class_<P> cls(m, "PlanarPose",
                     (doc + fields_doc(fields, "Keywords (and properties)")).c_str());
@@ -235,9 +235,9 @@ Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, sec. 3.3 and 7.4.
 
 >>> import numpy as np
 >>> import libocc as occ
->>> filter = occ.PlanarFilter()
->>> filter.start(0, occ.PlanarPose(), 1e-6 * np.eye(3))
->>> wheels = occ.PlanarOdometry(from_s=0, to_s=1, increment=occ.PlanarPose(x_m=0.5), covariance=1e-6 * np.eye(3))
+>>> filter = occ.smoothing.PlanarFilter()
+>>> filter.start(0, occ.guide.PlanarPose(), 1e-6 * np.eye(3))
+>>> wheels = occ.smoothing.PlanarOdometry(from_s=0, to_s=1, increment=occ.guide.PlanarPose(x_m=0.5), covariance=1e-6 * np.eye(3))
 >>> filter.add(wheels).accepted, filter.at(0.5).pose
 (True, PlanarPose(x_m=0.25)))");
   floor
