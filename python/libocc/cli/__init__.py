@@ -16,6 +16,7 @@ from .._core import __version__
 
 COMMANDS = (
     "demo",
+    "samples",
     "new-scene",
     "simulate",
     "explain",
