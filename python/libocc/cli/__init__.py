@@ -18,6 +18,7 @@ COMMANDS = (
     "demo",
     "samples",
     "new-scene",
+    "targets",
     "simulate",
     "explain",
     "sequence",
