@@ -157,11 +157,13 @@ auto planar_filter_fields() {
       field("tilt_sigma_rad", &O::tilt_sigma_rad,
             "standard deviation of roll and of pitch from image to image [rad]"),
       field("acceleration_noise", &O::acceleration_noise,
-            "spectral density of the forward acceleration without odometry [m/s^2/sqrt(Hz)]"),
+            "root spectral density of the forward acceleration without odometry [m/s^2/sqrt(Hz)]"),
       field("lateral_noise", &O::lateral_noise,
-            "spectral density of the acceleration to the left without odometry [m/s^2/sqrt(Hz)]"),
-      field("turn_acceleration_noise", &O::turn_acceleration_noise,
-            "spectral density of the angular acceleration without odometry [rad/s^2/sqrt(Hz)]"),
+            "root spectral density of the acceleration to the left without odometry "
+            "[m/s^2/sqrt(Hz)]"),
+      field(
+          "turn_acceleration_noise", &O::turn_acceleration_noise,
+          "root spectral density of the angular acceleration without odometry [rad/s^2/sqrt(Hz)]"),
       field("gyro_noise", &O::gyro_noise, "noise of the gyroscope [rad/s/sqrt(Hz)]"),
       field("gyro_bias_sigma", &O::gyro_bias_sigma,
             "standard deviation of the gyroscope's initial bias [rad/s]"),
@@ -180,10 +182,10 @@ auto pose_filter_fields() {
   using O = PoseFilterOptions;
   return std::make_tuple(
       field("acceleration_noise", &O::acceleration_noise,
-            "spectral density of the acceleration without odometry and accelerometer "
+            "root spectral density of the acceleration without odometry and accelerometer "
             "[m/s^2/sqrt(Hz)]"),
       field("turn_acceleration_noise", &O::turn_acceleration_noise,
-            "spectral density of the angular acceleration without odometry and gyroscope "
+            "root spectral density of the angular acceleration without odometry and gyroscope "
             "[rad/s^2/sqrt(Hz)]"),
       field("gyro_noise", &O::gyro_noise, "noise of the gyroscope [rad/s/sqrt(Hz)]"),
       field("gyro_bias_sigma", &O::gyro_bias_sigma,
