@@ -21,6 +21,8 @@ add_planted_violation(Neighbour simulate/render.hpp "  # include <libocc/detect/
                       "simulate may include only from")
 add_planted_violation(HiddenLibrary refine/cost.hpp "#include <ceres/tiny_solver.h>"
                       "may not show this library")
+add_planted_violation(HiddenImageLibrary core/image_file.hpp "#include <png.h>"
+                      "may not show this library")
 add_planted_violation(RelativePath camera/lens.cpp "#include \"../scene/scene.hpp\""
                       "write it as libocc/MODULE/FILE")
 add_planted_violation(InternalInPublic scene/scene.hpp

@@ -5,9 +5,10 @@
 //
 // A new model needs: an enumerator of CameraKind and its name (model.cpp); a class derived from
 // CameraModel with the functions that are pure virtual here; a factory in Camera; its keys in
-// scene/camera_reader.cpp and camera_writer.cpp; its factory and pickling in python/src/camera.cpp;
-// and a row in the table of tests/camera/camera_models_test.cpp, which checks derivatives and
-// inverses. `libocc calibrate camera` lists the models that it can calibrate in calibrate_camera.py.
+// scene/camera_reader.cpp, camera_writer.cpp and cli/room_file.py; its factory, enumerator, repr
+// and pickling in python/src/camera.cpp; a row in the table of camera_models_test.cpp, which
+// checks derivatives and inverses; and, to calibrate it, an entry in calibrate_camera.py and
+// cli/calibration/run.py.
 #pragma once
 
 #include <Eigen/Core>

@@ -15,9 +15,9 @@
 // All codes repeat id and checksum continuously. Details: codes/code_kinds.hpp.
 //
 // A new code needs: an enumerator here; its word for files (internal/code_fields.hpp); its slots
-// (code_kinds.hpp) and a case in slot_code(); its requirements on the camera (needs_of(),
-// part_seen() and frames_for_packet() in budget.cpp); and, if it is transmitted in pieces or uses
-// several lamps or colours, a branch in decode_samples.cpp or decode/decode.cpp.
+// (code_kinds.hpp) and a case in slot_code.cpp; its requirements on the camera (budget.cpp); its
+// options (cli/commands/decode.py, LONG_CODES in coded_positioner.py); and, if it is transmitted in
+// pieces or by several lamps or colours, a branch in decode_samples.cpp or decode/decode.cpp.
 #pragma once
 
 #include <cstdint>

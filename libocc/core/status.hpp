@@ -12,8 +12,8 @@ namespace occ {
 
 enum class Status {
   ok,              ///< one solution, which fits
-  ambiguous,       ///< several solutions fit equally well (all are returned, ranked), or the only
-                   ///< one may be accidental; the message states which
+  ambiguous,       ///< several solutions are plausible (all are returned, ranked), several objects
+                   ///< match the same blobs, or the only solution may be accidental; see message
   no_lamps,        ///< no region of the image is brighter than the background
   too_few_lamps,   ///< fewer identified lamps than the problem needs
   no_pose,         ///< no pose fits the measurements

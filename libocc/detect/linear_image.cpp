@@ -28,7 +28,7 @@ void read_box(const P& pixels, const PixelBox& box, F&& to_linear, float* out) {
   }
 }
 
-/// Full scale, or the grey level of the full well minus three sigmas of read noise if it is lower.
+/// The smaller of full scale and the grey level of the full well minus three sigmas of read noise.
 double clipped_from_dn(const ImageView& view, const Sensor* sensor) {
   const double highest = view.type == PixelType::u8 ? 255 : 65535;
   if (!sensor) return highest;

@@ -72,9 +72,10 @@ inline bool has_rim_distance(LampShape shape) {
 /// ray is intersected with the lamp's plane at P. With g(P) the signed distance [m] from the rim
 /// (positive outside), the residual is g / (dg/d normal). For a disc, g = |P - C| - r. For a side
 /// of a rectangle with the unit vector u towards it and half the extent a / 2,
-/// g = u . (P - C) - a / 2. It is exact to first order for any camera model. `jacobian` (1x6) is d residual / d pose perturbation, exact. nullopt if the ray misses
-/// the lit side of the plane, if g does not increase along the measured normal (the pose error
-/// exceeds the lamp's size), or if the shape has no rim distance.
+/// g = u . (P - C) - a / 2. It is exact to first order for any camera model. `jacobian` (1x6) is d
+/// residual / d pose perturbation, exact. nullopt if the ray misses the lit side of the plane, if g
+/// does not increase along the measured normal (the pose error exceeds the lamp's size), or if the
+/// shape has no rim distance.
 LIBOCC_API std::optional<double> rim_distance_px(const Lamp& lamp, const Rigid3& cam_from_world,
                                                  const RimRay& ray,
                                                  Eigen::Matrix<double, 1, 6>* jacobian = nullptr);

@@ -131,8 +131,8 @@ ControlOutput pure_pursuit(const Route& route, const Vehicle& vehicle, const Con
   const double lookahead_m = std::clamp(std::abs(input.speed_m_s) * options.lookahead_s,
                                         options.min_lookahead_m, options.max_lookahead_m);
   const Eigen::Vector2d position = input.pose.position();
-  // Increases the look-ahead off the route or across it: short arcs need turns that the vehicle
-  // executes too late, which causes a lasting oscillation.
+  // The look-ahead grows with the deviation and the heading error: on a short arc the vehicle would
+  // turn too late and oscillate.
   const double reach_m = lookahead_m * (1 + 4 * std::abs(output.heading_error_rad)) +
                          2 * std::abs(output.place.deviation_m);
   PlanarPose target = route.ahead(position, output.place.along_m, reach_m).pose;

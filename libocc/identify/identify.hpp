@@ -97,11 +97,11 @@ struct Identification {
 /// with the lamps' powers. Hypotheses that would be plausible with up to three missed lamps fewer
 /// are listed as well, because lamps are switched in groups.
 ///
-/// Status: ok (one plausible); ambiguous (several); too_few_lamps (fewer than three whole blobs or
-/// lamps); no_pose (no hypothesis matches four blobs, or three that are coded, supported by a
-/// prior, or the only ones); degenerate (all lamps are collinear; without a prior also if the
-/// matched lamps are collinear within the blobs' errors and model_sigma_px). Throws
-/// std::invalid_argument for options out of range and blobs that are not finite.
+/// Status: ok (one plausible); ambiguous (several, or one that may be accidental); too_few_lamps
+/// (fewer than three whole blobs or lamps); no_pose (no hypothesis matches four blobs, or three
+/// that are coded, supported by a prior, or the only ones); degenerate (all lamps are collinear;
+/// without a prior also if the matched lamps are collinear within the blobs' errors and
+/// model_sigma_px). Throws std::invalid_argument for invalid options and blobs that are not finite.
 LIBOCC_API Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& scene,
                                            const IdentifyOptions& options = {});
 

@@ -90,8 +90,8 @@ void TripleOrder::prefer_neighbours(const AssignmentProblem& problem) {
     return (problem.observation(i).bearing - problem.observation(j).bearing).norm();
   };
   constexpr int nearest = 8;
-  std::vector<double>
-      reach;  // distance within which the nearer half of the other blobs are, at most `nearest`
+  std::vector<double> reach;  // for each blob: distance to its k-th nearest, with k half the other
+                              // blobs, at most `nearest`
   for (int i = 0; i < blobs_; ++i) {
     std::vector<double> distances;
     for (int j = 0; j < blobs_; ++j) distances.push_back(distance(i, j));

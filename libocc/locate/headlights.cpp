@@ -204,7 +204,8 @@ Result<HeadlightDistance> headlight_distance(const Eigen::Matrix2d& lamps_px, co
   found.separation_sigma_rad = pair.sigma_rad;
   if (!(pair.angle_rad > min_sigmas * pair.sigma_rad)) {
     result.status = Status::degenerate;
-    result.message = "the two lamps are not resolved in the image, which determines only their bearing";
+    result.message =
+        "the two lamps are not resolved in the image, which determines only their bearing";
     return result;
   }
   const Mixture mixture = mixture_of(pair, options, found);

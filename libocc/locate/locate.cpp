@@ -72,9 +72,9 @@ void conclude(const Refinement& refinement, const Result<Identification>& identi
     result.message = identified.message;
   } else if (poses.front().misfits && identified->chance > max_chance_of_misfits) {
     result.status = Status::ambiguous;
-    result.message =
-        "the only pose found has large residuals and may be accidental: " +
-        std::to_string(identified->chance) + " wrong poses are expected to fit as well";
+    result.message = "the only pose found has large residuals and may be accidental: " +
+                     std::to_string(identified->chance) +
+                     " wrong poses are expected to fit as well";
   } else if (!refinement.choice.met) {
     result.status = Status::budget_not_met;
     result.message = refinement.choice.reason;

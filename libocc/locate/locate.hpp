@@ -41,7 +41,7 @@ struct LIBOCC_API LocateOptions {
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
-/// Status: ok; ambiguous (the fix is the best candidate, all are in `candidates`); no_lamps;
+/// Status: ok; ambiguous (several candidates, best first, or one that may be accidental); no_lamps;
 /// too_few_lamps; no_pose (also if a pose matches the lamps' positions but not their sizes, and the
 /// assignment follows from geometry alone); degenerate (the lamps are on a line in the image, see
 /// identify); not_converged (for any candidate; the fix holds the last iterate); budget_not_met

@@ -145,7 +145,8 @@ Result<RobustPose> robust_pose(const Eigen::Matrix3Xd& points_in_world,
     if (rests_on_a_line(problem.points, consensus.inliers, sigmas, chance,
                         options.max_false_alarms)) {
       result.status = Status::degenerate;
-      result.message = agreement(*result) + ", nearly all collinear: the rotation about their line is not determined";
+      result.message = agreement(*result) +
+                       ", nearly all collinear: the rotation about their line is not determined";
     }
   }
   conclude(options, consensus.confident, result);

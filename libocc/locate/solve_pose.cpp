@@ -228,8 +228,9 @@ void conclude(const Problem& problem, const Triple& spread, const Camera& camera
     result.message = "the points do not determine the pose";
   } else if (!(height >= min_seen_height * sigmas)) {
     result.status = Status::degenerate;
-    result.message = "the points are collinear within the measurement errors; the rotation about their "
-                     "line is not determined";
+    result.message =
+        "the points are collinear within the measurement errors; the rotation about their "
+        "line is not determined";
   } else if (misfits) {
     result.status = Status::no_pose;
     result.message = misfit_message(best, sigma_px);

@@ -60,7 +60,7 @@ class Adjuster {
                            static_cast<int>(layout_.total) + datum_defect(network()).total();
     if (redundancy < 0)
       return fail(Status::degenerate,
-                  "there are " + std::to_string(-redundancy) + " observations fewer than unknowns");
+                  std::to_string(-redundancy) + " more observations than given are needed");
     return true;
   }
 

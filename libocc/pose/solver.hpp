@@ -8,8 +8,8 @@
 //
 // A new solver needs its header and source there and an entry in solvers() (solver.cpp); the
 // solvers' tests and the Python function `solvers` then include it, and the documentation lists it.
-// The ladder measures a selection of solvers, which ladder/ladder_steps.cpp lists. Algorithms in
-// pose/solvers/ that solve another problem, such as planar.hpp, are not in solvers().
+// The ladder has lists of its own: ladder_steps.cpp (libocc, OpenGV) and ladder_opencv.cpp.
+// Algorithms in pose/solvers/ for another problem, such as planar.hpp, are not in solvers().
 #pragma once
 
 #include <Eigen/Core>

@@ -21,7 +21,7 @@
 //
 // Gross errors: a lamp that contradicts all others is left out (Baarda's data snooping at a
 // probability of 0.1 %); this takes five lamps or a prior. Huber's loss reduces the weight of stray
-// rim points and fluxes.
+// rim points, fluxes and pixels.
 //
 // The covariance is (J^T J)^-1 of the whitened residuals; it is valid if the stated sigmas are. If
 // chi2 exceeds its 99.9 % quantile, the covariance is multiplied by the variance factor chi2 / dof
@@ -66,9 +66,9 @@ struct LIBOCC_API RefineOptions {
   /// Standard deviation of the errors of camera and map at each lamp, e.g. of an uncalibrated lens.
   /// Common to all points of a lamp and added to the covariance of its measurements.
   double model_sigma_px = 0;
-  /// Corner of Huber's loss for rim points, fluxes and the direct rung's pixels, in sigmas; for rim
-  /// points in the larger of their sigmas and the observed scatter (MAD). At 3 sigmas, 0.3 % of
-  /// normal residuals are beyond the corner. Infinity: least squares with all lamps.
+  /// Corner of Huber's loss for rim points, fluxes and the direct rung's pixels, in sigmas, or in
+  /// the observed scatter (MAD) of rim points and pixels if it is larger. At 3 sigmas, 0.3 % of
+  /// normal residuals are beyond the corner. Infinity: least squares, no lamp is left out.
   double huber_sigma = 3;
   int max_iterations = 20;
   /// Converged when a step moves the image of no lamp farther than this. That step is still taken,

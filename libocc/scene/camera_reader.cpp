@@ -149,6 +149,10 @@ bool reads_as_fisheye(YamlSection& file, std::size_t coefficients) {
 
 Camera read_calibration(YamlSection& file) {
   int width = 0, height = 0;
+  if (!file.has("image_width") && !file.has("camera_matrix"))
+    file.fail("camera",
+              "is missing; a camera file has a section `camera` (libocc) or "
+              "`image_width`, `image_height` and `camera_matrix` (OpenCV, ROS)");
   file.need("image_width", width);
   file.need("image_height", height);
   const std::vector<double> k = read_matrix(file, "camera_matrix");
@@ -168,6 +172,16 @@ Camera read_calibration(YamlSection& file) {
   return *made;
 }
 
+// Reads the camera file that a scene names, in any of the three formats.
+Camera read_named_file(const std::string& path) {
+  const auto node = read_yaml(path);
+  YamlSection file(node, node->line, path, "");
+  if (!file.has("camera")) return read_calibration(file);
+  YamlSection camera = file.section("camera");
+  if (camera.has("file")) camera.fail_value("file", "must not name a further file");
+  return read_inline(camera, file);
+}
+
 }  // namespace
 
 Camera internal::scene::read_camera_section(YamlSection& root) {
@@ -178,11 +192,7 @@ Camera internal::scene::read_camera_section(YamlSection& root) {
   camera.reject_unknown();
   const std::filesystem::path path = std::filesystem::path(root.file()).parent_path() / name;
   try {
-    const auto node = read_yaml(path.string());
-    YamlSection file(node, node->line, path.string(), "");
-    if (file.has("camera"))
-      file.fail("camera", "must be in a calibration file of its own, not in another scene file");
-    return read_calibration(file);
+    return read_named_file(path.string());
   } catch (const std::runtime_error& error) {
     camera.fail("file", error.what());
   }

@@ -48,8 +48,8 @@ struct LIBOCC_API Lamp {
                                  ///< of a period, such as the chips of a code
   double phase = 0;              ///< periods passed at time 0
   std::optional<LampCode> code;  ///< code that frequency_hz and waveform transmit; see set_code()
-  Eigen::Vector3d colour = Eigen::Vector3d::Ones();  ///< light on red, green, blue pixels over that
-                                                     ///< of white light of the same power
+  Eigen::Vector3d colour = Eigen::Vector3d::Ones();  ///< response of red, green, blue pixels over
+                                                     ///< that to white light of the same power
 
   double area_m2() const;  ///< area of the emitting face; 0 for a point
   double reach_m() const;  ///< distance of the rim's farthest point from the centre; 0 for a point

@@ -14,9 +14,9 @@ namespace occ {
 /// Version of the scene schema that this library writes; it reads this version and earlier ones.
 inline constexpr int scene_schema_version = 1;
 
-/// Reads a scene. Its `camera:` section may instead name an OpenCV or ROS camera file
-/// (`camera: {file: camera.yaml}`, relative to the scene's folder). Throws std::runtime_error
-/// "FILE:LINE: key `lamps[2].radius_m`: must be positive, got -0.1".
+/// Reads a scene. Its `camera:` section may instead name a file of libocc, OpenCV or ROS with the
+/// camera (`camera: {file: camera.yaml}`, relative to the scene's folder). Throws
+/// std::runtime_error "FILE:LINE: key `lamps[2].radius_m`: must be positive, got -0.1".
 LIBOCC_API Scene read_scene(const std::string& path);
 
 /// Reads a scene from text; messages use `name` in place of a file name.

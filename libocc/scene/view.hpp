@@ -4,9 +4,9 @@
 // and its image is within the camera's (Camera::contains). The part of the lamp for which these
 // tests must hold depends on the user:
 //
-//     the whole face       guide/lamp_views.hpp (routes), refine/expected_lamp.cpp (bound)
-//     any part             simulate/truth.cpp (truth of an image)
-//     the centre, +- radius  track/expected_lamps.cpp, identify/unpaired_lamps.cpp (predictions)
+//     the whole face   guide/visibility.cpp; refine/expected_lamp.cpp (bound, which ignores boxes)
+//     any part         simulate/truth.cpp
+//     the centre       track/expected_lamps.cpp, identify/unpaired_lamps.cpp, with its radius
 #pragma once
 
 #include <Eigen/Core>

@@ -19,6 +19,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "libocc/camera/camera.hpp"
@@ -29,6 +30,15 @@
 #include "libocc/simulate/simulate.hpp"
 
 namespace occ {
+
+/// Cells of a printed AprilTag: those inside its square, and the family's ring around it.
+struct TagPattern {
+  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> black;  ///< rows from the top, columns
+  int square_cells = 0;  ///< side of the square whose corners are detected, in the middle [cells]
+};
+
+/// Throws std::invalid_argument for an unknown family or an id that the family does not have.
+LIBOCC_API TagPattern tag_pattern(const std::string& family, int id);
 
 /// A disc on a square sheet of the opposite tone.
 struct LIBOCC_API CircularTarget {

@@ -26,7 +26,7 @@ struct LIBOCC_API PlanarFilterOptions {
   double height_m = 0;           ///< height of the body's origin above the world's z = 0
   double height_sigma_m = 1e-3;  ///< unevenness of the floor from image to image
   double tilt_sigma_rad = 1e-3;  ///< standard deviation of roll and of pitch
-  /// Process noise: spectral density of the acceleration without odometry, forward, sideways and
+  /// Process noise: root spectral density of the acceleration without odometry, forward, sideways,
   /// about the vertical axis [m/s^2/sqrt(Hz), rad/s^2/sqrt(Hz)]. Within one second the velocity
   /// changes by 0.5 m/s forward and 0.1 m/s sideways, as of an indoor vehicle that cannot slip far.
   double acceleration_noise = 0.5, lateral_noise = 0.1, turn_acceleration_noise = 1;

@@ -26,7 +26,7 @@
 namespace occ {
 
 struct LIBOCC_API PoseFilterOptions {
-  /// Process noise: spectral density of the acceleration without odometry and accelerometer
+  /// Process noise: root spectral density of the acceleration without odometry and inertial sensors
   /// [m/s^2/sqrt(Hz), rad/s^2/sqrt(Hz)]. Within one second the velocity changes by 0.6 m/s and the
   /// rotation rate by 1 rad/s (1 sigma), as for a camera in the hand of a person who walks.
   double acceleration_noise = 0.6, turn_acceleration_noise = 1;

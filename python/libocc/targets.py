@@ -7,16 +7,19 @@ from ._core import (
     ChessboardTruth,
     CircleTruth,
     CircularTarget,
+    TagPattern,
     TagTruth,
     TargetRenderer,
     april_tag_families,
     detect_april_tags,
     find_chessboard,
     locate_by_tags,
+    tag_pattern,
     tag_poses,
 )
 
 __all__ = [
-    "AprilTag", "ChessboardTarget", "ChessboardTruth", "CircleTruth", "CircularTarget", "TagTruth", "TargetRenderer",
-    "april_tag_families", "detect_april_tags", "find_chessboard", "locate_by_tags", "tag_poses",
+    "AprilTag", "ChessboardTarget", "ChessboardTruth", "CircleTruth", "CircularTarget", "TagPattern", "TagTruth",
+    "TargetRenderer", "april_tag_families", "detect_april_tags", "find_chessboard", "locate_by_tags", "tag_pattern",
+    "tag_poses",
 ]

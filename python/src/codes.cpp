@@ -121,7 +121,7 @@ void define_functions(py::module_& m) {
 Raises: ValueError for an invalid code or an id of too many bits, naming the field.
 
 >>> import libocc as occ
->>> occ.encode_id(17, occ.Code(kind=occ.CodeKind.c_ook))
+>>> occ.codes.encode_id(17, occ.codes.Code(kind=occ.codes.CodeKind.c_ook))
 <Waveform: 1 x 288 chips, 10000.0 Hz>)");
   m.def("code_budget", &code_budget, py::arg("code"), py::kw_only(), py::arg("rows"),
         py::arg("row_time_s"), py::arg("exposure_s"), py::arg("exact_times") = false,

@@ -28,12 +28,12 @@ void define_core(py::module_& m) {
       "read_image",
       [](const std::filesystem::path& path) { return to_numpy(reading(path, &read_image)); },
       py::arg("path"),
-      R"(Reads an 8- or 16-bit image (PNG, JPEG, PGM, TIFF) without conversion.
+      R"(Reads an 8- or 16-bit image (PNG, JPEG, TIFF, PGM, PPM) without conversion.
 
 Returns: (height, width) array, or (height, width, 3 or 4) in the order blue, green, red;
   uint8 or uint16.
 Raises: FileNotFoundError or OSError when the file cannot be opened; ValueError when it is not a
-  complete image of a supported type.)");
+  complete image of a supported format and type; the message names the format of the file.)");
 
   m.def(
       "write_image",
@@ -41,9 +41,10 @@ Raises: FileNotFoundError or OSError when the file cannot be opened; ValueError 
         writing(path, [&](const std::string& name) { write_image(name, image.view); });
       },
       py::arg("path"), py::arg("image"),
-      R"(Writes an image in the format of the name's extension. After an error the file is unchanged.
+      R"(Writes an image in the format of the name's extension: .png, .jpg, .jpeg, .tif, .tiff, .pgm
+(grey), .ppm (colour) or .pnm. After an error the file is unchanged.
 
-Raises: OSError when it cannot be written.)");
+Raises: OSError when it cannot be written, or when the format does not store the image.)");
 
   m.def(
       "encode_image",

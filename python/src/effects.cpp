@@ -68,7 +68,7 @@ grey levels and moves no lamp's centroid by more pixels.
 Raises: ValueError for an unknown effect, naming the nearest known one.
 
 >>> import libocc as occ
->>> occ.Effects(default=occ.Use.automatic, walls=occ.Use.off).use["walls"].name
+>>> occ.Effects(default=occ.rendering.Use.automatic, walls=occ.rendering.Use.off).use["walls"].name
 'off')")
       .def(py::init(&make_effects), py::arg_v("default", Use::on, "Use.on"), py::kw_only(),
            py::arg("tolerance_dn") = standard.tolerance_dn,

@@ -98,7 +98,7 @@ Commands beyond the limits are clipped and reported in `limited`. seed: of the n
 different one for each step. Raises: ValueError for values that are not finite.
 
 >>> import libocc as occ
->>> step = occ.drive(occ.Vehicle(), occ.DriveState(speed_m_s=0.5), occ.DriveCommand(speed_m_s=0.5), 0.1)
+>>> step = occ.guide.drive(occ.guide.Vehicle(), occ.guide.DriveState(speed_m_s=0.5), occ.guide.DriveCommand(speed_m_s=0.5), 0.1)
 >>> round(step.state.pose.x_m, 3), step.limited
 (0.05, DriveLimited()))");
   m.def("camera_on_vehicle", &camera_on_vehicle, py::arg("place_m"), py::arg("pan_rad") = 0,
@@ -233,7 +233,7 @@ waypoints: (n, 2), or RouteWaypoints with individual corners and speeds. Raises:
 the way-point.
 
 >>> import libocc as occ
->>> route = occ.Route([[1, 1], [3, 1], [3, 3]], corner_radius_m=0.5)
+>>> route = occ.guide.Route([[1, 1], [3, 1], [3, 3]], corner_radius_m=0.5)
 >>> round(route.length_m, 3), route.at(0.5).pose
 (3.785, PlanarPose(x_m=1.5, y_m=1.0)))" +
                          fields_doc(route_fields(), "Options"))

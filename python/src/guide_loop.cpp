@@ -282,7 +282,7 @@ Raises: ValueError naming the option, or the conflict of the route with a wall o
 
 >>> import libocc as occ
 >>> scene = occ.Scene.load("data/scenes/kookmin_four_lamps.yaml")
->>> run = occ.closed_loop(scene, occ.Route([[1.5, 2], [2.5, 2]]))
+>>> run = occ.guide.closed_loop(scene, occ.guide.Route([[1.5, 2], [2.5, 2]]))
 >>> run.outcome.name, run.metrics.cross_track_rmse_m < 0.002
 ('arrived', True))");
 }

@@ -148,7 +148,7 @@ poses: (n, 3), x_m, y_m, heading_rad. Returns: FloorVisibility.
 
 >>> import libocc as occ
 >>> scene = occ.Scene.load("data/scenes/kookmin_four_lamps.yaml")
->>> occ.visibility(scene, [[2, 2, 0], [0.5, 0.5, 0]]).lamps
+>>> occ.guide.visibility(scene, [[2, 2, 0], [0.5, 0.5, 0]]).lamps
 [[0, 1, 2, 3], [0]])" +
              fields_doc(fields, "Options"))
                 .c_str());
@@ -213,7 +213,7 @@ If every route has sections without view, the status is blind and `gaps` lists t
 
 >>> import libocc as occ
 >>> scene = occ.Scene.load("data/scenes/kookmin_four_lamps.yaml")
->>> plan = occ.plan_route(scene, occ.PlanarPose(x_m=1, y_m=2), [(3, 2)])
+>>> plan = occ.guide.plan_route(scene, occ.guide.PlanarPose(x_m=1, y_m=2), [(3, 2)])
 >>> plan.status.name, round(plan.route.length_m, 2)
 ('ok', 2.0))" +
              fields_doc(fields, "Options"))

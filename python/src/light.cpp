@@ -117,7 +117,7 @@ lit. Returns: ReceivedPower. Raises: ValueError for a matrix that is not a rigid
 >>> camera = occ.Camera.pinhole(width=64, height=48, fx_px=40, fy_px=40, cx_px=31.5, cy_px=23.5)
 >>> scene = occ.Scene(camera=camera, lamps=[occ.Lamp(id=7, centre_m=[0, 0, 3], radius_m=0.1)])
 >>> pose = occ.look_at(position_m=[0, 0, 1], target_m=[0, 0, 3], up=[0, 1, 0])
->>> round(occ.dbm(float(occ.received_power(scene, pose).power_w)), 2)
+>>> round(occ.photometry.dbm(float(occ.received_power(scene, pose).power_w)), 2)
 -59.01)");
 }
 

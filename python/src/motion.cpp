@@ -32,7 +32,7 @@ a * b is the pose a after the increment b in its own frame. Covariances are (3, 
 [x_m, y_m, heading_rad], along the world's axes.
 
 >>> import libocc as occ
->>> occ.PlanarPose(x_m=1, heading_rad=0.5) * occ.PlanarPose(heading_rad=0.25)
+>>> occ.guide.PlanarPose(x_m=1, heading_rad=0.5) * occ.guide.PlanarPose(heading_rad=0.25)
 PlanarPose(x_m=1.0, heading_rad=0.75))";
   py::class_<P> cls(m, "PlanarPose",
                     (doc + fields_doc(fields, "Keywords (and properties)")).c_str());
@@ -157,11 +157,13 @@ auto planar_filter_fields() {
       field("tilt_sigma_rad", &O::tilt_sigma_rad,
             "standard deviation of roll and of pitch from image to image [rad]"),
       field("acceleration_noise", &O::acceleration_noise,
-            "spectral density of the forward acceleration without odometry [m/s^2/sqrt(Hz)]"),
+            "root spectral density of the forward acceleration without odometry [m/s^2/sqrt(Hz)]"),
       field("lateral_noise", &O::lateral_noise,
-            "spectral density of the acceleration to the left without odometry [m/s^2/sqrt(Hz)]"),
-      field("turn_acceleration_noise", &O::turn_acceleration_noise,
-            "spectral density of the angular acceleration without odometry [rad/s^2/sqrt(Hz)]"),
+            "root spectral density of the acceleration to the left without odometry "
+            "[m/s^2/sqrt(Hz)]"),
+      field(
+          "turn_acceleration_noise", &O::turn_acceleration_noise,
+          "root spectral density of the angular acceleration without odometry [rad/s^2/sqrt(Hz)]"),
       field("gyro_noise", &O::gyro_noise, "noise of the gyroscope [rad/s/sqrt(Hz)]"),
       field("gyro_bias_sigma", &O::gyro_bias_sigma,
             "standard deviation of the gyroscope's initial bias [rad/s]"),
@@ -180,10 +182,10 @@ auto pose_filter_fields() {
   using O = PoseFilterOptions;
   return std::make_tuple(
       field("acceleration_noise", &O::acceleration_noise,
-            "spectral density of the acceleration without odometry and accelerometer "
+            "root spectral density of the acceleration without odometry and accelerometer "
             "[m/s^2/sqrt(Hz)]"),
       field("turn_acceleration_noise", &O::turn_acceleration_noise,
-            "spectral density of the angular acceleration without odometry and gyroscope "
+            "root spectral density of the angular acceleration without odometry and gyroscope "
             "[rad/s^2/sqrt(Hz)]"),
       field("gyro_noise", &O::gyro_noise, "noise of the gyroscope [rad/s/sqrt(Hz)]"),
       field("gyro_bias_sigma", &O::gyro_bias_sigma,
@@ -235,9 +237,9 @@ Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, sec. 3.3 and 7.4.
 
 >>> import numpy as np
 >>> import libocc as occ
->>> filter = occ.PlanarFilter()
->>> filter.start(0, occ.PlanarPose(), 1e-6 * np.eye(3))
->>> wheels = occ.PlanarOdometry(from_s=0, to_s=1, increment=occ.PlanarPose(x_m=0.5), covariance=1e-6 * np.eye(3))
+>>> filter = occ.smoothing.PlanarFilter()
+>>> filter.start(0, occ.guide.PlanarPose(), 1e-6 * np.eye(3))
+>>> wheels = occ.smoothing.PlanarOdometry(from_s=0, to_s=1, increment=occ.guide.PlanarPose(x_m=0.5), covariance=1e-6 * np.eye(3))
 >>> filter.add(wheels).accepted, filter.at(0.5).pose
 (True, PlanarPose(x_m=0.25)))");
   floor

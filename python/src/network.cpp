@@ -99,7 +99,7 @@ void define_target(py::module_& m) {
   ResultClass<Target> target(m, "Target", R"(A point of a network, or a corner of a body.
 
 >>> import libocc as occ
->>> occ.Target.point(3) == occ.Target.point(3)
+>>> occ.network.Target.point(3) == occ.network.Target.point(3)
 True)");
   target.def_static("point", &Target::of_point, py::arg("point"), "Point with this index.")
       .def_static("corner", &Target::of_corner, py::arg("body"), py::arg("corner"),
@@ -309,11 +309,11 @@ Every add_ method returns an index. Lengths are in metres; start values may be r
 
 >>> import libocc as occ, numpy as np
 >>> camera = occ.Camera.pinhole(width=640, height=480, fx_px=500, fy_px=500, cx_px=320, cy_px=240)
->>> network = occ.Network()
+>>> network = occ.network.Network()
 >>> main = network.add_camera("main", camera, ["fx_px", "fy_px"])
 >>> image = network.add_image("a.png", main, np.eye(4))
 >>> lamp = network.add_point("lamp", [0.1, 0, 2])
->>> network.observe(image, [occ.Target.point(lamp)], [[345, 240]], 0.1)
+>>> network.observe(image, [occ.network.Target.point(lamp)], [[345, 240]], 0.1)
 >>> network
 <Network: 1 images, 1 points, 0 bodies, 1 observations>)");
   network.def(py::init<>());

@@ -67,6 +67,19 @@ void define_truth(py::module_& m) {
           "(n, 2) inner corners, row by row.");
 }
 
+void define_pattern(py::module_& m) {
+  ResultClass<TagPattern>(m, "TagPattern", "Cells of a printed AprilTag.")
+      .def_readonly("black", &TagPattern::black,
+                    "(n, n) bool: black cells, rows from the top, with the ring around the square.")
+      .def_readonly("square_cells", &TagPattern::square_cells,
+                    "Side of the square whose corners are detected, in the middle [cells].");
+  m.def("tag_pattern", &tag_pattern, py::arg("family"), py::arg("id"),
+        R"(Returns the TagPattern to print a tag.
+
+family: a name in april_tag_families(). id: number of the tag.
+Raises: ValueError for an unknown family or an id that the family does not have.)");
+}
+
 auto option_fields() {
   using O = TargetImageOptions;
   return std::make_tuple(
@@ -85,6 +98,7 @@ auto option_fields() {
 void define_targets(py::module_& m) {
   define_kinds(m);
   define_truth(m);
+  define_pattern(m);
   py::class_<TargetRenderer> renderer(m, "TargetRenderer", R"(Renders images of calibration targets.
 
 Windows are bit-identical to parts of one image, so a panorama that exceeds the memory can be

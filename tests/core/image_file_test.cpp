@@ -100,10 +100,18 @@ TEST_F(ImageFile, LosslessFormatsKeepEveryBit) {
   }
 }
 
-TEST_F(ImageFile, SixteenBitPgmKeepsEveryBit) {
-  const Image image = random_image(PixelType::u16, 1);
-  write_image(path("deep.pgm"), image.view());
-  EXPECT_EQ(read_image(path("deep.pgm")).u16, image.u16);
+TEST_F(ImageFile, PgmAndPpmKeepEveryBit) {
+  for (const PixelType type : {PixelType::u8, PixelType::u16}) {
+    for (const char* name : {"a.pgm", "a.ppm", "colour.pnm", "grey.pnm"}) {
+      const bool is_grey = std::string(name) == "a.pgm" || std::string(name) == "grey.pnm";
+      const Image image = random_image(type, is_grey ? 1 : 3);
+      write_image(path(name), image.view());
+      const Image back = read_image(path(name));
+      EXPECT_EQ(back.channels, image.channels);
+      EXPECT_EQ(back.u8, image.u8) << name;
+      EXPECT_EQ(back.u16, image.u16) << name;
+    }
+  }
 }
 
 TEST_F(ImageFile, RowsMayBePadded) {
@@ -174,6 +182,30 @@ TEST_F(ImageFile, RefusesToWriteWhatItCannot) {
   EXPECT_THROW(write_image(path("deep.jpg"), deep.view()), std::runtime_error);
   EXPECT_THROW(write_image(path("a.png"), ImageView{}), std::invalid_argument);
   EXPECT_TRUE(files().empty());
+}
+
+TEST_F(ImageFile, NamesWhatAFormatDoesNotStore) {
+  const auto message = [](const std::string& extension, const Image& image) -> std::string {
+    try {
+      encode_image(extension, image.view());
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "encoded";
+  };
+  const Image grey = random_image(PixelType::u8, 1), colour = random_image(PixelType::u8, 3);
+  const Image alpha = random_image(PixelType::u8, 4), deep = random_image(PixelType::u16, 1);
+  EXPECT_EQ(message(".webp", grey),
+            "cannot be encoded as \".webp\"; the formats are .png, .jpg, .jpeg, .tif, .tiff, .pgm, "
+            ".ppm, .pnm");
+  EXPECT_EQ(message(".jpg", deep), "16-bit pixels need .png, .tiff, .pgm or .ppm, got \".jpg\"");
+  EXPECT_EQ(message(".jpg", alpha), "\".jpg\" cannot store 4-channel images; use .png or .tiff");
+  EXPECT_EQ(message(".pgm", colour), "\".pgm\" cannot store 3-channel images; use .png or .tiff");
+  EXPECT_EQ(message(".ppm", grey), "\".ppm\" cannot store 1-channel images; use .png or .tiff");
+  Image wide = grey;
+  wide.width = 70000, wide.height = 1;
+  wide.u8.resize(70000);
+  EXPECT_NE(message(".jpg", wide).find("cannot be encoded as JPEG: "), std::string::npos);
 }
 
 TEST_F(ImageFile, AFailedRenameLeavesNothingBeside) {

@@ -87,6 +87,9 @@ def test_images_of_tags_at_unknown_positions_calibrate_the_camera(tag_pictures: 
     for name in ("camera.yaml", "camera_opencv.yaml", "camera_ros.yaml"):
         found = occ.read_camera(out / name)
         assert found.fx_px == pytest.approx(CAMERA.fx_px, rel=0.01)
+        (tmp_path / "room.yaml").write_text(f"schema: libocc-scene/1\ncamera: {{file: out/{name}}}\nlamps: []\n")
+        of_scene = occ.Scene.load(tmp_path / "room.yaml").camera
+        assert [(p.name, p.value) for p in of_scene.parameters] == [(p.name, p.value) for p in found.parameters]
     assert "uncertainty of camera" in (out / "report.html").read_text()
 
 

@@ -3,11 +3,13 @@
 
 import sys
 import threading
+import time
 import tracemalloc
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import libocc as occ
 
@@ -144,6 +146,28 @@ def test_bad_files_are_named(tmp_path: Path):
         occ.write_image(tmp_path / "nowhere" / "a.png", spot())
 
 
+def test_other_formats_are_named(tmp_path: Path):
+    photo = tmp_path / "photo.jpg"  # phones and browsers store other formats under this name
+    photo.write_bytes(b"\0\0\0\x20ftypheic\0\0\0\0mif1heic")
+    with pytest.raises(ValueError, match=r"photo.jpg: is a HEIC picture, .* convert it to JPEG or PNG"):
+        occ.read_image(photo)
+    photo.write_bytes(b"RIFF\x24\0\0\0WEBPVP8 ")
+    with pytest.raises(ValueError, match=r"photo.jpg: is a WebP picture"):
+        occ.read_image(photo)
+    with pytest.raises(OSError, match=r'a.webp: cannot be encoded as ".webp"; the formats are .png, .jpg'):
+        occ.write_image(tmp_path / "a.webp", spot())
+    with pytest.raises(ValueError, match=r'".jpg" cannot store 4-channel images; use .png or .tiff'):
+        occ.encode_image(np.dstack([spot()] * 4), ".jpg")
+
+
+@pytest.mark.parametrize("name", ["a.png", "a.tiff", "a.ppm", "a.jpg"])
+def test_other_libraries_read_the_same_pixels(name: str, tmp_path: Path):
+    colour = np.dstack([spot(), spot() // 2, spot() // 3])
+    occ.write_image(tmp_path / name, colour)
+    with Image.open(tmp_path / name) as image:
+        assert np.array_equal(occ.read_image(tmp_path / name), np.asarray(image)[..., ::-1])
+
+
 def test_the_interpreter_runs_while_an_image_is_searched():
     """detect() releases the GIL: the other thread can run only then, because thread switching is disabled."""
     noise = np.random.default_rng(1).integers(0, 255, (1000, 2000), np.uint8)
@@ -155,10 +179,9 @@ def test_the_interpreter_runs_while_an_image_is_searched():
     sys.setswitchinterval(1000)
     try:
         may_run.set()
-        for _ in range(100):  # the other thread may start late
+        deadline_s = time.monotonic() + 30  # on a busy machine the other thread may start late
+        while not ran and time.monotonic() < deadline_s:
             occ.detect(noise, rims=False)
-            if ran:
-                break
     finally:
         sys.setswitchinterval(usual)
     seen = list(ran)

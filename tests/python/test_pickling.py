@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import libocc as occ
-from libocc import _core
+from libocc import _core, codes, objects, rendering
 
 POSE = np.array([[0.0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]])
 COVARIANCE = np.diag([1.0, 2, 3, 4, 5, 6])
@@ -19,32 +19,32 @@ COVARIANCE = np.diag([1.0, 2, 3, 4, 5, 6])
 # A value for every field, each different from its default and within its rule.
 CHANNEL = dict(efficiency=0.7, response=occ.Response.table, gamma=1.8, response_table=[0, 0.3, 1])
 CODE = dict(
-    kind=occ.CodeKind.ufsook, id_bits=4, checksum=occ.Checksum.crc16, clock_hz=5000, line=occ.LineCode.code_4b6b,
+    kind=codes.CodeKind.ufsook, id_bits=4, checksum=codes.Checksum.crc16, clock_hz=5000, line=codes.LineCode.code_4b6b,
     repeats=3, frame_rate_hz=25, min_hz=120,
 )  # fmt: skip
 GHOST = dict(strength=0.1, scale=0.5, blur_px=2)
 ELLIPSE = dict(centre_px=[3, 4], semi_major_px=5, semi_minor_px=2, angle_rad=0.3)
 VALUES: dict[type, dict[str, Any]] = {
-    occ.Channel: CHANNEL,
+    rendering.Channel: CHANNEL,
     occ.Sensor: dict(
         pixel_pitch_m=5e-6, f_number=4, exposure_s=1e-3, quantum_efficiency=0.6, wavelength_m=6e-7, full_well_e=9000,
         gain_dn_per_e=0.03, read_noise_e=5, dark_current_e_per_s=1, black_level_dn=3, bit_depth=12,
         response=occ.Response.table, gamma=1.8, response_table=[0, 0.4, 1], row_time_s=1e-5,
         readout=occ.Readout.columns, psf_sigma_px=1.1, gain_sigma=0.01, gain_seed=7, blooming=0.5,
-        mosaic=occ.Mosaic.rggb, channels=[occ.Channel(**CHANNEL)] * 3,
+        mosaic=rendering.Mosaic.rggb, channels=[rendering.Channel(**CHANNEL)] * 3,
     ),
     occ.Lamp: dict(
         id=4, name="door", shape=occ.LampShape.lame, centre_m=[1, 2, 3], normal=[0, 1, 0], radius_m=0.2,
         size_m=[0.3, 0.4], x_axis=[0, 0, 1], exponent=3, power_w=2, power_sigma=0.2, half_power_rad=1,
-        code=occ.LampCode(code=occ.Code(**CODE), id=3), frequency_hz=50, waveform=[1, 0.5], duty=0.25, phase=0.5,
+        code=codes.LampCode(code=codes.Code(**CODE), id=3), frequency_hz=50, waveform=[1, 0.5], duty=0.25, phase=0.5,
         colour=[1, 0.5, 0.25],
     ),
-    occ.Code: CODE,
-    occ.LampCode: dict(code=occ.Code(**CODE), id=3, channel=1),
+    codes.Code: CODE,
+    codes.LampCode: dict(code=codes.Code(**CODE), id=3, channel=1),
     occ.Room: dict(size_m=[5, 6, 2.5], wall_reflectance=0.5),
-    occ.Ghost: GHOST,
+    rendering.Ghost: GHOST,
     occ.Lens: dict(
-        diffraction=True, focus_distance_m=2, vignetting=[-0.1], veiling_glare=0.01, ghosts=[occ.Ghost(**GHOST)]
+        diffraction=True, focus_distance_m=2, vignetting=[-0.1], veiling_glare=0.01, ghosts=[rendering.Ghost(**GHOST)]
     ),
     occ.Box: dict(min_m=[1, 2, 0], max_m=[2, 3, 1]),
     occ.Tag: dict(id=5, family="tag25h9", size_m=0.2, centre_m=[1, 2, 3], normal=[0, 1, 0], x_axis=[0, 0, 1]),
@@ -52,25 +52,25 @@ VALUES: dict[type, dict[str, Any]] = {
         position_m=[1, 2, 3], position_sigma_m=0.1, position_sigmas_m=[0.1, 0.2, 3], height_m=3.5, height_sigma_m=0.3,
         heading_rad=np.pi / 2, heading_sigma_rad=0.1, gravity_in_cam=[0, 0, -1], gravity_sigma_rad=0.01, last_pose=None,
     ),
-    occ.Ellipse: ELLIPSE,
+    rendering.Ellipse: ELLIPSE,
     occ.Blob: dict(
         centroid_px=[3, 4], covariance_px2=[[1, 0.5], [0.5, 2]], light_response_px2=[[1, 2], [3, 4]], flux_dn=1,
         flux_sigma_dn=2, peak_dn=3, background_dn=4, noise_dn=5, area_px=6, x0=1, y0=2, x1=3, y1=4,
-        ellipse=occ.Ellipse(**ELLIPSE), rim=np.arange(10.0).reshape(2, 5), rim_covariance_px2=np.diag([1, 2, 3]),
+        ellipse=rendering.Ellipse(**ELLIPSE), rim=np.arange(10.0).reshape(2, 5), rim_covariance_px2=np.diag([1, 2, 3]),
         saturated=True, merged=True, cut_by_border=True, striped=True, frequency_hz=20, frequency_sigma_hz=0.5,
         lamp_id=9,
     ),
-    occ.ObjectPoint: dict(id=3, label="left", position_m=[1, 2, 3], normal=[0, 1, 0], cone_rad=1, radius_m=0.1),
+    objects.ObjectPoint: dict(id=3, label="left", position_m=[1, 2, 3], normal=[0, 1, 0], cone_rad=1, radius_m=0.1),
 }  # fmt: skip
 
 # Arguments that the constructors require.
 REQUIRED: dict[type, dict[str, Any]] = {
     occ.Lamp: dict(id=0, centre_m=[0, 0, 3], radius_m=1),
-    occ.LampCode: dict(code=occ.Code(), id=0),
+    codes.LampCode: dict(code=codes.Code(), id=0),
     occ.Box: dict(min_m=[0, 0, 0], max_m=[1, 1, 2]),
     occ.Tag: dict(id=0, size_m=1, centre_m=[0, 0, 0]),
     occ.Blob: dict(centroid_px=[0, 0]),
-    occ.ObjectPoint: dict(id=0, position_m=[0, 0, 0]),
+    objects.ObjectPoint: dict(id=0, position_m=[0, 0, 0]),
 }
 
 # Objects with a state of their own (filters, renderers, indices), entries of catalogues (Solver, LadderStep), and

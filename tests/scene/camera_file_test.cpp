@@ -88,5 +88,58 @@ TEST(CameraText, OpenCvReadsAPinholeWithoutDistortion) {
   EXPECT_NE(text.find("[0, 0, 0, 0, 0]"), std::string::npos);
 }
 
+std::string scene_naming(const std::string& camera_file) {
+  return "schema: libocc-scene/1\ncamera: {file: " + camera_file + "}\nlamps: []\n";
+}
+
+TEST(SceneWithCameraFile, ReadsEveryFormatThatIsWritten) {
+  const test::Folder folder;
+  const std::string path = folder.file("camera.yaml", "");
+  const std::string scene = folder.file("scene.yaml", scene_naming("camera.yaml"));
+  for (const Camera& camera : every_model()) {
+    write_camera(path, camera);
+    expect_equal(read_scene(scene).camera, camera);
+    expect_equal(read_camera(scene), camera);
+  }
+  for (const CameraFormat format : {CameraFormat::opencv, CameraFormat::ros})
+    for (const Camera& camera : {every_model()[0], every_model()[1]}) {
+      write_camera(path, camera, format);
+      expect_equal(read_scene(scene).camera, camera);
+    }
+}
+
+TEST(SceneWithCameraFile, ReadsTheCameraOfAnotherScene) {
+  const test::Folder folder;
+  Scene other = test::irregular_room();
+  other.camera = every_model()[0];
+  write_scene(folder.file("other.yaml", ""), other);
+  const std::string scene = folder.file("scene.yaml", scene_naming("other.yaml"));
+  expect_equal(read_scene(scene).camera, other.camera);
+  // The pixel pitch that converts a focal length is that of the other scene.
+  folder.file("other.yaml",
+              "schema: libocc-scene/1\n"
+              "camera: {width_px: 640, height_px: 480, focal_length_m: 0.002}\n"
+              "sensor: {pixel_pitch_m: 4.0e-6}\nlamps: []\n");
+  EXPECT_DOUBLE_EQ(read_scene(scene).camera.fx_px(), 500);
+}
+
+TEST(SceneWithCameraFile, NamesTheWrongKeyOfTheCameraFile) {
+  const test::Folder folder;
+  const std::string scene = folder.file("scene.yaml", scene_naming("camera.yaml"));
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"camera: {file: camera.yaml}\n",
+       ":1: key `camera.file`: must not name a further file, got camera.yaml"},
+      {"camera: {width_px: 9, height_px: 9, fx: 9}\n", ":1: key `camera.fx"},
+      {"camera: {width_px: 9, height_px: 9, fx_px: -9}\n",
+       ":1: key `camera.fx_px`: must be positive and finite, got -9"},
+      {"sigma0: 0.7\n", ":1: key `camera`: is missing; a camera file has a section `camera`"},
+  };
+  for (const auto& [text, expected] : cases) {
+    const std::string path = folder.file("camera.yaml", text);
+    const std::string found = test::complaint<std::runtime_error>([&] { read_scene(scene); });
+    EXPECT_EQ(found.find(scene + ":2: key `camera.file`: " + path + expected), 0u) << found;
+  }
+}
+
 }  // namespace
 }  // namespace occ

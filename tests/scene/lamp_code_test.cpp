@@ -80,8 +80,9 @@ TEST(LampCode, BadKeysAreNamed) {
             std::string::npos);
   EXPECT_NE(file_complaint(lamp(1, "code: {kind: ufsook, clock: 1}")).find("clock_hz"),
             std::string::npos);
-  EXPECT_NE(file_complaint(lamp(1, "code: {kind: ufsook}, frequency_hz: 5")).find("beside"),
-            std::string::npos);
+  EXPECT_NE(
+      file_complaint(lamp(1, "code: {kind: ufsook}, frequency_hz: 5")).find("together with `code`"),
+      std::string::npos);
   EXPECT_NE(file_complaint(lamp(1, "code: {kind: ufsook, id: 9}") +
                            lamp(2, "code: {kind: ufsook, id: 9}"))
                 .find("lamp 1 has the same id"),

@@ -244,5 +244,44 @@ TEST(Targets, RejectInvalidInput) {
   EXPECT_NE(complaint([&] { renderer.window({0, -1, 41, 10}); }).find("rows"), std::string::npos);
 }
 
+TEST(TagPattern, IsThePatternThatIsRenderedAndDetected) {
+  const Camera camera = Camera::pinhole(240, 240, 240, 240, 119.5, 119.5);
+  for (const std::string& family : april_tag_families()) {
+    const TagPattern pattern = tag_pattern(family, 5);
+    const auto n = static_cast<int>(pattern.black.rows());
+    ASSERT_EQ(pattern.black.cols(), n);
+    ASSERT_GT(n, pattern.square_cells);
+    ASSERT_EQ((n - pattern.square_cells) % 2, 0);
+    Tag tag;
+    tag.id = 5;
+    tag.family = family;
+    tag.size_m = 16.0 * pattern.square_cells / 240;  // a cell has 16 px at a distance of 1 m
+    tag.centre_m = {0, 0, 1};
+    tag.normal = {0, 0, -1};
+    tag.x_axis = {1, 0, 0};
+    const Image image =
+        TargetRenderer({{tag}, {}, {}}, camera, Rigid3(), {}).window({0, 0, 240, 240});
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x) {
+        const int column = 120 + 16 * x - 8 * n + 8, row = 120 + 16 * y - 8 * n + 8;
+        const int grey = image.u8[static_cast<std::size_t>(240 * row + column)];
+        EXPECT_EQ(grey < 115, pattern.black(y, x)) << family << " " << x << " " << y;
+      }
+    AprilTagOptions options;
+    options.family = family;
+    const std::vector<AprilTag> tags = detect_april_tags(image.view(), options);
+    ASSERT_EQ(tags.size(), 1u) << family;
+    EXPECT_EQ(tags[0].id, 5);
+    EXPECT_NEAR((tags[0].corners_px[1] - tags[0].corners_px[0]).norm(), 16 * pattern.square_cells,
+                0.1);
+  }
+}
+
+TEST(TagPattern, RejectsWrongFamiliesAndIds) {
+  EXPECT_NE(complaint([] { tag_pattern("tag36h12", 0); }).find("tag36h12"), std::string::npos);
+  EXPECT_NE(complaint([] { tag_pattern("tag36h11", 587); }).find("below 587"), std::string::npos);
+  EXPECT_NE(complaint([] { tag_pattern("tag36h11", -1); }).find("-1"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace occ::test

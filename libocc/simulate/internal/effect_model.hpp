@@ -4,8 +4,8 @@
 //
 // Each effect has one file in simulate/effects/, which defines its EffectModel. A new effect needs:
 // an enumerator and effect_count (scene/effects.hpp) and a name (scene/effects.cpp); that file; its
-// model in the declaration below and in effect_models(), and in render_order if it has `render`; a
-// line in Scene::as_rendered(), which removes it from the scene; and, if it adds light, a term in
+// model in the declaration below and in effect_models(), and in render_order if it has `render`; if
+// the estimators model it, a line in Scene::as_rendered(); if it adds light, a term in
 // background_electrons() (simulate/bounds.cpp). tests/simulate/effect_models_test.cpp checks the
 // lists. Its parameters are fields of the scene (scene/internal/scene_fields.hpp).
 #pragma once

@@ -4,6 +4,7 @@
 #include "libocc/core/internal/april_family.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/simulate/internal/target_outline.hpp"
+#include "libocc/simulate/targets.hpp"
 
 namespace occ::internal::simulate {
 
@@ -64,16 +65,12 @@ std::vector<PrintEdge> cell_outline(int columns, int rows,
 }
 
 TagPrint tag_print(const std::string& family, int id) {
-  const AprilFamily codes = make_april_family(family);
-  require(codes != nullptr, "tag: family", family, "a known one");
-  require(id >= 0 && id < static_cast<int>(codes->ncodes), "tag: id", id,
-          "below " + std::to_string(codes->ncodes) + ", the number of tags of " + family);
-  const int n = codes->total_width;
-  const Eigen::ArrayXXi white = white_cells(*codes, codes->codes[id]);
+  const TagPattern pattern = tag_pattern(family, id);
+  const int n = static_cast<int>(pattern.black.rows());
   TagPrint print;
-  print.cell = 2.0 / codes->width_at_border;
+  print.cell = 2.0 / pattern.square_cells;
   print.half_width = 0.5 * n * print.cell;
-  print.black = cell_outline(n, n, [&](int x, int y) { return white(y, x) == 0; });
+  print.black = cell_outline(n, n, [&](int x, int y) { return pattern.black(y, x); });
   const Eigen::Vector2d origin(-print.half_width, print.half_width);
   for (PrintEdge& edge : print.black)
     edge = {origin + print.cell * edge.from, origin + print.cell * edge.to};
@@ -81,3 +78,18 @@ TagPrint tag_print(const std::string& family, int id) {
 }
 
 }  // namespace occ::internal::simulate
+
+namespace occ {
+
+TagPattern tag_pattern(const std::string& family, int id) {
+  const internal::core::AprilFamily codes = internal::core::make_april_family(family);
+  require(codes != nullptr, "tag: family", family, "a known one");
+  require(id >= 0 && id < static_cast<int>(codes->ncodes), "tag: id", id,
+          "below " + std::to_string(codes->ncodes) + ", the number of tags of " + family);
+  TagPattern pattern;
+  pattern.black = internal::simulate::white_cells(*codes, codes->codes[id]) == 0;
+  pattern.square_cells = codes->width_at_border;
+  return pattern;
+}
+
+}  // namespace occ

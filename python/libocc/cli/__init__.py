@@ -16,6 +16,9 @@ from .._core import __version__
 
 COMMANDS = (
     "demo",
+    "samples",
+    "new-scene",
+    "targets",
     "simulate",
     "explain",
     "sequence",

@@ -31,7 +31,7 @@ def command(
         with error_context(scene):
             sensor = samples.load_scene(scene).sensor
     with error_context(image):
-        pixels = occ.read_image(image)
+        pixels = occ.read_image(samples.find_image(image))
         blobs = occ.detect(pixels, sensor=sensor, threshold_dn=threshold_dn)
     if overlay is not None:
         from ..overlay import draw

@@ -116,7 +116,8 @@ def command(
     arrived, and the docking test was passed (if there is a dock and there are enough runs); 1: not so;
     2: bad input; 130: Ctrl-C, finished runs are kept.
     """
-    path = str(samples.find_experiment(experiment))
+    with error_context(experiment):
+        path = str(samples.find_experiment(experiment))
     with error_context(path):
         data = changed(read_yaml(path), runs, seed)
         with progress("planning", 1):

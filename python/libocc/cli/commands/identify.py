@@ -46,7 +46,7 @@ def command(
     with error_context(scene):
         lamps = samples.load_scene(scene)
     with error_context(image):
-        pixels = occ.read_image(image)
+        pixels = occ.read_image(samples.find_image(image))
         camera = lamps.camera
         height, width = pixels.shape[:2]
         if (width, height) != (camera.width, camera.height):

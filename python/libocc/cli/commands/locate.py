@@ -52,7 +52,7 @@ def command(
     with error_context(scene):
         lamps = samples.load_scene(scene)
     with error_context(image):
-        pixels = occ.read_image(image)
+        pixels = occ.read_image(samples.find_image(image))
         fix = occ.locate(
             pixels, lamps, prior, costs=table,
             budget_s=None if budget_ms is None else 1e-3 * budget_ms,

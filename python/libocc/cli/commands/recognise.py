@@ -112,7 +112,7 @@ def command(
         with error_context(file):
             objects.append(samples.load_object(file))
     with error_context(image):
-        pixels = occ.read_image(image)
+        pixels = occ.read_image(samples.find_image(image))
         camera = source.camera
         height, width = pixels.shape[:2]
         if (width, height) != (camera.width, camera.height):

@@ -32,8 +32,8 @@ def command(ctx: click.Context, sweep: str, out: str, workers: int, scheduler: s
     except for the times. All points are checked before the first one is rendered. Exit code 0: done;
     2: bad input; 130: Ctrl-C, finished points are kept.
     """
-    path = samples.find_sweep(sweep)
     with error_context(sweep):
+        path = samples.find_sweep(sweep)
         plan = read_sweep(str(path))
     settings = {
         "kind": "sweep", "libocc": __version__, "sweep file (sha256)": content_hash(Path(path).read_bytes()),

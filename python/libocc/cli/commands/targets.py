@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+from pathlib import Path
+
+import click
+
+import libocc as occ
+
+from .. import Failure, error_context
+from ..files import whole_file
+from .calibrate_camera import board_of
+
+PAPERS = ("A4", "A3", "Letter")
+MAX_TARGETS = 600  # the largest common family, tag36h11, has 587 tags
+MIN_TAG_M, MIN_SQUARE_M, MAX_M = 0.01, 0.002, 10.0  # cells of 1 mm and more are printed well
+
+
+def ids_of(ctx: click.Context, param: click.Parameter, value: str) -> list[int]:
+    """Parses numbers and ranges such as 0-5,8."""
+    ids: list[int] = []
+    for part in value.split(","):
+        ends = part.strip().split("-")
+        if len(ends) > 2 or not all(end.isascii() and end.isdigit() for end in ends):
+            raise click.BadParameter(f"{part!r} must be a number or a range, such as 0-5,8", ctx, param)
+        first, last = int(ends[0]), int(ends[-1])
+        if last < first or last - first >= MAX_TARGETS:
+            raise click.BadParameter(f"{part!r} must be a range of 1 to {MAX_TARGETS} rising numbers", ctx, param)
+        ids.extend(range(first, last + 1))
+    twice = sorted({id for id in ids if ids.count(id) > 1})
+    if twice or len(ids) > MAX_TARGETS:
+        reason = f"names tag {twice[0]} twice" if twice else f"names more than {MAX_TARGETS} tags"
+        raise click.BadParameter(f"{value!r} {reason}", ctx, param)
+    return ids
+
+
+def ranges(ids: list[int]) -> str:
+    """Text that ids_of() parses to the same numbers."""
+    parts: list[list[int]] = []
+    for id in ids:
+        if parts and id == parts[-1][1] + 1:
+            parts[-1][1] = id
+        else:
+            parts.append([id, id])
+    return ",".join(f"{first}" if first == last else f"{first}-{last}" for first, last in parts)
+
+
+def files_of(out: str, pages: int) -> list[str]:
+    """The files of all pages: one PDF file, or an SVG file of each page."""
+    path = Path(out)
+    kind = path.suffix.lower()
+    if kind not in (".pdf", ".svg"):
+        raise Failure(f"{out}: must end with .pdf or .svg")
+    if kind == ".pdf" or pages == 1:
+        return [out]
+    return [str(path.with_name(f"{path.stem}-{i + 1}{path.suffix}")) for i in range(pages)]
+
+
+@click.command(short_help="Write calibration targets to print: AprilTags or a chessboard.")
+@click.option("--out", required=True, metavar="FILE.pdf|.svg", help="The sheets; SVG has one file per page.")
+@click.option("--tag-size", "tag_size_m", type=click.FloatRange(MIN_TAG_M, MAX_M), metavar="M",
+              help="Side of the tags' black squares [m].")
+@click.option("--ids", callback=ids_of, default="0-5", show_default=True, metavar="ID,FIRST-LAST,...",
+              help="Numbers of the tags.")
+@click.option("--family", default="tag36h11", show_default=True, help="Family of the tags.")
+@click.option("--per-page", type=click.IntRange(1), metavar="N",
+              help="Maximum number of tags on a page; 1 for sheets that are hung at several places.")
+@click.option("--chessboard", callback=board_of, metavar="COLSxROWS", help="Inner corners of a chessboard.")
+@click.option("--square", "square_m", type=click.FloatRange(MIN_SQUARE_M, MAX_M), metavar="M",
+              help="Side of the chessboard's squares [m].")
+@click.option("--paper", type=click.Choice(PAPERS, case_sensitive=False), default="A4", show_default=True)
+def command(
+    out: str, tag_size_m: float | None, ids: list[int], family: str, per_page: int | None,
+    chessboard: tuple[int, int] | None, square_m: float | None, paper: str,
+) -> None:
+    """\b
+    $ libocc targets --tag-size 0.08 --ids 0-3 --out tags.pdf
+    tags.pdf: tag36h11, ids 0-3, 80 mm; 1 page of A4
+    print at 100 % and measure the bar of 100 mm; if it has B mm, the size is 0.08 x B/100
+
+    Writes AprilTags or a chessboard to scale, for `libocc calibrate camera` and as landmarks of a scene.
+    Every page has a bar of 100 mm, to check the scale of the print, and a line with family, ids and size.
+    As many tags as possible are on one page. Glue the sheets to something flat.
+
+    \b
+    libocc targets --chessboard 9x6 --square 0.025 --out board.pdf
+    """
+    from .. import target_sheets as sheets
+
+    if (tag_size_m is None) == (chessboard is None):
+        raise Failure("give either --tag-size, or --chessboard with --square")
+    if chessboard is not None and square_m is None:
+        raise Failure("--chessboard needs --square")
+    size_m = tag_size_m if square_m is None or chessboard is None else square_m
+    assert size_m is not None
+    if chessboard is not None:
+        columns, rows = chessboard
+        what = f"chessboard, {columns}x{rows} inner corners, squares of {1e3 * size_m:g} mm"
+        about = what
+        use = f"--chessboard {columns}x{rows} --square"
+        patterns = [sheets.chessboard(columns, rows, size_m)]
+    else:
+        if family not in occ.targets.april_tag_families():
+            raise Failure(f"--family: must be one of {', '.join(occ.targets.april_tag_families())}, got {family}")
+        with error_context("--ids"):
+            patterns = [sheets.tag(family, id, size_m) for id in ids]
+        what = f"{family}, {'id' if len(ids) == 1 else 'ids'} {ranges(ids)}, {1e3 * size_m:g} mm"
+        about = f"{family}, {1e3 * size_m:g} mm"
+        use = "--tag-size"
+    scale = f"the size is {size_m:g} x B/100"
+    footer = (
+        f'100 mm: print at 100 % ("actual size") and measure this bar; if it has B mm, {scale}.\n'
+        f"{about}: libocc calibrate camera IMAGE... {use} {size_m:g} --out FOLDER"
+    )
+    with error_context("--tag-size" if chessboard is None else "--square"):
+        pages = sheets.pages(patterns, paper, footer, per_page)
+    files = files_of(out, len(pages))
+    for i, name in enumerate(files):
+        with error_context(name), whole_file(name) as file:
+            if name.lower().endswith(".pdf"):
+                sheets.write_pdf(file, pages)
+            else:
+                sheets.write_svg(file, pages[i])
+    click.echo(f"{' '.join(files)}: {what}; {len(pages)} {'page' if len(pages) == 1 else 'pages'} of {paper}")
+    click.echo(f"print at 100 % and measure the bar of 100 mm; if it has B mm, {scale}")
