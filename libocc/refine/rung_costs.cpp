@@ -19,7 +19,7 @@ using namespace internal::core;
 namespace {
 
 constexpr char schema[] = "libocc-costs/1";
-constexpr int margin_px = 4;  // that the direct rung sees around a blob
+constexpr int window_margin_px = 4;  // that the direct rung sees around a blob
 
 using RungMember = std::pair<const char*, RungCost RungCosts::*>;
 constexpr std::array<RungMember, 4> rungs{{{"points", &RungCosts::points},
@@ -79,8 +79,8 @@ RungWork work_of(const std::vector<Match>& matches, const std::vector<Blob>& blo
     const Blob& blob = blobs[match.blob];
     ++work.lamps;
     work.rim_points += static_cast<int>(blob.rim.size());
-    work.pixels +=
-        (blob.x1 - blob.x0 + 1 + 2 * margin_px) * (blob.y1 - blob.y0 + 1 + 2 * margin_px);
+    work.pixels += (blob.x1 - blob.x0 + 1 + 2 * window_margin_px) *
+                   (blob.y1 - blob.y0 + 1 + 2 * window_margin_px);
   }
   return work;
 }

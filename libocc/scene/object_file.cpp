@@ -44,7 +44,7 @@ std::string format_object(const Object& object) {
   Object checked = object;
   checked.validate();
   std::string out = "schema: libocc-object/" + std::to_string(object_schema_version) + "\n";
-  Lines(out, "").add("name", quoted(checked.name));
+  Lines(out, "").add("name", internal::core::quoted(checked.name));
   out += "points:\n";
   for (const ObjectPoint& point : checked.points) {
     Lines lines(out, "  - ");

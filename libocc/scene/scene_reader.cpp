@@ -134,7 +134,7 @@ Effects read_effects(YamlSection section) {
   return effects;
 }
 
-Scene read_root(const std::shared_ptr<const YamlNode>& node, const std::string& name) {
+Scene read_scene_root(const std::shared_ptr<const YamlNode>& node, const std::string& name) {
   YamlSection root(node, node->line, name, "");
   root.require_schema("libocc-scene/", scene_schema_version);
   Scene scene;
@@ -155,10 +155,10 @@ Scene read_root(const std::shared_ptr<const YamlNode>& node, const std::string& 
 
 }  // namespace
 
-Scene read_scene(const std::string& path) { return read_root(read_yaml(path), path); }
+Scene read_scene(const std::string& path) { return read_scene_root(read_yaml(path), path); }
 
 Scene parse_scene(const std::string& text, const std::string& name) {
-  return read_root(parse_yaml(text, name), name);
+  return read_scene_root(parse_yaml(text, name), name);
 }
 
 }  // namespace occ

@@ -13,7 +13,7 @@ namespace occ::internal::simulate {
 using namespace internal::formation;
 namespace {
 
-constexpr int rim_points = 16;
+constexpr int line_rim_points = 16;
 
 // In this file, x runs along a line and y counts the lines. Exchanges x and y if lines are columns.
 Eigen::Vector2d transposed(const Eigen::Vector2d& px, bool columns) {
@@ -38,7 +38,8 @@ struct Extent {
 };
 Extent extent_at(const LineImageInput& input, double time_s, double reach_px) {
   Extent extent;
-  const auto rim = project_rim(input.lamp, input.motion.pose_at(time_s), input.camera, rim_points);
+  const auto rim =
+      project_rim(input.lamp, input.motion.pose_at(time_s), input.camera, line_rim_points);
   if (!rim) return extent;
   for (const Eigen::Vector2d& px : *rim) {
     const Eigen::Array2d at = transposed(px, input.motion.by_columns()).array();
@@ -108,8 +109,8 @@ CoverageMoments transposed(const CoverageMoments& moments, bool columns) {
 }
 
 // Lagrange weights of the nodes 0, 1/3, 2/3, 1 at u.
-using Weights = std::array<double, 4>;
-Weights cubic(double u) {
+using CubicWeights = std::array<double, 4>;
+CubicWeights cubic(double u) {
   const double a = 3 * u, b = a - 1, c = a - 2, d = a - 3;
   return {-b * c * d / 6, a * c * d / 2, -a * b * d / 2, a * b * c / 6};
 }
@@ -143,18 +144,18 @@ class RimTracks {
     std::array<Eigen::Vector2d, 4> px;
     std::array<double, 4> dy;
 
-    double y(const Weights& w) const {
+    double y(const CubicWeights& w) const {
       return w[0] * px[0].y() + w[1] * px[1].y() + w[2] * px[2].y() + w[3] * px[3].y();
     }
-    double x(const Weights& w) const {
+    double x(const CubicWeights& w) const {
       return w[0] * px[0].x() + w[1] * px[1].x() + w[2] * px[2].x() + w[3] * px[3].x();
     }
-    double step_y(const Weights& w) const {
+    double step_y(const CubicWeights& w) const {
       return w[0] * dy[0] + w[1] * dy[1] + w[2] * dy[2] + w[3] * dy[3];
     }
   };
   const std::vector<Point>& points() const { return points_; }
-  Weights at(double time_s) const { return cubic((time_s - from_s_) / (to_s_ - from_s_)); }
+  CubicWeights at(double time_s) const { return cubic((time_s - from_s_) / (to_s_ - from_s_)); }
 
   // Sign that makes coverage positive: a pixel right of the shape's left flank sees light.
   double orientation() const {
@@ -254,7 +255,7 @@ bool paint_blurred(const LineImageInput& input, const LineRange& range, Coverage
   LinePainter painter(*input.psf, moments);
   for (int line = range.first; line < range.end; ++line)
     for (const LightNode& node : input.motion.nodes(input.lamp, line, panels)) {
-      const Weights at = tracks->at(node.time_s);
+      const CubicWeights at = tracks->at(node.time_s);
       const double light = sign * node.weight * input.light(node.time_s);
       for (const RimTracks::Point& point : tracks->points()) {
         const double y = point.y(at);
@@ -376,7 +377,7 @@ double path_px(const Lamp& lamp, const Motion& motion, const Camera& camera, dou
   std::vector<Eigen::Vector2d> before;
   for (int i = 0; i <= steps; ++i) {
     const double time_s = from_s + (to_s - from_s) * i / steps;
-    const auto rim = project_rim(lamp, motion.pose_at(time_s), camera, rim_points);
+    const auto rim = project_rim(lamp, motion.pose_at(time_s), camera, line_rim_points);
     if (!rim) return 0;
     lengths.resize(rim->size());
     for (std::size_t k = 0; k < before.size(); ++k)
