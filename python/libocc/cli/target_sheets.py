@@ -109,7 +109,7 @@ class Grid:
         return Page(*self.page_mm, targets, footer)
 
 
-def largest_cell_mm(pattern: Pattern, paper: str) -> float:
+def max_cell_mm(pattern: Pattern, paper: str) -> float:
     """Largest side of a cell with which the target fits on the paper."""
     rows, columns = (int(count) for count in pattern.black.shape)
     label_mm = LABEL_MM if pattern.label else 0
@@ -129,7 +129,7 @@ def pages(patterns: Sequence[Pattern], paper: str, footer: str, per_page: int | 
     grid = max((Grid(patterns[0], *each) for each in (sides, sides[::-1])), key=lambda each: each.count)
     if grid.count == 0:
         wide, high = patterns[0].size_mm
-        factor = largest_cell_mm(patterns[0], paper) / patterns[0].cell_mm
+        factor = max_cell_mm(patterns[0], paper) / patterns[0].cell_mm
         raise ValueError(
             f"a target of {wide:.4g} x {high:.4g} mm with its border does not fit on {paper} "
             f"({sides[0]:g} x {sides[1]:g} mm, less {MARGIN_MM:g} mm at the border and {FOOTER_MM:g} mm for the bar); "
