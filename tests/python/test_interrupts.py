@@ -69,6 +69,15 @@ def test_handlers_are_restored(libocc: Run) -> None:
     assert signal.set_wakeup_fd(wakeup) == wakeup
 
 
+def test_an_interrupted_block_does_not_end_the_process_in_the_next() -> None:
+    """The thread that watches a block may run only after the next block has begun."""
+    for _ in range(200):
+        with pytest.raises(KeyboardInterrupt), interrupts.interruptible():
+            signal.raise_signal(signal.SIGINT)
+    with interrupts.interruptible():
+        time.sleep(interrupts.GRACE_S + 0.5)
+
+
 def test_an_ignored_signal_stays_ignored(libocc: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     """As in a script that starts libocc in the background."""
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -21,7 +21,7 @@ POLL_S = 0.02
 SHOW_CURSOR = b"\x1b[?25h"  # progress bars hide it
 
 temporary_files: set[str] = set()  # to be removed when the process ends
-_handled = threading.Event()
+_handled = threading.Event()  # of the current block; each has its own, so that none ends the process for another
 
 
 def acknowledge() -> None:
@@ -46,15 +46,16 @@ def _leave() -> None:
     os._exit(INTERRUPTED)
 
 
-def _watch(reading: int) -> None:
+def _watch(reading: int, handled: threading.Event) -> None:
     """Ends the process if a SIGINT is not handled in time. The thread ends when the pipe is closed."""
     while numbers := os.read(reading, 64):
         if signal.SIGINT in numbers:
             deadline = time.monotonic() + GRACE_S
-            while not _handled.wait(POLL_S):
-                if time.monotonic() > deadline or select.select([reading], [], [], 0)[0]:
+            while not handled.wait(POLL_S):
+                late = time.monotonic() > deadline or select.select([reading], [], [], 0)[0]
+                if late and not handled.is_set():  # set before the pipe is closed, which makes it readable
                     _leave()
-            _handled.clear()
+            handled.clear()
     os.close(reading)
 
 
@@ -67,8 +68,9 @@ def interruptible() -> Iterator[None]:
         return
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
-    _handled.clear()
-    threading.Thread(target=_watch, args=(reading,), daemon=True).start()
+    global _handled
+    handled = _handled = threading.Event()
+    threading.Thread(target=_watch, args=(reading, handled), daemon=True).start()
     before = signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
     signal.signal(signal.SIGINT, _raise_interrupt)
     try:
@@ -76,4 +78,5 @@ def interruptible() -> Iterator[None]:
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
         signal.set_wakeup_fd(before)
+        handled.set()
         os.close(writing)
