@@ -21,11 +21,18 @@ using Rows = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
 void define_chessboard(py::module_& m) {
   m.def(
       "find_chessboard",
-      [](const NumpyImage& image, int columns,
-         int rows) -> std::optional<std::pair<Rows, std::vector<Eigen::Matrix2d>>> {
+      [](const NumpyImage& image, int columns, int rows, const py::object& progress)
+          -> std::optional<std::pair<Rows, std::vector<Eigen::Matrix2d>>> {
         ChessboardOptions options;
         options.columns = columns;
         options.rows = rows;
+        options.progress = [&](int done, int searches) {
+          py::gil_scoped_acquire locked;
+          if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+          if (progress.is_none()) return true;
+          const py::object answer = progress(done, searches);
+          return answer.is_none() || answer.cast<bool>();
+        };
         std::optional<ChessboardCorners> found;
         {
           py::gil_scoped_release unlocked;
@@ -34,10 +41,12 @@ void define_chessboard(py::module_& m) {
         if (!found) return std::nullopt;
         return std::pair(Rows(found->px.transpose()), found->covariance_px2);
       },
-      py::arg("image"), py::arg("columns"), py::arg("rows"),
+      py::arg("image"), py::arg("columns"), py::arg("rows"), py::kw_only(),
+      py::arg("progress") = py::none(),
       R"(Detects the inner corners of a chessboard.
 
-columns, rows: numbers of inner corners. Returns: (corners (n, 2) [px], row by row; list of their
+columns, rows: numbers of inner corners. progress(searches_done, searches): called before the search
+in each reduced image; False stops the search. Returns: (corners (n, 2) [px], row by row; list of their
 covariances (2, 2) [px^2]), or None if a part of the board is not visible.
 Raises: ValueError for an invalid argument.)");
 }

@@ -4,8 +4,11 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <opencv2/calib3d.hpp>
 
+#include "libocc/camera/fisheye.hpp"
+#include "libocc/camera/pinhole.hpp"
 #include "libocc/core/math.hpp"
 #include "tests/support/support.hpp"
 
@@ -241,6 +244,14 @@ TEST(Camera, RejectsInvalidArgumentsByName) {
   std::vector<double> flat(14, 0.0);
   flat[12] = pi / 2;
   rejects("distortion[12]", [&] { camera_with(flat); });
+}
+
+// The library must export the type information of its classes.
+TEST(CameraModels, CanBeCast) {
+  const std::unique_ptr<const CameraModel> model = std::make_unique<FisheyeModel>(
+      640, 480, CameraMatrix{300, 300, 319.5, 239.5, 0}, std::vector<double>{});
+  EXPECT_NE(dynamic_cast<const FisheyeModel*>(model.get()), nullptr);
+  EXPECT_EQ(dynamic_cast<const PinholeModel*>(model.get()), nullptr);
 }
 
 }  // namespace

@@ -85,5 +85,55 @@ TEST(Chessboard, EmptyWithoutABoard) {
             std::string::npos);
 }
 
+// A board of 9 x 6 corners with squares of side_px, in the middle of an image of width x height.
+TargetRenderer board_in_front(int width, int height, double side_px) {
+  const Camera camera =
+      Camera::pinhole(width, height, 1000, 1000, (width - 1) / 2.0 + 0.3, (height - 1) / 2.0 - 0.2);
+  ChessboardTarget board;
+  board.square_m = side_px / 1000;
+  board.world_from_board.translation =
+      Eigen::Vector3d(-4 * board.square_m, -2.5 * board.square_m, 1);
+  TargetImageOptions options;
+  options.noise_dn = 2;
+  return TargetRenderer({{}, {}, {board}}, camera, {}, options);
+}
+
+TEST(Chessboard, LargeImagesAreSearchedReducedAndRefinedInFull) {
+  // The squares of the second board are too small for the quick search.
+  for (const auto& [side_px, min_searches] : {std::pair(120.0, 1), std::pair(28.0, 2)}) {
+    const TargetRenderer renderer = board_in_front(2600, 1900, side_px);
+    std::vector<std::pair<int, int>> calls;
+    ChessboardOptions options;
+    options.progress = [&](int done, int searches) {
+      calls.emplace_back(done, searches);
+      return true;
+    };
+    const auto found = find_chessboard(renderer.window({0, 0, 2600, 1900}).view(), options);
+    ASSERT_TRUE(found) << side_px;
+    EXPECT_EQ(static_cast<int>(calls.size()), min_searches);
+    EXPECT_EQ(calls.back(), std::pair(min_searches - 1, 2));
+    const Eigen::Matrix2Xd& truth = renderer.truth().boards[0].corners_px;
+    const bool turned = (found->px.col(0) - truth.col(0)).norm() > 5;
+    for (Eigen::Index k = 0; k < truth.cols(); ++k) {
+      const Eigen::Index i = turned ? truth.cols() - 1 - k : k;
+      EXPECT_LT((found->px.col(i) - truth.col(k)).norm(), 0.1) << side_px << " " << k;
+      EXPECT_LT(found->covariance_px2[i].trace(), 0.01);
+    }
+  }
+}
+
+TEST(Chessboard, ProgressStopsTheSearch) {
+  const Image image = board_in_front(640, 480, 40).window({0, 0, 640, 480});
+  EXPECT_TRUE(find_chessboard(image.view()));
+  ChessboardOptions options;
+  int calls = 0;
+  options.progress = [&](int, int) {
+    ++calls;
+    return false;
+  };
+  EXPECT_FALSE(find_chessboard(image.view(), options));
+  EXPECT_EQ(calls, 1);
+}
+
 }  // namespace
 }  // namespace occ::test

@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from exif_pictures import FOCAL_35MM, ZOOM, save_with_exif
 
 import libocc as occ
 from libocc.cli import main
+from libocc.cli.commands.calibrate_camera import focal_of_pictures, start_camera
+from libocc.cli.exif import FocalLength
 
 CAMERA = occ.Camera.pinhole(
     width=800, height=600, fx_px=640, fy_px=642, cx_px=405, cy_px=296, distortion=[-0.2, 0.07, 1e-3, -5e-4, 0]
@@ -91,6 +94,55 @@ def test_images_of_tags_at_unknown_positions_calibrate_the_camera(tag_pictures: 
         of_scene = occ.Scene.load(tmp_path / "room.yaml").camera
         assert [(p.name, p.value) for p in of_scene.parameters] == [(p.name, p.value) for p in found.parameters]
     assert "uncertainty of camera" in (out / "report.html").read_text()
+
+
+@pytest.fixture(scope="module")
+def phone_pictures(tag_pictures: list[Path], tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """The pictures of tags as JPEG files with EXIF data; every second one is displayed rotated."""
+    folder = tmp_path_factory.mktemp("phone")
+    film_mm = round(CAMERA.fx_px / math.hypot(CAMERA.width, CAMERA.height) * math.hypot(36, 24))
+    return [
+        save_with_exif(folder / f"{i}.jpg", occ.read_image(path), {FOCAL_35MM: film_mm}, orientation=6 if i % 2 else 1)
+        for i, path in enumerate(tag_pictures)
+    ]
+
+
+@pytest.mark.parametrize("model", ["pinhole", "fisheye"])
+def test_rotated_pictures_of_a_phone_calibrate_it(phone_pictures: list[Path], tmp_path: Path, model: str) -> None:
+    code, text, err = run(
+        "calibrate", "camera", *phone_pictures, "--tag-size", 0.16, "--model", model, "--out", tmp_path / "out"
+    )
+    assert code == 0, err
+    assert occ.read_camera(tmp_path / "out" / "camera.yaml").fx_px == pytest.approx(CAMERA.fx_px, rel=0.01)
+    # The targets give the focal length of a pinhole camera.
+    assert ("warning: the initial focal length is that of the EXIF data (Focal" in text) == (model == "fisheye")
+
+
+def test_pictures_of_two_lenses_are_a_warning(phone_pictures: list[Path], tmp_path: Path) -> None:
+    other = save_with_exif(tmp_path / "tele.jpg", occ.read_image(phone_pictures[0]), {FOCAL_35MM: 52, ZOOM: 2.0})
+    found, notes = focal_of_pictures([str(phone_pictures[0]), str(other), "absent.npy"], (800, 600))
+    assert found is not None and found.px == pytest.approx(CAMERA.fx_px, rel=0.03)
+    assert len(notes) == 2 and "digital zoom of 2" in notes[0] and "another lens is another camera" in notes[1]
+    assert focal_of_pictures(["absent.npy"], (800, 600)) == (None, [])
+
+
+def test_the_focal_length_starts_from_exif_data_where_the_views_do_not_give_it() -> None:
+    square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]])
+    exif = FocalLength(640, 30, "FocalLengthIn35mmFilm 28 mm")
+    frontal: list[Any] = [(square, 300 + 100 * square)]  # determines no focal length
+    camera, notes = start_camera("pinhole", (800, 600), frontal, None, 5, exif)
+    assert camera.fx_px == 640 and "EXIF data (FocalLengthIn35mmFilm 28 mm): 640 px" in notes[0]
+    camera, notes = start_camera("pinhole", (800, 600), frontal, None, 5)
+    assert "is a guess" in notes[0]
+    assert start_camera("pinhole", (800, 600), frontal, 700, 5, exif)[0].fx_px == 700
+
+
+def test_a_picture_that_was_rotated_later_is_an_error(phone_pictures: list[Path], tmp_path: Path) -> None:
+    turned = save(tmp_path / "turned.png", np.ascontiguousarray(np.rot90(occ.read_image(phone_pictures[1]))))
+    code, _, err = run(
+        "calibrate", "camera", phone_pictures[0], turned, "--tag-size", 0.16, "--out", tmp_path / "out"
+    )
+    assert code == 2 and "its size is 600 x 800 px" in err and "was rotated after it was taken" in err
 
 
 def test_a_wrong_size_or_too_few_pictures_are_said(tag_pictures: list[Path], tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from typing import IO, Any
 import click
 
 from .._core import __version__
+from .interrupts import INTERRUPTED as INTERRUPTED, interruptible
 
 COMMANDS = (
     "demo",
@@ -40,9 +41,6 @@ COMMANDS = (
     "measure",
     "guide",
 )
-
-
-INTERRUPTED = 130  # exit code after Ctrl-C (128 + SIGINT)
 
 
 class Failure(click.ClickException):
@@ -74,7 +72,15 @@ def file_names_in_errors(images: Sequence[str]) -> Iterator[None]:
 
 
 class Commands(click.Group):
-    """Imports a command when it is called."""
+    """Imports a command when it is called. Ctrl-C ends it with exit code 130."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            with interruptible():
+                return super().invoke(ctx)
+        except KeyboardInterrupt:
+            click.echo("interrupted", err=True)
+            ctx.exit(INTERRUPTED)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)

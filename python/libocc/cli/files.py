@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
+from .interrupts import temporary_files
+
 
 @contextmanager
 def whole_file(path: str) -> Iterator[IO[bytes]]:
@@ -19,6 +21,7 @@ def whole_file(path: str) -> Iterator[IO[bytes]]:
         handle, name = tempfile.mkstemp(dir=folder, prefix=".libocc-")
     except OSError as error:
         raise OSError(f"{path}: cannot be written: {error.strerror or 'is a folder'}") from error
+    temporary_files.add(name)
     try:
         with os.fdopen(handle, "wb") as file:
             yield file
@@ -27,6 +30,8 @@ def whole_file(path: str) -> Iterator[IO[bytes]]:
     except BaseException:
         os.unlink(name)
         raise
+    finally:
+        temporary_files.discard(name)
 
 
 def _umask() -> int:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Progress bar of long runs."""
 
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -24,14 +25,27 @@ def progress(what: str, total: int) -> Iterator[Advance]:
     begun = time.monotonic()
     bar = Progress(console=Console(stderr=True), transient=True)
     task = bar.add_task(what, total=total)
+    lock = threading.Lock()
+    ended = False
+
+    def show() -> None:
+        with lock:
+            if not ended and not bar.live.is_started:
+                bar.start()
 
     def advance(steps: int = 1) -> None:
         bar.advance(task, steps)
-        if not bar.live.is_started and time.monotonic() - begun > QUIET_S:
-            bar.start()
+        if time.monotonic() - begun > QUIET_S:
+            show()
 
+    timer = threading.Timer(QUIET_S, show)  # shows the bar during a first step that takes long
+    timer.daemon = True
+    timer.start()
     try:
         yield advance
     finally:
-        if bar.live.is_started:
-            bar.stop()
+        timer.cancel()
+        with lock:
+            ended = True
+            if bar.live.is_started:
+                bar.stop()

@@ -89,10 +89,11 @@ def same_size(images: Sequence[str], sizes: Sequence[tuple[int, int]]) -> tuple[
     """Size of all images. Raises: ValueError naming the image whose size differs from that of the first."""
     for path, size in zip(images, sizes):
         if size != sizes[0]:
+            turned = "; one of them was rotated after it was taken: use the camera's original files"
             raise ValueError(
                 f"{path}: its size is {size[0]} x {size[1]} px, "
                 f"that of {images[0]} is {sizes[0][0]} x {sizes[0][1]} px: "
-                "all images of a camera must have one size"
+                f"all images of a camera must have one size{turned if size == sizes[0][::-1] else ''}"
             )
     return sizes[0]
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 import re
+from collections.abc import Sequence
 from typing import Any
 
 import click
@@ -8,10 +9,12 @@ import numpy as np
 import libocc as occ
 
 from .. import Failure, error_context
+from ..exif import FocalLength, camera_tags, focal_length, zoom
 from ..progress import progress
 from .calibrate_options import add_distances, adjustment_options, distance_option, finish
 
 MODELS = ("pinhole", "fisheye", "double_sphere")
+MAX_FOCAL_CHANGE = 0.03  # relative; the whole millimetres of an equal focal length differ by less
 
 
 def board_of(ctx: click.Context, param: click.Parameter, value: str | None) -> tuple[int, int] | None:
@@ -30,18 +33,53 @@ def free_parameters(camera: occ.Camera) -> list[str]:
     return [parameter.name for parameter in camera.parameters if parameter.name != "skew_px"]
 
 
+def focal_of_pictures(images: Sequence[str], size: tuple[int, int]) -> tuple[FocalLength | None, list[str]]:
+    """Focal length in the EXIF data of the first picture that has one, and warnings about the others."""
+    found: dict[str, FocalLength] = {}
+    notes = []
+    for image in images:
+        try:
+            tags = camera_tags(image)
+        except OSError:  # a format without EXIF data
+            continue
+        focal = focal_length(tags, *size)
+        if focal is not None:
+            found[image] = focal
+        if zoom(tags) > 1:
+            notes.append(f"{image}: was taken with a digital zoom of {zoom(tags):g}; use pictures without zoom")
+    if not found:
+        return None, notes
+    first, reference = next(iter(found.items()))
+    for image, focal in found.items():
+        if abs(focal.px - reference.px) > MAX_FOCAL_CHANGE * reference.px:
+            notes.append(
+                f"{image}: its EXIF data ({focal.source}) differ from those of {first} ({reference.source}): "
+                "a zoom or another lens is another camera; calibrate it separately"
+            )
+    return reference, notes
+
+
 def start_camera(
-    model: str, size: tuple[int, int], views: list[Any], focal_px: float | None, coefficients: int
+    model: str, size: tuple[int, int], views: list[Any], focal_px: float | None, coefficients: int,
+    exif: FocalLength | None = None,
 ) -> tuple[occ.Camera, list[str]]:
-    """Camera with initial parameters, and warnings about them."""
+    """Camera with initial parameters, and warnings about them.
+
+    exif: used if the views do not determine the focal length.
+    """
     width, height = size
     middle = {"cx_px": (width - 1) / 2, "cy_px": (height - 1) / 2}
     notes = []
     if focal_px is None and model == "pinhole":
         pinhole, status, message = occ.network.start_pinhole(views, width, height)
-        focal_px = pinhole.fx_px
-        if status is not occ.Status.ok:
+        if status is occ.Status.ok:
+            focal_px = pinhole.fx_px
+        elif exif is None:
+            focal_px = pinhole.fx_px
             notes.append(f"the initial focal length is a guess: {message}")
+    if focal_px is None and exif is not None:
+        focal_px = exif.px
+        notes.append(f"the initial focal length is that of the EXIF data ({exif.source}): {focal_px:.0f} px")
     if focal_px is None:
         focal_px = max(width, height) / np.pi  # 180 degrees over the longer side
         notes.append(f"the initial focal length is a guess: {focal_px:.0f} px; a better one can be given by --focal-px")
@@ -68,7 +106,8 @@ def plane_of_tag(tag: occ.targets.AprilTag) -> tuple[Any, Any]:
 @click.option("--model", type=click.Choice(MODELS), default="pinhole", show_default=True)
 @click.option("--coefficients", type=click.Choice(["0", "4", "5", "8", "12", "14"]), default="5", show_default=True,
               help="Number of distortion coefficients of a pinhole camera; a fisheye camera has at most 4.")
-@click.option("--focal-px", type=click.FloatRange(min=1), help="Initial focal length.")
+@click.option("--focal-px", type=click.FloatRange(min=1),
+              help="Initial focal length; default: from the targets, or from the EXIF data.")
 @click.option("--camera", "camera_path", metavar="CAMERA.yaml",
               help="Initial values of all parameters; replaces --model.")
 @distance_option
@@ -122,7 +161,9 @@ def command(
         sizes_text = f"{start.width} x {start.height} px, the images have {size[0]} x {size[1]} px"
         raise Failure(f"{camera_path}: its size is {sizes_text}")
     if start is None:
-        start, notes = start_camera(model, size, views, focal_px, int(coefficients))
+        exif, about_pictures = focal_of_pictures(images, size)
+        start, notes = start_camera(model, size, views, focal_px, int(coefficients), exif)
+        notes += about_pictures
     free = free_parameters(start)
     if chessboard is not None:
         started = pictures.network_of_boards(start, free, images, boards, points)

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from ..interrupts import acknowledge
+
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
@@ -23,6 +25,7 @@ def stopped_by_signals() -> Iterator[threading.Event]:
     before = {number: signal.getsignal(number) for number in SIGNALS}
 
     def request_stop(number: int, frame: FrameType | None) -> None:
+        acknowledge()
         stop.set()
         for each, handler in before.items():
             signal.signal(each, handler)
