@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "libocc/calibrate/resection.hpp"
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/formation/rim.hpp"
 
@@ -66,9 +67,9 @@ struct RayIntersection {
   /// Nothing for parallel rays.
   std::optional<Vector3d> position() const {
     constexpr double min_angle2 = 1e-6;  // square of an angle of about 1 mrad between the rays
-    const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(normal, Eigen::EigenvaluesOnly);
+    const auto eigen = internal::core::symmetric_eigen<Matrix3d>(normal, Eigen::EigenvaluesOnly);
     if (!(eigen.eigenvalues()[0] > min_angle2 * rays)) return std::nullopt;
-    return Vector3d(normal.ldlt().solve(rhs));
+    return Vector3d(internal::core::solve_ldlt(normal, rhs));
   }
 };
 

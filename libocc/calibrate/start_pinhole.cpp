@@ -9,6 +9,7 @@
 #include <string>
 
 #include "libocc/calibrate/resection.hpp"
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/scene/tag.hpp"
 
@@ -41,7 +42,7 @@ Matrix3d homography(const Matrix2Xd& from, const Matrix2Xd& to, double& conditio
     rows.row(2 * i) << p.transpose(), 0, 0, 0, -q.x() * p.transpose();
     rows.row(2 * i + 1) << 0, 0, 0, p.transpose(), -q.y() * p.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(rows.transpose() * rows);
+  const auto eigen = internal::core::symmetric_eigen<Eigen::MatrixXd>(rows.transpose() * rows);
   condition = std::sqrt(std::max(0.0, eigen.eigenvalues()[1] / eigen.eigenvalues()[8]));
   const Eigen::VectorXd h = eigen.eigenvectors().col(0);
   Matrix3d normal;

@@ -11,6 +11,7 @@
 #include "libocc/codes/decode_samples.hpp"
 #include "libocc/codes/slot_code.hpp"
 #include "libocc/core/abi.hpp"
+#include "libocc/core/internal/dense.hpp"
 
 namespace occ::internal::codes {
 namespace {
@@ -206,7 +207,7 @@ Levels estimate_levels(const PhaseSearch& search, const std::vector<FoldedBin>& 
       normal += bin.weight[c] * row * row.transpose();
       right += bin.weighted[c] * row;
     }
-    const Eigen::VectorXd estimate = normal.ldlt().solve(right);
+    const Eigen::VectorXd estimate = core::solve_ldlt(normal, right);
     levels.offset[c] = estimate[0];
     if (mixes)
       levels.mixing.row(c) = estimate.tail(channels).transpose();

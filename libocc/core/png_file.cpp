@@ -11,8 +11,6 @@ namespace occ::internal::core {
 
 namespace {
 
-constexpr bool little_endian = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__;  // PNG is big-endian
-
 /// A deflate stream yields at most 258 bytes for 2 bits (zlib's technical details: 1032 to 1).
 constexpr unsigned max_deflate_ratio = 1032;
 

@@ -5,6 +5,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
+
 namespace occ::internal::detect {
 namespace {
 
@@ -166,7 +168,7 @@ Eigen::Matrix2d centre_response(const std::vector<RimPoint>& rim, const FittedCo
   }
   // An outward shift of a point increases its residual by the same amount.
   const NormalEquations sums(rim, frame, scaled);
-  return -sums.matrix.ldlt().solve(right).topRows<2>();
+  return -core::solve_ldlt(sums.matrix, right).topRows<2>();
 }
 
 }  // namespace occ::internal::detect

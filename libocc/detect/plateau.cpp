@@ -219,16 +219,6 @@ class RimTerms {
 
 }  // namespace
 
-std::optional<Plateau> Plateau::fit(const Patch& patch, const FittedConic& conic, double blur_px) {
-  const Ellipse ellipse = conic.ellipse();
-  const double shrink = 1 - clear_sigmas * blur_px / ellipse.semi_minor_px;
-  if (!(shrink > 0)) return std::nullopt;
-  const double area = pi * ellipse.semi_major_px * ellipse.semi_minor_px * shrink * shrink;
-  if (area < cubic_pixels) return fit_surface<2>(patch, conic, blur_px, shrink, 0);
-  if (area < quintic_pixels) return fit_surface<3>(patch, conic, blur_px, shrink, 0);
-  return fit_surface<5>(patch, conic, blur_px, shrink, ring_hollow);
-}
-
 template <int Degree>
 std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const FittedConic& conic,
                                             double blur_px, double shrink, double hollow) {
@@ -266,6 +256,16 @@ std::optional<Plateau> Plateau::fit_surface(const Patch& patch, const FittedConi
   if (plateau.degree_ > 0)
     plateau.gradient_covariance_ = rim.slope().transpose() * solver.solve(rim.slope());
   return plateau;
+}
+
+std::optional<Plateau> Plateau::fit(const Patch& patch, const FittedConic& conic, double blur_px) {
+  const Ellipse ellipse = conic.ellipse();
+  const double shrink = 1 - clear_sigmas * blur_px / ellipse.semi_minor_px;
+  if (!(shrink > 0)) return std::nullopt;
+  const double area = pi * ellipse.semi_major_px * ellipse.semi_minor_px * shrink * shrink;
+  if (area < cubic_pixels) return fit_surface<2>(patch, conic, blur_px, shrink, 0);
+  if (area < quintic_pixels) return fit_surface<3>(patch, conic, blur_px, shrink, 0);
+  return fit_surface<5>(patch, conic, blur_px, shrink, ring_hollow);
 }
 
 }  // namespace occ::internal::detect

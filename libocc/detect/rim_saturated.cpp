@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/detect/internal/outline.hpp"
 #include "libocc/detect/internal/subpixel.hpp"
@@ -79,7 +79,7 @@ Tail fit_tail(const Patch& patch, const FittedConic& conic, double level) {
       right += weight * std::log(signal / level) * row;
     });
   });
-  const Eigen::Vector3d s = normal.ldlt().solve(right);
+  const Eigen::Vector3d s = core::solve_ldlt(normal, right);
   Tail tail;
   tail.offset = s[0];
   tail.slope = s[1];

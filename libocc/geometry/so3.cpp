@@ -2,8 +2,9 @@
 #include "libocc/geometry/so3.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <cmath>
+
+#include "libocc/core/internal/dense.hpp"
 
 namespace occ {
 
@@ -59,8 +60,13 @@ Eigen::Matrix3d so3_left_jacobian(const Eigen::Vector3d& rotation_rad) {
          sine_defect_ratio(angle) * cross * cross;
 }
 
+Eigen::Matrix3d shortest_rotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  return Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
+}
+
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const auto svd =
+      internal::core::jacobi_svd<Eigen::Matrix3d>(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d u = svd.matrixU();
   if ((u * svd.matrixV().transpose()).determinant() < 0) u.col(2) = -u.col(2);
   return u * svd.matrixV().transpose();

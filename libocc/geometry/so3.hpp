@@ -28,6 +28,11 @@ LIBOCC_API Eigen::Vector3d so3_log(const Eigen::Matrix3d& rotation);
 /// J with exp(w + dw) == exp(J dw) exp(w) to first order.
 LIBOCC_API Eigen::Matrix3d so3_left_jacobian(const Eigen::Vector3d& rotation_rad);
 
+/// The rotation by the smallest angle that turns the direction `from` into the direction `to`; of
+/// opposite directions, one of them.
+LIBOCC_API Eigen::Matrix3d shortest_rotation(const Eigen::Vector3d& from,
+                                             const Eigen::Vector3d& to);
+
 /// The rotation matrix nearest to m in the Frobenius norm (det +1).
 LIBOCC_API Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& m);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/parallel.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
@@ -116,7 +117,7 @@ void LampViews::bound(const PlanarPose& pose, const Rigid3& cam_from_body,
     information += jacobian.transpose() * jacobian;
   }
   // Singular to 1e-12 of its scale, as in pose_bound().
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> parts(information);
+  const auto parts = internal::core::symmetric_eigen<Eigen::Matrix3d>(information);
   if (!(parts.eigenvalues()[0] > 1e-12 * parts.eigenvalues()[2])) return;
   const Eigen::Matrix3d covariance = information.inverse();
   seen.position_sigma_m = std::sqrt(covariance(0, 0) + covariance(1, 1));

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/identify/internal/pose_fit.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <limits>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/least_squares.hpp"
 
 namespace occ::internal::identify {
@@ -99,7 +99,7 @@ FittedPose fit(const AssignmentProblem& problem, const Rigid3& start,
   for (int i = 0; i < max_steps; ++i) {
     Matrix6 damped = with_floor(problem, n.information);
     damped.diagonal() *= 1 + damping.lambda();
-    const Vector6 step = -damped.llt().solve(n.gradient);
+    const Vector6 step = -core::solve_llt(damped, n.gradient);
     const Rigid3 moved = perturb(best.pose, step);
     const NormalEquations after = equations_at(moved);
     if (after.chi2 <= n.chi2) {

@@ -4,6 +4,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "libocc/geometry/so3.hpp"
+
 namespace occ::internal::identify {
 namespace {
 
@@ -14,9 +16,8 @@ bool within(double off, double variance) { return off * off <= sigmas * sigmas *
 }  // namespace
 
 Eigen::Matrix3d cam_from_upright(const AssignmentProblem& problem) {
-  return Eigen::Quaterniond::FromTwoVectors(-Eigen::Vector3d::UnitZ(),
-                                            problem.options->prior->gravity_in_cam->normalized())
-      .toRotationMatrix();
+  return shortest_rotation(-Eigen::Vector3d::UnitZ(),
+                           problem.options->prior->gravity_in_cam->normalized());
 }
 
 PriorGate::PriorGate(const AssignmentProblem& problem, const Eigen::Matrix3d& cam_from_upright)

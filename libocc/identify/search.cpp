@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/identify/internal/search.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/identify/internal/pose_hypothesis.hpp"
 #include "libocc/pose/solvers/p3p.hpp"
@@ -25,7 +25,7 @@ constexpr double max_prior_chi2 = 36;  // (6 sigma)^2, as in prior_gate.cpp
 
 double squared_sigmas(const Rigid3& a, const FittedPose& b) {
   const Vector6 delta = difference(a, b.pose);
-  return delta.dot(b.covariance.llt().solve(delta));
+  return delta.dot(core::solve_llt(b.covariance, delta));
 }
 
 bool agrees_with_prior(const AssignmentProblem& problem, const PoseHypothesis& e) {

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <opencv2/calib3d.hpp>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/landmarks/internal/grey_image.hpp"
@@ -62,7 +63,7 @@ bool sum_window(const GreyImage& grey, int half, const Vector2d& px, Window& win
       window.by_g.push_back(w * (g.dot(d) * Matrix2d::Identity() + g * d.transpose()));
     }
   constexpr double min_condition = 1e-3;
-  const Eigen::SelfAdjointEigenSolver<Matrix2d> eigen(window.a, Eigen::EigenvaluesOnly);
+  const auto eigen = internal::core::symmetric_eigen<Matrix2d>(window.a, Eigen::EigenvaluesOnly);
   return eigen.eigenvalues()[0] > min_condition * eigen.eigenvalues()[1];
 }
 

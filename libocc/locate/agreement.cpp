@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/locate/internal/agreement.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/pose/internal/point_layout.hpp"
 
@@ -33,7 +33,7 @@ double neighbours(const Eigen::Matrix2Xd& pixels, double gate_px, const std::vec
 Eigen::Index furthest_from_line(const Eigen::Matrix3Xd& points) {
   const Eigen::Vector3d middle = points.rowwise().mean();
   const Eigen::Matrix3Xd centred = points.colwise() - middle;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(centred * centred.transpose());
+  const auto axes = core::symmetric_eigen<Eigen::Matrix3d>(centred * centred.transpose());
   const Eigen::Matrix<double, 3, 2> across = axes.eigenvectors().leftCols<2>();
   Eigen::Index furthest;
   (across.transpose() * centred).colwise().squaredNorm().maxCoeff(&furthest);

@@ -7,6 +7,7 @@
 #include <limits>
 #include <sstream>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/geometry/so3.hpp"
@@ -58,7 +59,7 @@ struct Start {
 // State after one Gauss-Newton step, which separates branches that lead to a minimum from others.
 Start step_from(const SeenPoints& seen, const Rigid3& pose) {
   const PointEquations e = point_equations(seen, pose);
-  const Vector6 step = -e.information.llt().solve(e.gradient);
+  const Vector6 step = -internal::core::solve_llt(e.information, e.gradient);
   const double lowest = e.chi2 + 2 * e.gradient.dot(step);
   const Rigid3 moved{so3_exp(step.head<3>()) * pose.rotation, pose.translation + step.tail<3>()};
   const double chi2 = point_chi2(seen, moved);

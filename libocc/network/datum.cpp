@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/network/datum.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/geometry/so3.hpp"
@@ -79,7 +79,8 @@ class DatumConstraints {
     if (rows_.empty()) return Eigen::Matrix<double, 7, 7>::Identity();
     MatrixXd all(static_cast<Index>(rows_.size()), 7);
     for (std::size_t k = 0; k < rows_.size(); ++k) all.row(static_cast<Index>(k)) = rows_[k];
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 7, 7>> eigen(all.transpose() * all);
+    const auto eigen =
+        internal::core::symmetric_eigen<Eigen::Matrix<double, 7, 7>>(all.transpose() * all);
     Index defect = 0;
     while (defect < 7 && eigen.eigenvalues()[defect] < 1e-12 * eigen.eigenvalues()[6]) ++defect;
     return eigen.eigenvectors().leftCols(defect);
@@ -243,7 +244,7 @@ DatumDefect internal::network::defect_at(const Network& network, const NetworkSt
   defect.directions = constraints.null_space();
   const auto rank = [&](Index first, Index count) {
     if (defect.directions.cols() == 0) return 0;
-    Eigen::JacobiSVD<MatrixXd> svd(defect.directions.middleRows(first, count));
+    auto svd = internal::core::jacobi_svd<MatrixXd>(defect.directions.middleRows(first, count));
     svd.setThreshold(1e-6);
     return static_cast<int>(svd.rank());
   };

@@ -2,9 +2,9 @@
 #include "libocc/network/internal/datum_directions.hpp"
 
 #include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/geometry/so3.hpp"
 
 namespace occ::internal::network {
@@ -59,7 +59,7 @@ std::vector<Target> distant_targets(const Network& network, const std::vector<Ta
 MatrixXd without_scale(const DatumDefect& defect) {
   const Eigen::RowVectorXd scale = defect.directions.row(6);
   if (scale.norm() < 1e-6) return MatrixXd::Identity(scale.size(), scale.size());
-  const Eigen::JacobiSVD<MatrixXd> svd(scale, Eigen::ComputeFullV);
+  const auto svd = core::jacobi_svd<MatrixXd>(scale, Eigen::ComputeFullV);
   return svd.matrixV().rightCols(scale.size() - 1);
 }
 
@@ -178,7 +178,7 @@ std::optional<DatumConditions> datum_conditions(const Network& network, const Ne
   DatumConditions conditions = inner(network, targets, defect, all);
   MatrixXd normal = MatrixXd::Zero(defect.total(), defect.total());
   for (const auto& rows : conditions.rows) normal += rows * rows.transpose();
-  const Eigen::JacobiSVD<MatrixXd> svd(normal);
+  const auto svd = core::jacobi_svd<MatrixXd>(normal);
   const auto& singular_values = svd.singularValues();
   if (targets.empty() || !(singular_values.minCoeff() > 1e-12 * singular_values.maxCoeff()))
     return std::nullopt;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/network/network.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 
 namespace occ {
@@ -34,7 +34,7 @@ void require_target(const Network& network, const Target& target, const std::str
 template <typename Matrix>
 void require_covariance(const Matrix& covariance, const std::string& name) {
   require(covariance.allFinite() && covariance.isApprox(covariance.transpose(), 1e-9) &&
-              Eigen::LLT<Matrix>(covariance).info() == Eigen::Success,
+              internal::core::is_positive_definite<Matrix>(covariance),
           name, covariance, "symmetric and positive definite");
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <limits>
 #include <utility>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/random.hpp"
 #include "libocc/network/internal/consensus.hpp"
 
@@ -128,7 +128,7 @@ std::optional<Eigen::Vector3d> intersect_rays(const std::vector<Ray>& rays) {
     normal += across;
     rhs += across * (ray.origin - middle);
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(normal);
+  const auto eigen = core::symmetric_eigen<Eigen::Matrix3d>(normal);
   if (!(eigen.eigenvalues()[0] > 1e-10 * eigen.eigenvalues()[2])) return std::nullopt;
   return middle + eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() *
                       eigen.eigenvectors().transpose() * rhs;

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/network/network_statistics.hpp"
@@ -87,7 +86,7 @@ ProjectionUncertainty projection_uncertainty(const Camera& camera,
   for (const GridPoint& point : points) {
     const MatrixXd uncompensated = point.by_parameters + point.by_pose * compensation;
     const Eigen::Matrix2d q = uncompensated * covariance * uncompensated.transpose();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(0.5 * (q + q.transpose()));
+    const auto eigen = internal::core::symmetric_eigen<Eigen::Matrix2d>(0.5 * (q + q.transpose()));
     const double sigma = std::sqrt(std::max(0.0, eigen.eigenvalues()[1]));
     out.sigma_px(point.row, point.column) = sigma;
     out.worst_px = std::max(out.worst_px, sigma);

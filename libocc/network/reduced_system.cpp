@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/network/internal/normal_equations.hpp"
 
 namespace occ::internal::network {
@@ -22,8 +22,7 @@ ReducedSystem::ReducedSystem(const NormalEquations& normal, const MatrixXd& gaug
             scale_.asDiagonal();
   if (gauge.cols() > 0) {
     const MatrixXd unscaled = scale_.cwiseInverse().asDiagonal() * gauge;
-    null_ = Eigen::HouseholderQR<MatrixXd>(unscaled).householderQ() *
-            MatrixXd::Identity(n, gauge.cols());
+    null_ = core::householder_q(unscaled, gauge.cols());
     scaled_.noalias() += null_ * null_.transpose();
   }
   const Eigen::LLT<MatrixXd> factor(scaled_);
@@ -42,7 +41,7 @@ std::vector<Index> ReducedSystem::weakest() const {
   if (n == 0) return {};
   VectorXd direction = VectorXd::Zero(n);
   if (n <= max_size) {
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled_);
+    const auto eigen = core::symmetric_eigen<MatrixXd>(scaled_);
     direction = eigen.eigenvectors().col(0).cwiseAbs();
   } else {
     const Eigen::LDLT<MatrixXd> factor(scaled_);

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/photometry/internal/response_fit.hpp"
 #include "libocc/radiometry/response_basis.hpp"
@@ -39,7 +40,7 @@ class BasisFit {
   bool run() {
     double chi2 = linearise();
     for (int step = 0; step < max_basis_steps; ++step) {
-      const VectorXd d_c = normal_.ldlt().solve(right_);
+      const VectorXd d_c = core::solve_ldlt(normal_, right_);
       const VectorXd d_light = light_right_.cwiseQuotient(light_normal_) - light_of_c_ * d_c;
       const VectorXd c = c_, light = log_light_;
       double step_fraction = 1, next = 0;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/photometry/internal/response_fit.hpp"
 
@@ -240,7 +241,7 @@ class LevelFit {
   void solve_normal(VectorXd& right) {
     MatrixXd normal = data_ + prior_;
     hold_middle(normal, right);
-    set_curve(normal.ldlt().solve(right));
+    set_curve(core::solve_ldlt(normal, right));
   }
 
   void compute_covariance() {
@@ -252,7 +253,7 @@ class LevelFit {
     MatrixXd normal = data_ + prior_;
     VectorXd zero = VectorXd::Zero(n);
     hold_middle(normal, zero);
-    covariance_ = normal.ldlt().solve(MatrixXd::Identity(n, n));
+    covariance_ = core::solve_ldlt<MatrixXd, MatrixXd>(normal, MatrixXd::Identity(n, n));
     covariance_.row(middle_).setZero();
     covariance_.col(middle_).setZero();
     determined_ = covariance_.cwiseProduct(data_).sum();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/least_squares.hpp"
 #include "libocc/core/internal/robust_loss.hpp"
 #include "libocc/core/math.hpp"
@@ -100,7 +101,7 @@ bool descend(const std::vector<FluxEquation>& equations, double huber, LightFit&
   Eigen::VectorXd step = Eigen::VectorXd::Zero(1 + fitted);
   const bool converged = core::minimise_sums(problem, step, options).converged;
   fit = problem.at(step);
-  return converged && normal_at(equations, fit, huber).matrix.llt().info() == Eigen::Success;
+  return converged && core::is_positive_definite(normal_at(equations, fit, huber).matrix);
 }
 
 void state(const std::vector<FluxEquation>& equations, double huber, LightFit& fit) {
@@ -110,7 +111,8 @@ void state(const std::vector<FluxEquation>& equations, double huber, LightFit& f
   fit.dof = static_cast<int>(equations.size()) - static_cast<int>(size);
   fit.variance_factor = variance_factor(fit.chi2, fit.dof);
   const Eigen::MatrixXd known =
-      fit.variance_factor * normal.matrix.llt().solve(Eigen::MatrixXd::Identity(size, size));
+      fit.variance_factor * core::solve_llt<Eigen::MatrixXd, Eigen::MatrixXd>(
+                                normal.matrix, Eigen::MatrixXd::Identity(size, size));
   std::vector<int> places = places_of(fit.determined);
   places.insert(places.begin(), 0);
   const auto all = static_cast<Eigen::Index>(places.size());

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/internal/dense.hpp"
+
 namespace occ::internal::pose {
 namespace {
 
@@ -51,7 +53,7 @@ PointLayout point_layout(const Eigen::Matrix3Xd& points) {
   PointLayout layout;
   layout.centroid = points.rowwise().mean();
   const Eigen::Matrix3Xd about_centroid = points.colwise() - layout.centroid;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(about_centroid, Eigen::ComputeFullU);
+  const auto svd = core::jacobi_svd<Eigen::MatrixXd>(about_centroid, Eigen::ComputeFullU);
   layout.axes = svd.matrixU();
   if (layout.axes.determinant() < 0) layout.axes.col(2) *= -1;
   layout.extent.setZero();
@@ -92,7 +94,7 @@ double height_over_line(const Eigen::Matrix3Xd& points) {
   const Eigen::Vector3d middle = points.rowwise().mean();
   const Eigen::Matrix3Xd about = points.colwise() - middle;
   const Eigen::Matrix3d scatter = about * about.transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(scatter, Eigen::EigenvaluesOnly);
+  const auto eigen = core::symmetric_eigen<Eigen::Matrix3d>(scatter, Eigen::EigenvaluesOnly);
   return std::sqrt(std::max(0.0, eigen.eigenvalues().head<2>().sum()));
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/radiometry/response_basis.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 
 namespace occ {
@@ -52,8 +52,8 @@ ResponseBasis response_basis(int count, int samples) {
   basis.mean = curves.rowwise().mean();
   const Eigen::MatrixXd differences = curves.colwise() - basis.mean;
   // Principal components from the Gram matrix of the curves, which is smaller than the covariance.
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(differences.transpose() *
-                                                              differences);
+  const auto solver =
+      internal::core::symmetric_eigen<Eigen::MatrixXd>(differences.transpose() * differences);
   basis.functions.resize(samples, count);
   for (Eigen::Index k = 0; k < count; ++k) {
     Eigen::VectorXd function = differences * solver.eigenvectors().col(curves.cols() - 1 - k);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/refine/internal/lamp_sizes.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <sstream>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/formation/rim.hpp"
 
 namespace occ::internal::refine {
@@ -43,7 +43,7 @@ std::optional<Eigen::Array2d> predicted_axes_px(const Lamp& lamp, const Rigid3& 
     mean += px / static_cast<double>(rim->size());
     squares += px * px.transpose() / static_cast<double>(rim->size());
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(squares - mean * mean.transpose());
+  const auto eigen = core::symmetric_eigen<Eigen::Matrix2d>(squares - mean * mean.transpose());
   return (2 * eigen.eigenvalues().array()).max(0).sqrt();
 }
 

@@ -2,8 +2,9 @@
 #include "libocc/refine/internal/pose_covariance.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <cmath>
+
+#include "libocc/core/internal/dense.hpp"
 
 namespace occ::internal::refine {
 namespace {
@@ -37,8 +38,8 @@ PoseCovariance pose_covariance(const PoseNormalEquations& normal, const Eigen::V
   if (!(turn > 0) || !(shift > 0) || !information.allFinite()) return pose;
   Vector6 scale;
   scale << Eigen::Vector3d::Constant(1 / turn), Eigen::Vector3d::Constant(1 / shift);
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(scale.asDiagonal() * information *
-                                                     scale.asDiagonal());
+  const auto eigen =
+      core::symmetric_eigen<Matrix6>(scale.asDiagonal() * information * scale.asDiagonal());
   const Vector6 values = eigen.eigenvalues();
   pose.rank = static_cast<int>((values.array() > singular * values.maxCoeff()).count());
   if (pose.rank < 6) return pose;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/refine/internal/ranking.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/refine/internal/lamp_sizes.hpp"
 
 namespace occ::internal::refine {
@@ -79,7 +79,7 @@ void merge_equal_poses(std::vector<RankedPose>& poses) {
         std::any_of(distinct.begin(), distinct.end(), [&](const RankedPose& other) {
           const Vector6 delta =
               difference(pose.refined->cam_from_world, other.refined->cam_from_world);
-          return delta.dot(other.refined->covariance.llt().solve(delta)) < same_pose_chi2;
+          return delta.dot(core::solve_llt(other.refined->covariance, delta)) < same_pose_chi2;
         });
     if (!duplicate) distinct.push_back(std::move(pose));
   }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/scene/prior.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <string>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/fields.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
@@ -31,7 +31,7 @@ double chi2_apart(const Prior& part, const PriorPose& last) {
   const PriorRows rows = part.rows(last.cam_from_world);
   Eigen::MatrixXd covariance = rows.jacobian * last.covariance * rows.jacobian.transpose();
   covariance.diagonal().array() += 1;
-  return rows.residuals.dot(covariance.llt().solve(rows.residuals));
+  return rows.residuals.dot(internal::core::solve_llt(covariance, rows.residuals));
 }
 
 void compare_with_last_pose(const Prior& prior) {
@@ -71,7 +71,7 @@ void validate_last_pose(const PriorPose& last) {
   require(last.cam_from_world.rotation.allFinite() && last.cam_from_world.translation.allFinite(),
           "prior.last_pose", last.cam_from_world.matrix(), "finite");
   const bool symmetric = c.allFinite() && (c - c.transpose()).norm() <= 1e-6 * c.norm();
-  require(symmetric && c.llt().info() == Eigen::Success, "prior.last_pose's covariance", c,
+  require(symmetric && internal::core::is_positive_definite(c), "prior.last_pose's covariance", c,
           "symmetric and positive definite");
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/geometry/so3.hpp"
@@ -35,7 +36,8 @@ double position_gain(const Scene& scene, const Rigid3& pose) {
   }
   constexpr double undetermined = std::numeric_limits<double>::infinity();
   if (rows.rows() < 6) return undetermined;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(rows, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const auto svd =
+      internal::core::jacobi_svd<Eigen::MatrixXd>(rows, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::VectorXd& values = svd.singularValues();
   if (!(values(5) > min_singular_value * values(0))) return undetermined;
   const Eigen::MatrixXd gain =
@@ -43,7 +45,7 @@ double position_gain(const Scene& scene, const Rigid3& pose) {
   double sum = 0;
   for (Eigen::Index i = 0; i + 1 < gain.cols(); i += 2) {
     const Eigen::Matrix<double, 3, 2> lamp_gain = gain.block<3, 2>(3, i);
-    sum += Eigen::JacobiSVD<Eigen::MatrixXd>(lamp_gain).singularValues()(0);
+    sum += internal::core::jacobi_svd<Eigen::MatrixXd>(lamp_gain).singularValues()(0);
   }
   return sum;
 }

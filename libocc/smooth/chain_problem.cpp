@@ -2,12 +2,12 @@
 #include "libocc/smooth/internal/chain_problem.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/robust_loss.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/so3.hpp"
@@ -30,7 +30,7 @@ Quadratic<Pose, size> quadratic(const Pose& about,
   for (int i = 0; i < size; ++i) unit[i] = unit[i] > 0 ? 1 / std::sqrt(unit[i]) : 0;
   const Square scaled = unit.asDiagonal() * (0.5 * (information + information.transpose())).eval() *
                         unit.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Square> eigen(scaled);
+  const auto eigen = core::symmetric_eigen<Square>(scaled);
   Quadratic<Pose, size> out{about, {}, Vector::Zero()};
   int first = size;
   while (first > 0 && eigen.eigenvalues()[first - 1] > 1e-13) --first;

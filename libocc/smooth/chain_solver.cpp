@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/smooth/internal/chain_solver.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/least_squares.hpp"
 #include "libocc/core/statistics.hpp"
 
@@ -90,7 +90,7 @@ void test_link(const Chain<Body>& chain, std::size_t k, const ChainSolution<Body
   const Block across = t.d_from * p.coupling[k] * t.d_to.transpose();
   const Block m = t.d_from * p.diagonal[k] * t.d_from.transpose() +
                   t.d_to * p.diagonal[k + 1] * t.d_to.transpose() + across + across.transpose();
-  const Eigen::SelfAdjointEigenSolver<Block> eigen(m);
+  const auto eigen = core::symmetric_eigen<Block>(m);
   double apart = 0;
   for (int i = 0; i < Body::size; ++i) {
     const double value = eigen.eigenvalues()[i];

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/smooth/internal/chain_window.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <sstream>
 #include <utility>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/smooth/internal/chain_solver.hpp"
 #include "libocc/smooth/internal/chain_start.hpp"
 
@@ -22,7 +22,7 @@ Block pseudo_inverse(const Block& a) {
   Eigen::Matrix<double, Block::RowsAtCompileTime, 1> unit = a.diagonal();
   for (auto& value : unit) value = value > 0 ? 1 / std::sqrt(value) : 0;
   const Block scaled = unit.asDiagonal() * a * unit.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Block> eigen(scaled);
+  const auto eigen = core::symmetric_eigen<Block>(scaled);
   Block out = Block::Zero();
   for (int i = 0; i < Block::RowsAtCompileTime; ++i) {
     if (eigen.eigenvalues()[i] < 1e-13) continue;

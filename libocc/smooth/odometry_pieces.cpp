@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/smooth/internal/odometry_pieces.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 
 namespace occ::internal::smooth {
@@ -24,8 +24,8 @@ void OdometryPieces<Body>::validate(const Piece& piece, const std::string& name)
   const Step step = Body::step_of(piece);
   require(Body::finite(step.motion), name, "a number that is not", "finite");
   require(step.covariance.allFinite(), name + ".covariance", step.covariance, "finite");
-  const Eigen::SelfAdjointEigenSolver<typename Body::Block> eigen(step.covariance,
-                                                                  Eigen::EigenvaluesOnly);
+  const auto eigen =
+      core::symmetric_eigen<typename Body::Block>(step.covariance, Eigen::EigenvaluesOnly);
   require(eigen.eigenvalues()[0] >= -1e-9 * eigen.eigenvalues()[Body::size - 1] &&
               eigen.eigenvalues()[Body::size - 1] >= 0,
           name + ".covariance", step.covariance, "positive semi-definite");

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/smooth/smoother.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/smooth/internal/chain_solver.hpp"
 #include "libocc/smooth/internal/chain_start.hpp"
@@ -30,7 +30,7 @@ void SmootherFrame::validate() const {
     require(seen.px.allFinite(), name + ".px", seen.px.transpose(), "finite");
     const Eigen::Matrix2d& c = seen.covariance_px2;
     require(c.allFinite() && std::abs(c(0, 1) - c(1, 0)) <= 1e-9 * c.norm() &&
-                Eigen::LLT<Eigen::Matrix2d>(c).info() == Eigen::Success,
+                internal::core::is_positive_definite<Eigen::Matrix2d>(c),
             name + ".covariance_px2", c, "positive definite");
   }
 }
@@ -53,7 +53,7 @@ void PlanarPrior::validate() const {
   require(pose.finite(), "pose", Eigen::RowVector3d(pose.x_m, pose.y_m, pose.heading_rad),
           "finite");
   require(
-      covariance.allFinite() && Eigen::LLT<Eigen::Matrix3d>(covariance).info() == Eigen::Success,
+      covariance.allFinite() && internal::core::is_positive_definite<Eigen::Matrix3d>(covariance),
       "covariance", covariance, "positive definite");
 }
 

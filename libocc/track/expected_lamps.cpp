@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/track/internal/expected_lamps.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <tuple>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/geometry/motion.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/scene/view.hpp"
@@ -133,7 +133,7 @@ std::vector<Pair> pairs_within(const std::vector<ExpectedLamp>& expected,
       if (blob.lamp_id ? *blob.lamp_id != lamp.id : !frequencies_agree(lamp, blob)) continue;
       const Eigen::Vector2d off = scene.camera.difference_px(blob.centroid_px, expected[e].px);
       const Eigen::Matrix2d covariance = expected[e].covariance_px2 + blob.covariance_px2;
-      const double chi2 = off.dot(covariance.llt().solve(off));
+      const double chi2 = off.dot(core::solve_llt(covariance, off));
       // The centroid of a lamp that the border cuts is displaced by up to its radius.
       const double slack = blob.cut_by_border ? expected[e].radius_px / max_sigma(covariance) : 0;
       if (std::sqrt(chi2) <= gate_sigma + slack)

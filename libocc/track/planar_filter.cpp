@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
@@ -210,7 +211,7 @@ void PlanarFilter::start(double time_s, const PlanarPose& pose, const Eigen::Mat
   require(std::isfinite(time_s), "time_s", time_s, "finite");
   require(pose.finite(), "pose", Eigen::RowVector3d(pose.x_m, pose.y_m, pose.heading_rad),
           "finite");
-  require(covariance.allFinite() && covariance.llt().info() == Eigen::Success, "covariance",
+  require(covariance.allFinite() && internal::core::is_positive_definite(covariance), "covariance",
           covariance, "positive definite");
   const double speed = square(options().start_speed_sigma_m_s);
   PlanarState state{time_s, pose};

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/track/pose_filter.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <utility>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
@@ -228,7 +228,7 @@ bool PoseFilter::started() const { return impl_->started(); }
 void PoseFilter::start(double time_s, const Rigid3& body_from_world, const Matrix6& covariance) {
   require(std::isfinite(time_s), "time_s", time_s, "finite");
   require_pose(body_from_world, "body_from_world");
-  require(covariance.allFinite() && covariance.llt().info() == Eigen::Success, "covariance",
+  require(covariance.allFinite() && internal::core::is_positive_definite(covariance), "covariance",
           covariance, "positive definite");
   const PoseFilterOptions& o = options();
   PoseState state{time_s, body_from_world};

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Search of the whole image by the tracker, and the confirmation of poses that were not predicted.
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <sstream>
 #include <utility>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/track/internal/tracker_impl.hpp"
@@ -24,7 +24,7 @@ Matrix6 inflated(Matrix6 covariance, double sigma_rad, double sigma_m) {
 
 bool agree(const Rigid3& a, const Rigid3& b, const Matrix6& covariance, double gate_sigma) {
   const Vector6 apart = difference(a, b);
-  return apart.dot(covariance.llt().solve(apart)) <= gate_chi2(gate_sigma, 6);
+  return apart.dot(core::solve_llt(covariance, apart)) <= gate_chi2(gate_sigma, 6);
 }
 
 /// Covariance of body_from_world, from that of cam_from_world.

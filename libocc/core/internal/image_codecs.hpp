@@ -38,6 +38,9 @@ std::vector<unsigned char> encode_jpeg(const ImageView& image);
 std::vector<unsigned char> encode_tiff(const ImageView& image);
 std::vector<unsigned char> encode_pnm(const ImageView& image);
 
+/// This machine's order of bytes; PNG and PNM store samples of 16 bits as big-endian.
+constexpr bool little_endian = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__;
+
 /// 16384 x 16384 pixels: more than any camera's sensor, and at most 2 GiB (16 bits, 4 channels).
 /// A larger size is taken as a forged or corrupt header.
 constexpr std::uint64_t max_image_pixels = std::uint64_t{1} << 28;

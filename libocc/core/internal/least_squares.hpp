@@ -15,11 +15,8 @@
 // LevenbergMarquardt is the damping rule of solvers that factorise H by blocks themselves.
 #pragma once
 
-#include <ceres/tiny_solver.h>
-
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "libocc/core/abi.hpp"
@@ -61,117 +58,41 @@ struct LeastSquaresResult {
   bool converged = false;
 };
 
-/// Residuals and Jacobian, n + 1 rows, with the sums given; returns g^T H^-1 g.
-template <int n, class Residuals, class Jacobian>
-double square_root(const NormalSums<n>& sums, Residuals& r, Jacobian& j) {
-  using Matrix = typename NormalSums<n>::Matrix;
-  using Vector = typename NormalSums<n>::Vector;
-  const Eigen::Index size = sums.gradient.size();
-  const Eigen::LDLT<Matrix> ldlt(sums.information);
-  const Vector d = ldlt.vectorD();
-  const double singular = 1e-15 * d.cwiseAbs().maxCoeff();  // rounding of the factorisation
-  const Matrix upper = ldlt.matrixU();
-  const Vector permuted = ldlt.transpositionsP() * sums.gradient;
-  const Vector solved = ldlt.matrixL().solve(permuted);
-  r.setZero();
-  j.setZero();
-  for (Eigen::Index i = 0; i < size; ++i) {
-    if (!(d[i] > singular)) continue;
-    j.row(i) = std::sqrt(d[i]) * upper.row(i);
-    r[i] = solved[i] / std::sqrt(d[i]);
-  }
-  const Matrix lower = j.template topRows<n>(size).transpose();
-  j.template topRows<n>(size) = (ldlt.transpositionsP().transpose() * lower).transpose();
-  const double step2 = r.template head<n>(size).squaredNorm();
-  r[size] = std::sqrt(std::max(0.0, sums.chi2 - step2));
-  return step2;
-}
-
-/// -H^-1 g; undetermined directions get no step.
+/// A problem of minimise(). The derivatives are with respect to x.
 template <int n>
-typename NormalSums<n>::Vector gauss_newton_step(const NormalSums<n>& sums) {
-  const Eigen::LDLT<typename NormalSums<n>::Matrix> ldlt(sums.information);
-  const typename NormalSums<n>::Vector d = ldlt.vectorD();
-  const double singular = 1e-15 * d.cwiseAbs().maxCoeff();
-  typename NormalSums<n>::Vector step = ldlt.transpositionsP() * sums.gradient;
-  ldlt.matrixL().solveInPlace(step);
-  for (Eigen::Index i = 0; i < d.size(); ++i) step[i] = d[i] > singular ? -step[i] / d[i] : 0;
-  ldlt.matrixU().solveInPlace(step);
-  return ldlt.transpositionsP().transpose() * step;
-}
-
-/// A problem as TinySolver calls it.
-template <class Problem>
-struct TinyFunction {
-  static constexpr int n = Problem::unknowns;
-  static constexpr int rows = n == Eigen::Dynamic ? Eigen::Dynamic : n + 1;
-  using Scalar = double;
-  enum { NUM_RESIDUALS = rows, NUM_PARAMETERS = n };
-  using Vector = Eigen::Matrix<double, n, 1>;
-  /// Length of the residuals where the problem is undefined: never accepted, its square is finite.
-  static constexpr double undefined = 1e100;
-
-  Problem& problem;
-  Eigen::Index size;
-  double step_tolerance;
-  Vector& last_step;  // zero unless the step is shorter than its tolerance
-  bool& failed;
-
-  int NumParameters() const { return static_cast<int>(size); }
-  int NumResiduals() const { return static_cast<int>(size) + 1; }
-
-  bool operator()(const double* parameters, double* residuals, double* jacobian) const {
-    constexpr double rounding = 1e-14;  // of r^T r: a step that lowers it by less is lost in it
-    const Vector x = Eigen::Map<const Vector>(parameters, size);
-    Eigen::Map<Eigen::Matrix<double, rows, 1>> r(residuals, size + 1);
-    if (!jacobian) {
-      const double chi2 = problem.chi2(x);
-      r.setZero();
-      r[size] = chi2 < undefined ? std::sqrt(std::max(0.0, chi2)) : undefined;
-      return true;
-    }
-    Eigen::Map<Eigen::Matrix<double, rows, n>> j(jacobian, size + 1, size);
-    NormalSums<n> sums;
-    if (!problem.sums(x, sums)) {  // a gradient of zero ends the iteration
-      failed = true;
-      r.setZero();
-      j.setZero();
-      return true;
-    }
-    const double step2 = square_root<n>(sums, r, j);
-    if (step_tolerance > 0 &&
-        step2 <= std::max(step_tolerance * step_tolerance, rounding * sums.chi2)) {
-      last_step = gauss_newton_step<n>(sums);
-      r.template head<n>(size).setZero();  // a gradient of zero ends the iteration
-    }
-    return true;
-  }
+class SumsProblem {
+ public:
+  using Vector = typename NormalSums<n>::Vector;
+  virtual ~SumsProblem() = default;
+  virtual double chi2(const Vector& x) = 0;                     ///< infinite where undefined
+  virtual bool sums(const Vector& x, NormalSums<n>& sums) = 0;  ///< false where undefined
 };
 
-/// Minimises from `x` on. Problem:
+/// Minimises from `x` on. x must be defined at the start, else `converged` is false.
+/// least_squares.cpp instantiates it for the numbers of unknowns that are in use, because the
+/// solver takes seconds to compile.
+template <int n>
+LeastSquaresResult minimise(SumsProblem<n>& problem, typename SumsProblem<n>::Vector& x,
+                            const LeastSquaresOptions& options);
+
+/// minimise() for a class that has the functions of SumsProblem and its number of unknowns:
 ///     static constexpr int unknowns;                            // or Eigen::Dynamic
-///     double chi2(const Vector& x);                             // infinite where undefined
-///     bool sums(const Vector& x, NormalSums<unknowns>& sums);   // false where undefined
-/// The derivatives are with respect to x. x must be defined at the start, else `converged` is
-/// false.
 template <class Problem>
 LeastSquaresResult minimise_sums(Problem& problem, Eigen::Matrix<double, Problem::unknowns, 1>& x,
                                  const LeastSquaresOptions& options) {
-  using Function = TinyFunction<Problem>;
-  bool failed = false;
-  typename Function::Vector last_step = Function::Vector::Zero(x.size());
-  ceres::TinySolver<Function> solver;
-  solver.options.max_num_iterations = options.max_iterations + 1;  // counts the start as well
-  solver.options.gradient_tolerance = options.gradient_tolerance;
-  solver.options.function_tolerance = options.chi2_tolerance;
-  solver.options.parameter_tolerance = 0;
-  solver.options.cost_threshold = 0;
-  solver.options.initial_trust_region_radius = options.trust_radius;
-  solver.Solve(Function{problem, x.size(), options.step_tolerance, last_step, failed}, &x);
-  const bool by_gradient = solver.summary.status == decltype(solver)::GRADIENT_TOO_SMALL;
-  if (options.take_last_step && by_gradient && !failed) x += last_step;
-  return {std::min(solver.summary.iterations, options.max_iterations),
-          !failed && solver.summary.status != decltype(solver)::HIT_MAX_ITERATIONS};
+  constexpr int n = Problem::unknowns;
+  using Vector = typename SumsProblem<n>::Vector;
+  class Adapter final : public SumsProblem<n> {
+   public:
+    explicit Adapter(Problem& problem) : problem_(problem) {}
+    double chi2(const Vector& x) override { return problem_.chi2(x); }
+    bool sums(const Vector& x, NormalSums<n>& sums) override { return problem_.sums(x, sums); }
+
+   private:
+    Problem& problem_;
+  };
+  Adapter adapter(problem);
+  return minimise<n>(adapter, x, options);
 }
 
 /// Damping factor lambda of the steps (H + lambda diag H) d = -g. A step that fails is repeated

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/detect/internal/stripe_shape.hpp"
 
@@ -114,7 +115,7 @@ std::optional<QuadraticFit> fit_quadratic(const LineWindow& log, const Disc& dis
   if (sums.count < 40) return std::nullopt;
   // Lit lines alone may not determine the harmonics: a weak prior keeps them near zero.
   for (int k = 6; k < 10; ++k) sums.information(k, k) += 1e-3 * sums.count;
-  const Vector10 x = sums.information.ldlt().solve(sums.right);
+  const Vector10 x = core::solve_ldlt(sums.information, sums.right);
 
   QuadraticFit fit;
   Eigen::Matrix2d h;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/detect/internal/stripe_shape.hpp"
 
@@ -159,7 +160,7 @@ RimEllipse fit_rim(const std::vector<Eigen::Vector2d>& ends, RimEllipse fit) {
       fit.information(k, k) += prior;
       right[k] -= prior * fit.x[k];
     }
-    const Vector5 step = fit.information.ldlt().solve(right);
+    const Vector5 step = core::solve_ldlt(fit.information, right);
     fit.x += step;
     fit.x.tail<2>() = fit.x.tail<2>().cwiseMax(-1.2).cwiseMin(1.2);
     fit.rms = std::max(0.02, 1.4826 * median(std::move(sizes)));  // MAD of a normal distribution

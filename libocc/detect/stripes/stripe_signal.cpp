@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 
 namespace occ::internal::detect {
@@ -69,8 +70,7 @@ struct Weighted {
     root = Eigen::Map<const Eigen::VectorXd>(signal.weight.data(), n).cwiseSqrt();
     value = root.cwiseProduct(Eigen::Map<const Eigen::VectorXd>(signal.value.data(), n));
     const Eigen::MatrixXd p = root.asDiagonal() * baseline(static_cast<int>(n), degree);
-    base = Eigen::HouseholderQR<Eigen::MatrixXd>(p).householderQ() *
-           Eigen::MatrixXd::Identity(n, degree + 1);
+    base = core::householder_q(p, degree + 1);
     residual = value - base * (base.transpose() * value);
   }
 };
@@ -137,7 +137,8 @@ struct Solved {
 
 Solved solve(const Eigen::MatrixXd& a, const Eigen::VectorXd& value) {
   Solved solved;
-  solved.coefficients = (a.transpose() * a).ldlt().solve(a.transpose() * value);
+  solved.coefficients =
+      core::solve_ldlt<Eigen::MatrixXd, Eigen::VectorXd>(a.transpose() * a, a.transpose() * value);
   solved.residual = value - a * solved.coefficients;
   solved.squares = solved.residual.squaredNorm();
   return solved;
@@ -176,8 +177,8 @@ Linearised refine_frequency(const Weighted& w, double& cycles_per_line, double r
   const double start = cycles_per_line;
   Linearised best = linearise(w, start, harmonics);
   for (int iteration = 0; iteration < 8; ++iteration) {
-    const Eigen::VectorXd step =
-        best.information.ldlt().solve(best.a.transpose() * best.fit.residual);
+    const Eigen::VectorXd step = core::solve_ldlt<Eigen::MatrixXd, Eigen::VectorXd>(
+        best.information, best.a.transpose() * best.fit.residual);
     double move = step[step.size() - 1];
     bool better = false;
     for (int halving = 0; halving < 4 && !better; ++halving, move /= 2) {
@@ -276,7 +277,7 @@ Blink fit_blink(const LineSignal& signal, double cycles_per_line, int baseline_d
   const Eigen::VectorXd unit = Eigen::VectorXd::Unit(columns, columns - 1);
   const double freedom = std::max(1.0, lines - static_cast<double>(columns));
   const double variance = fit.squares / freedom * correlation_inflation(fit.residual);
-  const double of_f = at.information.ldlt().solve(unit)[columns - 1];
+  const double of_f = core::solve_ldlt(at.information, unit)[columns - 1];
 
   blink.cycles_per_line = f;
   blink.sigma = std::sqrt(std::max(0.0, variance * of_f));

@@ -3,6 +3,7 @@
 
 #include <Eigen/Dense>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/pose/internal/bearing_basis.hpp"
 #include "libocc/pose/internal/point_layout.hpp"
 
@@ -26,8 +27,8 @@ void solve_dlt(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
       Eigen::Map<const Eigen::Matrix<double, 3, 4>>(entries.data());
   // The sign that puts the points in front of the camera.
   if ((projection * points).cwiseProduct(problem.bearings).sum() < 0) projection *= -1;
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(projection.leftCols<3>(),
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const auto svd = internal::core::jacobi_svd<Eigen::Matrix3d>(
+      projection.leftCols<3>(), Eigen::ComputeFullU | Eigen::ComputeFullV);
   const double handedness = (svd.matrixU() * svd.matrixV().transpose()).determinant();
   const Eigen::DiagonalMatrix<double, 3> signs(1, 1, handedness < 0 ? -1 : 1);
   Rigid3 pose;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Dense>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/pose/internal/bearing_basis.hpp"
 #include "libocc/pose/internal/point_layout.hpp"
 
@@ -29,8 +30,8 @@ void solve_homography(const PoseProblem& problem, std::vector<Rigid3>& candidate
   Eigen::Matrix3d homography = Eigen::Map<const Eigen::Matrix3d>(entries.data());
   if ((homography * in_plane).cwiseProduct(problem.bearings).sum() < 0) homography *= -1;
   // Nearest pair of orthonormal columns; the mean singular value is the homography's scale.
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(homography.leftCols<2>(),
-                                              Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const auto svd = internal::core::jacobi_svd<Eigen::MatrixXd>(
+      homography.leftCols<2>(), Eigen::ComputeThinU | Eigen::ComputeThinV);
   Eigen::Matrix3d cam_from_plane;
   cam_from_plane.leftCols<2>() = svd.matrixU() * svd.matrixV().transpose();
   cam_from_plane.col(2) = cam_from_plane.col(0).cross(cam_from_plane.col(1));

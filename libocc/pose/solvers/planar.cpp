@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "libocc/core/require.hpp"
+#include "libocc/geometry/so3.hpp"
 
 namespace occ {
 namespace {
@@ -27,8 +28,7 @@ void check(const Eigen::Ref<const Eigen::Matrix3Xd>& bearings,
 }
 
 Eigen::Matrix3d cam_from_level(const PlanarCamera& camera) {
-  return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), camera.up_in_cam)
-      .toRotationMatrix();
+  return shortest_rotation(Eigen::Vector3d::UnitZ(), camera.up_in_cam);
 }
 
 double azimuth(const Eigen::Vector3d& v) { return std::atan2(v.y(), v.x()); }

@@ -4,6 +4,8 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "libocc/geometry/so3.hpp"
+
 namespace occ {
 namespace {
 
@@ -21,8 +23,7 @@ void solve_upright_p2p(const PoseProblem& problem, std::vector<Rigid3>& candidat
   Eigen::Vector3d o0 = Eigen::Vector3d::Zero(), o1 = o0;
   if (problem.origins.cols() >= 2) o0 = problem.origins.col(0), o1 = problem.origins.col(1);
   const Eigen::Matrix3d cam_from_upright =
-      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), *problem.up_in_cam)
-          .toRotationMatrix();
+      shortest_rotation(Eigen::Vector3d::UnitZ(), *problem.up_in_cam);
   const Eigen::Vector3d normal_in_cam = f0.cross(f1);
   const Eigen::Vector3d n = cam_from_upright.transpose() * normal_in_cam;
   const double a = n.head<2>().dot(side.head<2>());

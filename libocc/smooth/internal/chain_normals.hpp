@@ -14,12 +14,12 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cstddef>
 #include <vector>
 
 #include "libocc/core/abi.hpp"
+#include "libocc/core/internal/dense.hpp"
 
 namespace occ::internal::smooth {
 
@@ -62,7 +62,7 @@ bool well_determined(const Block& information, const Block& terms) {
   if (!information.allFinite() || !(terms.diagonal().array() > 0).all()) return false;
   const auto unit = terms.diagonal().cwiseSqrt().cwiseInverse().eval();
   const Block scaled = unit.asDiagonal() * information * unit.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Block> eigen(scaled, Eigen::EigenvaluesOnly);
+  const auto eigen = core::symmetric_eigen<Block>(scaled, Eigen::EigenvaluesOnly);
   return eigen.eigenvalues()[0] > rounding;
 }
 

@@ -11,11 +11,11 @@
 #pragma once
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "libocc/core/abi.hpp"
+#include "libocc/core/internal/dense.hpp"
 
 namespace occ::internal::track {
 
@@ -32,7 +32,7 @@ class InformationUpdate {
     const Eigen::LLT<Information> root(
         Information(covariance.template topLeftCorner<measured, measured>()));
     const Information s = root.matrixL();
-    const Eigen::SelfAdjointEigenSolver<Information> eigen(s.transpose() * information * s);
+    const auto eigen = core::symmetric_eigen<Information>(s.transpose() * information * s);
     gain_ = eigen.eigenvalues().cwiseMax(0);
     seen_ = eigen.eigenvectors().transpose() * (s.transpose() * gradient);
     // P(:, measured) S^-T V
