@@ -4,8 +4,10 @@
 
 namespace occ {
 
+/// Ratio of a circle's circumference to its diameter.
 inline constexpr double pi = 3.14159265358979323846;
 
+/// value * value; evaluates its argument once.
 constexpr double square(double value) { return value * value; }
 
 }  // namespace occ

@@ -31,12 +31,18 @@ struct PoseProblem {
                               ///< rig; empty when all bearings start at the camera's centre
   std::optional<Eigen::Vector3d> up_in_cam;  ///< world's Z axis in the camera frame, unit, if known
 
+  /// Number of points.
   int size() const { return static_cast<int>(points.cols()); }
 };
 
 /// Layouts of points that a solver accepts.
-enum class Layout { any, coplanar, not_coplanar };
+enum class Layout {
+  any,           ///< no condition
+  coplanar,      ///< in a plane only
+  not_coplanar,  ///< in space only
+};
 
+/// A pose solver with its requirements.
 struct Solver {
   const char* name;      ///< e.g. "p3p_kneip"
   int min_points;        ///< fewer are rejected
