@@ -119,6 +119,8 @@ def share_descriptions(nodes: list[Node]) -> None:
     }
     for node in nodes:
         if node.get("kind") == "variable" and not any(description(node)):
+            for empty in [part for part in node if part.tag.endswith("description")]:
+                node.remove(empty)
             node.extend(described.get(place(node), []))
 
 
