@@ -71,11 +71,12 @@ foreach(fetch OFF ON)
                    ${CMAKE_CURRENT_SOURCE_DIR}/subproject ${build} --build-generator Ninja
                    --build-target CMakeFiles/consumer.dir/main.cpp.o --build-options
                    -DLIBOCC_SOURCE=${PROJECT_SOURCE_DIR} -DFETCH=${fetch}
+                   -DLIBOCC_OPENCV=${LIBOCC_OPENCV} -DLIBOCC_OPENGV=${LIBOCC_OPENGV}
                    -DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER})
   set_tests_properties(Package.${name}LeavesTheProjectAsItIs PROPERTIES LABELS fast)
 endforeach()
 
-# What a build lacks is an error of one line.
+# Configuring without OpenCV and OpenGV needs neither; what a build lacks is an error of one line.
 function(add_configure_test name)
   add_test(NAME Build.${name}
            COMMAND ${CMAKE_COMMAND} -G Ninja -S ${PROJECT_SOURCE_DIR}
@@ -83,6 +84,8 @@ function(add_configure_test name)
   set_tests_properties(Build.${name} PROPERTIES LABELS fast)
 endfunction()
 
+add_configure_test(WithoutOpencvAndOpengv -DLIBOCC_OPENCV=OFF -DLIBOCC_OPENGV=OFF
+                   -DCMAKE_DISABLE_FIND_PACKAGE_OpenCV=ON -DCMAKE_DISABLE_FIND_PACKAGE_opengv=ON)
 add_configure_test(MissingLibraryNamesItsPackage -DCMAKE_DISABLE_FIND_PACKAGE_apriltag=ON)
 set_tests_properties(Build.MissingLibraryNamesItsPackage PROPERTIES PASS_REGULAR_EXPRESSION
   "libocc: apriltag 3.3 not found \\(Debian, Ubuntu: apt install libapriltag-dev\\)")

@@ -15,6 +15,7 @@
 #include "libocc/core/image.hpp"
 #include "libocc/core/status.hpp"
 #include "libocc/pose/match.hpp"
+#include "libocc/pose/solver.hpp"
 #include "libocc/refine/refine.hpp"
 #include "libocc/refine/rung_costs.hpp"
 #include "libocc/scene/scene.hpp"
@@ -56,7 +57,11 @@ struct LadderStep {
 /// All methods, roughly from the fastest to the slowest.
 LIBOCC_API const std::vector<LadderStep>& ladder_steps();
 
-/// Returns the method of that name. Throws std::invalid_argument that lists all names.
+/// Methods that were left out of this build; empty with the default options.
+LIBOCC_API const std::vector<MissingMethod>& missing_ladder_steps();
+
+/// Returns the method of that name. Throws std::invalid_argument for an unknown name (listing the
+/// existing ones) and for a missing method (naming the CMake option).
 LIBOCC_API const LadderStep& ladder_step_named(const std::string& name);
 
 /// Root mean square errors at the true pose; zero if there is no bound.

@@ -46,7 +46,7 @@ struct ChessboardCorners {
 };
 
 /// Empty if the whole board is not visible. Throws std::invalid_argument for an invalid view or
-/// option.
+/// option, and in a build without OpenCV (CMake option LIBOCC_OPENCV).
 LIBOCC_API std::optional<ChessboardCorners> find_chessboard(const ImageView& image,
                                                             const ChessboardOptions& options = {});
 

@@ -14,6 +14,7 @@
 #include "libocc/locate/internal/point_problem.hpp"
 #include "libocc/pose/candidates.hpp"
 #include "libocc/pose/internal/p3p_triples.hpp"
+#include "libocc/pose/solver.hpp"
 #include "libocc/refine/internal/ranking.hpp"
 
 namespace occ {
@@ -65,6 +66,11 @@ Start step_from(const SeenPoints& seen, const Rigid3& pose) {
   return chi2 < e.chi2 ? Start{moved, chi2, lowest} : Start{pose, e.chi2, lowest};
 }
 
+bool is_in_build(const std::string& solver) {
+  const auto named = [&](const Solver& other) { return other.name == solver; };
+  return std::any_of(solvers().begin(), solvers().end(), named);
+}
+
 // Poses of a solver given by name, after its guard. Without a pose, status and message are those of
 // the guard.
 Result<std::vector<Rigid3>> poses_by(const Problem& p, const std::string& solver) {
@@ -87,8 +93,9 @@ Result<std::vector<Start>> starts_of(const Problem& p, const std::string& solver
   Result<std::vector<Rigid3>> poses;
   if (solver == "auto") {
     solve_p3p_triples(p.points, p.bearings, p.seen, enough * p.seen.count(), poses.value);
-    // For rays far from a common centre, the poses of a central solver are inaccurate.
-    if (p.origins.cols() > 0) {
+    // For rays far from a common centre, the poses of a central solver are inaccurate. A build
+    // without OpenGV has no other one.
+    if (p.origins.cols() > 0 && is_in_build("gp3p")) {
       const Result<std::vector<Rigid3>> general = poses_by(p, "gp3p");
       poses.value.insert(poses.value.end(), general.value.begin(), general.value.end());
     }

@@ -60,10 +60,20 @@ struct Solver {
   void (*solve)(const PoseProblem& problem, std::vector<Rigid3>& candidates);
 };
 
-/// All solvers, minimal ones first.
+/// A method that this build of the library does not contain.
+struct MissingMethod {
+  const char* name;    ///< e.g. "epnp"
+  const char* option;  ///< CMake option that includes it: "LIBOCC_OPENCV" or "LIBOCC_OPENGV"
+};
+
+/// All solvers of this build, minimal ones first.
 LIBOCC_API const std::vector<Solver>& solvers();
 
-/// Throws std::invalid_argument that lists the existing names.
+/// Solvers that were left out of this build; empty with the default options.
+LIBOCC_API const std::vector<MissingMethod>& missing_solvers();
+
+/// Throws std::invalid_argument for an unknown name (listing the existing ones) and for a missing
+/// solver (naming the CMake option).
 LIBOCC_API const Solver& solver_named(const std::string& name);
 
 }  // namespace occ
