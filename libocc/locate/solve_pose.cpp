@@ -13,6 +13,7 @@
 #include "libocc/locate/internal/best_candidate.hpp"
 #include "libocc/locate/internal/point_problem.hpp"
 #include "libocc/pose/candidates.hpp"
+#include "libocc/pose/internal/missing_method.hpp"
 #include "libocc/pose/internal/p3p_triples.hpp"
 #include "libocc/pose/solver.hpp"
 #include "libocc/refine/internal/ranking.hpp"
@@ -64,11 +65,6 @@ Start step_from(const SeenPoints& seen, const Rigid3& pose) {
   const Rigid3 moved{so3_exp(step.head<3>()) * pose.rotation, pose.translation + step.tail<3>()};
   const double chi2 = point_chi2(seen, moved);
   return chi2 < e.chi2 ? Start{moved, chi2, lowest} : Start{pose, e.chi2, lowest};
-}
-
-bool is_in_build(const std::string& solver) {
-  const auto named = [&](const Solver& other) { return other.name == solver; };
-  return std::any_of(solvers().begin(), solvers().end(), named);
 }
 
 // Poses of a solver given by name, after its guard. Without a pose, status and message are those of

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/pose/solver.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "libocc/pose/internal/missing_method.hpp"
@@ -100,6 +101,11 @@ const Solver& solver_named(const std::string& name) {
   for (const Solver& solver : solvers())
     names += (names.empty() ? "" : ", ") + std::string(solver.name);
   throw std::invalid_argument("solver = \"" + name + "\" must be one of " + names);
+}
+
+bool internal::pose::is_in_build(const std::string& solver) {
+  return std::any_of(solvers().begin(), solvers().end(),
+                     [&](const Solver& other) { return other.name == solver; });
 }
 
 void internal::pose::require_in_build(const std::string& argument, const std::string& name,

@@ -14,4 +14,7 @@ namespace occ::internal::pose {
 void require_in_build(const std::string& argument, const std::string& name,
                       const std::vector<MissingMethod>& missing);
 
+/// Returns true if a solver is in solvers().
+bool is_in_build(const std::string& solver);
+
 }  // namespace occ::internal::pose
