@@ -23,7 +23,8 @@ XML = """<doxygen><compounddef kind="namespace"><compoundname>occ</compoundname>
 <memberdef kind="variable" prot="public" static="no"><type>double</type><name>x_m</name><initializer>= 0</initializer>
 <briefdescription/><location file="libocc/room/pose.hpp" line="12"/></memberdef>
 <memberdef kind="variable" prot="public" static="no"><type>double</type><name>y_m</name><initializer>= 0</initializer>
-<briefdescription><para>on the floor</para></briefdescription><location file="libocc/room/pose.hpp" line="12"/></memberdef>
+<briefdescription><para>on the floor</para></briefdescription>
+<location file="libocc/room/pose.hpp" line="12"/></memberdef>
 <memberdef kind="variable" prot="private" static="no"><type>int</type><name>secret_</name>
 <location file="libocc/room/pose.hpp" line="13"/></memberdef></sectiondef>
 <location file="libocc/room/pose.hpp" line="10"/></compounddef></doxygen>"""
