@@ -31,8 +31,8 @@ macro(libocc_enable_languages)
 endmacro()
 
 # libocc_find(NAME MIN_VERSION DEBIAN_PACKAGE [arguments of find_package ...])
-# finds a library; otherwise the error names the package, and versions that are too old.
-# MIN_VERSION "" accepts any version. A macro, because find_package() sets variables.
+# finds a library; MIN_VERSION "" accepts any version. libocc_require_found() then reports all that are
+# missing or too old, with their packages. Macros, because find_package() sets variables.
 macro(libocc_find name min_version package)
   find_package(${name} ${min_version} QUIET ${ARGN})
   if(NOT ${name}_FOUND)
@@ -42,6 +42,15 @@ macro(libocc_find name min_version package)
     else()
       set(libocc_message "${name} ${min_version} or newer is needed, found ${libocc_found}")
     endif()
-    libocc_fail("${libocc_message}" ${package})
+    list(APPEND LIBOCC_MISSING "${libocc_message}")
+    list(APPEND LIBOCC_MISSING_PACKAGES ${package})
+  endif()
+endmacro()
+
+macro(libocc_require_found)
+  if(LIBOCC_MISSING)
+    list(JOIN LIBOCC_MISSING "; " libocc_message)
+    list(JOIN LIBOCC_MISSING_PACKAGES " " libocc_packages)
+    libocc_fail("${libocc_message}" "${libocc_packages}")
   endif()
 endmacro()

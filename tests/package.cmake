@@ -86,9 +86,10 @@ endfunction()
 
 add_configure_test(WithoutOpencvAndOpengv -DLIBOCC_OPENCV=OFF -DLIBOCC_OPENGV=OFF
                    -DCMAKE_DISABLE_FIND_PACKAGE_OpenCV=ON -DCMAKE_DISABLE_FIND_PACKAGE_opengv=ON)
-add_configure_test(MissingLibraryNamesItsPackage -DCMAKE_DISABLE_FIND_PACKAGE_apriltag=ON)
-set_tests_properties(Build.MissingLibraryNamesItsPackage PROPERTIES PASS_REGULAR_EXPRESSION
-  "libocc: apriltag 3.3 not found \\(Debian, Ubuntu: apt install libapriltag-dev\\)")
+add_configure_test(MissingLibrariesNameTheirPackages -DCMAKE_DISABLE_FIND_PACKAGE_apriltag=ON
+                   -DCMAKE_DISABLE_FIND_PACKAGE_TIFF=ON)
+set_tests_properties(Build.MissingLibrariesNameTheirPackages PROPERTIES PASS_REGULAR_EXPRESSION
+  "libocc: apriltag 3.3 not found; TIFF 4.5 not found \\(Debian, Ubuntu: apt install libapriltag-dev libtiff-dev\\)")
 add_configure_test(MissingCompilerIsNamed)
 set_tests_properties(Build.MissingCompilerIsNamed PROPERTIES
   ENVIRONMENT CXX=/nosuch/c++
