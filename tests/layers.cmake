@@ -75,6 +75,57 @@ add_test(NAME Language.EscapeIsAccepted
          COMMAND ${check_language} ${CMAKE_CURRENT_BINARY_DIR}/language/Escaped.hpp)
 set_tests_properties(Language.EscapeIsAccepted PROPERTIES LABELS fast)
 
+# Every public declaration has a comment, and the check would notice if one had not.
+set(check_comments ${Python3_EXECUTABLE} ${PROJECT_SOURCE_DIR}/tools/check_comments)
+add_test(NAME Comments.AreComplete COMMAND ${check_comments})
+set_tests_properties(Comments.AreComplete PROPERTIES LABELS fast)
+
+file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/comments/Some.hpp
+"namespace occ {
+/// A point.
+struct Point {
+  double x = 0, y = 0;  ///< [m]
+  double z = 0;
+  bool finite() const { return true; }
+  ~Point();
+
+ private:
+  int hidden_ = 0;
+};
+namespace internal {
+class Hidden;
+}
+enum class Colour {
+  red,    ///< 700 nm
+  green,
+};
+class Line {
+ public:
+  Line(const Line& other);
+  std::vector<Point> points() const;
+
+ private:
+  int hidden_ = 0;
+};
+LIBOCC_API Point crossing(const Line& a,
+                          const Line& b);
+}  // namespace occ
+")
+add_test(NAME Comments.MissingOnesAreFound
+         COMMAND ${check_comments} ${CMAKE_CURRENT_BINARY_DIR}/comments/Some.hpp)
+string(CONCAT missing "^[^\n]*Some.hpp:5: no comment: double z[^\n]*\n"
+                      "[^\n]*:6: no comment: bool finite[^\n]*\n"
+                      "[^\n]*:15: no comment: enum class Colour[^\n]*\n"
+                      "[^\n]*:17: no comment: green[^\n]*\n"
+                      "[^\n]*:19: no comment: class Line[^\n]*\n"
+                      "[^\n]*:22: no comment: std::vector[^\n]*\n"
+                      "[^\n]*:27: no comment: LIBOCC_API Point crossing[^\n]*\n$")
+set_tests_properties(Comments.MissingOnesAreFound PROPERTIES LABELS fast
+  PASS_REGULAR_EXPRESSION "${missing}")
+add_test(NAME Comments.MissingOneIsAFailure
+         COMMAND ${check_comments} ${CMAKE_CURRENT_BINARY_DIR}/comments/Some.hpp)
+set_tests_properties(Comments.MissingOneIsAFailure PROPERTIES LABELS fast WILL_FAIL TRUE)
+
 # Every public header by itself, as the first include of a source.
 file(GLOB public_headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}
      ${PROJECT_SOURCE_DIR}/libocc/*/*.hpp ${PROJECT_SOURCE_DIR}/libocc/pose/solvers/*.hpp)

@@ -110,6 +110,31 @@ def member(node: Node, indent: str) -> Iterator[str]:
         yield from (indent + "      " + line if line else "" for line in description(value))
 
 
+def share_descriptions(nodes: list[Node]) -> None:
+    """Gives variables of one declaration (`double x, y;`) the description that one of them has."""
+    described = {
+        place(node): [part for part in node if part.tag.endswith("description")]
+        for node in nodes
+        if node.get("kind") == "variable" and any(description(node))
+    }
+    for node in nodes:
+        if node.get("kind") == "variable" and not any(description(node)):
+            for empty in [part for part in node if part.tag.endswith("description")]:
+                node.remove(empty)
+            node.extend(described.get(place(node), []))
+
+
+def place(node: Node) -> tuple[str, int]:
+    """File and line of a declaration."""
+    location = node.find("location")
+    if location is None:
+        return "", 0
+    return (
+        location.get("declfile") or location.get("file") or "",
+        int(location.get("declline") or location.get("line") or 0),
+    )
+
+
 class CppApi:
     """All classes and members of the namespace occ, by header."""
 
@@ -131,17 +156,7 @@ class CppApi:
             return
         for node in namespace.iter("memberdef"):
             node.set("scope", name)
-            self._members.setdefault(self._file(node), []).append(node)
-
-    @staticmethod
-    def _file(node: Node) -> str:
-        place = node.find("location")
-        return "" if place is None else place.get("declfile") or place.get("file") or ""
-
-    @staticmethod
-    def _line(node: Node) -> int:
-        place = node.find("location")
-        return 0 if place is None else int(place.get("declline") or place.get("line") or 0)
+            self._members.setdefault(place(node)[0], []).append(node)
 
     def _class(self, name: str, indent: str) -> Iterator[str]:
         node = self._classes[name]
@@ -154,11 +169,11 @@ class CppApi:
         yield from (inner + line if line else "" for line in description(node))
         nested = [text_of(each) for each in node.iter("innerclass") if each.get("prot") == "public"]
         parts: list[tuple[int, Iterable[str]]] = [
-            (self._line(self._classes[each]), self._class(each, inner)) for each in nested if each in self._classes
+            (place(self._classes[each])[1], self._class(each, inner)) for each in nested if each in self._classes
         ]
-        parts += [
-            (self._line(each), member(each, inner)) for each in node.iter("memberdef") if each.get("prot") == "public"
-        ]
+        members = [each for each in node.iter("memberdef") if each.get("prot") == "public"]
+        share_descriptions(members)
+        parts += [(place(each)[1], member(each, inner)) for each in members]
         for _, lines in sorted(parts, key=lambda part: part[0]):
             yield from lines
 
@@ -167,9 +182,9 @@ class CppApi:
         parts: list[tuple[int, str, Iterable[str]]] = []
         for name, node in self._classes.items():
             scope = name.rpartition("::")[0]
-            if self._file(node) == header and scope not in self._classes and "<" not in name and "internal" not in name:
-                parts.append((self._line(node), scope, self._class(name, "")))
+            if place(node)[0] == header and scope not in self._classes and "<" not in name and "internal" not in name:
+                parts.append((place(node)[1], scope, self._class(name, "")))
         for each in self._members.get(header, ()):
-            parts.append((self._line(each), each.get("scope", "occ"), member(each, "")))
+            parts.append((place(each)[1], each.get("scope", "occ"), member(each, "")))
         for _, scope, lines in sorted(parts, key=lambda part: part[0]):
             yield from (f".. cpp:namespace:: {scope}", "", *lines, "")

@@ -13,9 +13,10 @@
 
 namespace occ {
 
+/// Observed points of the board in one image.
 struct BoardImage {
-  std::string name;
-  int camera = 0;
+  std::string name;                             ///< label, used in warnings
+  int camera = 0;                               ///< index into the list of cameras
   Eigen::Matrix2Xd px;                          ///< 2 x n: all points of the board, in their order
   std::vector<Eigen::Matrix2d> covariance_px2;  ///< one per point; empty: sigma_px for all
 };

@@ -19,15 +19,17 @@ namespace occ {
 
 /// Image point of a lamp.
 struct SurveyObservation {
-  int id = 0;
-  Eigen::Vector2d px = Eigen::Vector2d::Zero();
+  int id = 0;                                    ///< id of the lamp
+  Eigen::Vector2d px = Eigen::Vector2d::Zero();  ///< centre of the lamp's image
+  /// Default: 0.1 px per axis.
   Eigen::Matrix2d covariance_px2 = 0.01 * Eigen::Matrix2d::Identity();
 };
 
+/// Observed lamps in one image.
 struct SurveyImage {
-  std::string name;
-  int camera = 0;
-  std::vector<SurveyObservation> lamps;
+  std::string name;                      ///< label, used in warnings
+  int camera = 0;                        ///< index into the list of cameras
+  std::vector<SurveyObservation> lamps;  ///< an id that occurs twice is left out
 };
 
 /// lamps_m: approximate positions [m] by id; all other lamps are intersected. Status: ok;

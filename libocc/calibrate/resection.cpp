@@ -14,7 +14,7 @@
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/geometry/so3.hpp"
-#include "libocc/pose/candidates.hpp"
+#include "libocc/pose/internal/plane_starts.hpp"
 #include "libocc/pose/solvers/p3p.hpp"
 #include "libocc/scene/tag.hpp"
 
@@ -233,12 +233,9 @@ std::vector<TagPoseHypothesis> tag_pose_hypotheses(const AprilTag& tag, double s
     if (!ray) return {};
     problem.bearings.col(k) = ray->direction;
   }
-  CandidateOptions options;
-  options.polish = false;
-  options.tolerance_rad = 4;  // accept all; the fit decides
   std::vector<TagPoseHypothesis> poses;
-  for (const PoseCandidate& start : pose_candidates(problem, "ippe", options).value) {
-    const PixelFit fit = fit_pose(corners, px, camera, start.cam_from_world, infinity);
+  for (const Rigid3& start : internal::pose::plane_starts(problem)) {
+    const PixelFit fit = fit_pose(corners, px, camera, start, infinity);
     if (!std::isfinite(fit.cost)) continue;
     const bool duplicate = std::any_of(
         poses.begin(), poses.end(),

@@ -23,17 +23,19 @@
 
 namespace occ {
 
+/// Options of resect().
 struct LIBOCC_API ResectionOptions {
   double min_sigma_px = 0.1;  ///< lower bound of the residuals' standard deviation
   double gate = 5;            ///< inliers' largest residual, in robust standard deviations
   int samples = 200;          ///< limit of the number of triples; random ones if there are more
-  std::uint64_t seed = 0;
+  std::uint64_t seed = 0;     ///< seed of the random triples
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// Pose of one image, computed from known points without a start value.
 struct Resection {
-  Rigid3 cam_from_world;
+  Rigid3 cam_from_world;             ///< pose with the smallest scale of the residuals
   double sigma_px = 0;               ///< robust standard deviation of the residuals, per axis
   std::vector<bool> inliers;         ///< one per point
   std::vector<Rigid3> alternatives;  ///< poses with up to three times this sigma_px, best first
@@ -49,8 +51,8 @@ LIBOCC_API Result<Resection> resect(const Eigen::Matrix3Xd& points_m,
 
 /// One of the (at most two) poses of a tag in an image, with the r.m.s. of the corners' residuals.
 struct TagPoseHypothesis {
-  Rigid3 cam_from_tag;
-  double rms_px = 0;
+  Rigid3 cam_from_tag;  ///< tag frame: x to the right, y up, z towards the viewer
+  double rms_px = 0;    ///< over the four corners
 };
 
 /// Both poses of a tag, or one if they coincide, best first; none when a corner is outside the
@@ -67,7 +69,7 @@ side_bends(const Camera& camera);
 
 /// Points of a plane (2 x n, any unit) and their image points (2 x n).
 struct PlaneView {
-  Eigen::Matrix2Xd plane, px;
+  Eigen::Matrix2Xd plane, px;  ///< column k of `plane` is observed at column k of `px`
 };
 
 /// Pinhole camera with square pixels and its principal point in the middle of the image (Zhang, "A

@@ -9,7 +9,7 @@
 #include "libocc/calibrate/resection.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
-#include "libocc/pose/candidates.hpp"
+#include "libocc/pose/internal/plane_starts.hpp"
 
 namespace occ {
 
@@ -37,15 +37,11 @@ double misfit(const PlaneView& view, const Camera& camera) {
     if (!bearing) return infinity;
     problem.bearings.col(i) = *bearing;
   }
-  CandidateOptions options;
-  options.polish = false;
-  options.tolerance_rad = 4;  // accept all; the fit decides
   constexpr int iterations = 10;
   double smallest = infinity;
-  for (const PoseCandidate& start : pose_candidates(problem, "ippe", options).value)
+  for (const Rigid3& start : internal::pose::plane_starts(problem))
     smallest = std::min(
-        smallest,
-        fit_pose(problem.points, view.px, camera, start.cam_from_world, infinity, iterations).cost);
+        smallest, fit_pose(problem.points, view.px, camera, start, infinity, iterations).cost);
   return 2 * smallest;
 }
 

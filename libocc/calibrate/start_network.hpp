@@ -27,12 +27,14 @@
 
 namespace occ {
 
+/// Detected tags of one image.
 struct TagImage {
-  std::string name;
-  int camera = 0;
-  std::vector<AprilTag> tags;
+  std::string name;            ///< label, used in warnings and in `blocks`
+  int camera = 0;              ///< index into the list of cameras
+  std::vector<AprilTag> tags;  ///< result of detect_april_tags()
 };
 
+/// Options of start_network(); `tag_size_m` must be set.
 struct LIBOCC_API StartOptions {
   double tag_size_m = 0;                ///< side of the black square [m]
   std::map<int, double> other_sizes_m;  ///< sizes of tags (by id) that differ from it
@@ -42,17 +44,19 @@ struct LIBOCC_API StartOptions {
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// A tag whose size contradicts the other tags.
 struct WrongSize {
-  int tag = 0;
+  int tag = 0;        ///< id of the tag
   double size_m = 0;  ///< estimated with the other tags' sizes
 };
 
+/// Start values for adjust(), with notes on what was left out.
 struct NetworkStart {
   Network network;  ///< images and targets of the largest block only
   /// Names of the images of each connected block (common tags), largest block first.
   std::vector<std::vector<std::string>> blocks;
-  std::vector<WrongSize> wrong_sizes;
-  std::vector<std::string> warnings;  ///< elements that were left out, with the reason
+  std::vector<WrongSize> wrong_sizes;  ///< tags that got a free scale
+  std::vector<std::string> warnings;   ///< elements that were left out, with the reason
 };
 
 /// Bodies are named "tag 7". Status: ok; too_few_lamps: fewer than two images, or no two images

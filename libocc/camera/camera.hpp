@@ -26,9 +26,12 @@ struct Ray {
   Eigen::Vector3d direction;  ///< unit
 };
 
+/// Camera of any model; immutable and cheap to copy.
 class LIBOCC_API Camera {
  public:
+  /// Upper limit of parameters().size() for any model.
   static constexpr int max_parameters = CameraModel::max_parameters;
+  /// Derivative of a pixel by all parameters; 2 x parameters().size().
   using ParameterJacobian = CameraModel::ParameterJacobian;
 
   /// The factories throw std::invalid_argument naming the argument. Sizes and focal lengths must be
@@ -37,11 +40,14 @@ class LIBOCC_API Camera {
   static Camera pinhole(int width, int height, double fx_px, double fy_px, double cx_px,
                         double cy_px, const std::vector<double>& distortion = {},
                         double skew_px = 0);
+  /// Kannala and Brandt's model with up to four coefficients k1 to k4; see fisheye.hpp.
   static Camera fisheye(int width, int height, double fx_px, double fy_px, double cx_px,
                         double cy_px, const std::vector<double>& distortion = {},
                         double skew_px = 0);
+  /// Double sphere model; see double_sphere.hpp.
   static Camera double_sphere(int width, int height, double fx_px, double fy_px, double cx_px,
                               double cy_px, double xi, double alpha);
+  /// Rotating line camera, exact form; see rotating_line.hpp.
   static Camera rotating_line(const RotatingLine& line);
   /// The first-order form, for comparison: see rotating_line.hpp.
   static Camera rotating_line_first_order(const RotatingLine& line);
@@ -53,7 +59,9 @@ class LIBOCC_API Camera {
   /// This camera without the coefficients of `distortion()`.
   Camera without_distortion() const;
 
+  /// Model that the camera holds.
   CameraKind kind() const { return model_->kind(); }
+  /// True for the pinhole model, with or without lens distortion.
   bool is_pinhole() const { return kind() == CameraKind::pinhole; }
   /// True if all rays meet in one point, the origin of the camera frame.
   bool is_central() const { return model_->is_central(); }
@@ -61,11 +69,15 @@ class LIBOCC_API Camera {
   int height() const { return model_->height(); }  ///< [px]
   /// Focal lengths; of a rotating line: pixels per radian at the horizon, along and across.
   double fx_px() const { return model_->matrix().fx; }
+  /// Focal length along the columns; of a rotating line: pixels per radian across.
   double fy_px() const { return model_->matrix().fy; }
   /// Principal point; of a rotating line: pixel of the camera's X axis.
   double cx_px() const { return model_->matrix().cx; }
+  /// Row of the principal point; of a rotating line: row of the horizon.
   double cy_px() const { return model_->matrix().cy; }
+  /// Skew of the pixel grid: d column / d y' on the plane z = 1; 0 for most cameras.
   double skew_px() const { return model_->matrix().skew; }
+  /// Coefficients in the model's order; empty without distortion.
   const std::vector<double>& distortion() const { return model_->distortion(); }
   Eigen::Matrix3d matrix() const;  ///< K
 

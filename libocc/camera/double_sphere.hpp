@@ -20,8 +20,10 @@
 
 namespace occ {
 
+/// Model of a lens with a view of more than 180 degrees; `Camera::double_sphere` creates one.
 class LIBOCC_API DoubleSphereModel final : public CameraModel {
  public:
+  /// Throws std::invalid_argument unless -1 < xi <= 1 and 0 <= alpha <= 1.
   DoubleSphereModel(int width, int height, const CameraMatrix& matrix, double xi, double alpha);
   std::vector<CameraParameter> parameters() const override;
   int parameter_count() const override { return 6; }

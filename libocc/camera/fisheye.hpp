@@ -18,8 +18,10 @@
 
 namespace occ {
 
+/// Model of a fisheye lens; `Camera::fisheye` creates one.
 class LIBOCC_API FisheyeModel final : public CameraModel {
  public:
+  /// `distortion`: k1 to k4, trailing ones may be missing. Throws std::invalid_argument for more.
   FisheyeModel(int width, int height, const CameraMatrix& matrix,
                const std::vector<double>& distortion);
   std::vector<CameraParameter> parameters() const override;

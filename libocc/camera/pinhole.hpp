@@ -21,8 +21,11 @@
 
 namespace occ {
 
+/// Model of a lens of normal or wide angle; `Camera::pinhole` creates one.
 class LIBOCC_API PinholeModel final : public CameraModel {
  public:
+  /// `distortion`: 0, 4, 5, 8, 12 or 14 coefficients. Throws std::invalid_argument for other
+  /// counts.
   PinholeModel(int width, int height, const CameraMatrix& matrix,
                const std::vector<double>& distortion);
   std::vector<CameraParameter> parameters() const override;

@@ -34,7 +34,7 @@ namespace occ {
 
 /// Parameters of a rotating line camera.
 struct RotatingLine {
-  int width = 0, height = 0;
+  int width = 0, height = 0;    ///< columns of the sweep and rows of the array
   double angle_per_px_rad = 0;  ///< between columns; 0: 2 pi / width
   double c_px = 0;              ///< camera constant over the pixel pitch of the array
   double cy_px = 0;             ///< principal point: the row of the horizon

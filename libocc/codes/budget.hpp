@@ -15,6 +15,7 @@
 
 namespace occ {
 
+/// Requirements of a code, compared with what one camera offers.
 struct CodeBudget {
   double chips_in_view = 0;   ///< chips in one image of the lamp
   double chips_needed = 0;    ///< chips required in one image; c_ook: a sub-packet; csk: a symbol;

@@ -31,12 +31,19 @@
 
 namespace occ {
 
-enum class CodeKind { c_ook, ufsook, s2psk, csk };
+/// Modulation methods; the head of this file describes them.
+enum class CodeKind {
+  c_ook,   ///< camera on-off keying, for rolling shutters
+  ufsook,  ///< undersampled frequency shift on-off keying, for any shutter
+  s2psk,   ///< phase of a lamp relative to a reference lamp beside it
+  csk,     ///< colours, for sensors with colour filters
+};
 
+/// A code with its parameters. Lamp and decoder need equal values.
 struct LIBOCC_API Code {
-  CodeKind kind = CodeKind::c_ook;
-  int id_bits = 8;  ///< 1 to 16; id_bits plus checksum bits must be a multiple of 4
-  Checksum checksum = Checksum::crc8;
+  CodeKind kind = CodeKind::c_ook;  ///< modulation
+  int id_bits = 8;                  ///< 1 to 16; id_bits plus checksum bits must be a multiple of 4
+  Checksum checksum = Checksum::crc8;    ///< appended to the id; see codes/crc.hpp
   double clock_hz = 10000;               ///< c_ook: chips per second; csk: symbols per second
   LineCode line = LineCode::manchester;  ///< c_ook only
   int repeats = 4;                       ///< c_ook: how many times each sub-packet is sent, 1 to 64
@@ -54,13 +61,14 @@ struct LIBOCC_API Code {
   }
 };
 
+/// The enumerator's name, e.g. "c_ook".
 LIBOCC_API const char* to_string(CodeKind kind);
 
 /// Light of each channel, relative to its maximum, in equal time steps (chips) of one period.
 /// Channels: s2psk: the lamp itself and its reference; csk: red, green, blue; else one.
 struct LIBOCC_API Waveform {
-  std::vector<std::vector<double>> chips;
-  double chip_rate_hz = 0;
+  std::vector<std::vector<double>> chips;  ///< [channel][chip], each in 0 to 1
+  double chip_rate_hz = 0;                 ///< chips per second
 
   double frequency_hz() const;  ///< repetition rate of the whole period
 };

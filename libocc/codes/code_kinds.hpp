@@ -17,6 +17,7 @@ namespace occ {
 // runs that are impossible in the line codes. Because sub-packets are repeated, an image with as
 // many chips as a sub-packet contains all of it, at any phase.
 
+/// Chips that begin a sub-packet, different for each line code.
 LIBOCC_API Chips c_ook_preamble(LineCode line);
 
 LIBOCC_API int c_ook_sub_packets(const Code& code);       ///< number of sub-packets
@@ -35,13 +36,15 @@ LIBOCC_API SlotCode c_ook_sub_packet_slots(const Code& code);
 // half the light, from a lamp that dims or that pulses several times during an exposure (25 kHz in
 // the paper).
 
+/// Blink frequencies of UFSOOK.
 struct UfsookTones {
-  double mark_hz, space_hz;
+  double mark_hz, space_hz;  ///< `mark_hz` transmits 1, `space_hz` transmits 0
 };
 
 /// Both frequencies; 120 and 105 Hz at 30 frames/s.
 LIBOCC_API UfsookTones ufsook_tones(const Code& code);
 
+/// One period: two frames of half the light, then two frames for each bit.
 LIBOCC_API SlotCode ufsook_slots(const Code& code);
 
 // Spatial two-phase shift keying. A reference lamp blinks steadily. The lamp beside it, which
@@ -54,6 +57,7 @@ LIBOCC_API SlotCode ufsook_slots(const Code& code);
 /// Frequency of the reference: (k + 3/4) F, 112.5 Hz at 30 frames/s.
 LIBOCC_API double s2psk_hz(const Code& code);
 
+/// One period of both channels, two frames per bit.
 LIBOCC_API SlotCode s2psk_slots(const Code& code);
 
 // Colour-shift keying by channel. A lamp with a red, a green and a blue emitter transmits two bits
@@ -61,6 +65,7 @@ LIBOCC_API SlotCode s2psk_slots(const Code& code);
 // packet begins with a dark slot, which is no symbol, then red, green and blue. From these the
 // decoder estimates the crosstalk: the response of each channel of the sensor to each emitter.
 
+/// One period of three channels, a symbol of two bits per slot after the four reference slots.
 LIBOCC_API SlotCode csk_slots(const Code& code);
 
 }  // namespace occ

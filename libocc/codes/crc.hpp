@@ -17,7 +17,11 @@
 
 namespace occ {
 
-enum class Checksum { crc8, crc16 };
+/// Polynomials of the checksum; see the head of this file.
+enum class Checksum {
+  crc8,   ///< 8 bits: random bits pass with probability 1/256
+  crc16,  ///< 16 bits: random bits pass with probability 1/65536
+};
 
 /// Bits, most significant first, each 0 or 1.
 using Bits = std::vector<std::uint8_t>;

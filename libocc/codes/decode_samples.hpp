@@ -21,38 +21,43 @@ namespace occ {
 
 /// Mean light over one exposure.
 struct LightSample {
-  double start_s = 0;
-  double exposure_s = 0;
-  double value = 0;  ///< about 0 when dark, 1 when lit
-  double sigma = 0;  ///< standard deviation of `value`, positive
-  int channel = 0;   ///< see Waveform
-  int frame = 0;     ///< index of its image
+  double start_s = 0;     ///< begin of the exposure, on the camera's clock
+  double exposure_s = 0;  ///< duration; equal for all samples of a lamp
+  double value = 0;       ///< about 0 when dark, 1 when lit
+  double sigma = 0;       ///< standard deviation of `value`, positive
+  int channel = 0;        ///< see Waveform
+  int frame = 0;          ///< index of its image
 };
 
+/// Outcome of decoding.
 enum class CodeStatus {
-  ok,
+  ok,               ///< the checksum is correct and few bit errors are expected
   no_signal,        ///< the samples do not contain such a code
   incomplete,       ///< no sample covers some parts of the packet
   uncertain,        ///< too many bit errors are expected, or the phase is ambiguous
   checksum_failed,  ///< the decided bits have a wrong checksum
 };
 
+/// The enumerator's name, e.g. "checksum_failed".
 LIBOCC_API const char* to_string(CodeStatus status);
 
+/// Decoded id, or the reason why there is none.
 struct DecodedCode {
-  CodeStatus status = CodeStatus::no_signal;
-  std::string message;              ///< one sentence; empty when ok
-  std::optional<std::uint32_t> id;  ///< only when ok
-  Bits bits;                        ///< decided bits: id and checksum
-  std::vector<double> margins;      ///< log likelihood ratio of each bit against its opposite
-  double expected_errors = 0;       ///< expected number of wrong bits, from the margins
+  CodeStatus status = CodeStatus::no_signal;  ///< `id` is set only with ok
+  std::string message;                        ///< one sentence; empty when ok
+  std::optional<std::uint32_t> id;            ///< only when ok
+  Bits bits;                                  ///< decided bits: id and checksum
+  std::vector<double> margins;  ///< log likelihood ratio of each bit against its opposite
+  double expected_errors = 0;   ///< expected number of wrong bits, from the margins
   double explained = 0;  ///< part of the variance beyond noise that the transmitted light explains
   double clock_error = 0;  ///< relative clock error of the lamp; 0 if it is not estimated
   int frames = 0;          ///< number of frames with samples
 
+  /// True if an id was decoded.
   bool ok() const { return status == CodeStatus::ok; }
 };
 
+/// Options of decode_samples().
 struct LIBOCC_API DecodeSamplesOptions {
   double max_clock_error = 1.5e-4;    ///< search range: relative clock error of lamp against camera
   double max_expected_errors = 0.05;  ///< more expected bit errors give status `uncertain`

@@ -15,7 +15,11 @@
 
 namespace occ {
 
-enum class LineCode { manchester, code_4b6b };
+/// Line codes of c_ook.
+enum class LineCode {
+  manchester,  ///< 1 bit in 2 chips
+  code_4b6b,   ///< 4 bits in 6 chips: a third faster
+};
 
 using Chips = std::vector<std::uint8_t>;  ///< each 0 or 1
 

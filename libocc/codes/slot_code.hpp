@@ -13,22 +13,26 @@ namespace occ {
 /// Light [channel][chip].
 using SlotPattern = std::vector<std::vector<double>>;
 
+/// Section of a period that transmits one symbol, or a fixed pattern.
 struct Slot {
-  int first_chip = 0;
+  int first_chip = 0;     ///< index within the period
   int symbol = -1;        ///< index of its symbol; -1: a fixed, known pattern
   int first_pattern = 0;  ///< index into SlotCode::patterns of symbol value 0
 };
 
+/// Period of a code as a list of slots.
 struct LIBOCC_API SlotCode {
-  double chip_rate_hz = 0;
-  int channels = 1;
-  int chips = 0;  ///< number of chips of the period
-  int symbols = 0;
-  int bits_per_symbol = 1;
-  std::vector<SlotPattern> patterns;
-  std::vector<Slot> slots;
+  double chip_rate_hz = 0;            ///< chips per second
+  int channels = 1;                   ///< lamps or colours; see Waveform
+  int chips = 0;                      ///< number of chips of the period
+  int symbols = 0;                    ///< number of different symbols; slots may repeat them
+  int bits_per_symbol = 1;            ///< 1, 2 or 4
+  std::vector<SlotPattern> patterns;  ///< light of each possible slot; slots refer to it by index
+  std::vector<Slot> slots;            ///< in the order of time
 
+  /// Number of values of a symbol.
   int alphabet() const { return 1 << bits_per_symbol; }
+  /// Length of a slot [chips]; `slot` is an index into slots.
   int slot_chips(std::size_t slot) const;
   void add_slot(int symbol, int first_pattern);  ///< appends a slot
 

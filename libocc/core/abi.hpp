@@ -4,7 +4,7 @@
 // Eigen's alignment and allocation must be the same in the library, in the packaged OpenGV that it
 // links, and in your code. With other settings (for example -march=x86-64-v3 without the two
 // definitions below) heap memory is freed by the wrong function and the program crashes.
-// `find_package(libocc)` sets both definitions. The check tests the values that Eigen uses, so the
+// CMake and pkg-config set both definitions. The check tests the values that Eigen uses, so the
 // order of includes does not matter.
 #pragma once
 

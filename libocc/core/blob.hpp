@@ -21,9 +21,9 @@ struct RimPoint {
 
 /// Ellipse of a disc's image.
 struct Ellipse {
-  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
-  double semi_major_px = 0;
-  double semi_minor_px = 0;
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< in the image
+  double semi_major_px = 0;                             ///< half of the longest diameter
+  double semi_minor_px = 0;                             ///< half of the shortest diameter
   double angle_rad = 0;  ///< direction of the major axis, from +x towards +y, in (-pi/2, pi/2]
 };
 
@@ -54,6 +54,7 @@ struct Blob {
   bool striped = false;        ///< rolling-shutter stripes joined into one blob
 
   std::optional<double> frequency_hz;  ///< blink frequency read from the stripes
+  /// Standard deviation of frequency_hz; infinite without it.
   double frequency_sigma_hz = std::numeric_limits<double>::infinity();
   std::optional<int> lamp_id;  ///< decoded from its blink code (decode/decode.hpp)
 };

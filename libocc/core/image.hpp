@@ -13,18 +13,22 @@
 
 namespace occ {
 
-enum class PixelType { u8, u16 };
+/// Number format of a channel value.
+enum class PixelType {
+  u8,   ///< 0 to 255
+  u16,  ///< 0 to 65535, native byte order
+};
 
 /// Non-owning view of a grey (1 channel) or colour (3 or 4 interleaved channels) image. Colour is
 /// read as grey (c0 + 2 c1 + c2 + 2) / 4 rounded down, the same for RGB and BGR; a fourth channel
 /// is ignored.
 struct ImageView {
-  const void* data = nullptr;
-  int width = 0;
-  int height = 0;
-  int channels = 1;
-  PixelType type = PixelType::u8;
-  std::size_t row_bytes = 0;  ///< bytes from one row to the next
+  const void* data = nullptr;      ///< first byte of the first row; not owned
+  int width = 0;                   ///< [px]
+  int height = 0;                  ///< [px]
+  int channels = 1;                ///< 1, 3 or 4, interleaved
+  PixelType type = PixelType::u8;  ///< format of each channel value
+  std::size_t row_bytes = 0;       ///< bytes from one row to the next
 
   /// Throws std::invalid_argument when the view cannot be an image (null, empty, 2 channels, rows
   /// that overlap, 16-bit pixels at odd addresses). The message contains `name`.
@@ -33,12 +37,12 @@ struct ImageView {
 
 /// Owning grey image, rows without padding. 8-bit pixels are stored in `u8`, deeper ones in `u16`.
 struct Image {
-  int width = 0;
-  int height = 0;
-  int channels = 1;
-  PixelType type = PixelType::u8;
-  std::vector<std::uint8_t> u8;
-  std::vector<std::uint16_t> u16;
+  int width = 0;                   ///< [px]
+  int height = 0;                  ///< [px]
+  int channels = 1;                ///< 1, 3 or 4, interleaved
+  PixelType type = PixelType::u8;  ///< selects `u8` or `u16`; the other one is empty
+  std::vector<std::uint8_t> u8;    ///< width x height x channels values, row by row
+  std::vector<std::uint16_t> u16;  ///< width x height x channels values, row by row
 
   /// Throws std::invalid_argument if the number of pixels does not match the size.
   LIBOCC_API ImageView view() const;

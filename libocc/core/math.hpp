@@ -6,9 +6,11 @@
 
 namespace occ {
 
+/// Ratio of a circle's circumference to its diameter.
 inline constexpr double pi = 3.14159265358979323846;
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
+/// value * value; evaluates its argument once.
 constexpr double square(double value) { return value * value; }
 
 }  // namespace occ

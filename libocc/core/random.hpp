@@ -18,6 +18,7 @@ LIBOCC_API std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> coun
 /// A stream keyed by (seed, stream): sequential draws for tests, Monte Carlo and samplers.
 class LIBOCC_API Random {
  public:
+  /// Equal arguments give equal numbers; streams of one seed are independent of one another.
   explicit Random(std::uint64_t seed, std::uint64_t stream = 0);
 
   std::uint32_t bits();                     ///< 32 random bits

@@ -8,10 +8,11 @@
 
 namespace occ {
 
+/// Instruction sets, narrowest first.
 enum class Simd {
   baseline,  ///< available on every processor of the architecture: SSE2 on x86-64
-  avx2,
-  avx512,  ///< F, BW, DQ and VL
+  avx2,      ///< 256-bit vectors
+  avx512,    ///< 512-bit vectors: F, BW, DQ and VL
 };
 
 /// Widest instruction set of this processor.

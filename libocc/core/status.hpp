@@ -10,6 +10,7 @@
 
 namespace occ {
 
+/// Outcome of a function, as far as it depends on data.
 enum class Status {
   ok,              ///< one solution, which fits
   ambiguous,       ///< several solutions are plausible (all are returned, ranked), several objects
@@ -28,12 +29,15 @@ LIBOCC_API const char* to_string(Status status);
 /// A value with its status. If !ok(), `value` holds the partial result.
 template <typename T>
 struct Result {
-  T value{};
-  Status status = Status::ok;
-  std::string message;  ///< a sentence for the user; may be empty
+  T value{};                   ///< complete if ok(), otherwise the partial result
+  Status status = Status::ok;  ///< reason if there is no complete result
+  std::string message;         ///< a sentence for the user; may be empty
 
+  /// True if the value is complete.
   bool ok() const { return status == Status::ok; }
+  /// Member of the value; valid for every status.
   const T* operator->() const { return &value; }
+  /// The value; valid for every status.
   const T& operator*() const { return value; }
 };
 

@@ -23,13 +23,15 @@
 
 namespace occ {
 
+/// One image of a sequence.
 struct SequenceFrame {
-  ImageView image;
+  ImageView image;    ///< not copied: must outlive the call
   double time_s = 0;  ///< start of the exposure of its first line
 };
 
+/// Options of decode_lamps().
 struct LIBOCC_API DecodeOptions {
-  Code code;
+  Code code;  ///< code of all lamps in the sequence
   /// Blobs are detected in the maximum of so many frames, centred on each frame (1, 3, 5, ...);
   /// 0: maximum of all frames, for a camera that does not move.
   int join_frames = 15;
@@ -37,19 +39,20 @@ struct LIBOCC_API DecodeOptions {
   int max_lamps = 64;    ///< limit for the brightest blobs per frame and for the tracks with the
                          ///< most blobs; bounds the time
   DetectOptions detect;  ///< its fields `sensor` and `stripes` are ignored
-  TrackOptions track;
-  DecodeSamplesOptions samples;
+  TrackOptions track;    ///< joining of blobs over the frames
+  DecodeSamplesOptions samples;  ///< decoding of each lamp's samples
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// A blinking lamp of the sequence with its decoded id.
 struct DecodedLamp {
-  Track track;
+  Track track;  ///< position in every frame
   /// Blob in the maximum of the frames joined around `frame`. For a moving camera (join_frames > 0)
   /// it is at the position of the track and has no rim.
   Blob blob;
-  int frame = 0;  ///< last frame with as many joined frames after as before it
-  DecodedCode code;
+  int frame = 0;                 ///< last frame with as many joined frames after as before it
+  DecodedCode code;              ///< id, or the reason why there is none
   CodeBudget budget;             ///< for the lamp's largest image
   std::optional<int> reference;  ///< s2psk: index of the reference lamp
 };

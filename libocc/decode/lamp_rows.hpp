@@ -16,17 +16,17 @@ namespace occ {
 
 /// Pixels around a centre that a lamp may illuminate.
 struct LampWindow {
-  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
-  double half_width_px = 0, half_height_px = 0;
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< middle of the window
+  double half_width_px = 0, half_height_px = 0;         ///< half sides along x and y
 };
 
 /// Light of one line above the background, from the pixels of one colour.
 struct LineLight {
-  int line = 0;  ///< line index relative to the window's centre
-  double start_s = 0;
+  int line = 0;         ///< line index relative to the window's centre
+  double start_s = 0;   ///< begin of the line's exposure
   double value_dn = 0;  ///< linear signal, summed along the line
-  double sigma_dn = 0;
-  int channel = 0;  ///< colour of the pixels: 0 red, 1 green, 2 blue; 0 without a mosaic
+  double sigma_dn = 0;  ///< standard deviation of value_dn, from the sensor's noise
+  int channel = 0;      ///< colour of the pixels: 0 red, 1 green, 2 blue; 0 without a mosaic
 };
 
 /// Returns the lines of the part of the window inside the image; may be empty. `start_s`: start of

@@ -14,6 +14,7 @@
 
 namespace occ {
 
+/// Options of track_blobs().
 struct LIBOCC_API TrackOptions {
   double gate_sigma = 4;            ///< max distance between blob and prediction [sigma]
   double position_sigma_px = 1.0;   ///< added to a blob's own sigma: only part of a blinking lamp
@@ -25,18 +26,21 @@ struct LIBOCC_API TrackOptions {
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// Blobs of one frame.
 struct FrameBlobs {
-  double time_s = 0;
-  std::vector<Blob> blobs;
+  double time_s = 0;        ///< must increase from frame to frame
+  std::vector<Blob> blobs;  ///< in any order
 };
 
 /// Position of a lamp in one frame.
 struct TrackPoint {
-  int frame = 0;
+  int frame = 0;            ///< index of the frame
   std::optional<int> blob;  ///< index in the frame's blobs; empty: `px` is inter- or extrapolated
+  /// Centroid of the blob, or the filter's position without one.
   Eigen::Vector2d px = Eigen::Vector2d::Zero();
 };
 
+/// One lamp over all frames of the sequence.
 struct Track {
   std::vector<TrackPoint> points;  ///< one per frame, in their order
   int seen = 0;                    ///< number of frames with a blob

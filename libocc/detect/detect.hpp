@@ -17,6 +17,7 @@
 
 namespace occ {
 
+/// Options of detect(); the defaults suit lamps on a dark background.
 struct LIBOCC_API DetectOptions {
   double threshold_sigma = 5;          ///< threshold above the local background, in sigmas of the
                                        ///< noise; 5: about one false pixel in 3e6

@@ -13,9 +13,10 @@ namespace occ {
 
 /// Pixels x0 <= x <= x1, y0 <= y <= y1; may extend beyond the image.
 struct PixelWindow {
-  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< first and last column and row, both included
 };
 
+/// Result of detect_in_windows().
 struct WindowBlobs {
   std::vector<Blob> blobs;  ///< sorted by decreasing flux, in pixels of the whole image
   int cut = 0;              ///< number of blobs discarded because the border of a window cuts them

@@ -20,21 +20,22 @@
 
 namespace occ {
 
+/// A sample of a contour.
 struct ContourPoint {
-  Eigen::Vector2d px;
-  double dy_px = 0;
+  Eigen::Vector2d px;  ///< position on the contour
+  double dy_px = 0;    ///< weight of the sample in an integral over dy
 };
-using Contour = std::vector<ContourPoint>;
+using Contour = std::vector<ContourPoint>;  ///< in order along the rim, closed
 
 /// A contour point with its derivative by the lamp's motion.
 struct MovingContourPoint {
-  Eigen::Vector2d px;
+  Eigen::Vector2d px;       ///< position on the contour
   Eigen::Vector2d step_px;  ///< weight (dx, dy) of the point; .y() is ContourPoint::dy_px
   /// Area of the image that the lamp's motion sweeps here: d (motion of the point x step_px) /
   /// d (rotation of the lamp about its centre, translation of its centre), in the camera's frame.
   Vector6 sweep;
 };
-using MovingContour = std::vector<MovingContourPoint>;
+using MovingContour = std::vector<MovingContourPoint>;  ///< in order along the rim, closed
 
 /// Contour of a lamp's image, with points at most about spacing_px apart. Parts whose light does
 /// not reach the image have wider spacing. Returns nullopt if the lamp's dark side is visible or
@@ -56,9 +57,9 @@ LIBOCC_API std::optional<MovingContour> project_moving_contour(const Lamp& lamp,
 /// A point of the rim and its weight, both in the camera's frame [m]. The contour of a moved lamp
 /// is this one, moved and projected.
 struct RimStep {
-  Eigen::Vector3d point, step;
+  Eigen::Vector3d point, step;  ///< position on the rim, and the vector of line integration there
 };
-using RimContour = std::vector<RimStep>;
+using RimContour = std::vector<RimStep>;  ///< in order along the rim, closed
 
 /// The points of project_contour before projection.
 LIBOCC_API std::optional<RimContour> rim_contour(const Lamp& lamp, const Rigid3& cam_from_world,

@@ -32,14 +32,15 @@ class Canvas;
 /// Values of a rectangle of pixels, row by row; width and height are 0 if it is empty.
 template <typename Real>
 struct PatchOf {
-  int x0 = 0, y0 = 0, width = 0, height = 0;
-  std::vector<Real> values;
+  int x0 = 0, y0 = 0, width = 0, height = 0;  ///< upper left pixel in the image, and size
+  std::vector<Real> values;                   ///< width x height values, row by row
+  /// Value of a pixel of the image, which must lie inside the patch.
   Real at(int x, int y) const {
     return values[static_cast<std::size_t>(y - y0) * static_cast<std::size_t>(width) +
                   static_cast<std::size_t>(x - x0)];
   }
 };
-using Patch = PatchOf<double>;
+using Patch = PatchOf<double>;  ///< in double precision
 
 /// Coverage: the fraction 0..1 of each pixel's light that comes from inside the contour. The patch
 /// is the contour's bounding box, extended by the PSF's reach and clipped to the image. The contour
@@ -51,15 +52,16 @@ LIBOCC_API Patch coverage(const Contour& contour, const PixelPsf& psf, int image
 /// values apart. `margin` more pixels around the rectangle can be read; they hold the coverage
 /// there, also outside the image.
 struct CoverageRows {
-  static constexpr int margin = 4;
-  int x0 = 0, y0 = 0, width = 0, height = 0;
-  const float* first = nullptr;
-  std::ptrdiff_t stride = 0;
+  static constexpr int margin = 4;            ///< readable pixels on each side of the rectangle
+  int x0 = 0, y0 = 0, width = 0, height = 0;  ///< upper left pixel in the image, and size
+  const float* first = nullptr;               ///< value of pixel (x0, y0)
+  std::ptrdiff_t stride = 0;                  ///< values from one row to the next
 };
 
 /// Computes coverage() of many contours, in single precision and in the same memory.
 class LIBOCC_API CoveragePainter {
  public:
+  /// `simd`: instruction set to use; all give the same bits.
   explicit CoveragePainter(Simd simd = widest_simd());
   CoveragePainter(CoveragePainter&&) noexcept;
   CoveragePainter& operator=(CoveragePainter&&) noexcept;
@@ -79,6 +81,7 @@ class LIBOCC_API CoveragePainter {
 struct CoverageMoments {
   Patch c, m_x, m_y;  ///< patches of equal extent
 };
+/// Coverage and moments of a contour; patch and orientation as for coverage().
 LIBOCC_API CoverageMoments coverage_moments(const Contour& contour, const PixelPsf& psf,
                                             int image_width, int image_height,
                                             Simd simd = widest_simd());
@@ -92,12 +95,12 @@ LIBOCC_API void coverage_moments(const Contour& contour, const PixelPsf& psf, in
 /// The derivative by the PSF's width follows from the heat equation:
 ///     dc / d sigma^2 = Laplacian(c) / 2.
 struct CoverageDerivatives {
-  CoverageMoments moments;
+  CoverageMoments moments;  ///< coverage and first moments
   /// dc / d (rotation of the lamp about its centre, translation of its centre, ln psf sigma) for
   /// each pixel of the patches, with an error of 1e-4 of the largest. The eighth value is
   /// undefined.
   using Row = std::array<float, 8>;
-  std::vector<Row> d;
+  std::vector<Row> d;  ///< one row per pixel of the patches
 };
 /// Computes them into `out`, whose storage is reused.
 LIBOCC_API void coverage_derivatives(const MovingContour& contour, const PixelPsf& psf,
@@ -111,6 +114,7 @@ LIBOCC_API Patch coverage(const std::vector<Eigen::Vector2d>& rim_px, double psf
 /// Image of a point source of unit flux at `px`: the PSF integrated over each pixel.
 LIBOCC_API Patch point_coverage(const Eigen::Vector2d& px, const PixelPsf& psf, int image_width,
                                 int image_height);
+/// Overload that tabulates the PSF of a sigma first.
 LIBOCC_API Patch point_coverage(const Eigen::Vector2d& px, double psf_sigma_px, int image_width,
                                 int image_height);
 

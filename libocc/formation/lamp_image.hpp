@@ -20,6 +20,7 @@
 
 namespace occ {
 
+/// Rendered image of one lamp, with derivatives by its motion.
 struct LampImage {
   CoverageDerivatives coverage;   ///< its patches hold the pixels; `c` is the PSF for a point lamp
   std::vector<double> full;       ///< E, row by row; d electrons = full d coverage
@@ -28,9 +29,13 @@ struct LampImage {
   /// It is not included in the derivatives of coverage.
   Vector6 d_log_light = Vector6::Zero();
 
+  /// First column of the patches.
   int x0() const { return coverage.moments.c.x0; }
+  /// First row of the patches.
   int y0() const { return coverage.moments.c.y0; }
+  /// Columns of the patches; 0 if the lamp is not in the image.
   int width() const { return coverage.moments.c.width; }
+  /// Rows of the patches; 0 if the lamp is not in the image.
   int height() const { return coverage.moments.c.height; }
 };
 

@@ -33,8 +33,10 @@ LIBOCC_API double irradiance_at(const Lamp& lamp, const Rigid3& cam_from_world,
 /// Computes irradiance_at() for many pixels of one image. Lamp and camera must outlive the object.
 class LIBOCC_API LampIrradiance {
  public:
+  /// Computes what is common to all pixels.
   LampIrradiance(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& camera,
                  const Sensor& sensor);
+  /// Irradiance [W/m^2] at a pixel; throws for a point lamp, as irradiance_at() does.
   double at(const Eigen::Vector2d& px) const;
 
  private:

@@ -16,13 +16,16 @@
 
 namespace occ {
 
+/// Filter that computes moments from coverage, for one width of the PSF.
 class LIBOCC_API MomentFilter {
  public:
   /// True if pixels resolve the PSF well enough; otherwise use coverage_moments().
   static bool resolves(double psf_sigma_px) { return psf_sigma_px >= 1.4; }
 
+  /// Fits the taps; the error is as stated above if resolves(psf_sigma_px).
   explicit MomentFilter(double psf_sigma_px);
 
+  /// Weights of the differences at distances of 1 to 4 pixels.
   const std::array<double, 4>& taps() const { return taps_; }
 
  private:

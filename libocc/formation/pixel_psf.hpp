@@ -20,8 +20,8 @@ namespace occ {
 /// Weights of four table rows, `bin` being the first, for cubic interpolation at a sub-pixel
 /// offset.
 struct PsfStencil {
-  std::size_t bin = 0;
-  double weight[4] = {};
+  std::size_t bin = 0;    ///< index of the first of four table rows
+  double weight[4] = {};  ///< weights of rows bin to bin + 3; their sum is 1
 };
 
 /// Lagrange cubic through the two table rows on each side of an offset, 0 <= fraction < 1. The
@@ -40,17 +40,20 @@ inline PsfStencil psf_stencil(double fraction, int bins) {
 /// of 8. The tables of moments are null in single precision.
 template <typename Real>
 struct PsfTables {
-  std::size_t columns = 0;
-  int bins = 0, reach = 0;
-  const Real *weights = nullptr, *moment_weights = nullptr;
+  std::size_t columns = 0;                                   ///< length of a row, padding included
+  int bins = 0, reach = 0;                                   ///< rows per pixel; PixelPsf::reach()
+  const Real *weights = nullptr, *moment_weights = nullptr;  ///< tables of B and of -u B
+  /// Tables of the differences of G and of F.
   const Real *steps = nullptr, *moment_steps = nullptr;
 };
 
+/// Tables of the pixel response for one width of the PSF.
 class LIBOCC_API PixelPsf {
  public:
   /// Throws std::invalid_argument unless 0.01 <= psf_sigma_px <= 100.
   explicit PixelPsf(double psf_sigma_px);
 
+  /// Standard deviation of the Gaussian, without the pixel's box.
   double sigma_px() const { return sigma_; }
 
   /// Light at a position x reaches the pixels floor(x) - reach() ... floor(x) + reach() + 1. Pixels

@@ -55,12 +55,14 @@ LIBOCC_API std::optional<RimRay> rim_ray(const RimPoint& point, const Camera& ca
 
 /// Position and shape of a lamp in the camera's frame, computed once for all its rim points.
 struct LampInCam {
-  LampShape shape;
+  LampShape shape;  ///< as in the scene
+  /// Camera frame; `normal` and `x_axis` are unit vectors.
   Eigen::Vector3d centre_m, normal, x_axis;
-  double radius_m;
-  Eigen::Vector2d size_m;
+  double radius_m;         ///< radius of a disc
+  Eigen::Vector2d size_m;  ///< sides of a rectangle, along x_axis and across it
 };
 
+/// Moves a lamp to the camera's frame; `lamp` must be validated.
 LIBOCC_API LampInCam lamp_in_cam(const Lamp& lamp, const Rigid3& cam_from_world);
 
 /// True if rim_distance_px supports the shape. Refinement uses the image centre of other shapes.

@@ -13,9 +13,12 @@
 
 namespace occ {
 
+/// Pose on a floor: world_from_body of a body that moves in the plane.
 struct LIBOCC_API PlanarPose {
+  /// Origin of the body in the world, and azimuth of its x axis.
   double x_m = 0, y_m = 0, heading_rad = 0;
 
+  /// Origin of the body in the world [m].
   Eigen::Vector2d position() const { return {x_m, y_m}; }
   Eigen::Vector2d forward() const;  ///< unit
   Eigen::Vector2d left() const;     ///< unit
@@ -25,8 +28,10 @@ struct LIBOCC_API PlanarPose {
 
   /// This pose after an increment in its own frame; the heading is in (-pi, pi].
   PlanarPose operator*(const PlanarPose& increment) const;
+  /// Pose of the world in the body frame.
   PlanarPose inverse() const;
 
+  /// True if no number is NaN or infinite.
   bool finite() const;
 };
 

@@ -12,10 +12,13 @@
 
 namespace occ {
 
+/// Information on a camera's pose at one time, as input of filters and smoothers.
 struct LIBOCC_API PoseObservation {
-  double time_s = 0;
-  Rigid3 cam_from_world;
+  double time_s = 0;      ///< time at which the pose holds
+  Rigid3 cam_from_world;  ///< pose about which the likelihood is expanded
+  /// Second derivative of half of chi2; positive semi-definite.
   Matrix6 information = Matrix6::Zero();
+  /// First derivative of half of chi2; zero at the most likely pose.
   Vector6 gradient = Vector6::Zero();
   Rigid3 cam_from_body;  ///< mounting of the camera; constant
 

@@ -14,24 +14,31 @@
 
 namespace occ {
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Vector6 = Eigen::Matrix<double, 6, 1>;  ///< [rotation, translation]
+/// Rows and columns in the order [rotation, translation].
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
+/// Rotation and translation: p_target = rotation * p_source + translation.
 struct Rigid3 {
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< orthonormal, determinant +1
+  /// Source frame's origin in the target frame [m].
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
+  /// Point in the target frame of a point in the source frame [m].
   Eigen::Vector3d operator*(const Eigen::Vector3d& point) const {
     return rotation * point + translation;
   }
+  /// Chain of transforms: c_from_a = c_from_b * b_from_a.
   Rigid3 operator*(const Rigid3& b_from_a) const {
     return {rotation * b_from_a.rotation, rotation * b_from_a.translation + translation};
   }
+  /// Transform from the target frame to the source frame.
   Rigid3 inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
   /// Origin of the target frame in the source frame: for `cam_from_world`, the camera's centre in
   /// the world.
   Eigen::Vector3d origin_in_source() const { return -(rotation.transpose() * translation); }
 
+  /// Homogeneous 4x4 matrix; last row (0, 0, 0, 1).
   LIBOCC_API Eigen::Matrix4d matrix() const;
 
   /// Converts a 4x4 matrix. Throws std::invalid_argument, with `name`, if it is not finite, its

@@ -10,6 +10,7 @@
 
 namespace occ {
 
+/// Infinite variances, zero correlations.
 template <int size>
 Eigen::Matrix<double, size, size> unknown_covariance() {
   Eigen::Matrix<double, size, size> covariance = Eigen::Matrix<double, size, size>::Zero();

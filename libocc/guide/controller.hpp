@@ -44,42 +44,45 @@ struct LIBOCC_API PaceOptions {
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// Options of pure_pursuit().
 struct LIBOCC_API PurePursuitOptions {
-  double lookahead_s = 0.2;
-  double min_lookahead_m = 0.1, max_lookahead_m = 0.6;
+  double lookahead_s = 0.2;                             ///< look-ahead distance over speed
+  double min_lookahead_m = 0.1, max_lookahead_m = 0.6;  ///< limits of the look-ahead distance
   double turn_on_spot_rad = 0.8;  ///< differential drive: heading error above which it turns on the
                                   ///< spot first; infinity: never
-  PaceOptions pace;
+  PaceOptions pace;               ///< speed in curves and at the end
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// Options of stanley().
 struct LIBOCC_API StanleyOptions {
-  double gain_1_s = 1;
-  double soft_m_s = 0.05;
-  double yaw_damping_s = 0;
+  double gain_1_s = 1;       ///< gain of the offset from the route [1/s]
+  double soft_m_s = 0.05;    ///< softens the steering at low speed
+  double yaw_damping_s = 0;  ///< gain of the turn rate's error; 0: none
   /// Time by which the curvature is previewed; default: half of the time that the vehicle needs to
   /// change its curvature.
   std::optional<double> preview_s;
   double guide_point_m =
       0;  ///< distance ahead of the origin; the wheelbase gives the published law
-  double virtual_wheelbase_m = 0.15;
-  double turn_on_spot_rad = 0.8;  ///< as in PurePursuitOptions
-  PaceOptions pace;
+  double virtual_wheelbase_m = 0.15;  ///< differential drive: wheelbase of the equivalent bicycle
+  double turn_on_spot_rad = 0.8;      ///< as in PurePursuitOptions
+  PaceOptions pace;                   ///< speed in curves and at the end
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
 /// State of the vehicle, as estimated.
 struct ControlInput {
-  PlanarPose pose;
-  double speed_m_s = 0;
-  double turn_rate_rad_s = 0;
+  PlanarPose pose;                ///< pose of the vehicle's origin
+  double speed_m_s = 0;           ///< negative: backwards
+  double turn_rate_rad_s = 0;     ///< rate of the heading
   std::optional<double> along_m;  ///< previous distance along the route; empty: unknown
 };
 
+/// Command, and the vehicle's place relative to the route.
 struct ControlOutput {
-  DriveCommand command;
+  DriveCommand command;          ///< within the vehicle's limits
   RoutePlace place;              ///< point of the route nearest to the origin
   double heading_error_rad = 0;  ///< route heading minus vehicle heading
   bool speed_limited = false;    ///< the route's speed exceeds the vehicle's limit
@@ -92,6 +95,7 @@ struct ControlOutput {
 LIBOCC_API ControlOutput pure_pursuit(const Route& route, const Vehicle& vehicle,
                                       const ControlInput& input,
                                       const PurePursuitOptions& options = {});
+/// Command by Stanley's law; throws as pure_pursuit() does.
 LIBOCC_API ControlOutput stanley(const Route& route, const Vehicle& vehicle,
                                  const ControlInput& input, const StanleyOptions& options = {});
 

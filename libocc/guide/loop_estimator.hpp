@@ -15,34 +15,41 @@
 
 namespace occ {
 
+/// Pose of the vehicle as the controller receives it.
 struct EstimatedPose {
-  double time_s = 0;
-  PlanarPose pose;  ///< last known pose while searching or lost
+  double time_s = 0;  ///< time at which the pose holds
+  PlanarPose pose;    ///< last known pose while searching or lost
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< see geometry/planar_pose.hpp
-  TrackerState state = TrackerState::searching;
-  std::string reason;  ///< explanation of the state; empty if normal
-  int lamps = 0;       ///< lamps used for the pose of the last image
-  double nis = 0;      ///< normalised innovation squared of the last image
-  int nis_dof = 0;
+  TrackerState state = TrackerState::searching;          ///< see track/tracker.hpp
+  std::string reason;      ///< explanation of the state; empty if normal
+  int lamps = 0;           ///< lamps used for the pose of the last image
+  double nis = 0;          ///< normalised innovation squared of the last image
+  int nis_dof = 0;         ///< degrees of freedom of `nis`; 0 without lamps
   bool relocated = false;  ///< the last image relocalised the vehicle
 
+  /// True while tracking or coasting.
   bool has_pose() const {
     return state == TrackerState::tracking || state == TrackerState::coasting;
   }
 };
 
+/// An image on its way to the estimator.
 struct CapturedFrame {
-  ImageView image;
+  ImageView image;        ///< not copied: valid during the call
   double captured_s = 0;  ///< time stamp of the camera's clock
   double now_s = 0;       ///< time of arrival
   Rigid3 cam_from_body;   ///< at the time of capture
 };
 
+/// Interface of an estimator in closed_loop(); derive from it to test another one.
 class LIBOCC_API LoopEstimator {
  public:
   virtual ~LoopEstimator() = default;
+  /// Sets the initial pose with its covariance; called once, before all others.
   virtual void start(double time_s, const PlanarPose& pose, const Eigen::Matrix3d& covariance) = 0;
+  /// Adds one step of wheel odometry; steps are consecutive.
   virtual void add_odometry(const PlanarOdometry& step) = 0;
+  /// Adds an image and returns the pose at the time of its arrival.
   virtual EstimatedPose add_image(const CapturedFrame& frame) = 0;
   /// Predicts the pose at a time.
   virtual EstimatedPose at(double time_s) const = 0;

@@ -18,20 +18,22 @@
 
 namespace occ {
 
+/// Options of plan_pan_tilt().
 struct LIBOCC_API PanTiltOptions {
-  VisibilityOptions view;  ///< its pan and tilt are ignored
-  int min_lamps = 1;       ///< minimum number of lamps in view everywhere
-  double min_pan_rad = -pi, max_pan_rad = pi;
-  double min_tilt_rad = 0, max_tilt_rad = 0.8;
+  VisibilityOptions view;                       ///< its pan and tilt are ignored
+  int min_lamps = 1;                            ///< minimum number of lamps in view everywhere
+  double min_pan_rad = -pi, max_pan_rad = pi;   ///< range of the pan axis
+  double min_tilt_rad = 0, max_tilt_rad = 0.8;  ///< range of the tilt axis
   int pans = 25, tilts = 9;  ///< grid points, both ends included; 1: the axis stays at its minimum
-  double pan_rate_rad_s = 1, tilt_rate_rad_s = 1;
-  double step_m = 0.2;  ///< maximum distance between the plan's knots
+  double pan_rate_rad_s = 1, tilt_rate_rad_s = 1;  ///< maximum rates at the route's speed
+  double step_m = 0.2;                             ///< maximum distance between the plan's knots
   double sigma_cost_1_m =
       100;  ///< cost of a bound: by default 1 cm at one position counts like a rotation by 1 rad
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// Planned angles, with the sections that remain without view.
 struct PanTiltResult {
   PlanStatus status = PlanStatus::blind;  ///< ok or blind
   std::string message;                    ///< description of the gaps; empty if ok

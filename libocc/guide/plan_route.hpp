@@ -24,8 +24,9 @@
 
 namespace occ {
 
+/// Outcome of planning.
 enum class PlanStatus {
-  ok,
+  ok,             ///< lamps are in view everywhere
   blind,          ///< every route has positions without view; see `gaps`
   blocked,        ///< no route because of walls and boxes
   start_blocked,  ///< the start touches a wall or box
@@ -37,22 +38,26 @@ LIBOCC_API const char* to_string(PlanStatus status);
 
 /// Section of a route without sufficient view.
 struct ViewGap {
-  double from_m = 0, to_m = 0;
+  double from_m = 0, to_m = 0;  ///< distances along the route
+  /// Positions of both ends in the world [m].
   Eigen::Vector2d from = Eigen::Vector2d::Zero(), to = Eigen::Vector2d::Zero();
 };
 
+/// A position to pass, with a heading if it matters.
 struct PlanGoal {
   Eigen::Vector2d position_m = Eigen::Vector2d::Zero();  ///< reached within 0.71 of a cell
   std::optional<double> heading_rad;                     ///< reached within 22.5 degrees
 };
 
+/// Options of plan_route().
 struct LIBOCC_API RoutePlanOptions {
-  VisibilityOptions view;
-  int min_lamps = 1;  ///< minimum number of lamps in view everywhere
+  VisibilityOptions view;  ///< camera and accuracy of the images
+  int min_lamps = 1;       ///< minimum number of lamps in view everywhere
   double max_sigma_m =
       std::numeric_limits<double>::infinity();  ///< limit of Visibility::position_sigma_m
-  double cell_m = 0.1;
-  double corner_radius_m = 0.3;
+  double cell_m = 0.1;                          ///< spacing of the lattice's positions
+  double corner_radius_m = 0.3;                 ///< radius of rounded corners
+  /// Disc that contains the vehicle; higher boxes do not block.
   double vehicle_radius_m = 0.3, vehicle_height_m = 0.5;
   double speed_m_s = 0.5;     ///< speed of the route
   double turn_cost_m = 0.02;  ///< cost of a corner, as additional length
@@ -60,13 +65,14 @@ struct LIBOCC_API RoutePlanOptions {
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// Planned route, or the reason why there is none.
 struct RoutePlan {
-  PlanStatus status = PlanStatus::blocked;
-  std::string message;         ///< description of the problem; empty if ok
-  std::optional<Route> route;  ///< set for ok and blind
-  std::vector<RouteWaypoint> waypoints;
-  std::vector<ViewGap> gaps;
-  double seen_share = 0;  ///< share of the route's length with sufficient view
+  PlanStatus status = PlanStatus::blocked;  ///< ok or blind: `route` is set
+  std::string message;                      ///< description of the problem; empty if ok
+  std::optional<Route> route;               ///< set for ok and blind
+  std::vector<RouteWaypoint> waypoints;     ///< corners of the route
+  std::vector<ViewGap> gaps;                ///< sections without view; empty if ok
+  double seen_share = 0;                    ///< share of the route's length with sufficient view
 };
 
 /// The start's heading is rounded to a multiple of 45 degrees. Throws std::invalid_argument if the

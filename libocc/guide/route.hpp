@@ -16,45 +16,50 @@
 
 namespace occ {
 
+/// Curve through the way-points.
 enum class RouteShape {
   lines,   ///< straight lines with rounded corners
   spline,  ///< smooth curve through every way-point
 };
 
+/// A corner of a route, or a point of its curve.
 struct RouteWaypoint {
-  Eigen::Vector2d position_m = Eigen::Vector2d::Zero();
+  Eigen::Vector2d position_m = Eigen::Vector2d::Zero();  ///< in the world
   std::optional<double>
       corner_radius_m;              ///< replaces RouteOptions::corner_radius_m; 0: a sharp corner
   std::optional<double> speed_m_s;  ///< speed from here on; default: unchanged
 };
 
+/// Options of a Route.
 struct LIBOCC_API RouteOptions {
-  RouteShape shape = RouteShape::lines;
-  bool closed = false;             ///< joins the last way-point to the first
-  int laps = 1;                    ///< number of laps of a closed route
-  double corner_radius_m = 0.3;    ///< reduced where a line is too short for it
-  double speed_m_s = 0.5;          ///< speed at the first way-point
-  std::optional<PlanarPose> dock;  ///< pose of the vehicle at the end
+  RouteShape shape = RouteShape::lines;  ///< curve through the way-points
+  bool closed = false;                   ///< joins the last way-point to the first
+  int laps = 1;                          ///< number of laps of a closed route
+  double corner_radius_m = 0.3;          ///< reduced where a line is too short for it
+  double speed_m_s = 0.5;                ///< speed at the first way-point
+  std::optional<PlanarPose> dock;        ///< pose of the vehicle at the end
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
 /// A line, or an arc of constant curvature.
 struct RoutePiece {
-  PlanarPose begin;
+  PlanarPose begin;                  ///< pose at its begin, heading along the route
   double begin_m = 0, length_m = 0;  ///< distance along the route
   double curvature_1_m = 0;          ///< left positive
-  double speed_m_s = 0;
+  double speed_m_s = 0;              ///< speed of the vehicle on it
 };
 
+/// A point of a route.
 struct RoutePlace {
-  double along_m = 0;      ///< distance from the begin of the route
-  PlanarPose pose;         ///< pose on the route, heading along it
-  double deviation_m = 0;  ///< offset of the queried position to the left of the route
-  double curvature_1_m = 0;
-  double speed_m_s = 0;
+  double along_m = 0;        ///< distance from the begin of the route
+  PlanarPose pose;           ///< pose on the route, heading along it
+  double deviation_m = 0;    ///< offset of the queried position to the left of the route
+  double curvature_1_m = 0;  ///< left positive
+  double speed_m_s = 0;      ///< speed of the vehicle there
 };
 
+/// A route of lines and arcs; immutable.
 class LIBOCC_API Route {
  public:
   /// Throws std::invalid_argument naming the way-point if there are fewer than two (three for a
@@ -62,10 +67,15 @@ class LIBOCC_API Route {
   /// is not positive, or a value is not finite.
   explicit Route(const std::vector<RouteWaypoint>& waypoints, const RouteOptions& options = {});
 
+  /// Length of the whole route, all laps included.
   double length_m() const { return pieces_.back().begin_m + pieces_.back().length_m; }
+  /// Lines and arcs in their order, without gaps.
   const std::vector<RoutePiece>& pieces() const { return pieces_; }
+  /// Way-points as given to the constructor.
   const std::vector<RouteWaypoint>& waypoints() const { return waypoints_; }
+  /// Options as given to the constructor.
   const RouteOptions& options() const { return options_; }
+  /// Pose of the vehicle in the dock; empty: the vehicle stops at the end.
   const std::optional<PlanarPose>& dock() const { return options_.dock; }
   double lap_m() const {
     return length_m() / options_.laps;

@@ -24,21 +24,24 @@
 
 namespace occ {
 
+/// Kinematics of the vehicle.
 enum class Drive {
   differential,  ///< two driven wheels; can turn on the spot
   ackermann,     ///< steered front wheels
 };
 
+/// Command for one time step.
 struct DriveCommand {
   double speed_m_s = 0;        ///< speed of the origin; negative: backwards
   double turn_rate_rad_s = 0;  ///< differential drive; ignored for Ackermann
   double steering_rad = 0;     ///< Ackermann: angle of the bicycle's front wheel, left positive
 };
 
+/// State of the vehicle at one time.
 struct DriveState {
-  double time_s = 0;
-  PlanarPose pose;
-  double speed_m_s = 0;
+  double time_s = 0;           ///< since the start
+  PlanarPose pose;             ///< pose of the origin
+  double speed_m_s = 0;        ///< speed of the origin; negative: backwards
   double turn_rate_rad_s = 0;  ///< rate of the heading
   double steering_rad = 0;     ///< Ackermann
 };
@@ -51,6 +54,7 @@ struct DriveLimited {
   bool turn_change =
       false;  ///< the limit of the turn or steering acceleration does so for the turn
 
+  /// True if any limit was active.
   bool any() const { return speed || turn || acceleration || turn_change; }
 };
 
@@ -63,25 +67,26 @@ struct LIBOCC_API DriveNoise {
   double sideways_slip = 0;  ///< lateral slip of the origin [sqrt(m)]
   double odometry = 0;       ///< noise of the reported wheel travel [sqrt(m)]
   double left_scale = 1;     ///< reported over true travel of the left wheel
-  double right_scale = 1;
+  double right_scale = 1;    ///< reported over true travel of the right wheel
   double scale_sigma = 0;  ///< standard deviation of both scales in the reported covariance; fully
                            ///< correlated within a step
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// Size, limits and errors of a vehicle.
 struct LIBOCC_API Vehicle {
-  Drive drive = Drive::differential;
-  double track_m = 0.4;      ///< distance between the two unsteered wheels
-  double wheelbase_m = 0.5;  ///< Ackermann: distance from the origin to the front axle
+  Drive drive = Drive::differential;  ///< kinematics
+  double track_m = 0.4;               ///< distance between the two unsteered wheels
+  double wheelbase_m = 0.5;           ///< Ackermann: distance from the origin to the front axle
   double radius_m = 0.3;     ///< radius of a disc about the origin that contains the vehicle
   double max_speed_m_s = 1;  ///< also backwards
-  double max_acceleration_m_s2 = 0.5;  ///< also for braking
-  double max_turn_rate_rad_s = 1.5;    ///< differential drive
-  double max_turn_acceleration_rad_s2 = 5;
-  double max_steering_rad = 0.6;  ///< Ackermann; below pi/2
-  double max_steering_rate_rad_s = 1.5;
-  DriveNoise noise;
+  double max_acceleration_m_s2 = 0.5;       ///< also for braking
+  double max_turn_rate_rad_s = 1.5;         ///< differential drive
+  double max_turn_acceleration_rad_s2 = 5;  ///< differential drive
+  double max_steering_rad = 0.6;            ///< Ackermann; below pi/2
+  double max_steering_rate_rad_s = 1.5;     ///< Ackermann
+  DriveNoise noise;                         ///< errors of wheels and odometry; none by default
 
   /// Radius of the sharpest possible curve; 0 for a differential drive.
   double min_radius_m() const;
@@ -89,10 +94,11 @@ struct LIBOCC_API Vehicle {
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// Result of one time step.
 struct DriveStep {
   DriveState state;         ///< true state
   PlanarOdometry odometry;  ///< reported motion with covariance
-  DriveLimited limited;
+  DriveLimited limited;     ///< limits that the command exceeded
 };
 
 /// Advances the state by dt_s. Draws the same count of numbers from `random` for any noise. Throws

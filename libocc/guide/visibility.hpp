@@ -21,6 +21,7 @@
 
 namespace occ {
 
+/// Options of visibility().
 struct LIBOCC_API VisibilityOptions {
   Eigen::Vector3d camera_place_m = Eigen::Vector3d(0, 0, 1.5);  ///< position on the vehicle
   double camera_pan_rad = 0, camera_tilt_rad = 0;               ///< see guide/mount.hpp
@@ -32,12 +33,14 @@ struct LIBOCC_API VisibilityOptions {
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// Lamps in view from one pose, and the accuracy of an image there.
 struct Visibility {
   std::vector<int> lamps;  ///< ids of the lamps completely in view, in the scene's order
   double power_w = 0;      ///< power of all lamps through the lens; see simulate/received_power.hpp
   /// Root of the trace of the position covariance; infinite if the image does not determine the
   /// position.
   double position_sigma_m = std::numeric_limits<double>::infinity();
+  /// Infinite if prior and image do not determine it.
   double heading_sigma_rad = std::numeric_limits<double>::infinity();
 };
 
@@ -47,6 +50,7 @@ struct Visibility {
 LIBOCC_API std::vector<Visibility> visibility(const Scene& scene,
                                               const std::vector<PlanarPose>& poses,
                                               const VisibilityOptions& options = {});
+/// Visibility of one pose.
 LIBOCC_API Visibility visibility(const Scene& scene, const PlanarPose& pose,
                                  const VisibilityOptions& options = {});
 

@@ -46,8 +46,10 @@ enum class IdentifyMethod {
                ///< most lamps at one height, otherwise voting
 };
 
+/// Options of identify(); the defaults suit calibrated cameras.
 struct LIBOCC_API IdentifyOptions {
-  std::optional<Prior> prior;
+  std::optional<Prior> prior;  ///< knowledge of the pose besides the image
+  /// Search method; `automatic` suits most maps.
   IdentifyMethod method = IdentifyMethod::automatic;
   std::uint64_t seed = 0;           ///< seed of ransac
   std::optional<LampIndex> index;   ///< index of the scene's lamps for hashing; computed if absent
@@ -80,6 +82,7 @@ struct Hypothesis {
   std::optional<Symmetry> symmetry;  ///< motion from the best hypothesis to this one
 };
 
+/// All plausible assignments of an image.
 struct Identification {
   std::vector<Hypothesis> hypotheses;  ///< smallest chi2 first
   int tried = 0;                       ///< assignments of three blobs tried

@@ -17,6 +17,7 @@ namespace internal::identify {
 class LampTable;
 }
 
+/// Index of a map; build it once and pass it to each identify().
 class LIBOCC_API LampIndex {
  public:
   /// Takes about 0.1 ms per lamp. The lamps are copied.
@@ -26,6 +27,7 @@ class LIBOCC_API LampIndex {
   bool applies() const;
   std::size_t triangles() const;  ///< number of triangles
 
+  /// Content of the index, for the library's own use.
   const internal::identify::LampTable& table() const { return *table_; }
 
  private:

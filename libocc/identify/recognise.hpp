@@ -14,6 +14,7 @@
 
 namespace occ {
 
+/// Options of recognise().
 struct LIBOCC_API RecogniseOptions {
   IdentifyOptions identify;        ///< the prior applies to every object
   double max_false_alarms = 1e-3;  ///< an object is accepted if chance produces fewer matches as
@@ -32,13 +33,15 @@ struct ObjectMatch {
   double log10_false_alarms = 300;
 };
 
+/// An accepted object.
 struct RecognisedObject {
-  ObjectMatch match;
+  ObjectMatch match;                ///< object and its poses
   Status status = Status::ok;       ///< ambiguous: several plausible poses, or rivals
   std::vector<ObjectMatch> rivals;  ///< other objects that match some of the blobs, with at least
                                     ///< 1/1000 of this one's likelihood
 };
 
+/// Result of recognise().
 struct Recognition {
   std::vector<RecognisedObject> found;     ///< most significant first; each blob is used once
   std::vector<double> log10_false_alarms;  ///< best match of each object, accepted or not; infinite

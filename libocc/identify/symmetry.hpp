@@ -11,6 +11,7 @@
 
 namespace occ {
 
+/// Kinds of motion between two hypotheses.
 enum class SymmetryKind {
   rotation,     ///< about an axis
   translation,  ///< rotation by less than 0.01 rad
@@ -19,8 +20,9 @@ enum class SymmetryKind {
   none,         ///< the map does not repeat, or fewer than three blobs are in both hypotheses
 };
 
+/// Motion from one hypothesis to another.
 struct Symmetry {
-  SymmetryKind kind = SymmetryKind::none;
+  SymmetryKind kind = SymmetryKind::none;  ///< `none`: no motion fits
   Rigid3 world_from_world;  ///< maps the lamps and the camera of the best hypothesis to the rival's
   double misfit_m = 0;      ///< root mean square residual of the lamps [m]
   std::string text;  ///< description: "rotation by 90 deg about the vertical axis through (2, 2)"

@@ -15,6 +15,7 @@
 #include "libocc/core/image.hpp"
 #include "libocc/core/status.hpp"
 #include "libocc/pose/match.hpp"
+#include "libocc/pose/solver.hpp"
 #include "libocc/refine/refine.hpp"
 #include "libocc/refine/rung_costs.hpp"
 #include "libocc/scene/scene.hpp"
@@ -23,15 +24,15 @@ namespace occ {
 
 /// One image with its blobs assigned to lamps by the true pose.
 struct LadderProblem {
-  Scene scene;      ///< valid
-  ImageView image;  ///< not copied: must outlive the problem
-  Rigid3 truth;     ///< true cam_from_world
-  std::vector<Blob> blobs;
+  Scene scene;                       ///< valid
+  ImageView image;                   ///< not copied: must outlive the problem
+  Rigid3 truth;                      ///< true cam_from_world
+  std::vector<Blob> blobs;           ///< all detected blobs
   std::vector<Match> matches;        ///< lamps that are wholly in the image
   Eigen::Matrix3Xd points_in_world;  ///< centres of the matched lamps [m], 3 x matches
   Eigen::Matrix2Xd points_px;        ///< centroids of the matched blobs, 2 x matches
   double sigma_px = 0;  ///< r.m.s. distance per axis of centroids and projected centres
-  double detect_s = 0;
+  double detect_s = 0;  ///< time of detection, not included in a method's time
 };
 
 /// Detects blobs and assigns each lamp the blob nearest to the centre of its image under the true
@@ -45,7 +46,7 @@ struct LadderStep {
   const char* family;  ///< package of the implementation: "libocc", "OpenGV", "OpenCV"
   const char* what;    ///< description for tables
   Rung observations;   ///< observations that it uses; they determine its bound
-  FluxModel flux;
+  FluxModel flux;      ///< flux model that it uses; determines its bound, too
 
   /// Returns true if the number and the layout of the points allow it.
   bool (*suits)(const LadderProblem& problem);
@@ -56,7 +57,11 @@ struct LadderStep {
 /// All methods, roughly from the fastest to the slowest.
 LIBOCC_API const std::vector<LadderStep>& ladder_steps();
 
-/// Returns the method of that name. Throws std::invalid_argument that lists all names.
+/// Methods that were left out of this build; empty with the default options.
+LIBOCC_API const std::vector<MissingMethod>& missing_ladder_steps();
+
+/// Returns the method of that name. Throws std::invalid_argument for an unknown name (listing the
+/// existing ones) and for a missing method (naming the CMake option).
 LIBOCC_API const LadderStep& ladder_step_named(const std::string& name);
 
 /// Root mean square errors at the true pose; zero if there is no bound.
@@ -70,13 +75,14 @@ struct LadderBound {
 LIBOCC_API LadderBound ladder_bound(const LadderProblem& problem, Rung rung,
                                     FluxModel flux = FluxModel::ignore);
 
+/// Time and error of one method on one image.
 struct LadderOutcome {
-  std::string name;
-  bool answered = false;
-  Rigid3 cam_from_world;
-  double time_s = 0;  ///< mean time of a call, over as many calls as take `min_time_s`
-  double position_error_m = 0, rotation_error_rad = 0;
-  LadderBound bound;  ///< bound of its observations
+  std::string name;       ///< LadderStep::name
+  bool answered = false;  ///< false: the method returned no pose, and the errors are undefined
+  Rigid3 cam_from_world;  ///< pose of the method
+  double time_s = 0;      ///< mean time of a call, over as many calls as take `min_time_s`
+  double position_error_m = 0, rotation_error_rad = 0;  ///< distance and angle from the true pose
+  LadderBound bound;                                    ///< bound of its observations
 };
 
 /// Runs and times one method. Throws std::invalid_argument if it does not suit the problem.
@@ -85,9 +91,10 @@ LIBOCC_API LadderOutcome run_step(const LadderProblem& problem, const LadderStep
 
 /// Time of a refinement alone, from a pose 9 mm and 0.6 degrees off; the data to fit RungCosts.
 struct RefineTime {
-  RungWork work;
+  RungWork work;      ///< numbers of measurements
   double time_s = 0;  ///< zero if it failed
 };
+/// Times one rung of the refinement over at least min_time_s [s].
 LIBOCC_API RefineTime time_refine(const LadderProblem& problem, Rung rung, double min_time_s);
 
 }  // namespace occ

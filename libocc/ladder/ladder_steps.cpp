@@ -8,6 +8,7 @@
 #include "libocc/locate/solve_pose.hpp"
 #include "libocc/pose/candidates.hpp"
 #include "libocc/pose/internal/frames.hpp"
+#include "libocc/pose/internal/missing_method.hpp"
 #include "libocc/pose/internal/point_layout.hpp"
 #include "libocc/pose/solvers/p3p.hpp"
 #include "libocc/pose/solvers/p3p_kneip.hpp"
@@ -48,8 +49,10 @@ Result<Rigid3> by_solver(const LadderProblem& p, const char* name) {
 }
 
 Result<Rigid3> by_p3p_triples(const LadderProblem& p) { return by_solver(p, "p3p_triples"); }
+#if LIBOCC_OPENGV
 Result<Rigid3> by_upnp(const LadderProblem& p) { return by_solver(p, "upnp"); }
 Result<Rigid3> by_epnp(const LadderProblem& p) { return by_solver(p, "epnp"); }
+#endif
 Result<Rigid3> by_posit(const LadderProblem& p) { return by_solver(p, "posit"); }
 Result<Rigid3> by_posit_coplanar(const LadderProblem& p) { return by_solver(p, "posit_coplanar"); }
 Result<Rigid3> by_homography(const LadderProblem& p) { return by_solver(p, "homography"); }
@@ -95,32 +98,64 @@ std::vector<LadderStep> own_steps() {
   constexpr FluxModel no_flux = FluxModel::ignore;
   constexpr Rung points = Rung::points, rims = Rung::rims;
   return {
-      {"p3p", "libocc", "three points, chosen by the others", points, no_flux, three,
-       by_three<p3p_solver>},
-      {"p3p_kneip", "OpenGV", "three points, chosen by the others", points, no_flux, three,
-       by_three<p3p_kneip_solver>},
-      {"p3p_triples", "libocc", "the best of several triples", points, no_flux, three,
-       by_p3p_triples},
-      {"guard", "libocc", "p3p_triples, checked and polished by all points", points, no_flux, three,
-       guarded},
-      {"posit", "libocc", "all points", points, no_flux, not_coplanar_four, by_posit},
-      {"posit_coplanar", "libocc", "a plane's points", points, no_flux, coplanar_four,
-       by_posit_coplanar},
-      {"homography", "libocc", "a plane's points", points, no_flux, coplanar_four, by_homography},
-      {"dlt", "libocc", "all points", points, no_flux, not_coplanar_six, by_dlt},
-      {"epnp", "OpenGV", "all points", points, no_flux, not_coplanar_four, by_epnp},
-      {"upnp", "OpenGV", "all points", points, no_flux, four, by_upnp},
-      {"solve_pose", "libocc", "all points, least squares, with covariance", points, no_flux, three,
-       by_solve_pose},
-      {"points", "libocc", "refined by centroids taken for the lamps' centres", points, no_flux,
-       three, refined<Rung::points>},
-      {"centres", "libocc", "refined by centroids, ellipses corrected", Rung::centres, no_flux,
-       three, refined<Rung::centres>},
-      {"rims", "libocc", "refined by rims", rims, no_flux, three, refined<Rung::rims>},
-      {"rims+flux", "libocc", "refined by rims and brightness", rims, FluxModel::known_power, three,
-       refined<Rung::rims, FluxModel::known_power>},
-      {"direct", "libocc", "refined by every pixel", Rung::direct, no_flux, three,
-       refined<Rung::direct>}};
+    {"p3p",
+     "libocc",
+     "three points, chosen by the others",
+     points,
+     no_flux,
+     three,
+     by_three<p3p_solver>},
+#if LIBOCC_OPENGV
+        {"p3p_kneip",
+         "OpenGV",
+         "three points, chosen by the others",
+         points,
+         no_flux,
+         three,
+         by_three<p3p_kneip_solver>},
+#endif
+        {"p3p_triples", "libocc",      "the best of several triples", points, no_flux,
+         three,         by_p3p_triples},
+        {"guard", "libocc", "p3p_triples, checked and polished by all points", points, no_flux,
+         three,   guarded},
+        {"posit", "libocc", "all points", points, no_flux, not_coplanar_four, by_posit},
+        {"posit_coplanar", "libocc",      "a plane's points", points,
+         no_flux,          coplanar_four, by_posit_coplanar},
+        {"homography", "libocc", "a plane's points", points, no_flux, coplanar_four, by_homography},
+        {"dlt", "libocc", "all points", points, no_flux, not_coplanar_six, by_dlt},
+#if LIBOCC_OPENGV
+        {"epnp", "OpenGV", "all points", points, no_flux, not_coplanar_four, by_epnp},
+        {"upnp", "OpenGV", "all points", points, no_flux, four, by_upnp},
+#endif
+        {"solve_pose", "libocc",     "all points, least squares, with covariance", points, no_flux,
+         three,        by_solve_pose},
+        {"points",
+         "libocc",
+         "refined by centroids taken for the lamps' centres",
+         points,
+         no_flux,
+         three,
+         refined<Rung::points>},
+        {"centres",
+         "libocc",
+         "refined by centroids, ellipses corrected",
+         Rung::centres,
+         no_flux,
+         three,
+         refined<Rung::centres>},
+        {"rims", "libocc", "refined by rims", rims, no_flux, three, refined<Rung::rims>},
+        {"rims+flux",
+         "libocc",
+         "refined by rims and brightness",
+         rims,
+         FluxModel::known_power,
+         three,
+         refined<Rung::rims, FluxModel::known_power>},
+    {
+      "direct", "libocc", "refined by every pixel", Rung::direct, no_flux, three,
+          refined<Rung::direct>
+    }
+  };
 }
 
 }  // namespace
@@ -163,8 +198,26 @@ bool internal::ladder::is_not_coplanar(const LadderProblem& p) {
 const std::vector<LadderStep>& ladder_steps() {
   static const std::vector<LadderStep> list = [] {
     std::vector<LadderStep> steps = own_steps();
+#if LIBOCC_OPENCV
     for (const LadderStep& step : opencv_steps()) steps.push_back(step);
+#endif
     return steps;
+  }();
+  return list;
+}
+
+const std::vector<MissingMethod>& missing_ladder_steps() {
+  static const std::vector<MissingMethod> list = [] {
+    std::vector<MissingMethod> missing;
+#if !LIBOCC_OPENGV
+    for (const char* name : {"p3p_kneip", "epnp", "upnp"})
+      missing.push_back({name, "LIBOCC_OPENGV"});
+#endif
+#if !LIBOCC_OPENCV
+    for (const char* name : {"AP3P", "IPPE", "EPNP", "SQPNP", "ITERATIVE"})
+      missing.push_back({name, "LIBOCC_OPENCV"});
+#endif
+    return missing;
   }();
   return list;
 }
@@ -175,6 +228,7 @@ const LadderStep& ladder_step_named(const std::string& name) {
     if (step.name == name) return step;
     known += (known.empty() ? "" : ", ") + std::string(step.name);
   }
+  require_in_build("rung", name, missing_ladder_steps());
   throw std::invalid_argument("rung = \"" + name + "\" must be one of " + known);
 }
 

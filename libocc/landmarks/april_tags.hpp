@@ -23,11 +23,12 @@
 
 namespace occ {
 
+/// Options of detect_april_tags().
 struct LIBOCC_API AprilTagOptions {
   std::string family = "tag36h11";  ///< a name in april_tag_families()
   double decimate = 1;  ///< factor by which the image is reduced for the search of squares, 1 to 8;
                         ///< 2 takes a third of the time and misses tags below about 30 px
-  int threads = 1;
+  int threads = 1;      ///< number of threads of the search, at least 1
   int max_hamming = 1;  ///< max number of corrected bits, 0 to 2; more give more false tags
   double min_decision_margin = 20;  ///< min of AprilTag::decision_margin
   bool refine = true;               ///< refine the corners
@@ -44,9 +45,10 @@ struct LIBOCC_API AprilTagOptions {
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// A detected tag.
 struct AprilTag {
-  int id = 0;
-  std::string family;
+  int id = 0;                  ///< number within its family
+  std::string family;          ///< as in AprilTagOptions
   int hamming = 0;             ///< number of corrected bits
   double decision_margin = 0;  ///< mean difference between bits and threshold [grey levels of 255]
   /// Lower left, lower right, upper right, upper left of the upright tag. Pixel (0, 0) is the
@@ -72,7 +74,8 @@ LIBOCC_API std::vector<AprilTag> detect_april_tags(const ImageView& image,
 
 /// Image that is read in windows: pixels x0 <= x < x0 + width, y0 <= y < y0 + height.
 struct ImageReader {
-  int width = 0, height = 0;
+  int width = 0, height = 0;  ///< size of the whole image [px]
+  /// Returns the pixels of a window inside the image.
   std::function<Image(int x0, int y0, int width, int height)> read;
 };
 

@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
-#include <opencv2/calib3d.hpp>
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
+#include "libocc/landmarks/internal/chessboard_search.hpp"
 #include "libocc/landmarks/internal/grey_image.hpp"
 
 namespace occ {
@@ -112,12 +111,9 @@ bool refine(const GreyImage& grey, int half, double noise, Corner& corner) {
 }
 
 /// Distance of a corner to the nearest of its neighbours on the board.
-double spacing_px(const std::vector<cv::Point2f>& corners, int columns, int rows, int column,
+double spacing_px(const std::vector<Vector2d>& corners, int columns, int rows, int column,
                   int row) {
-  const auto at = [&](int x, int y) {
-    const cv::Point2f& p = corners[y * columns + x];
-    return Vector2d(p.x, p.y);
-  };
+  const auto at = [&](int x, int y) { return corners[y * columns + x]; };
   double min_px = std::numeric_limits<double>::infinity();
   const auto look = [&](int x, int y) {
     if (x >= 0 && y >= 0 && x < columns && y < rows)
@@ -128,78 +124,6 @@ double spacing_px(const std::vector<cv::Point2f>& corners, int columns, int rows
   look(column, row - 1);
   look(column, row + 1);
   return min_px;
-}
-
-/// Means of factor x factor pixels. Pixel p of the result is at factor p + (factor - 1) / 2.
-std::vector<unsigned char> reduced(const std::vector<unsigned char>& bytes, int width, int height,
-                                   int factor) {
-  const int columns = width / factor, rows = height / factor;
-  std::vector<unsigned char> means;
-  means.reserve(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
-  for (int y = 0; y < rows; ++y)
-    for (int x = 0; x < columns; ++x) {
-      int sum = 0;
-      for (int v = 0; v < factor; ++v) {
-        const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(y * factor + v) * width +
-                           static_cast<std::ptrdiff_t>(x) * factor;
-        sum = std::accumulate(begin, begin + factor, sum);
-      }
-      means.push_back(static_cast<unsigned char>(sum / (factor * factor)));
-    }
-  return means;
-}
-
-struct CoarseCorners {
-  std::vector<cv::Point2f> px;  // in the full image; empty if there is no board
-  int factor = 1;               // of the reduced image in which they were found
-};
-
-/// A search of the board in the image reduced by `factor`.
-struct Search {
-  int factor = 1;
-  int flags = 0;
-};
-
-/// Searches by increasing time; see the header for the sizes.
-std::vector<Search> searches_of(const Image& image) {
-  constexpr int quick_px = 1000, thorough_px = 640;
-  constexpr int flags = cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE;
-  const int side = std::max(image.width, image.height);
-  std::vector<Search> searches;
-  if (side > thorough_px)
-    searches.push_back({(side + quick_px - 1) / quick_px, flags | cv::CALIB_CB_FAST_CHECK});
-  searches.push_back({(side + thorough_px - 1) / thorough_px, flags});
-  return searches;
-}
-
-CoarseCorners run_search(const std::vector<unsigned char>& bytes, const Image& pixels,
-                         const Search& search, const ChessboardOptions& options) {
-  constexpr int min_size_px = 20;  // no board fits a smaller image
-  const int columns = pixels.width / search.factor, rows = pixels.height / search.factor;
-  if (std::min(columns, rows) < min_size_px) return {};
-  std::vector<unsigned char> small = reduced(bytes, pixels.width, pixels.height, search.factor);
-  const cv::Mat view(rows, columns, CV_8UC1, small.data());
-  CoarseCorners found;
-  found.factor = search.factor;
-  if (!cv::findChessboardCorners(view, cv::Size(options.columns, options.rows), found.px,
-                                 search.flags))
-    return {};
-  const auto factor = static_cast<float>(search.factor);
-  const float shift = 0.5F * (factor - 1);
-  for (cv::Point2f& p : found.px) p = factor * p + cv::Point2f(shift, shift);
-  return found;
-}
-
-CoarseCorners search_board(const Image& pixels, const ChessboardOptions& options) {
-  const std::vector<unsigned char> bytes = eight_bits(pixels, white_level(pixels));
-  const std::vector<Search> searches = searches_of(pixels);
-  const auto count = static_cast<int>(searches.size());
-  for (int i = 0; i < count; ++i) {
-    if (options.progress && !options.progress(i, count)) return {};
-    CoarseCorners found = run_search(bytes, pixels, searches[static_cast<std::size_t>(i)], options);
-    if (!found.px.empty()) return found;
-  }
-  return {};
 }
 
 }  // namespace
@@ -219,7 +143,7 @@ std::optional<ChessboardCorners> find_chessboard(const ImageView& image,
   image.validate();
   const Image pixels = to_grey(image);
   const CoarseCorners coarse_corners = search_board(pixels, options);
-  const std::vector<cv::Point2f>& found = coarse_corners.px;
+  const std::vector<Vector2d>& found = coarse_corners.px;
   if (found.empty()) return std::nullopt;
   const GreyImage grey(pixels);
   const double noise = noise_of(grey);
@@ -229,12 +153,11 @@ std::optional<ChessboardCorners> find_chessboard(const ImageView& image,
   for (int row = 0; row < options.rows; ++row)
     for (int column = 0; column < options.columns; ++column) {
       const int k = row * options.columns + column;
-      const cv::Point2f& start = found[k];
       const double side = spacing_px(found, options.columns, options.rows, column, row);
       const int half =
           std::max(2, static_cast<int>(std::min(options.max_window_px, part_of_square * side)));
       const double unrefined_px = 0.3 * coarse_corners.factor;  // sigma of OpenCV's corners
-      Corner corner{{start.x, start.y}, unrefined_px * unrefined_px * Matrix2d::Identity()};
+      Corner corner{found[k], unrefined_px * unrefined_px * Matrix2d::Identity()};
       const Corner coarse = corner;
       if (!refine(grey, half, noise, corner)) corner = coarse;
       corners.px.col(k) = corner.px;

@@ -27,6 +27,7 @@
 
 namespace occ {
 
+/// Options of find_chessboard().
 struct LIBOCC_API ChessboardOptions {
   int columns = 9, rows = 6;     ///< number of inner corners
   double max_window_px = 10;     ///< max half side of the window; smaller on small squares
@@ -38,13 +39,14 @@ struct LIBOCC_API ChessboardOptions {
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// Inner corners of a chessboard.
 struct ChessboardCorners {
   Eigen::Matrix2Xd px;  ///< row by row; the first may be any outer corner of a symmetric board
-  std::vector<Eigen::Matrix2d> covariance_px2;
+  std::vector<Eigen::Matrix2d> covariance_px2;  ///< one per corner
 };
 
 /// Empty if the whole board is not visible. Throws std::invalid_argument for an invalid view or
-/// option.
+/// option, and in a build without OpenCV (CMake option LIBOCC_OPENCV).
 LIBOCC_API std::optional<ChessboardCorners> find_chessboard(const ImageView& image,
                                                             const ChessboardOptions& options = {});
 

@@ -17,32 +17,36 @@ namespace occ {
 
 /// One plausible pose.
 struct Candidate {
-  Rigid3 cam_from_world;
+  Rigid3 cam_from_world;  ///< refined pose
+  /// Covariance of cam_from_world, see geometry/rigid.hpp.
   Matrix6 covariance = unknown_covariance<6>();
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< camera position in the world
-  double rms_px = 0;
-  double chi2 = 0;
+  double rms_px = 0;                                     ///< r.m.s. residual over all lamps
+  double chi2 = 0;            ///< weighted sum of squared residuals at this pose
   int dof = 0;                ///< residuals minus unknowns
   std::map<int, Blob> lamps;  ///< lamp id -> blob
 };
 
+/// Wall-clock times of the steps of locate() [s]; 0 for steps that did not run.
 struct Timing {
+  /// `total_s` includes steps without a time of their own.
   double detect_s = 0, identify_s = 0, refine_s = 0, total_s = 0;
 };
 
 /// Without candidates, pose and position are undefined and their covariances infinite.
 struct Fix {
-  Rigid3 cam_from_world;
+  Rigid3 cam_from_world;  ///< pose of the best candidate
   Matrix6 covariance =
       unknown_covariance<6>();  ///< covariance of cam_from_world, see geometry/rigid.hpp
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< camera position in the world
+  /// Covariance of position_m, world axes.
   Eigen::Matrix3d position_covariance_m2 = unknown_covariance<3>();
-  double rms_px = 0;
+  double rms_px = 0;                  ///< r.m.s. residual of the best candidate
   std::map<int, Blob> lamps;          ///< lamp id -> blob, of the best candidate
   std::vector<Blob> blobs;            ///< all detected blobs
   std::vector<Candidate> candidates;  ///< all plausible poses, best first; the first is the fix
   std::optional<RungChoice> choice;   ///< locate(): rung of the refinement, with the reason
-  Timing timing_s;
+  Timing timing_s;                    ///< time of each step
 };
 
 }  // namespace occ

@@ -31,23 +31,26 @@
 
 namespace occ {
 
+/// Heights above a flat road and the direction of its normal.
 struct RoadHeights {
-  double lamps_m = 0.65, lamps_sigma_m = 0.1;
-  double camera_m = 1.2, camera_sigma_m = 0.02;
+  double lamps_m = 0.65, lamps_sigma_m = 0.1;    ///< height of the lamps' centres above the road
+  double camera_m = 1.2, camera_sigma_m = 0.02;  ///< height of the camera's centre above the road
   Eigen::Vector3d up_in_cam = -Eigen::Vector3d::UnitY();  ///< normal of the road, unit vector
   double up_sigma_rad = 0.005;                            ///< pitch of camera and road
 };
 
+/// Options of headlight_distance().
 struct LIBOCC_API HeadlightOptions {
   double separation_m = 1.4, separation_sigma_m = 0.1;  ///< between the lamps' centres
-  double sigma_px = 0.5;         ///< standard deviation of a lamp's pixel coordinates
-  double yaw_max_rad = 0.5;      ///< limit of |yaw|; below pi/2
-  double yaw_concentration = 0;  ///< kappa of the von Mises prior; 0: uniform
-  std::optional<RoadHeights> heights;
+  double sigma_px = 0.5;               ///< standard deviation of a lamp's pixel coordinates
+  double yaw_max_rad = 0.5;            ///< limit of |yaw|; below pi/2
+  double yaw_concentration = 0;        ///< kappa of the von Mises prior; 0: uniform
+  std::optional<RoadHeights> heights;  ///< knowledge of the road; empty: it is not used
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// Distance of a car, with the posterior of its yaw.
 struct HeadlightDistance {
   double distance_m = 0, sigma_m = 0;  ///< mean and standard deviation
   double low_m = 0, high_m = 0;        ///< 95 % interval, 2.5 % on each side
@@ -67,6 +70,7 @@ LIBOCC_API Result<HeadlightDistance> headlight_distance(const Eigen::Matrix2d& l
                                                         const Camera& camera,
                                                         const HeadlightOptions& options = {});
 
+/// One plausible pose of a vehicle.
 struct VehiclePose {
   Candidate pose;                         ///< "world" is the vehicle's frame
   double distance_m = 0, sigma_m = 0;     ///< distance of the vehicle's origin

@@ -23,6 +23,7 @@
 
 namespace occ {
 
+/// Options of locate(); none needs to be set.
 struct LIBOCC_API LocateOptions {
   std::optional<Prior> prior;  ///< for identification and refinement; the only one to set
   /// Time budget of the whole call. The rung is chosen after detection and identification, whose

@@ -18,6 +18,7 @@
 
 namespace occ {
 
+/// Options of robust_pose().
 struct LIBOCC_API RobustPoseOptions {
   double sigma_px = 1;             ///< standard deviation of an inlier's pixel coordinates
   double gate_sigmas = 4;          ///< inlier limit; 1 of 3000 correct correspondences is beyond
@@ -35,10 +36,11 @@ struct LIBOCC_API RobustPoseOptions {
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// Pose from correspondences with outliers.
 struct RobustPose {
-  Fix fix;                    ///< fitted to the inliers by solve_pose
-  std::vector<bool> inliers;  ///< one for each point
-  double inlier_ratio = 0;
+  Fix fix;                          ///< fitted to the inliers by solve_pose
+  std::vector<bool> inliers;        ///< one for each point
+  double inlier_ratio = 0;          ///< share of inliers, 0 to 1
   int iterations = 0;               ///< number of samples
   double log10_false_alarms = 300;  ///< log10 of the expected number of random poses as good
 };

@@ -14,7 +14,9 @@
 #include "libocc/locate/internal/best_candidate.hpp"
 #include "libocc/locate/internal/point_problem.hpp"
 #include "libocc/pose/candidates.hpp"
+#include "libocc/pose/internal/missing_method.hpp"
 #include "libocc/pose/internal/p3p_triples.hpp"
+#include "libocc/pose/solver.hpp"
 #include "libocc/refine/internal/ranking.hpp"
 
 namespace occ {
@@ -88,8 +90,9 @@ Result<std::vector<Start>> starts_of(const Problem& p, const std::string& solver
   Result<std::vector<Rigid3>> poses;
   if (solver == "auto") {
     solve_p3p_triples(p.points, p.bearings, p.seen, enough * p.seen.count(), poses.value);
-    // For rays far from a common centre, the poses of a central solver are inaccurate.
-    if (p.origins.cols() > 0) {
+    // For rays far from a common centre, the poses of a central solver are inaccurate. A build
+    // without OpenGV has no other one.
+    if (p.origins.cols() > 0 && is_in_build("gp3p")) {
       const Result<std::vector<Rigid3>> general = poses_by(p, "gp3p");
       poses.value.insert(poses.value.end(), general.value.begin(), general.value.end());
     }

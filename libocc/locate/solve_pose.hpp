@@ -18,6 +18,7 @@
 
 namespace occ {
 
+/// Options of solve_pose().
 struct LIBOCC_API SolvePoseOptions {
   std::string solver = "auto";  ///< a name in solvers(); "auto": p3p_triples
   /// Start value instead of a solver, e.g. the pose of the last frame. Other poses that fit are

@@ -9,7 +9,7 @@
 #include "libocc/core/require.hpp"
 #include "libocc/locate/internal/best_candidate.hpp"
 #include "libocc/locate/solve_pose.hpp"
-#include "libocc/pose/candidates.hpp"
+#include "libocc/pose/internal/plane_starts.hpp"
 
 namespace occ {
 
@@ -73,14 +73,10 @@ std::vector<Candidate> tag_poses(const AprilTag& tag, double size_m, const Camer
               "inside the camera's domain");
     problem.bearings.col(k) = *bearing;
   }
-  CandidateOptions any;
-  any.polish = false;
-  any.tolerance_rad = 4;  // no gate: the fit decides
   std::vector<Candidate> poses;
-  const Result<std::vector<PoseCandidate>> starts = pose_candidates(problem, "ippe", any);
-  for (const PoseCandidate& start : starts.value) {
+  for (const Rigid3& start : internal::pose::plane_starts(problem)) {
     SolvePoseOptions options;
-    options.start = start.cam_from_world;
+    options.start = start;
     options.sigmas_px = seen.sigmas_px;
     const Result<Fix> fix = solve_pose(problem.points, seen.image(), camera, options);
     if (fix->candidates.empty()) continue;

@@ -14,7 +14,7 @@
 namespace occ {
 
 /// Poses of the camera from one tag, best first, whatever their residuals are. A small square far
-/// away has two similar poses (IPPE, pose/internal/ippe.hpp), both are returned with chi2 (2
+/// away has two similar poses (IPPE, pose/solvers/ippe.hpp), both are returned with chi2 (2
 /// degrees of freedom) and rms_px. If noise leaves one minimum, one is returned. "World" is the
 /// tag's frame: x to the right, y up, z towards the viewer. Throws std::invalid_argument for a size
 /// that is not positive and for corners outside the camera's domain.

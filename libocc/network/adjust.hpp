@@ -26,6 +26,7 @@
 
 namespace occ {
 
+/// Options of adjust().
 struct AdjustOptions {
   bool robust = true;             ///< robust estimation; needed if gross errors are expected
   bool snooping = true;           ///< data snooping after it
@@ -35,42 +36,47 @@ struct AdjustOptions {
   int threads = 2;                ///< at least 1; any number gives the same bits
   Datum datum;                    ///< datum of the result; defined relative to the start values
 
+  /// Throws std::invalid_argument naming the field and its value.
   LIBOCC_API void validate() const;
 };
 
+/// State of an adjustment after one iteration.
 struct AdjustProgress {
   const char* stage = "";  ///< "robust", "least squares" or "snooping"
-  int iteration = 0;
-  double cost = 0;  ///< half the weighted sum of squares, with the stage's loss function
-  int rejected = 0;
+  int iteration = 0;       ///< starts at 0 in each stage
+  double cost = 0;         ///< half the weighted sum of squares, with the stage's loss function
+  int rejected = 0;        ///< number of observations rejected so far
 };
 
 /// Return false to stop: the result so far is returned as `not_converged`.
 using AdjustCallback = std::function<bool(const AdjustProgress&)>;
 
+/// An image observation that was removed as a gross error.
 struct RejectedObservation {
   int observation = 0;    ///< index into Network::observations
   double normalised = 0;  ///< residual / its sigma at rejection; infinite: not in view
   std::string reason;     ///< "robust", "snooping", "not in view", "no agreement"
 };
 
+/// A distance that was removed as a gross error.
 struct RejectedDistance {
-  int distance = 0;  ///< index into Network::distances
-  double normalised = 0;
+  int distance = 0;       ///< index into Network::distances
+  double normalised = 0;  ///< residual / its sigma at rejection
 };
 
+/// Result of adjust(), with the numbers that describe the fit.
 struct Adjustment {
-  Network network;  ///< adjusted; rejected observations have used == false
-  int iterations = 0;
+  Network network;       ///< adjusted; rejected observations have used == false
+  int iterations = 0;    ///< total of all stages
   double cost = 0;       ///< half the weighted sum of squares of the used observations
   int observations = 0;  ///< scalar ones: two per used image point, one per distance, ...
-  int unknowns = 0;
-  int defect = 0;      ///< datum defect, 0 to 7
-  int redundancy = 0;  ///< observations - unknowns + defect
-  double sigma0 = 1;   ///< sqrt(2 cost / redundancy); 1 without redundancy
-  std::vector<RejectedObservation> rejected;
-  std::vector<RejectedDistance> rejected_distances;
-  std::vector<std::string> warnings;  ///< for example, points that were left out
+  int unknowns = 0;      ///< number of scalar unknowns
+  int defect = 0;        ///< datum defect, 0 to 7
+  int redundancy = 0;    ///< observations - unknowns + defect
+  double sigma0 = 1;     ///< sqrt(2 cost / redundancy); 1 without redundancy
+  std::vector<RejectedObservation> rejected;         ///< in the order of rejection
+  std::vector<RejectedDistance> rejected_distances;  ///< in the order of rejection
+  std::vector<std::string> warnings;                 ///< for example, points that were left out
 };
 
 /// Adjusts a network. Status: ok; too_few_lamps: fewer targets than a station or the network needs;

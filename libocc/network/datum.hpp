@@ -25,6 +25,7 @@
 
 namespace occ {
 
+/// Kinds of datum.
 enum class DatumKind {
   inner,    ///< inner constraints over `targets`; none given: over all points and corners
   minimal,  ///< as many coordinates of three `targets` as the defect; none given: three far apart
@@ -33,9 +34,10 @@ enum class DatumKind {
                ///< scale
 };
 
+/// Definition of the coordinate system of a network.
 struct Datum {
-  DatumKind kind = DatumKind::inner;
-  std::vector<Target> targets;  ///< minimal: three or none; scale_only: two or none
+  DatumKind kind = DatumKind::inner;  ///< inner constraints by default
+  std::vector<Target> targets;        ///< minimal: three or none; scale_only: two or none
 };
 
 /// Throws std::invalid_argument for an invalid target or a wrong number of targets.
@@ -43,10 +45,11 @@ LIBOCC_API void check_datum(const Network& network, const Datum& datum);
 
 /// A similarity of the world: X' = scale * (rotation * X) + translation.
 struct Similarity {
-  double scale = 1;
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+  double scale = 1;                                        ///< positive; 1: no change of lengths
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< orthonormal, determinant +1
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();   ///< [m]
 
+  /// Position after the similarity [m].
   Eigen::Vector3d operator*(const Eigen::Vector3d& point) const {
     return scale * (rotation * point) + translation;
   }
@@ -58,14 +61,16 @@ struct Similarity {
 /// std::invalid_argument for a scale that is not positive.
 LIBOCC_API Network transformed(Network network, const Similarity& similarity);
 
+/// Undetermined directions of a network.
 struct DatumDefect {
-  int translation = 0, rotation = 0, scale = 0;
+  int translation = 0, rotation = 0, scale = 0;  ///< number of undetermined parameters of each kind
   /// Orthonormal columns over (rotation, translation, log scale) about `pivot_m`; the translation
   /// is in units of `extent_m`. As many columns as the defect.
   Eigen::Matrix<double, 7, Eigen::Dynamic> directions;
-  Eigen::Vector3d pivot_m = Eigen::Vector3d::Zero();
-  double extent_m = 1;
+  Eigen::Vector3d pivot_m = Eigen::Vector3d::Zero();  ///< centre of rotation and scale
+  double extent_m = 1;                                ///< size of the network
 
+  /// Number of undetermined parameters, 0 to 7.
   int total() const { return static_cast<int>(directions.cols()); }
 };
 

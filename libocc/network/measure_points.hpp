@@ -19,24 +19,27 @@ namespace occ {
 
 /// Image point of a point to be measured.
 struct PointObservation {
-  int image = 0;
-  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
-  Eigen::Vector2d sigma_px{0.5, 0.5};
+  int image = 0;                                    ///< index into Network::images
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< position in the image [px]
+  Eigen::Vector2d sigma_px{0.5, 0.5};               ///< standard deviations in x and y, positive
 };
 
+/// A point measured by intersection.
 struct MeasuredPoint {
   Status status = Status::ok;  ///< too_few_lamps: fewer than two images; degenerate: parallel rays,
                                ///< or an intersection that is not in view; not_converged
+  /// In the network's datum; undefined when not ok.
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();  ///< infinite when not ok
-  double sigma0 = 1;             ///< a posteriori, from 2n - 3 redundant observations
-  double worst_residual_px = 0;  ///< largest absolute residual
-  double angle_rad = 0;          ///< largest angle between two of its rays
-  std::vector<PointObservation> observations;
+  double sigma0 = 1;                           ///< a posteriori, from 2n - 3 redundant observations
+  double worst_residual_px = 0;                ///< largest absolute residual
+  double angle_rad = 0;                        ///< largest angle between two of its rays
+  std::vector<PointObservation> observations;  ///< as given
 };
 
+/// Points measured together, with their correlations.
 struct Measurement {
-  std::vector<MeasuredPoint> points;
+  std::vector<MeasuredPoint> points;  ///< one for each list of observations
   Eigen::MatrixXd
       covariance_m2;  ///< joint covariance of all points, 3n x 3n; infinite where not ok
 };
@@ -49,9 +52,10 @@ LIBOCC_API Measurement measure_points(const Network& network,
                                       const std::vector<std::vector<PointObservation>>& points,
                                       const Precision* precision = nullptr);
 
+/// Distance of two measured points.
 struct MeasuredDistance {
-  double length_m = 0;
-  double sigma_m = 0;  ///< infinite when a point is not ok or the length is zero
+  double length_m = 0;  ///< undefined when a point is not ok
+  double sigma_m = 0;   ///< infinite when a point is not ok or the length is zero
 };
 
 /// Distance of two points (indices). Throws std::invalid_argument for an index out of range.

@@ -21,109 +21,126 @@
 
 namespace occ {
 
+/// A camera model, shared by all images that were taken with it.
 struct NetworkCamera {
-  std::string name;
+  std::string name;  ///< label for messages
+  /// Start values of the free parameters, known values of the others.
   Camera camera = Camera::pinhole(640, 480, 500, 500, 319.5, 239.5);
   std::vector<std::string> free_parameters;  ///< names of the unknown parameters
 };
 
 /// Pose of a camera or a rig. Several images may share a station.
 struct NetworkStation {
-  std::string name;
-  Rigid3 station_from_world;
-  bool fixed = false;
+  std::string name;           ///< label for messages
+  Rigid3 station_from_world;  ///< start value; the known pose if fixed
+  bool fixed = false;         ///< true: the pose is error-free
 };
 
 /// Pose of a camera on its rig.
 struct NetworkMount {
-  std::string name;
-  Rigid3 cam_from_station;
-  bool fixed = false;
+  std::string name;         ///< label for messages
+  Rigid3 cam_from_station;  ///< start value; the known pose if fixed
+  bool fixed = false;       ///< true: the pose is error-free
 };
 
+/// An image: a camera at a station.
 struct NetworkImage {
-  std::string name;
-  int camera = 0, station = 0;
-  int mount = -1;  ///< -1: the station is the camera pose
+  std::string name;             ///< label for messages
+  int camera = 0, station = 0;  ///< indices into Network::cameras and Network::stations
+  int mount = -1;               ///< -1: the station is the camera pose
 };
 
+/// A point of the world.
 struct NetworkPoint {
-  std::string name;
+  std::string name;  ///< label for messages
+  /// Start value; the known position if fixed.
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  bool fixed = false;
+  bool fixed = false;  ///< true: the position is error-free
 };
 
+/// Points of known shape with an unknown pose, such as a tag.
 struct NetworkBody {
-  std::string name;
+  std::string name;            ///< label for messages
   Eigen::Matrix3Xd corners_m;  ///< 3 x n, in the body's frame
-  Rigid3 world_from_body;
-  double scale = 1;
-  bool scale_free = false;  ///< only its shape is known, not its size
-  bool fixed = false;
+  Rigid3 world_from_body;      ///< start value; the known pose if fixed
+  double scale = 1;            ///< factor on corners_m; start value if scale_free
+  bool scale_free = false;     ///< only its shape is known, not its size
+  bool fixed = false;          ///< true: pose and scale are error-free
 };
 
 /// A point of the network, or a corner of a body.
 struct Target {
-  int point = -1;
+  int point = -1;  ///< index into Network::points; -1: a corner of a body
+  /// Index into Network::bodies, and column of its corners_m; body is -1 for a point.
   int body = -1, corner = 0;
 
+  /// Target for an index into Network::points.
   static Target of_point(int point) { return {point, -1, 0}; }
+  /// Target for a corner of a body.
   static Target of_corner(int body, int corner) { return {-1, body, corner}; }
+  /// True if both refer to the same point or corner.
   bool operator==(const Target& other) const {
     return point == other.point && body == other.body && corner == other.corner;
   }
 };
 
+/// Measured position of a target in an image.
 struct ImageObservation {
-  int image = 0;
-  Target target;
+  int image = 0;  ///< index into Network::images
+  Target target;  ///< observed point or corner
+  /// [px]; (0, 0) is the centre of the first pixel.
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  /// Standard deviations in x and y, positive.
   Eigen::Vector2d sigma_px = Eigen::Vector2d::Constant(0.5);
   bool used = true;  ///< false: rejected; it stays in the list so that indices remain valid
 };
 
 /// Measured distance of two targets, for example a scale bar.
 struct DistanceObservation {
-  Target from, to;
-  double length_m = 1, sigma_m = 1e-3;
-  bool used = true;
+  Target from, to;                      ///< both ends
+  double length_m = 1, sigma_m = 1e-3;  ///< distance and its standard deviation
+  bool used = true;                     ///< false: rejected
 };
 
 /// Target with known coordinates.
 struct ControlPoint {
-  Target target;
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
+  Target target;                                                ///< a point or a corner
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();         ///< known position in the world
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();  ///< positive definite
 };
 
+/// Known value of a free camera parameter.
 struct ParameterPrior {
-  int camera = 0;
-  std::string parameter;
-  double value = 0, sigma = 1;
+  int camera = 0;               ///< index into Network::cameras
+  std::string parameter;        ///< name in Camera::parameters()
+  double value = 0, sigma = 1;  ///< value and standard deviation, in the parameter's unit
 };
 
 /// Known pose of a station, with the covariance of its left perturbation (geometry/rigid.hpp).
 struct PosePrior {
-  int station = 0;
-  Rigid3 station_from_world;
-  Matrix6 covariance = Matrix6::Identity();
+  int station = 0;                           ///< index into Network::stations
+  Rigid3 station_from_world;                 ///< known pose
+  Matrix6 covariance = Matrix6::Identity();  ///< positive definite
 };
 
+/// Elements and observations; elements refer to one another by index.
 struct Network {
-  std::vector<NetworkCamera> cameras;
-  std::vector<NetworkStation> stations;
-  std::vector<NetworkMount> mounts;
-  std::vector<NetworkImage> images;
-  std::vector<NetworkPoint> points;
-  std::vector<NetworkBody> bodies;
-  std::vector<ImageObservation> observations;
-  std::vector<DistanceObservation> distances;
-  std::vector<ControlPoint> control;
-  std::vector<ParameterPrior> parameter_priors;
-  std::vector<PosePrior> pose_priors;
+  std::vector<NetworkCamera> cameras;            ///< camera models
+  std::vector<NetworkStation> stations;          ///< poses of cameras or rigs
+  std::vector<NetworkMount> mounts;              ///< poses of cameras on rigs; empty without rigs
+  std::vector<NetworkImage> images;              ///< camera and station of each image
+  std::vector<NetworkPoint> points;              ///< single points
+  std::vector<NetworkBody> bodies;               ///< rigid groups of points
+  std::vector<ImageObservation> observations;    ///< image points
+  std::vector<DistanceObservation> distances;    ///< measured distances
+  std::vector<ControlPoint> control;             ///< points with known coordinates
+  std::vector<ParameterPrior> parameter_priors;  ///< known camera parameters
+  std::vector<PosePrior> pose_priors;            ///< known station poses
 
   /// Position of a point or corner. Throws std::invalid_argument for an invalid target.
   LIBOCC_API Eigen::Vector3d position_m(const Target& target) const;
+  /// Pose of an image's camera: mount times station. Throws std::invalid_argument for an unknown
+  /// image.
   LIBOCC_API Rigid3 cam_from_world(int image) const;
   /// Name of a point, or of a body with the corner's number: "tag 7.2".
   LIBOCC_API std::string name_of(const Target& target) const;

@@ -38,12 +38,14 @@ class LIBOCC_API Precision {
   Precision& operator=(Precision&&) noexcept;
 
   int defect() const;  ///< datum defect
+  /// Number of scalar unknowns.
   int unknowns() const;
 
   /// Covariance of a point's position [m^2].
   Eigen::Matrix3d point(int point) const;
   /// Covariances of all points, in their order.
   std::vector<Eigen::Matrix3d> points() const;
+  /// Covariance of a target's position [m^2].
   Eigen::Matrix3d position(const Target& target) const;
   /// Joint covariance of two positions.
   Matrix6 positions(const Target& a, const Target& b) const;
@@ -56,7 +58,9 @@ class LIBOCC_API Precision {
 
   /// Covariance of a pose's left perturbation (geometry/rigid.hpp).
   Matrix6 station(int station) const;
+  /// Covariance of a mount's left perturbation (geometry/rigid.hpp).
   Matrix6 mount(int mount) const;
+  /// Covariance of the left perturbation of world_from_body.
   Matrix6 body(int body) const;
   /// Covariance of a station's position in the world [m^2].
   Eigen::Matrix3d station_position(int station) const;
@@ -66,6 +70,7 @@ class LIBOCC_API Precision {
   /// Covariance and correlation of a camera's free parameters, in the order of
   /// NetworkCamera::free_parameters.
   Eigen::MatrixXd parameters(int camera) const;
+  /// Correlation coefficients, -1 to 1; order as parameters().
   Eigen::MatrixXd parameter_correlation(int camera) const;
 
   /// Covariances in another datum, by S-transformation. Status as precision().
@@ -75,6 +80,7 @@ class LIBOCC_API Precision {
   /// are known only up to a factor. Throws std::invalid_argument for a negative factor.
   Precision scaled(double variance_factor) const;
 
+  /// Content, for the library's own use.
   const internal::network::PrecisionState& state() const { return *state_; }
 
  private:

@@ -28,19 +28,20 @@ namespace occ {
 
 /// Ambient light estimated from one image.
 struct AmbientImage {
-  std::string left_out;  ///< reason for exclusion; empty: the image is used
-  int pixels = 0;        ///< number of pixels without light of lamps
-  double irradiance_w_m2 = 0;
-  double sigma_w_m2 = 0;  ///< standard deviation from the noise of its pixels
+  std::string left_out;        ///< reason for exclusion; empty: the image is used
+  int pixels = 0;              ///< number of pixels without light of lamps
+  double irradiance_w_m2 = 0;  ///< estimate from this image alone
+  double sigma_w_m2 = 0;       ///< standard deviation from the noise of its pixels
 };
 
+/// Ambient light estimated from all images.
 struct AmbientLight {
   double irradiance_w_m2 = 0;  ///< may be negative within the noise
   double variance_w2_m4 = std::numeric_limits<double>::infinity();  ///< contains variance_factor
-  double chi2 = 0;  ///< scatter of the images' irradiances
-  int dof = 0;
-  double variance_factor = 1;  ///< 1 unless chi2 exceeds its 99.9 % quantile
-  std::vector<AmbientImage> images;
+  double chi2 = 0;                   ///< scatter of the images' irradiances
+  int dof = 0;                       ///< number of used images less one
+  double variance_factor = 1;        ///< 1 unless chi2 exceeds its 99.9 % quantile
+  std::vector<AmbientImage> images;  ///< in the given order
 };
 
 /// cam_from_world: pose of each image. Status: ok; degenerate: no image has a usable background

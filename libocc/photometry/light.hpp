@@ -34,8 +34,9 @@ enum class PowerFit {
                   ///< of the scene's powers are held
 };
 
+/// Options of calibrate_light().
 struct LIBOCC_API LightOptions {
-  PowerFit powers = PowerFit::each;
+  PowerFit powers = PowerFit::each;  ///< unknown powers; orders are always unknown
   double gate_px = 3;  ///< radius around a lamp's predicted image; it must contain one blob and no
                        ///< other lamp
   double model_sigma = 0.002;    ///< relative error of the flux model: lamp size, image tails
@@ -47,54 +48,56 @@ struct LIBOCC_API LightOptions {
 
 /// Use of a lamp's flux in one image, or the reason for its exclusion.
 enum class FluxUse {
-  used,
+  used,         ///< contributes to the fit
   out_of_view,  ///< outside the image, or it faces away from the camera
   hidden,       ///< partly occluded by a box
   no_blob,      ///< no blob inside the gate
   not_alone,    ///< two lamps or two blobs inside the gate
-  saturated,
-  cut,     ///< cut by the image border
-  merged,  ///< merged with the blob of another lamp
-  blinks,  ///< modulated: its duty cycle during the exposure is unknown
+  saturated,    ///< pixels at full scale: the flux is a lower bound
+  cut,          ///< cut by the image border
+  merged,       ///< merged with the blob of another lamp
+  blinks,       ///< modulated: its duty cycle during the exposure is unknown
 };
 
 /// The enumerator's name.
 LIBOCC_API const char* to_string(FluxUse use);
 
+/// Flux of a lamp in one image.
 struct LampFlux {
-  int image = 0;
-  FluxUse use = FluxUse::used;
-  double cos_emission = 0;  ///< this and the following: only if used
-  double flux_dn = 0;
-  double residual = 0;  ///< ln(observed / predicted flux)
-  double sigma = 0;     ///< standard deviation of the residual
+  int image = 0;                ///< index of the image
+  FluxUse use = FluxUse::used;  ///< `used`, or the reason for the exclusion
+  double cos_emission = 0;      ///< this and the following: only if used
+  double flux_dn = 0;           ///< measured flux
+  double residual = 0;          ///< ln(observed / predicted flux)
+  double sigma = 0;             ///< standard deviation of the residual
 };
 
 /// Calibrated light of one lamp.
 struct LampLight {
-  int id = 0;
+  int id = 0;  ///< id in the scene
   /// ok; no_lamps: used in no image; power (times the common factor) and order are the scene's.
   /// degenerate: the order is undetermined (fewer than three fluxes, too small a range of angles);
   /// it is the scene's, and the power is valid for this order.
   Status status = Status::ok;
-  std::string message;
-  double power_w = 0;
-  double order = 1;
+  std::string message;  ///< reason if not ok
+  double power_w = 0;   ///< radiant power while lit
+  double order = 1;     ///< Lambertian order m
   /// Covariance of (ln power, order); includes variance_factor.
   Eigen::Matrix2d covariance = unknown_covariance<2>();
   double chi2 = 0;  ///< robust; chi2 to variance_factor: of this lamp's fit, or of the common fit
-  int dof = 0;
+  int dof = 0;      ///< observations less unknowns of the same fit
   double variance_factor = 1;    ///< 1 unless chi2 exceeds its 99.9 % quantile
   std::vector<LampFlux> fluxes;  ///< one for each image
 };
 
 /// Common factor of all powers of the scene. Lamps, exposure and gain cannot be separated.
 struct CommonFactor {
-  double value = 1;
+  double value = 1;            ///< true over the scene's powers; includes exposure and gain
   Eigen::MatrixXd covariance;  ///< (ln value, orders of the lamps), infinite for an undetermined
                                ///< order; includes the variance factor
 };
 
+/// Result of calibrate_light().
 struct CalibratedLight {
   std::vector<LampLight> lamps;        ///< in the scene's order
   std::optional<CommonFactor> factor;  ///< with PowerFit::common_factor and at least one used flux

@@ -33,18 +33,20 @@
 
 namespace occ {
 
+/// Models of the curve.
 enum class ResponseMethod {
   levels,  ///< any curve; requires three exposure times
   basis,   ///< curve with a few coefficients; requires two exposure times
 };
 
+/// Options of recover_response().
 struct LIBOCC_API ResponseOptions {
-  ResponseMethod method = ResponseMethod::levels;
-  double black_level_dn = 0;  ///< stored level without light
-  int bit_depth = 0;          ///< 8 to 16; 0: 8, only for 8-bit images
-  double smoothness = 1;      ///< lambda, at least 1: with less, the curve follows the noise
-  int basis_functions = 3;    ///< 1 to 8
-  int max_patches = 1000;     ///< flat patches per channel, at least 16
+  ResponseMethod method = ResponseMethod::levels;  ///< `basis` for two exposure times
+  double black_level_dn = 0;                       ///< stored level without light
+  int bit_depth = 0;                               ///< 8 to 16; 0: 8, only for 8-bit images
+  double smoothness = 1;    ///< lambda, at least 1: with less, the curve follows the noise
+  int basis_functions = 3;  ///< 1 to 8
+  int max_patches = 1000;   ///< flat patches per channel, at least 16
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
@@ -61,6 +63,7 @@ struct ResponseResidual {
 
 /// The curve of one channel.
 struct LIBOCC_API ChannelResponse {
+  /// Stored levels without light and at saturation.
   double black_level_dn = 0, full_scale_dn = 255;
   Eigen::VectorXd level_dn;  ///< (n) ascending, from above black to full scale
   Eigen::VectorXd
@@ -68,13 +71,13 @@ struct LIBOCC_API ChannelResponse {
   Eigen::MatrixXd
       covariance;     ///< (n, n) of log_exposure before the projection; includes variance_factor
   int projected = 0;  ///< number of levels that the projection changed; basis: 1 for any
-  double lowest_dn = 0, highest_dn = 0;    ///< observed levels; extrapolated beyond
-  std::vector<double> coefficients;        ///< basis; empty for `levels`
-  Eigen::MatrixXd coefficient_covariance;  ///< covariance of the coefficients
-  double chi2 = 0;                         ///< sum of squared normalised residuals
-  int dof = 0;
-  double variance_factor = 1;  ///< 1 unless chi2 exceeds its 99.9 % quantile
-  std::vector<ResponseResidual> residuals;
+  double lowest_dn = 0, highest_dn = 0;     ///< observed levels; extrapolated beyond
+  std::vector<double> coefficients;         ///< basis; empty for `levels`
+  Eigen::MatrixXd coefficient_covariance;   ///< covariance of the coefficients
+  double chi2 = 0;                          ///< sum of squared normalised residuals
+  int dof = 0;                              ///< observations less unknowns
+  double variance_factor = 1;               ///< 1 unless chi2 exceeds its 99.9 % quantile
+  std::vector<ResponseResidual> residuals;  ///< one for each used patch and image
 
   Eigen::VectorXd sigma() const;  ///< (n) standard deviation of log_exposure
 
@@ -83,6 +86,7 @@ struct LIBOCC_API ChannelResponse {
   std::vector<double> table(int samples = 1024) const;
 };
 
+/// Response of a camera.
 struct RecoveredResponse {
   std::vector<ChannelResponse> channels;  ///< in the images' order; a fourth channel is ignored
 };

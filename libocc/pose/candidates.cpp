@@ -203,8 +203,8 @@ Result<std::vector<PoseCandidate>> pose_candidates(const PoseProblem& problem,
                                                    const std::string& name,
                                                    const CandidateOptions& options) {
   options.validate();
-  const Solver& solver = solver_named(name == "auto" ? solver_for(problem) : name);
   check(problem);
+  const Solver& solver = solver_named(name == "auto" ? solver_for(problem) : name);
   check_solver(solver, problem);
   Result<std::vector<PoseCandidate>> result;
   if (problem.size() < solver.min_points) {

@@ -16,11 +16,13 @@
 
 namespace occ {
 
+/// A pose that reproduces the bearings.
 struct PoseCandidate {
-  Rigid3 cam_from_world;
+  Rigid3 cam_from_world;  ///< polished, unless the options exclude it
   double misfit_rad = 0;  ///< largest angle between a bearing and the direction to its point
 };
 
+/// Options of pose_candidates().
 struct LIBOCC_API CandidateOptions {
   double tolerance_rad = 1e-6;  ///< limit of the misfit; noisy bearings need about 5 sigmas
   bool polish = true;           ///< false: poses as the solver returns them

@@ -6,6 +6,7 @@
 
 namespace occ {
 
+/// Assignment of one blob to one lamp.
 struct Match {
   int lamp = 0;  ///< index into Scene::lamps (not the id)
   int blob = 0;  ///< index into the blobs

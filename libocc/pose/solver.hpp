@@ -31,12 +31,18 @@ struct PoseProblem {
                               ///< rig; empty when all bearings start at the camera's centre
   std::optional<Eigen::Vector3d> up_in_cam;  ///< world's Z axis in the camera frame, unit, if known
 
+  /// Number of points.
   int size() const { return static_cast<int>(points.cols()); }
 };
 
 /// Layouts of points that a solver accepts.
-enum class Layout { any, coplanar, not_coplanar };
+enum class Layout {
+  any,           ///< no condition
+  coplanar,      ///< in a plane only
+  not_coplanar,  ///< in space only
+};
 
+/// A pose solver with its requirements.
 struct Solver {
   const char* name;      ///< e.g. "p3p_kneip"
   int min_points;        ///< fewer are rejected
@@ -54,10 +60,20 @@ struct Solver {
   void (*solve)(const PoseProblem& problem, std::vector<Rigid3>& candidates);
 };
 
-/// All solvers, minimal ones first.
+/// A method that this build of the library does not contain.
+struct MissingMethod {
+  const char* name;    ///< e.g. "epnp"
+  const char* option;  ///< CMake option that includes it: "LIBOCC_OPENCV" or "LIBOCC_OPENGV"
+};
+
+/// All solvers of this build, minimal ones first.
 LIBOCC_API const std::vector<Solver>& solvers();
 
-/// Throws std::invalid_argument that lists the existing names.
+/// Solvers that were left out of this build; empty with the default options.
+LIBOCC_API const std::vector<MissingMethod>& missing_solvers();
+
+/// Throws std::invalid_argument for an unknown name (listing the existing ones) and for a missing
+/// solver (naming the CMake option).
 LIBOCC_API const Solver& solver_named(const std::string& name);
 
 }  // namespace occ

@@ -15,6 +15,7 @@
 
 namespace occ {
 
+/// Mean curve and principal components of response curves.
 struct ResponseBasis {
   Eigen::VectorXd mean;       ///< f_0 at evenly spaced x from 0 to 1
   Eigen::MatrixXd functions;  ///< one column per h_k; orthogonal, with mean square 1

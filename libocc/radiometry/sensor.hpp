@@ -17,17 +17,28 @@
 namespace occ {
 
 /// Mapping from the linear to the stored signal, both 0..1 from black level to full scale.
-enum class Response { linear, gamma, srgb, table };
+enum class Response {
+  linear,  ///< grey level proportional to the signal
+  gamma,   ///< power law with the exponent 1 / gamma
+  srgb,    ///< curve of IEC 61966-2-1
+  table,   ///< values of response_table, interpolated
+};
 
 /// Colour filter array: colours of the first two pixels of the first row, then of the second row.
-enum class Mosaic { none, rggb, grbg, gbrg, bggr };
+enum class Mosaic {
+  none,  ///< no filters, or an image already converted to colours
+  rggb,  ///< red, green / green, blue
+  grbg,  ///< green, red / blue, green
+  gbrg,  ///< green, blue / red, green
+  bggr,  ///< blue, green / green, red
+};
 
 /// Pixels of one colour: values that differ from those of the sensor.
 struct Channel {
-  double efficiency = 1;  ///< factor on quantum_efficiency
-  Response response = Response::linear;
-  double gamma = 2.2;
-  std::vector<double> response_table;
+  double efficiency = 1;                 ///< factor on quantum_efficiency
+  Response response = Response::linear;  ///< replaces Sensor::response
+  double gamma = 2.2;                    ///< replaces Sensor::gamma
+  std::vector<double> response_table;    ///< replaces Sensor::response_table
 };
 
 /// Pixels that a rolling shutter exposes together.
@@ -37,33 +48,35 @@ enum class Readout {
   unknown,  ///< estimated from the stripes
 };
 
+/// An image sensor with its lens opening and exposure.
 struct LIBOCC_API Sensor {
-  double pixel_pitch_m = 7.1e-6;
-  double f_number = 2.0;
+  double pixel_pitch_m = 7.1e-6;  ///< distance of neighbouring pixels
+  double f_number = 2.0;          ///< focal length over the diameter of the lens opening
   double exposure_s = 2e-5;  ///< a 1.5 W, 170 mm lamp then fills about half the default full well
-  double quantum_efficiency = 0.5;
-  double wavelength_m = 550e-9;  ///< at which QE holds; photon energy is h c / wavelength
-  double full_well_e = 10000;
-  double gain_dn_per_e = 0.025;  ///< K
-  double read_noise_e = 10;
-  double dark_current_e_per_s = 0;
-  double black_level_dn = 2;
-  int bit_depth = 8;  ///< 8 to 16; more than 8 makes 16-bit images
-  Response response = Response::linear;
-  double gamma = 2.2;  ///< for Response::gamma: stored = linear^(1/gamma)
+  double quantum_efficiency = 0.5;       ///< electrons per photon, 0 to 1
+  double wavelength_m = 550e-9;          ///< at which QE holds; photon energy is h c / wavelength
+  double full_well_e = 10000;            ///< charge at which a pixel saturates [electrons]
+  double gain_dn_per_e = 0.025;          ///< K
+  double read_noise_e = 10;              ///< standard deviation [electrons]
+  double dark_current_e_per_s = 0;       ///< per pixel [electrons/s]
+  double black_level_dn = 2;             ///< grey level without light
+  int bit_depth = 8;                     ///< 8 to 16; more than 8 makes 16-bit images
+  Response response = Response::linear;  ///< mapping from the linear to the stored signal
+  double gamma = 2.2;                    ///< for Response::gamma: stored = linear^(1/gamma)
   std::vector<double>
       response_table;     ///< for Response::table: stored values at evenly spaced linear ones
   double row_time_s = 0;  ///< time from one row to the next; 0 for a global shutter
-  Readout readout = Readout::rows;
+  Readout readout = Readout::rows;  ///< direction of a rolling shutter
   double psf_sigma_px =
       0.8;                ///< Gaussian blur of lens and pixel diffusion, without the pixel's box
   double gain_sigma = 0;  ///< relative standard deviation of the pixels' gains (PRNU)
   int gain_seed = 0;      ///< seed of the pixels' gains
   double blooming = 0;    ///< part of the charge beyond the full well that spills up and down the
                           ///< column; the rest is drained
-  Mosaic mosaic = Mosaic::none;
+  Mosaic mosaic = Mosaic::none;   ///< colour filters of a raw image
   std::vector<Channel> channels;  ///< red, green, blue of a mosaic; empty: all equal
 
+  /// Largest grey level, 2^bit_depth - 1.
   double full_scale_dn() const { return static_cast<double>((1 << bit_depth) - 1); }
 
   /// Mean number of electrons of a pixel, before clipping; includes dark current.

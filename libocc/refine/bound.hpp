@@ -17,6 +17,7 @@
 
 namespace occ {
 
+/// Smallest covariance that an unbiased estimate of the pose can have.
 struct PoseBound {
   Matrix6 covariance =
       unknown_covariance<6>();  ///< covariance of cam_from_world, see geometry/rigid.hpp
@@ -36,6 +37,7 @@ struct PoseBound {
 LIBOCC_API Result<PoseBound> pose_bound(const std::vector<Eigen::Vector3d>& points_in_world,
                                         const Camera& camera, const Rigid3& cam_from_world,
                                         double sigma_px);
+/// Bound with a sigma for each point.
 LIBOCC_API Result<PoseBound> pose_bound(const std::vector<Eigen::Vector3d>& points_in_world,
                                         const Camera& camera, const Rigid3& cam_from_world,
                                         const std::vector<double>& sigmas_px);

@@ -12,6 +12,7 @@
 
 namespace occ {
 
+/// Contribution of one point.
 struct PointValue {
   double seen = 0;    ///< share of the views that have it in view, with the camera in its cone
   double needed = 0;  ///< share of the views whose pose is determined with it but not without it
@@ -20,6 +21,7 @@ struct PointValue {
   double growth = 1;
 };
 
+/// Contributions of all points of an object.
 struct LocalisationValue {
   std::vector<PointValue> points;  ///< in the object's order
   double determined = 0;           ///< share of the views that determine the pose

@@ -53,16 +53,18 @@ enum class Rung {
   direct,   ///< all pixels around a lamp and the lamp's rendered image
 };
 
+/// Use of the lamps' measured fluxes.
 enum class FluxModel {
   ignore,         ///< geometry only
   known_power,    ///< each lamp's power_w is known to its power_sigma
   common_factor,  ///< powers are known up to one factor (exposure, aperture, ageing)
 };
 
+/// Options of refine().
 struct LIBOCC_API RefineOptions {
   Rung rung = Rung::rims;  ///< a lamp without these measurements uses the next lower rung
-  FluxModel flux = FluxModel::ignore;
-  std::optional<Prior> prior;  ///< added as observations
+  FluxModel flux = FluxModel::ignore;  ///< default: brightness is not used
+  std::optional<Prior> prior;          ///< added as observations
   /// Standard deviation of the errors of camera and map at each lamp, e.g. of an uncalibrated lens.
   /// Common to all points of a lamp and added to the covariance of its measurements.
   double model_sigma_px = 0;
@@ -70,7 +72,7 @@ struct LIBOCC_API RefineOptions {
   /// the observed scatter (MAD) of rim points and pixels if it is larger. At 3 sigmas, 0.3 % of
   /// normal residuals are beyond the corner. Infinity: least squares, no lamp is left out.
   double huber_sigma = 3;
-  int max_iterations = 20;
+  int max_iterations = 20;  ///< limit of the number of steps
   /// Converged when a step moves the image of no lamp farther than this. That step is still taken,
   /// so the remaining error is far smaller. Rung::direct converges faster and uses 100 times the
   /// value.
@@ -79,8 +81,9 @@ struct LIBOCC_API RefineOptions {
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// Fit of one lamp at the refined pose.
 struct LampResidual {
-  Match match;
+  Match match;               ///< lamp and blob
   Rung rung = Rung::rims;    ///< rung of the lamp's residuals
   bool contradicts = false;  ///< left out as a gross error
   double misfit = 1;         ///< direct: residuals of its pixels relative to the sensor's noise
@@ -88,24 +91,25 @@ struct LampResidual {
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< predicted centre of the lamp's image
 };
 
+/// Refined pose with its statistics.
 struct Refined {
-  Rigid3 cam_from_world;
+  Rigid3 cam_from_world;  ///< most likely pose
   Matrix6 covariance =
       unknown_covariance<6>();  ///< see geometry/rigid.hpp for order and perturbation
   /// Information of the lamps alone, without the prior: under a left perturbation d of
   /// cam_from_world their chi2 changes by 2 g . d + d . L d. L is singular for one or two lamps.
   Matrix6 lamp_information = Matrix6::Zero();
-  Vector6 lamp_gradient = Vector6::Zero();
+  Vector6 lamp_gradient = Vector6::Zero();  ///< g of the expression above
   double chi2 = 0;  ///< robust; includes the prior and the lamps that were left out
   int dof = 0;      ///< observations minus parameters
   /// Contained in the covariance; 1 unless chi2 exceeds its 99.9 % quantile.
   double variance_factor = 1;
-  double rms_px = 0;  ///< r.m.s. centre residual over all lamps
-  std::vector<LampResidual> lamps;
+  double rms_px = 0;                    ///< r.m.s. centre residual over all lamps
+  std::vector<LampResidual> lamps;      ///< in the order of the matches
   std::optional<double> rim_growth_px;  ///< common growth of saturated lamps
   std::optional<double> psf_sigma_px;   ///< direct: estimated from the lamps' pixels
   std::optional<double> flux_factor;    ///< FluxModel::common_factor: measured over predicted flux
-  int iterations = 0;
+  int iterations = 0;                   ///< number of steps taken
 };
 
 /// Refines a pose from `start`. Status: ok; too_few_lamps (fewer equations than the 6 unknowns of

@@ -14,8 +14,9 @@
 
 namespace occ {
 
+/// Predicted time and error of one rung.
 struct RungForecast {
-  Rung rung = Rung::rims;
+  Rung rung = Rung::rims;  ///< rung of the forecast
   double predicted_s = 0;  ///< time of the refinement of all poses
   /// Root of the trace of the position's covariance, from the Cramer-Rao bound of the observations;
   /// for Rung::points plus the bias of using the lamps' centres for those of their images. Empty if
@@ -23,9 +24,10 @@ struct RungForecast {
   std::optional<double> predicted_sigma_m;
 };
 
+/// Chosen rung, with the reason.
 struct RungChoice {
-  Rung rung = Rung::rims;
-  double predicted_s = 0;
+  Rung rung = Rung::rims;  ///< chosen rung
+  double predicted_s = 0;  ///< time of the refinement of all poses
   /// As above; if it was not predicted, the bound of the observations at the fix.
   std::optional<double> predicted_sigma_m;
   bool met = true;     ///< true if the prediction meets target and budget
@@ -33,10 +35,11 @@ struct RungChoice {
   std::vector<RungForecast> alternatives;  ///< all rungs considered, fastest first
 };
 
+/// Requested time and accuracy; empty members are not requested.
 struct RungWish {
   /// Returns the time left for the refinement [s]; may be negative. Empty: no budget.
   std::function<double()> left_s;
-  std::optional<double> target_sigma_m;
+  std::optional<double> target_sigma_m;  ///< limit of the predicted error
 };
 
 /// `forecasts`: at least one, fastest first, with their times. `sigma_of` returns the predicted

@@ -10,7 +10,12 @@
 
 namespace occ {
 
-enum class CameraFormat { libocc, opencv, ros };
+/// File formats of cameras.
+enum class CameraFormat {
+  libocc,  ///< `camera:` section of a scene file
+  opencv,  ///< FileStorage of OpenCV's calibration sample
+  ros,     ///< camera_info of ROS
+};
 
 /// Reads a camera from an OpenCV FileStorage YAML (`camera_matrix`, `distortion_coefficients`,
 /// `image_width`, `image_height`, `fisheye_model`), a ROS camera_info YAML (the same keys with

@@ -15,6 +15,7 @@
 
 namespace occ {
 
+/// Options of detectable_points().
 struct LIBOCC_API DetectableOptions {
   double sharp_rad = 0.35;     ///< minimum angle between the normals of a sharp edge's faces
   double straight_rad = 0.35;  ///< two edges with a smaller angle between them count as one
@@ -25,6 +26,7 @@ struct LIBOCC_API DetectableOptions {
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// A vertex that is detectable in an image.
 struct DetectablePoint {
   ObjectPoint point;   ///< its id is its rank, from 0
   int edges = 0;       ///< number of long sharp edges that meet there

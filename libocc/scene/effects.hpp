@@ -14,6 +14,7 @@
 
 namespace occ {
 
+/// Effects of light, lens, motion and sensor on an image.
 enum class Effect {
   extent,           ///< lamps have a shape; without it they are points of the same power
   light_gradient,   ///< the lamp's irradiance varies over its image (cos^4, Lambert's law)
@@ -36,7 +37,7 @@ enum class Effect {
   blooming,         ///< charge beyond the full well spills into neighbouring pixels
   response,         ///< grey levels are a nonlinear function of the light
 };
-constexpr std::size_t effect_count = 20;
+constexpr std::size_t effect_count = 20;  ///< number of enumerators of Effect
 
 /// Name of an effect in scene files, such as "light_gradient".
 LIBOCC_API const char* effect_name(Effect effect);
@@ -44,18 +45,22 @@ LIBOCC_API const char* effect_name(Effect effect);
 /// The effect of that name. Throws std::invalid_argument that suggests the nearest known name.
 LIBOCC_API Effect effect_named(const std::string& name);
 
+/// Selection of one effect.
 enum class Use {
   on,         ///< rendered if the scene requires it
   off,        ///< never rendered
   automatic,  ///< rendered if the scene requires it and the bound on its change exceeds a tolerance
 };
 
+/// Selection of all effects, with the tolerances of automatic choice.
 struct LIBOCC_API Effects {
   std::array<Use, effect_count> use{};  ///< indexed by Effect
   double tolerance_dn = 0.5;   ///< allowed change of a grey level by an effect that is left out
   double tolerance_px = 0.02;  ///< allowed shift of a lamp's centroid by such an effect
 
+  /// Selection of one effect.
   Use of(Effect effect) const { return use[static_cast<std::size_t>(effect)]; }
+  /// Changes the selection of one effect.
   void set(Effect effect, Use value) { use[static_cast<std::size_t>(effect)] = value; }
 
   /// Throws std::invalid_argument naming the field and its value.

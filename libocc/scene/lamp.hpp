@@ -13,12 +13,17 @@
 namespace occ {
 
 /// lame: the area inside the Lame curve (superellipse) |2x/a|^n + |2y/b|^n = 1.
-enum class LampShape { disc, rectangle, point, lame };
+enum class LampShape {
+  disc,       ///< has radius_m
+  rectangle,  ///< has size_m
+  point,      ///< without extent
+  lame,       ///< has size_m and exponent
+};
 
 /// The code and the id that a lamp transmits by blinking.
 struct LampCode {
-  Code code;
-  int id = 0;
+  Code code;        ///< modulation and its parameters
+  int id = 0;       ///< 0 to 2^id_bits - 1; need not be Lamp::id
   int channel = 0;  ///< s2psk: 0 the lamp, 1 its reference; csk: 0 red, 1 green, 2 blue emitter
 
   friend bool operator==(const LampCode& a, const LampCode& b) {
@@ -26,10 +31,11 @@ struct LampCode {
   }
 };
 
+/// A lamp of the room.
 struct LIBOCC_API Lamp {
-  int id = 0;
-  std::string name;  ///< optional label
-  LampShape shape = LampShape::disc;
+  int id = 0;                                          ///< unique in the scene
+  std::string name;                                    ///< optional label
+  LampShape shape = LampShape::disc;                   ///< shape of the lit face
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< centre of the lit face in the world
   Eigen::Vector3d normal =
       -Eigen::Vector3d::UnitZ();  ///< towards the lit side; unit after validate()
@@ -55,6 +61,7 @@ struct LIBOCC_API Lamp {
   double reach_m() const;  ///< distance of the rim's farthest point from the centre; 0 for a point
   double order() const;    ///< Lambertian order m
   double mean_light() const;  ///< mean light over a blink period, over power_w; 1 if always lit
+  /// True if a camera at this position (world frame) is on the lit side of the lamp's plane.
   bool shows_lit_side(const Eigen::Vector3d& seen_from) const;
 
   /// Sets code, frequency_hz and waveform. Throws std::invalid_argument as encode_id() does.

@@ -17,6 +17,7 @@ struct Ghost {
   double blur_px = 0;   ///< standard deviation of its own blur, in addition to the lens's
 };
 
+/// Properties of a lens besides its projection.
 struct LIBOCC_API Lens {
   /// Adds a Gaussian blur of 0.42 wavelength x f-number to the PSF (core of the Airy disc).
   bool diffraction = false;
@@ -26,8 +27,8 @@ struct LIBOCC_API Lens {
   /// principal point over that of the image's farthest corner. The transmission must be in (0, 1]
   /// over the image. The cos^4 law is modelled separately.
   std::vector<double> vignetting;
-  double veiling_glare = 0;  ///< part of the lamps' light that spreads evenly over the image
-  std::vector<Ghost> ghosts;
+  double veiling_glare = 0;   ///< part of the lamps' light that spreads evenly over the image
+  std::vector<Ghost> ghosts;  ///< each is rendered once
 
   /// Throws std::invalid_argument naming the field and its value.
   void validate() const;

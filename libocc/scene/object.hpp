@@ -11,8 +11,9 @@
 
 namespace occ {
 
+/// A detectable point of an object.
 struct LIBOCC_API ObjectPoint {
-  int id = 0;
+  int id = 0;                                            ///< unique in the object
   std::string label;                                     ///< optional label
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< in the object's frame
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< axis of the cone; unit after validate()
@@ -24,9 +25,10 @@ struct LIBOCC_API ObjectPoint {
   bool seen_from(const Eigen::Vector3d& camera_position) const;
 };
 
+/// A rigid set of detectable points.
 struct LIBOCC_API Object {
-  std::string name;
-  std::vector<ObjectPoint> points;
+  std::string name;                 ///< not empty
+  std::vector<ObjectPoint> points;  ///< 1 to 1000
 
   /// Checks all fields and makes the normals unit. A second call changes nothing. Throws
   /// std::invalid_argument naming the point, the field and its value for an empty name, no points

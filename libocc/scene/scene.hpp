@@ -19,12 +19,13 @@ namespace occ {
 
 /// A box room with one corner at the world's origin.
 struct Room {
-  Eigen::Vector3d size_m = Eigen::Vector3d(4, 4, 3);
-  double wall_reflectance = 0;
+  Eigen::Vector3d size_m = Eigen::Vector3d(4, 4, 3);  ///< along x, y, z; the floor is at z = 0
+  double wall_reflectance = 0;  ///< diffuse, of all six surfaces; 0 to below 1
 };
 
 /// An opaque box that occludes lamps, with its sides along the axes of the world.
 struct LIBOCC_API Box {
+  /// Opposite corners in the world.
   Eigen::Vector3d min_m = Eigen::Vector3d::Zero(), max_m = Eigen::Vector3d::Zero();
 
   /// Returns true if the point is inside; the surface is outside.
@@ -35,13 +36,15 @@ struct LIBOCC_API Box {
   bool hides(const Eigen::Vector3d& to, const Eigen::Vector3d& from) const;
 };
 
+/// A room with its lamps and the camera that observes them.
 struct LIBOCC_API Scene {
+  /// Projection; its size is the image's.
   Camera camera = Camera::pinhole(640, 480, 500, 500, 319.5, 239.5);
-  Sensor sensor;
-  std::vector<Lamp> lamps;
-  std::optional<Room> room;
-  Lens lens;
-  std::vector<Box> boxes;
+  Sensor sensor;                     ///< exposure, noise and response
+  std::vector<Lamp> lamps;           ///< unique ids
+  std::optional<Room> room;          ///< walls; empty: none
+  Lens lens;                         ///< blur, vignetting, glare
+  std::vector<Box> boxes;            ///< occlude lamps
   std::vector<Tag> tags;             ///< landmarks beside the lamps; not rendered
   double ambient_w_m2 = 0;           ///< irradiance of the sensor from other sources than lamps
   Effects effects;                   ///< effects that a rendered image contains

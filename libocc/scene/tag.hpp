@@ -11,9 +11,10 @@
 
 namespace occ {
 
+/// An AprilTag of known pose and size.
 struct LIBOCC_API Tag {
-  int id = 0;
-  std::string family = "tag36h11";
+  int id = 0;                       ///< number within its family
+  std::string family = "tag36h11";  ///< a name in april_tag_families()
   double size_m = 0;  ///< side of the square whose corners are detected (outside of the border)
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< centre in the world
   Eigen::Vector3d normal = -Eigen::Vector3d::UnitZ();  ///< direction towards the printed side

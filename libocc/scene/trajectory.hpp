@@ -16,19 +16,24 @@
 
 namespace occ {
 
+/// Pose of the camera at one time.
 struct Waypoint {
-  double time_s = 0;
-  Rigid3 cam_from_world;
+  double time_s = 0;      ///< must increase from way-point to way-point
+  Rigid3 cam_from_world;  ///< pose at that time
 };
 
+/// Continuous motion through way-points; immutable.
 class LIBOCC_API Trajectory {
  public:
   /// Throws std::invalid_argument naming the waypoint when there is none, times do not increase, or
   /// a time or a pose is not finite.
   explicit Trajectory(std::vector<Waypoint> waypoints);
 
+  /// Way-points as given, in the order of time.
   const std::vector<Waypoint>& waypoints() const { return waypoints_; }
+  /// Time of the first way-point.
   double begin_s() const { return waypoints_.front().time_s; }
+  /// Time of the last way-point.
   double end_s() const { return waypoints_.back().time_s; }
 
   /// Throws std::invalid_argument for a time before the first waypoint or after the last.

@@ -10,6 +10,7 @@
 
 namespace occ {
 
+/// Plan of one effect, with its influence on the position and its cost.
 struct ExplainedEffect : EffectPlan {
   /// Largest displacement of a position solved from the lamps' centroids when the effect is left
   /// out [m]: bound_px times the sum over all lamps in view of the largest singular value of
@@ -21,6 +22,7 @@ struct ExplainedEffect : EffectPlan {
   double cost_s = 0;
 };
 
+/// Plan of an image with bounds and times.
 struct Explanation {
   std::array<ExplainedEffect, effect_count> effects;  ///< index: the value of Effect
   double render_s = 0;  ///< time of one image as planned [s]; 0 if not measured

@@ -18,19 +18,22 @@
 
 namespace occ {
 
+/// Decision on one effect.
 struct EffectPlan {
-  Effect effect = Effect::extent;
-  Use use = Use::on;
-  bool called_for = false;
-  bool applied = false;
+  Effect effect = Effect::extent;  ///< effect that the decision concerns
+  Use use = Use::on;               ///< as in Scene::effects
+  bool called_for = false;         ///< the scene has a setting that causes it
+  bool applied = false;            ///< the image contains it
   /// Largest change of the image when it is left out; 0 if it is not called for.
   double bound_dn = 0, bound_px = 0;
   std::string reason;  ///< why it is applied or not, as text
 };
 
+/// Decisions on all effects of one image.
 struct LIBOCC_API RenderPlan {
   std::array<EffectPlan, effect_count> effects;  ///< index: the value of Effect
 
+  /// True if the image contains the effect.
   bool applies(Effect effect) const { return effects[static_cast<std::size_t>(effect)].applied; }
 };
 

@@ -24,14 +24,17 @@
 
 namespace occ {
 
+/// Direct light of one lamp.
 struct ReceivedLamp {
-  double power_w = 0;
+  double power_w = 0;  ///< through the lens onto the sensor; 0 if not visible
   bool whole = false;  ///< its whole face is visible
 };
 
+/// Direct light of all lamps at one pose.
 struct LIBOCC_API ReceivedPower {
   std::vector<ReceivedLamp> lamps;  ///< in the order of the scene
 
+  /// Sum over all lamps.
   double total_w() const;
   int visible() const;  ///< number of lamps with a positive power
 };
@@ -40,6 +43,7 @@ struct LIBOCC_API ReceivedPower {
 /// std::invalid_argument if the scene does not validate or a pose is not finite.
 LIBOCC_API std::vector<ReceivedPower> received_power(const Scene& scene,
                                                      const std::vector<Rigid3>& cam_from_world);
+/// Received power for one pose.
 LIBOCC_API ReceivedPower received_power(const Scene& scene, const Rigid3& cam_from_world);
 
 }  // namespace occ

@@ -12,6 +12,7 @@
 
 namespace occ {
 
+/// Options of a Renderer.
 struct RendererOptions {
   /// Vector instructions to use. All give the same bits at different speed. A set that the
   /// processor does not have crashes the program.

@@ -23,12 +23,13 @@ namespace occ {
 
 /// Pixels that have noise.
 enum class NoiseArea {
-  everywhere,
+  everywhere,    ///< all pixels
   around_lamps,  ///< pixels of Rendered::lit, with the bits of `everywhere`; others have their mean
 };
 
+/// Options of simulate() for one image.
 struct LIBOCC_API SimulateOptions {
-  std::uint64_t seed = 0;
+  std::uint64_t seed = 0;   ///< equal seeds give equal bits
   std::uint32_t frame = 0;  ///< index of the image; images of one seed differ in noise
   bool noise = true;        ///< shot and read noise
   NoiseArea noise_area = NoiseArea::everywhere;  ///< around_lamps is much faster
@@ -48,7 +49,7 @@ struct LIBOCC_API SimulateOptions {
 /// Ground truth of one lamp in the rendered image. Under a moving camera, each point is projected
 /// in the middle of the exposure of the row that records it.
 struct LampTruth {
-  int id = 0;
+  int id = 0;                                           ///< id in the scene
   bool in_view = false;                                 ///< part of its image lies on the sensor
   bool whole = false;                                   ///< its whole rim lies on the sensor
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< projection of the lamp's centre
@@ -61,12 +62,14 @@ struct LampTruth {
 
 /// The pixels x0 <= x < x0 + width, y0 <= y < y0 + height.
 struct PixelRectangle {
+  /// First column and row, and size; empty if a side is 0.
   int x0 = 0, y0 = 0, width = 0, height = 0;
 };
 
+/// A rendered image with its ground truth.
 struct Rendered {
-  Image image;
-  Rigid3 cam_from_world;
+  Image image;                      ///< one channel
+  Rigid3 cam_from_world;            ///< true pose at the begin of the exposure
   std::vector<LampTruth> lamps;     ///< one per lamp, in the order of the scene
   std::vector<PixelRectangle> lit;  ///< contain all pixels with light beyond the background
   /// Grey level of all other pixels, at the even and odd columns of even rows, then of odd rows.

@@ -42,11 +42,11 @@ LIBOCC_API TagPattern tag_pattern(const std::string& family, int id);
 
 /// A disc on a square sheet of the opposite tone.
 struct LIBOCC_API CircularTarget {
-  int id = 0;
-  double radius_m = 0;
-  double sheet_m = 0;  ///< side of the sheet; 0 selects four radii
-  bool dark = false;   ///< true: black disc on white; false: white disc on black
-  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+  int id = 0;           ///< label, copied to the truth
+  double radius_m = 0;  ///< radius of the disc
+  double sheet_m = 0;   ///< side of the sheet; 0 selects four radii
+  bool dark = false;    ///< true: black disc on white; false: white disc on black
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< in the world
   Eigen::Vector3d normal = -Eigen::Vector3d::UnitZ();  ///< direction that the printed side faces
 
   /// Normalises `normal`. Throws std::invalid_argument, naming the field and its value.
@@ -58,8 +58,8 @@ struct LIBOCC_API CircularTarget {
 /// down, z away from the viewer.
 struct LIBOCC_API ChessboardTarget {
   int columns = 9, rows = 6;  ///< numbers of inner corners
-  double square_m = 0;
-  Rigid3 world_from_board;
+  double square_m = 0;        ///< side of a square
+  Rigid3 world_from_board;    ///< pose of the board
 
   void validate() const;  ///< throws std::invalid_argument, naming the field and its value
 
@@ -67,19 +67,22 @@ struct LIBOCC_API ChessboardTarget {
   Eigen::Matrix3Xd corners_m() const;
 };
 
+/// All targets of an image.
 struct TargetField {
-  std::vector<Tag> tags;
-  std::vector<CircularTarget> circles;
-  std::vector<ChessboardTarget> boards;
+  std::vector<Tag> tags;                 ///< printed in black on white
+  std::vector<CircularTarget> circles;   ///< single discs
+  std::vector<ChessboardTarget> boards;  ///< chessboards
 };
 
+/// Options of a TargetRenderer.
 struct LIBOCC_API TargetImageOptions {
-  double psf_sigma_px = 0.6;
+  double psf_sigma_px = 0.6;  ///< Gaussian blur, without the pixel's box
+  /// Grey levels of print, paper and background.
   double black_dn = 30, white_dn = 200, ground_dn = 110;
   double margin_cells = 0.5;  ///< white paper around the print of a tag or board [cells]
   double noise_dn = 0;        ///< standard deviation of the noise of a pixel
-  std::uint64_t seed = 0;
-  std::uint32_t frame = 0;  ///< index of the image; images of one seed differ in noise
+  std::uint64_t seed = 0;     ///< equal seeds give equal bits
+  std::uint32_t frame = 0;    ///< index of the image; images of one seed differ in noise
 
   void validate() const;  ///< throws std::invalid_argument, naming the field and its value
 };
@@ -87,29 +90,33 @@ struct LIBOCC_API TargetImageOptions {
 /// Truth of one tag. Pixels are those of the camera. In an image of 360 degrees they are continuous
 /// across the seam, relative to the target's centre.
 struct TagTruth {
-  int id = 0;
+  int id = 0;            ///< number within its family
   bool in_view = false;  ///< it is drawn, and part of it lies on the image
   bool whole = false;    ///< its whole sheet lies on the image
+  /// In the order of AprilTag::corners_px.
   std::array<Eigen::Vector2d, 4> corners_px{Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero(),
                                             Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
 };
 
+/// Truth of one circular target.
 struct CircleTruth {
-  int id = 0;
-  bool in_view = false, whole = false;
+  int id = 0;                                                 ///< id of the target
+  bool in_view = false, whole = false;                        ///< as in TagTruth
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();        ///< projection of the centre
   Eigen::Vector2d image_centre_px = Eigen::Vector2d::Zero();  ///< centroid of the disc's image
 };
 
+/// Truth of one chessboard.
 struct ChessboardTruth {
-  bool in_view = false, whole = false;
-  Eigen::Matrix2Xd corners_px;  ///< inner corners, row by row; empty if it is not drawn
+  bool in_view = false, whole = false;  ///< as in TagTruth
+  Eigen::Matrix2Xd corners_px;          ///< inner corners, row by row; empty if it is not drawn
 };
 
+/// Truth of all targets.
 struct TargetTruth {
-  std::vector<TagTruth> tags;
-  std::vector<CircleTruth> circles;
-  std::vector<ChessboardTruth> boards;
+  std::vector<TagTruth> tags;           ///< in the order of the field
+  std::vector<CircleTruth> circles;     ///< in the order of the field
+  std::vector<ChessboardTruth> boards;  ///< in the order of the field
 };
 
 /// Renders windows of one image.
@@ -123,6 +130,7 @@ class LIBOCC_API TargetRenderer {
   TargetRenderer& operator=(TargetRenderer&&) noexcept;
   ~TargetRenderer();
 
+  /// Truth of the whole image, computed by the constructor.
   const TargetTruth& truth() const;
 
   /// Image of 8 bits. Throws std::invalid_argument if the window is empty or not inside the image.

@@ -23,21 +23,23 @@
 
 namespace occ {
 
+/// Verdict on an estimator's covariances.
 enum class Consistency {
   consistent,   ///< the overall mean is inside its interval
   optimistic,   ///< the errors are larger than the covariances
   pessimistic,  ///< the errors are smaller than the covariances
 };
 
+/// The enumerator's name, e.g. "optimistic".
 LIBOCC_API const char* to_string(Consistency verdict);
 
 /// Means are in units of their expectation: 1 for a consistent estimator.
 struct ConsistencyReport {
-  double mean = 0;
-  double low = 0, high = 0;  ///< interval of `mean`
-  Consistency verdict = Consistency::consistent;
-  int count = 0;                             ///< number of values
-  double effective_dof = 0;                  ///< degrees of freedom of the interval
+  double mean = 0;                                ///< over all values
+  double low = 0, high = 0;                       ///< interval of `mean`
+  Consistency verdict = Consistency::consistent;  ///< compares `mean` with its interval
+  int count = 0;                                  ///< number of values
+  double effective_dof = 0;                       ///< degrees of freedom of the interval
   Eigen::VectorXd mean_at, low_at, high_at;  ///< over the runs at each time; 0, 0, 0 without values
   double share_inside = 1;  ///< share of the times inside; `confidence` if consistent
 };

@@ -39,22 +39,24 @@ namespace occ {
 
 /// Image of an identified point.
 struct PointSighting {
-  Eigen::Vector3d point_in_world = Eigen::Vector3d::Zero();
-  Eigen::Vector2d px = Eigen::Vector2d::Zero();
+  Eigen::Vector3d point_in_world = Eigen::Vector3d::Zero();  ///< known position [m]
+  Eigen::Vector2d px = Eigen::Vector2d::Zero();              ///< measured position in the image
   Eigen::Matrix2d covariance_px2 = 0.09 * Eigen::Matrix2d::Identity();  ///< 0.3 px, each axis
 };
 
 /// Sightings of one camera at one time. Several frames may have the same time, e.g. of several
 /// cameras. A frame without sightings requests the pose at its time.
 struct LIBOCC_API SmootherFrame {
-  double time_s = 0;
+  double time_s = 0;  ///< time at which the pose holds
+  /// Calibrated camera of the image.
   Camera camera = Camera::pinhole(640, 480, 500, 500, 319.5, 239.5);
-  Rigid3 cam_from_body;  ///< mounting of the camera
-  std::vector<PointSighting> sightings;
+  Rigid3 cam_from_body;                  ///< mounting of the camera
+  std::vector<PointSighting> sightings;  ///< identified points; may be empty
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// Options of smooth() and smooth_planar().
 struct LIBOCC_API SmootherOptions {
   /// Corner of Huber's loss for sightings; 0: least squares. At 3 sigmas, 1 % of correct sightings
   /// are beyond, and 0.3 % of the information is lost.
@@ -67,80 +69,85 @@ struct LIBOCC_API SmootherOptions {
   /// Random walk between poses without odometry: standard deviations after one second, growing with
   /// the square root of time. Infinite: no constraint.
   double walk_m = std::numeric_limits<double>::infinity();
-  double walk_rad = std::numeric_limits<double>::infinity();
+  double walk_rad = std::numeric_limits<double>::infinity();  ///< see walk_m
   int max_iterations = 60;  ///< maximum for each round of gating; about ten are usual
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// Pose of a body in space at one time.
 struct SmoothedPose {
-  double time_s = 0;
-  Rigid3 body_from_world;
+  double time_s = 0;       ///< time at which the pose holds
+  Rigid3 body_from_world;  ///< most likely pose, given the whole recording
   Matrix6 covariance =
       unknown_covariance<6>();  ///< covariance of body_from_world, see geometry/rigid.hpp
   bool determined = false;      ///< false: pose and covariance are undefined
 };
 
+/// Pose of a body on a floor at one time.
 struct SmoothedPlanarPose {
-  double time_s = 0;
-  PlanarPose pose;
+  double time_s = 0;  ///< time at which the pose holds
+  PlanarPose pose;    ///< most likely pose, given the whole recording
   Eigen::Matrix3d covariance = unknown_covariance<3>();  ///< see geometry/planar_pose.hpp
-  bool determined = false;
+  bool determined = false;  ///< false: pose and covariance are undefined
 };
 
 /// Constraint between consecutive poses.
 struct OdometryLink {
-  double from_s = 0, to_s = 0;
-  bool odometry = false;  ///< false: random walk
-  double chi2 = 0;        ///< deleted residual: the step against all other information
-  int dof = 0;            ///< number of components that the other information determines
-  double factor = 1;      ///< inflation of its covariance
-  bool contradicted = false;
+  double from_s = 0, to_s = 0;  ///< times of both poses
+  bool odometry = false;        ///< false: random walk
+  double chi2 = 0;              ///< deleted residual: the step against all other information
+  int dof = 0;                  ///< number of components that the other information determines
+  double factor = 1;            ///< inflation of its covariance
+  bool contradicted = false;    ///< true: rejected by `link_gate`
 };
 
+/// Fit of all sightings.
 struct SightingStatistics {
-  int count = 0;
+  int count = 0;      ///< number of sightings
   int beyond = 0;     ///< beyond the corner of Huber's loss, or outside the camera's domain
   int outside = 0;    ///< outside the camera's domain
   double rms_px = 0;  ///< r.m.s. residual of the coordinates inside the domain
 };
 
+/// Smoothed recording with its statistics.
 template <class Pose>
 struct Smoothing {
   std::vector<Pose> poses;  ///< one for each time at which there is a frame, observation or prior
-  std::vector<OdometryLink> links;
-  double chi2 = 0;  ///< the minimum
-  int dof = 0;
-  SightingStatistics sightings;
+  std::vector<OdometryLink> links;  ///< one between each two consecutive poses
+  double chi2 = 0;                  ///< the minimum
+  int dof = 0;                      ///< residuals less unknowns
+  SightingStatistics sightings;     ///< statistics of all frames
   /// Residual of each sighting of each frame, in sigmas; infinite outside the domain.
   std::vector<std::vector<double>> residual_sigmas;
-  int iterations = 0;
+  int iterations = 0;  ///< total of all rounds
 };
 
 /// Times must not decrease within each list. Odometry steps may begin and end between frames: they
 /// are concatenated, and cut in proportion to time. They must not overlap.
 struct SmootherInput {
-  std::vector<SmootherFrame> frames;
+  std::vector<SmootherFrame> frames;          ///< images with identified points
   std::vector<PoseObservation> observations;  ///< for a prior: PoseObservation::of_pose
-  std::vector<Odometry> odometry;
+  std::vector<Odometry> odometry;             ///< motion between images; may be empty
   std::vector<Rigid3> start;  ///< body_from_world of each pose; empty: from solve_pose, odometry
 };
 
 /// Prior of a pose on the floor.
 struct LIBOCC_API PlanarPrior {
-  double time_s = 0;
-  PlanarPose pose;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
+  double time_s = 0;                                         ///< time at which the pose holds
+  PlanarPose pose;                                           ///< known pose
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  ///< [x, y, heading], positive definite
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// Input of smooth_planar(); the rules of SmootherInput apply.
 struct PlanarSmootherInput {
-  std::vector<SmootherFrame> frames;
-  std::vector<PoseObservation> observations;
-  std::vector<PlanarPrior> priors;
-  std::vector<PlanarOdometry> odometry;
-  std::vector<PlanarPose> start;
+  std::vector<SmootherFrame> frames;          ///< images with identified points
+  std::vector<PoseObservation> observations;  ///< poses of cameras, in space
+  std::vector<PlanarPrior> priors;            ///< poses known from elsewhere
+  std::vector<PlanarOdometry> odometry;       ///< motion between images; may be empty
+  std::vector<PlanarPose> start;  ///< start value of each pose; empty: from solve_pose, odometry
   double height_m = 0;  ///< height of the body's origin above the world's; the body is upright
 };
 

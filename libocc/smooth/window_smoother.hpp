@@ -19,13 +19,15 @@
 
 namespace occ {
 
+/// Options of both window smoothers.
 struct LIBOCC_API WindowOptions {
-  int poses = 10;
-  SmootherOptions smoothing;
+  int poses = 10;             ///< length of the window, at least 2
+  SmootherOptions smoothing;  ///< options of the adjustment inside the window
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// State of the window after an input.
 template <class Pose>
 struct WindowEstimate {
   Smoothing<Pose> window;  ///< oldest first; chi2 and dof refer to the window
@@ -36,8 +38,10 @@ struct WindowEstimate {
 /// Poses in space. Status and std::invalid_argument as for smooth(), applied to the window.
 class LIBOCC_API WindowSmoother {
  public:
+  /// State of the window, or the reason why it has no pose.
   using Estimate = Result<WindowEstimate<SmoothedPose>>;
 
+  /// Throws std::invalid_argument for invalid options.
   explicit WindowSmoother(const WindowOptions& options = {});
   ~WindowSmoother();
   WindowSmoother(WindowSmoother&&) noexcept;
@@ -46,7 +50,9 @@ class LIBOCC_API WindowSmoother {
   /// Steps must be in the order of time; a step may be added before or after the frames at its
   /// ends. Returns false and ignores the step if it starts before the end of the previous one.
   bool add_odometry(const Odometry& odometry);
+  /// Adds the sightings of one image.
   Estimate add_frame(const SmootherFrame& frame);
+  /// Adds the likelihood of a camera's pose.
   Estimate add_observation(const PoseObservation& observation);
   void restart();  ///< deletes all poses, e.g. after the clock was set back
 
@@ -58,17 +64,25 @@ class LIBOCC_API WindowSmoother {
 /// Poses on a floor.
 class LIBOCC_API PlanarWindowSmoother {
  public:
+  /// State of the window, or the reason why it has no pose.
   using Estimate = Result<WindowEstimate<SmoothedPlanarPose>>;
 
+  /// `height_m`: height of the body's origin above the floor. Throws std::invalid_argument for
+  /// invalid options.
   explicit PlanarWindowSmoother(const WindowOptions& options = {}, double height_m = 0);
   ~PlanarWindowSmoother();
   PlanarWindowSmoother(PlanarWindowSmoother&&) noexcept;
   PlanarWindowSmoother& operator=(PlanarWindowSmoother&&) noexcept;
 
+  /// Adds a step; order and result as for WindowSmoother.
   bool add_odometry(const PlanarOdometry& odometry);
+  /// Adds the sightings of one image.
   Estimate add_frame(const SmootherFrame& frame);
+  /// Adds the likelihood of a camera's pose in space.
   Estimate add_observation(const PoseObservation& observation);
+  /// Adds a pose known from elsewhere.
   Estimate add_prior(const PlanarPrior& prior);
+  /// Deletes all poses, e.g. after the clock was set back.
   void restart();
 
  private:

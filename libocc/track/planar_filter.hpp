@@ -22,6 +22,7 @@
 
 namespace occ {
 
+/// Options of a PlanarFilter.
 struct LIBOCC_API PlanarFilterOptions {
   double height_m = 0;           ///< height of the body's origin above the world's z = 0
   double height_sigma_m = 1e-3;  ///< unevenness of the floor from image to image
@@ -43,18 +44,21 @@ struct LIBOCC_API PlanarFilterOptions {
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// State of a PlanarFilter at one time.
 struct PlanarEstimate {
-  double time_s = 0;
-  PlanarPose pose;
+  double time_s = 0;                                     ///< time of the estimate
+  PlanarPose pose;                                       ///< pose of the body's origin
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< see geometry/planar_pose.hpp
   /// Velocity in the body frame: forward, left, rotation [m/s, m/s, rad/s].
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();
-  double gyro_bias_rad_s = 0;
+  Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< order as `velocity`
+  double gyro_bias_rad_s = 0;                                     ///< about the vertical
 };
 
+/// Filter for a vehicle on a floor.
 class LIBOCC_API PlanarFilter {
  public:
+  /// Throws std::invalid_argument for invalid options.
   explicit PlanarFilter(const PlanarFilterOptions& options = {});
   PlanarFilter(PlanarFilter&&) noexcept;
   PlanarFilter& operator=(PlanarFilter&&) noexcept;
@@ -64,12 +68,14 @@ class LIBOCC_API PlanarFilter {
   /// std::invalid_argument for values that are not finite and for a covariance that is not positive
   /// definite.
   void start(double time_s, const PlanarPose& pose, const Eigen::Matrix3d& covariance);
+  /// True after start().
   bool started() const;
 
   /// Add a measurement. They throw std::invalid_argument for values that are not finite, times that
   /// do not increase, and negative variances.
   FilterUpdate add(const PlanarOdometry& step);
   FilterUpdate add(const ImuSample& sample);  ///< uses the rotation rate about z
+  /// Adds an image; the gate applies to its NIS.
   FilterUpdate add(const PoseObservation& seen);
 
   /// Returns the estimate predicted to a time; nullopt before the start and before the history.
@@ -78,6 +84,7 @@ class LIBOCC_API PlanarFilter {
   /// Like at(), as a pose in space; height and tilt have the variances of the floor.
   std::optional<PosePrediction> predict(double time_s) const;
 
+  /// Options as given to the constructor.
   const PlanarFilterOptions& options() const;
 
  private:

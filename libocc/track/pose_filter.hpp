@@ -25,6 +25,7 @@
 
 namespace occ {
 
+/// Options of a PoseFilter.
 struct LIBOCC_API PoseFilterOptions {
   /// Process noise: root spectral density of the acceleration without odometry and inertial sensors
   /// [m/s^2/sqrt(Hz), rad/s^2/sqrt(Hz)]. Within one second the velocity changes by 0.6 m/s and the
@@ -37,7 +38,7 @@ struct LIBOCC_API PoseFilterOptions {
   double accelerometer_bias_sigma = 0.1;  ///< standard deviation of the initial bias [m/s^2]
   double accelerometer_bias_walk = 1e-3;  ///< random walk of the bias [m/s^3/sqrt(Hz)]
   bool use_accelerometer = true;          ///< false: only the rotation rates of samples are used
-  Eigen::Vector3d gravity_m_s2 = {0, 0, -9.80665};
+  Eigen::Vector3d gravity_m_s2 = {0, 0, -9.80665};  ///< acceleration of free fall in the world
   double imu_hold_s = 0.05;  ///< time for which a sample is used if no other follows
   /// Standard deviations of the initial velocity, which is zero.
   double start_speed_sigma_m_s = 1, start_turn_sigma_rad_s = 1;
@@ -50,12 +51,14 @@ struct LIBOCC_API PoseFilterOptions {
 
 /// A prediction with the biases of the inertial sensors.
 struct PoseEstimate : PosePrediction {
-  Eigen::Vector3d gyro_bias_rad_s = Eigen::Vector3d::Zero();
-  Eigen::Vector3d accelerometer_bias_m_s2 = Eigen::Vector3d::Zero();
+  Eigen::Vector3d gyro_bias_rad_s = Eigen::Vector3d::Zero();          ///< along the body's axes
+  Eigen::Vector3d accelerometer_bias_m_s2 = Eigen::Vector3d::Zero();  ///< along the body's axes
 };
 
+/// Filter for a body that moves in space.
 class LIBOCC_API PoseFilter {
  public:
+  /// Throws std::invalid_argument for invalid options.
   explicit PoseFilter(const PoseFilterOptions& options = {});
   PoseFilter(PoseFilter&&) noexcept;
   PoseFilter& operator=(PoseFilter&&) noexcept;
@@ -65,18 +68,23 @@ class LIBOCC_API PoseFilter {
   /// std::invalid_argument for values that are not finite and for a covariance that is not positive
   /// definite.
   void start(double time_s, const Rigid3& body_from_world, const Matrix6& covariance);
+  /// True after start().
   bool started() const;
 
   /// Add a measurement. They throw std::invalid_argument for values that are not finite, times that
   /// do not increase, and negative variances.
   FilterUpdate add(const Odometry& step);
+  /// Uses rotation rate and acceleration of a sample.
   FilterUpdate add(const ImuSample& sample);
+  /// Adds an image; the gate applies to its NIS.
   FilterUpdate add(const PoseObservation& seen);
 
   /// Returns the estimate predicted to a time; nullopt before the start and before the history.
   std::optional<PoseEstimate> at(double time_s) const;
+  /// Returns the pose of at() without the biases.
   std::optional<PosePrediction> predict(double time_s) const { return at(time_s); }
 
+  /// Options as given to the constructor.
   const PoseFilterOptions& options() const;
 
  private:

@@ -33,10 +33,18 @@ namespace internal::track {
 class TrackerImpl;
 }
 
-enum class TrackerState { searching, tracking, coasting, lost };
+/// States of a tracker.
+enum class TrackerState {
+  searching,  ///< no pose yet; whole images are searched
+  tracking,   ///< the lamps of the image determine the pose
+  coasting,   ///< no lamp fits; the pose is predicted
+  lost,       ///< the prediction is too old or too uncertain
+};
 
+/// The enumerator's name, e.g. "tracking".
 LIBOCC_API const char* to_string(TrackerState state);
 
+/// Options of a Tracker.
 struct LIBOCC_API TrackerOptions {
   /// Options of detection, identification and refinement. Rung::centres is four times as fast as
   /// Rung::rims, at twice the error (tools/bench/tracker_bench). The prior describes the camera
@@ -57,22 +65,25 @@ struct LIBOCC_API TrackerOptions {
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
 
+/// Result of one image.
 struct TrackedFrame {
-  double time_s = 0;
-  int camera = 0;
-  TrackerState state = TrackerState::searching;
-  std::string reason;     ///< sentence on what was unexpected; else empty
-  Rigid3 cam_from_world;  ///< undefined while searching or lost
+  double time_s = 0;                             ///< time of the image
+  int camera = 0;                                ///< number of the camera
+  TrackerState state = TrackerState::searching;  ///< state after the image
+  std::string reason;                            ///< sentence on what was unexpected; else empty
+  Rigid3 cam_from_world;                         ///< undefined while searching or lost
+  /// Covariance of cam_from_world, see geometry/rigid.hpp.
   Matrix6 covariance = unknown_covariance<6>();
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< camera in the world
+  /// Covariance of position_m, world axes.
   Eigen::Matrix3d position_covariance_m2 = unknown_covariance<3>();
   std::map<int, Blob> lamps;  ///< lamp id -> blob, for the lamps that the pose was computed from
   std::vector<int> missing;   ///< ids of lamps that should be in view and were not found
   bool full_search = false;   ///< the whole image was searched
   bool relocated = false;     ///< the pose jumped out of the gate of its prediction
   double nis = 0;             ///< normalised innovation squared of the lamps
-  int nis_dof = 0;
-  Timing timing_s;
+  int nis_dof = 0;            ///< degrees of freedom of `nis`; 0 without lamps
+  Timing timing_s;            ///< time of each step
 };
 
 /// Source of an image.
@@ -81,6 +92,7 @@ struct FrameSource {
   std::optional<Rigid3> cam_from_body;  ///< mount at the time of the image, if it pans or tilts
 };
 
+/// Tracks the pose of a camera, or of a body with several cameras.
 class LIBOCC_API Tracker {
  public:
   /// Throws std::invalid_argument when the scene or the options do not validate.
@@ -107,9 +119,12 @@ class LIBOCC_API Tracker {
   /// Add odometry of a body in space, odometry of a vehicle on a floor, or an inertial sample. They
   /// throw like the filters, and std::logic_error for odometry of the other kind.
   FilterUpdate add(const Odometry& step);
+  /// Adds odometry of a vehicle; needs TrackerOptions::floor.
   FilterUpdate add(const PlanarOdometry& step);
+  /// Adds an inertial sample along the axes of the body.
   FilterUpdate add(const ImuSample& sample);
 
+  /// State after the last image.
   TrackerState state() const;
 
   /// Returns the pose predicted to a time; nullopt while searching or lost.

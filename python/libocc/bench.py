@@ -13,11 +13,12 @@ from ._core import (
     RungForecast,
     ladder_frame,
     ladder_steps,
+    missing_ladder_steps,
     pose_bound,
     time_refine,
 )
 
 __all__ = [
     "LadderBound", "LadderFrame", "LadderOutcome", "LadderStep", "PoseBound", "RungChoice", "RungCost", "RungCosts",
-    "RungForecast", "ladder_frame", "ladder_steps", "pose_bound", "time_refine",
+    "RungForecast", "ladder_frame", "ladder_steps", "missing_ladder_steps", "pose_bound", "time_refine",
 ]

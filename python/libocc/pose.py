@@ -5,9 +5,10 @@ from ._core import (
     Layout,
     PlanarPrior,
     PoseCandidate,
+    missing_solvers,
     planar_poses,
 )
 
 __all__ = [
-    "Layout", "PlanarPrior", "PoseCandidate", "planar_poses",
+    "Layout", "PlanarPrior", "PoseCandidate", "missing_solvers", "planar_poses",
 ]

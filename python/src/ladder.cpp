@@ -95,6 +95,14 @@ void define_steps(py::module_& m) {
            [](const LadderStep& s) { return "<LadderStep: " + std::string(s.name) + ">"; });
   m.def("ladder_steps", &ladder_steps,
         "Returns all methods, roughly from the fastest to the slowest.");
+  m.def(
+      "missing_ladder_steps",
+      [] {
+        py::typing::Dict<py::str, py::str> options;
+        for (const MissingMethod& step : missing_ladder_steps()) options[step.name] = step.option;
+        return options;
+      },
+      "Returns the methods that this build lacks, with the CMake option that includes each.");
 
   using B = LadderBound;
   ResultClass<B>(m, "LadderBound", "Root mean square errors at the true pose; 0: no bound.")

@@ -62,6 +62,14 @@ void define_solvers(py::module_& m) {
       .def_readonly("source", &Solver::source, "Paper, and package of the implementation.")
       .def("__repr__", [](const Solver& s) { return "<Solver: " + std::string(s.name) + ">"; });
   m.def("solvers", &solvers, "Returns all pose solvers, those for the fewest points first.");
+  m.def(
+      "missing_solvers",
+      [] {
+        py::typing::Dict<py::str, py::str> options;
+        for (const MissingMethod& solver : missing_solvers()) options[solver.name] = solver.option;
+        return options;
+      },
+      "Returns the solvers that this build lacks, with the CMake option that includes each.");
 }
 
 struct Conditioned {

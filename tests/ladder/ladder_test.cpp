@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <string>
@@ -26,6 +27,12 @@ Frame frame_of(const Scene& scene, const Rigid3& pose, std::uint32_t number) {
   frame.rendered = simulate(scene, pose, options);
   frame.problem = ladder_problem(frame.rendered.image.view(), scene, pose);
   return frame;
+}
+
+/// Returns false for a method that this build lacks (LIBOCC_OPENCV or LIBOCC_OPENGV is off).
+bool in_build(const std::string& name) {
+  return std::none_of(missing_ladder_steps().begin(), missing_ladder_steps().end(),
+                      [&](const MissingMethod& missing) { return missing.name == name; });
 }
 
 Rigid3 view() { return look_at({2.1, 1.9, 0.5}, {2.3, 2.0, 3.0}, Eigen::Vector3d::UnitY()); }
@@ -71,6 +78,7 @@ TEST(Ladder, RefinedStepsAttainTheirBoundAndClosedFormsDoNotBeatIt) {
     EXPECT_LT(ratio(name), 1.35) << name;
   }
   for (const char* name : {"p3p", "p3p_triples", "solve_pose", "points", "SQPNP", "AP3P"}) {
+    if (!in_build(name)) continue;
     EXPECT_GT(ratio(name), 1.5) << name << " neglects the offset of the ellipse's centre";
     EXPECT_LT(std::sqrt(squares[name] / frames), 0.05) << name;
   }
@@ -85,10 +93,12 @@ TEST(Ladder, StepsSuitTheLayoutTheyAreFor) {
     return ladder_step_named(name).suits(frame.problem);
   };
   for (const char* name : {"IPPE", "homography", "posit_coplanar"}) {
+    if (!in_build(name)) continue;
     EXPECT_TRUE(suits(name, flat)) << name;
     EXPECT_FALSE(suits(name, deep)) << name;
   }
   for (const char* name : {"dlt", "posit", "epnp"}) {
+    if (!in_build(name)) continue;
     EXPECT_FALSE(suits(name, flat)) << name;
     EXPECT_TRUE(suits(name, deep)) << name;
   }
@@ -117,9 +127,14 @@ TEST(Ladder, RefusesWhatDoesNotFit) {
               run_step(frame.problem, ladder_step_named("p3p"), 0);
             }).find("min_time_s"),
             std::string::npos);
-  EXPECT_NE(
-      test::complaint([&] { run_step(frame.problem, ladder_step_named("IPPE"), 1); }).find("IPPE"),
-      std::string::npos);
+  EXPECT_NE(test::complaint([&] {
+              run_step(frame.problem, ladder_step_named("homography"), 1);
+            }).find("homography"),
+            std::string::npos);
+  for (const MissingMethod& missing : missing_ladder_steps()) {
+    EXPECT_NE(test::complaint([&] { ladder_step_named(missing.name); }).find(missing.option),
+              std::string::npos);
+  }
   Scene other = scene;
   other.camera = Camera::pinhole(320, 240, 200, 200, 159.5, 119.5);
   EXPECT_NE(test::complaint([&] {

@@ -13,6 +13,31 @@
 namespace occ::test {
 namespace {
 
+Image grey(int width, int height) {
+  Image image;
+  image.width = width;
+  image.height = height;
+  image.u8.assign(static_cast<std::size_t>(width * height), 128);
+  return image;
+}
+
+std::string message_for(const Image& image) {
+  return complaint([&] { find_chessboard(image.view()); });
+}
+
+/// Skips all tests if the library is built without OpenCV.
+struct Chessboard : ::testing::Test {
+  void SetUp() override {
+    if (!message_for(grey(120, 90)).empty()) GTEST_SKIP() << message_for(grey(120, 90));
+  }
+};
+
+TEST(ChessboardWithoutOpencv, ErrorNamesTheCMakeOption) {
+  const std::string message = message_for(grey(120, 90));
+  if (message.empty()) GTEST_SKIP() << "this build has OpenCV";
+  EXPECT_NE(message.find("-DLIBOCC_OPENCV=ON"), std::string::npos) << message;
+}
+
 struct Seen {
   int boards = 0, corners = 0;
   double rms_px = 0, normalised = 0;
@@ -56,13 +81,13 @@ Seen errors_of(double noise_dn, int trials) {
   return seen;
 }
 
-TEST(Chessboard, CornersAgreeWithTheRenderedOnes) {
+TEST_F(Chessboard, CornersAgreeWithTheRenderedOnes) {
   const Seen seen = errors_of(0, 8);
   EXPECT_GE(seen.boards, 6);
   EXPECT_LT(seen.rms_px, 0.02);
 }
 
-TEST(Chessboard, CovarianceAgreesWithTheScatter) {
+TEST_F(Chessboard, CovarianceAgreesWithTheScatter) {
   const Seen seen = errors_of(6, 10);
   EXPECT_GE(seen.boards, 7);
   EXPECT_GT(seen.rms_px, 0.02);
@@ -70,15 +95,10 @@ TEST(Chessboard, CovarianceAgreesWithTheScatter) {
   EXPECT_LT(seen.normalised, 1.6);
 }
 
-TEST(Chessboard, EmptyWithoutABoard) {
-  Image image;
-  image.width = 120;
-  image.height = 90;
-  image.u8.assign(120 * 90, 128);
+TEST_F(Chessboard, EmptyWithoutABoard) {
+  const Image image = grey(120, 90);
   EXPECT_FALSE(find_chessboard(image.view()));
-  image.width = image.height = 4;
-  image.u8.assign(16, 128);
-  EXPECT_FALSE(find_chessboard(image.view()));
+  EXPECT_FALSE(find_chessboard(grey(4, 4).view()));
   ChessboardOptions options;
   options.columns = 2;
   EXPECT_NE(complaint([&] { find_chessboard(image.view(), options); }).find("columns"),
@@ -98,7 +118,7 @@ TargetRenderer board_in_front(int width, int height, double side_px) {
   return TargetRenderer({{}, {}, {board}}, camera, {}, options);
 }
 
-TEST(Chessboard, LargeImagesAreSearchedReducedAndRefinedInFull) {
+TEST_F(Chessboard, LargeImagesAreSearchedReducedAndRefinedInFull) {
   // The squares of the second board are too small for the quick search.
   for (const auto& [side_px, min_searches] : {std::pair(120.0, 1), std::pair(28.0, 2)}) {
     const TargetRenderer renderer = board_in_front(2600, 1900, side_px);
@@ -122,7 +142,7 @@ TEST(Chessboard, LargeImagesAreSearchedReducedAndRefinedInFull) {
   }
 }
 
-TEST(Chessboard, ProgressStopsTheSearch) {
+TEST_F(Chessboard, ProgressStopsTheSearch) {
   const Image image = board_in_front(640, 480, 40).window({0, 0, 640, 480});
   EXPECT_TRUE(find_chessboard(image.view()));
   ChessboardOptions options;

@@ -327,15 +327,16 @@ TEST(SolvePose, SolversOfOtherLayoutsSaySo) {
   const SeenScene deep = random_scene(random, 8, false, plain_camera());
   const SeenScene flat = random_scene(random, 8, true, plain_camera());
   SolvePoseOptions options;
-  options.solver = "ippe";
+  options.solver = "homography";
   EXPECT_EQ(solved(deep, options).status, Status::degenerate);
-  EXPECT_NE(solved(deep, options).message.find("ippe"), std::string::npos);
+  EXPECT_NE(solved(deep, options).message.find("homography"), std::string::npos);
   options.solver = "dlt";
   EXPECT_EQ(solved(flat, options).status, Status::degenerate);
   SeenScene five = deep;
   five.points.conservativeResize(3, 5);
   five.pixels.conservativeResize(2, 5);
   EXPECT_EQ(solved(five, options).status, Status::too_few_lamps);
+  if (!missing_solvers().empty()) GTEST_SKIP() << "gpnp may be missing in this build";
   options.solver = "gpnp";  // of several cameras
   EXPECT_EQ(solved(deep, options).status, Status::no_pose);
 }

@@ -14,7 +14,7 @@ import pytest
 from document_blocks import Example, blocks, run_console, run_python
 
 import libocc as occ
-from libocc import _core, _moved
+from libocc import _core, _moved, pose
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -211,7 +211,8 @@ def test_the_page_lists_every_solver(root: Path) -> None:
     for s in occ.solvers():
         points = f"{s.min_points}" if s.max_points == s.min_points else f"{s.min_points} or more"
         expected.append((s.name, points, str(s.max_candidates), s.failures, s.source))
-    cells = [(name, *(cell.strip() for cell in rest.split("|"))) for name, rest in rows]
+    missing = pose.missing_solvers()  # of a build without OpenCV or OpenGV
+    cells = [(name, *(cell.strip() for cell in rest.split("|"))) for name, rest in rows if name not in missing]
     assert [(c[0], c[1], c[2], c[5], c[6]) for c in cells] == expected
 
 

@@ -73,7 +73,7 @@ def test_the_same_seed_gives_the_same_errors(run):
 def test_text_lists_every_rung_and_a_recommendation(run):
     code, out, _ = run("square_four", "--frames", 2, "--target-mm", 50, "--budget-ms", 1e6)
     assert code == 0
-    for name in ("IPPE", "homography", "solve_pose", *REFINED, "wrong", "square_four: 4 lamps"):
+    for name in ("posit_coplanar", "homography", "solve_pose", *REFINED, "wrong", "square_four: 4 lamps"):
         assert name in out
     assert "recommended for 50 mm in 1e+06 ms: " in out
     code, out, _ = run("--frames", 2, "--rung", "rims", "--budget-ms", 1e-7)
@@ -166,7 +166,7 @@ def test_ctrl_c_keeps_finished_results(run, monkeypatch):
         (("--lamps", 7), "irregular_six.*6 lamps.*7"),
         (("--range", 0.5), "irregular_six.*0.5 m.*increase the range"),
         (("--rung", "nosuch"), "'nosuch' is not one of p3p, "),
-        (("--rung", "IPPE"), "irregular_six.*no selected rung"),
+        (("--rung", "homography"), "irregular_six.*no selected rung"),
         (("--plot", "plot.txt"), "plot.txt.*png"),
         (("--plot", "nowhere/p.png"), "nowhere/p.png"),
         (("--csv", "nowhere/t.csv"), "nowhere/t.csv"),

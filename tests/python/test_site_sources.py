@@ -21,6 +21,9 @@ XML = """<doxygen><compounddef kind="namespace"><compoundname>occ</compoundname>
 <location file="libocc/room/pose.hpp" line="5"/></memberdef></sectiondef></compounddef>
 <compounddef kind="struct"><compoundname>occ::Pose</compoundname><sectiondef>
 <memberdef kind="variable" prot="public" static="no"><type>double</type><name>x_m</name><initializer>= 0</initializer>
+<briefdescription/><location file="libocc/room/pose.hpp" line="12"/></memberdef>
+<memberdef kind="variable" prot="public" static="no"><type>double</type><name>y_m</name><initializer>= 0</initializer>
+<briefdescription><para>on the floor</para></briefdescription>
 <location file="libocc/room/pose.hpp" line="12"/></memberdef>
 <memberdef kind="variable" prot="private" static="no"><type>int</type><name>secret_</name>
 <location file="libocc/room/pose.hpp" line="13"/></memberdef></sectiondef>
@@ -90,8 +93,9 @@ def test_declarations_of_a_header_keep_their_order(load: Loader, tmp_path: Path)
     directives = [line.strip() for line in lines if line.strip().startswith(".. cpp:") and "namespace" not in line]
     assert directives == [
         ".. cpp:enum-class:: Kind", ".. cpp:enumerator:: wide", ".. cpp:struct:: Pose", ".. cpp:var:: double x_m = 0",
-        ".. cpp:function:: double angle(const Pose &a, int n=3)",
+        ".. cpp:var:: double y_m = 0", ".. cpp:function:: double angle(const Pose &a, int n=3)",
     ]  # fmt: skip
+    assert lines.count("      on the floor") == 2, "declarators of one line share their comment"
     assert any("Angle of ``a`` \\*times\\* n." in line for line in lines)
     assert list(load("cpp_api").CppApi(tmp_path).of_header("libocc/room/other.hpp")) == []
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "libocc/core/math.hpp"
@@ -14,6 +15,12 @@
 #include "libocc/pose/solver.hpp"
 
 namespace occ::test {
+
+/// Returns false for a solver that this build lacks (LIBOCC_OPENCV or LIBOCC_OPENGV is off).
+inline bool in_build(const std::string& name) {
+  return std::none_of(missing_solvers().begin(), missing_solvers().end(),
+                      [&](const MissingMethod& missing) { return missing.name == name; });
+}
 
 struct KnownProblem {
   PoseProblem problem;

@@ -15,6 +15,6 @@
 
 namespace occ {
 
-LIBOCC_API extern const Solver dlt_solver;
+LIBOCC_API extern const Solver dlt_solver;  ///< Direct linear transformation.
 
 }  // namespace occ

@@ -14,6 +14,6 @@
 
 namespace occ {
 
-LIBOCC_API extern const Solver epnp_solver;
+LIBOCC_API extern const Solver epnp_solver;  ///< EPnP; requires LIBOCC_OPENGV.
 
 }  // namespace occ

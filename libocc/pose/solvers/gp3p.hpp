@@ -16,6 +16,7 @@
 
 namespace occ {
 
+/// P3P for a rig; requires LIBOCC_OPENGV.
 LIBOCC_API extern const Solver gp3p_solver;
 
 }  // namespace occ

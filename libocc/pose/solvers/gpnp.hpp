@@ -15,6 +15,7 @@
 
 namespace occ {
 
+/// EPnP for a rig; requires LIBOCC_OPENGV.
 LIBOCC_API extern const Solver gpnp_solver;
 
 }  // namespace occ

@@ -16,6 +16,7 @@
 
 namespace occ {
 
+/// Pose from a plane's homography.
 LIBOCC_API extern const Solver homography_solver;
 
 }  // namespace occ

@@ -13,6 +13,6 @@
 
 namespace occ {
 
-LIBOCC_API extern const Solver ippe_solver;
+LIBOCC_API extern const Solver ippe_solver;  ///< IPPE; requires LIBOCC_OPENCV.
 
 }  // namespace occ

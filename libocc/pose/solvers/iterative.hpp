@@ -14,6 +14,7 @@
 
 namespace occ {
 
+/// SOLVEPNP_ITERATIVE; requires LIBOCC_OPENCV.
 LIBOCC_API extern const Solver iterative_solver;
 
 }  // namespace occ

@@ -26,7 +26,7 @@
 
 namespace occ {
 
-LIBOCC_API extern const Solver p3p_solver;
+LIBOCC_API extern const Solver p3p_solver;  ///< P3P, libocc's implementation.
 
 /// All candidates for cam_from_world (0 to 4), in no particular order; all of them fit.
 /// bearings: columns, unit to 1e-6, camera frame; points_in_world: columns [m].

@@ -13,6 +13,7 @@
 
 namespace occ {
 
+/// P3P after Gao; requires LIBOCC_OPENGV.
 LIBOCC_API extern const Solver p3p_gao_solver;
 
 }  // namespace occ

@@ -14,6 +14,7 @@
 
 namespace occ {
 
+/// P3P after Kneip; requires LIBOCC_OPENGV.
 LIBOCC_API extern const Solver p3p_kneip_solver;
 
 }  // namespace occ

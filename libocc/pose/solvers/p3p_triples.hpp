@@ -13,6 +13,7 @@
 
 namespace occ {
 
+/// P3P over triples of points.
 LIBOCC_API extern const Solver p3p_triples_solver;
 
 }  // namespace occ

@@ -15,6 +15,6 @@
 
 namespace occ {
 
-LIBOCC_API extern const Solver posit_solver;
+LIBOCC_API extern const Solver posit_solver;  ///< POSIT for points in space.
 
 }  // namespace occ

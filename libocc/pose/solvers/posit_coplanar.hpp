@@ -15,6 +15,7 @@
 
 namespace occ {
 
+/// POSIT for points in a plane.
 LIBOCC_API extern const Solver posit_coplanar_solver;
 
 }  // namespace occ

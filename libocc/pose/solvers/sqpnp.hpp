@@ -14,6 +14,6 @@
 
 namespace occ {
 
-LIBOCC_API extern const Solver sqpnp_solver;
+LIBOCC_API extern const Solver sqpnp_solver;  ///< SQPnP; requires LIBOCC_OPENCV.
 
 }  // namespace occ

@@ -15,6 +15,6 @@
 
 namespace occ {
 
-LIBOCC_API extern const Solver triangle_solver;
+LIBOCC_API extern const Solver triangle_solver;  ///< Numeric triangle method.
 
 }  // namespace occ

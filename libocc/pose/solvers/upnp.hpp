@@ -15,6 +15,7 @@
 
 namespace occ {
 
+/// UPnP for one camera or a rig; requires LIBOCC_OPENGV.
 LIBOCC_API extern const Solver upnp_solver;
 
 }  // namespace occ

@@ -17,6 +17,6 @@
 
 namespace occ {
 
-LIBOCC_API extern const Solver upright_p2p_solver;
+LIBOCC_API extern const Solver upright_p2p_solver;  ///< P2P with known vertical.
 
 }  // namespace occ

@@ -6,7 +6,9 @@ from typing import Any
 
 import click
 
+from ...pose import missing_solvers
 from .. import Failure, error_context, json_option, print_json
+from ..build import missing_note, require_in_build
 from ..hard_cases.cases import Case, catalogue
 from ..hard_cases.matrix import Cell, by_case, own_harmless, run
 from ..hard_cases.methods import OWN, Method, own_methods, peer_methods
@@ -120,7 +122,10 @@ def command(
     """
     with error_context("hard cases"):
         cases = chosen("case", names, {case.name: case for case in catalogue()})
+    require_in_build("--solver", solvers, missing_solvers())
     methods = chosen("solver", solvers, {method.name: method for method in own_methods()})
+    if not solvers:
+        click.echo(missing_note(missing_solvers()), nl=False, err=True)
     if peers:
         found, missing = peer_methods()
         methods += found

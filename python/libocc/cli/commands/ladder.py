@@ -6,7 +6,9 @@ import click
 import numpy as np
 
 from ... import samples
+from ...bench import missing_ladder_steps
 from .. import INTERRUPTED, Failure, error_context, json_option, print_json
+from ..build import missing_note, require_in_build
 from ..files import whole_file
 from ..ladder import costs as cost_table, output
 from ..ladder.experiment import Experiment, noisier
@@ -45,6 +47,7 @@ def chosen_rungs(wanted: tuple[str, ...]) -> tuple[list[Rung], list[str]]:
     """Rungs with the given names (all if none are given), and the peer packages that are missing."""
     peers = poselib_peers()
     rungs = {rung.key: rung for rung in own_rungs() + peer_rungs(peers)}
+    require_in_build("--rung", wanted, missing_ladder_steps())
     for name in wanted:
         if name not in rungs:
             raise Failure(f"--rung: {name!r} is not one of {', '.join(rungs)}")
@@ -163,6 +166,8 @@ def command(
     rungs, missing = chosen_rungs(wanted)
     for package in missing:
         click.echo(f"not installed, not used: {package} (pip install 'libocc[peers]')", err=True)
+    if not wanted:
+        click.echo(missing_note(missing_ladder_steps()), nl=False, err=True)
     with error_context(scene), progress("measuring", frames) as advance:
         result = run(experiment, rungs, frames, 1e-6 * min_time_us, advance)
     rows = rows_of(result)
