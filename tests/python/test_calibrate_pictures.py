@@ -226,6 +226,10 @@ def test_lamps_are_surveyed_better_than_the_map(tmp_path: Path) -> None:
                            "--distance", "lamp 0", "lamp 3", bar, 1e-4, "--out", out)
     assert code == 0, err
     surveyed = occ.Scene.load(out / "scene.yaml")
+    printed = [line for line in text.splitlines() if line.startswith("lamp ")]
+    assert len(printed) == 6 and all("m, sigma " in line and line.endswith(" mm from the map") for line in printed)
+    moved_mm = float(printed[0].split(", ")[2].split()[0])
+    assert moved_mm == pytest.approx(1e3 * np.linalg.norm(surveyed.lamps[0].centre_m - lamps[0].centre_m), abs=0.06)
 
     def spread(lamps: list[occ.Lamp]) -> float:
         """Error of the distances between lamps, which are independent of the datum."""

@@ -62,8 +62,12 @@ def finish(
     select: bool, robust: bool, as_json: bool, settings: dict[str, Any], notes: Sequence[str] = (),
     more: Callable[[occ.network.Network], dict[str, bytes]] | None = None, ladder: bool = False,
     checks: dict[str, Any] | None = None, before: occ.Camera | None = None,
+    text: Callable[[dict[str, Any]], list[str]] | None = None,
 ) -> None:
-    """Adjusts the network, writes the folder and prints the result; exit code 1 when the adjustment failed."""
+    """Adjusts the network, writes the folder and prints the result; exit code 1 when the adjustment failed.
+
+    text: further lines of the text output.
+    """
     from ..calibration.report import table
     from ..calibration.run import calibrate, ladder_section, write
     from ..result_folder import ResultFolder
@@ -85,7 +89,7 @@ def finish(
     if as_json:
         print_json(data)
     else:
-        for line in lines(data):
+        for line in [*(text(data) if text and found.ok else []), *lines(data)]:
             click.echo(line)
         click.echo(f"{out}/report.html")
     if not found.ok:

@@ -5,12 +5,13 @@ import libocc as occ
 
 from ... import samples
 from .. import error_context, json_option, overlay_option, print_json, report
+from ..detect_options import background_hint, threshold_option
 
 
 @click.command(short_help="List the bright blobs of an image.")
 @click.argument("image")
 @click.option("--scene", metavar="SCENE", help="Scene whose sensor model (noise, row timing) is used.")
-@click.option("--threshold-dn", type=float, help="Absolute threshold instead of the noise-based one.")
+@threshold_option
 @json_option
 @overlay_option
 def command(
@@ -42,3 +43,5 @@ def command(
         print_json([report.blob_dict(blob) for blob in blobs])
     else:
         click.echo(report.blobs_text(blobs))
+    if hint := background_hint(pixels, blobs, threshold_dn):
+        click.echo(f"warning: {image}: {hint}", err=True)

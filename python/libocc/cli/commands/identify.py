@@ -7,6 +7,7 @@ import libocc as occ
 
 from ... import samples
 from .. import error_context, json_option, overlay_option, print_json, report
+from ..detect_options import background_hint, threshold_option
 from ..prior_options import prior_options
 
 
@@ -16,6 +17,7 @@ from ..prior_options import prior_options
 @click.option("--sigma-px", type=float, help="Error of the camera model and the map, sigma  [default: 0.5].")
 @click.option("--method", type=click.Choice([m.name for m in occ.IdentifyMethod]), default="automatic",
               show_default=True, help="Search method.")
+@threshold_option
 @prior_options
 @json_option
 @overlay_option
@@ -26,6 +28,7 @@ def command(
     scene: str,
     sigma_px: float | None,
     method: str,
+    threshold_dn: float | None,
     prior: occ.Prior,
     as_json: bool,
     overlay: str | None,
@@ -53,7 +56,7 @@ def command(
             raise ValueError(
                 f"its size is {width} x {height}, that of the camera of {scene} is {camera.width} x {camera.height}"
             )
-        blobs = occ.detect(pixels, sensor=lamps.sensor)
+        blobs = occ.detect(pixels, sensor=lamps.sensor, threshold_dn=threshold_dn)
     options: dict[str, Any] = {"method": occ.IdentifyMethod[method]}
     if sigma_px is not None:
         options["gate_model_sigma_px"] = sigma_px
@@ -69,4 +72,6 @@ def command(
     else:
         click.echo(report.identification_text(found, lamps))
     if found.status is not occ.Status.ok:
+        if hint := background_hint(pixels, blobs, threshold_dn, len(lamps.lamps)):
+            click.echo(f"warning: {image}: {hint}", err=True)
         ctx.exit(1)
