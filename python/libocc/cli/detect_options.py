@@ -9,7 +9,7 @@ import numpy as np
 
 from .._core import Blob
 
-MAX_BLOBS = 300  # more than a picture of lamps has; a lit ceiling gives up to the limit of detect(), 4096
+MAX_BLOBS = 300  # more than a picture of lamps has; those of a lit ceiling reach the limit of detect(), 4096
 PER_LAMP, MORE = 2, 5  # blobs for each lamp of the map, and further ones, before they are suspect
 MAX_AREA = 0.12  # part of the image; a lamp of 0.2 m that is 0.8 m from a phone has 0.06
 SUGGESTED = 0.25  # of the full scale: above a lit ceiling, below a lamp (both in sRGB)

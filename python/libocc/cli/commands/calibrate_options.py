@@ -113,6 +113,13 @@ def lines(data: dict[str, Any]) -> list[str]:
         rmse_mm, predicted_mm = 1e3 * check["rmse_3d_m"], 1e3 * check["predicted_3d_m"]
         text.append(f"check points {rmse_mm:.2f} mm r.m.s., {predicted_mm:.2f} predicted")
     for camera in data["cameras"]:
+        projection = camera["projection"]
+        if projection is not None and projection["median_sigma_px"] is not None:
+            undefined = f", undefined in {100 * (1 - projection['defined']):.0f} % of the image"
+            text.append(
+                f"{camera['name']}: sigma of a projected point {projection['median_sigma_px']:.2g} px (median), "
+                f"{projection['max_sigma_px']:.2g} px (maximum)" + (undefined if projection["defined"] < 1 else "")
+            )
         for a, b, rho in camera["strong_correlations"]:
             text.append(f"{camera['name']}: {a} and {b} are correlated by {rho:+.3f}")
     return text + [f"warning: {warning}" for warning in data["warnings"]]
