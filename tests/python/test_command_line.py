@@ -219,7 +219,7 @@ def test_demo_compares_with_the_truth(run):
         ),
         (("locate", "room.png", "irregular_six", "--overlay", "nowhere/o.png"), "nowhere/o.png"),
         (("detect", "nosuch.png"), "nosuch.png"),
-        (("detect", "room.png", "--threshold-dn", "nan"), "threshold_dn"),
+        (("detect", "room.png", "--threshold-dn", "nan"), "--threshold-dn"),
         (("simulate", "irregular_six", "--position", 1, 1, 1, "--out", "nowhere/o.png"), "nowhere/o.png"),
         (("simulate", "irregular_six"), "--position"),
         (("simulate", "irregular_six", "--pose", "text.png"), "text.png"),

@@ -8,16 +8,16 @@ import libocc as occ
 
 from ... import samples
 from .. import Failure, error_context, json_option
-from ..detect_options import background_hint, threshold_option
+from ..detect_options import Threshold, background_hint, threshold_of, threshold_option
 from ..progress import progress
 from .calibrate_options import add_distances, distance_option, finish, out_option, robust_option
 
 
 def assigned_lamps(
-    pixels: Any, scene: occ.Scene, map_sigma_px: float, threshold_dn: float | None
+    pixels: Any, scene: occ.Scene, map_sigma_px: float, threshold_dn: Threshold
 ) -> tuple[list[Any], str]:
     """(lamp id, centroid, covariance) of each assigned blob; and the reason when there are none."""
-    blobs = occ.detect(pixels, sensor=scene.sensor, threshold_dn=threshold_dn)
+    blobs = occ.detect(pixels, sensor=scene.sensor, threshold_dn=threshold_of(pixels, threshold_dn))
     found = occ.identify(blobs, scene, gate_model_sigma_px=map_sigma_px)
     if not found.ok:
         hint = background_hint(pixels, blobs, threshold_dn, len(scene.lamps))
@@ -41,7 +41,7 @@ def assigned_lamps(
 @click.pass_context
 def command(
     ctx: click.Context, images: tuple[str, ...], scene_path: str, map_sigma_px: float,
-    threshold_dn: float | None, free: str, distance: tuple[Any, ...], out: str, robust: bool, as_json: bool,
+    threshold_dn: Threshold, free: str, distance: tuple[Any, ...], out: str, robust: bool, as_json: bool,
 ) -> None:
     """\b
     $ libocc simulate irregular_six --position 1.7 2.1 0.5 --out a.png

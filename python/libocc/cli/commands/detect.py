@@ -5,7 +5,7 @@ import libocc as occ
 
 from ... import samples
 from .. import error_context, json_option, overlay_option, print_json, report
-from ..detect_options import background_hint, threshold_option
+from ..detect_options import Threshold, background_hint, threshold_of, threshold_option
 
 
 @click.command(short_help="List the bright blobs of an image.")
@@ -15,7 +15,7 @@ from ..detect_options import background_hint, threshold_option
 @json_option
 @overlay_option
 def command(
-    image: str, scene: str | None, threshold_dn: float | None, as_json: bool, overlay: str | None
+    image: str, scene: str | None, threshold_dn: Threshold, as_json: bool, overlay: str | None
 ) -> None:
     """\b
     $ libocc simulate irregular_six --position 1.7 2.1 0.5 --seed 1 --out room.png
@@ -33,7 +33,7 @@ def command(
             sensor = samples.load_scene(scene).sensor
     with error_context(image):
         pixels = occ.read_image(samples.find_image(image))
-        blobs = occ.detect(pixels, sensor=sensor, threshold_dn=threshold_dn)
+        blobs = occ.detect(pixels, sensor=sensor, threshold_dn=threshold_of(pixels, threshold_dn))
     if overlay is not None:
         from ..overlay import draw
 

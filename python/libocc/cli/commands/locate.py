@@ -5,7 +5,7 @@ import libocc as occ
 
 from ... import samples
 from .. import error_context, json_option, overlay_option, print_json, report
-from ..detect_options import background_hint, threshold_option
+from ..detect_options import Threshold, background_hint, threshold_of, threshold_option
 from ..prior_options import prior_options
 
 
@@ -28,7 +28,7 @@ def command(
     budget_ms: float | None,
     target_mm: float | None,
     costs: str | None,
-    threshold_dn: float | None,
+    threshold_dn: Threshold,
     as_json: bool,
     overlay: str | None,
 ) -> None:
@@ -57,7 +57,7 @@ def command(
     with error_context(image):
         pixels = occ.read_image(samples.find_image(image))
         fix = occ.locate(
-            pixels, lamps, prior, costs=table, threshold_dn=threshold_dn,
+            pixels, lamps, prior, costs=table, threshold_dn=threshold_of(pixels, threshold_dn),
             budget_s=None if budget_ms is None else 1e-3 * budget_ms,
             target_sigma_m=None if target_mm is None else 1e-3 * target_mm,
         )
