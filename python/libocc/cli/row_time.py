@@ -27,6 +27,7 @@ MIN_RIPPLE = 1e-5  # r.m.s., relative
 MIN_SIGNAL = 1.3  # variance of the row means, without their trend, over that of their noise
 MIN_COHERENCE = 0.8  # of the amplitudes of the blocks: 1 for stripes, 1/BLOCKS for random texture
 MAX_RELATIVE_SIGMA = 0.05
+TREND_SIGMA = 5e-4  # relative, of 3 periods: light that no trend of DEGREE fits; from 73 rendered pictures
 SATURATED, BLACK = 0.98, 0.01  # parts of the full scale
 MIN_COLUMNS = 16  # usable columns
 DEGREE, HARMONICS = 5, 3  # of the trend; the light falls off in even powers
@@ -35,6 +36,7 @@ GRID = 8  # frequencies per 1 / rows
 FEW_PERIODS, MAX_PEAKS = 8, 30  # of the frequencies whose fit is computed
 ASSUMED_ROW_S = 1.25e-5  # detect() then searches periods from 4 rows: up to 20 kHz
 MAX_CHI = 5.0  # normalised difference from the mean, beyond which images contradict each other
+NO_LAMP = "no lamp has visible stripes"
 
 
 class NoStripes(Exception):
@@ -221,7 +223,8 @@ def stripes_of_surface(pixels: NDArray[Any], frequency_hz: float, readout: str) 
     step = 1 / (GRID * rows)
     parts = np.array([fit.refined(np.delete(flat, i, axis=0).mean(axis=0), frequency, step) for i in range(BLOCKS)])
     scatter = float(np.sqrt((BLOCKS - 1) / BLOCKS * ((parts - parts.mean()) ** 2).sum()))
-    sigma = max(scatter, fit.sigma(signal, frequency))
+    trend = TREND_SIGMA * (3 / (frequency * rows)) ** 2 * frequency
+    sigma = float(np.hypot(max(scatter, fit.sigma(signal, frequency)), trend))
     if sigma > MAX_RELATIVE_SIGMA * frequency:
         raise NoStripes(f"the stripes are too weak: their period has a sigma of {100 * sigma / frequency:.0f} %")
     contrast = float(abs(amplitudes.mean()))
@@ -238,7 +241,7 @@ def stripes_of_lamp(pixels: NDArray[Any], readout: str) -> Stripes:
     )
     found = [blob for blob in detect(pixels, sensor=sensor) if blob.frequency_hz is not None]
     if not found:
-        raise NoStripes("no lamp has visible stripes")
+        raise NoStripes(NO_LAMP)
     periods = np.array([1 / (blob.frequency_hz * ASSUMED_ROW_S) for blob in found if blob.frequency_hz])
     sigmas = np.array([blob.frequency_sigma_hz / blob.frequency_hz for blob in found if blob.frequency_hz]) * periods
     weights = sigmas**-2.0
@@ -256,20 +259,24 @@ def stripes_of(pixels: NDArray[Any], frequency_hz: float, readout: str) -> Strip
     """Stripes across the picture or on a lamp; readout: rows, columns or unknown. Raises: NoStripes."""
     found: list[Stripes] = []
     reasons: list[str] = []
-    for each in ("rows", "columns") if readout == "unknown" else (readout,):
+    directions = ("rows", "columns") if readout == "unknown" else (readout,)
+    for each in directions:
         try:
             found.append(stripes_of_surface(pixels, frequency_hz, each))
         except NoStripes as error:
-            reasons.append(f"across the picture: {error}")
+            reasons.append(f"{error}")
     if found:
         return min(found, key=lambda stripes: stripes.sigma_px / stripes.period_px)
-    for each in ("rows", "columns") if readout == "unknown" else (readout,):
+    surface, of_lamps = reasons[0], NO_LAMP
+    if readout == "unknown":
+        surface = surface.replace("across the rows", "across the rows or columns")
+    for each in directions:
         try:
             found.append(stripes_of_lamp(pixels, each))
         except NoStripes as error:
-            reasons.append(f"on lamps: {error}")
+            of_lamps = f"{error}" if of_lamps == NO_LAMP else of_lamps
     if not found:
-        raise NoStripes("; ".join(dict.fromkeys(reasons)))
+        raise NoStripes(f"across the picture: {surface}; on lamps: {of_lamps}")
     best = min(found, key=lambda stripes: stripes.sigma_px / stripes.period_px)
     row_s, _ = best.row_time_s(frequency_hz)
     if not MIN_ROW_S <= row_s <= MAX_ROW_S:

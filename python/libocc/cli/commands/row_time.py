@@ -56,12 +56,14 @@ def command(
     if frequency_hz != frequency_hz or not frequency_sigma_hz < frequency_hz:
         raise Failure("--frequency-hz must be a number, and --frequency-sigma-hz smaller")
     found: list[tuple[str, Stripes]] = []
+    sizes: list[tuple[int, int]] = []
     problems: list[str] = []
     for image in images:
         with error_context(image):
             pixels = occ.read_image(samples.find_image(image))
         try:
             found.append((image, stripes_of(pixels, frequency_hz, readout)))
+            sizes.append(pixels.shape[:2])
         except NoStripes as error:
             problems.append(f"{image}: {error}")
     data = [stripes_dict(image, stripes, frequency_hz) for image, stripes in found]
@@ -78,7 +80,12 @@ def command(
             click.echo(line(each))
         if ok:
             sigma_s = result["sigma_s"]
-            click.echo(f"row_time_s: {result['row_time_s']:.5g}  # +- {sigma_s:.2g} s; for `sensor` of a scene")
+            count = sizes[0][0 if result["readout"] == "rows" else 1]
+            all_ms = 1e3 * count * result["row_time_s"]
+            click.echo(
+                f"row_time_s: {result['row_time_s']:.5g}  # +- {sigma_s:.2g} s; for `sensor` of a scene; "
+                f"{count} {result['readout']} in {all_ms:.1f} ms"
+            )
     for problem in problems:
         click.echo(problem, err=True)
     if found and not ok:
