@@ -175,8 +175,22 @@ def finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
+def without_infinities(data: Any) -> Any:
+    """Plain data in which infinite and undefined numbers are None, as JSON requires."""
+    if isinstance(data, dict):
+        return {key: without_infinities(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [without_infinities(value) for value in data]
+    return finite(data) if isinstance(data, float) else data
+
+
 def summary(c: Calibration) -> dict[str, Any]:
     """Plain data for JSON; infinite values are null."""
+    return without_infinities(everything(c))  # type: ignore[no-any-return]
+
+
+def everything(c: Calibration) -> dict[str, Any]:
+    """Values of the report, some of them infinite or undefined without redundancy."""
     a, network = c.adjustment, c.network
     sigmas = c.point_sigmas_m
     names = network.point_names

@@ -12,11 +12,21 @@ from ..detect_options import Threshold, background_hint, threshold_of, threshold
 from ..progress import progress
 from .calibrate_options import add_distances, distance_option, finish, out_option, robust_option
 
+MIN_REDUNDANCY = 5
+MAX_SCALE_CHANGE = 0.02  # a tape is more accurate over a room
+
 
 def assigned_lamps(
     pixels: Any, scene: occ.Scene, map_sigma_px: float, threshold_dn: Threshold
 ) -> tuple[list[Any], str]:
     """(lamp id, centroid, covariance) of each assigned blob; and the reason when there are none."""
+    camera, (height, width) = scene.camera, pixels.shape[:2]
+    if (width, height) != (camera.width, camera.height):
+        turned = ": it was rotated after it was taken; use the original file" if width == camera.height else ""
+        raise ValueError(
+            f"its size is {width} x {height} px, that of the map's camera is "
+            f"{camera.width} x {camera.height} px{turned}"
+        )
     blobs = occ.detect(pixels, sensor=scene.sensor, threshold_dn=threshold_of(pixels, threshold_dn))
     found = occ.identify(blobs, scene, gate_model_sigma_px=map_sigma_px)
     if not found.ok:
@@ -92,16 +102,35 @@ def command(
            more=lambda network: {"scene.yaml": surveyed(scene, network).format().encode()})
 
 
+def scale_warning(points_m: Any, map_m: Any) -> str:
+    """A sentence if the distances between the lamps differ from those in the map by a common factor."""
+    spread = [float(np.linalg.norm(at - at.mean(axis=0))) for at in (np.asarray(points_m), np.asarray(map_m))]
+    change = spread[0] / spread[1] - 1 if spread[1] > 0 else 0.0
+    if abs(change) <= MAX_SCALE_CHANGE:
+        return ""
+    return f"the lamps are {100 * change:+.1f} % farther apart than in the map: check --distance and the map"
+
+
 def lamp_lines(data: dict[str, Any], scene: occ.Scene) -> list[str]:
     """Position of each surveyed lamp, its sigma, and its distance from the map."""
     before = {f"lamp {lamp.id}": np.asarray(lamp.centre_m) for lamp in scene.lamps}
     text = []
     for point in data["points"]:
         at = point["position_m"]
+        if None in point["sigma_m"]:
+            text.append(f"{point['name']} is not determined; take more pictures of it")
+            continue
         moved_mm = 1e3 * float(np.linalg.norm(at - before[point["name"]]))
-        sigmas = " ".join("unknown" if sigma is None else f"{1e3 * sigma:.2g}" for sigma in point["sigma_m"])
+        sigmas = " ".join(f"{1e3 * sigma:.2g}" for sigma in point["sigma_m"])
         place = " ".join(f"{value:.4f}" for value in at)
         text.append(f"{point['name']} at {place} m, sigma {sigmas} mm, {moved_mm:.1f} mm from the map")
+    scale = scale_warning(
+        [point["position_m"] for point in data["points"]], [before[point["name"]] for point in data["points"]]
+    )
+    if data["redundancy"] < MIN_REDUNDANCY:
+        text.append(f"warning: redundancy {data['redundancy']}: gross errors are not detected; take more pictures")
+    if scale:
+        text.append(f"warning: {scale}")
     absent = [name for name in before if name not in {point["name"] for point in data["points"]}]
     return text + [f"{name} was not surveyed; the position in the map is kept" for name in absent]
 

@@ -8,7 +8,7 @@ import libocc as occ
 from ... import samples
 from .. import error_context, json_option, overlay_option, print_json, report
 from ..detect_options import Threshold, background_hint, threshold_of, threshold_option
-from ..prior_options import prior_options
+from ..prior_options import given, prior_options
 
 
 @click.command(short_help="Identify the lamps in an image.")
@@ -61,7 +61,7 @@ def command(
     if sigma_px is not None:
         options["gate_model_sigma_px"] = sigma_px
     with error_context("--sigma-px"):
-        found = occ.identify(blobs, lamps, prior, **options)
+        found = occ.identify(blobs, lamps, given(prior), **options)
     if overlay is not None:
         from ..overlay import draw_identification
 

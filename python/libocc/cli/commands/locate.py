@@ -6,7 +6,7 @@ import libocc as occ
 from ... import samples
 from .. import error_context, json_option, overlay_option, print_json, report
 from ..detect_options import Threshold, background_hint, threshold_of, threshold_option
-from ..prior_options import prior_options
+from ..prior_options import given, prior_options
 
 
 @click.command(short_help="Compute the pose of the camera from one image.")
@@ -57,7 +57,7 @@ def command(
     with error_context(image):
         pixels = occ.read_image(samples.find_image(image))
         fix = occ.locate(
-            pixels, lamps, prior, costs=table, threshold_dn=threshold_of(pixels, threshold_dn),
+            pixels, lamps, given(prior), costs=table, threshold_dn=threshold_of(pixels, threshold_dn),
             budget_s=None if budget_ms is None else 1e-3 * budget_ms,
             target_sigma_m=None if target_mm is None else 1e-3 * target_mm,
         )
