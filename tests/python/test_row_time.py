@@ -36,7 +36,7 @@ def wall(
     shade = 1 - 0.3 * ((x / columns - 0.5) ** 2 + (y / rows - 0.4) ** 2)
     pattern = np.kron(random.normal(size=(-(-rows // 50), -(-columns // 50))), np.ones((50, 50)))[:rows, :columns]
     dn = level * (light[:, None] * shade) ** 0.5 * np.exp(texture * pattern) + random.normal(0, noise_dn, y.shape)
-    return np.clip(np.round(dn), 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(np.round(dn), 0, 255), np.uint8)
 
 
 def off_in_sigmas(stripes: Stripes, row_s: float, hz: float) -> float:
@@ -194,6 +194,7 @@ def test_exit_codes_and_errors(libocc: Run) -> None:
     for arguments in (["absent.png"], ["phone.heic"]):
         code, _, err = libocc("row-time", *arguments, "--frequency-hz", 100)
         assert code == 2 and arguments[0] in err
-    wrong = (["--frequency-hz", 0], ["--frequency-hz", "nan"], [], ["--frequency-hz", 100, "--readout", "up"])
-    for options in (*wrong, ["--frequency-hz", 100, "--frequency-sigma-hz", 100]):
+    wrong: list[list[object]] = [["--frequency-hz", 0], ["--frequency-hz", "nan"], []]
+    wrong += [["--frequency-hz", 100, "--readout", "up"], ["--frequency-hz", 100, "--frequency-sigma-hz", 100]]
+    for options in wrong:
         assert libocc("row-time", "fast.png", *options)[0] == 2
