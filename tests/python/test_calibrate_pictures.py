@@ -226,6 +226,10 @@ def test_lamps_are_surveyed_better_than_the_map(tmp_path: Path) -> None:
                            "--distance", "lamp 0", "lamp 3", bar, 1e-4, "--out", out)
     assert code == 0, err
     surveyed = occ.Scene.load(out / "scene.yaml")
+    printed = [line for line in text.splitlines() if line.startswith("lamp ")]
+    assert len(printed) == 6 and all("m, sigma " in line and line.endswith(" mm from the map") for line in printed)
+    moved_mm = float(printed[0].split(", ")[2].split()[0])
+    assert moved_mm == pytest.approx(1e3 * np.linalg.norm(surveyed.lamps[0].centre_m - lamps[0].centre_m), abs=0.06)
 
     def spread(lamps: list[occ.Lamp]) -> float:
         """Error of the distances between lamps, which are independent of the datum."""
@@ -234,3 +238,39 @@ def test_lamps_are_surveyed_better_than_the_map(tmp_path: Path) -> None:
         return float(np.abs(apart[0] - apart[1]).max())
 
     assert spread(surveyed.lamps) < 1e-3 < 5e-3 < spread(rough.lamps)
+
+
+@pytest.fixture
+def rough_survey(tmp_path: Path) -> list[Path]:
+    """Five pictures of irregular_six, written to a folder."""
+    scene = occ.Scene.load(Path(__file__).parents[2] / "data/scenes/irregular_six.yaml")
+    pictures = []
+    for i, at in enumerate([[1.7, 2.1, 0.5], [2.3, 1.8, 0.4], [1.9, 2.4, 0.9], [2.2, 2.2, 0.2], [1.8, 1.8, 0.8]]):
+        pose = occ.look_at(position_m=at, target_m=[2, 2, 3], up=[math.cos(i), math.sin(i), 0])
+        pictures.append(save(tmp_path / f"{i}.png", occ.simulate(scene, pose, seed=i)[0]))
+    return pictures
+
+
+def test_a_wrong_distance_and_low_redundancy_are_warnings(tmp_path: Path, rough_survey: list[Path]) -> None:
+    survey = ["calibrate", "lamps", "--map", "irregular_six"]
+    distance = ["--distance", "lamp 0", "lamp 2", 2.35, 0.001]
+    code, text, err = run(*survey, *rough_survey, *distance, "--out", tmp_path / "a")
+    assert code == 0 and "warning: the lamps are +5.8 % farther apart than in the map" in text, err
+    code, text, err = run(*survey, *rough_survey, "--out", tmp_path / "b")
+    assert code == 0 and "warning" not in text, err
+
+
+def test_two_pictures_are_a_survey_without_redundancy(tmp_path: Path, rough_survey: list[Path]) -> None:
+    survey = ["calibrate", "lamps", "--map", "irregular_six"]
+    code, text, err = run(*survey, *rough_survey[:2], "--out", tmp_path / "two")
+    assert code == 0 and "warning: redundancy 0: gross errors are not detected" in text, err
+    assert "lamp 0 was not surveyed; the position in the map is kept" in text
+    assert None in json.loads((tmp_path / "two" / "result.json").read_text())["reliability"].values()
+    code, text, err = run("calibrate", "lamps", rough_survey[0], "--map", "irregular_six", "--out", tmp_path / "one")
+    assert code == 2 and "identified in 1 of 1 images; at least 2 are needed" in err
+
+
+def test_a_rotated_picture_of_lamps_is_an_error(tmp_path: Path, rough_survey: list[Path]) -> None:
+    turned = save(tmp_path / "turned.png", np.ascontiguousarray(np.rot90(occ.read_image(str(rough_survey[0])))))
+    code, _, err = run("calibrate", "lamps", *rough_survey, turned, "--map", "irregular_six", "--out", tmp_path / "out")
+    assert code == 2 and "turned.png: its size is 480 x 640 px" in err and "it was rotated after it was taken" in err

@@ -13,6 +13,7 @@ import pytest
 
 import libocc as occ
 from libocc.cli import COMMANDS, main
+from libocc.cli.prior_options import given
 
 TIMES = re.compile(r"\d+\.\d+(?= ms)|(?<=detect )\d+\.\d+|(?<=identify )\d+\.\d+|(?<=refine )\d+\.\d+")
 
@@ -219,7 +220,7 @@ def test_demo_compares_with_the_truth(run):
         ),
         (("locate", "room.png", "irregular_six", "--overlay", "nowhere/o.png"), "nowhere/o.png"),
         (("detect", "nosuch.png"), "nosuch.png"),
-        (("detect", "room.png", "--threshold-dn", "nan"), "threshold_dn"),
+        (("detect", "room.png", "--threshold-dn", "nan"), "--threshold-dn"),
         (("simulate", "irregular_six", "--position", 1, 1, 1, "--out", "nowhere/o.png"), "nowhere/o.png"),
         (("simulate", "irregular_six"), "--position"),
         (("simulate", "irregular_six", "--pose", "text.png"), "text.png"),
@@ -254,3 +255,28 @@ def test_locating_waits_for_no_picture_or_table_library(tmp_path: Path):
     )
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path)
     assert ran.stdout.strip() == "[]", ran.stderr
+
+
+def test_an_empty_prior_is_none():
+    assert given(occ.Prior()) is None and given(occ.Prior(heading_sigma_rad=0.1)) is None
+    pose = (np.eye(4), np.eye(6))
+    values = {
+        "position_m": [1, 1, 1], "height_m": 1, "heading_rad": 0.0, "gravity_in_cam": [0, 0, 1], "last_pose": pose,
+    }  # fmt: skip
+    for key, value in values.items():
+        prior = occ.Prior(**{key: value})
+        assert given(prior) is prior
+
+
+def test_a_picture_of_merged_blobs_gives_no_pose_without_a_prior(run):
+    """Three pairs of lamps that touch: merged blobs are used only with a prior."""
+    scene = occ.Scene.load(Path(__file__).parents[2] / "data/scenes/irregular_six.yaml")
+    lamps = [
+        lamp.replace(id=2 * i + j, centre_m=np.asarray(lamp.centre_m) + [0.12 * j, 0, 0])
+        for i, lamp in enumerate(scene.lamps[:4]) for j in range(2)
+    ]  # fmt: skip
+    Path("pairs.yaml").write_text(scene.replace(lamps=lamps).format())
+    assert run("simulate", "pairs.yaml", "--position", 1.9, 2.1, 0.3, "--out", "pairs.png")[0] == 0
+    assert "merged" in run("detect", "pairs.png")[1]
+    code, out, _ = run("locate", "pairs.png", "pairs.yaml")
+    assert code == 1 and "too_few_lamps" in out

@@ -237,4 +237,26 @@ def test_pictures_of_statuses_show_them(root: Path, tmp_path: Path) -> None:
     assert ran.returncode == 0, ran.stderr
     drawn = dict(line.split(".png: ") for line in ran.stdout.splitlines())
     assert drawn and all(statuses.split(", ")[0] == name for name, statuses in drawn.items())
-    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(p.name for p in (root / "docs/pictures").iterdir())
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(p.name for p in (root / "docs/pictures").glob("*.png"))
+
+
+def test_pictures_of_calibrations_show_the_mistakes(root: Path, tmp_path: Path) -> None:
+    script = root / "tools" / "calibration_pictures"
+    ran = subprocess.run([sys.executable, script, tmp_path], capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    drawn = dict(line.split(".png: ") for line in ran.stdout.splitlines())
+    folder = root / "docs" / "pictures" / "calibration"
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(p.name for p in folder.iterdir())
+
+    def numbers(name: str, pattern: str) -> tuple[float, float]:
+        good, bad = (float(re.findall(pattern, panel)[0]) for panel in drawn[name].split("; "))
+        return good, bad
+
+    for name in ("frontal", "middle"):
+        good, bad = numbers(name, r"sigma (\S+) px")
+        assert good < 1 and bad > 4 * good
+    for name in ("coefficients", "bent"):
+        good, bad = numbers(name, r"sigma0 ([\d.]+)")
+        assert 0.9 < good < 1.1 and bad > 5
+    good, bad = numbers("zoom", r", (\d+) of")
+    assert good == 0 and bad > 40

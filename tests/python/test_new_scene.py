@@ -174,6 +174,16 @@ def test_a_picture_without_focal_length_or_with_zoom_is_a_warning(libocc: Run, t
         assert "no focal length" in err, tags
 
 
+def test_measured_lamps_are_written(libocc: Run) -> None:
+    lamps = [[0.76, 0.74, 2.49], [2.695, 0.81, 2.48], [1, 2, 2.5]]
+    options = [argument for centre in lamps for argument in ("--lamp", *centre)]
+    code, out, err = libocc("new-scene", "--out", "room.yaml", "--size", 3, 3, 2.5, "--radius", 0.06, *options)
+    assert code == 0 and out.startswith("room.yaml: 3 lamps"), err
+    scene = occ.Scene.load("room.yaml")
+    assert [lamp.centre_m.tolist() for lamp in scene.lamps] == lamps
+    assert [lamp.radius_m for lamp in scene.lamps] == [0.06] * 3
+
+
 def test_an_existing_file_is_replaced_only_by_force(libocc: Run) -> None:
     Path("room.yaml").write_text("mine")
     code, _, err = libocc("new-scene", "--out", "room.yaml")
@@ -200,6 +210,10 @@ def test_an_existing_file_is_replaced_only_by_force(libocc: Run) -> None:
         (["--out", "room.yaml", "--size", "4", "inf", "3"], "--size"),
         (["--out", "room.yaml", "--lamps", "0"], "--lamps"),
         (["--out", "room.yaml", "--shape", "round"], "--shape"),
+        (["--out", "room.yaml", "--lamp", "1", "5", "3"], "--lamp 1 5 3: is outside the room of 4 x 4 x 3 m"),
+        (["--out", "room.yaml", "--lamp", "1", "nan", "3"], "--lamp 1 nan 3: is outside"),
+        (["--out", "room.yaml", "--lamp", "1", "1", "3", "--lamp", "1", "1", "3"], "have the same centre"),
+        (["--out", "room.yaml", "--radius", "0"], "--radius"),
     ],
 )
 def test_wrong_input_writes_nothing(libocc: Run, options: list[str], text: str) -> None:

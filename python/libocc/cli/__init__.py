@@ -39,6 +39,7 @@ COMMANDS = (
     "light",
     "calibrate",
     "measure",
+    "row-time",
     "guide",
 )
 

@@ -46,6 +46,12 @@ def moved_fix(path: str, moved_m: float, turned_rad: float) -> tuple[Array, Arra
     return np.array(fix["cam_from_world"], float), np.array(fix["covariance"], float) + grown
 
 
+def given(prior: Prior) -> Prior | None:
+    """The prior, or None if it is empty. With any prior, blobs that are merged or cut are used for the pose."""
+    values = (prior.position_m, prior.height_m, prior.heading_rad, prior.gravity_in_cam, prior.last_pose)
+    return None if all(value is None for value in values) else prior
+
+
 def prior_options(function: Function) -> Function:
     """Adds the options to a command, which receives them as `prior`."""
 

@@ -89,6 +89,7 @@ CENTRE = """\
     # the mark's distances from the two walls through the origin, and the height of the lit face.
 """
 
+DEFAULT_RADIUS_M = 0.085
 SIZES = {
     "disc": """\
     # Radius of the lit disc [m]. Required for a disc. Measure the diameter of the part that shines, without
@@ -235,27 +236,34 @@ def listed(values: Sequence[float]) -> str:
     return "[" + ", ".join(f"{value:g}" for value in values) + "]"
 
 
-def lamps_text(count: int, shape: str, size_m: Sequence[float]) -> str:
+def lamps_text(centres: Sequence[Sequence[float]], shape: str, radius_m: float) -> str:
     lines = [LAMPS]
-    for id, centre in enumerate(lamp_centres(count, size_m)):
+    size, short = (text.replace(f"{DEFAULT_RADIUS_M}", f"{radius_m:g}") for text in (SIZES[shape], SHORT[shape]))
+    for id, centre in enumerate(centres):
         if id == 0:
             lines.append(f"  - id: 0\n{CENTRE}    centre_m: {listed(centre)}\n")
-            lines.append(FIRST_LAMP.format(shape=shape, size=SIZES[shape]))
+            lines.append(FIRST_LAMP.format(shape=shape, size=size))
             continue
         if id == 1:
             lines.append("  # The other lamps, with the same keys.\n")
-        lines.append(f"  - {{id: {id}, centre_m: {listed(centre)}, shape: {shape}{SHORT[shape]}, power_w: 1.5}}\n")
+        lines.append(f"  - {{id: {id}, centre_m: {listed(centre)}, shape: {shape}{short}, power_w: 1.5}}\n")
     return "".join(lines)
 
 
 def room_text(
-    name: str, size_m: Sequence[float], lamps: int, shape: str, camera: CameraSection, exposure: Exposure
+    name: str,
+    size_m: Sequence[float],
+    centres: Sequence[Sequence[float]],
+    shape: str,
+    camera: CameraSection,
+    exposure: Exposure,
+    radius_m: float = DEFAULT_RADIUS_M,
 ) -> str:
-    """Text of the scene file. name: of the file, for the commands in its comments."""
+    """Text of the scene file. name: of the file, for the commands in its comments. radius_m: of discs."""
     x, y, height = size_m
     # The pixels of a sensor of 5.6 mm, the width of a phone's 1/2.5 inch sensor.
     pitch_m = 5.6e-3 / max(camera.width, camera.height)
     head = HEAD.format(name=name, x=x / 2, y=y / 2, z=min(0.5, height / 5))
     sensor = SENSOR.format(exposure_s=exposure.exposure_s, f_number=exposure.f_number, pixel_pitch_m=pitch_m)
     room = ROOM.format(size_m=listed(size_m), height=height, beam=0.9 * height, half_x=x / 2)
-    return head + camera.text + sensor + lamps_text(lamps, shape, size_m) + room
+    return head + camera.text + sensor + lamps_text(centres, shape, radius_m) + room

@@ -18,7 +18,6 @@ from ..._core import (
     Selection,
     adjust,
     format_camera,
-    projection_uncertainty,
     select_parameters,
 )
 from ...network.files import image_table
@@ -27,8 +26,6 @@ from ..result_folder import ResultFolder, json_bytes
 from . import figures, report
 from .export import points_csv, points_ply
 from .summary import Calibration, calibration_of, summary
-
-GRID = 24  # points of the uncertainty map along the longer side
 
 
 class Spinner:
@@ -127,14 +124,9 @@ def ladder_section(network: Network, datum: Datum, rejected: Sequence[RejectedOb
 
 def uncertainty(c: Calibration, camera: int) -> Figure | None:
     """Map of the projection uncertainty; None when the camera has no free parameters."""
-    free = c.network.free_parameters[camera]
+    sigma = c.projection_sigmas_px[camera]
     model = c.network.cameras[camera]
-    if not free or not c.known.ok:
-        return None
-    columns = GRID if model.width >= model.height else max(GRID // 2, GRID * model.width // model.height)
-    rows = GRID if model.height >= model.width else max(GRID // 2, GRID * model.height // model.width)
-    sigma, _, _ = projection_uncertainty(model, free, c.known.parameters(camera), columns=columns, rows=rows)
-    return figures.uncertainty_map(np.asarray(sigma), model.width, model.height)
+    return None if sigma is None else figures.uncertainty_map(sigma, model.width, model.height)
 
 
 def camera_files(name: str, camera: Camera) -> dict[str, bytes]:

@@ -21,10 +21,12 @@ from ..._core import (
     image_residuals_px,
     network_statistics,
     precision,
+    projection_uncertainty,
     variance_components,
 )
 
 STRONG = 0.9  # correlations above it are reported
+GRID = 24  # points of the uncertainty map along the longer side
 MISFIT = 3.0  # sigma0 above it gives a warning: the residuals are not explained by noise
 IMAGE, POINT, BODY, CORNER, X, Y, SIGMA_X, SIGMA_Y, USED = range(9)  # columns of Network.observations
 
@@ -93,6 +95,20 @@ class Calibration:
         return np.sqrt(np.mean(chosen**2, axis=0)) if len(chosen) else np.zeros(2)
 
     @cached_property
+    def projection_sigmas_px(self) -> list[NDArray[np.float64] | None]:
+        """Map (rows, columns) of the projection uncertainty of each camera; None without free parameters."""
+        found: list[NDArray[np.float64] | None] = []
+        for k, (model, free) in enumerate(zip(self.network.cameras, self.network.free_parameters)):
+            if not free or not self.known.ok:
+                found.append(None)
+                continue
+            columns = GRID if model.width >= model.height else max(GRID // 2, GRID * model.width // model.height)
+            rows = GRID if model.height >= model.width else max(GRID // 2, GRID * model.height // model.width)
+            sigma, _, _ = projection_uncertainty(model, free, self.known.parameters(k), columns=columns, rows=rows)
+            found.append(np.asarray(sigma))
+        return found
+
+    @cached_property
     def parameters(self) -> list[Parameter]:
         found = []
         for k, (camera, name, free) in enumerate(
@@ -159,8 +175,22 @@ def finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
+def without_infinities(data: Any) -> Any:
+    """Plain data in which infinite and undefined numbers are None, as JSON requires."""
+    if isinstance(data, dict):
+        return {key: without_infinities(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [without_infinities(value) for value in data]
+    return finite(data) if isinstance(data, float) else data
+
+
 def summary(c: Calibration) -> dict[str, Any]:
     """Plain data for JSON; infinite values are null."""
+    return without_infinities(everything(c))  # type: ignore[no-any-return]
+
+
+def everything(c: Calibration) -> dict[str, Any]:
+    """Values of the report, some of them infinite or undefined without redundancy."""
     a, network = c.adjustment, c.network
     sigmas = c.point_sigmas_m
     names = network.point_names
@@ -175,6 +205,7 @@ def summary(c: Calibration) -> dict[str, Any]:
                 "name": name, "kind": camera.kind.name, "rms_px": c.rms_px(k).tolist(),
                 "observations": int(c.of_camera(k).sum()),
                 "strong_correlations": c.strong_correlations(k) if c.known.ok else [],
+                "projection": projection_of(c, k),
             }
             for k, (name, camera) in enumerate(zip(network.camera_names, network.cameras))
         ],
@@ -198,6 +229,19 @@ def summary(c: Calibration) -> dict[str, Any]:
             {"name": name, "position_m": position.tolist(), "sigma_m": [finite(s) for s in sigma]}
             for name, position, sigma in zip(names, np.asarray(network.points_m), sigmas)
         ],
+    }
+
+
+def projection_of(c: Calibration, camera: int) -> dict[str, Any] | None:
+    """Median and maximum of the projection uncertainty, and the part of the image where it is defined."""
+    sigma = c.projection_sigmas_px[camera]
+    if sigma is None:
+        return None
+    inside = sigma[np.isfinite(sigma)]
+    return {
+        "median_sigma_px": float(np.median(inside)) if len(inside) else None,
+        "max_sigma_px": float(inside.max()) if len(inside) else None,
+        "defined": len(inside) / sigma.size,
     }
 
 

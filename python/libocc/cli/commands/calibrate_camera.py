@@ -14,6 +14,7 @@ from ..progress import progress
 from .calibrate_options import add_distances, adjustment_options, distance_option, finish
 
 MODELS = ("pinhole", "fisheye", "double_sphere")
+MAX_SIZE_M = 10.0  # a larger number is probably in millimetres
 MAX_FOCAL_CHANGE = 0.03  # relative; the whole millimetres of an equal focal length differ by less
 
 
@@ -97,11 +98,11 @@ def plane_of_tag(tag: occ.targets.AprilTag) -> tuple[Any, Any]:
 
 @click.command(short_help="Calibrate a camera from images of AprilTags or of a chessboard.")
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
-@click.option("--tag-size", "tag_size_m", type=click.FloatRange(min=0, min_open=True), metavar="M",
+@click.option("--tag-size", "tag_size_m", type=click.FloatRange(0, MAX_SIZE_M, min_open=True), metavar="M",
               help="Side of the tags' black squares [m]; the positions of the tags need not be known.")
 @click.option("--family", default="tag36h11", show_default=True, help="Family of the tags.")
 @click.option("--chessboard", callback=board_of, metavar="COLSxROWS", help="Inner corners of the board in every image.")
-@click.option("--square", "square_m", type=click.FloatRange(min=0, min_open=True), metavar="M",
+@click.option("--square", "square_m", type=click.FloatRange(0, MAX_SIZE_M, min_open=True), metavar="M",
               help="Side of the board's squares [m].")
 @click.option("--model", type=click.Choice(MODELS), default="pinhole", show_default=True)
 @click.option("--coefficients", type=click.Choice(["0", "4", "5", "8", "12", "14"]), default="5", show_default=True,
@@ -155,8 +156,11 @@ def command(
     except (OSError, ValueError) as error:
         raise Failure(str(error)) from error
     if not views:
-        target = f"{family} tag" if chessboard is None else "chessboard"
-        raise Failure(f"no {target} was detected in any of {len(images)} images")
+        target, hint = f"{family} tag", "check --family, focus and light"
+        if chessboard is not None:
+            target = f"chessboard of {chessboard[0]}x{chessboard[1]} inner corners"
+            hint = "a board has one inner corner less than squares in each direction, and must be whole in the picture"
+        raise Failure(f"no {target} was detected in any of {len(images)} images; {hint}")
     if start is not None and (start.width, start.height) != size:
         sizes_text = f"{start.width} x {start.height} px, the images have {size[0]} x {size[1]} px"
         raise Failure(f"{camera_path}: its size is {sizes_text}")

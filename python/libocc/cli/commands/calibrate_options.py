@@ -62,8 +62,12 @@ def finish(
     select: bool, robust: bool, as_json: bool, settings: dict[str, Any], notes: Sequence[str] = (),
     more: Callable[[occ.network.Network], dict[str, bytes]] | None = None, ladder: bool = False,
     checks: dict[str, Any] | None = None, before: occ.Camera | None = None,
+    text: Callable[[dict[str, Any]], list[str]] | None = None,
 ) -> None:
-    """Adjusts the network, writes the folder and prints the result; exit code 1 when the adjustment failed."""
+    """Adjusts the network, writes the folder and prints the result; exit code 1 when the adjustment failed.
+
+    text: further lines of the text output.
+    """
     from ..calibration.report import table
     from ..calibration.run import calibrate, ladder_section, write
     from ..result_folder import ResultFolder
@@ -85,7 +89,7 @@ def finish(
     if as_json:
         print_json(data)
     else:
-        for line in lines(data):
+        for line in [*(text(data) if text and found.ok else []), *lines(data)]:
             click.echo(line)
         click.echo(f"{out}/report.html")
     if not found.ok:
@@ -109,6 +113,13 @@ def lines(data: dict[str, Any]) -> list[str]:
         rmse_mm, predicted_mm = 1e3 * check["rmse_3d_m"], 1e3 * check["predicted_3d_m"]
         text.append(f"check points {rmse_mm:.2f} mm r.m.s., {predicted_mm:.2f} predicted")
     for camera in data["cameras"]:
+        projection = camera["projection"]
+        if projection is not None and projection["median_sigma_px"] is not None:
+            undefined = f", undefined in {100 * (1 - projection['defined']):.0f} % of the image"
+            text.append(
+                f"{camera['name']}: sigma of a projected point {projection['median_sigma_px']:.2g} px (median), "
+                f"{projection['max_sigma_px']:.2g} px (maximum)" + (undefined if projection["defined"] < 1 else "")
+            )
         for a, b, rho in camera["strong_correlations"]:
             text.append(f"{camera['name']}: {a} and {b} are correlated by {rho:+.3f}")
     return text + [f"warning: {warning}" for warning in data["warnings"]]

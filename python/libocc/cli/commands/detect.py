@@ -5,16 +5,17 @@ import libocc as occ
 
 from ... import samples
 from .. import error_context, json_option, overlay_option, print_json, report
+from ..detect_options import Threshold, background_hint, threshold_of, threshold_option
 
 
 @click.command(short_help="List the bright blobs of an image.")
 @click.argument("image")
 @click.option("--scene", metavar="SCENE", help="Scene whose sensor model (noise, row timing) is used.")
-@click.option("--threshold-dn", type=float, help="Absolute threshold instead of the noise-based one.")
+@threshold_option
 @json_option
 @overlay_option
 def command(
-    image: str, scene: str | None, threshold_dn: float | None, as_json: bool, overlay: str | None
+    image: str, scene: str | None, threshold_dn: Threshold, as_json: bool, overlay: str | None
 ) -> None:
     """\b
     $ libocc simulate irregular_six --position 1.7 2.1 0.5 --seed 1 --out room.png
@@ -32,7 +33,7 @@ def command(
             sensor = samples.load_scene(scene).sensor
     with error_context(image):
         pixels = occ.read_image(samples.find_image(image))
-        blobs = occ.detect(pixels, sensor=sensor, threshold_dn=threshold_dn)
+        blobs = occ.detect(pixels, sensor=sensor, threshold_dn=threshold_of(pixels, threshold_dn))
     if overlay is not None:
         from ..overlay import draw
 
@@ -42,3 +43,5 @@ def command(
         print_json([report.blob_dict(blob) for blob in blobs])
     else:
         click.echo(report.blobs_text(blobs))
+    if hint := background_hint(pixels, blobs, threshold_dn):
+        click.echo(f"warning: {image}: {hint}", err=True)

@@ -7,7 +7,8 @@ import libocc as occ
 
 from ... import samples
 from .. import error_context, json_option, overlay_option, print_json, report
-from ..prior_options import prior_options
+from ..detect_options import Threshold, background_hint, threshold_of, threshold_option
+from ..prior_options import given, prior_options
 
 
 @click.command(short_help="Identify the lamps in an image.")
@@ -16,6 +17,7 @@ from ..prior_options import prior_options
 @click.option("--sigma-px", type=float, help="Error of the camera model and the map, sigma  [default: 0.5].")
 @click.option("--method", type=click.Choice([m.name for m in occ.IdentifyMethod]), default="automatic",
               show_default=True, help="Search method.")
+@threshold_option
 @prior_options
 @json_option
 @overlay_option
@@ -26,6 +28,7 @@ def command(
     scene: str,
     sigma_px: float | None,
     method: str,
+    threshold_dn: Threshold,
     prior: occ.Prior,
     as_json: bool,
     overlay: str | None,
@@ -53,12 +56,12 @@ def command(
             raise ValueError(
                 f"its size is {width} x {height}, that of the camera of {scene} is {camera.width} x {camera.height}"
             )
-        blobs = occ.detect(pixels, sensor=lamps.sensor)
+        blobs = occ.detect(pixels, sensor=lamps.sensor, threshold_dn=threshold_of(pixels, threshold_dn))
     options: dict[str, Any] = {"method": occ.IdentifyMethod[method]}
     if sigma_px is not None:
         options["gate_model_sigma_px"] = sigma_px
     with error_context("--sigma-px"):
-        found = occ.identify(blobs, lamps, prior, **options)
+        found = occ.identify(blobs, lamps, given(prior), **options)
     if overlay is not None:
         from ..overlay import draw_identification
 
@@ -69,4 +72,6 @@ def command(
     else:
         click.echo(report.identification_text(found, lamps))
     if found.status is not occ.Status.ok:
+        if hint := background_hint(pixels, blobs, threshold_dn, len(lamps.lamps)):
+            click.echo(f"warning: {image}: {hint}", err=True)
         ctx.exit(1)

@@ -5,7 +5,8 @@ import libocc as occ
 
 from ... import samples
 from .. import error_context, json_option, overlay_option, print_json, report
-from ..prior_options import prior_options
+from ..detect_options import Threshold, background_hint, threshold_of, threshold_option
+from ..prior_options import given, prior_options
 
 
 @click.command(short_help="Compute the pose of the camera from one image.")
@@ -15,6 +16,7 @@ from ..prior_options import prior_options
 @click.option("--budget-ms", type=float, help="Time limit of the call: use the most accurate rung that meets it.")
 @click.option("--target-mm", type=float, help="Position error to reach: use the fastest rung that meets it.")
 @click.option("--costs", metavar="FILE.yaml", help="Costs of the rungs on this machine, from libocc ladder --costs.")
+@threshold_option
 @json_option
 @overlay_option
 @click.pass_context
@@ -26,6 +28,7 @@ def command(
     budget_ms: float | None,
     target_mm: float | None,
     costs: str | None,
+    threshold_dn: Threshold,
     as_json: bool,
     overlay: str | None,
 ) -> None:
@@ -54,7 +57,7 @@ def command(
     with error_context(image):
         pixels = occ.read_image(samples.find_image(image))
         fix = occ.locate(
-            pixels, lamps, prior, costs=table,
+            pixels, lamps, given(prior), costs=table, threshold_dn=threshold_of(pixels, threshold_dn),
             budget_s=None if budget_ms is None else 1e-3 * budget_ms,
             target_sigma_m=None if target_mm is None else 1e-3 * target_mm,
         )
@@ -68,4 +71,6 @@ def command(
     else:
         click.echo(report.fix_text(fix, explain=budget_ms is not None or target_mm is not None))
     if not fix.ok:
+        if hint := background_hint(pixels, fix.blobs, threshold_dn, len(lamps.lamps)):
+            click.echo(f"warning: {image}: {hint}", err=True)
         ctx.exit(1)

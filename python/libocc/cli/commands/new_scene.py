@@ -11,11 +11,13 @@ from .. import Failure, error_context
 from ..exif import EXPOSURE_TIME, F_NUMBER, camera_tags, focal_length, positive, stored_size, zoom
 from ..files import whole_file
 from ..room_file import (
+    DEFAULT_RADIUS_M,
     SHAPES,
     CameraSection,
     Exposure,
     camera_of_file,
     camera_of_values,
+    lamp_centres,
     room_text,
     typical_camera,
 )
@@ -88,6 +90,24 @@ def camera_section(out: str, camera_path: str | None, picture: str | None) -> tu
     metavar="N",
     help="Number of ceiling lamps.",
 )
+@click.option(
+    "--lamp",
+    "centres",
+    type=float,
+    nargs=3,
+    multiple=True,
+    metavar="X Y Z",
+    help="Measured centre of a lamp [m], for each lamp; replaces --lamps.",
+)
+@click.option(
+    "--radius",
+    "radius_m",
+    type=click.FloatRange(0, 10, min_open=True),
+    default=DEFAULT_RADIUS_M,
+    show_default=True,
+    metavar="M",
+    help="Radius of the lit discs [m].",
+)
 @click.option("--shape", type=click.Choice(SHAPES), default="disc", show_default=True, help="Shape of the lamps.")
 @click.option(
     "--camera", "camera_path", metavar="FILE.yaml", help="Camera file, such as camera.yaml of libocc calibrate camera."
@@ -102,6 +122,8 @@ def command(
     out: str,
     size_m: tuple[float, float, float],
     lamps: int,
+    centres: tuple[tuple[float, float, float], ...],
+    radius_m: float,
     shape: str,
     camera_path: str | None,
     picture: str | None,
@@ -121,6 +143,14 @@ def command(
     """
     if not all(map(math.isfinite, size_m)):
         raise Failure(f"--size: must be finite, got {' '.join(f'{side:g}' for side in size_m)}")
+    for centre in centres:
+        if not all(0 <= value <= side for value, side in zip(centre, size_m)):
+            raise Failure(
+                f"--lamp {' '.join(f'{value:g}' for value in centre)}: is outside the room of "
+                f"{' x '.join(f'{side:g}' for side in size_m)} m; --size gives the room"
+            )
+    if len(set(centres)) < len(centres):
+        raise Failure("--lamp: two lamps have the same centre")
     section, warnings = camera_section(out, camera_path, picture)
     exposure = Exposure()
     if picture is not None:
@@ -128,9 +158,11 @@ def command(
             exposure = exposure_of_picture(picture)
     if Path(out).exists() and not force:
         raise Failure(f"{out}: exists already; --force replaces it")
-    text = room_text(Path(out).name, size_m, lamps, shape, section, exposure)
+    places = [list(centre) for centre in centres] or lamp_centres(lamps, size_m)
+    text = room_text(Path(out).name, size_m, places, shape, section, exposure, radius_m)
     with error_context(out), whole_file(out) as file:
         file.write(text.encode())
     for warning in warnings:
         click.echo(f"warning: {warning}", err=True)
-    click.echo(f"{out}: {lamps} {'lamp' if lamps == 1 else 'lamps'}, camera of {section.width} x {section.height} px")
+    count = "1 lamp" if len(places) == 1 else f"{len(places)} lamps"
+    click.echo(f"{out}: {count}, camera of {section.width} x {section.height} px")
