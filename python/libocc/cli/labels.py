@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 from numpy.typing import ArrayLike, NDArray
@@ -31,15 +30,10 @@ class Label:
     colour: str = "black"
 
 
-def canvas_of(figure: Figure) -> FigureCanvasAgg:
-    canvas = figure.canvas
-    return canvas if isinstance(canvas, FigureCanvasAgg) else FigureCanvasAgg(figure)
-
-
 def text_size(figure: Figure, text: str, fontsize: float, **style: Any) -> tuple[float, float]:
     """Width and height of a text [px of the figure]."""
     trial = figure.text(0, 0, text, fontsize=fontsize, **style)
-    box = trial.get_window_extent(canvas_of(figure).get_renderer())
+    box = trial.get_window_extent()
     trial.remove()
     return float(box.width), float(box.height)
 
@@ -90,7 +84,7 @@ def add_labels(
     extra = np.asarray(obstacles, float).reshape(-1, 2)
     extra = to_px(extra) if len(extra) else extra
     taken = np.vstack([_boxes(points, reaches[:, None]), _boxes(extra, OBSTACLE_PX), np.zeros((len(labels), 4))])
-    window = axes.get_window_extent(canvas_of(figure).get_renderer())
+    window = axes.get_window_extent()
     frame = np.array([window.x0, window.y0, window.x1, window.y1])
     used, written = len(points) + len(extra), []
     for label, point, reach in zip(labels, points, reaches, strict=True):
