@@ -15,7 +15,8 @@ Array = NDArray[np.float64]
 
 # Directions in which a label is tried, the preferred one first, and its distance from the point in steps.
 DIRECTIONS = [(0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (-1, 1), (1, -1), (-1, -1)]
-RINGS, RING_STEP = 30, 0.5  # in heights of the label
+RINGS, RING_STEP = 30, 0.5  # RING_STEP in heights of the label
+MANY, RINGS_OF_MANY = 100, 3  # more labels than MANY overlap anyway; fewer rings bound the time
 MIN_REACH_PX, OBSTACLE_PX = 3.0, 2.0  # half sides of the squares that labels avoid
 LEADER_RING = 2  # from this ring on, a line joins label and point
 
@@ -86,10 +87,12 @@ def add_labels(
     taken = np.vstack([_boxes(points, reaches[:, None]), _boxes(extra, OBSTACLE_PX), np.zeros((len(labels), 4))])
     window = axes.get_window_extent()
     frame = np.array([window.x0, window.y0, window.x1, window.y1])
+    sizes = {text: np.array(text_size(figure, text, fontsize, **style)) for text in {x.text for x in labels}}
     used, written = len(points) + len(extra), []
+    rings = RINGS if len(labels) <= MANY else RINGS_OF_MANY
     for label, point, reach in zip(labels, points, reaches, strict=True):
-        size = np.array(text_size(figure, label.text, fontsize, **style)) + 2
-        centre, ring = _free_place(point, float(reach) + 0.2 * size[1], size, taken[:used], frame)
+        size = sizes[label.text] + 2
+        centre, ring = _free_place(point, float(reach) + 0.2 * size[1], size, taken[:used], frame, rings)
         taken[used] = _boxes(centre, size / 2)
         used += 1
         offset = (centre - point) * 72 / figure.dpi
@@ -111,15 +114,17 @@ def add_labels(
     return written
 
 
-def _free_place(point: Array, reach: float, size: Array, taken: Array, frame: Array) -> tuple[Array, int]:
+def _free_place(point: Array, reach: float, size: Array, taken: Array, frame: Array, rings: int) -> tuple[Array, int]:
     """Centre of the first place without overlap, and its ring; or else the place with the smallest overlap."""
+    farthest = reach + rings * RING_STEP * size[1] + size
+    near = taken[_overlaps(_boxes(point, farthest), taken) > 0]
     best, best_overlap = (point, 0), np.inf
-    for ring in range(RINGS):
+    for ring in range(rings):
         for direction in DIRECTIONS:
             centre = point + np.array(direction) * (reach + ring * RING_STEP * size[1] + size / 2)
             box = _boxes(centre, size / 2)
             outside = float(np.prod(size)) - float(_overlaps(box, frame[None])[0])
-            overlap = float(_overlaps(box, taken).sum()) + (outside if outside > 1e-6 else 0)
+            overlap = float(_overlaps(box, near).sum()) + (outside if outside > 1e-6 else 0)
             if overlap == 0:
                 return centre, ring
             if overlap < best_overlap:
