@@ -114,7 +114,7 @@ def test_the_stored_bit_errors_agree_with_the_rate_of_the_most_likely_symbol(roo
     far = 0
     for kind in module.kinds():
         of_kind = [row for row in rows if row["code"] == kind.name and row["kind"] == "bits"]
-        expected = module.most_likely_rates(kind, np.array([row["snr_db"] for row in of_kind]))
+        expected = module.nearest_symbol_rates(kind, np.array([row["snr_db"] for row in of_kind]))
         for row, rate in zip(of_kind, expected, strict=True):
             symbols = 16 * row["trials"] / kind.bits
             sigma = np.sqrt(max(rate * (1 - rate), 1 / symbols) / symbols)
