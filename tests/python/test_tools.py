@@ -2,6 +2,7 @@
 """The scripts for setting up and installing: what is missing is named in one line."""
 
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -85,3 +86,13 @@ def test_install_names_a_missing_program_in_one_line(project: Path, missing: str
     assert ran.stderr.splitlines() == [
         f"error: {missing} is missing: tools/set_up installs it; on another system than Debian 12 see docs/install.md"
     ]
+
+
+def test_the_container_uses_scripts_that_exist(root: Path) -> None:
+    text = (root / "Dockerfile").read_text()
+    named = re.findall(r"\btools/\w+", text)
+    assert named and all((root / name).is_file() for name in named)
+    final = text.split("\nFROM ")[2]
+    assert "--from=build" in final and "tools/" not in final  # no sources in the final image
+    ignored = (root / ".dockerignore").read_text().split()
+    assert {".venv", "build", ".git"} <= set(ignored)
