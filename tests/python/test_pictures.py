@@ -36,8 +36,9 @@ Tool = Callable[[str], ModuleType]
 
 
 @pytest.fixture
-def tool(root: Path) -> Iterator[Tool]:
+def tool(root: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Tool]:
     """Imports a script of tools/, which has no ending."""
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
     names = []
 
     def load(name: str) -> ModuleType:
