@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Image with the command `libocc` and the Python package, on Debian 12:
 #   docker build -t libocc .
-#   docker run --rm -v "$PWD:/work" libocc locate picture.png room.yaml
+#   docker run --rm --user "$(id -u):$(id -g)" -v "$PWD:/work" libocc locate picture.png room.yaml
 # The first stage builds the wheel with the compiler; the second has the wheel, Python and the shared libraries that the
 # wheel loads, and no compiler.
 FROM debian:12 AS build
@@ -26,6 +26,7 @@ RUN apt-get update -q \
   && libocc demo --out /tmp/demo >/dev/null && rm -rf /tmp/demo \
   && useradd --create-home user
 USER user
+ENV MPLCONFIGDIR=/tmp/matplotlib
 WORKDIR /work
 ENTRYPOINT ["libocc"]
 CMD ["--help"]
