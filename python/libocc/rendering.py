@@ -10,12 +10,13 @@ from ._core import (
     Mosaic,
     NoiseArea,
     Use,
+    log_irradiance_gradient,
     plan_render,
     project_lamp_centre,
     project_rim,
 )
 
 __all__ = [
-    "Channel", "EffectPlan", "Ellipse", "ExplainedEffect", "Ghost", "Mosaic", "NoiseArea", "Use", "plan_render",
-    "project_lamp_centre", "project_rim",
+    "Channel", "EffectPlan", "Ellipse", "ExplainedEffect", "Ghost", "Mosaic", "NoiseArea", "Use",
+    "log_irradiance_gradient", "plan_render", "project_lamp_centre", "project_rim",
 ]

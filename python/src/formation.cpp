@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Projection of a lamp's rim and image centre.
+// Projection of a lamp's rim and image centre, and the gradient of its light.
 #include "casters.hpp"
+#include "libocc/formation/light.hpp"
 #include "libocc/formation/rim.hpp"
 #include "module.hpp"
 
@@ -29,6 +30,12 @@ part of the rim is outside the lens model.)");
       R"(Returns the pixel (2,) of the centre of a lamp's image; None as for project_rim().
 
 For a disc this is the centre of the ellipse, which differs from the projection of the disc's centre.)");
+  m.def("log_irradiance_gradient", &log_irradiance_gradient, py::arg("lamp"),
+        py::arg("cam_from_world"), py::arg("camera"), py::arg("sensor"), py::arg("px"),
+        R"(Returns the gradient (2,) of the logarithm of a lamp's irradiance at a pixel [1/px].
+
+px: pixel inside the lamp's image. Zero for a point lamp. Multiplied by Blob.light_response_px2, it is the shift
+of the measured centroid from project_lamp_centre() that the uneven light causes.)");
 }
 
 }  // namespace occ::python

@@ -19,6 +19,7 @@ COMMANDS = (
     "demo",
     "samples",
     "new-scene",
+    "schema",
     "targets",
     "simulate",
     "explain",

@@ -20,14 +20,18 @@ from .._core import (
     Decoded,
     Fix,
     Identification,
+    Lamp,
     Object,
     Recognition,
+    Rung,
     Scene,
     Truth,
+    log_irradiance_gradient,
     project_lamp_centre,
     project_rim,
 )
 from . import report
+from .labels import Label, add_labels, text_size, wrapped
 
 Pixels = NDArray[np.uint8 | np.uint16]
 Array = NDArray[np.float64]
@@ -37,11 +41,16 @@ OUTLINE = [withStroke(linewidth=3, foreground="black")]
 MAX_SIDE_PX = 1600  # larger images are reduced: the picture has a width of 1100 pixels
 MAX_CLOSE_UPS = 6
 BACKGROUND, WIDTH_IN, CLOSE_UP_IN = "#181818", 9.6, 1.6
+DPI, EDGE = 110, 0.02  # EDGE: free part of the width on each side
+TITLE_PT, CAPTION_PT, NOTE_PT, LABEL_PT = 11, 9, 8, 10
 
 
 @dataclass
 class Mark:
-    """One lamp in a picture: its measured image, its predicted image, or both."""
+    """One lamp in a picture: its measured image, its predicted image, or both.
+
+    predicted_px: predicted centroid, comparable with the blob's.
+    """
 
     label: str
     centre_px: Array
@@ -59,9 +68,7 @@ class Mark:
         return np.asarray(self.blob.centroid_px - self.predicted_px)
 
 
-def draw(
-    path: str | PathLike[str], image: Pixels, *, blobs: Sequence[Blob], title: str = ""
-) -> None:
+def draw(path: str | PathLike[str], image: Pixels, *, blobs: Sequence[Blob], title: str = "") -> None:
     """Writes a picture of an image's blobs, numbered in their order (PNG by the name's ending).
 
     image: as for detect(). Raises: OSError when it cannot be written.
@@ -73,9 +80,7 @@ def draw(
     _picture(path, image, marks, [], title, "blue: measured ellipse and rim points")
 
 
-def draw_decoded(
-    path: str | PathLike[str], image: Pixels, found: Decoded, *, title: str = ""
-) -> None:
+def draw_decoded(path: str | PathLike[str], image: Pixels, found: Decoded, *, title: str = "") -> None:
     """Writes a picture of the lights of a sequence with their decoded ids.
 
     image: for instance the maximum over all frames. Raises: OSError when it cannot be written.
@@ -89,9 +94,7 @@ def draw_decoded(
     _picture(path, image, marks, [], title, "blue: detected lights; image: maximum over all frames")
 
 
-def draw_fix(
-    path: str | PathLike[str], image: Pixels, fix: Fix, scene: Scene, *, title: str = ""
-) -> None:
+def draw_fix(path: str | PathLike[str], image: Pixels, fix: Fix, scene: Scene, *, title: str = "") -> None:
     """Writes a picture of a fix: lamps with their ids, predicted rims, residuals, unused blobs.
 
     Raises: OSError when it cannot be written.
@@ -102,7 +105,7 @@ def draw_fix(
         for id, blob in fix.lamps.items():
             mark = _blob_mark(f"lamp {id}", blob)
             mark.rim_px = project_rim(lamps[id], fix.cam_from_world, scene.camera, 90)
-            mark.predicted_px = project_lamp_centre(lamps[id], fix.cam_from_world, scene.camera)
+            mark.predicted_px = _predicted_centroid(lamps[id], blob, fix, scene)
             residual = mark.residual_px
             if residual is not None:
                 mark.notes = [f"off by {np.hypot(*residual):.3f} ± {report.sigma_px(blob):.3f} px"]
@@ -138,7 +141,7 @@ def draw_identification(
             assigned.add(match.blob)
     unused = [blob for i, blob in enumerate(blobs) if i not in assigned]
     verdict = found.status.name + (f": {found.message}" if found.message else "")
-    caption = f"{len(found.hypotheses)} pose(s)   blue: measured, orange: not assigned"
+    caption = f"{_poses(len(found.hypotheses))}   blue: measured, orange: not assigned"
     _picture(path, image, marks, unused, f"{title}   {verdict}", caption)
 
 
@@ -172,16 +175,12 @@ def draw_recognition(
             assigned.add(match.blob)
     unused = [blob for i, blob in enumerate(blobs) if i not in assigned]
     verdict = found.status.name + (f": {found.message}" if found.message else "")
-    chances = ", ".join(
-        f"{objects[o.match.object].name} 10^{o.match.log10_false_alarms:.0f}" for o in found.found
-    )
+    chances = ", ".join(f"{objects[o.match.object].name} 10^{o.match.log10_false_alarms:.0f}" for o in found.found)
     caption = f"expected false alarms: {chances or '-'}   blue: measured, orange: not assigned"
     _picture(path, image, marks, unused, f"{title}   {verdict}", caption)
 
 
-def draw_truth(
-    path: str | PathLike[str], image: Pixels, truth: Truth, *, title: str = ""
-) -> None:
+def draw_truth(path: str | PathLike[str], image: Pixels, truth: Truth, *, title: str = "") -> None:
     """Writes a picture of a rendered image with the true rims and lamp ids.
 
     Raises: OSError when it cannot be written.
@@ -199,8 +198,28 @@ def draw_truth(
     _picture(path, image, marks, [], f"{title}   camera at {x:.3f} {y:.3f} {z:.3f} m", "green: truth")
 
 
+def _predicted_centroid(lamp: Lamp, blob: Blob, fix: Fix, scene: Scene) -> Array | None:
+    """Centroid that the refinement compares with the blob's.
+
+    It is the projection of the lamp's centre for Rung.points. Otherwise it is the centre of the lamp's image, shifted
+    by the gradient of its light.
+    """
+    at_centre = scene.camera.project(fix.cam_from_world[:3, :3] @ lamp.centre_m + fix.cam_from_world[:3, 3])
+    if fix.choice is not None and fix.choice.rung is Rung.points:
+        return at_centre
+    centre = project_lamp_centre(lamp, fix.cam_from_world, scene.camera)
+    if centre is None or at_centre is None or not blob.light_response_px2.any():
+        return centre
+    gradient = log_irradiance_gradient(lamp, fix.cam_from_world, scene.camera, scene.sensor, at_centre)
+    return np.asarray(centre + blob.light_response_px2 @ gradient)
+
+
 def _fix_line(fix: Fix) -> str:
     return fix.status.name if fix.ok else f"{fix.status.name}: {fix.message}"
+
+
+def _poses(count: int) -> str:
+    return f"{count} pose" if count == 1 else f"{count} poses"
 
 
 def _fix_caption(fix: Fix) -> str:
@@ -212,9 +231,16 @@ def _fix_caption(fix: Fix) -> str:
     sigmas = " ".join(f"{s:.2f}" for s in report.sigmas_mm(fix))
     return (
         f"position {position} m   sigma {sigmas} mm   1-sigma ellipsoid {axes} mm\n"
-        f"rms {fix.rms_px:.3f} px   {len(fix.candidates)} pose(s)   "
+        f"rms of the residuals {fix.rms_px:.3f} px{_redundancy(fix)}   {_poses(len(fix.candidates))}   "
         "blue: measured, green: predicted, orange: not used"
     )
+
+
+def _redundancy(fix: Fix) -> str:
+    """Note on a fix whose residuals are zero for any measurements: as many coordinates as unknowns."""
+    by_centres = fix.choice is not None and fix.choice.rung in (Rung.points, Rung.centres)
+    centres = sum(not blob.cut_by_border for blob in fix.lamps.values())
+    return " (no check: a pose fits any three centres)" if by_centres and centres <= 3 else ""
 
 
 def _blob_mark(label: str, blob: Blob) -> Mark:
@@ -232,31 +258,48 @@ def _picture(
 ) -> None:
     height, width = image.shape[:2]
     close_ups = marks[:MAX_CLOSE_UPS]
-    frame_in = WIDTH_IN * min(height / width, 1.4)
-    strip_in = CLOSE_UP_IN if close_ups else 0.0
-    height_in = frame_in + strip_in + 1.4
-    figure = Figure(figsize=(WIDTH_IN / 0.96, height_in), dpi=110, facecolor=BACKGROUND)
+    figure = Figure(figsize=(WIDTH_IN / 0.96, 1), dpi=DPI, facecolor=BACKGROUND)
     canvas = FigureCanvasAgg(figure)
+    text_px = WIDTH_IN * DPI * 0.99
+    title = wrapped(figure, title, text_px, TITLE_PT)
+    line_in = 1.25 * text_size(figure, "Ag", TITLE_PT)[1] / DPI
+    caption_line_in = 1.25 * text_size(figure, "Ag", CAPTION_PT)[1] / DPI
+    notes = [_notes(figure, mark, len(close_ups)) for mark in close_ups]
+    arrows, magnified = _residual_arrows(marks, 0.05 * width)
+    if magnified:
+        caption += f"   arrows: residuals x {magnified:g}"
+    caption = wrapped(figure, caption, text_px, CAPTION_PT)
+    # Heights from top to bottom: title, image, close-ups with their notes, caption.
+    top_in = 0.15 + line_in * (1 + title.count("\n"))
+    frame_in = WIDTH_IN * min(height / width, 1.4)
+    strip_in = 0.1 + CLOSE_UP_IN if close_ups else 0.0
+    notes_in = max((text_size(figure, note, NOTE_PT)[1] for note in notes), default=0) / DPI
+    bottom_in = 0.25 + notes_in + caption_line_in * (1 + caption.count("\n"))
+    height_in = top_in + frame_in + strip_in + bottom_in
+    figure.set_size_inches(WIDTH_IN / 0.96, height_in)
     rows = figure.add_gridspec(
         2 if close_ups else 1,
         max(len(close_ups), 1),
-        height_ratios=[frame_in, strip_in] if close_ups else None,
-        left=0.02,
-        right=0.98,
-        top=1 - 0.4 / height_in,
-        bottom=0.95 / height_in,
-        hspace=0.1 / (frame_in + strip_in),
+        height_ratios=[frame_in, CLOSE_UP_IN] if close_ups else None,
+        left=EDGE,
+        right=1 - EDGE,
+        top=1 - top_in / height_in,
+        bottom=bottom_in / height_in,
+        hspace=0.2 / (frame_in + CLOSE_UP_IN),
         wspace=0.06,
     )
-    frame = figure.add_subplot(rows[0, :])
-    magnified = _draw_frame(frame, image, marks, unused)
-    for i, mark in enumerate(close_ups):
-        _draw_close_up(figure.add_subplot(rows[1, i]), image, mark)
-    figure.text(0.02, 1 - 0.28 / height_in, title, color="white", fontsize=11)
-    if magnified:
-        caption += f"   arrows: residuals x {magnified:g}"
-    figure.text(0.02, 0.12 / height_in, caption, color="#d0d0d0", fontsize=9)
+    _draw_frame(figure.add_subplot(rows[0, :]), image, marks, unused, arrows)
+    for i, (mark, note) in enumerate(zip(close_ups, notes, strict=True)):
+        _draw_close_up(figure.add_subplot(rows[1, i]), image, mark, note)
+    figure.text(EDGE, 1 - 0.1 / height_in, title, color="white", fontsize=TITLE_PT, va="top")
+    figure.text(EDGE, 0.1 / height_in, caption, color="#d0d0d0", fontsize=CAPTION_PT, va="bottom")
     canvas.print_figure(path, facecolor=BACKGROUND)
+
+
+def _notes(figure: Figure, mark: Mark, columns: int) -> str:
+    """Text below a close-up, as wide as its column."""
+    text = "\n".join([mark.label, *filter(None, mark.notes)])
+    return wrapped(figure, text, 0.98 * DPI * WIDTH_IN / (columns + 0.06 * (columns - 1)), NOTE_PT)
 
 
 def _grey(image: Pixels) -> Array:
@@ -285,52 +328,37 @@ def _bare(axes: Axes) -> None:
         spine.set_color("#606060")
 
 
-def _draw_frame(axes: Axes, image: Pixels, marks: list[Mark], unused: Sequence[Blob]) -> float:
+def _draw_frame(
+    axes: Axes, image: Pixels, marks: list[Mark], unused: Sequence[Blob], arrows: list[tuple[Array, Array]]
+) -> None:
     height, width = image.shape[:2]
     extent = (-0.5, width - 0.5, height - 0.5, -0.5)
     axes.imshow(_grey(_shrunk(image)), cmap="gray", vmin=0, vmax=1, extent=extent)
     axes.set_xlim(extent[:2])
     axes.set_ylim(extent[2:])
+    axes.apply_aspect()
     _bare(axes)
     for blob in unused:
         _draw_ellipse(axes, blob, UNUSED)
     for mark in marks:
         _draw_outline(axes, mark, 1.2)
-        below = mark.centre_px[1] < 0.1 * height
-        axes.annotate(
-            mark.label,
-            (mark.centre_px[0], mark.centre_px[1] + mark.radius_px * (1 if below else -1)),
-            xytext=(0, -4 if below else 4),
-            textcoords="offset points",
-            ha="center",
-            va="top" if below else "bottom",
-            color="white",
-            fontsize=10,
-            path_effects=OUTLINE,
-            annotation_clip=True,
-        )
-    return _draw_residuals(axes, marks, 0.05 * width)
+    for start, tip in arrows:
+        arrow = {"arrowstyle": "-|>", "color": RESIDUAL, "lw": 1.6, "shrinkA": 0, "shrinkB": 0}
+        axes.annotate("", xy=(tip[0], tip[1]), xytext=(start[0], start[1]), arrowprops=arrow)
+    covered = [start + part * (tip - start) for start, tip in arrows for part in (0.25, 0.5, 0.75, 1)]
+    labels = [Label(m.label, (m.centre_px[0], m.centre_px[1]), m.radius_px, "white") for m in marks]
+    add_labels(axes, labels, LABEL_PT, obstacles=np.array(covered), path_effects=OUTLINE)
 
 
-def _draw_residuals(axes: Axes, marks: list[Mark], wanted_px: float) -> float:
-    """Draws arrows from the predicted to the measured centre; returns their magnification, 0 without arrows."""
-    residuals = [m.residual_px for m in marks if m.residual_px is not None]
-    longest = max((float(np.hypot(*r)) for r in residuals), default=0.0)
+def _residual_arrows(marks: list[Mark], wanted_px: float) -> tuple[list[tuple[Array, Array]], float]:
+    """Enlarged residuals from the predicted to the measured centre, and their magnification (0 without residuals)."""
+    found = [(m.predicted_px, m.residual_px) for m in marks]
+    pairs = [(start, residual) for start, residual in found if start is not None and residual is not None]
+    longest = max((float(np.hypot(*residual)) for _, residual in pairs), default=0.0)
     if longest <= 0:
-        return 0.0
+        return [], 0.0
     magnified = _round_below(max(wanted_px / longest, 1.0))
-    for mark in marks:
-        residual = mark.residual_px
-        if residual is None or mark.predicted_px is None:
-            continue
-        tip = mark.predicted_px + magnified * residual
-        axes.annotate(
-            "",
-            xy=(tip[0], tip[1]),
-            xytext=(mark.predicted_px[0], mark.predicted_px[1]),
-            arrowprops={"arrowstyle": "-|>", "color": RESIDUAL, "lw": 1.6, "shrinkA": 0, "shrinkB": 0},
-        )
-    return magnified
+    return [(start, start + magnified * residual) for start, residual in pairs], magnified
 
 
 def _round_below(value: float) -> float:
@@ -362,7 +390,7 @@ def _draw_ellipse(axes: Axes, blob: Blob, colour: str) -> None:
     axes.add_patch(patch)
 
 
-def _draw_close_up(axes: Axes, image: Pixels, mark: Mark) -> None:
+def _draw_close_up(axes: Axes, image: Pixels, mark: Mark, note: str) -> None:
     height, width = image.shape[:2]
     reach = 1.35 * mark.radius_px + 2
     x, y = mark.centre_px
@@ -379,5 +407,4 @@ def _draw_close_up(axes: Axes, image: Pixels, mark: Mark) -> None:
     axes.set_xlim(x - reach, x + reach)
     axes.set_ylim(y + reach, y - reach)
     _bare(axes)
-    text = "\n".join([mark.label, *mark.notes])
-    axes.set_xlabel(text, color="#e0e0e0", fontsize=8)
+    axes.set_xlabel(note, color="#e0e0e0", fontsize=NOTE_PT)

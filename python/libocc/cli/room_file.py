@@ -28,6 +28,9 @@ HEAD = """\
 # there, z points up. When you stand in that corner and look along the x axis, the y axis is on your LEFT.
 # In a scene with x and y exchanged, no pose fits.
 # A key behind a `#` without a space is optional; remove the `#` to use it.
+# An editor completes and checks the keys if the next line is the first one and begins with one `#`;
+# `libocc schema scene --out scene.schema.json` writes the file that it names.
+# # yaml-language-server: $schema=scene.schema.json
 
 # Format of this file. Required.
 schema: libocc-scene/1

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
+from matplotlib.patheffects import Normal, Stroke
 from numpy.typing import NDArray
 
 from ..._core import Route, Scene
@@ -19,6 +20,7 @@ from ..maps.picture import INK, LAMP, new_figure, power_bar, power_panel, power_
 Columns = dict[str, NDArray[np.float64]]
 
 ROUTE, TRUTH, ESTIMATE, BLIND = "#444444", "#0072B2", "#009E73", "#CC3311"
+ROUTE_WIDTH, PATH_WIDTH, BLIND_WIDTH = 7, 1, 3  # points: the route is a band that the paths do not cover
 STATES = ("searching", "tracking", "coasting", "lost")
 STATE_COLOURS = ("#EE7733", "#FFFFFF", "#FFE9A8", "#F4B6B0")
 TRACKING = 1
@@ -33,26 +35,28 @@ def draw_paths(file: IO[bytes], experiment: Experiment, runs: Sequence[Columns],
     power_bar(figure, power_panel(axes, made, power_range([made])), [axes])
     draw_route(axes, experiment.route)
     for i, run in enumerate(runs):
-        axes.plot(run["true_x_m"], run["true_y_m"], color=TRUTH, lw=1, alpha=0.7, label="driven" if i == 0 else None)
+        label = "driven" if i == 0 else None
+        axes.plot(run["true_x_m"], run["true_y_m"], color=TRUTH, lw=PATH_WIDTH, alpha=0.7, label=label)
         blind = np.where(run["state"] == TRACKING, np.nan, run["true_x_m"])
         if not np.isnan(blind).all():
-            axes.plot(blind, run["true_y_m"], color=BLIND, lw=2.5, label="without lamps" if i == 0 else None)
+            axes.plot(blind, run["true_y_m"], color=BLIND, lw=BLIND_WIDTH, label="without lamps" if i == 0 else None)
     draw_room(axes, experiment.scene)
-    axes.legend(loc="upper right", fontsize=8, framealpha=0.9)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=4, fontsize=8, frameon=False)
     axes.set_title(f"{title}; power of an upright camera that heads along X", fontsize=9, color=INK)
     save(file, figure)
 
 
 def draw_route(axes: Axes, route: Route) -> None:
     sampled = route.sampled(0.02)
-    axes.plot(sampled[:, 1], sampled[:, 2], color=ROUTE, lw=3, alpha=0.35, label="route")
+    edge = [Stroke(linewidth=ROUTE_WIDTH + 1.5, foreground=ROUTE), Normal()]
+    axes.plot(sampled[:, 1], sampled[:, 2], color="white", lw=ROUTE_WIDTH, path_effects=edge, label="route")
     if (dock := route.dock) is not None:
         ahead = 0.15 * np.array([np.cos(dock.heading_rad), np.sin(dock.heading_rad)])
         axes.annotate(
             "", (dock.x_m, dock.y_m), (dock.x_m - ahead[0], dock.y_m - ahead[1]),
             arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 1.5},
         )
-        axes.plot(dock.x_m, dock.y_m, "s", color=INK, ms=5, label="dock")
+        axes.plot(dock.x_m, dock.y_m, "s", color=INK, ms=7, label="dock", zorder=3)
 
 
 def draw_room(axes: Axes, scene: Scene) -> None:

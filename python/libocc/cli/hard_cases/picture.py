@@ -15,10 +15,13 @@ from .matrix import Cell
 from .methods import Method
 from .show import Show, grouped, share_of, worst_first
 
-CELL_W_IN, CELL_H_IN, LABEL_IN, HEAD_IN, FOOT_IN = 0.46, 0.2, 2.5, 1.25, 0.95
-GAP = 0.45  # columns between families
+# The picture is narrow enough to be legible at the width of a page: a label of LABEL_PT is 9 px high on 830 px.
+CELL_W_IN, CELL_H_IN, LABEL_IN, HEAD_IN, FOOT_IN = 0.23, 0.16, 1.95, 1.4, 0.95
+LABEL_PT, SIGN_PT = 8, 6
+GAP = 0.4  # columns between families
 HEADING = 1.3  # rows above each group
-DOTS_PER_INCH = 110
+MIN_WIDTH_IN = 5.0  # for title and legend
+DOTS_PER_INCH = 160
 
 
 def columns(methods: Sequence[Method]) -> dict[tuple[str, str], float]:
@@ -44,7 +47,7 @@ def draw(
     groups = grouped(cases)
     width = max(edges.values()) + 1
     height = len(cases) + HEADING * len(groups)
-    inches = LABEL_IN + width * CELL_W_IN + 0.1, HEAD_IN + height * CELL_H_IN + FOOT_IN
+    inches = max(LABEL_IN + width * CELL_W_IN + 0.3, MIN_WIDTH_IN), HEAD_IN + height * CELL_H_IN + FOOT_IN
     figure = Figure(figsize=inches, dpi=DOTS_PER_INCH, facecolor="white")
     FigureCanvasAgg(figure)
     place = (
@@ -61,7 +64,7 @@ def draw(
         below += HEADING
         for case in members:
             axes.text(-0.15, below + 0.5, case.name.replace("_", " "), ha="right", va="center",
-                      fontsize=8)
+                      fontsize=LABEL_PT)
             rows[case.name] = below
             below += 1
     for cell in cells:
@@ -83,13 +86,13 @@ def draw(
 
 def _cell(axes: Axes, left: float, row: float, cell: Cell) -> None:
     """Draws a bar with the fraction of each outcome, the worst last, with signs on wide parts."""
-    at, margin = left + 0.03, 0.06
+    at, margin = left + 0.04, 0.06
     shares = share_of(cell)
     for show in reversed(worst_first(shares)):
-        size = 0.94 * shares[show]
+        size = 0.92 * shares[show]
         axes.add_patch(Rectangle((at, row + margin), size, 1 - 2 * margin, color=show.colour, lw=0))
-        if size > 0.2:
-            axes.text(at + size / 2, row + 0.52, show.sign, ha="center", va="center", fontsize=6.5,
+        if size > 0.35:
+            axes.text(at + size / 2, row + 0.54, show.sign, ha="center", va="center", fontsize=SIGN_PT,
                       color=show.ink, fontweight="bold" if show.harmful else "normal")
         at += size
 
@@ -98,7 +101,7 @@ def _heads(axes: Axes, edges: dict[tuple[str, str], float]) -> None:
     for (family, method), left in edges.items():
         bold = "bold" if family == "libocc" else "normal"
         axes.text(
-            left + 0.4, -0.25, method, rotation=50, ha="left", va="bottom", fontsize=8,
+            left + 0.6, -0.2, method, rotation=60, ha="left", va="bottom", fontsize=LABEL_PT,
             rotation_mode="anchor", fontweight=bold,
         )
     for family in dict.fromkeys(family for family, _ in edges):
@@ -107,16 +110,17 @@ def _heads(axes: Axes, edges: dict[tuple[str, str], float]) -> None:
         axes.plot([min(lefts) + 0.03, max(lefts) + 0.97], [bottom + 0.25] * 2, color="#444444",
                   lw=1, clip_on=False)
         axes.text((min(lefts) + max(lefts) + 1) / 2, bottom + 0.4, family.replace(" ", "\n"),
-                  ha="center", va="top", fontsize=8, fontweight="bold")
+                  ha="center", va="top", fontsize=LABEL_PT, fontweight="bold")
 
 
 def _legend(figure: Figure, inches: tuple[float, float]) -> None:
     axes = figure.add_axes((0, 0, 1, 0.42 / inches[1]), xlim=(0, inches[0]), ylim=(0.42, 0))
     axes.axis("off")
     per_line = -(-len(Show) // 2)
-    step = (inches[0] - 0.2) / per_line
+    widths = [max(len(show.label) for show in list(Show)[i::per_line]) for i in range(per_line)]
+    starts = [0.1 + (inches[0] - 0.2) * sum(widths[:i]) / sum(widths) for i in range(per_line)]
     for i, show in enumerate(Show):
-        x, y = 0.1 + step * (i % per_line), 0.02 + 0.2 * (i // per_line)
+        x, y = starts[i % per_line], 0.02 + 0.2 * (i // per_line)
         axes.add_patch(Rectangle((x, y), 0.22, 0.15, color=show.colour, lw=0))
-        axes.text(x + 0.11, y + 0.08, show.sign, ha="center", va="center", fontsize=6.5, color=show.ink)
-        axes.text(x + 0.28, y + 0.08, show.label, ha="left", va="center", fontsize=7.5)
+        axes.text(x + 0.11, y + 0.08, show.sign, ha="center", va="center", fontsize=SIGN_PT, color=show.ink)
+        axes.text(x + 0.26, y + 0.08, show.label, ha="left", va="center", fontsize=7.5)
