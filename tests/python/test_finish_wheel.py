@@ -15,12 +15,14 @@ MAP = """Archive member included to satisfy reference by file (symbol)
                               libocc/tiff_file.cpp.o (TIFFOpen)
 {libraries}/libtiff.a(tif_lzw.c.o)
                               {libraries}/libtiff.a(tif_codec.c.o) (TIFFInitLZW)
+{member}
 
 Linker script and memory map
 
 LOAD /usr/lib/gcc/x86_64-linux-gnu/12/crtbeginS.o
 LOAD libocc/tiff_file.cpp.o
 LOAD {libraries}/libtiff.a
+LOAD /usr/lib/x86_64-linux-gnu/libamd.so
 LOAD {other}
 LOAD /usr/lib/gcc/x86_64-linux-gnu/12/libstdc++.so
 """
@@ -43,13 +45,13 @@ def build(tmp_path: Path) -> Path:
     return build
 
 
-def write_maps(build: Path, other: str) -> None:
+def write_maps(build: Path, other: str, member: str = "") -> None:
     for name in ("libocc.map", "_core.map"):
-        (build / name).write_text(MAP.format(libraries=build.parent, other=other))
+        (build / name).write_text(MAP.format(libraries=build.parent, other=other, member=member))
 
 
 def test_linked_archives_and_their_object_files_are_found(tool: ModuleType, build: Path) -> None:
-    write_maps(build, str(build / "libocc.so"))  # built here, so no library of others
+    write_maps(build, str(build / "main.o"))  # built here, so no object file of others
     assert tool.used_libraries(build) == {"libtiff.a": {"tif_open.c.o", "tif_lzw.c.o"}}
 
 
@@ -58,10 +60,18 @@ def test_an_archive_of_which_nothing_is_linked_needs_no_licence(tool: ModuleType
     assert tool.used_libraries(build).keys() == {"libtiff.a"}
 
 
-@pytest.mark.parametrize("library", ["/usr/lib/x86_64-linux-gnu/libjbig.so", "/usr/lib/libsuitesparse.a"])
-def test_a_library_of_unknown_licence_is_refused(tool: ModuleType, build: Path, library: str) -> None:
-    write_maps(build, library)
-    with pytest.raises(SystemExit, match=f"{Path(library).name} is linked, and its licence is unknown"):
+@pytest.mark.parametrize(
+    "other, member, named",
+    [
+        ("/usr/lib/libjbig.a", "/usr/lib/libjbig.a(jbig.o)", "libjbig.a"),
+        ("/usr/lib/special.o", "", "special.o"),
+    ],
+)
+def test_an_archive_of_unknown_licence_is_refused(
+    tool: ModuleType, build: Path, other: str, member: str, named: str
+) -> None:
+    write_maps(build, other, member)
+    with pytest.raises(SystemExit, match=f"{named} is linked, and its licence is unknown"):
         tool.used_libraries(build)
 
 
