@@ -39,6 +39,8 @@ template Vector<2> solve_llt(const Square<2>&, const Vector<2>&);
 template Square<3> solve_llt(const Square<3>&, const Square<3>&);
 template Vector<6> solve_llt(const Square<6>&, const Vector<6>&);
 template MatrixXd solve_llt(const MatrixXd&, const MatrixXd&);
+template Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 14, 1> solve_llt(
+    const MatrixXd&, const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 14, 1>&);
 
 template bool is_positive_definite(const Square<2>&);
 template bool is_positive_definite(const Square<3>&);
