@@ -8,6 +8,7 @@ namespace occ {
 
 /// Ratio of a circle's circumference to its diameter.
 inline constexpr double pi = 3.14159265358979323846;
+/// Positive infinity.
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// value * value; evaluates its argument once.

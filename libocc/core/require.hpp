@@ -22,10 +22,12 @@ void require(bool holds, std::string_view name, const T& value, std::string_view
   throw std::invalid_argument(text.str());
 }
 
+/// Throws std::invalid_argument unless the value is finite and positive.
 inline void require_positive(double value, std::string_view name) {
   require(std::isfinite(value) && value > 0, name, value, "positive");
 }
 
+/// Throws std::invalid_argument unless the value is finite and not negative.
 inline void require_not_negative(double value, std::string_view name) {
   require(std::isfinite(value) && value >= 0, name, value, "finite and >= 0");
 }

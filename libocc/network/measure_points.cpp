@@ -146,8 +146,7 @@ class PointIntersection {
 
   MatrixXd finish(MeasuredPoint& out, const core::NormalSums<3>& sums) const {
     out.position_m = state_.points[point_];
-    out.covariance_m2 =
-        core::solve_llt<Matrix3d, Matrix3d>(sums.information, Matrix3d::Identity());
+    out.covariance_m2 = core::solve_llt<Matrix3d, Matrix3d>(sums.information, Matrix3d::Identity());
     const double redundancy = 2 * static_cast<double>(observations_.size()) - 3;
     out.sigma0 = std::sqrt(sums.chi2 / redundancy);
     out.worst_residual_px = 0;

@@ -115,8 +115,8 @@ TEST(Resection, TheCameraNeedsNoCalibration) {
 
 TEST(Resection, FourPointsInAPlaneHaveTwoPosesFromFar) {
   const Camera camera = Camera::pinhole(640, 480, 520, 520, 319.5, 239.5);
-  const Rigid3 cam_from_tag =
-      Rigid3{so3_exp({3.14159, 0, 0}), {0.1, 0.05, 2.5}} * Rigid3{so3_exp({0.5, 0.3, 0}), {}};
+  const Rigid3 cam_from_tag = Rigid3{so3_exp({3.14159, 0, 0}), {0.1, 0.05, 2.5}} *
+                              Rigid3{so3_exp({0.5, 0.3, 0}), {0, 0, 0}};
   AprilTag tag;
   for (std::size_t k = 0; k < 4; ++k)
     tag.corners_px[k] = *camera.project(

@@ -67,7 +67,7 @@ def gallery(root: Path) -> list[tuple[str, str, str]]:
 
 def test_the_gallery_lists_every_picture_once(root: Path) -> None:
     listed = [(root / "docs" / picture).resolve() for picture, _, _ in gallery(root)]
-    there = [path for folder in ("data", "docs") for path in (root / folder).rglob("*.png")]
+    there = [path for folder in ("data", "docs") for kind in ("*.png", "*.jpg") for path in (root / folder).rglob(kind)]
     assert sorted(listed) == sorted(path.resolve() for path in there if "generated" not in path.parts)
 
 

@@ -20,7 +20,7 @@ Right solve_ldlt(const Matrix& a, const Right& b);
 template <class Matrix, class Right>
 Right solve_llt(const Matrix& a, const Right& b);
 
-/// Whether a symmetric matrix is positive definite: L L^T exists.
+/// True if a symmetric matrix is positive definite (L L^T exists).
 template <class Matrix>
 bool is_positive_definite(const Matrix& a);
 
