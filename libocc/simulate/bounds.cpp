@@ -15,7 +15,7 @@ namespace occ::internal::simulate {
 namespace {
 
 constexpr double blur_sigmas = 5;  // a Gaussian PSF has 4e-6 of its light farther out
-constexpr int rim_points = 16;
+constexpr int visibility_rim_points = 16;
 
 double reach_px(const LampView& seen, const SceneView& view) {
   return seen.radius_px + blur_sigmas * blur_sigma_px(view) + blur_radius_px(seen, view) + 1;
@@ -113,7 +113,7 @@ bool is_seen_from(const Lamp& lamp, const Rigid3& cam_from_world, const Camera& 
                   const SceneView& view, bool as_point) {
   Lamp seen = lamp;
   if (as_point) seen.shape = LampShape::point;
-  const auto rim = project_rim(seen, cam_from_world, camera, rim_points);
+  const auto rim = project_rim(seen, cam_from_world, camera, visibility_rim_points);
   if (!rim) return false;
   const double margin = blur_sigmas * blur_sigma_px(view) + 2;
   Eigen::Array2d low = rim->front(), high = low;

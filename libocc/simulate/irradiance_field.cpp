@@ -22,7 +22,7 @@ int step_of(const Camera& camera) {
 }
 
 // Lagrange's cubic weights of the nodes -1, 0, 1, 2 at t.
-std::array<double, 4> cubic(double t) {
+std::array<double, 4> cubic_weights(double t) {
   return {-t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2, -(t + 1) * t * (t - 2) / 2,
           (t + 1) * t * (t - 1) / 6};
 }
@@ -30,7 +30,7 @@ std::array<double, 4> cubic(double t) {
 Weights weights_from(double first, int step) {
   Weights weights{};
   for (int i = 0; i < step; ++i) {
-    const std::array<double, 4> at = cubic(first + static_cast<double>(i) / step);
+    const std::array<double, 4> at = cubic_weights(first + static_cast<double>(i) / step);
     for (std::size_t node = 0; node < 4; ++node) weights[node][i] = static_cast<float>(at[node]);
   }
   return weights;

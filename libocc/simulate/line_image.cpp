@@ -109,8 +109,8 @@ CoverageMoments transposed(const CoverageMoments& moments, bool columns) {
 }
 
 // Lagrange weights of the nodes 0, 1/3, 2/3, 1 at u.
-using CubicWeights = std::array<double, 4>;
-CubicWeights cubic(double u) {
+using LagrangeWeights = std::array<double, 4>;
+LagrangeWeights lagrange_weights(double u) {
   const double a = 3 * u, b = a - 1, c = a - 2, d = a - 3;
   return {-b * c * d / 6, a * c * d / 2, -a * b * d / 2, a * b * c / 6};
 }
@@ -144,18 +144,20 @@ class RimTracks {
     std::array<Eigen::Vector2d, 4> px;
     std::array<double, 4> dy;
 
-    double y(const CubicWeights& w) const {
+    double y(const LagrangeWeights& w) const {
       return w[0] * px[0].y() + w[1] * px[1].y() + w[2] * px[2].y() + w[3] * px[3].y();
     }
-    double x(const CubicWeights& w) const {
+    double x(const LagrangeWeights& w) const {
       return w[0] * px[0].x() + w[1] * px[1].x() + w[2] * px[2].x() + w[3] * px[3].x();
     }
-    double step_y(const CubicWeights& w) const {
+    double step_y(const LagrangeWeights& w) const {
       return w[0] * dy[0] + w[1] * dy[1] + w[2] * dy[2] + w[3] * dy[3];
     }
   };
   const std::vector<Point>& points() const { return points_; }
-  CubicWeights at(double time_s) const { return cubic((time_s - from_s_) / (to_s_ - from_s_)); }
+  LagrangeWeights at(double time_s) const {
+    return lagrange_weights((time_s - from_s_) / (to_s_ - from_s_));
+  }
 
   // Sign that makes coverage positive: a pixel right of the shape's left flank sees light.
   double orientation() const {
@@ -255,7 +257,7 @@ bool paint_blurred(const LineImageInput& input, const LineRange& range, Coverage
   LinePainter painter(*input.psf, moments);
   for (int line = range.first; line < range.end; ++line)
     for (const LightNode& node : input.motion.nodes(input.lamp, line, panels)) {
-      const CubicWeights at = tracks->at(node.time_s);
+      const LagrangeWeights at = tracks->at(node.time_s);
       const double light = sign * node.weight * input.light(node.time_s);
       for (const RimTracks::Point& point : tracks->points()) {
         const double y = point.y(at);

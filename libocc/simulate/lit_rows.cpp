@@ -8,7 +8,7 @@
 namespace occ::internal::simulate {
 namespace {
 
-constexpr int lanes = PaddedPatch::padding;
+constexpr int row_lanes = PaddedPatch::padding;
 
 // Irradiance of a pixel after blur, and its differences over two pixels.
 template <typename Real>
@@ -58,10 +58,11 @@ LIBOCC_INLINE void light_pixels(const RowLight& row, const float* c, std::ptrdif
 template <Simd>
 LIBOCC_INLINE void by_filter_body(RowLight row, const float* c, std::ptrdiff_t stride, Taps taps,
                                   float* to) {
-  if (row.count < lanes) return light_pixels(row, c, stride, taps, 0, row.count, to);
-  for (int x = 0; x + lanes <= row.count; x += lanes)
-    light_pixels(row, c, stride, taps, x, lanes, to);
-  if (row.count % lanes != 0) light_pixels(row, c, stride, taps, row.count - lanes, lanes, to);
+  if (row.count < row_lanes) return light_pixels(row, c, stride, taps, 0, row.count, to);
+  for (int x = 0; x + row_lanes <= row.count; x += row_lanes)
+    light_pixels(row, c, stride, taps, x, row_lanes, to);
+  if (row.count % row_lanes != 0)
+    light_pixels(row, c, stride, taps, row.count - row_lanes, row_lanes, to);
 }
 LIBOCC_MULTIVERSION(by_filter,
                     (RowLight row, const float* c, std::ptrdiff_t stride, Taps taps, float* to),

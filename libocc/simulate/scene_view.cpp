@@ -16,7 +16,7 @@ using namespace internal::formation;
 namespace {
 
 constexpr double root_e = 1.6487212707001282;
-constexpr int rim_points = 16;
+constexpr int view_rim_points = 16;
 
 // Largest irradiance of a fully covered pixel. The irradiance is monotone over a lamp's image to
 // good approximation, so its extremes are on the rim.
@@ -74,7 +74,7 @@ SceneView make_view(const Scene& scene, const Rigid3& cam_from_world,
     LampView seen;
     seen.lamp = &lamp;
     const auto centre = scene.camera.project(cam_from_world * lamp.centre_m);
-    const auto rim = project_rim(lamp, cam_from_world, scene.camera, rim_points);
+    const auto rim = project_rim(lamp, cam_from_world, scene.camera, view_rim_points);
     if (!centre || !rim) continue;
     seen.centre_px = *centre;
     seen.image_centre_px =

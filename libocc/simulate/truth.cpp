@@ -9,7 +9,7 @@ namespace occ::internal::simulate {
 using namespace internal::formation;
 namespace {
 
-constexpr int rim_points = 64;
+constexpr int box_rim_points = 64;
 
 // True if the point is inside the closed polygon.
 bool surrounds(const std::vector<Eigen::Vector2d>& rim, const Eigen::Vector2d& point) {
@@ -24,8 +24,8 @@ bool surrounds(const std::vector<Eigen::Vector2d>& rim, const Eigen::Vector2d& p
 
 std::optional<std::vector<Eigen::Vector2d>> projected_rim(const Lamp& lamp, const Motion& motion,
                                                           const Camera& camera) {
-  if (!motion.rolls()) return project_rim(lamp, motion.still_pose(), camera, rim_points);
-  std::vector<Eigen::Vector3d> rim = rim_in_world(lamp, rim_points);
+  if (!motion.rolls()) return project_rim(lamp, motion.still_pose(), camera, box_rim_points);
+  std::vector<Eigen::Vector3d> rim = rim_in_world(lamp, box_rim_points);
   if (rim.empty()) rim.push_back(lamp.centre_m);
   std::vector<Eigen::Vector2d> px;
   for (const Eigen::Vector3d& point : rim) {
