@@ -139,12 +139,9 @@ void rank_by_brightness(const AssignmentProblem& problem, std::vector<PoseHypoth
   if (!applies || found.size() < 2) return;
   for (PoseHypothesis& e : found)
     e.chi2 += e.brightness.chi2 + log_ratio_of_one * (max_residuals - e.brightness.residuals);
-  const auto fewer = std::find_if(found.begin(), found.end(), [&](const PoseHypothesis& e) {
-    return e.pairs.size() != found.front().pairs.size();
-  });
-  std::stable_sort(found.begin(), fewer, [](const PoseHypothesis& a, const PoseHypothesis& b) {
-    return a.chi2 < b.chi2;
-  });
+  std::stable_sort(
+      found.begin(), found.end(),
+      [](const PoseHypothesis& a, const PoseHypothesis& b) { return a.chi2 < b.chi2; });
 }
 
 bool is_brighter(const Brightness& strong, const Brightness& weak) {

@@ -92,6 +92,7 @@ void Search::run() {
       search_by_alignment();
   }
   merge_and_rank();
+  penalise_fewer_pairs();
 }
 
 void Search::search_by_alignment() {
@@ -125,7 +126,8 @@ bool Search::has_enough_support(const Assignment& assignment,
   const bool coded = coded_pairs({assignment.begin(), assignment.end()}) == 3;
   const std::size_t enough = coded || prior_ || problem_.observations.size() == 3 ? 3 : 4;
   if (pairs.size() < std::max(enough, static_cast<std::size_t>(problem_.min_pairs))) return false;
-  return support(pairs) >= best_support_ || (coded && best_support_ <= support_of_four);
+  return support(pairs) >= best_support_ - fewer_pairs() ||
+         (coded && best_support_ <= support_of_four);
 }
 
 int Search::coded_pairs(const std::vector<Pair>& pairs) const {
@@ -134,12 +136,27 @@ int Search::coded_pairs(const std::vector<Pair>& pairs) const {
   }));
 }
 
-// Compares the support with that of the best hypothesis. A fourth, uncoded pair may be accidental,
-// because three pairs determine a pose poorly.
-bool Search::has_equal_support(const PoseHypothesis& e) const {
-  const std::vector<Pair>& best = found_.front().pairs;
-  return support(e.pairs) == support(best) ||
-         (best.size() == 4 && coded_pairs(e.pairs) == 3 && coded_pairs(best) == 3);
+// A rival may have a few pairs less: by accident the best has one more, as a wrong pose of a
+// regular map that misses many lamps, or one of its blobs is just outside the gate.
+int Search::fewer_pairs() const {
+  constexpr int one_of = 6;
+  return best_support_ / one_of;
+}
+
+// Chi-square that one more pair outweighs: twice ln of its likelihood over that of a false light.
+double Search::chi2_of_pair() const {
+  constexpr double min_chi2 = 6;
+  const double gate2 = problem_.options->gate_sigma * problem_.options->gate_sigma;
+  const double false_lights =
+      gate_share(problem_) / gate2 *
+      static_cast<double>(std::max<std::size_t>(1, problem_.observations.size()));
+  return std::max(min_chi2, -2 * std::log(false_lights));
+}
+
+// A fourth, uncoded pair may be accidental, because three pairs determine a pose poorly.
+bool Search::has_similar_support(const PoseHypothesis& e, const PoseHypothesis& most) const {
+  return support(e.pairs) >= support(most.pairs) - fewer_pairs() ||
+         (most.pairs.size() == 4 && coded_pairs(e.pairs) == 3 && coded_pairs(most.pairs) == 3);
 }
 
 void Search::try_triple(const BlobTriple& triple) {
@@ -294,20 +311,32 @@ void Search::keep(PoseHypothesis hypothesis) {
 }
 
 void Search::merge_and_rank() {
-  std::stable_sort(
+  if (found_.empty()) return;
+  const PoseHypothesis most = *std::max_element(
       found_.begin(), found_.end(), [&](const PoseHypothesis& a, const PoseHypothesis& b) {
-        return support(a.pairs) != support(b.pairs) ? support(a.pairs) > support(b.pairs)
-                                                    : a.chi2 < b.chi2;
+        return support(a.pairs) < support(b.pairs);
       });
+  const double of_pair = chi2_of_pair();
+  const auto cost = [&](const PoseHypothesis& e) { return e.chi2 - of_pair * support(e.pairs); };
+  std::stable_sort(
+      found_.begin(), found_.end(),
+      [&](const PoseHypothesis& a, const PoseHypothesis& b) { return cost(a) < cost(b); });
   std::vector<PoseHypothesis> distinct;
   for (const PoseHypothesis& e : found_) {
     const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const PoseHypothesis& d) {
       return same_pairs(e.pairs, d.pairs) &&
              squared_sigmas(e.estimate.pose, d.estimate) < same_pose_chi2;
     });
-    if (!known && has_equal_support(e) && distinct.size() < max_kept) distinct.push_back(e);
+    if (!known && has_similar_support(e, most) && distinct.size() < max_kept) distinct.push_back(e);
   }
   found_ = std::move(distinct);
+}
+
+// From here on a hypothesis pays for each pair that it has less than another one.
+void Search::penalise_fewer_pairs() {
+  int most = 0;
+  for (const PoseHypothesis& e : found_) most = std::max(most, support(e.pairs));
+  for (PoseHypothesis& e : found_) e.chi2 += chi2_of_pair() * (most - support(e.pairs));
 }
 
 }  // namespace occ::internal::identify

@@ -108,7 +108,8 @@ void Search::vote_by_levels(const VotingMethod& method, TripleOrder& order, int 
   const int group = group_size(), enough = std::max(prior_ ? 3 : 4, problem_.min_pairs);
   const int blobs = static_cast<int>(problem_.observations.size());
   std::vector<ScoredPose> candidates;
-  for (int level = blobs; level >= std::max(enough, best_support_) && !cut_short_; --level) {
+  for (int level = blobs; level >= std::max(enough, best_support_ - fewer_pairs()) && !cut_short_;
+       --level) {
     const auto max_outliers = [&] {
       return best_support_ >= strong_pairs ? std::min(blobs - level, max_outliers_if_strong)
                                            : blobs - level + distant_outliers;
@@ -116,10 +117,11 @@ void Search::vote_by_levels(const VotingMethod& method, TripleOrder& order, int 
     while (const auto triple = order.next(max_outliers())) {
       method.score(triple->observations, enough - group, candidates);
       statistics_ = method.statistics();
-      verify_best(candidates, std::max(std::min(level, strong_pairs), best_support_) - group);
+      verify_best(candidates,
+                  std::max(std::min(level, strong_pairs), best_support_ - fewer_pairs()) - group);
       if (cut_short_) break;
     }
-    verify_best(candidates, std::max(level, best_support_) - group);
+    verify_best(candidates, std::max(level, best_support_ - fewer_pairs()) - group);
   }
 }
 
@@ -137,7 +139,8 @@ void Search::verify_best(std::vector<ScoredPose>& candidates, int min_inliers) {
   std::stable_sort(candidates.begin(), rest,
                    [](const ScoredPose& a, const ScoredPose& b) { return a.inliers > b.inliers; });
   for (auto candidate = candidates.begin(); candidate != rest && !cut_short_; ++candidate)
-    if (candidate->inliers + static_cast<int>(candidate->assignment.size()) >= best_support_ &&
+    if (candidate->inliers + static_cast<int>(candidate->assignment.size()) >=
+            best_support_ - fewer_pairs() &&
         !is_duplicate(*candidate)) {
       consider(*candidate);
       cut_short_ = cost() >= problem_.options->max_hypotheses;

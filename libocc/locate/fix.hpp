@@ -22,8 +22,10 @@ struct Candidate {
   Matrix6 covariance = unknown_covariance<6>();
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< camera position in the world
   double rms_px = 0;                                     ///< r.m.s. residual over all lamps
-  double chi2 = 0;            ///< weighted sum of squared residuals at this pose
-  int dof = 0;                ///< residuals minus unknowns
+  double chi2 = 0;  ///< weighted sum of squared residuals at this pose
+  int dof = 0;      ///< residuals minus unknowns
+  /// locate(): probability that this pose is right, among all candidates and "none of them".
+  std::optional<double> probability;
   std::map<int, Blob> lamps;  ///< lamp id -> blob
 };
 
@@ -41,7 +43,10 @@ struct Fix {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< camera position in the world
   /// Covariance of position_m, world axes.
   Eigen::Matrix3d position_covariance_m2 = unknown_covariance<3>();
-  double rms_px = 0;                  ///< r.m.s. residual of the best candidate
+  double rms_px = 0;  ///< r.m.s. residual of the best candidate
+  /// locate(): probability that the pose is wrong, because its blobs are other lamps or false
+  /// lights; 1 without candidates.
+  std::optional<double> risk;
   std::map<int, Blob> lamps;          ///< lamp id -> blob, of the best candidate
   std::vector<Blob> blobs;            ///< all detected blobs
   std::vector<Candidate> candidates;  ///< all plausible poses, best first; the first is the fix

@@ -16,10 +16,6 @@ using namespace internal::locate;
 using namespace internal::refine;
 namespace {
 
-/// Limit of Identification::chance if the residuals of the best pose exceed their sigmas. For four
-/// of six lamps the chance is about 0.05.
-constexpr double max_chance_of_misfits = 1e-3;
-
 /// Time since construction.
 class Clock {
  public:
@@ -40,22 +36,33 @@ Candidate candidate_of(const RankedPose& pose, const std::vector<Blob>& blobs, c
   candidate.rms_px = refined.rms_px;
   candidate.chi2 = refined.chi2;
   candidate.dof = refined.dof;
+  candidate.probability = pose.probability;
   for (const Match& match : pose.hypothesis->matches)
     candidate.lamps.emplace(scene.lamps[match.lamp].id, blobs[match.blob]);
   return candidate;
 }
 
-std::string ambiguity_message(std::size_t count) {
+/// Names the rivals of the best pose and the probability that none of the poses is right.
+std::string doubt_message(const Refinement& refinement) {
+  const auto rivals = refinement.poses.size() - 1;
+  const RankedPose& best = refinement.poses.front();
+  const double none = refinement.none, others = 1 - best.probability - none;
   std::ostringstream text;
-  text << count << " poses match the image equally well; a prior (position, heading or gravity) or "
-       << "lamp codes can select one";
+  text.precision(2);
+  if (rivals > 0 && others >= none)
+    text << rivals + 1 << " poses match the image; the best is right with a probability of "
+         << best.probability
+         << "; a prior (position, heading or gravity) or lamp codes can select one";
+  else
+    text << "the only pose found may be accidental: with a probability of " << none
+         << " the blobs that it matches are other lights; more lamps in view, a prior, lamp codes "
+            "or fewer false lights reduce it";
   return text.str();
 }
 
-/// Status and message of the fix. The first pose that was not refined determines them, then
-/// ambiguity, then the probability that the best pose is accidental, then the budget.
-void conclude(const Refinement& refinement, const Result<Identification>& identified,
-              Result<Fix>& result) {
+/// Status and message of the fix. The first pose that was not refined determines them, then the
+/// risk, then the budget.
+void conclude(const Refinement& refinement, double max_risk, Result<Fix>& result) {
   const std::vector<RankedPose>& poses = refinement.poses;
   const Result<Refined>& worst =
       std::find_if(poses.begin(), poses.end() - 1, [](const RankedPose& pose) {
@@ -64,21 +71,21 @@ void conclude(const Refinement& refinement, const Result<Identification>& identi
   result.status = worst.status;
   result.message = worst.message;
   if (!result.ok()) return;
-  if (poses.size() > 1) {
+  if (!(*result->risk <= max_risk)) {
     result.status = Status::ambiguous;
-    result.message = ambiguity_message(poses.size());
-  } else if (identified->may_be_chance) {
-    result.status = identified.status;
-    result.message = identified.message;
-  } else if (poses.front().misfits && identified->chance > max_chance_of_misfits) {
-    result.status = Status::ambiguous;
-    result.message = "the only pose found has large residuals and may be accidental: " +
-                     std::to_string(identified->chance) +
-                     " wrong poses are expected to fit as well";
+    result.message = doubt_message(refinement);
   } else if (!refinement.choice.met) {
     result.status = Status::budget_not_met;
     result.message = refinement.choice.reason;
   }
+}
+
+/// Probability that the best pose is wrong; not 1 - probability, which is rounded.
+double risk_of(const Refinement& refinement) {
+  double risk = refinement.none;
+  for (auto pose = refinement.poses.begin() + 1; pose != refinement.poses.end(); ++pose)
+    risk += pose->probability;
+  return risk;
 }
 
 Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
@@ -86,6 +93,7 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   Result<Fix> result;
   Fix& fix = result.value;
   fix.blobs = blobs;
+  fix.risk = 1;
   if (blobs.empty()) {
     result.status = Status::no_lamps;
     result.message = "nothing in the image stands out from the background";
@@ -114,7 +122,8 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   for (const RankedPose& pose : refinement.poses)
     fix.candidates.push_back(candidate_of(pose, blobs, scene));
   take_best(fix);
-  conclude(refinement, identified, result);
+  fix.risk = risk_of(refinement);
+  conclude(refinement, options.max_risk, result);
   return result;
 }
 
@@ -139,6 +148,7 @@ void LocateOptions::validate() const {
     if (value) require(*value > 0 && std::isfinite(*value), name, *value, "positive");
   };
   require(max_candidates > 0, "max_candidates", max_candidates, "positive");
+  require(max_risk > 0 && max_risk <= 1, "max_risk", max_risk, "above 0 and at most 1");
   check(budget_s, "budget_s");
   check(target_sigma_m, "target_sigma_m");
   costs.validate();

@@ -38,6 +38,7 @@ struct LIBOCC_API LocateOptions {
   IdentifyOptions identify;  ///< without a prior of its own
   RefineOptions refine;      ///< without a prior of its own
   int max_candidates = 16;   ///< maximum number of poses that are refined and returned
+  double max_risk = 1e-4;    ///< a pose is ok if it is wrong with at most this probability
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };

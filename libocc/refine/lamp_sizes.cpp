@@ -21,8 +21,6 @@ constexpr double rim_misfit_sigma = 5;
 constexpr double axis_misfit = 0.15, axis_misfit_px = 1.5;
 constexpr double min_semi_minor_px = 3;  ///< a smaller disc has no measurable shape
 
-bool is_whole(const Blob& blob) { return !blob.cut_by_border && !blob.merged; }
-
 bool rim_misses(const LampResidual& residual, const Blob& blob, bool only_three) {
   double variance = 0;
   for (const RimPoint& point : blob.rim) variance += point.sigma_px * point.sigma_px;
@@ -30,21 +28,6 @@ bool rim_misses(const LampResidual& residual, const Blob& blob, bool only_three)
   const double size_px = std::sqrt(blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px);
   const double part = only_three ? rim_misfit_of_three : rim_misfit;
   return residual.rms_px > std::max(part * size_px, rim_misfit_sigma * noise_px);
-}
-
-/// Semi-axes (minor, major) of a disc's predicted image, from points evenly spaced on its rim.
-std::optional<Eigen::Array2d> predicted_axes_px(const Lamp& lamp, const Rigid3& cam_from_world,
-                                                const Camera& camera) {
-  const auto rim = project_rim(lamp, cam_from_world, camera, 16);
-  if (!rim) return std::nullopt;
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
-  for (const Eigen::Vector2d& px : *rim) {
-    mean += px / static_cast<double>(rim->size());
-    squares += px * px.transpose() / static_cast<double>(rim->size());
-  }
-  const auto eigen = core::symmetric_eigen<Eigen::Matrix2d>(squares - mean * mean.transpose());
-  return (2 * eigen.eigenvalues().array()).max(0).sqrt();
 }
 
 /// True if the blob of a disc that is large enough for a rim does not have the predicted axes: it
@@ -69,6 +52,28 @@ std::string message(const Lamp& lamp, const Blob& blob, const LampResidual& resi
 }
 
 }  // namespace
+
+std::optional<Eigen::Matrix2d> image_moments_px2(const Lamp& lamp, const Rigid3& cam_from_world,
+                                                 const Camera& camera) {
+  const auto rim = project_rim(lamp, cam_from_world, camera, 16);
+  if (!rim) return std::nullopt;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  for (const Eigen::Vector2d& px : *rim) {
+    const Eigen::Vector2d off = camera.difference_px(px, rim->front());
+    mean += off / static_cast<double>(rim->size());
+    squares += off * off.transpose() / static_cast<double>(rim->size());
+  }
+  return 2 * (squares - mean * mean.transpose());
+}
+
+std::optional<Eigen::Array2d> predicted_axes_px(const Lamp& lamp, const Rigid3& cam_from_world,
+                                                const Camera& camera) {
+  const auto moments = image_moments_px2(lamp, cam_from_world, camera);
+  if (!moments) return std::nullopt;
+  const auto eigen = core::symmetric_eigen<Eigen::Matrix2d>(*moments);
+  return eigen.eigenvalues().array().max(0).sqrt();
+}
 
 std::string size_contradiction(const Refined& refined, const std::vector<Blob>& blobs,
                                const Scene& scene) {

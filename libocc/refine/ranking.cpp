@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "libocc/core/internal/dense.hpp"
+#include "libocc/pose/internal/evidence.hpp"
 #include "libocc/refine/internal/lamp_sizes.hpp"
+#include "libocc/refine/internal/pose_evidence.hpp"
 
 namespace occ::internal::refine {
 namespace {
@@ -25,9 +27,6 @@ RankedPose refine_hypothesis(const RefinementAhead& ahead, const Hypothesis& hyp
     if (!refined.message.empty()) refined.status = Status::no_pose;
   }
   ranked.fits = refined.ok() || ranked.unfinished;
-  const auto has_rim = [&](const Match& match) { return !ahead.blobs[match.blob].rim.empty(); };
-  ranked.misfits = refined->variance_factor > 1 &&
-                   std::none_of(hypothesis.matches.begin(), hypothesis.matches.end(), has_rim);
   const double prior = options.prior ? options.prior->chi2(refined->cam_from_world) : 0;
   ranked.measured_chi2 = refined->chi2 - prior;
   ranked.assumed_chi2 = prior + ahead.miss_penalty * hypothesis.missed;
@@ -86,6 +85,36 @@ void merge_equal_poses(std::vector<RankedPose>& poses) {
   poses = std::move(distinct);
 }
 
+/// Chi-square above its expectation.
+double excess_chi2(const RankedPose& pose) { return pose.measured_chi2 - pose.refined->dof; }
+
+/// Sets log evidences and probabilities. The shapes of rims are no part of the evidence, which uses
+/// centroids and sizes; they tell poses apart by the differences of chi-square, in units of the
+/// best pose's misfit (plausible_beside).
+void weigh(const RefinementAhead& ahead, Refinement& out) {
+  std::vector<RankedPose>& poses = out.poses;
+  const auto best = std::min_element(
+      poses.begin(), poses.end(),
+      [](const RankedPose& a, const RankedPose& b) { return excess_chi2(a) < excess_chi2(b); });
+  const int dof = best->refined->dof;
+  const double misfit = dof > 0 ? std::max(1.0, best->measured_chi2 / dof) : 1.0;
+  const bool rims = std::any_of(ahead.blobs.begin(), ahead.blobs.end(),
+                                [](const Blob& blob) { return !blob.rim.empty(); });
+  std::vector<double> evidences;
+  for (RankedPose& pose : poses) {
+    pose.log_evidence = log_evidence(*pose.refined, *pose.hypothesis, ahead.blobs, ahead.scene,
+                                     ahead.options.prior);
+    if (rims) pose.log_evidence -= 0.5 * (excess_chi2(pose) - excess_chi2(*best)) / misfit;
+    evidences.push_back(pose.log_evidence);
+  }
+  const std::vector<double> shares = pose::probabilities(evidences);
+  for (std::size_t i = 0; i < poses.size(); ++i) poses[i].probability = shares[i];
+  out.none = shares.back();
+  std::stable_sort(poses.begin(), poses.end(), [](const RankedPose& a, const RankedPose& b) {
+    return a.probability > b.probability;
+  });
+}
+
 void refine_by_pixels(const RefinementAhead& ahead, const RefineOptions& options,
                       RankedPose& pose) {
   if (!pose.refined.ok()) return;
@@ -117,11 +146,13 @@ Refinement refine_hypotheses(const RefinementAhead& ahead,
     if (refined == ahead.max_candidates) break;
   }
   rank(ahead, options, poses);
-  const auto implausible = [&](const RankedPose& pose) {
-    return !plausible_beside(poses.front(), pose);
+  const auto remove_if = [&](auto predicate) {
+    poses.erase(std::remove_if(poses.begin() + 1, poses.end(), predicate), poses.end());
   };
-  poses.erase(std::remove_if(poses.begin() + 1, poses.end(), implausible), poses.end());
+  remove_if([&](const RankedPose& pose) { return pose.fits != poses.front().fits; });
   merge_equal_poses(poses);
+  weigh(ahead, out);
+  remove_if([](const RankedPose& pose) { return pose.probability < min_named_probability; });
   if (ahead.image && options.rung == Rung::direct)
     for (RankedPose& pose : poses) refine_by_pixels(ahead, options, pose);
   complete(poses.front().refined, out.choice);

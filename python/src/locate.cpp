@@ -125,6 +125,9 @@ void define_fix(py::module_& m) {
       .def_readonly("rms_px", &C::rms_px, "Root mean square centre residual over all lamps [px].")
       .def_readonly("chi2", &C::chi2, "Robust chi-square of lamps and prior.")
       .def_readonly("dof", &C::dof, "Observations minus parameters.")
+      .def_readonly("probability", &C::probability,
+                    "locate(): probability that this pose is right, among all candidates and "
+                    "\"none of them\"; or None.")
       .def_readonly("lamps", &C::lamps, "Lamp id -> Blob.")
       .def("__repr__", [](const C& c) {
         return "<Candidate: position " + rounded(c.position_m, 4) + " m, lamps " +
@@ -160,6 +163,9 @@ Without candidates, the pose is undefined and its covariance infinite.)");
       .def_property_readonly("blobs", value_of(&Fix::blobs), "List of all detected Blobs.")
       .def_property_readonly("rms_px", value_of(&Fix::rms_px),
                              "Root mean square centre residual over all lamps [px].")
+      .def_property_readonly("risk", value_of(&Fix::risk),
+                             "locate(): probability that the pose is wrong, because its blobs are "
+                             "other lamps or false lights; 1 without candidates; or None.")
       .def_property_readonly("timing_s", value_of(&Fix::timing_s), "Timing: computing times [s].")
       .def_property_readonly("choice", value_of(&Fix::choice),
                              "RungChoice of locate(): rung of the refinement, with the reason; or "
@@ -180,6 +186,8 @@ auto locate_fields() {
       std::make_tuple(
           field("max_candidates", &O::max_candidates,
                 "maximum number of poses that are refined and returned"),
+          field("max_risk", &O::max_risk,
+                "status ok if the pose is wrong with at most this probability"),
           field("budget_s", &O::budget_s, "time budget of the whole call [s]; selects the rung"),
           field("target_sigma_m", &O::target_sigma_m,
                 "target for the position's error [m]; selects the rung"),

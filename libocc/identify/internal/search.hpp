@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Search for all pose hypotheses with the largest support, by one of the methods of IdentifyMethod.
+// Search for all pose hypotheses with nearly the largest support, by one of the methods of
+// IdentifyMethod.
 #pragma once
 
 #include <functional>
@@ -38,9 +39,10 @@ class Search {
 
   void run();
 
-  /// Hypotheses by decreasing support, then by increasing chi-square. All have the support of the
-  /// best one. If the best has three coded pairs and one uncoded pair, those with the three coded
-  /// pairs are included, because the fourth pair may be accidental.
+  /// Hypotheses by increasing chi-square, which contains a penalty for each pair less than the
+  /// largest support. A sixth of the pairs may be fewer. If the best has three coded pairs and one
+  /// uncoded pair, those with the three coded pairs are included, because the fourth pair may be
+  /// accidental.
   const std::vector<PoseHypothesis>& found() const { return found_; }
   /// Expected number of wrong hypotheses with as many pairs as the best one.
   double chance() const;
@@ -84,7 +86,10 @@ class Search {
   int max_outliers() const;
   int coded_pairs(const std::vector<Pair>& pairs) const;
   int support(const std::vector<Pair>& pairs) const;
-  bool has_equal_support(const PoseHypothesis& e) const;
+  int fewer_pairs() const;
+  double chi2_of_pair() const;
+  bool has_similar_support(const PoseHypothesis& e, const PoseHypothesis& most) const;
+  void penalise_fewer_pairs();
 
   const AssignmentProblem& problem_;
   Covisibility covisibility_;

@@ -13,20 +13,25 @@ namespace occ::internal::refine {
 /// A pose is plausible beside the best one if its likelihood is at least a hundredth: 2 ln 100.
 inline constexpr double max_pose_delta_chi2 = 9.2;
 
+/// Poses of a smaller probability are not named.
+inline constexpr double min_named_probability = 1e-6;
+
 /// A refined hypothesis and the quantities that rank it.
 struct RankedPose {
   Result<Refined> refined;  ///< Status::no_pose as well if lamp sizes contradict the pose
   const Hypothesis* hypothesis = nullptr;
   bool fits = false;         ///< refined, or not converged yet
   bool unfinished = false;   ///< not converged yet
-  bool misfits = false;      ///< residuals exceed the stated sigmas, and no rim confirms the pose
   double measured_chi2 = 0;  ///< chi-square of rims and centroids
   double assumed_chi2 = 0;   ///< chi-square of the prior, and penalties of missed lamps
+  double log_evidence = 0;   ///< for the pose against false lights (pose_evidence.hpp)
+  double probability = 0;    ///< among the poses found and "none of these"
 };
 
 struct Refinement {
   RungChoice choice;
-  std::vector<RankedPose> poses;  ///< plausible ones, best first; at least one
+  std::vector<RankedPose> poses;  ///< those worth naming, most probable first; at least one
+  double none = 0;                ///< probability that none of the poses found is right
 };
 
 /// Chooses the rung (`elapsed_s` as in rung_for) and refines up to `ahead.max_candidates`

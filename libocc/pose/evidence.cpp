@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/pose/internal/evidence.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "libocc/core/math.hpp"
+
+namespace occ::internal::pose {
+namespace {
+
+/// Errors of camera and map [px] and their probabilities: calibrated, typical, uncalibrated, poor.
+constexpr std::array<double, 4> model_sigmas_px = {0, 0.15, 0.5, 2};
+constexpr std::array<double, 4> model_shares = {0.3, 0.3, 0.3, 0.1};
+
+/// Beta prior of the rate of dark lamps: a tenth on average, with any rate possible.
+constexpr double dark = 0.5, lit = 4.5;
+
+constexpr double wrong_prior = 0.01;       ///< probability that a prior is wrong
+constexpr double min_variance_px2 = 1e-8;  ///< of a noise-free centroid
+
+double log_beta(double a, double b) { return std::lgamma(a) + std::lgamma(b) - std::lgamma(a + b); }
+
+double log_sum(const std::vector<double>& terms) {
+  const double largest = *std::max_element(terms.begin(), terms.end());
+  if (!std::isfinite(largest)) return largest;
+  double sum = 0;
+  for (const double term : terms) sum += std::exp(term - largest);
+  return largest + std::log(sum);
+}
+
+double log_determinant(const Eigen::LLT<Matrix6>& root) {
+  return 2 * root.matrixLLT().diagonal().array().log().sum();
+}
+
+/// ln P(n) n!, see the header.
+double log_false_lights(double n) { return std::lgamma(n + 1) - std::log((n + 1) * (n + 2)); }
+
+/// ln of the terms that do not depend on the pose's accuracy.
+double log_counts(const PoseEvidence& pose) {
+  const auto seen = static_cast<double>(pose.lamps.size()), blobs = static_cast<double>(pose.blobs);
+  return log_false_lights(std::max(0.0, blobs - seen)) - log_false_lights(std::max(blobs, seen)) +
+         seen * std::log(pose.image_px2) + log_beta(dark + pose.missed, lit + seen) -
+         log_beta(dark, lit);
+}
+
+/// Errors of camera and map move a rim, but hardly deform it.
+constexpr double share_of_shape = 0.3;
+
+/// Sums of residuals that are linear in the pose.
+struct Sums {
+  Matrix6 information = Matrix6::Zero();
+  Vector6 gradient = Vector6::Zero();
+  double chi2 = 0;
+
+  template <class Residual, class ByPose, class Weight>
+  void add(const Residual& residual, const ByPose& by_pose, const Weight& weight) {
+    information += by_pose.transpose() * weight * by_pose;
+    gradient += by_pose.transpose() * (weight * residual);
+    chi2 += residual.dot(weight * residual);
+  }
+  /// ln of the integral of e^(-chi2/2) over the pose.
+  double log_integral() const {
+    const Eigen::LLT<Matrix6> root(information);
+    return 3 * std::log(2 * pi) - 0.5 * log_determinant(root) -
+           0.5 * std::max(0.0, chi2 - gradient.dot(root.solve(gradient)));
+  }
+};
+
+/// Density of the poses before their places are compared: uniform, times the prior and the shapes.
+Sums before_places(const PoseEvidence& pose, double model_sigma_px, bool with_prior) {
+  const double length_m = std::cbrt(pose.volume_m3);
+  Sums sums;
+  sums.information.diagonal() << Eigen::Vector3d::Constant(3 / (pi * pi)),
+      Eigen::Vector3d::Constant(12 / (length_m * length_m));
+  if (with_prior) {
+    sums.information += pose.prior->information;
+    sums.gradient += pose.prior->gradient;
+    sums.chi2 += pose.prior->chi2;
+  }
+  for (const SeenLamp& lamp : pose.lamps) {
+    if (std::isinf(lamp.shape_sigma_px)) continue;
+    const double model_px = share_of_shape * model_sigma_px;
+    const double variance_px2 = square(lamp.shape_sigma_px) + square(model_px) + min_variance_px2;
+    const Eigen::Matrix3d weight = Eigen::Matrix3d::Identity() / variance_px2;
+    sums.add(lamp.shape_residual_px, lamp.shape_by_pose, weight);
+  }
+  return sums;
+}
+
+/// ln of the evidence of the places, for one size of the errors of camera and map: the integral of
+/// the density of the pose times that of the centroids, over the integral of the former.
+double log_places(const PoseEvidence& pose, double model_sigma_px) {
+  const bool shapes = std::any_of(pose.lamps.begin(), pose.lamps.end(), [](const SeenLamp& lamp) {
+    return !std::isinf(lamp.shape_sigma_px);
+  });
+  std::vector<double> before, after;
+  const auto add = [&](bool with_prior, double log_share) {
+    Sums sums = before_places(pose, model_sigma_px, with_prior);
+    log_share -= std::log(8 * pi * pi * pose.volume_m3);
+    if (shapes) before.push_back(log_share + sums.log_integral());
+    for (const SeenLamp& lamp : pose.lamps) {
+      const Eigen::Matrix2d s = lamp.covariance_px2 + (square(model_sigma_px) + min_variance_px2) *
+                                                          Eigen::Matrix2d::Identity();
+      sums.add(lamp.residual_px, lamp.by_pose, Eigen::Matrix2d(s.inverse()));
+      log_share += lamp.log_appearance - std::log(2 * pi) - 0.5 * std::log(s.determinant());
+    }
+    after.push_back(log_share + sums.log_integral());
+  };
+  if (pose.prior) add(true, std::log(1 - wrong_prior) + pose.prior->log_gain);
+  add(false, pose.prior ? std::log(wrong_prior) : 0);
+  return log_sum(after) - (shapes ? log_sum(before) : 0);
+}
+
+}  // namespace
+
+double log_determinant(const Matrix6& matrix) {
+  return log_determinant(Eigen::LLT<Matrix6>(matrix));
+}
+
+double log_evidence(const PoseEvidence& pose) {
+  if (pose.lamps.empty()) return -infinity;
+  std::vector<double> terms;
+  for (std::size_t i = 0; i < model_sigmas_px.size(); ++i)
+    terms.push_back(std::log(model_shares[i]) + log_places(pose, model_sigmas_px[i]));
+  return log_counts(pose) + log_sum(terms);
+}
+
+std::vector<double> probabilities(const std::vector<double>& log_evidences, double log_none) {
+  std::vector<double> terms = log_evidences;
+  terms.push_back(log_none);
+  const double largest = *std::max_element(terms.begin(), terms.end());
+  double sum = 0;
+  for (double& term : terms) sum += term = std::exp(term - largest);
+  for (double& term : terms) term /= sum;
+  return terms;
+}
+
+}  // namespace occ::internal::pose

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// Evidence for a pose: the logarithm of the probability of the blobs if some of them are lamps seen
+// from near the pose, over their probability if all of them are false lights.
+//
+// Model. An image of area A has B blobs, m of which are lamps. The c = B - m others are false
+// lights: independent, anywhere in the image, in a number with the probability
+// P(c) = 1 / ((c + 1)(c + 2)), which leaves their rate open. n of the n + u lamps that should be
+// visible are seen, and the rate of dark lamps has a Beta prior. A seen lamp's centroid is normal
+// with the residual r, the stated covariance S and the derivative J by the pose x; the pose has the
+// density p(x). Then
+//
+//     evidence = [P(c) c! / (P(B) B!)] A^m  B(a + u, b + n) / B(a, b)
+//                integral of p(x) prod N(r + J x; S) dx,
+//
+// times the ratio of the densities of size and code. The integral is that of a Gaussian (Laplace's
+// method; MacKay, "Information theory, inference, and learning algorithms", 2003, eqs. (28.4) to
+// (28.10)): (2 pi)^3 |H|^(-1/2) e^(-chi2/2) at the minimum, with the information matrix H. Its
+// width over that of p(x) counts the poses that were open, so three lamps alone are no evidence.
+//
+// The shapes of rims limit the pose as well (its distances and tilt), but do not count as evidence:
+// other lamps of the same kind have the same shapes. So p(x) is multiplied by the density of the
+// shapes and normalised again: the evidence is the integral with places and shapes over that with
+// shapes alone.
+//
+// Errors of camera and map are common and of unknown size: the evidence is the mean over several
+// standard deviations of them (model_sigmas_px). A prior may be wrong: with a small probability it
+// is ignored (wrong_prior).
+//
+// If all blobs are false lights, the expected sum of e^evidence over all poses is one. So it
+// exceeds 1 / q with a probability of at most q (Markov's inequality): the risk is honest for
+// images without lamps, however many poses were tried.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "libocc/core/abi.hpp"
+#include "libocc/core/math.hpp"
+#include "libocc/geometry/rigid.hpp"
+
+namespace occ::internal::pose {
+
+/// A lamp and its blob at a pose.
+struct SeenLamp {
+  Eigen::Vector2d residual_px;          ///< predicted minus measured centroid
+  Eigen::Matrix2d covariance_px2;       ///< of the measured centroid
+  Eigen::Matrix<double, 2, 6> by_pose;  ///< derivative of the residual
+  double log_appearance = 0;            ///< ln of the density ratio of size and code
+  /// Residuals of the shape of its rim [px], their derivative, and their standard deviation without
+  /// errors of camera and map; infinite without a rim.
+  Eigen::Vector3d shape_residual_px = Eigen::Vector3d::Zero();
+  Eigen::Matrix<double, 3, 6> shape_by_pose = Eigen::Matrix<double, 3, 6>::Zero();
+  double shape_sigma_px = infinity;
+};
+
+/// A prior at a pose. `log_gain` is ln of its normalisation over that of a uniform density.
+struct PriorAtPose {
+  Matrix6 information = Matrix6::Zero();
+  Vector6 gradient = Vector6::Zero();
+  double chi2 = 0;
+  double log_gain = 0;
+};
+
+struct PoseEvidence {
+  std::vector<SeenLamp> lamps;
+  std::optional<PriorAtPose> prior;
+  double image_px2 = 0;  ///< area in which blobs are found
+  int blobs = 0;         ///< blobs that could be lamps
+  int missed = 0;        ///< lamps that should be visible but have no blob
+  double volume_m3 = 0;  ///< volume in which the camera could be
+};
+
+/// ln of the evidence; -infinity without lamps.
+LIBOCC_API double log_evidence(const PoseEvidence& pose);
+
+/// ln of the determinant of a positive definite matrix.
+LIBOCC_API double log_determinant(const Matrix6& matrix);
+
+/// Probabilities of poses with these log evidences, and last of "none of these", whose log evidence
+/// is `log_none` (0: the blobs are as likely false lights as not, before they are compared).
+LIBOCC_API std::vector<double> probabilities(const std::vector<double>& log_evidences,
+                                             double log_none = 0);
+
+}  // namespace occ::internal::pose

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// Evidence for a refined pose from its lamps: places, sizes, codes, missed lamps, false lights and
+// the prior (pose/internal/evidence.hpp).
+#pragma once
+
+#include "libocc/identify/identify.hpp"
+#include "libocc/refine/refine.hpp"
+
+namespace occ::internal::refine {
+
+/// ln of the evidence. Lamps that were left out as gross errors count as missed, their blobs as
+/// false lights.
+LIBOCC_API double log_evidence(const Refined& refined, const Hypothesis& hypothesis,
+                               const std::vector<Blob>& blobs, const Scene& scene,
+                               const std::optional<Prior>& prior);
+
+}  // namespace occ::internal::refine

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/refine/internal/pose_evidence.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/core/math.hpp"
+#include "libocc/pose/internal/evidence.hpp"
+#include "libocc/refine/internal/lamp_sizes.hpp"
+#include "libocc/refine/internal/predicted_centroid.hpp"
+
+namespace occ::internal::refine {
+namespace {
+
+using pose::PoseEvidence;
+using pose::PriorAtPose;
+using pose::SeenLamp;
+
+/// ln of the density ratio of a blob's size: log-normal about the predicted size for a lamp,
+/// uniform in ln over two and a half decades for a false light. A lamp may be partly hidden or
+/// dirty: then its size is open as well.
+double log_size_ratio(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
+                      const Camera& camera) {
+  constexpr double log_range = 6, hidden = 0.02, model = 0.1, error_px = 1, growth_px = 3;
+  if (lamp.shape != LampShape::disc || blob.striped || !(blob.ellipse.semi_minor_px > 0)) return 0;
+  const auto predicted = predicted_axes_px(lamp, cam_from_world, camera);
+  if (!predicted) return std::log(hidden);
+  const double expected_px = std::sqrt(predicted->prod());
+  const double seen_px = std::sqrt(blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px);
+  const double off_px = error_px + (blob.saturated ? growth_px : 0);
+  const double sigma = std::hypot(model, off_px / std::max(expected_px, 1e-3));
+  if (sigma > log_range / 2) return 0;
+  const double off = std::log(seen_px / std::max(expected_px, 1e-3)) / sigma;
+  const double density = std::exp(-0.5 * off * off) / (std::sqrt(2 * pi) * sigma);
+  return std::log((1 - hidden) * density * log_range + hidden);
+}
+
+/// Symmetric root of the second moments of an ellipse: xx, yy, sqrt(2) xy [px].
+Eigen::Vector3d shape_of(const Eigen::Matrix2d& root) {
+  return {root(0, 0), root(1, 1), std::sqrt(2.0) * root(0, 1)};
+}
+
+Eigen::Vector3d measured_shape(const Ellipse& ellipse) {
+  const Eigen::Vector2d axis(std::cos(ellipse.angle_rad), std::sin(ellipse.angle_rad));
+  const Eigen::Matrix2d along = axis * axis.transpose();
+  return shape_of(ellipse.semi_minor_px * Eigen::Matrix2d::Identity() +
+                  (ellipse.semi_major_px - ellipse.semi_minor_px) * along);
+}
+
+/// Shape of a disc's image; empty if the lamp is not visible. The root of M is
+/// (M + sqrt(det M) I) / sqrt(trace M + 2 sqrt(det M)).
+std::optional<Eigen::Vector3d> predicted_shape(const Lamp& lamp, const Rigid3& cam_from_world,
+                                               const Camera& camera) {
+  const auto moments = image_moments_px2(lamp, cam_from_world, camera);
+  if (!moments) return std::nullopt;
+  const double area = std::sqrt(std::max(0.0, moments->determinant()));
+  const Eigen::Matrix2d root =
+      (*moments + area * Eigen::Matrix2d::Identity()) / std::sqrt(moments->trace() + 2 * area);
+  return shape_of(root);
+}
+
+/// Adds the shape of a rim. Its errors: those of its points, each axis from half of them; the
+/// growth of a saturated rim; and a relative error of the model.
+void add_shape(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
+               const Camera& camera, SeenLamp& seen) {
+  constexpr double growth_px = 2, relative = 0.003, step = 1e-6;
+  if (lamp.shape != LampShape::disc || blob.rim.empty() || blob.striped) return;
+  const auto shape = predicted_shape(lamp, cam_from_world, camera);
+  if (!shape) return;
+  for (int k = 0; k < 6; ++k) {
+    const Rigid3 moved = perturb(cam_from_world, step * Vector6::Unit(k));
+    const auto there = predicted_shape(lamp, moved, camera);
+    if (!there) return;
+    seen.shape_by_pose.col(k) = (*there - *shape) / step;
+  }
+  double variance_px2 = 0;
+  for (const RimPoint& point : blob.rim) variance_px2 += square(point.sigma_px);
+  const auto count = static_cast<double>(blob.rim.size());
+  seen.shape_residual_px = *shape - measured_shape(blob.ellipse);
+  seen.shape_sigma_px =
+      std::sqrt(2 * variance_px2 / square(count) + square(relative * blob.ellipse.semi_major_px) +
+                (blob.saturated ? square(growth_px) : 0));
+}
+
+/// ln of the density ratio of a code: a false light has none nine times out of ten, else that of
+/// any lamp.
+double log_code_ratio(const Lamp& lamp, const Blob& blob, std::size_t lamps) {
+  const bool coded = blob.lamp_id == lamp.id || (lamp.frequency_hz && blob.frequency_hz);
+  return coded ? std::log(10.0 * static_cast<double>(lamps)) : 0;
+}
+
+/// Centre and radius of the region in which lamps can be seen: twice the extent of the map.
+double volume_m3(const std::vector<Lamp>& lamps) {
+  constexpr double min_m = 0.1;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Lamp& lamp : lamps) mean += lamp.centre_m / static_cast<double>(lamps.size());
+  double size_m = min_m;
+  for (const Lamp& lamp : lamps) size_m = std::max(size_m, (lamp.centre_m - mean).norm());
+  return 4 * pi / 3 * std::pow(2 * size_m, 3);
+}
+
+/// ln of the density of a prior at its centre over that of a pose anywhere.
+double log_gain(const Prior& prior, double volume_m3) {
+  const double length_m = std::cbrt(volume_m3);
+  const auto of_length = [&](double sigma_m) {
+    return std::max(0.0, std::log(length_m / (std::sqrt(2 * pi) * sigma_m)));
+  };
+  double sum = 0;
+  if (prior.position_m)
+    for (const double sigma_m : prior.position_sigmas()) sum += of_length(sigma_m);
+  if (prior.height_m) sum += of_length(prior.height_sigma_m);
+  if (prior.heading_rad)
+    sum += std::max(0.0, std::log(std::sqrt(2 * pi) / prior.heading_sigma_rad));
+  if (prior.gravity_in_cam)
+    sum += std::max(0.0, std::log(2 / (prior.gravity_sigma_rad * prior.gravity_sigma_rad)));
+  if (prior.last_pose) {
+    const double density = std::log(8 * pi * pi * volume_m3) - 3 * std::log(2 * pi) -
+                           0.5 * pose::log_determinant(prior.last_pose->covariance);
+    sum += std::max(0.0, density);
+  }
+  return sum;
+}
+
+PriorAtPose prior_at(const Prior& prior, const Rigid3& cam_from_world, double volume_m3) {
+  const PriorRows rows = prior.rows(cam_from_world);
+  PriorAtPose at;
+  at.information = rows.jacobian.transpose() * rows.jacobian;
+  at.gradient = rows.jacobian.transpose() * rows.residuals;
+  at.chi2 = rows.residuals.squaredNorm();
+  at.log_gain = log_gain(prior, volume_m3);
+  return at;
+}
+
+}  // namespace
+
+double log_evidence(const Refined& refined, const Hypothesis& hypothesis,
+                    const std::vector<Blob>& blobs, const Scene& scene,
+                    const std::optional<Prior>& prior) {
+  const Rigid3& cam_from_world = refined.cam_from_world;
+  PoseEvidence evidence;
+  evidence.image_px2 = static_cast<double>(scene.camera.width()) * scene.camera.height();
+  evidence.blobs = static_cast<int>(std::count_if(blobs.begin(), blobs.end(), is_whole));
+  evidence.missed = hypothesis.missed;
+  evidence.volume_m3 = volume_m3(scene.lamps);
+  for (const LampResidual& residual : refined.lamps) {
+    const Lamp& lamp = scene.lamps[residual.match.lamp];
+    const Blob& blob = blobs[residual.match.blob];
+    if (!is_whole(blob)) continue;
+    SeenLamp seen;
+    const auto px =
+        predicted_centroid_px(lamp, blob, cam_from_world, scene, Rung::centres, &seen.by_pose);
+    if (!px || residual.contradicts) {
+      ++evidence.missed;
+      continue;
+    }
+    seen.residual_px = scene.camera.difference_px(*px, blob.centroid_px);
+    seen.covariance_px2 = blob.covariance_px2;
+    seen.log_appearance = log_size_ratio(lamp, blob, cam_from_world, scene.camera) +
+                          log_code_ratio(lamp, blob, scene.lamps.size());
+    add_shape(lamp, blob, cam_from_world, scene.camera, seen);
+    evidence.lamps.push_back(seen);
+  }
+  if (prior && !prior->empty())
+    evidence.prior = prior_at(*prior, cam_from_world, evidence.volume_m3);
+  return pose::log_evidence(evidence);
+}
+
+}  // namespace occ::internal::refine
