@@ -103,15 +103,19 @@ void Search::search_by_alignment() {
   }
 }
 
-// Returns the maximum number of outliers in a hypothesis worth finding. A strong hypothesis is
-// unlikely to have a rival by chance, so at most two are assumed.
+// A strong hypothesis is unlikely to have a rival by chance. But where it leaves blobs and misses
+// lamps, another pose may match both: a regular map agrees with itself after a shift.
+bool Search::best_is_strong() const { return best_support_ >= strong_pairs && best_is_complete_; }
+
+// Returns the maximum number of outliers in a hypothesis worth finding; at most two beside a strong
+// hypothesis.
 int Search::max_outliers() const {
   const auto& blobs = problem_.observations;
   const int coded = static_cast<int>(std::count_if(
       blobs.begin(), blobs.end(), [](const BearingObservation& s) { return s.coded; }));
   const int sought = std::max({best_support_ - coded, problem_.min_pairs, 3});
   const int unexplained = std::max(static_cast<int>(blobs.size()) - sought, 0);
-  return best_support_ >= strong_pairs ? std::min(unexplained, 2) : unexplained;
+  return best_is_strong() ? std::min(unexplained, 2) : unexplained;
 }
 
 // Number of pairs; coded pairs count twice.
@@ -303,9 +307,16 @@ void Search::keep(PoseHypothesis hypothesis) {
         squared_sigmas(hypothesis.estimate.pose, known.estimate) < same_pose_chi2)
       return;
   account_for_unpaired_lamps(problem_, hypothesis);
+  if (statistics_) hypothesis.poses_scored = statistics_->poses;
   if (statistics_ && misses_too_many(hypothesis)) return;
-  if (!statistics_ || (chance_of(hypothesis) < max_chance && fits(hypothesis)))
-    best_support_ = std::max(best_support_, support(hypothesis.pairs));
+  if ((!statistics_ || (chance_of(hypothesis) < max_chance && fits(hypothesis))) &&
+      support(hypothesis.pairs) >= best_support_) {
+    const bool complete =
+        hypothesis.missed == 0 || hypothesis.pairs.size() == problem_.observations.size();
+    best_is_complete_ =
+        complete || (best_is_complete_ && support(hypothesis.pairs) == best_support_);
+    best_support_ = support(hypothesis.pairs);
+  }
   found_.push_back(std::move(hypothesis));
   if (found_.size() >= 4 * max_kept) merge_and_rank();
 }

@@ -96,7 +96,7 @@ void Search::run_voting(const VotingMethod& method) {
        ++distant_outliers) {
     vote_by_levels(method, order, distant_outliers);
     if (!method.neighbours_truncated || distant_outliers == max_distant_outliers ||
-        best_support_ >= strong_pairs)
+        best_is_strong())
       break;
   }
   tried_ = cost();
@@ -111,10 +111,11 @@ void Search::vote_by_levels(const VotingMethod& method, TripleOrder& order, int 
   for (int level = blobs; level >= std::max(enough, best_support_ - fewer_pairs()) && !cut_short_;
        --level) {
     const auto max_outliers = [&] {
-      return best_support_ >= strong_pairs ? std::min(blobs - level, max_outliers_if_strong)
-                                           : blobs - level + distant_outliers;
+      return best_is_strong() ? std::min(blobs - level, max_outliers_if_strong)
+                              : blobs - level + distant_outliers;
     };
     while (const auto triple = order.next(max_outliers())) {
+      if (enough_groups(groups_++)) return;
       method.score(triple->observations, enough - group, candidates);
       statistics_ = method.statistics();
       verify_best(candidates,
@@ -123,6 +124,18 @@ void Search::vote_by_levels(const VotingMethod& method, TripleOrder& order, int 
     }
     verify_best(candidates, std::max(level, best_support_ - fewer_pairs()) - group);
   }
+}
+
+// True if a pose with nearly as many pairs as a hypothesis of many pairs would have been found with
+// a probability of 1 - 1e-5: one of the groups scored consists of its blobs only. The groups count
+// as random.
+bool Search::enough_groups(int groups) const {
+  constexpr double max_overlooked = 1e-5;
+  if (best_support_ < strong_pairs) return false;
+  const double share = static_cast<double>(best_support_ - fewer_pairs()) /
+                       static_cast<double>(problem_.observations.size());
+  const double all_right = std::pow(std::min(1.0, share), group_size());
+  return groups * std::log1p(-std::min(all_right, 0.999)) < std::log(max_overlooked);
 }
 
 // Number of blobs in a group: two if gravity is known.
@@ -207,17 +220,19 @@ bool Search::fits(const PoseHypothesis& e) const {
          1;
 }
 
-// Expected number of wrong hypotheses by a Poisson model: for each pose scored, each further blob
+// Expected number of wrong hypotheses by a Poisson model: for each pose scored until it was found
+// (the search for its rivals scores more), each further blob
 // matches a lamp in view with the probability of the gate's image share. A pose that misses many
 // lamps has many lamps in view.
 double Search::chance_of(const PoseHypothesis& e) const {
   constexpr double gate_of_few = 5;  // typical area of a gate, relative to a well-determined pose
   if (!(statistics_->poses > 0)) return 0;
+  const double poses = e.poses_scored > 0 ? e.poses_scored : statistics_->poses;
   const int size = static_cast<int>(e.pairs.size()), group = group_size();
   const double in_view = std::max(statistics_->visible / statistics_->poses,
                                   static_cast<double>(size + e.missed - group));
   const double share = gate_share(problem_);
-  double expected = statistics_->poses * gate_of_few;
+  double expected = poses * gate_of_few;
   for (int pairs = group; pairs < size; ++pairs)
     expected *= std::max(in_view - (pairs - group), 0.0) *
                 static_cast<double>(static_cast<int>(problem_.observations.size()) - pairs) *

@@ -83,6 +83,8 @@ class Search {
   void merge_and_rank();
   bool contradicts_orientation(const Assignment& assignment) const;
   bool has_enough_support(const Assignment& assignment, const std::vector<Pair>& pairs) const;
+  bool best_is_strong() const;
+  bool enough_groups(int groups) const;
   int max_outliers() const;
   int coded_pairs(const std::vector<Pair>& pairs) const;
   int support(const std::vector<Pair>& pairs) const;
@@ -96,10 +98,12 @@ class Search {
   bool prior_ = false;
   std::vector<PoseHypothesis> found_;
   int best_support_ = 0;
+  bool best_is_complete_ = false;  // a hypothesis of best_support_ leaves no blob or misses no lamp
   int tried_ = 0;
   std::vector<Seed> seeds_;                   // those on the lit sides that agree with the prior
   std::vector<double> prior_chi2_of_seeds_;   // of all poses from three pairs
   std::optional<VoteStatistics> statistics_;  // set by the methods that vote
+  int groups_ = 0;                            // groups of blobs scored
   int verified_ = 0;                          // candidates verified in double precision
   bool by_shape_ = false;
   bool cut_short_ = false;
