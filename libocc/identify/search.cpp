@@ -343,7 +343,7 @@ void Search::merge_and_rank() {
   found_ = std::move(distinct);
 }
 
-// From here on a hypothesis pays for each pair that it has less than another one.
+// Adds to each hypothesis the chi-square of the pairs that it has less than the largest support.
 void Search::penalise_fewer_pairs() {
   int most = 0;
   for (const PoseHypothesis& e : found_) most = std::max(most, support(e.pairs));

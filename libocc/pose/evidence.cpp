@@ -19,7 +19,6 @@ constexpr std::array<double, 4> model_shares = {0.3, 0.3, 0.3, 0.1};
 /// Beta prior of the rate of dark lamps: a tenth on average, with any rate possible.
 constexpr double dark = 0.5, lit = 4.5;
 
-constexpr double wrong_prior = 0.01;       ///< probability that a prior is wrong
 constexpr double min_variance_px2 = 1e-8;  ///< of a noise-free centroid
 
 double log_beta(double a, double b) { return std::lgamma(a) + std::lgamma(b) - std::lgamma(a + b); }
@@ -70,16 +69,18 @@ struct Sums {
   }
 };
 
-/// Density of the poses before their places are compared: uniform, times the prior and the shapes.
-Sums before_places(const PoseEvidence& pose, double model_sigma_px, bool with_prior) {
+/// Density of the poses before their places are compared: wide in all directions, times the prior
+/// without the part `wrong` (-1: none) and the shapes.
+Sums before_places(const PoseEvidence& pose, double model_sigma_px, int wrong) {
   const double length_m = std::cbrt(pose.volume_m3);
   Sums sums;
   sums.information.diagonal() << Eigen::Vector3d::Constant(3 / (pi * pi)),
       Eigen::Vector3d::Constant(12 / (length_m * length_m));
-  if (with_prior) {
-    sums.information += pose.prior->information;
-    sums.gradient += pose.prior->gradient;
-    sums.chi2 += pose.prior->chi2;
+  for (int i = 0; i < static_cast<int>(pose.prior.size()); ++i) {
+    if (i == wrong) continue;
+    sums.information += pose.prior[i].information;
+    sums.gradient += pose.prior[i].gradient;
+    sums.chi2 += pose.prior[i].chi2;
   }
   for (const SeenLamp& lamp : pose.lamps) {
     if (std::isinf(lamp.shape_sigma_px)) continue;
@@ -93,26 +94,24 @@ Sums before_places(const PoseEvidence& pose, double model_sigma_px, bool with_pr
 
 /// ln of the evidence of the places, for one size of the errors of camera and map: the integral of
 /// the density of the pose times that of the centroids, over the integral of the former.
-double log_places(const PoseEvidence& pose, double model_sigma_px) {
-  const bool shapes = std::any_of(pose.lamps.begin(), pose.lamps.end(), [](const SeenLamp& lamp) {
-    return !std::isinf(lamp.shape_sigma_px);
-  });
-  std::vector<double> before, after;
-  const auto add = [&](bool with_prior, double log_share) {
-    Sums sums = before_places(pose, model_sigma_px, with_prior);
-    log_share -= std::log(8 * pi * pi * pose.volume_m3);
-    if (shapes) before.push_back(log_share + sums.log_integral());
-    for (const SeenLamp& lamp : pose.lamps) {
-      const Eigen::Matrix2d s = lamp.covariance_px2 + (square(model_sigma_px) + min_variance_px2) *
-                                                          Eigen::Matrix2d::Identity();
-      sums.add(lamp.residual_px, lamp.by_pose, Eigen::Matrix2d(s.inverse()));
-      log_share += lamp.log_appearance - std::log(2 * pi) - 0.5 * std::log(s.determinant());
-    }
-    after.push_back(log_share + sums.log_integral());
-  };
-  if (pose.prior) add(true, std::log(1 - wrong_prior) + pose.prior->log_gain);
-  add(false, pose.prior ? std::log(wrong_prior) : 0);
-  return log_sum(after) - (shapes ? log_sum(before) : 0);
+double log_places(const PoseEvidence& pose, double model_sigma_px, int wrong) {
+  Sums sums = before_places(pose, model_sigma_px, wrong);
+  double log = -sums.log_integral();
+  for (const SeenLamp& lamp : pose.lamps) {
+    const Eigen::Matrix2d s = lamp.covariance_px2 + (square(model_sigma_px) + min_variance_px2) *
+                                                        Eigen::Matrix2d::Identity();
+    sums.add(lamp.residual_px, lamp.by_pose, Eigen::Matrix2d(s.inverse()));
+    log += lamp.log_appearance - std::log(2 * pi) - 0.5 * std::log(s.determinant());
+  }
+  return log + sums.log_integral();
+}
+
+/// The same, as the mean over the sizes of the errors.
+double log_places(const PoseEvidence& pose, int wrong) {
+  std::vector<double> terms;
+  for (std::size_t i = 0; i < model_sigmas_px.size(); ++i)
+    terms.push_back(std::log(model_shares[i]) + log_places(pose, model_sigmas_px[i], wrong));
+  return log_sum(terms);
 }
 
 }  // namespace
@@ -121,12 +120,21 @@ double log_determinant(const Matrix6& matrix) {
   return log_determinant(Eigen::LLT<Matrix6>(matrix));
 }
 
-double log_evidence(const PoseEvidence& pose) {
-  if (pose.lamps.empty()) return -infinity;
-  std::vector<double> terms;
-  for (std::size_t i = 0; i < model_sigmas_px.size(); ++i)
-    terms.push_back(std::log(model_shares[i]) + log_places(pose, model_sigmas_px[i]));
-  return log_counts(pose) + log_sum(terms);
+LogEvidence log_evidence(const PoseEvidence& pose) {
+  if (pose.lamps.empty()) return {};
+  std::vector<double> terms, excluded;
+  double all_right = 0;
+  for (std::size_t i = 0; i < pose.prior.size(); ++i) {
+    all_right += std::log1p(-pose.prior[i].wrong);
+    terms.push_back(std::log(pose.prior[i].wrong) + log_places(pose, static_cast<int>(i)));
+  }
+  PoseEvidence complete = pose;
+  complete.missed = 0;
+  LogEvidence evidence;
+  if (!terms.empty()) evidence.if_prior_wrong = log_counts(complete) + log_sum(terms);
+  terms.push_back(all_right + log_places(pose, -1));
+  evidence.value = log_counts(pose) + log_sum(terms);
+  return evidence;
 }
 
 std::vector<double> probabilities(const std::vector<double>& log_evidences, double log_none) {

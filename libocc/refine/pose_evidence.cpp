@@ -13,7 +13,7 @@ namespace occ::internal::refine {
 namespace {
 
 using pose::PoseEvidence;
-using pose::PriorAtPose;
+using pose::PriorPart;
 using pose::SeenLamp;
 
 /// ln of the density ratio of a blob's size: log-normal about the predicted size for a lamp,
@@ -99,43 +99,43 @@ double volume_m3(const std::vector<Lamp>& lamps) {
   return 4 * pi / 3 * std::pow(2 * size_m, 3);
 }
 
-/// ln of the density of a prior at its centre over that of a pose anywhere.
-double log_gain(const Prior& prior, double volume_m3) {
-  const double length_m = std::cbrt(volume_m3);
-  const auto of_length = [&](double sigma_m) {
-    return std::max(0.0, std::log(length_m / (std::sqrt(2 * pi) * sigma_m)));
-  };
-  double sum = 0;
-  if (prior.position_m)
-    for (const double sigma_m : prior.position_sigmas()) sum += of_length(sigma_m);
-  if (prior.height_m) sum += of_length(prior.height_sigma_m);
-  if (prior.heading_rad)
-    sum += std::max(0.0, std::log(std::sqrt(2 * pi) / prior.heading_sigma_rad));
-  if (prior.gravity_in_cam)
-    sum += std::max(0.0, std::log(2 / (prior.gravity_sigma_rad * prior.gravity_sigma_rad)));
-  if (prior.last_pose) {
-    const double density = std::log(8 * pi * pi * volume_m3) - 3 * std::log(2 * pi) -
-                           0.5 * pose::log_determinant(prior.last_pose->covariance);
-    sum += std::max(0.0, density);
-  }
-  return sum;
+PriorPart part_of(const Prior& prior, const Rigid3& cam_from_world, double wrong) {
+  const PriorRows rows = prior.rows(cam_from_world);
+  return {rows.jacobian.transpose() * rows.jacobian, rows.jacobian.transpose() * rows.residuals,
+          rows.residuals.squaredNorm(), wrong};
 }
 
-PriorAtPose prior_at(const Prior& prior, const Rigid3& cam_from_world, double volume_m3) {
-  const PriorRows rows = prior.rows(cam_from_world);
-  PriorAtPose at;
-  at.information = rows.jacobian.transpose() * rows.jacobian;
-  at.gradient = rows.jacobian.transpose() * rows.residuals;
-  at.chi2 = rows.residuals.squaredNorm();
-  at.log_gain = log_gain(prior, volume_m3);
-  return at;
+/// A last pose is wrong if the camera was carried away or the pose before was wrong; the others if
+/// they were stated wrongly.
+std::vector<PriorPart> parts_of(const Prior& prior, const Rigid3& cam_from_world) {
+  constexpr double lost = 1e-2, misstated = 1e-4;
+  std::vector<PriorPart> parts;
+  const auto add = [&](bool has, Prior part, double wrong) {
+    if (has) parts.push_back(part_of(part, cam_from_world, wrong));
+  };
+  Prior position, height, heading, gravity, last;
+  position.position_m = prior.position_m;
+  position.position_sigmas_m = prior.position_sigmas();
+  height.height_m = prior.height_m;
+  height.height_sigma_m = prior.height_sigma_m;
+  heading.heading_rad = prior.heading_rad;
+  heading.heading_sigma_rad = prior.heading_sigma_rad;
+  gravity.gravity_in_cam = prior.gravity_in_cam;
+  gravity.gravity_sigma_rad = prior.gravity_sigma_rad;
+  last.last_pose = prior.last_pose;
+  add(prior.position_m.has_value(), position, misstated);
+  add(prior.height_m.has_value(), height, misstated);
+  add(prior.heading_rad.has_value(), heading, misstated);
+  add(prior.gravity_in_cam.has_value(), gravity, misstated);
+  add(prior.last_pose.has_value(), last, lost);
+  return parts;
 }
 
 }  // namespace
 
-double log_evidence(const Refined& refined, const Hypothesis& hypothesis,
-                    const std::vector<Blob>& blobs, const Scene& scene,
-                    const std::optional<Prior>& prior) {
+pose::LogEvidence log_evidence(const Refined& refined, const Hypothesis& hypothesis,
+                               const std::vector<Blob>& blobs, const Scene& scene,
+                               const std::optional<Prior>& prior) {
   const Rigid3& cam_from_world = refined.cam_from_world;
   PoseEvidence evidence;
   evidence.image_px2 = static_cast<double>(scene.camera.width()) * scene.camera.height();
@@ -160,8 +160,7 @@ double log_evidence(const Refined& refined, const Hypothesis& hypothesis,
     add_shape(lamp, blob, cam_from_world, scene.camera, seen);
     evidence.lamps.push_back(seen);
   }
-  if (prior && !prior->empty())
-    evidence.prior = prior_at(*prior, cam_from_world, evidence.volume_m3);
+  if (prior) evidence.prior = parts_of(*prior, cam_from_world);
   return pose::log_evidence(evidence);
 }
 

@@ -88,10 +88,12 @@ void merge_equal_poses(std::vector<RankedPose>& poses) {
 /// Chi-square above its expectation.
 double excess_chi2(const RankedPose& pose) { return pose.measured_chi2 - pose.refined->dof; }
 
-/// Sets log evidences and probabilities. The shapes of rims are no part of the evidence, which uses
-/// centroids and sizes; they tell poses apart by the differences of chi-square, in units of the
-/// best pose's misfit (plausible_beside).
+/// Sets probabilities. If the prior is wrong, a pose as good as the best one may be among those
+/// that identification excluded by it, with the probability `excluded`. The shapes of rims are no
+/// part of the evidence, which uses centroids and sizes; they tell poses apart by the differences
+/// of chi-square, in units of the best pose's misfit (plausible_beside).
 void weigh(const RefinementAhead& ahead, Refinement& out) {
+  constexpr double excluded = 0.1;
   std::vector<RankedPose>& poses = out.poses;
   const auto best = std::min_element(
       poses.begin(), poses.end(),
@@ -101,13 +103,15 @@ void weigh(const RefinementAhead& ahead, Refinement& out) {
   const bool rims = std::any_of(ahead.blobs.begin(), ahead.blobs.end(),
                                 [](const Blob& blob) { return !blob.rim.empty(); });
   std::vector<double> evidences;
+  double log_none = 0;
   for (RankedPose& pose : poses) {
-    pose.log_evidence = log_evidence(*pose.refined, *pose.hypothesis, ahead.blobs, ahead.scene,
-                                     ahead.options.prior);
-    if (rims) pose.log_evidence -= 0.5 * (excess_chi2(pose) - excess_chi2(*best)) / misfit;
-    evidences.push_back(pose.log_evidence);
+    const pose::LogEvidence evidence = log_evidence(*pose.refined, *pose.hypothesis, ahead.blobs,
+                                                    ahead.scene, ahead.options.prior);
+    const double rim_chi2 = rims ? (excess_chi2(pose) - excess_chi2(*best)) / misfit : 0;
+    evidences.push_back(evidence.value - 0.5 * rim_chi2);
+    log_none = std::max(log_none, std::log(excluded) + evidence.if_prior_wrong - 0.5 * rim_chi2);
   }
-  const std::vector<double> shares = pose::probabilities(evidences);
+  const std::vector<double> shares = pose::probabilities(evidences, log_none);
   for (std::size_t i = 0; i < poses.size(); ++i) poses[i].probability = shares[i];
   out.none = shares.back();
   std::stable_sort(poses.begin(), poses.end(), [](const RankedPose& a, const RankedPose& b) {

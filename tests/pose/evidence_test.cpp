@@ -14,11 +14,12 @@ namespace occ::test {
 namespace {
 
 using internal::pose::log_determinant;
-using internal::pose::log_evidence;
 using internal::pose::PoseEvidence;
-using internal::pose::PriorAtPose;
+using internal::pose::PriorPart;
 using internal::pose::probabilities;
 using internal::pose::SeenLamp;
+
+double evidence_of(const PoseEvidence& pose) { return internal::pose::log_evidence(pose).value; }
 
 Eigen::Matrix<double, 2, 6> by_pose(double x, double y, double z, double focal_px) {
   Eigen::Matrix<double, 2, 3> by_point;
@@ -60,58 +61,77 @@ TEST(Evidence, IsTheMeanLikelihoodOverAllPoses) {
     double chi2 = 0;
     for (const SeenLamp& lamp : pose.lamps)
       chi2 += (lamp.by_pose * x).squaredNorm() / lamp.covariance_px2(0, 0);
+    const double length_m = std::cbrt(pose.volume_m3);
+    chi2 += x.head<3>().squaredNorm() * 3 / (pi * pi) +
+            x.tail<3>().squaredNorm() * 12 / (length_m * length_m);
     sum += std::exp(-0.5 * chi2);
   }
+  // Density of the widest poses at their mean.
+  const double density = std::pow(3 / (pi * pi) * 12, 1.5) / pose.volume_m3 / std::pow(2 * pi, 3);
   const double box = std::pow(2 * turn_rad, 3) * std::pow(2 * shift_m, 3);
   const double per_lamp = pose.image_px2 / (2 * pi * pose.lamps[0].covariance_px2(0, 0));
-  const double places =
-      sum / samples * box / (8 * pi * pi * pose.volume_m3) * std::pow(per_lamp, 4);
+  const double places = sum / samples * box * density * std::pow(per_lamp, 4);
   // P(0) 0! / (P(4) 4!), and the beta function of four lamps that are lit.
   const double counts = 0.5 / (24.0 / 30);
   const double lit = std::exp(std::lgamma(8.5) + std::lgamma(5) - std::lgamma(9) -
                               (std::lgamma(4.5) + std::lgamma(5) - std::lgamma(5)));
-  EXPECT_NEAR(log_evidence(pose), std::log(places * counts * lit), 0.1);
+  EXPECT_NEAR(evidence_of(pose), std::log(places * counts * lit), 0.1);
 }
 
 TEST(Evidence, GrowsWithEveryLampThatAgrees) {
-  EXPECT_LT(log_evidence(view_of(3)), 3);  // three lamps fit some pose in any case
-  double before = log_evidence(view_of(3));
+  EXPECT_LT(evidence_of(view_of(3)), 3);  // three lamps fit some pose in any case
+  double before = evidence_of(view_of(3));
   for (int lamps = 4; lamps < 10; ++lamps) {
-    const double evidence = log_evidence(view_of(lamps));
+    const double evidence = evidence_of(view_of(lamps));
     EXPECT_GT(evidence, before + 5) << lamps;
     before = evidence;
   }
 }
 
 TEST(Evidence, FallsWithResidualsMissedLampsAndFalseLights) {
-  const double exact = log_evidence(view_of(5));
+  const double exact = evidence_of(view_of(5));
   double before = exact;
   for (const double residual_px : {1.0, 3.0, 10.0}) {
-    const double evidence = log_evidence(view_of(5, residual_px));
+    const double evidence = evidence_of(view_of(5, residual_px));
     EXPECT_LT(evidence, before - 1) << residual_px;
     before = evidence;
   }
   PoseEvidence pose = view_of(5);
   pose.missed = 2;
-  EXPECT_LT(log_evidence(pose), exact - 2);
+  EXPECT_LT(evidence_of(pose), exact - 2);
   pose.missed = 0;
   pose.blobs = 25;
-  EXPECT_LT(log_evidence(pose), exact - 10);
+  EXPECT_LT(evidence_of(pose), exact - 10);
 }
 
 TEST(Evidence, OfAWrongPriorIsThatWithoutIt) {
   PoseEvidence pose = view_of(5);
-  const double without = log_evidence(pose);
-  pose.prior = PriorAtPose{1e4 * Matrix6::Identity(), Vector6::Zero(), 0, 20};
-  EXPECT_GT(log_evidence(pose), without + 10);
-  pose.prior->chi2 = 1e6;
-  EXPECT_NEAR(log_evidence(pose), without + std::log(0.01), 1e-9);
+  const double without = evidence_of(pose);
+  pose.prior = {{1e4 * Matrix6::Identity(), Vector6::Zero(), 0, 1e-4}};
+  EXPECT_GT(evidence_of(pose), without + 10);
+  pose.prior[0].gradient[0] = 1e5;  // ten radians off, 1000 of its sigmas
+  pose.prior[0].chi2 = 1e6;
+  EXPECT_NEAR(evidence_of(pose), without + std::log(1e-4), 0.01);
+  EXPECT_NEAR(internal::pose::log_evidence(pose).if_prior_wrong, evidence_of(pose), 1e-9);
+}
+
+TEST(Evidence, OfAWrongPartKeepsTheOthers) {
+  PoseEvidence pose = view_of(5);
+  PriorPart height, turn;
+  height.information(5, 5) = 1e4;
+  turn.information(2, 2) = 1e6;
+  pose.prior = {height};
+  const double without_turn = evidence_of(pose);
+  turn.gradient[2] = 1e6;
+  turn.chi2 = 1e6;
+  pose.prior = {height, turn};
+  EXPECT_NEAR(evidence_of(pose), without_turn + std::log(1e-4), 0.01);
 }
 
 TEST(Evidence, NoLampsAreNone) {
   PoseEvidence pose = view_of(3);
   pose.lamps.clear();
-  EXPECT_EQ(log_evidence(pose), -infinity);
+  EXPECT_EQ(evidence_of(pose), -infinity);
 }
 
 TEST(Evidence, LogDeterminantOfAMatrixOfAnyScale) {

@@ -17,14 +17,13 @@
 // (28.10)): (2 pi)^3 |H|^(-1/2) e^(-chi2/2) at the minimum, with the information matrix H. Its
 // width over that of p(x) counts the poses that were open, so three lamps alone are no evidence.
 //
-// The shapes of rims limit the pose as well (its distances and tilt), but do not count as evidence:
-// other lamps of the same kind have the same shapes. So p(x) is multiplied by the density of the
-// shapes and normalised again: the evidence is the integral with places and shapes over that with
-// shapes alone.
+// p(x) is a wide Gaussian of the variances of a uniform rotation and a uniform position in the
+// volume, times the prior and the shapes of rims, normalised. Shapes limit the distances and the
+// tilt, but do not count as evidence: other lamps of the same kind have the same shapes. Each part
+// of a prior may be wrong and is ignored with its own probability.
 //
 // Errors of camera and map are common and of unknown size: the evidence is the mean over several
-// standard deviations of them (model_sigmas_px). A prior may be wrong: with a small probability it
-// is ignored (wrong_prior).
+// standard deviations of them (model_sigmas_px).
 //
 // If all blobs are false lights, the expected sum of e^evidence over all poses is one. So it
 // exceeds 1 / q with a probability of at most q (Markov's inequality): the risk is honest for
@@ -32,7 +31,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <vector>
 
 #include "libocc/core/abi.hpp"
@@ -54,25 +52,32 @@ struct SeenLamp {
   double shape_sigma_px = infinity;
 };
 
-/// A prior at a pose. `log_gain` is ln of its normalisation over that of a uniform density.
-struct PriorAtPose {
+/// A part of a prior at a pose, such as a height.
+struct PriorPart {
   Matrix6 information = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();
   double chi2 = 0;
-  double log_gain = 0;
+  double wrong = 1e-4;  ///< probability that it is wrong
 };
 
 struct PoseEvidence {
   std::vector<SeenLamp> lamps;
-  std::optional<PriorAtPose> prior;
+  std::vector<PriorPart> prior;
   double image_px2 = 0;  ///< area in which blobs are found
   int blobs = 0;         ///< blobs that could be lamps
   int missed = 0;        ///< lamps that should be visible but have no blob
   double volume_m3 = 0;  ///< volume in which the camera could be
 };
 
-/// ln of the evidence; -infinity without lamps.
-LIBOCC_API double log_evidence(const PoseEvidence& pose);
+struct LogEvidence {
+  double value = -infinity;  ///< ln of the evidence
+  /// Of the part of it in which a part of the prior is wrong, if no lamp were missed: the evidence
+  /// of a pose that the prior excluded, if there is one.
+  double if_prior_wrong = -infinity;
+};
+
+/// -infinity without lamps.
+LIBOCC_API LogEvidence log_evidence(const PoseEvidence& pose);
 
 /// ln of the determinant of a positive definite matrix.
 LIBOCC_API double log_determinant(const Matrix6& matrix);

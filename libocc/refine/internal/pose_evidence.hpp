@@ -4,14 +4,15 @@
 #pragma once
 
 #include "libocc/identify/identify.hpp"
+#include "libocc/pose/internal/evidence.hpp"
 #include "libocc/refine/refine.hpp"
 
 namespace occ::internal::refine {
 
 /// ln of the evidence. Lamps that were left out as gross errors count as missed, their blobs as
 /// false lights.
-LIBOCC_API double log_evidence(const Refined& refined, const Hypothesis& hypothesis,
-                               const std::vector<Blob>& blobs, const Scene& scene,
-                               const std::optional<Prior>& prior);
+LIBOCC_API pose::LogEvidence log_evidence(const Refined& refined, const Hypothesis& hypothesis,
+                                          const std::vector<Blob>& blobs, const Scene& scene,
+                                          const std::optional<Prior>& prior);
 
 }  // namespace occ::internal::refine

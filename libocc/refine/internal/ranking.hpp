@@ -24,7 +24,6 @@ struct RankedPose {
   bool unfinished = false;   ///< not converged yet
   double measured_chi2 = 0;  ///< chi-square of rims and centroids
   double assumed_chi2 = 0;   ///< chi-square of the prior, and penalties of missed lamps
-  double log_evidence = 0;   ///< for the pose against false lights (pose_evidence.hpp)
   double probability = 0;    ///< among the poses found and "none of these"
 };
 
