@@ -122,19 +122,20 @@ double log_determinant(const Matrix6& matrix) {
 
 LogEvidence log_evidence(const PoseEvidence& pose) {
   if (pose.lamps.empty()) return {};
+  PoseEvidence elsewhere = pose;
+  elsewhere.missed = 0;
+  const double counts = log_counts(pose), counts_elsewhere = log_counts(elsewhere);
   std::vector<double> terms, excluded;
   double all_right = 0;
   for (std::size_t i = 0; i < pose.prior.size(); ++i) {
-    all_right += std::log1p(-pose.prior[i].wrong);
-    terms.push_back(std::log(pose.prior[i].wrong) + log_places(pose, static_cast<int>(i)));
+    const PriorPart& part = pose.prior[i];
+    all_right += std::log1p(-part.wrong);
+    const double log = std::log(part.wrong) + log_places(pose, static_cast<int>(i));
+    terms.push_back(counts + log);
+    excluded.push_back((part.is_place ? counts_elsewhere : counts) + log);
   }
-  PoseEvidence complete = pose;
-  complete.missed = 0;
-  LogEvidence evidence;
-  if (!terms.empty()) evidence.if_prior_wrong = log_counts(complete) + log_sum(terms);
-  terms.push_back(all_right + log_places(pose, -1));
-  evidence.value = log_counts(pose) + log_sum(terms);
-  return evidence;
+  terms.push_back(counts + all_right + log_places(pose, -1));
+  return {log_sum(terms), excluded.empty() ? -infinity : log_sum(excluded)};
 }
 
 std::vector<double> probabilities(const std::vector<double>& log_evidences, double log_none) {

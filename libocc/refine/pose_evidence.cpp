@@ -128,6 +128,7 @@ std::vector<PriorPart> parts_of(const Prior& prior, const Rigid3& cam_from_world
   add(prior.heading_rad.has_value(), heading, misstated);
   add(prior.gravity_in_cam.has_value(), gravity, misstated);
   add(prior.last_pose.has_value(), last, lost);
+  if (prior.last_pose) parts.back().is_place = true;
   return parts;
 }
 

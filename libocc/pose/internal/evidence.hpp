@@ -57,7 +57,8 @@ struct PriorPart {
   Matrix6 information = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();
   double chi2 = 0;
-  double wrong = 1e-4;  ///< probability that it is wrong
+  double wrong = 1e-4;    ///< probability that it is wrong
+  bool is_place = false;  ///< if it is wrong, the camera is elsewhere, where other lamps are dark
 };
 
 struct PoseEvidence {
