@@ -16,23 +16,35 @@ using pose::PoseEvidence;
 using pose::PriorPart;
 using pose::SeenLamp;
 
-/// ln of the density ratio of a blob's size: log-normal about the predicted size for a lamp,
-/// uniform in ln over two and a half decades for a false light. A lamp may be partly hidden or
-/// dirty: then its size is open as well.
-double log_size_ratio(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
-                      const Camera& camera) {
-  constexpr double log_range = 6, hidden = 0.02, model = 0.1, error_px = 1, growth_px = 3;
-  if (lamp.shape != LampShape::disc || blob.striped || !(blob.ellipse.semi_minor_px > 0)) return 0;
-  const auto predicted = predicted_axes_px(lamp, cam_from_world, camera);
-  if (!predicted) return std::log(hidden);
-  const double expected_px = std::sqrt(predicted->prod());
+/// ln of the density ratio of a blob's size. For a lamp, the size is normal about the predicted
+/// one; the growth of a saturated lamp is exponential. For a false light it is uniform in ln over
+/// two and a half decades. A lamp may be partly hidden or dirty: then its size is open as well.
+double log_size_ratio(const Eigen::Array2d& axes_px, const Blob& blob) {
+  constexpr double log_range = 6, hidden = 0.02, relative = 0.1, error_px = 0.7, blur_px = 0.7;
+  constexpr double growth_px = 3, relative_growth = 0.3;
+  const double expected_px = std::sqrt((axes_px.square() + square(blur_px)).sqrt().prod());
   const double seen_px = std::sqrt(blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px);
-  const double off_px = error_px + (blob.saturated ? growth_px : 0);
-  const double sigma = std::hypot(model, off_px / std::max(expected_px, 1e-3));
-  if (sigma > log_range / 2) return 0;
-  const double off = std::log(seen_px / std::max(expected_px, 1e-3)) / sigma;
-  const double density = std::exp(-0.5 * off * off) / (std::sqrt(2 * pi) * sigma);
-  return std::log((1 - hidden) * density * log_range + hidden);
+  const double sigma_px = std::hypot(relative * expected_px, error_px);
+  const double off_px = seen_px - expected_px;
+  const double grown_px = std::max(growth_px, relative_growth * expected_px);
+  const double normal = std::exp(-0.5 * square(off_px / sigma_px));
+  const double half_width_px = std::sqrt(pi / 2) * sigma_px;
+  const double density = !blob.saturated ? normal / (2 * half_width_px)
+                         : off_px > 0    ? std::exp(-off_px / grown_px) / (half_width_px + grown_px)
+                                         : normal / (half_width_px + grown_px);
+  return std::log((1 - hidden) * density * seen_px * log_range + hidden);
+}
+
+/// ln of the density ratio of size and visibility of a disc. Nearly edge-on a lamp is too dark to
+/// be found, but for one in a hundred.
+double log_appearance(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
+                      const Camera& camera) {
+  constexpr double edge_on = 0.1, seen_edge_on = 0.01;
+  if (lamp.shape != LampShape::disc || blob.striped || !(blob.ellipse.semi_minor_px > 0)) return 0;
+  const auto axes_px = predicted_axes_px(lamp, cam_from_world, camera);
+  if (!axes_px) return std::log(seen_edge_on);
+  const bool dark = (*axes_px)[0] < edge_on * (*axes_px)[1];
+  return log_size_ratio(*axes_px, blob) + (dark ? std::log(seen_edge_on) : 0);
 }
 
 /// Symmetric root of the second moments of an ellipse: xx, yy, sqrt(2) xy [px].
@@ -156,7 +168,7 @@ pose::LogEvidence log_evidence(const Refined& refined, const Hypothesis& hypothe
     }
     seen.residual_px = scene.camera.difference_px(*px, blob.centroid_px);
     seen.covariance_px2 = blob.covariance_px2;
-    seen.log_appearance = log_size_ratio(lamp, blob, cam_from_world, scene.camera) +
+    seen.log_appearance = log_appearance(lamp, blob, cam_from_world, scene.camera) +
                           log_code_ratio(lamp, blob, scene.lamps.size());
     add_shape(lamp, blob, cam_from_world, scene.camera, seen);
     evidence.lamps.push_back(seen);

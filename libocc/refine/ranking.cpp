@@ -6,12 +6,16 @@
 #include <utility>
 
 #include "libocc/core/internal/dense.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/pose/internal/evidence.hpp"
 #include "libocc/refine/internal/lamp_sizes.hpp"
 #include "libocc/refine/internal/pose_evidence.hpp"
 
 namespace occ::internal::refine {
 namespace {
+
+/// A pose that has not converged is a rival from this probability on.
+constexpr double min_unfinished = 0.01;
 
 RankedPose refine_hypothesis(const RefinementAhead& ahead, const Hypothesis& hypothesis,
                              const Rigid3& start, const RefineOptions& given) {
@@ -35,38 +39,11 @@ RankedPose refine_hypothesis(const RefinementAhead& ahead, const Hypothesis& hyp
 
 std::size_t matches(const RankedPose& pose) { return pose.hypothesis->matches.size(); }
 
-/// Orders by fit, then by the number of matched lamps, then by chi-square. A pose that has not
-/// converged ranks by what it has reached; otherwise a worse one could win.
+/// Orders by fit, then by the number of matched lamps, then by chi-square.
 bool better(const RankedPose& a, const RankedPose& b) {
   if (a.fits != b.fits) return a.fits;
   if (matches(a) != matches(b)) return matches(a) > matches(b);
   return a.measured_chi2 + a.assumed_chi2 < b.measured_chi2 + b.assumed_chi2;
-}
-
-/// True if a pose is not significantly worse than the best one. A misfit common to all poses (an
-/// imperfect lens or map) does not discriminate between them, so differences of measured chi-square
-/// count in units of the best pose's misfit.
-bool plausible_beside(const RankedPose& best, const RankedPose& pose) {
-  const int dof = best.refined->dof;
-  const double misfit = dof > 0 ? std::max(1.0, best.measured_chi2 / dof) : 1.0;
-  const double worse =
-      (pose.measured_chi2 - best.measured_chi2) / misfit + pose.assumed_chi2 - best.assumed_chi2;
-  return pose.fits == best.fits && matches(pose) >= matches(best) && worse <= max_pose_delta_chi2;
-}
-
-/// Sorts best first. Plausible poses that have not converged continue from where they are.
-void rank(const RefinementAhead& ahead, RefineOptions options, std::vector<RankedPose>& poses) {
-  constexpr int times_longer = 10;
-  options.max_iterations *= times_longer;
-  while (true) {
-    std::stable_sort(poses.begin(), poses.end(), better);
-    const auto next = std::find_if(poses.begin(), poses.end(), [&](const RankedPose& pose) {
-      return pose.unfinished && plausible_beside(poses.front(), pose);
-    });
-    if (next == poses.end()) return;
-    *next = refine_hypothesis(ahead, *next->hypothesis, next->refined->cam_from_world, options);
-    next->unfinished = false;
-  }
 }
 
 /// Several assignments can lead to one pose once every rim is used; the best of them remains.
@@ -85,31 +62,34 @@ void merge_equal_poses(std::vector<RankedPose>& poses) {
   poses = std::move(distinct);
 }
 
-/// Chi-square above its expectation.
-double excess_chi2(const RankedPose& pose) { return pose.measured_chi2 - pose.refined->dof; }
+/// ln of the likelihood of the rims, up to a constant. Their errors of unknown size are common to
+/// the points of a rim, so a rim counts as three numbers (its shape) with an error of its
+/// residual's size; a lamp without a rim as an error of one pixel.
+double log_rims(const RankedPose& pose, const std::vector<Blob>& blobs) {
+  constexpr double numbers = 3, min_px = 0.02;
+  double sum = 0;
+  for (const LampResidual& lamp : pose.refined->lamps)
+    if (!lamp.contradicts && !blobs[lamp.match.blob].rim.empty())
+      sum -= numbers * std::log(std::max(min_px, lamp.rms_px));
+  return sum;
+}
 
-/// Sets probabilities. If the prior is wrong, a pose as good as the best one may be among those
-/// that identification excluded by it, with the probability `excluded`. The shapes of rims are no
-/// part of the evidence, which uses centroids and sizes; they tell poses apart by the differences
-/// of chi-square, in units of the best pose's misfit (plausible_beside).
+/// Sets probabilities. Rims tell the poses apart; as evidence against false lights they count by
+/// their centres and sizes only. If a part of the prior is wrong, a pose as good as the best one
+/// may be among those that identification excluded, with the probability `excluded`.
 void weigh(const RefinementAhead& ahead, Refinement& out) {
   constexpr double excluded = 0.1;
   std::vector<RankedPose>& poses = out.poses;
-  const auto best = std::min_element(
-      poses.begin(), poses.end(),
-      [](const RankedPose& a, const RankedPose& b) { return excess_chi2(a) < excess_chi2(b); });
-  const int dof = best->refined->dof;
-  const double misfit = dof > 0 ? std::max(1.0, best->measured_chi2 / dof) : 1.0;
-  const bool rims = std::any_of(ahead.blobs.begin(), ahead.blobs.end(),
-                                [](const Blob& blob) { return !blob.rim.empty(); });
+  double best_rims = -infinity;
+  for (const RankedPose& pose : poses) best_rims = std::max(best_rims, log_rims(pose, ahead.blobs));
   std::vector<double> evidences;
   double log_none = 0;
-  for (RankedPose& pose : poses) {
+  for (const RankedPose& pose : poses) {
     const pose::LogEvidence evidence = log_evidence(*pose.refined, *pose.hypothesis, ahead.blobs,
                                                     ahead.scene, ahead.options.prior);
-    const double rim_chi2 = rims ? (excess_chi2(pose) - excess_chi2(*best)) / misfit : 0;
-    evidences.push_back(evidence.value - 0.5 * rim_chi2);
-    log_none = std::max(log_none, std::log(excluded) + evidence.if_prior_wrong - 0.5 * rim_chi2);
+    const double rims = log_rims(pose, ahead.blobs) - best_rims;
+    evidences.push_back(evidence.value + rims);
+    log_none = std::max(log_none, std::log(excluded) + evidence.if_prior_wrong + rims);
   }
   const std::vector<double> shares = pose::probabilities(evidences, log_none);
   for (std::size_t i = 0; i < poses.size(); ++i) poses[i].probability = shares[i];
@@ -117,6 +97,23 @@ void weigh(const RefinementAhead& ahead, Refinement& out) {
   std::stable_sort(poses.begin(), poses.end(), [](const RankedPose& a, const RankedPose& b) {
     return a.probability > b.probability;
   });
+}
+
+/// Weighs the poses. Those that have not converged, but are rivals by what they have reached,
+/// continue from where they are.
+void weigh_to_the_end(const RefinementAhead& ahead, RefineOptions options, Refinement& out) {
+  constexpr int times_longer = 10;
+  options.max_iterations *= times_longer;
+  while (true) {
+    merge_equal_poses(out.poses);
+    weigh(ahead, out);
+    const auto next = std::find_if(out.poses.begin(), out.poses.end(), [](const RankedPose& pose) {
+      return pose.unfinished && pose.probability >= min_unfinished;
+    });
+    if (next == out.poses.end()) return;
+    *next = refine_hypothesis(ahead, *next->hypothesis, next->refined->cam_from_world, options);
+    next->unfinished = false;
+  }
 }
 
 void refine_by_pixels(const RefinementAhead& ahead, const RefineOptions& options,
@@ -149,14 +146,15 @@ Refinement refine_hypotheses(const RefinementAhead& ahead,
     refined += poses.back().refined.ok();
     if (refined == ahead.max_candidates) break;
   }
-  rank(ahead, options, poses);
+  std::stable_sort(poses.begin(), poses.end(), better);
   const auto remove_if = [&](auto predicate) {
     poses.erase(std::remove_if(poses.begin() + 1, poses.end(), predicate), poses.end());
   };
   remove_if([&](const RankedPose& pose) { return pose.fits != poses.front().fits; });
-  merge_equal_poses(poses);
-  weigh(ahead, out);
-  remove_if([](const RankedPose& pose) { return pose.probability < min_named_probability; });
+  weigh_to_the_end(ahead, options, out);
+  remove_if([](const RankedPose& pose) {
+    return pose.probability < (pose.refined.ok() ? min_named_probability : min_unfinished);
+  });
   if (ahead.image && options.rung == Rung::direct)
     for (RankedPose& pose : poses) refine_by_pixels(ahead, options, pose);
   complete(poses.front().refined, out.choice);
