@@ -16,10 +16,10 @@ namespace {
 constexpr std::array<double, 4> model_sigmas_px = {0, 0.15, 0.5, 2};
 constexpr std::array<double, 4> model_shares = {0.3, 0.3, 0.3, 0.1};
 
-/// Beta prior of the rate of dark lamps: a tenth on average, with any rate possible.
-constexpr double dark = 0.5, lit = 4.5;
+/// Beta prior of the rate of dark lamps: a sixth on average, with any rate possible.
+constexpr double dark = 0.5, lit = 2.5;
 
-constexpr double min_variance_px2 = 1e-8;  ///< of a noise-free centroid
+constexpr double min_variance_px2 = 1e-8;  ///< variance of a noise-free centroid
 
 double log_beta(double a, double b) { return std::lgamma(a) + std::lgamma(b) - std::lgamma(a + b); }
 
@@ -106,7 +106,7 @@ double log_places(const PoseEvidence& pose, double model_sigma_px, int wrong) {
   return log + sums.log_integral();
 }
 
-/// The same, as the mean over the sizes of the errors.
+/// Mean of the evidence of the places over the sizes of the errors.
 double log_places(const PoseEvidence& pose, int wrong) {
   std::vector<double> terms;
   for (std::size_t i = 0; i < model_sigmas_px.size(); ++i)

@@ -94,21 +94,22 @@ void add_shape(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
                 (blob.saturated ? square(growth_px) : 0));
 }
 
-/// ln of the density ratio of a code: a false light has none nine times out of ten, else that of
+/// ln of the density ratio of a code: one false light in a hundred has a code, which is then that of
 /// any lamp.
 double log_code_ratio(const Lamp& lamp, const Blob& blob, std::size_t lamps) {
   const bool coded = blob.lamp_id == lamp.id || (lamp.frequency_hz && blob.frequency_hz);
-  return coded ? std::log(10.0 * static_cast<double>(lamps)) : 0;
+  return coded ? std::log(100.0 * static_cast<double>(lamps)) : 0;
 }
 
-/// Centre and radius of the region in which lamps can be seen: twice the extent of the map.
-double volume_m3(const std::vector<Lamp>& lamps) {
-  constexpr double min_m = 0.1;
+/// Volume whose inverse is the density of the camera's position: uniform in direction and in ln of
+/// the distance from the middle of the map, over two decades.
+double volume_m3(const std::vector<Lamp>& lamps, const Eigen::Vector3d& position_m) {
+  constexpr double min_m = 0.1, decades = 2;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const Lamp& lamp : lamps) mean += lamp.centre_m / static_cast<double>(lamps.size());
-  double size_m = min_m;
-  for (const Lamp& lamp : lamps) size_m = std::max(size_m, (lamp.centre_m - mean).norm());
-  return 4 * pi / 3 * std::pow(2 * size_m, 3);
+  double distance_m = std::max(min_m, (position_m - mean).norm());
+  for (const Lamp& lamp : lamps) distance_m = std::max(distance_m, (lamp.centre_m - mean).norm());
+  return 4 * pi * decades * std::log(10.0) * std::pow(distance_m, 3);
 }
 
 PriorPart part_of(const Prior& prior, const Rigid3& cam_from_world, double wrong) {
@@ -154,7 +155,7 @@ pose::LogEvidence log_evidence(const Refined& refined, const Hypothesis& hypothe
   evidence.image_px2 = static_cast<double>(scene.camera.width()) * scene.camera.height();
   evidence.blobs = static_cast<int>(std::count_if(blobs.begin(), blobs.end(), is_whole));
   evidence.missed = hypothesis.missed;
-  evidence.volume_m3 = volume_m3(scene.lamps);
+  evidence.volume_m3 = volume_m3(scene.lamps, cam_from_world.origin_in_source());
   for (const LampResidual& residual : refined.lamps) {
     const Lamp& lamp = scene.lamps[residual.match.lamp];
     const Blob& blob = blobs[residual.match.blob];

@@ -94,8 +94,11 @@ void weigh(const RefinementAhead& ahead, Refinement& out) {
   const std::vector<double> shares = pose::probabilities(evidences, log_none);
   for (std::size_t i = 0; i < poses.size(); ++i) poses[i].probability = shares[i];
   out.none = shares.back();
-  std::stable_sort(poses.begin(), poses.end(), [](const RankedPose& a, const RankedPose& b) {
-    return a.probability > b.probability;
+  const auto rounded = [](const RankedPose& pose) {  // equal poses keep their order
+    return std::round(20 * std::log(std::max(pose.probability, 1e-300)));
+  };
+  std::stable_sort(poses.begin(), poses.end(), [&](const RankedPose& a, const RankedPose& b) {
+    return rounded(a) > rounded(b);
   });
 }
 

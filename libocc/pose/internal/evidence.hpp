@@ -17,7 +17,7 @@
 // (28.10)): (2 pi)^3 |H|^(-1/2) e^(-chi2/2) at the minimum, with the information matrix H. Its
 // width over that of p(x) counts the poses that were open, so three lamps alone are no evidence.
 //
-// p(x) is a wide Gaussian of the variances of a uniform rotation and a uniform position in the
+// p(x) is a wide Gaussian of the variances of a uniform rotation and a uniform position in a
 // volume, times the prior and the shapes of rims, normalised. Shapes limit the distances and the
 // tilt, but do not count as evidence: other lamps of the same kind have the same shapes. Each part
 // of a prior may be wrong and is ignored with its own probability.
@@ -42,7 +42,7 @@ namespace occ::internal::pose {
 /// A lamp and its blob at a pose.
 struct SeenLamp {
   Eigen::Vector2d residual_px;          ///< predicted minus measured centroid
-  Eigen::Matrix2d covariance_px2;       ///< of the measured centroid
+  Eigen::Matrix2d covariance_px2;       ///< covariance of the measured centroid
   Eigen::Matrix<double, 2, 6> by_pose;  ///< derivative of the residual
   double log_appearance = 0;            ///< ln of the density ratio of size and code
   /// Residuals of the shape of its rim [px], their derivative, and their standard deviation without
@@ -57,8 +57,9 @@ struct PriorPart {
   Matrix6 information = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();
   double chi2 = 0;
-  double wrong = 1e-4;    ///< probability that it is wrong
-  bool is_place = false;  ///< if it is wrong, the camera is elsewhere, where other lamps are dark
+  double wrong = 1e-4;  ///< probability that it is wrong
+  /// The camera is elsewhere if it is wrong; there no lamp counts as missed.
+  bool is_place = false;
 };
 
 struct PoseEvidence {
@@ -67,13 +68,13 @@ struct PoseEvidence {
   double image_px2 = 0;  ///< area in which blobs are found
   int blobs = 0;         ///< blobs that could be lamps
   int missed = 0;        ///< lamps that should be visible but have no blob
-  double volume_m3 = 0;  ///< volume in which the camera could be
+  double volume_m3 = 0;  ///< inverse of the density of the camera's position
 };
 
 struct LogEvidence {
   double value = -infinity;  ///< ln of the evidence
-  /// Of the part of it in which a part of the prior is wrong, if no lamp were missed: the evidence
-  /// of a pose that the prior excluded, if there is one.
+  /// ln of the part of the evidence in which a part of the prior is wrong: the evidence of a pose
+  /// that the prior excluded, if there is one.
   double if_prior_wrong = -infinity;
 };
 

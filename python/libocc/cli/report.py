@@ -76,6 +76,10 @@ def candidate_dict(found: Fix | Candidate) -> dict[str, Any]:
     }
 
 
+def _candidate_dict(candidate: Candidate) -> dict[str, Any]:
+    return {**candidate_dict(candidate), "probability": candidate.probability}
+
+
 def choice_dict(choice: RungChoice | None) -> dict[str, Any] | None:
     """Rung of the refinement and the reason of the choice, as plain data."""
     if choice is None:
@@ -104,7 +108,8 @@ def fix_dict(fix: Fix) -> dict[str, Any]:
         "status": fix.status.name,
         "message": fix.message,
         **pose,
-        "candidates": [candidate_dict(candidate) for candidate in fix.candidates],
+        "risk": fix.risk,
+        "candidates": [_candidate_dict(candidate) for candidate in fix.candidates],
         "choice": choice_dict(fix.choice),
         "timing_s": {
             "detect": timing.detect_s,
@@ -143,6 +148,14 @@ def _ids(found: Fix | Candidate) -> str:
     return " ".join(str(id) for id in found.lamps)
 
 
+def _risk(risk: float) -> str:
+    return "below 1e-9" if risk < 1e-9 else f"{risk:.1g}"
+
+
+def _probability(candidate: Candidate) -> str:
+    return "" if candidate.probability is None else f"probability {candidate.probability:.2g}  "
+
+
 def fix_text(fix: Fix, explain: bool = False) -> str:
     """Fix as text. explain: adds the reason for the choice of the rung."""
     timing = fix.timing_s
@@ -156,6 +169,8 @@ def fix_text(fix: Fix, explain: bool = False) -> str:
         if fix.lamps:
             lines.append(f"lamps     {_ids(fix)}")
         lines.append(f"rms       {fix.rms_px:.3f} px")
+        if fix.risk is not None:
+            lines.append(f"risk      {_risk(fix.risk)}")
     if timing.total_s > 0:
         lines.append(
             f"time      {timing.total_s * 1e3:.1f} ms (detect {timing.detect_s * 1e3:.1f}, "
@@ -168,7 +183,7 @@ def fix_text(fix: Fix, explain: bool = False) -> str:
         for i, candidate in enumerate(fix.candidates, 1):
             lines.append(
                 f"  {i:2}  {_numbers(candidate.position_m, 4, 8)} m  "
-                f"rms {candidate.rms_px:.3f} px  lamps {_ids(candidate)}"
+                f"rms {candidate.rms_px:.3f} px  {_probability(candidate)}lamps {_ids(candidate)}"
             )
     return "\n".join(lines)
 
