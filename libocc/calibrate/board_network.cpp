@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "libocc/calibrate/resection.hpp"
+#include "libocc/core/internal/covariance.hpp"
 #include "libocc/core/require.hpp"
 
 namespace occ {
@@ -27,8 +28,7 @@ void check_image(const BoardImage& image, const Eigen::Matrix3Xd& board_m) {
               static_cast<Eigen::Index>(image.covariance_px2.size()) == image.px.cols(),
           name + "covariance_px2", image.covariance_px2.size(), "none, or one for each point");
   for (const Eigen::Matrix2d& covariance : image.covariance_px2)
-    require(covariance.allFinite() && covariance.diagonal().minCoeff() > 0, name + "covariance_px2",
-            covariance.diagonal().transpose(), "positive definite");
+    internal::core::require_positive_definite(covariance, name + "covariance_px2");
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "libocc/calibrate/resection.hpp"
+#include "libocc/core/internal/covariance.hpp"
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/formation/rim.hpp"
@@ -40,10 +41,8 @@ void check_images(const std::vector<NetworkCamera>& cameras,
     for (const SurveyObservation& lamp : image.lamps) {
       const std::string lamp_name = name + "lamp " + std::to_string(lamp.id);
       require(lamp.px.allFinite(), lamp_name, lamp.px.transpose(), "finite");
-      const bool positive =
-          lamp.covariance_px2.allFinite() && lamp.covariance_px2.diagonal().minCoeff() > 0;
-      require(positive, lamp_name + ": covariance_px2", lamp.covariance_px2.diagonal().transpose(),
-              "positive definite");
+      internal::core::require_positive_definite(lamp.covariance_px2,
+                                                lamp_name + ": covariance_px2");
     }
   }
 }

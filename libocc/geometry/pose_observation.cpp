@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "libocc/core/internal/covariance.hpp"
 #include "libocc/core/require.hpp"
 
 namespace occ {
@@ -17,13 +18,13 @@ bool finite(const Rigid3& pose) {
 
 PoseObservation PoseObservation::of_pose(double time_s, const Rigid3& cam_from_world,
                                          const Matrix6& covariance, const Rigid3& cam_from_body) {
-  const Eigen::LLT<Matrix6> llt(covariance);
-  require(covariance.allFinite() && llt.info() == Eigen::Success, "covariance", covariance,
-          "positive definite");
+  internal::core::require_positive_definite(covariance, "covariance");
+  const Eigen::LLT<Matrix6> llt(0.5 * (covariance + covariance.transpose()));
+  const Matrix6 root = llt.matrixL().solve(Matrix6::Identity());
   PoseObservation seen;
   seen.time_s = time_s;
   seen.cam_from_world = cam_from_world;
-  seen.information = llt.solve(Matrix6::Identity());
+  seen.information = root.transpose() * root;
   seen.cam_from_body = cam_from_body;
   seen.validate();
   return seen;
@@ -43,7 +44,7 @@ void PoseObservation::validate() const {
   require(std::isfinite(time_s), "time_s", time_s, "finite");
   require(finite(cam_from_world), "cam_from_world", cam_from_world.matrix(), "finite");
   require(finite(cam_from_body), "cam_from_body", cam_from_body.matrix(), "finite");
-  require(information.allFinite(), "information", information, "finite");
+  internal::core::require_semidefinite(information, "information");
   require(gradient.allFinite(), "gradient", gradient.transpose(), "finite");
 }
 

@@ -16,14 +16,14 @@ namespace occ {
 struct LIBOCC_API PoseObservation {
   double time_s = 0;      ///< time at which the pose holds
   Rigid3 cam_from_world;  ///< pose about which the likelihood is expanded
-  /// Second derivative of half of chi2; positive semi-definite.
+  /// Second derivative of half of chi2; symmetric, positive semi-definite.
   Matrix6 information = Matrix6::Zero();
   /// First derivative of half of chi2; zero at the most likely pose.
   Vector6 gradient = Vector6::Zero();
   Rigid3 cam_from_body;  ///< mounting of the camera; constant
 
   /// Observation from a pose with its covariance. Throws std::invalid_argument if the covariance is
-  /// not positive definite.
+  /// not symmetric and positive definite.
   static PoseObservation of_pose(double time_s, const Rigid3& cam_from_world,
                                  const Matrix6& covariance, const Rigid3& cam_from_body = {});
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "libocc/core/internal/dense.hpp"
+#include "libocc/core/internal/covariance.hpp"
 #include "libocc/core/require.hpp"
 
 namespace occ {
@@ -29,13 +29,6 @@ void require_target(const Network& network, const Target& target, const std::str
   require_index(target.body, network.bodies.size(), name, "bodies");
   const Eigen::Index corners = network.bodies[target.body].corners_m.cols();
   require_index(target.corner, static_cast<std::size_t>(corners), name, "corners of its body");
-}
-
-template <typename Matrix>
-void require_covariance(const Matrix& covariance, const std::string& name) {
-  require(covariance.allFinite() && covariance.isApprox(covariance.transpose(), 1e-9) &&
-              internal::core::is_positive_definite<Matrix>(covariance),
-          name, covariance, "symmetric and positive definite");
 }
 
 void check_cameras(const Network& network) {
@@ -125,7 +118,8 @@ void check_control_and_priors(const Network& network) {
   for (std::size_t i = 0; i < network.control.size(); ++i) {
     require_target(network, network.control[i].target, item("control", i, ".target"));
     require_finite(network.control[i].position_m, item("control", i, ".position_m"));
-    require_covariance(network.control[i].covariance_m2, item("control", i, ".covariance_m2"));
+    internal::core::require_positive_definite(network.control[i].covariance_m2,
+                                              item("control", i, ".covariance_m2"));
   }
   for (std::size_t i = 0; i < network.parameter_priors.size(); ++i) {
     const ParameterPrior& prior = network.parameter_priors[i];
@@ -145,7 +139,8 @@ void check_control_and_priors(const Network& network) {
     require_index(prior.station, network.stations.size(), item("pose_priors", i, ".station"),
                   "stations");
     require_pose(prior.station_from_world, item("pose_priors", i));
-    require_covariance(prior.covariance, item("pose_priors", i, ".covariance"));
+    internal::core::require_positive_definite(prior.covariance,
+                                              item("pose_priors", i, ".covariance"));
   }
 }
 

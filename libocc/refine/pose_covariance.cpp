@@ -19,14 +19,32 @@ Matrix6 marginal_information(const PoseNormalEquations& normal) {
          mixed * nuisance.ldlt().solve(mixed.transpose());
 }
 
+/// Information about the left perturbation from that about the centred perturbation.
+Matrix6 about_left(const Matrix6& centred, const Eigen::Vector3d& pivot) {
+  Matrix6 centred_from_left = Matrix6::Identity();
+  centred_from_left.bottomLeftCorner<3, 3>() = -skew(pivot);
+  const Matrix6 information = centred_from_left.transpose() * centred * centred_from_left;
+  return 0.5 * (information + information.transpose());
+}
+
 }  // namespace
 
 Matrix6 pose_information(const PoseNormalEquations& normal, const Eigen::Vector3d& pivot) {
-  Matrix6 centred_from_left = Matrix6::Identity();
-  centred_from_left.bottomLeftCorner<3, 3>() = -skew(pivot);
-  const Matrix6 information =
-      centred_from_left.transpose() * marginal_information(normal) * centred_from_left;
-  return 0.5 * (information + information.transpose());
+  return about_left(marginal_information(normal), pivot);
+}
+
+Matrix6 lamp_information(const PoseNormalEquations& normal, const PoseNormalEquations& prior,
+                         const Eigen::Vector3d& pivot) {
+  const Matrix6 all = marginal_information(normal);
+  const Eigen::LLT<Matrix6> root(all);
+  if (root.info() != Eigen::Success) return Matrix6::Zero();
+  const Matrix6 lamps = all - prior.information.topLeftCorner<6, 6>();
+  const Matrix6 half = root.matrixL().solve(lamps);
+  const auto eigen = core::symmetric_eigen<Matrix6>(root.matrixL().solve(half.transpose()));
+  const Vector6 share = (eigen.eigenvalues().array() > singular).select(eigen.eigenvalues(), 0);
+  const Matrix6 rows =
+      share.cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose() * Matrix6(root.matrixU());
+  return about_left(rows.transpose() * rows, pivot);
 }
 
 PoseCovariance pose_covariance(const PoseNormalEquations& normal, const Eigen::Vector3d& pivot) {

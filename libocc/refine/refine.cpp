@@ -230,10 +230,9 @@ void report_lamps(const Minimum& minimum, const RefineOptions& options, Refined&
     refined.lamp_information = pose_information(minimum.normal, minimum.pivot) / factor;
     return;
   }
-  PoseNormalEquations prior, lamps = minimum.normal;
+  PoseNormalEquations prior;
   add_prior(*options.prior, minimum.state.cam_from_world, minimum.pivot, prior);
-  lamps.information -= prior.information;
-  refined.lamp_information = pose_information(lamps, minimum.pivot) / factor;
+  refined.lamp_information = lamp_information(minimum.normal, prior, minimum.pivot) / factor;
   const PriorRows rows = options.prior->rows(minimum.state.cam_from_world);
   refined.lamp_gradient = -rows.jacobian.transpose() * rows.residuals / factor;
 }

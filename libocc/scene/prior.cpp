@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "libocc/core/internal/covariance.hpp"
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/fields.hpp"
 #include "libocc/core/math.hpp"
@@ -67,12 +68,9 @@ void compare_heights(const Prior& prior) {
 }
 
 void validate_last_pose(const PriorPose& last) {
-  const Matrix6& c = last.covariance;
   require(last.cam_from_world.rotation.allFinite() && last.cam_from_world.translation.allFinite(),
           "prior.last_pose", last.cam_from_world.matrix(), "finite");
-  const bool symmetric = c.allFinite() && (c - c.transpose()).norm() <= 1e-6 * c.norm();
-  require(symmetric && internal::core::is_positive_definite(c), "prior.last_pose's covariance", c,
-          "symmetric and positive definite");
+  internal::core::require_positive_definite(last.covariance, "prior.last_pose's covariance");
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "libocc/core/internal/dense.hpp"
+#include "libocc/core/internal/covariance.hpp"
 #include "libocc/core/require.hpp"
 
 namespace occ::internal::smooth {
@@ -23,12 +23,7 @@ void OdometryPieces<Body>::validate(const Piece& piece, const std::string& name)
           "finite and after from_s");
   const Step step = Body::step_of(piece);
   require(Body::finite(step.motion), name, "a number that is not", "finite");
-  require(step.covariance.allFinite(), name + ".covariance", step.covariance, "finite");
-  const auto eigen =
-      core::symmetric_eigen<typename Body::Block>(step.covariance, Eigen::EigenvaluesOnly);
-  require(eigen.eigenvalues()[0] >= -1e-9 * eigen.eigenvalues()[Body::size - 1] &&
-              eigen.eigenvalues()[Body::size - 1] >= 0,
-          name + ".covariance", step.covariance, "positive semi-definite");
+  core::require_semidefinite(step.covariance, name + ".covariance");
 }
 
 template <class Body>

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "libocc/core/internal/dense.hpp"
+#include "libocc/core/internal/covariance.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/smooth/internal/chain_solver.hpp"
 #include "libocc/smooth/internal/chain_start.hpp"
@@ -28,10 +28,7 @@ void SmootherFrame::validate() const {
     require(seen.point_in_world.allFinite(), name + ".point_in_world",
             seen.point_in_world.transpose(), "finite");
     require(seen.px.allFinite(), name + ".px", seen.px.transpose(), "finite");
-    const Eigen::Matrix2d& c = seen.covariance_px2;
-    require(c.allFinite() && std::abs(c(0, 1) - c(1, 0)) <= 1e-9 * c.norm() &&
-                internal::core::is_positive_definite<Eigen::Matrix2d>(c),
-            name + ".covariance_px2", c, "positive definite");
+    internal::core::require_positive_definite(seen.covariance_px2, name + ".covariance_px2");
   }
 }
 
@@ -52,9 +49,7 @@ void PlanarPrior::validate() const {
   require(std::isfinite(time_s), "time_s", time_s, "finite");
   require(pose.finite(), "pose", Eigen::RowVector3d(pose.x_m, pose.y_m, pose.heading_rad),
           "finite");
-  require(
-      covariance.allFinite() && internal::core::is_positive_definite<Eigen::Matrix3d>(covariance),
-      "covariance", covariance, "positive definite");
+  internal::core::require_positive_definite(covariance, "covariance");
 }
 
 namespace {

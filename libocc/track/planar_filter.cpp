@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/track/planar_filter.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <utility>
 
-#include "libocc/core/internal/dense.hpp"
-#include "libocc/core/math.hpp"
+#include "libocc/core/internal/covariance.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/geometry/perturbation.hpp"
-#include "libocc/track/internal/information_update.hpp"
+#include "libocc/track/internal/covariance_root.hpp"
 #include "libocc/track/internal/replay.hpp"
+#include "libocc/track/internal/root_update.hpp"
 
 namespace occ {
 
@@ -20,7 +19,9 @@ namespace {
 
 // Order of the state: pose along the axes of the world, velocity along those of the body, bias.
 constexpr int states = 7, velocity = 3, bias = 6;
-using Covariance = Eigen::Matrix<double, states, states>;
+using Root = Eigen::Matrix<double, states, states>;
+// Rows of noise in one step: gyroscope, velocity and pose of odometry (or acceleration), bias.
+using Stack = RootStack<states, 1 + 6 + 1>;
 using Matrix63 = Eigen::Matrix<double, 6, 3>;
 
 struct PlanarState {
@@ -28,7 +29,7 @@ struct PlanarState {
   PlanarPose pose;
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
   double gyro_bias = 0;
-  Covariance covariance = Covariance::Identity();
+  Root root = Root::Identity();  // of the covariance, see covariance_root.hpp
 };
 
 Eigen::Matrix3d world_from_body(const PlanarPose& pose) {
@@ -48,122 +49,113 @@ class PlanarModel {
 
   void propagate(State& state, const Timeline<Step>::Stretch& stretch) const {
     const double dt = stretch.duration_s;
-    Covariance f = Covariance::Identity(), noise = Covariance::Zero();
-    if (stretch.odometry) follow_wheels(*stretch.odometry, state, f, noise);
-    if (stretch.imu) follow_gyro(*stretch.imu, dt, state, f, noise);
-    state.covariance = f * state.covariance * f.transpose() + noise;
-    move(stretch, state);
-    state.covariance(bias, bias) += square(options_.gyro_bias_walk) * dt;
+    Stack stack(state.root);
+    if (stretch.odometry) follow_wheels(*stretch.odometry, state, stack);
+    if (stretch.imu) follow_gyro(*stretch.imu, dt, state, stack);
+    move(stretch, state, stack);
+    stack.append<1>()[bias] = options_.gyro_bias_walk * std::sqrt(dt);
+    state.root = stack.root();
   }
 
   FilterUpdate update(State& state, const PoseObservation& seen) const {
-    const PoseObservation body = seen.of_body();
-    const Rigid3 predicted = body_from_world(state.pose, options_.height_m);
-    const Vector6 gradient =
-        body.gradient + body.information * difference(predicted, body.cam_from_world);
-    const Matrix6 directions = planar_perturbation(state.pose);
-    const Matrix63 along = directions.leftCols<3>(), across = directions.rightCols<3>();
-    Eigen::Matrix3d own = across.transpose() * body.information * across;
-    own.diagonal() += floor_variances().cwiseInverse();
-    const Eigen::Matrix3d mixed = along.transpose() * body.information * across;
-    const Eigen::LLT<Eigen::Matrix3d> eliminated(own);
-    const Eigen::Matrix3d information =
-        along.transpose() * body.information * along - mixed * eliminated.solve(mixed.transpose());
-    const Eigen::Vector3d left =
-        along.transpose() * gradient - mixed * eliminated.solve(across.transpose() * gradient);
-    const InformationUpdate<states, 3> corrected(state.covariance, information, left);
+    const RootUpdate<states, 3> corrected(state.root, on_floor(state.pose, seen));
     FilterUpdate update{FilterOutcome::accepted, corrected.nis(), corrected.dof()};
     if (update.nis_dof > 0 && update.nis > gate_chi2(options_.gate_sigma, update.nis_dof)) {
       update.outcome = FilterOutcome::gated;
       return update;
     }
-    const Eigen::Matrix<double, states, 1> step = corrected.step();
+    const Eigen::Matrix<double, states, 1>& step = corrected.step();
     state.pose = {state.pose.x_m + step[0], state.pose.y_m + step[1],
                   wrapped_rad(state.pose.heading_rad + step[2])};
     state.velocity += step.segment<3>(velocity);
     state.gyro_bias += step[bias];
-    state.covariance = corrected.covariance();
+    state.root.topRows<3>() = corrected.rows();
     return update;
   }
 
-  /// Variances of roll, pitch and height.
-  Eigen::Vector3d floor_variances() const {
-    const double tilt = square(options_.tilt_sigma_rad);
-    return {tilt, tilt, square(options_.height_sigma_m)};
+  /// Standard deviations of roll, pitch and height.
+  Eigen::Vector3d floor_sigmas() const {
+    return {options_.tilt_sigma_rad, options_.tilt_sigma_rad, options_.height_sigma_m};
   }
 
  private:
-  /// Replaces the velocity and its covariance by those of the wheels.
-  static void follow_wheels(const Step& step, State& state, Covariance& f, Covariance& noise) {
-    const double dt = step.to_s - step.from_s;
-    state.velocity = planar_log(step.increment) / dt;
-    f.middleRows<3>(velocity).setZero();
-    noise.block<3, 3>(velocity, velocity) = step.covariance / square(dt);
+  /// Eliminates roll, pitch and height, which scatter with the standard deviations of the floor.
+  DataEquation<3> on_floor(const PlanarPose& pose, const PoseObservation& seen) const {
+    const Rigid3 observed = seen.cam_from_body.inverse() * seen.cam_from_world;
+    const Rigid3 predicted = body_from_world(pose, options_.height_m);
+    DataEquation<6> equation = data_equation<6>(seen.information, seen.gradient);
+    equation.rows *= adjoint(seen.cam_from_body);
+    equation.residuals += equation.rows * difference(predicted, observed);
+    const Matrix6 directions = planar_perturbation(pose);
+    const Matrix63 across = directions.rightCols<3>() * floor_sigmas().asDiagonal();
+    const Matrix63 along = directions.leftCols<3>();
+    return eliminated<3>(equation.rows * across, equation.rows * along, equation.residuals);
   }
 
-  void follow_gyro(const ImuSample& sample, double dt, State& state, Covariance& f,
-                   Covariance& noise) const {
+  /// Replaces the velocity and its covariance by those of the wheels.
+  static void follow_wheels(const Step& step, State& state, Stack& stack) {
+    const double dt = step.to_s - step.from_s;
+    state.velocity = planar_log(step.increment) / dt;
+    stack.columns<3>(velocity).setZero();
+    stack.append<3>().middleCols<3>(velocity) =
+        internal::core::semidefinite_root(step.covariance) / dt;
+  }
+
+  void follow_gyro(const ImuSample& sample, double dt, State& state, Stack& stack) const {
     constexpr int turn = velocity + 2;
     state.velocity[2] = sample.turn_rate_rad_s.z() - state.gyro_bias;
-    f.row(turn).setZero();
-    f(turn, bias) = -1;
-    noise.row(turn).setZero();
-    noise.col(turn).setZero();
-    noise(turn, turn) = square(options_.gyro_noise) / dt;
+    stack.columns<1>(turn) = -stack.columns<1>(bias);
+    stack.append<1>()[turn] = options_.gyro_noise / std::sqrt(dt);
   }
 
   /// Moves the pose at the velocity of the state for the stretch and propagates the covariance.
-  void move(const Timeline<Step>::Stretch& stretch, State& state) const {
+  void move(const Timeline<Step>::Stretch& stretch, State& state, Stack& stack) const {
     const double dt = stretch.duration_s;
     const PlanarPose increment = planar_exp(state.velocity * dt);
     const PlanarPose half = state.pose * planar_exp(state.velocity * dt / 2);
     const PlanarPose next = state.pose * increment;
-    Covariance f = Covariance::Identity();
-    f(0, 2) = -(next.y_m - state.pose.y_m);
-    f(1, 2) = next.x_m - state.pose.x_m;
+    auto pose = stack.columns<3>(0);
+    pose.col(0) -= (next.y_m - state.pose.y_m) * pose.col(2);
+    pose.col(1) += (next.x_m - state.pose.x_m) * pose.col(2);
     // The error of an odometry step is the sum of independent errors of its parts. The error of a
     // velocity would be common to them, so the noise of the step is added to the pose directly.
-    Eigen::Matrix3d by_velocity = world_from_body(half) * dt, noise = Eigen::Matrix3d::Zero();
-    if (const Step* step = stretch.odometry) {
-      by_velocity.leftCols<2>().setZero();
-      noise = step->covariance * stretch.share;
-      if (stretch.imu) {
-        noise.row(2).setZero();
-        noise.col(2).setZero();
-      } else {
-        by_velocity.setZero();
-      }
-    }
-    f.block<3, 3>(0, velocity) = by_velocity;
-    const Eigen::Matrix3d turn = world_from_body(state.pose);
-    state.covariance = f * state.covariance * f.transpose();
-    state.covariance.topLeftCorner<3, 3>() += turn * noise * turn.transpose();
+    const Eigen::Matrix3d by_velocity = world_from_body(half) * dt;
+    if (!stretch.odometry)
+      pose += stack.columns<3>(velocity).lazyProduct(by_velocity.transpose());
+    else if (stretch.imu)
+      pose.col(2) += dt * stack.columns<1>(velocity + 2);
+    if (stretch.odometry)
+      add_odometry_noise(stretch, state.pose, stack);
+    else
+      add_acceleration_noise(stretch, half, stack);
     state.pose = next;
-    if (!stretch.odometry) accelerate(stretch, half, state);
   }
 
-  void accelerate(const Timeline<Step>::Stretch& stretch, const PlanarPose& half,
-                  State& state) const {
+  static void add_odometry_noise(const Timeline<Step>::Stretch& stretch, const PlanarPose& pose,
+                                 Stack& stack) {
+    Eigen::Matrix3d noise = internal::core::semidefinite_root(stretch.odometry->covariance);
+    if (stretch.imu) noise.col(2).setZero();
+    stack.append<3>().leftCols<3>() =
+        std::sqrt(stretch.share) * noise * world_from_body(pose).transpose();
+  }
+
+  /// Adds white acceleration, integrated once and twice: variances q dt and q dt^3 / 3, covariance
+  /// q dt^2 / 2.
+  void add_acceleration_noise(const Timeline<Step>::Stretch& stretch, const PlanarPose& half,
+                              Stack& stack) const {
     const double dt = stretch.duration_s;
-    Eigen::Vector3d q(square(options_.acceleration_noise), square(options_.lateral_noise),
-                      square(options_.turn_acceleration_noise));
-    if (stretch.imu) q[2] = 0;
-    const Eigen::Matrix3d turn = world_from_body(half);
-    const Eigen::Matrix3d in_world = turn * q.asDiagonal() * turn.transpose();
-    const Eigen::Matrix3d mixed = turn * q.asDiagonal() * (dt * dt / 2);
-    state.covariance.topLeftCorner<3, 3>() += in_world * (dt * dt * dt / 3);
-    state.covariance.block<3, 3>(0, velocity) += mixed;
-    state.covariance.block<3, 3>(velocity, 0) += mixed.transpose();
-    state.covariance.block<3, 3>(velocity, velocity).diagonal() += q * dt;
+    const double turn = stretch.imu ? 0 : options_.turn_acceleration_noise;
+    Eigen::Vector3d sigma(options_.acceleration_noise, options_.lateral_noise, turn);
+    sigma *= std::sqrt(dt);  // of the change of the velocity
+    const Eigen::Matrix3d in_world = sigma.asDiagonal() * world_from_body(half).transpose();
+    auto common = stack.append<3>(), own = stack.append<3>();
+    common.middleCols<3>(velocity).diagonal() = sigma;
+    common.leftCols<3>() = in_world * (dt / 2);
+    own.leftCols<3>() = in_world * (dt / std::sqrt(12.0));
   }
 
   PlanarFilterOptions options_;
 };
-
-void require_variances(const Eigen::Matrix3d& covariance, const char* name) {
-  require(covariance.allFinite() && covariance.diagonal().minCoeff() >= 0, name, covariance,
-          "finite, with variances that are not negative");
-}
 
 }  // namespace
 
@@ -211,15 +203,13 @@ void PlanarFilter::start(double time_s, const PlanarPose& pose, const Eigen::Mat
   require(std::isfinite(time_s), "time_s", time_s, "finite");
   require(pose.finite(), "pose", Eigen::RowVector3d(pose.x_m, pose.y_m, pose.heading_rad),
           "finite");
-  require(covariance.allFinite() && internal::core::is_positive_definite(covariance), "covariance",
-          covariance, "positive definite");
-  const double speed = square(options().start_speed_sigma_m_s);
+  internal::core::require_positive_definite(covariance, "covariance");
+  const double speed = options().start_speed_sigma_m_s;
   PlanarState state{time_s, pose};
-  state.covariance.setZero();
-  state.covariance.topLeftCorner<3, 3>() = covariance;
-  state.covariance.diagonal().segment<3>(velocity) << speed, speed,
-      square(options().start_turn_sigma_rad_s);
-  state.covariance(bias, bias) = square(options().gyro_bias_sigma);
+  state.root.setZero();
+  state.root.topLeftCorner<3, 3>() = internal::core::semidefinite_root(covariance);
+  state.root.diagonal().segment<3>(velocity) << speed, speed, options().start_turn_sigma_rad_s;
+  state.root(bias, bias) = options().gyro_bias_sigma;
   impl_->start(state);
 }
 
@@ -230,7 +220,7 @@ FilterUpdate PlanarFilter::add(const PlanarOdometry& step) {
   require(step.increment.finite(), "increment",
           Eigen::RowVector3d(step.increment.x_m, step.increment.y_m, step.increment.heading_rad),
           "finite");
-  require_variances(step.covariance, "covariance");
+  internal::core::require_semidefinite(step.covariance, "covariance");
   return impl_->add(step);
 }
 
@@ -252,9 +242,9 @@ std::optional<PlanarEstimate> PlanarFilter::at(double time_s) const {
   if (!state) return std::nullopt;
   return PlanarEstimate{time_s,
                         state->pose,
-                        state->covariance.topLeftCorner<3, 3>(),
+                        covariance_of<3>(state->root, 0),
                         state->velocity,
-                        state->covariance.block<3, 3>(velocity, velocity),
+                        covariance_of<3>(state->root, velocity),
                         state->gyro_bias};
 }
 
@@ -266,8 +256,10 @@ std::optional<PosePrediction> PlanarFilter::predict(double time_s) const {
   out.body_from_world = body_from_world(estimate->pose, options().height_m);
   const Matrix6 directions = planar_perturbation(estimate->pose);
   const Matrix63 along = directions.leftCols<3>(), across = directions.rightCols<3>();
-  out.covariance = along * estimate->covariance * along.transpose() +
-                   across * impl_->model().floor_variances().asDiagonal() * across.transpose();
+  const Matrix6 covariance =
+      along * estimate->covariance * along.transpose() +
+      across * impl_->model().floor_sigmas().cwiseAbs2().asDiagonal() * across.transpose();
+  out.covariance = 0.5 * (covariance + covariance.transpose());
   const Eigen::Vector3d& v = estimate->velocity;
   out.velocity << 0, 0, -v[2], -v[0], -v[1], 0;
   Matrix63 rates = Matrix63::Zero();

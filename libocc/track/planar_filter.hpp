@@ -8,7 +8,9 @@
 // the standard deviations of the options. Measurements may arrive late and in any order within
 // `history_s`: later measurements are processed again, so the result is that of the right order.
 //
-// Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, sec. 3.3 and 7.4.
+// Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, sec. 3.3 and 7.4. The covariance is
+// kept in square-root form (Bierman, Factorization Methods for Discrete Sequential Estimation,
+// 1977), so it stays positive definite after gaps of any length.
 #pragma once
 
 #include <Eigen/Core>
@@ -65,14 +67,15 @@ class LIBOCC_API PlanarFilter {
   ~PlanarFilter();
 
   /// Starts or restarts the filter; all earlier measurements are dropped. Throws
-  /// std::invalid_argument for values that are not finite and for a covariance that is not positive
-  /// definite.
+  /// std::invalid_argument for values that are not finite and for a covariance that is not
+  /// symmetric and positive definite.
   void start(double time_s, const PlanarPose& pose, const Eigen::Matrix3d& covariance);
   /// True after start().
   bool started() const;
 
   /// Add a measurement. They throw std::invalid_argument for values that are not finite, times that
-  /// do not increase, and negative variances.
+  /// do not increase, and a covariance or information that is not symmetric and positive
+  /// semi-definite.
   FilterUpdate add(const PlanarOdometry& step);
   FilterUpdate add(const ImuSample& sample);  ///< uses the rotation rate about z
   /// Adds an image; the gate applies to its NIS.

@@ -4,15 +4,15 @@
 #include <cmath>
 #include <utility>
 
-#include "libocc/core/internal/dense.hpp"
-#include "libocc/core/math.hpp"
+#include "libocc/core/internal/covariance.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/geometry/motion.hpp"
 #include "libocc/geometry/perturbation.hpp"
 #include "libocc/geometry/so3.hpp"
-#include "libocc/track/internal/information_update.hpp"
+#include "libocc/track/internal/covariance_root.hpp"
 #include "libocc/track/internal/replay.hpp"
+#include "libocc/track/internal/root_update.hpp"
 
 namespace occ {
 
@@ -21,7 +21,9 @@ namespace {
 
 // Order of the errors: pose and velocity, each [rotation, translation], biases.
 constexpr int states = 18, velocity = 6, gyro = 12, accelerometer = 15;
-using Covariance = Eigen::Matrix<double, states, states>;
+using Root = Eigen::Matrix<double, states, states>;
+// Rows of noise in one step: gyroscope, velocity and pose of odometry (or acceleration), biases.
+using Stack = RootStack<states, 3 + 12 + 6>;
 
 struct PoseState {
   double time_s = 0;
@@ -29,7 +31,7 @@ struct PoseState {
   Vector6 velocity = Vector6::Zero();
   Eigen::Vector3d gyro_bias = Eigen::Vector3d::Zero();
   Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();
-  Covariance covariance = Covariance::Identity();
+  Root root = Root::Identity();  // of the covariance, see covariance_root.hpp
 };
 
 class PoseModel {
@@ -43,73 +45,60 @@ class PoseModel {
   const PoseFilterOptions& options() const { return options_; }
 
   void propagate(State& state, const Stretch& stretch) const {
-    if (stretch.odometry) follow_odometry(*stretch.odometry, state);
-    if (stretch.imu) follow_gyro(*stretch.imu, stretch.duration_s, state);
-    move(stretch, state);
-    const double dt = stretch.duration_s;
-    state.covariance.diagonal().segment<3>(gyro).array() += square(options_.gyro_bias_walk) * dt;
-    state.covariance.diagonal().segment<3>(accelerometer).array() +=
-        square(options_.accelerometer_bias_walk) * dt;
+    Stack stack(state.root);
+    if (stretch.odometry) follow_odometry(*stretch.odometry, state, stack);
+    if (stretch.imu) follow_gyro(*stretch.imu, stretch.duration_s, state, stack);
+    move(stretch, state, stack);
+    add_walks(stretch.duration_s, stack);
+    state.root = stack.root();
   }
 
   FilterUpdate update(State& state, const PoseObservation& seen) const {
-    const PoseObservation body = seen.of_body();
     // Linearises about the observed pose instead of the prediction: where the two are far apart and
     // the image is precise, the posterior is close to the image.
-    const Vector6 off = difference(state.pose, body.cam_from_world);
-    const Covariance about_seen = carried(state.covariance, d_difference(off));
-    const Vector6 gradient = body.gradient + body.information * off;
-    const InformationUpdate<states, 6> corrected(about_seen, body.information, gradient);
+    const Rigid3 observed = seen.cam_from_body.inverse() * seen.cam_from_world;
+    const Vector6 off = difference(state.pose, observed);
+    DataEquation<6> equation = data_equation<6>(seen.information, seen.gradient);
+    equation.rows *= adjoint(seen.cam_from_body);
+    equation.residuals += equation.rows * off;
+    Root about_seen = state.root;
+    about_seen.leftCols<6>() *= d_difference(off).transpose();
+    const RootUpdate<states, 6> corrected(about_seen, equation);
     FilterUpdate update{FilterOutcome::accepted, corrected.nis(), corrected.dof()};
     if (update.nis_dof > 0 && update.nis > gate_chi2(options_.gate_sigma, update.nis_dof)) {
       update.outcome = FilterOutcome::gated;
       return update;
     }
-    const Eigen::Matrix<double, states, 1> step = corrected.step();
+    const Eigen::Matrix<double, states, 1>& step = corrected.step();
     const Vector6 left = off + step.head<6>();
-    state.pose = perturb(body.cam_from_world, left);
+    state.pose = perturb(observed, left);
     state.velocity += step.segment<6>(velocity);
     state.gyro_bias += step.segment<3>(gyro);
     state.accelerometer_bias += step.segment<3>(accelerometer);
-    state.covariance = carried(corrected.covariance(), d_difference(left).inverse());
+    state.root.topRows<6>() = corrected.rows();
+    state.root.topLeftCorner<6, 6>() *= d_difference(left).inverse().transpose();
     return update;
   }
 
  private:
-  /// Covariance after a linear change of the first six states.
-  static Covariance carried(const Covariance& covariance, const Matrix6& by) {
-    Covariance out = covariance;
-    out.topRows<6>() = by * covariance.topRows<6>();
-    out.leftCols<6>() = (out.leftCols<6>() * by.transpose()).eval();
-    return out;
-  }
-
   bool reads_acceleration(const Stretch& stretch) const {
     return stretch.imu && !stretch.odometry && options_.use_accelerometer;
   }
 
-  /// Clears the covariance of velocities that a sensor replaces.
-  static void replace_velocity(int first, int count, State& state) {
-    state.covariance.middleRows(velocity + first, count).setZero();
-    state.covariance.middleCols(velocity + first, count).setZero();
-  }
-
-  static void follow_odometry(const Step& step, State& state) {
+  static void follow_odometry(const Step& step, State& state, Stack& stack) {
     const double dt = step.to_s - step.from_s;
     state.velocity = velocity_between(Rigid3{}, step.to_from_from, dt);
-    replace_velocity(0, 6, state);
-    state.covariance.block<6, 6>(velocity, velocity) = step.covariance / square(dt);
+    stack.columns<6>(velocity).setZero();
+    stack.append<6>().middleCols<6>(velocity) =
+        internal::core::semidefinite_root(step.covariance) / dt;
   }
 
   /// Replaces the rotational velocity: body_from_world rotates at the negative rate of the body.
-  void follow_gyro(const ImuSample& sample, double dt, State& state) const {
+  void follow_gyro(const ImuSample& sample, double dt, State& state, Stack& stack) const {
     state.velocity.head<3>() = state.gyro_bias - sample.turn_rate_rad_s;
-    replace_velocity(0, 3, state);
-    Covariance& p = state.covariance;
-    p.middleRows<3>(velocity) = p.middleRows<3>(gyro);
-    p.middleCols<3>(velocity) = p.middleCols<3>(gyro);
-    p.block<3, 3>(velocity, velocity) = p.block<3, 3>(gyro, gyro);
-    p.block<3, 3>(velocity, velocity).diagonal().array() += square(options_.gyro_noise) / dt;
+    stack.columns<3>(velocity) = stack.columns<3>(gyro);
+    stack.append<3>().middleCols<3>(velocity).diagonal().setConstant(options_.gyro_noise /
+                                                                     std::sqrt(dt));
   }
 
   /// d (velocity of translation) / dt = -a - R g + w x v, with w, v the parts of the velocity.
@@ -119,61 +108,76 @@ class PoseModel {
            state.velocity.head<3>().cross(state.velocity.tail<3>());
   }
 
-  void move(const Stretch& stretch, State& state) const {
+  void move(const Stretch& stretch, State& state, Stack& stack) const {
     const double dt = stretch.duration_s;
-    Covariance f = Covariance::Identity();
     Vector6 mean = state.velocity;
-    if (reads_acceleration(stretch)) {
-      const Eigen::Vector3d rate = acceleration(state, *stretch.imu);
-      mean.tail<3>() += rate * dt / 2;
-      differentiate_acceleration(state, dt, f);
-      state.velocity.tail<3>() += rate * dt;
-    }
+    Eigen::Vector3d rate = Eigen::Vector3d::Zero();
+    if (reads_acceleration(stretch)) rate = acceleration(state, *stretch.imu);
+    mean.tail<3>() += rate * dt / 2;
     const Rigid3 increment = moved_pose(Rigid3{}, mean, dt);
     const Matrix6 by_velocity = dt * adjoint(moved_pose(Rigid3{}, mean, dt / 2));
-    f.topLeftCorner<6, 6>() = adjoint(increment);
-    f.block<6, 6>(0, velocity) = by_velocity;
-    Matrix6 noise = Matrix6::Zero();
-    if (const Step* step = stretch.odometry) {
-      // The error of an odometry step is the sum of independent errors of its parts. The error of a
-      // velocity would be common to them, so the noise of the step is added to the pose directly.
-      noise = step->covariance * stretch.share;
-      f.block<6, 6>(0, velocity).setZero();
-      if (stretch.imu) {
-        noise.topRows<3>().setZero();
-        noise.leftCols<3>().setZero();
-        f.block<6, 3>(0, velocity) = by_velocity.leftCols<3>();
-      }
-    }
-    state.covariance = f * state.covariance * f.transpose();
-    state.covariance.topLeftCorner<6, 6>() += noise;
+    auto pose = stack.columns<6>(0);
+    Eigen::Matrix<double, Eigen::Dynamic, 6, 0, Stack::max_rows, 6> moved =
+        pose.lazyProduct(adjoint(increment).transpose());
+    // The error of an odometry step is the sum of independent errors of its parts. The error of a
+    // velocity would be common to them, so the noise of the step is added to the pose directly.
+    if (!stretch.odometry)
+      moved += stack.columns<6>(velocity).lazyProduct(by_velocity.transpose());
+    else if (stretch.imu)
+      moved += stack.columns<3>(velocity).lazyProduct(by_velocity.leftCols<3>().transpose());
+    if (reads_acceleration(stretch)) accelerate(state, dt, stack);
+    pose = moved;
+    state.velocity.tail<3>() += rate * dt;
     state.pose = increment * state.pose;
-    if (!stretch.odometry) accelerate(stretch, state);
+    if (stretch.odometry)
+      add_odometry_noise(stretch, stack);
+    else
+      add_acceleration_noise(stretch, stack);
   }
 
-  void differentiate_acceleration(const State& state, double dt, Covariance& f) const {
-    const int v = velocity + 3;
-    f.block<3, 3>(v, 0) = dt * skew(state.pose.rotation * options_.gravity_m_s2);
-    f.block<3, 3>(v, velocity) = -dt * skew(state.velocity.tail<3>());
-    f.block<3, 3>(v, v) += dt * skew(state.velocity.head<3>());
-    f.block<3, 3>(v, accelerometer) = dt * Eigen::Matrix3d::Identity();
+  /// Propagates the error of the velocity of translation, which the accelerometer changes.
+  void accelerate(const State& state, double dt, Stack& stack) const {
+    const Eigen::Matrix3d by_rotation = dt * skew(state.pose.rotation * options_.gravity_m_s2);
+    const Eigen::Matrix3d by_turn = -dt * skew(state.velocity.tail<3>());
+    const Eigen::Matrix3d by_speed = dt * skew(state.velocity.head<3>());
+    auto speed = stack.columns<3>(velocity + 3);
+    const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, Stack::max_rows, 3> change =
+        stack.columns<3>(0).lazyProduct(by_rotation.transpose()) +
+        stack.columns<3>(velocity).lazyProduct(by_turn.transpose()) +
+        speed.lazyProduct(by_speed.transpose()) + dt * stack.columns<3>(accelerometer);
+    speed += change;
   }
 
-  /// Adds the covariance of white acceleration, integrated once and twice.
-  void accelerate(const Stretch& stretch, State& state) const {
+  static void add_odometry_noise(const Stretch& stretch, Stack& stack) {
+    Matrix6 noise = internal::core::semidefinite_root(stretch.odometry->covariance);
+    if (stretch.imu) noise.leftCols<3>().setZero();
+    stack.append<6>().leftCols<6>() = std::sqrt(stretch.share) * noise;
+  }
+
+  /// Adds white acceleration, integrated once and twice: variances q dt and q dt^3 / 3, covariance
+  /// q dt^2 / 2.
+  void add_acceleration_noise(const Stretch& stretch, Stack& stack) const {
     const double dt = stretch.duration_s;
     const double turn = stretch.imu ? 0 : options_.turn_acceleration_noise;
     const double shift =
         reads_acceleration(stretch) ? options_.accelerometer_noise : options_.acceleration_noise;
-    Vector6 q;
-    q << Eigen::Vector3d::Constant(square(turn)), Eigen::Vector3d::Constant(square(shift));
-    Covariance& p = state.covariance;
-    p.diagonal().head<6>() += q * (dt * dt * dt / 3);
-    p.diagonal().segment<6>(velocity) += q * dt;
-    for (int i = 0; i < 6; ++i) {
-      p(i, velocity + i) += q[i] * (dt * dt / 2);
-      p(velocity + i, i) += q[i] * (dt * dt / 2);
-    }
+    Vector6 sigma;  // of the change of the velocity
+    sigma << Eigen::Vector3d::Constant(turn), Eigen::Vector3d::Constant(shift);
+    sigma *= std::sqrt(dt);
+    auto common = stack.append<6>(), own = stack.append<6>();
+    common.middleCols<6>(velocity).diagonal() = sigma;
+    common.leftCols<6>().diagonal() = sigma * (dt / 2);
+    own.leftCols<6>().diagonal() = sigma * (dt / std::sqrt(12.0));
+  }
+
+  void add_walks(double dt, Stack& stack) const {
+    auto walk = stack.append<6>();
+    walk.middleCols<3>(gyro).topRows<3>().diagonal().setConstant(options_.gyro_bias_walk *
+                                                                 std::sqrt(dt));
+    walk.middleCols<3>(accelerometer)
+        .bottomRows<3>()
+        .diagonal()
+        .setConstant(options_.accelerometer_bias_walk * std::sqrt(dt));
   }
 
   PoseFilterOptions options_;
@@ -228,17 +232,16 @@ bool PoseFilter::started() const { return impl_->started(); }
 void PoseFilter::start(double time_s, const Rigid3& body_from_world, const Matrix6& covariance) {
   require(std::isfinite(time_s), "time_s", time_s, "finite");
   require_pose(body_from_world, "body_from_world");
-  require(covariance.allFinite() && internal::core::is_positive_definite(covariance), "covariance",
-          covariance, "positive definite");
+  internal::core::require_positive_definite(covariance, "covariance");
   const PoseFilterOptions& o = options();
   PoseState state{time_s, body_from_world};
-  state.covariance.setZero();
-  state.covariance.topLeftCorner<6, 6>() = covariance;
-  auto variances = state.covariance.diagonal();
-  variances.segment<3>(velocity).setConstant(square(o.start_turn_sigma_rad_s));
-  variances.segment<3>(velocity + 3).setConstant(square(o.start_speed_sigma_m_s));
-  variances.segment<3>(gyro).setConstant(square(o.gyro_bias_sigma));
-  variances.segment<3>(accelerometer).setConstant(square(o.accelerometer_bias_sigma));
+  state.root.setZero();
+  state.root.topLeftCorner<6, 6>() = internal::core::semidefinite_root(covariance);
+  auto sigmas = state.root.diagonal();
+  sigmas.segment<3>(velocity).setConstant(o.start_turn_sigma_rad_s);
+  sigmas.segment<3>(velocity + 3).setConstant(o.start_speed_sigma_m_s);
+  sigmas.segment<3>(gyro).setConstant(o.gyro_bias_sigma);
+  sigmas.segment<3>(accelerometer).setConstant(o.accelerometer_bias_sigma);
   impl_->start(state);
 }
 
@@ -247,8 +250,7 @@ FilterUpdate PoseFilter::add(const Odometry& step) {
   require(step.to_s > step.from_s && std::isfinite(step.to_s), "to_s", step.to_s,
           "finite and after from_s");
   require_pose(step.to_from_from, "to_from_from");
-  require(step.covariance.allFinite() && step.covariance.diagonal().minCoeff() >= 0, "covariance",
-          step.covariance, "finite, with variances that are not negative");
+  internal::core::require_semidefinite(step.covariance, "covariance");
   return impl_->add(step);
 }
 
@@ -273,9 +275,9 @@ std::optional<PoseEstimate> PoseFilter::at(double time_s) const {
   PoseEstimate out;
   out.time_s = time_s;
   out.body_from_world = state->pose;
-  out.covariance = state->covariance.topLeftCorner<6, 6>();
+  out.covariance = covariance_of<6>(state->root, 0);
   out.velocity = state->velocity;
-  out.velocity_covariance = state->covariance.block<6, 6>(velocity, velocity);
+  out.velocity_covariance = covariance_of<6>(state->root, velocity);
   out.gyro_bias_rad_s = state->gyro_bias;
   out.accelerometer_bias_m_s2 = state->accelerometer_bias;
   return out;

@@ -11,7 +11,9 @@
 // is that of the right order.
 //
 // Source: Sola, "Quaternion kinematics for the error-state Kalman filter", arXiv:1711.02508, sec.
-// 5 and 7 (errors on the left here); Bar-Shalom, Li, Kirubarajan 2001, eq (6.2.2-12).
+// 5 and 7 (errors on the left here); Bar-Shalom, Li, Kirubarajan 2001, eq (6.2.2-12). The
+// covariance is kept in square-root form (Bierman, Factorization Methods for Discrete Sequential
+// Estimation, 1977), so it stays positive definite after gaps of any length.
 #pragma once
 
 #include <Eigen/Core>
@@ -65,14 +67,15 @@ class LIBOCC_API PoseFilter {
   ~PoseFilter();
 
   /// Starts or restarts the filter; all earlier measurements are dropped. Throws
-  /// std::invalid_argument for values that are not finite and for a covariance that is not positive
-  /// definite.
+  /// std::invalid_argument for values that are not finite and for a covariance that is not
+  /// symmetric and positive definite.
   void start(double time_s, const Rigid3& body_from_world, const Matrix6& covariance);
   /// True after start().
   bool started() const;
 
   /// Add a measurement. They throw std::invalid_argument for values that are not finite, times that
-  /// do not increase, and negative variances.
+  /// do not increase, and a covariance or information that is not symmetric and positive
+  /// semi-definite.
   FilterUpdate add(const Odometry& step);
   /// Uses rotation rate and acceleration of a sample.
   FilterUpdate add(const ImuSample& sample);

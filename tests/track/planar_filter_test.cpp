@@ -213,7 +213,8 @@ TEST(PlanarFilter, ThrowsForWhatIsNotNumbers) {
   PlanarFilter filter;
   EXPECT_FALSE(filter.started());
   EXPECT_FALSE(filter.at(0));
-  EXPECT_EQ(filter.add(PlanarOdometry{0, 1, {}, {}}).outcome, FilterOutcome::not_started);
+  EXPECT_EQ(filter.add(PlanarOdometry{0, 1, {}, step_covariance}).outcome,
+            FilterOutcome::not_started);
   EXPECT_THROW(filter.start(0, {}, Eigen::Matrix3d::Zero()), std::invalid_argument);
   EXPECT_THROW(filter.start(std::nan(""), {}, start_covariance), std::invalid_argument);
   filter.start(0, {}, start_covariance);

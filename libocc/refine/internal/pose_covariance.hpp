@@ -19,4 +19,10 @@ PoseCovariance pose_covariance(const PoseNormalEquations& normal, const Eigen::V
 /// Information about the left perturbation; growth and log_factor are marginalised.
 Matrix6 pose_information(const PoseNormalEquations& normal, const Eigen::Vector3d& pivot);
 
+/// Like pose_information, of the lamps without a prior that `normal` includes. The difference has
+/// the rounding errors of the larger of the two: where the lamps have less than 1e-12 of the
+/// information, the result is zero. It is positive semi-definite.
+Matrix6 lamp_information(const PoseNormalEquations& normal, const PoseNormalEquations& prior,
+                         const Eigen::Vector3d& pivot);
+
 }  // namespace occ::internal::refine
