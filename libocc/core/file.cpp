@@ -75,8 +75,10 @@ void write_file(const std::string& path, const void* bytes, std::size_t count) {
   const std::string temporary = create_beside(path, descriptor);
   if (descriptor < 0) fail(path, "cannot be written", errno);
   Descriptor file(descriptor);
+  // Without fsync, a crash after the renaming can leave an empty file.
   const bool written = write_all(file.number(), static_cast<const char*>(bytes), count) &&
-                       file.close() && std::rename(temporary.c_str(), path.c_str()) == 0;
+                       ::fsync(file.number()) == 0 && file.close() &&
+                       std::rename(temporary.c_str(), path.c_str()) == 0;
   if (written) return;
   const int error = errno;
   ::unlink(temporary.c_str());

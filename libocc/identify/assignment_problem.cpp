@@ -225,9 +225,10 @@ void add_observations(AssignmentProblem& problem) {
   const auto is_cut = [](const Blob& b) { return b.cut_by_border && !is_almost_whole(b); };
   const auto whole = std::count_if(blobs.begin(), blobs.end(),
                                    [&](const Blob& b) { return !is_cut(b) && !b.merged; });
+  const bool prior = problem.options->prior && !problem.options->prior->empty();
   for (int i = 0; i < static_cast<int>(blobs.size()); ++i) {
     const Blob& blob = blobs[i];
-    const bool serves = whole < 3 && (blob.frequency_hz || problem.options->prior);
+    const bool serves = whole < 3 && (blob.frequency_hz || prior);
     if (is_cut(blob) || (blob.merged && !serves)) {
       problem.partial_blobs.push_back(i);
     } else if (std::optional<BearingObservation> s = make_observation(problem, i)) {

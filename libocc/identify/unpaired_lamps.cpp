@@ -40,30 +40,33 @@ std::optional<Expected> expect(const AssignmentProblem& problem, int lamp, const
                   map_point.normal.dot(to_camera) / distance >= map_point.reliable_cos};
 }
 
-// Distance of a point from a blob's bounding box; 0 inside.
-double distance_px(const Blob& blob, const Eigen::Vector2d& px) {
+// Distance of a point from a blob's bounding box; 0 inside. Measured from the middle of the box,
+// because columns across the seam of a panorama differ by its period.
+double distance_px(const Blob& blob, const Camera& camera, const Eigen::Vector2d& px) {
   const Eigen::Vector2d low(blob.x0, blob.y0), high(blob.x1, blob.y1);
-  return (px - px.cwiseMax(low).cwiseMin(high)).norm();
+  const Eigen::Vector2d off = camera.difference_px(px, (low + high) / 2);
+  return (off.cwiseAbs() - (high - low) / 2).cwiseMax(0).norm();
 }
 
 // A merged blob contains the centres of its lamps. The visible part of a cut lamp is within one
 // radius.
-bool may_hold(const Blob& blob, const Expected& expected, double margin_px) {
+bool may_hold(const Blob& blob, const Camera& camera, const Expected& expected, double margin_px) {
   const double reach = blob.cut_by_border ? expected.radius_px + margin_px : margin_px;
-  return distance_px(blob, expected.px) <= reach;
+  return distance_px(blob, camera, expected.px) <= reach;
 }
 
 // Returns the partial blob nearest to the predicted image; -1 if there is none.
 int find_partial_blob(const AssignmentProblem& problem, const std::vector<Match>& attached,
                       const Expected& expected, double margin_px) {
+  const Camera& camera = *problem.camera;
   int nearest = -1;
   double min_distance = std::numeric_limits<double>::infinity();
   for (const int index : problem.partial_blobs) {
     const Blob& blob = (*problem.blobs)[index];
     const bool taken = std::any_of(attached.begin(), attached.end(),
                                    [&](const Match& m) { return m.blob == index; });
-    const double distance = (blob.centroid_px - expected.px).norm();
-    if (taken || distance >= min_distance || !may_hold(blob, expected, margin_px)) continue;
+    const double distance = camera.difference_px(blob.centroid_px, expected.px).norm();
+    if (taken || distance >= min_distance || !may_hold(blob, camera, expected, margin_px)) continue;
     nearest = index;
     min_distance = distance;
   }
@@ -72,8 +75,9 @@ int find_partial_blob(const AssignmentProblem& problem, const std::vector<Match>
 
 // True if the lamp is hidden by the image of another lamp, or merged with it.
 bool is_covered(const AssignmentProblem& problem, const Expected& expected, double margin_px) {
-  return std::any_of(problem.blobs->begin(), problem.blobs->end(),
-                     [&](const Blob& blob) { return distance_px(blob, expected.px) <= margin_px; });
+  return std::any_of(problem.blobs->begin(), problem.blobs->end(), [&](const Blob& blob) {
+    return distance_px(blob, *problem.camera, expected.px) <= margin_px;
+  });
 }
 
 }  // namespace

@@ -43,12 +43,12 @@ double time_of(const Call& call, double min_time_s) {
 }
 
 /// Index of the whole blob nearest to a pixel, or -1.
-int blob_near(const std::vector<Blob>& blobs, const Eigen::Vector2d& px) {
+int blob_near(const std::vector<Blob>& blobs, const Camera& camera, const Eigen::Vector2d& px) {
   int found = -1;
   double min_distance = max_assignment_distance_px;
   for (std::size_t b = 0; b < blobs.size(); ++b) {
     if (blobs[b].cut_by_border || blobs[b].merged) continue;
-    const double distance = (blobs[b].centroid_px - px).norm();
+    const double distance = camera.difference_px(blobs[b].centroid_px, px).norm();
     if (distance >= min_distance) continue;
     min_distance = distance;
     found = static_cast<int>(b);
@@ -59,7 +59,7 @@ int blob_near(const std::vector<Blob>& blobs, const Eigen::Vector2d& px) {
 void assign_blobs(LadderProblem& p) {
   for (std::size_t i = 0; i < p.scene.lamps.size(); ++i) {
     const auto centre = project_lamp_centre(p.scene.lamps[i], p.truth, p.scene.camera);
-    const int blob = centre ? blob_near(p.blobs, *centre) : -1;
+    const int blob = centre ? blob_near(p.blobs, p.scene.camera, *centre) : -1;
     if (blob >= 0) p.matches.push_back({static_cast<int>(i), blob});
   }
 }
@@ -76,7 +76,7 @@ void fill_points(LadderProblem& p) {
     p.points_px.col(i) = blob.centroid_px;
     const auto centre = p.scene.camera.project(p.truth * p.points_in_world.col(i));
     sum += blob.covariance_px2.trace();
-    if (centre) sum += (blob.centroid_px - *centre).squaredNorm();
+    if (centre) sum += p.scene.camera.difference_px(blob.centroid_px, *centre).squaredNorm();
   }
   p.sigma_px = n > 0 ? std::sqrt(sum / (2 * static_cast<double>(n))) : 0;
 }

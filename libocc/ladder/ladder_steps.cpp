@@ -180,8 +180,8 @@ Result<Rigid3> internal::ladder::nearest_candidate(const LadderProblem& p,
     double sum = 0;
     for (Eigen::Index i = 0; i < p.points_px.cols(); ++i) {
       const auto px = p.scene.camera.project(pose * p.points_in_world.col(i));
-      sum +=
-          px ? (*px - p.points_px.col(i)).squaredNorm() : std::numeric_limits<double>::infinity();
+      sum += px ? p.scene.camera.difference_px(*px, p.points_px.col(i)).squaredNorm()
+                : std::numeric_limits<double>::infinity();
     }
     if (!(sum < min_sum)) continue;
     min_sum = sum;

@@ -23,8 +23,9 @@ LIBOCC_API std::vector<Candidate> tag_poses(const AprilTag& tag, double size_m,
 
 /// Pose of the camera from the corners of the tags of the scene, each weighted by its covariance
 /// (one whose id is detected twice is ignored), and the centroids of `lamps` (id -> blob, as in
-/// Fix::lamps). Status as for solve_pose; too_few_lamps without a tag of the scene and with
-/// fewer than three lamps. Throws std::invalid_argument for a lamp that is not in the scene.
+/// Fix::lamps), which are compared with the centres of the lamps' images (project_lamp_centre).
+/// Blobs that the border cuts are ignored. Status as for solve_pose; too_few_lamps without a tag of
+/// the scene and with fewer than three whole lamps. Throws std::invalid_argument for an unknown id.
 LIBOCC_API Result<Fix> locate_by_tags(const std::vector<AprilTag>& tags, const Scene& scene,
                                       const std::map<int, Blob>& lamps = {});
 

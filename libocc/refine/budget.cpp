@@ -63,7 +63,8 @@ Result<PoseBound> bound_of_pixels(const RefinementAhead& ahead, const RefineOpti
   const Hypothesis& best = ahead.hypotheses.front();
   const bool all_show = std::all_of(best.matches.begin(), best.matches.end(),
                                     [&](const Match& m) { return shows_pixels(ahead, m); });
-  if (options.prior || options.model_sigma_px > 0 || !all_show) {
+  const bool prior = options.prior && !options.prior->empty();
+  if (prior || options.model_sigma_px > 0 || !all_show) {
     return pose_bound(best.matches, ahead.blobs, ahead.scene, best.cam_from_world, options,
                       *ahead.image);
   }

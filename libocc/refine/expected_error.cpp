@@ -35,7 +35,8 @@ Vector6 bias_of_points(const std::vector<Match>& matches, const std::vector<Blob
     d_pose << -d_point * skew(point), d_point;
     const Eigen::Matrix2d covariance_px2 =
         blob.covariance_px2 + model_sigma_px * model_sigma_px * Eigen::Matrix2d::Identity();
-    gradient += d_pose.transpose() * covariance_px2.inverse() * (*seen - *centre);
+    const Eigen::Vector2d off_px = scene.camera.difference_px(*seen, *centre);
+    gradient += d_pose.transpose() * covariance_px2.inverse() * off_px;
   }
   return covariance * gradient;
 }

@@ -73,7 +73,8 @@ void report_residuals(const State& state, const std::vector<Match>& matches,
     double centre_error = 0;
     if (centre) {
       residual.centre_px = *centre;
-      if (lamp.has_centroid) centre_error = (lamp.blob->centroid_px - *centroid).norm();
+      if (lamp.has_centroid)
+        centre_error = scene.camera.difference_px(lamp.blob->centroid_px, *centroid).norm();
     }
     residual.rms_px = lamp.has_rim() ? rim_rms(lamp, observations, state) : centre_error;
     const double of_lamp = lamp.has_centroid ? centre_error : residual.rms_px;
@@ -109,7 +110,7 @@ double contradiction_chi2(const Observations& observations, const Scene& scene, 
     const std::optional<Eigen::Vector2d> centre =
         predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene, rung);
     if (!centre) continue;
-    const Eigen::Vector2d residual = lamp.blob->centroid_px - *centre;
+    const Eigen::Vector2d residual = scene.camera.difference_px(lamp.blob->centroid_px, *centre);
     const double chi2 = residual.dot(lamp.centroid_information * residual);
     const double weight = internal::core::huber_weight(chi2, huber_sigma);
     sum += weight * (2 - weight) * chi2;

@@ -53,9 +53,10 @@ class LIBOCC_API Trajectory {
   std::vector<Vector6> velocities_;  // of the segments between waypoints
 };
 
-/// Reads TUM's format: lines `t tx ty tz qx qy qz qw`, the camera's pose in the world; `#` starts a
-/// comment. Quaternions are normalised; a norm that differs from 1 by more than 0.01 is an error.
-/// Throws std::runtime_error "FILE:LINE: REASON, got VALUE".
+/// Reads waypoints (YAML, libocc-trajectory/1, data/trajectories/README.md) or TUM's format: lines
+/// `t tx ty tz qx qy qz qw`, the camera's pose in the world; `#` starts a comment. Quaternions are
+/// normalised; a norm that differs from 1 by more than 0.01 is an error. Throws std::runtime_error
+/// "FILE:LINE: REASON, got VALUE".
 LIBOCC_API Trajectory read_trajectory(const std::string& path);
 
 /// Reads a trajectory from text; messages use `name` in place of a file name.

@@ -9,6 +9,7 @@
 
 #include "libocc/core/internal/file.hpp"
 #include "libocc/core/internal/yaml_node.hpp"
+#include "libocc/scene/internal/waypoints_reader.hpp"
 #include "libocc/scene/trajectory.hpp"
 
 namespace occ {
@@ -60,6 +61,7 @@ Waypoint waypoint_of(const Numbers& n, const std::string& name, int line) {
 }  // namespace
 
 Trajectory parse_trajectory(const std::string& text, const std::string& name) {
+  if (internal::scene::holds_waypoints(text)) return internal::scene::parse_waypoints(text, name);
   std::vector<Waypoint> waypoints;
   std::istringstream stream(text);
   int line = 0;

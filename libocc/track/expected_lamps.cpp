@@ -169,13 +169,15 @@ std::vector<ExpectedLamp> expected_lamps(const Scene& scene, const PredictedCame
   return out;
 }
 
-std::vector<PixelWindow> windows_of(const std::vector<ExpectedLamp>& expected, double gate_sigma) {
+std::vector<PixelWindow> windows_of(const std::vector<ExpectedLamp>& expected, const Camera& camera,
+                                    double gate_sigma) {
+  const Eigen::Array2d last(camera.width() - 1, camera.height() - 1);
   std::vector<PixelWindow> windows;
   for (const ExpectedLamp& lamp : expected) {
     const double gate = gate_sigma * max_sigma(lamp.covariance_px2);
     const double half = std::max(lamp.radius_px + gate + margin_px, widths * lamp.radius_px);
-    const Eigen::Array2d low = (lamp.px.array() - half).floor();
-    const Eigen::Array2d high = (lamp.px.array() + half).ceil();
+    const Eigen::Array2d low = (lamp.px.array() - half).floor().max(0);
+    const Eigen::Array2d high = (lamp.px.array() + half).ceil().min(last);
     windows.push_back({static_cast<int>(low.x()), static_cast<int>(low.y()),
                        static_cast<int>(high.x()), static_cast<int>(high.y())});
   }

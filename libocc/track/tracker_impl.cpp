@@ -155,9 +155,9 @@ std::vector<Blob> TrackerImpl::detect_at(Job& job,
   DetectOptions options = detect_;
   if (!options.sensor) options.sensor = job.view.scene.sensor;
   double pixels = 0;
-  const std::vector<PixelWindow> windows = windows_of(expected, options_.gate_sigma);
-  for (const PixelWindow& w : windows) pixels += double(w.x1 - w.x0 + 1) * double(w.y1 - w.y0 + 1);
   const Camera& camera = job.view.scene.camera;
+  const std::vector<PixelWindow> windows = windows_of(expected, camera, options_.gate_sigma);
+  for (const PixelWindow& w : windows) pixels += double(w.x1 - w.x0 + 1) * double(w.y1 - w.y0 + 1);
   const bool whole = !options_.windows || pixels > 0.5 * camera.width() * camera.height() ||
                      std::isfinite(camera.period_px());
   std::vector<Blob> blobs =

@@ -48,7 +48,9 @@ NumpyImage numpy_image(py::handle object) {
   if (!shaped) throw py::value_error(wanted + got(array));
   if (array.shape(0) > 1'000'000 || array.shape(1) > 1'000'000)
     throw py::value_error("image must have at most 1000000 rows and columns, " + got(array));
-  if (!rows_are_packed(array, channels)) array = py::array::ensure(array, py::array::c_style);
+  constexpr int aligned = py::detail::npy_api::NPY_ARRAY_ALIGNED_;  // of 16-bit values
+  if (!rows_are_packed(array, channels) || (array.flags() & aligned) == 0)
+    array = py::array::ensure(array, py::array::c_style | aligned);
 
   NumpyImage image;
   image.view.data = array.data();

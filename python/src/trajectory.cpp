@@ -77,8 +77,9 @@ Raises: ValueError naming the waypoint.
       .def_static(
           "load", [](const std::filesystem::path& path) { return reading(path, &read_trajectory); },
           py::arg("path"),
-          R"(Reads a file in TUM's format: lines `t tx ty tz qx qy qz qw`, the camera's pose in the world.
+          R"(Reads waypoints in YAML, or a file in TUM's format.
 
+TUM's format has lines `t tx ty tz qx qy qz qw`, the camera's pose in the world.
 Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming file and line.)")
       .def(
           "save",
@@ -87,7 +88,7 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
           },
           py::arg("path"), "Writes a file in TUM's format. After an error the file is unchanged.")
       .def_static("parse", &parse_text, py::arg("text"),
-                  "Reads text in TUM's format. Raises: ValueError naming the line.")
+                  "Reads text as load() does. Raises: ValueError naming the line.")
       .def("format", &format_trajectory, "Returns the text that save() writes.")
       .def("__len__", [](const Trajectory& t) { return t.waypoints().size(); })
       .def("__repr__",

@@ -138,5 +138,24 @@ TEST(IdentifyBadInput, PriorsThatContradictEachOtherAreRefused) {
       << said;
 }
 
+// A merged blob is used like a whole one only if a prior can confirm the result.
+TEST(IdentifyBadInput, AnEmptyPriorChangesNothing) {
+  const Scene scene = test::irregular_room();
+  Random random(7);
+  for (int i = 0; i < 10; ++i) {
+    View view = test::random_view(scene, random, 4);
+    view.blobs.resize(4);
+    view.blobs[0].merged = view.blobs[1].merged = true;
+    IdentifyOptions empty;
+    empty.prior = Prior{};
+    const Result<Identification> without = identify(view.blobs, scene);
+    const Result<Identification> with = identify(view.blobs, scene, empty);
+    EXPECT_EQ(without.status, Status::too_few_lamps);
+    EXPECT_EQ(with.status, without.status) << with.message;
+    EXPECT_EQ(with.message, without.message);
+    EXPECT_EQ(with->hypotheses.size(), without->hypotheses.size());
+  }
+}
+
 }  // namespace
 }  // namespace occ

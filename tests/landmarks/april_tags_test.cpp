@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "libocc/camera/camera.hpp"
+#include "libocc/formation/rim.hpp"
 #include "libocc/locate/tags.hpp"
 #include "libocc/scene/scene_file.hpp"
 #include "libocc/scene/tag.hpp"
@@ -164,7 +165,7 @@ TEST(AprilTags, LampsBesideThemImproveThePose) {
   tags.resize(1);
   std::map<int, Blob> lamps;
   for (const Lamp& lamp : scene.lamps) {
-    lamps[lamp.id].centroid_px = *scene.camera.project(truth * lamp.centre_m);
+    lamps[lamp.id].centroid_px = project_lamp_centre(lamp, truth, scene.camera).value();
     lamps[lamp.id].covariance_px2 = 4e-4 * Eigen::Matrix2d::Identity();
   }
   const Result<Fix> alone = locate_by_tags(tags, scene), both = locate_by_tags(tags, scene, lamps);

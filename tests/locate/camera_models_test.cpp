@@ -8,6 +8,7 @@
 
 #include "libocc/camera/rotating_line.hpp"
 #include "libocc/core/math.hpp"
+#include "libocc/formation/rim.hpp"
 #include "libocc/locate/locate.hpp"
 #include "libocc/locate/solve_pose.hpp"
 #include "libocc/simulate/simulate.hpp"
@@ -101,6 +102,58 @@ TEST(LocateByPanorama, ALampOnTheSeamIsOneLamp) {
   EXPECT_GT(level(0), 100);  // the lamp goes on at both ends
   EXPECT_GT(level(2396), 100);
   expect_fix(scene, pose, 2e-3, 1);
+}
+
+/// A blob at each lamp's image centre, moved by `off_px` along the row and wrapped at the seam.
+std::vector<Blob> wrapped_blobs(const Scene& scene, const Rigid3& pose, double off_px) {
+  std::vector<Blob> blobs;
+  for (const Lamp& lamp : scene.lamps) {
+    Eigen::Vector2d px = project_lamp_centre(lamp, pose, scene.camera).value();
+    px.x() += off_px;
+    const double period = scene.camera.period_px();
+    px.x() -= period * std::floor((px.x() + 0.5) / period);
+    Blob blob;
+    blob.centroid_px = px;
+    blob.covariance_px2 = 0.04 * Eigen::Matrix2d::Identity();
+    blob.flux_dn = 1000;
+    blob.x0 = static_cast<int>(px.x()) - 3;
+    blob.y0 = static_cast<int>(px.y()) - 3;
+    blob.x1 = blob.x0 + 6;
+    blob.y1 = blob.y0 + 6;
+    blobs.push_back(blob);
+  }
+  return blobs;
+}
+
+TEST(LocateByPanorama, ResidualsAcrossTheSeamAreSmall) {
+  const Scene scene = walls_scene(Camera::rotating_line(line()));
+  const Eigen::Vector3d at(3, 2.4, 1.5), to_lamp = scene.lamps[3].centre_m - at;
+  const Rigid3 pose = upright(at, std::atan2(to_lamp.y(), to_lamp.x()), 0);
+  for (const double off_px : {-0.3, -0.1, 0.1, 0.3}) {
+    // The rotation about the vertical absorbs the common offset, but the lamp is across the seam.
+    std::vector<Blob> blobs = wrapped_blobs(scene, pose, off_px);
+    blobs[3].centroid_px.x() = off_px < 0 ? 2397.8 : -0.4;
+    const Result<Fix> fix = locate(blobs, scene);
+    ASSERT_TRUE(fix.ok()) << fix.message;
+    EXPECT_EQ(fix->lamps.size(), scene.lamps.size());
+    EXPECT_LT(fix->rms_px, 1) << off_px;
+  }
+}
+
+TEST(LocateByPanorama, AMergedBlobAcrossTheSeamBelongsToItsLamp) {
+  const Scene scene = walls_scene(Camera::rotating_line(line()));
+  const Eigen::Vector3d at(3, 2.4, 1.5), to_lamp = scene.lamps[3].centre_m - at;
+  const Rigid3 pose = upright(at, std::atan2(to_lamp.y(), to_lamp.x()), 0);
+  for (const int x0 : {0, 2391}) {  // one of the two boxes is across the seam
+    std::vector<Blob> blobs = wrapped_blobs(scene, pose, 0);
+    blobs[3].merged = true;
+    blobs[3].x0 = x0;
+    blobs[3].x1 = x0 + 6;
+    blobs[3].centroid_px.x() = x0 + 3;
+    const Result<Fix> fix = locate(blobs, scene);
+    ASSERT_TRUE(fix.ok()) << fix.message;
+    EXPECT_EQ(fix->lamps.count(3), 1u) << x0;
+  }
 }
 
 TEST(LocateByFisheye, SeesTheWholeRoom) {

@@ -3,6 +3,7 @@
 
 import hashlib
 import os
+import time
 from pathlib import Path
 
 import libocc as occ
@@ -53,6 +54,10 @@ def contents(folder: Path | str) -> dict[str, str]:
     """Hashes of all files in a folder, by name."""
     files = [path for path in Path(folder).rglob("*") if path.is_file()]
     return {str(p.relative_to(folder)): hashlib.sha256(p.read_bytes()).hexdigest() for p in files}
+
+
+def sleep_long(job: object) -> None:
+    time.sleep(600)
 
 
 def double(job: int) -> int:

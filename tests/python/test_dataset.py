@@ -17,7 +17,6 @@ from libocc.cli.dataset.frames import duration_s, frames_of
 from libocc.cli.dataset.images import FORMATS, check_format, image_bytes, load_image
 from libocc.cli.dataset.masks import Silhouette, box_of, fill, from_run_lengths, run_lengths
 from libocc.cli.dataset.plain import Plain
-from libocc.cli.dataset.waypoints import waypoints_of
 from libocc.cli.dataset.write import write_frames, write_set_files
 from libocc.cli.result_folder import ResultFolder
 
@@ -36,11 +35,12 @@ def room() -> occ.Scene:
 
 @pytest.fixture(scope="module")
 def walk() -> occ.Trajectory:
-    keys = [
-        {"time_s": 2, "position_m": [0, 0, 0.1]},
-        {"time_s": 2.5, "position_m": [0.3, 0.1, 0.2], "heading_deg": 30, "tilt_deg": 6},
-    ]
-    return waypoints_of({"schema": "libocc-trajectory/1", "waypoints": keys})
+    return occ.Trajectory.parse("""
+        schema: libocc-trajectory/1
+        waypoints:
+          - {time_s: 2, position_m: [0, 0, 0.1]}
+          - {time_s: 2.5, position_m: [0.3, 0.1, 0.2], heading_deg: 30, tilt_deg: 6}
+    """)
 
 
 def written(layout: Plain, room, walk, path: Path, image_format="png"):

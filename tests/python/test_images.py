@@ -57,6 +57,18 @@ def allocated_by_numpy(image):
     return peak
 
 
+def test_unaligned_pixels_are_read():
+    """A frame in a buffer with a header of odd length, as sockets and video pipes give it."""
+    pixels = 100 * spot(np.uint16)
+    buffer = np.frombuffer(b"x" + pixels.tobytes(), np.uint8)
+    image = buffer[1:].view(np.uint16).reshape(pixels.shape)
+    assert not image.flags.aligned
+    assert centroids(image) == EXPECTED
+    rows = np.zeros((40, 121), np.uint8)  # rows of an odd number of bytes
+    rows[:, :120] = pixels.view(np.uint8)
+    assert centroids(rows[:, :120].view(np.uint16)) == EXPECTED
+
+
 def test_pixels_are_copied_only_when_a_row_is_not_packed():
     wide = spot(height=500, width=1000)
     assert allocated_by_numpy(wide) < 10_000

@@ -121,6 +121,17 @@ def test_temporary_files_are_forgotten_when_they_are_complete(tmp_path: Path) ->
     assert not interrupts.temporary_files and os.listdir(tmp_path) == ["a"]
 
 
+def test_bytes_are_on_the_disk_before_a_file_is_renamed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Otherwise a crash can leave an empty file under the final name."""
+    steps = []
+    for name in ("fsync", "replace"):
+        real = getattr(os, name)
+        monkeypatch.setattr(os, name, lambda *given, name=name, real=real: (steps.append(name), real(*given)))
+    with files.whole_file(str(tmp_path / "a")) as file:
+        file.write(b"whole")
+    assert steps == ["fsync", "replace"] and (tmp_path / "a").read_bytes() == b"whole"
+
+
 def test_the_search_of_a_chessboard_is_interrupted(tmp_path: Path) -> None:
     """Noise without a board takes OpenCV's search seconds; a large image took minutes."""
     noise = np.random.default_rng(1).normal(110, 1.0, (1500, 2000)).round().astype(np.uint8)

@@ -208,16 +208,18 @@ GOOD = "{time_s: 0, position_m: [0, 0, 0]}"
 @pytest.mark.parametrize(
     "waypoints, text",
     [
-        (f"{GOOD}, {GOOD}", "waypoints[1].time_s must be later than the previous one, got 0"),
-        (f"{GOOD}, {{time_s: 1, position_m: [0, .nan, 0]}}", "[1].position_m[1] must be a finite number"),
-        ("{time_s: .inf, position_m: [0, 0, 0]}", "waypoints[0].time_s must be a finite number, got inf"),
-        ("{time_s: 0}", "waypoints[0].position_m is missing"),
-        ("{time_s: 0, position: [0, 0, 0]}", "unknown key 'position'; did you mean position_m?"),
-        ("{time_s: 0, position_m: [0, 0]}", "waypoints[0].position_m must be 3 numbers, got [0, 0]"),
-        (f"{GOOD[:-1]}, look_at_m: [0, 0, 1], tilt_deg: 3}}", "tilt_deg must not be given together with"),
+        (f"{GOOD}, {GOOD}", "key `waypoints[1].time_s`: must be later than the previous one, got 0"),
+        (f"{GOOD}, {{time_s: 1, position_m: [0, .nan, 0]}}", "`waypoints[1].position_m`: must be a list of 3 finite"),
+        ("{time_s: .inf, position_m: [0, 0, 0]}", "key `waypoints[0].time_s`: must be a finite number, got .inf"),
+        ("{time_s: 0}", "key `waypoints[0].position_m`: is missing"),
+        ("{time_s: 0, position: [0, 0, 0]}", "position_m"),
+        (f"{GOOD[:-1]}, positoin_m: 3}}", "key `waypoints[0].positoin_m`: is not known, got 3; did you mean"),
+        ("{time_s: 0, position_m: [0, 0]}", "must be a list of 3 finite numbers, got a list of 2"),
+        (f"{GOOD[:-1]}, look_at_m: [0, 0, 1], tilt_deg: 3}}", "tilt_deg`: must not be given together with"),
         (f"{GOOD[:-1]}, look_at_m: [0, 0, 1]}}", "up"),
-        ("", "waypoints must be a list of at least one"),
-        ("{time_s: 0, position_m: [0, 0, 0]", "is not valid YAML"),
+        (f"{GOOD[:-1]}, up: [0, 0, 1]}}", "`waypoints[0].up`: must be absent without `look_at_m`"),
+        ("", "key `waypoints`: must be a list of at least one"),
+        ("{time_s: 0, position_m: [0, 0, 0]", "not YAML"),
     ],
 )
 def test_bad_waypoints(run, waypoints, text):
@@ -242,9 +244,7 @@ def test_bad_tum_files(run, text, reason):
 
 
 def test_tum_and_waypoints_make_the_same_frames(run):
-    from libocc.cli.dataset.waypoints import load_trajectory
-
-    load_trajectory("walk.yaml").save("walk.txt")
+    occ.Trajectory.load("walk.yaml").save("walk.txt")
     for name in ("yaml", "txt"):
         assert run("sequence", "room.yaml", f"walk.{name}", "--fps", 5, "--out", name)[0] == 0
     a, b = (occ.read_image(f"{name}/images/000001.png").astype(int) for name in ("yaml", "txt"))

@@ -129,6 +129,14 @@ TEST(PriorMix, ValidateNamesFieldAndValue) {
   prior.position_sigmas_m = Vector3d(1, 0, 1);
   EXPECT_EQ(complaint([&] { prior.validate(); }),
             "prior.position_sigmas_m must be positive, got [1, 0, 1]");
+  for (int axis = 0; axis < 3; ++axis) {
+    prior.position_m = Vector3d(1, 2, 3);
+    prior.position_sigmas_m = Vector3d(1, 1, 1);
+    (*prior.position_sigmas_m)[axis] = std::nan("");
+    EXPECT_NE(complaint([&] { prior.validate(); }).find("prior.position_sigmas_m must be"),
+              std::string::npos)
+        << axis;
+  }
   prior = {};
   prior.last_pose = PriorPose{pose, -Matrix6::Identity()};
   EXPECT_EQ(complaint([&] { prior.validate(); }).find("prior.last_pose's covariance must be"), 0u);

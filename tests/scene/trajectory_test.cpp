@@ -164,6 +164,51 @@ TEST(TrajectoryFile, ErrorsNameLineAndValue) {
   EXPECT_NE(complaint<std::runtime_error>([] { read_trajectory("/nowhere/walk.txt"); }), "");
 }
 
+TEST(TrajectoryFile, WaypointsInYaml) {
+  const Trajectory trajectory = parse_trajectory(R"(# a walk
+schema: libocc-trajectory/1
+waypoints:
+  - {time_s: 0, position_m: [1, 2, 0.4], heading_deg: 90}
+  - {time_s: 1, position_m: [1, 2, 0.4], heading_deg: 30, tilt_deg: 10, tilt_towards_deg: 90}
+  - {time_s: 2, position_m: [2, 2, 0.5], look_at_m: [2, 2.5, 3], up: [0, 1, 0]}
+)");
+  ASSERT_EQ(trajectory.waypoints().size(), 3u);
+  EXPECT_EQ(trajectory.end_s(), 2);
+  const Rigid3 level = trajectory.cam_from_world(0), tilted = trajectory.cam_from_world(1);
+  EXPECT_LT((level.origin_in_source() - Eigen::Vector3d(1, 2, 0.4)).norm(), 1e-12);
+  EXPECT_NEAR(heading_rad(level), std::acos(0.0), 1e-12);
+  EXPECT_LT((level.rotation.row(2).transpose() - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
+  const double tilt = std::acos(-1.0) / 18;
+  const Eigen::Vector3d axis(0, std::sin(tilt), std::cos(tilt));
+  EXPECT_LT((tilted.rotation.row(2).transpose() - axis).norm(), 1e-12);
+  EXPECT_LT(distance(trajectory.cam_from_world(2), look_at({2, 2, 0.5}, {2, 2.5, 3}, {0, 1, 0})),
+            1e-12);
+}
+
+TEST(TrajectoryFile, ReadsEveryFileThatComesWithTheLibrary) {
+  for (const char* name : {"walk", "standing", "phone_walk"})
+    EXPECT_GT(read_trajectory(std::string(LIBOCC_DATA) + "/trajectories/" + name + ".yaml").end_s(),
+              1);
+}
+
+TEST(TrajectoryFile, ErrorsInWaypointsNameKeyAndValue) {
+  const auto why = [](const std::string& waypoints) {
+    return complaint<std::runtime_error>([&] {
+      parse_trajectory("schema: libocc-trajectory/1\nwaypoints: [" + waypoints + "]\n", "w.yaml");
+    });
+  };
+  const std::string good = "{time_s: 0, position_m: [0, 0, 0]}";
+  EXPECT_EQ(why(good), "");
+  EXPECT_EQ(why(""), "w.yaml:2: key `waypoints`: must be a list of at least one, got a list of 0");
+  EXPECT_EQ(why(good + ", " + good),
+            "w.yaml:2: key `waypoints[1].time_s`: must be later than the previous one, got 0");
+  EXPECT_EQ(why("{time_s: 0}"), "w.yaml:2: key `waypoints[0].position_m`: is missing");
+  EXPECT_EQ(why("{time_s: 0, position_m: [0, 0, 0], up: [0, 0, 1]}"),
+            "w.yaml:2: key `waypoints[0].up`: must be absent without `look_at_m`, got a list of 3");
+  EXPECT_NE(why("{time_s: 0, position_m: [0, 0, 0], look_at_m: [0, 0, 0]}").find("look_at_m"),
+            std::string::npos);
+}
+
 TEST(Trajectory, RejectsInvalidTrajectories) {
   const auto why = [](std::vector<Waypoint> waypoints) {
     return complaint([&] { Trajectory trajectory(waypoints); });

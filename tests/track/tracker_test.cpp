@@ -258,6 +258,29 @@ TEST(Tracker, TwoCamerasOnOneBodyShareAPose) {
   }
 }
 
+/// Near the image plane the window of a lamp exceeds the range of int. At these depths, only one of
+/// its ends does.
+TEST(Tracker, ALampBesideTheCameraIsNotSearchedOutsideTheImage) {
+  Scene scene;
+  scene.camera = test::vga_camera();
+  for (int i = 0; i < 3; ++i)
+    scene.lamps.push_back(test::disc_lamp(i, {0.3 * i - 0.3, 0.2 * i * i, 3}, 0.05));
+  scene.lamps.push_back(test::disc_lamp(9, {2, 0, 0}, 0.1));
+  scene.lamps.back().normal = {-1, 0, 0};
+  scene.lamps.back().x_axis = {0, 0, 1};
+  Image dark;
+  dark.width = scene.camera.width();
+  dark.height = scene.camera.height();
+  dark.u8.assign(static_cast<std::size_t>(dark.width) * static_cast<std::size_t>(dark.height), 2);
+  for (double depth_m = 3.2e-4; depth_m < 3.6e-4; depth_m *= 1.0001) {
+    Tracker tracker(scene);
+    Rigid3 pose;
+    pose.translation.z() = depth_m;
+    tracker.start(0, pose, 1e-8 * Matrix6::Identity());
+    EXPECT_NO_THROW(tracker.add_image(dark.view(), 0.001)) << depth_m;
+  }
+}
+
 TEST(Tracker, RefusesImagesOfAnotherSizeAndOdometryOfTheOtherKind) {
   const Scene scene = scene_named("irregular_six");
   Tracker tracker(scene);

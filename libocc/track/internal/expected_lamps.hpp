@@ -37,8 +37,10 @@ struct ExpectedLamp {
 std::vector<ExpectedLamp> expected_lamps(const Scene& scene, const PredictedCamera& predicted,
                                          double gate_sigma, double model_sigma_px);
 
-/// Returns the windows that contain the lamps within the gate, with a margin of background.
-std::vector<PixelWindow> windows_of(const std::vector<ExpectedLamp>& expected, double gate_sigma);
+/// Returns the windows that contain the lamps within the gate, with a margin of background, clipped
+/// to the image. A lamp near the camera's image plane has an unlimited gate.
+std::vector<PixelWindow> windows_of(const std::vector<ExpectedLamp>& expected, const Camera& camera,
+                                    double gate_sigma);
 
 /// Assigns at most one blob to each lamp, nearest pairs first, within the gate. A lamp with two
 /// similarly near blobs stays unassigned.

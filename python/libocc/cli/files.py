@@ -25,6 +25,8 @@ def whole_file(path: str) -> Iterator[IO[bytes]]:
     try:
         with os.fdopen(handle, "wb") as file:
             yield file
+            file.flush()
+            os.fsync(file.fileno())  # otherwise a crash after the renaming can leave an empty file
         os.chmod(name, 0o666 & ~_umask())
         os.replace(name, path)
     except BaseException:

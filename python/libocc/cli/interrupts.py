@@ -34,12 +34,16 @@ def _raise_interrupt(number: int, frame: FrameType | None) -> None:
     signal.default_int_handler(number, frame)
 
 
-def _leave() -> None:
+def remove_temporary_files() -> None:
     for name in list(temporary_files):
         try:
             os.unlink(name)
         except OSError:
             pass
+
+
+def _leave() -> None:
+    remove_temporary_files()
     if os.isatty(2):
         os.write(2, SHOW_CURSOR)
     os.write(2, b"interrupted\n")

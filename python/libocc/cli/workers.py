@@ -3,12 +3,17 @@
 
 import importlib
 import logging
+import os
 import signal
+import threading
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import wait as wait_for_any
 from typing import Any, TypeVar
+
+from .interrupts import remove_temporary_files
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
@@ -18,15 +23,28 @@ CONNECT_S = 10  # timeout of the connection to a cluster
 POLL_S = 0.2  # interval between calls of `idle`
 
 
-def ignore_interrupts() -> None:
-    """Ignores Ctrl-C, which reaches every process of the terminal; only the process that writes files handles it."""
+def _end_with_parent() -> None:
+    parent = parent_process()
+    if parent is None:
+        return
+    wait_for_any([parent.sentinel])
+    remove_temporary_files()
+    os._exit(1)
+
+
+def start_worker() -> None:
+    """Ignores Ctrl-C, which reaches every process of the terminal; only the process that writes files handles it.
+
+    A worker waits for jobs forever, also when its parent was killed; a thread then ends it.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
 @contextmanager
 def processes(count: int) -> Iterator[tuple[Executor, int]]:
     # Processes are spawned: a forked process would inherit locked mutexes of threads that it does not have.
-    executor = ProcessPoolExecutor(count, get_context("spawn"), ignore_interrupts)
+    executor = ProcessPoolExecutor(count, get_context("spawn"), start_worker)
     try:
         yield executor, count
     finally:

@@ -4,11 +4,11 @@ from typing import Any
 
 import click
 import numpy as np
-import yaml
 
 import libocc as occ
 
 from ... import samples
+from ...yaml_files import parse_yaml, yaml_text
 from .. import error_context, file_names_in_errors, json_option, print_json
 from ..progress import progress
 
@@ -28,7 +28,7 @@ def matrix(value: Any, name: str) -> Any:
 
 def poses_from(path: str, images: tuple[str, ...]) -> list[Any]:
     """Reads a list of poses in the order of the images, or a mapping from image names to poses (YAML or JSON)."""
-    data = yaml.safe_load(Path(path).read_text())
+    data = parse_yaml(yaml_text(path))
     if isinstance(data, list):
         if len(data) != len(images):
             raise ValueError(f"has {len(data)} poses for {len(images)} images")
@@ -44,7 +44,7 @@ def poses_from(path: str, images: tuple[str, ...]) -> list[Any]:
 def pose_beside(image: str) -> Any:
     path = Path(image).with_suffix(".json")
     with error_context(path):
-        return matrix(yaml.safe_load(path.read_text()), path.name)
+        return matrix(parse_yaml(yaml_text(path)), path.name)
 
 
 def lamp_dict(light: occ.photometry.LampLight) -> dict[str, Any]:

@@ -9,6 +9,7 @@ import yaml
 
 import libocc as occ
 
+from ...yaml_files import parse_yaml, yaml_text
 from .. import Failure, error_context, file_names_in_errors, json_option, print_json
 from ..exif import camera_tags, exposures_of_series
 from ..files import whole_file
@@ -21,7 +22,7 @@ def exposures_of(given: str) -> list[float] | dict[str, float]:
     """Parses comma-separated numbers, or reads a YAML list, or a YAML mapping or CSV file of image names and times."""
     path = Path(given)
     if path.suffix.lower() in (".yaml", ".yml"):
-        data = yaml.safe_load(path.read_text())
+        data = parse_yaml(yaml_text(path))
         if isinstance(data, dict):
             return {str(name): number(time, f"exposure of {name}") for name, time in data.items()}
         if isinstance(data, list):

@@ -3,12 +3,11 @@ from typing import Any
 
 import click
 
-from ... import __version__, samples
+from ... import Trajectory, __version__, samples
 from ...yaml_files import suggestion
 from .. import INTERRUPTED, Failure, error_context
 from ..dataset.frames import Frame, frames_of
 from ..dataset.images import FORMATS, check_format
-from ..dataset.waypoints import load_trajectory
 from ..dataset.write import LAYOUTS, missing_frames, write_frames, write_set_files
 from ..progress import progress
 from ..result_folder import ResultFolder, content_hash
@@ -68,7 +67,7 @@ def command(
     if image_format not in made.formats:
         raise Failure(f"--format: layout {layout} allows {', '.join(made.formats)}, got {image_format}")
     with error_context(trajectory):
-        path = load_trajectory(str(samples.find_trajectory(trajectory)))
+        path = Trajectory.load(samples.find_trajectory(trajectory))
         every = frames_of(loaded, path, fps, image_format, seed, noise)
     frames = chosen(every, wanted)
     settings: dict[str, Any] = {

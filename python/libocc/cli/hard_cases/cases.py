@@ -2,15 +2,13 @@
 """Catalogue of hard cases: one YAML file per case; the keys are listed in `data/hard_cases/README.md`."""
 
 import inspect
-import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from ... import samples
+from ...yaml_files import Loader, parse_yaml, yaml_text
 from . import clouds, triangles
 from .views import View
 
@@ -54,8 +52,8 @@ class Case:
         return [(f"{key}={value}", {**self.parameters, key: value}) for value in values]
 
 
-class _Loader(yaml.SafeLoader):
-    """Reads the numbers of YAML 1.2, such as 1e-6; a duplicate key is an error."""
+class _Loader(Loader):
+    """A duplicate key is an error."""
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
         keys = [self.construct_object(key, deep=True) for key, _ in node.value]
@@ -64,10 +62,6 @@ class _Loader(yaml.SafeLoader):
             raise ValueError(f"key {duplicate[0]!r} is given twice")
         return dict(super().construct_mapping(node, deep=deep))
 
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"^[-+]?\d+(\.\d*)?[eE][-+]?\d+$"), list("-+0123456789")
-)
 
 KINDS: dict[str, Any] = {
     "title": str, "why": str, "generator": str, "points": int, "seed": int, "count": int,
@@ -79,14 +73,10 @@ REQUIRED = ("schema", "title", "why", "generator", "points", "seed", "count", "v
 
 def read_case(path: Path) -> Case:
     """Reads a case. Raises: OSError; ValueError naming file, key and value."""
-    text = path.read_text(encoding="utf-8")
     try:
-        data = yaml.load(text, Loader=_Loader)
-        return _checked(path.stem, data)
-    except yaml.YAMLError as error:
-        raise ValueError(f"{path}: is not valid YAML: {' '.join(str(error).split())}") from error
+        return _checked(path.stem, parse_yaml(yaml_text(path), _Loader))
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
+        raise ValueError(f"{path}: {' '.join(str(error).split())}") from error
 
 
 def _one_of(key: str, value: Any, known: Any) -> None:

@@ -3,7 +3,6 @@
 
 from ..._core import DatumKind
 from ...network import files as networks
-from ..dataset import waypoints
 from ..dataset.images import FORMATS
 from ..hard_cases import cases
 from ..poses import KEYS as POSE_KEYS
@@ -32,7 +31,7 @@ def pose() -> dict[str, Schema]:
 def trajectory() -> Schema:
     time = {"time_s": described(NUMBER, "later than the previous one [s]")}
     points = listed(mapping({**time, **pose()}, ["time_s", "position_m"]), 1)
-    return document("libocc trajectory", waypoints.SCHEMA, {"waypoints": points}, ["waypoints"])
+    return document("libocc trajectory", "libocc-trajectory/1", {"waypoints": points}, ["waypoints"])
 
 
 def sweep() -> Schema:
