@@ -95,28 +95,22 @@ void define_adjustment(py::module_& m) {
 }
 
 void define_adjusting(py::module_& m) {
-  DefaultTexts texts;
   const auto fields = adjust_fields();
-  std::apply(
-      [&](const auto&... f) {
-        const std::string doc =
-            "Adjusts a Network by weighted least squares (bundle adjustment).\n\n"
-            "The network is free during the steps; the datum is set afterwards.\n"
-            "progress(stage, iteration, cost, rejected): called in each step; False stops it.\n"
-            "Returns: Adjustment; status too_few_lamps, degenerate (the message names undetermined "
-            "unknowns) or not_converged, with the last state.\n"
-            "Raises: ValueError for an invalid network or option." +
-            fields_doc(fields, "Options");
-        m.def(
-            "adjust",
-            [fields](const Network& network, const py::object& progress,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              return run(network, from_values<AdjustOptions>(fields, values...), progress);
-            },
-            py::arg("network"), py::kw_only(), py::arg("progress") = py::none(),
-            argument(f, texts)..., doc.c_str());
+
+  const std::string doc =
+      "Adjusts a Network by weighted least squares (bundle adjustment).\n\n"
+      "The network is free during the steps; the datum is set afterwards.\n"
+      "progress(stage, iteration, cost, rejected): called in each step; False stops it.\n"
+      "Returns: Adjustment; status too_few_lamps, degenerate (the message names undetermined "
+      "unknowns) or not_converged, with the last state.\n"
+      "Raises: ValueError for an invalid network or option." +
+      fields_doc(fields, "Options");
+  define_function(
+      m, "adjust", fields,
+      [](AdjustOptions options, const Network& network, const py::object& progress) {
+        return run(network, options, progress);
       },
-      fields);
+      py::arg("network"), py::kw_only(), py::arg("progress") = py::none(), doc.c_str());
   m.def(
       "image_residuals_px",
       [](const Network& network) {

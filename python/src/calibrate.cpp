@@ -102,18 +102,14 @@ void define_calibrate(py::module_& m) {
       });
 
   const auto fields = response_fields();
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "recover_response",
-            [fields](const std::vector<NumpyImage>& images, const std::vector<double>& exposures_s,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              return recovered(images, exposures_s,
-                               from_values<ResponseOptions>(fields, values...));
-            },
-            py::arg("images"), py::arg("exposures_s"), py::kw_only(), argument(f, texts)...,
-            (R"(Recovers a camera's response from images of a still scene at several exposure times.
+  define_function(
+      m, "recover_response", fields,
+      [](ResponseOptions options, const std::vector<NumpyImage>& images,
+         const std::vector<double>& exposures_s) {
+        return recovered(images, exposures_s, options);
+      },
+      py::arg("images"), py::arg("exposures_s"), py::kw_only(),
+      (R"(Recovers a camera's response from images of a still scene at several exposure times.
 
 Per channel: Debevec and Malik, SIGGRAPH 1997, eq (3), weighted by the estimated noise; or a curve
 of a basis (Grossberg and Nayar, CVPR 2003) for two or three exposures.
@@ -121,10 +117,8 @@ images: arrays of one shape, (height, width) or (height, width, 3), uint8 or uin
 exposures_s: exposure time of each [s]; only the ratios matter.
 Returns: RecoveredResponse; its status is degenerate when the images do not determine the curve.
 Raises: ValueError for inconsistent counts, shapes or times.)" +
-             fields_doc(fields, "Options"))
-                .c_str());
-      },
-      fields);
+       fields_doc(fields, "Options"))
+          .c_str());
   define_calibrate_light(m);
 }
 

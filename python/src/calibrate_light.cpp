@@ -169,21 +169,16 @@ void define_calibrate_light(py::module_& m) {
   define_results(m);
   define_ambient(m);
   const auto fields = light_fields();
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "calibrate_light",
-            [fields](const Scene& scene, const std::vector<ImageOrBlobs>& images,
-                     const std::vector<Rigid3>& poses,
-                     const std::optional<std::vector<std::vector<Match>>>& matches,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              return calibrated(scene, images, poses, matches,
-                                from_values<LightOptions>(fields, values...));
-            },
-            py::arg("scene"), py::arg("images"), py::arg("poses"), py::arg("matches") = py::none(),
-            py::kw_only(), argument(f, texts)...,
-            (R"(Estimates power and Lambertian order of the scene's lamps from images at known poses.
+  define_function(
+      m, "calibrate_light", fields,
+      [](LightOptions options, const Scene& scene, const std::vector<ImageOrBlobs>& images,
+         const std::vector<Rigid3>& poses,
+         const std::optional<std::vector<std::vector<Match>>>& matches) {
+        return calibrated(scene, images, poses, matches, options);
+      },
+      py::arg("scene"), py::arg("images"), py::arg("poses"), py::arg("matches") = py::none(),
+      py::kw_only(),
+      (R"(Estimates power and Lambertian order of the scene's lamps from images at known poses.
 
 Weighted least squares of each lamp's fluxes: ln F = ln P + ln(m + 1) + m ln cos(phi) + geometry.
 With powers=PowerFit.common_factor, the ratios of the scene's powers are held and one factor of all
@@ -194,10 +189,8 @@ each, (4, 4). matches: for each image the Matches of lamps and blobs, instead of
 predicted images of the lamps.
 Returns: CalibratedLight; status degenerate when no lamp's power and order are determined.
 Raises: ValueError for another number of poses than of images.)" +
-             fields_doc(fields, "Options"))
-                .c_str());
-      },
-      fields);
+       fields_doc(fields, "Options"))
+          .c_str());
 }
 
 }  // namespace occ::python

@@ -30,7 +30,7 @@ auto samples_fields() {
             "known start of a period, for measuring error rates"));
 }
 
-void define_enums(py::module_& m) {
+void define_code_enums(py::module_& m) {
   define_enum(m, "CodeKind", "Kind of code by which a lamp transmits its id.", code_kind_words);
   py::native_enum<LineCode>(m, "LineCode", "enum.Enum", "Mapping from bits to chips.")
       .value("manchester", LineCode::manchester)
@@ -46,7 +46,7 @@ void define_enums(py::module_& m) {
       .finalize();
 }
 
-void define_results(py::module_& m) {
+void define_code_results(py::module_& m) {
   ResultClass<Waveform>(m, "Waveform", "Light of a lamp over one period, which repeats.")
       .def_readonly("chips", &Waveform::chips,
                     "Per channel: light relative to its maximum, in equal time steps.")
@@ -114,7 +114,7 @@ std::vector<LightSample> samples_of(const Column& start_s, double exposure_s, co
   return samples;
 }
 
-void define_functions(py::module_& m) {
+void define_code_functions(py::module_& m) {
   m.def("encode_id", &encode_id, py::arg("id"), py::arg("code"),
         R"(Returns the Waveform of a lamp that transmits an id.
 
@@ -130,42 +130,35 @@ Raises: ValueError for an invalid code or an id of too many bits, naming the fie
 rows: height of the lamp's image [px]. Chips in view = rows x row time x clock; an exposure longer
 than a chip mixes it with the next. Returns: CodeBudget.)");
   const auto fields = samples_fields();
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "decode_samples",
-            [fields](const Code& code, const Column& start_s, double exposure_s,
-                     const Column& values, double sigma, const std::optional<Indices>& channels,
-                     const std::optional<Indices>& frames,
-                     const typename std::decay_t<decltype(f)>::value_type&... options) {
-              const auto samples = samples_of(start_s, exposure_s, values, sigma, channels, frames);
-              const auto chosen = from_values<DecodeSamplesOptions>(fields, options...);
-              py::gil_scoped_release unlocked;
-              return decode_samples(samples, code, chosen);
-            },
-            py::arg("code"), py::arg("start_s"), py::arg("exposure_s"), py::arg("values"),
-            py::arg("sigma"), py::arg("channels") = py::none(), py::arg("frames") = py::none(),
-            py::kw_only(), argument(f, texts)...,
-            (R"(Decodes an id from samples of a lamp's light; returns a DecodedCode.
+  define_function(
+      m, "decode_samples", fields,
+      [](DecodeSamplesOptions options, const Code& code, const Column& start_s, double exposure_s,
+         const Column& values, double sigma, const std::optional<Indices>& channels,
+         const std::optional<Indices>& frames) {
+        const auto samples = samples_of(start_s, exposure_s, values, sigma, channels, frames);
+        py::gil_scoped_release unlocked;
+        return decode_samples(samples, code, options);
+      },
+      py::arg("code"), py::arg("start_s"), py::arg("exposure_s"), py::arg("values"),
+      py::arg("sigma"), py::arg("channels") = py::none(), py::arg("frames") = py::none(),
+      py::kw_only(),
+      (R"(Decodes an id from samples of a lamp's light; returns a DecodedCode.
 
 start_s: (n,) start of each exposure. values: (n,) mean light, about 0 (dark) to 1 (lit). sigma:
 standard deviation of each value. channels: (n,) see Waveform. frames: (n,) index of the image.)" +
-             fields_doc(fields, "Options"))
-                .c_str());
-      },
-      fields);
+       fields_doc(fields, "Options"))
+          .c_str());
 }
 
 }  // namespace
 
 void define_codes(py::module_& m) {
-  define_enums(m);
+  define_code_enums(m);
   define_documented<Code>(m, "Code", "A code by which a lamp transmits its id.", code_fields);
   define_documented<LampCode>(m, "LampCode", "The code and the id that a lamp transmits.",
                               lamp_code_fields);
-  define_results(m);
-  define_functions(m);
+  define_code_results(m);
+  define_code_functions(m);
 }
 
 }  // namespace occ::python

@@ -43,19 +43,14 @@ void define_detect(py::module_& m) {
   blob.def("__repr__", &blob_repr);
 
   const auto fields = detect_fields();
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "detect",
-            [fields](const NumpyImage& image,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              const auto options = from_values<DetectOptions>(fields, values...);
-              py::gil_scoped_release unlocked;
-              return detect(image.view, options);
-            },
-            py::arg("image"), py::kw_only(), argument(f, texts)...,
-            (R"(Detects the lamps in an image: a list of Blobs by decreasing flux, which may be empty.
+  define_function(
+      m, "detect", fields,
+      [](DetectOptions options, const NumpyImage& image) {
+        py::gil_scoped_release unlocked;
+        return detect(image.view, options);
+      },
+      py::arg("image"), py::kw_only(),
+      (R"(Detects the lamps in an image: a list of Blobs by decreasing flux, which may be empty.
 
 image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16; not copied when the
 pixels of a row are adjacent.
@@ -66,10 +61,8 @@ Raises: TypeError or ValueError for another array or an invalid option, naming i
 >>> image[10:13, 20:23] = 200
 >>> [blob.centroid_px.round(2).tolist() for blob in occ.detect(image)]
 [[21.0, 11.0]])" +
-             fields_doc(fields, "Options"))
-                .c_str());
-      },
-      fields);
+       fields_doc(fields, "Options"))
+          .c_str());
 }
 
 }  // namespace occ::python

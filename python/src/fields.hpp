@@ -10,11 +10,9 @@
 #include <pybind11/native_enum.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
-#include <pybind11/typing.h>
 
 #include <array>
-#include <cmath>
-#include <deque>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -22,6 +20,7 @@
 #include <utility>
 
 #include "casters.hpp"
+#include "keywords.hpp"
 #include "libocc/core/internal/fields.hpp"
 
 namespace occ::python {
@@ -118,125 +117,32 @@ void define_enum(py::module_& m, const char* name, const char* doc,
   values.finalize();
 }
 
-/// Python's repr of a value, with arrays as nested lists. Adding 0 turns -0 into 0.
-template <class T>
-std::string value_repr(const T& value) {
-  py::object object = py::cast(value);
-  if (py::isinstance<py::array>(object)) object = (object + py::float_(0.0)).attr("tolist")();
-  if constexpr (std::is_enum_v<T>)
-    return py::cast<std::string>(py::str(py::type::of(object).attr("__name__"))) + "." +
-           py::cast<std::string>(object.attr("name"));
-  return py::cast<std::string>(py::repr(object));
+/// The fields as keywords.
+template <class C, class... T, class... Access, class... Rule, bool... required>
+Keywords keywords_of(const std::tuple<Field<C, T, Access, Rule, required>...>& fields) {
+  Keywords keywords{&ClassTableOf<C>::table, {}};
+  for_each_field(fields, [&](const auto& f) {
+    using F = std::decay_t<decltype(f)>;
+    keywords.list.push_back({f.name, field_doc(f), F::is_required, offset_of<C>(f.access),
+                             &ConversionsOf<typename F::value_type>::table});
+  });
+  return keywords;
 }
 
-/// Texts of default values in signatures. They must exist until the function is defined, because
-/// pybind11 copies them then.
-using DefaultTexts = std::deque<std::string>;
-
-template <class C, class T, class Access, class Rule, bool is_required>
-auto argument(const Field<C, T, Access, Rule, is_required>& field, DefaultTexts& texts) {
-  if constexpr (is_required) {
-    return py::arg(field.name);
-  } else {
-    const C defaults{};
-    const T& value = field.access(defaults);
-    texts.push_back(value_repr(value));
-    if constexpr (std::is_floating_point_v<T>)
-      if (std::isinf(value)) texts.back() = "float('inf')";
-    return py::arg_v(field.name, value, texts.back().c_str());
-  }
-}
-
-template <class C, class = void>
-struct has_validate : std::false_type {};
-template <class C>
-struct has_validate<C, std::void_t<decltype(std::declval<C&>().validate())>> : std::true_type {};
-
-template <class C>
-C validated(C object) {
-  if constexpr (has_validate<C>::value) object.validate();
-  return object;
-}
-
-template <class C, class Fields, class Values, std::size_t... i>
-C assembled(const Fields& fields, Values&& values, std::index_sequence<i...>) {
-  C object{};
-  ((std::get<i>(fields).access(object) = std::get<i>(std::forward<Values>(values))), ...);
-  return validated(std::move(object));
-}
-
-/// Returns a C with these values of its fields; validated if C has validate().
-template <class C, class... F>
-C from_values(const std::tuple<F...>& fields, const typename F::value_type&... values) {
-  return assembled<C>(fields, std::forward_as_tuple(values...), std::index_sequence_for<F...>{});
-}
-
-/// "\n\n  name: doc" for each field, for a docstring.
 template <class... F>
 std::string fields_doc(const std::tuple<F...>& fields, const char* title) {
-  std::string text = std::string("\n\n") + title + ":\n";
-  for_each_field(fields, [&](const auto& f) {
-    text += std::string("  ") + f.name + ": " + field_doc(f) + "\n";
-  });
-  return text;
+  return fields_doc(keywords_of(fields), title);
 }
 
-/// Defines a documented read-only property for each field.
-template <class C, class... Extra, class... F>
-void define_properties(py::class_<C, Extra...>& cls, const std::tuple<F...>& fields) {
-  for_each_field(fields, [&](const auto& f) {
-    using T = typename std::decay_t<decltype(f)>::value_type;
-    cls.def_property_readonly(
-        f.name, [get = f.access](const C& object) -> const T& { return get(object); },
-        field_doc(f).c_str());
-  });
+template <class... F>
+void define_properties(py::object& cls, const std::tuple<F...>& fields) {
+  define_properties(cls, keywords_of(fields));
 }
 
-/// "Name(field=value, ...)" of the fields that differ from their defaults.
-template <class C, class... F>
-std::string fields_repr(const char* name, const C& object, const std::tuple<F...>& fields) {
-  std::string text;
-  const C defaults{};
-  for_each_field(fields, [&](const auto& f) {
-    const std::string value = value_repr(f.access(object));
-    if (value == value_repr(f.access(defaults))) return;
-    text += (text.empty() ? "" : ", ") + std::string(f.name) + "=" + value;
-  });
-  return std::string(name) + "(" + text + ")";
+template <class... F>
+void define_repr(py::object& cls, const char* name, const std::tuple<F...>& fields) {
+  define_repr(cls, name, keywords_of(fields));
 }
-
-template <class C, class... Extra, class... F>
-void define_repr(py::class_<C, Extra...>& cls, const char* name, const std::tuple<F...>& fields) {
-  cls.def("__repr__",
-          [fields, name](const C& object) { return fields_repr(name, object, fields); });
-}
-
-/// Returns a copy of an object with some fields changed, by name.
-template <class C, class... F>
-C replaced(C object, const py::dict& changes, const std::tuple<F...>& fields) {
-  std::size_t used = 0;
-  for_each_field(fields, [&](const auto& f) {
-    using T = typename std::decay_t<decltype(f)>::value_type;
-    if (!changes.contains(f.name)) return;
-    ++used;
-    py::detail::make_caster<T> caster;
-    if (!caster.load(changes[f.name], true))
-      throw py::type_error(std::string(f.name) + ": unsuitable value " +
-                           py::cast<std::string>(py::repr(changes[f.name])));
-    f.access(object) = py::detail::cast_op<T&&>(std::move(caster));
-  });
-  if (used != changes.size()) {
-    for (const auto& item : changes) {
-      const auto name = py::cast<std::string>(item.first);
-      const bool known =
-          std::apply([&](const auto&... f) { return ((name == f.name) || ...); }, fields);
-      if (!known) throw py::type_error("no field is named " + name);
-    }
-  }
-  return validated(std::move(object));
-}
-
-using State = py::typing::Dict<py::str, py::object>;
 
 template <class C, class... F>
 inline constexpr bool lists_all_members = [] {
@@ -248,50 +154,56 @@ inline constexpr bool lists_all_members = [] {
     return true;  // members of classes with constructors and of nested structs cannot be counted
 }();
 
-/// Pickling as a dictionary of the fields.
-template <class C, class... Extra, class... F>
-void define_pickling(py::class_<C, Extra...>& cls, const std::tuple<F...>& fields) {
-  static_assert(lists_all_members<C, F...>, "a pickled object would lose the missing fields");
-  cls.def(py::pickle(
-      [fields](const C& object) {
-        State state;
-        for_each_field(fields, [&](const auto& f) {
-          state[f.name] = py::cast(f.access(object), py::return_value_policy::copy);
-        });
-        return state;
-      },
-      [fields](const State& state) { return replaced(C{}, state, fields); }));
-}
-
-/// Defines constructor, properties, `replace` and pickling of an immutable value, but no repr.
 template <class C, class... Extra, class... F>
 void define_value(py::class_<C, Extra...>& cls, const std::tuple<F...>& fields) {
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        cls.def(py::init([fields](const typename F::value_type&... values) {
-                  return from_values<C>(fields, values...);
-                }),
-                py::kw_only(), argument(f, texts)...);
-      },
-      fields);
-  define_properties(cls, fields);
-  cls.def(
-      "replace",
-      [fields](const C& object, const py::KWArgs<py::object>& changes) {
-        return replaced(object, changes, fields);
-      },
-      "Returns a copy with the given fields changed.");
-  define_pickling(cls, fields);
+  static_assert(lists_all_members<C, F...>, "a pickled object would lose the missing fields");
+  define_value(cls, keywords_of(fields));
 }
 
 /// Defines the whole class of a plain struct.
 template <class C, class Fields>
 void define_documented(py::module_& m, const char* name, const std::string& doc,
                        const Fields& fields) {
-  py::class_<C> cls(m, name, (doc + fields_doc(fields, "Keywords (and properties)")).c_str());
+  const Keywords keywords = keywords_of(fields);
+  py::class_<C> cls(m, name, (doc + fields_doc(keywords, "Keywords (and properties)")).c_str());
   define_value(cls, fields);
-  define_repr(cls, name, fields);
+  define_repr(cls, name, keywords);
+}
+
+/// Defines a function that calls body(options, arguments...). extra: annotations of the arguments,
+/// py::kw_only() and the documentation, as for py::module_::def(). The fields of the options are
+/// keywords after the arguments. The options are validated before the call.
+template <class Fields, class Body, class... Extra>
+void define_function(py::module_& m, const char* name, const Fields& fields, const Body& body,
+                     const Extra&... extra) {
+  m.add_object(name,
+               options_function(body, keywords_of(fields), py::name(name), py::scope(m),
+                                py::sibling(py::getattr(m, name, py::none())), extra...),
+               true);
+}
+
+/// Defines a method in the same way; the first argument is the object.
+template <class Fields, class Body, class... Extra>
+void define_method(py::object& cls, const char* name, const Fields& fields, const Body& body,
+                   const Extra&... extra) {
+  cls.attr(name) = options_function(body, keywords_of(fields), py::name(name), py::is_method(cls),
+                                    py::sibling(py::getattr(cls, name, py::none())), extra...);
+}
+
+template <class C, class Body, class Options, class... Head>
+auto constructing(const Body& body, C (*)(Options, Head...)) {
+  return [body](Options options, py::detail::value_and_holder& holder, Head... arguments) {
+    holder.value_ptr() = new C(body(std::move(options), std::forward<Head>(arguments)...));
+  };
+}
+
+/// Defines a constructor of C in the same way; body(options, arguments...) returns the object.
+template <class C, class Fields, class Body, class... Extra>
+void define_constructor(py::class_<C>& cls, const Fields& fields, const Body& body,
+                        const Extra&... extra) {
+  using Called = py::detail::function_signature_t<Body>;
+  define_method(cls, "__init__", fields, constructing<C>(body, static_cast<Called*>(nullptr)),
+                py::detail::is_new_style_constructor(), extra...);
 }
 
 }  // namespace occ::python

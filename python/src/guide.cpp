@@ -176,17 +176,12 @@ Route route_of_state(const State& state) {
 template <class Waypoints, class Make>
 void define_route_from(py::class_<Route>& cls, const Make& make) {
   const auto fields = route_fields();
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        cls.def(py::init([fields, make](
-                             const Waypoints& waypoints,
-                             const typename std::decay_t<decltype(f)>::value_type&... values) {
-                  return Route(make(waypoints), from_values<RouteOptions>(fields, values...));
-                }),
-                py::arg("waypoints"), py::kw_only(), argument(f, texts)...);
+  define_constructor(
+      cls, fields,
+      [make](RouteOptions options, const Waypoints& waypoints) {
+        return Route(make(waypoints), options);
       },
-      fields);
+      py::arg("waypoints"), py::kw_only());
 }
 
 void define_route_queries(py::class_<Route>& cls) {

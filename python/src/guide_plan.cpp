@@ -127,22 +127,17 @@ void define_visibility(py::module_& m) {
           [](const F& f) { return f.column([](const auto& v) { return v.heading_sigma_rad; }); },
           "(n,) bound of the heading [rad].");
   const auto fields = view_fields();
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "visibility",
-            [fields](const Scene& scene, const Rows3& poses,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              const auto options = from_values<VisibilityOptions>(fields, values...);
-              std::vector<PlanarPose> all;
-              for (Eigen::Index i = 0; i < poses.rows(); ++i)
-                all.push_back({poses(i, 0), poses(i, 1), poses(i, 2)});
-              py::gil_scoped_release unlocked;
-              return F{visibility(scene, all, options)};
-            },
-            py::arg("scene"), py::arg("poses"), py::kw_only(), argument(f, texts)...,
-            (R"(Predicts the lamps in view and the accuracy of the pose for poses on a floor.
+  define_function(
+      m, "visibility", fields,
+      [](VisibilityOptions options, const Scene& scene, const Rows3& poses) {
+        std::vector<PlanarPose> all;
+        for (Eigen::Index i = 0; i < poses.rows(); ++i)
+          all.push_back({poses(i, 0), poses(i, 1), poses(i, 2)});
+        py::gil_scoped_release unlocked;
+        return F{visibility(scene, all, options)};
+      },
+      py::arg("scene"), py::arg("poses"), py::kw_only(),
+      (R"(Predicts the lamps in view and the accuracy of the pose for poses on a floor.
 
 poses: (n, 3), x_m, y_m, heading_rad. Returns: FloorVisibility.
 
@@ -150,10 +145,8 @@ poses: (n, 3), x_m, y_m, heading_rad. Returns: FloorVisibility.
 >>> scene = occ.Scene.load("data/scenes/kookmin_four_lamps.yaml")
 >>> occ.guide.visibility(scene, [[2, 2, 0], [0.5, 0.5, 0]]).lamps
 [[0, 1, 2, 3], [0]])" +
-             fields_doc(fields, "Options"))
-                .c_str());
-      },
-      fields);
+       fields_doc(fields, "Options"))
+          .c_str());
 }
 
 std::vector<PlanGoal> goals_of(const std::vector<std::vector<double>>& goals) {
@@ -191,22 +184,16 @@ void define_plan_route(py::module_& m) {
       .def_readonly("seen_share", &P::seen_share,
                     "Share of the route's length with sufficient view.");
   const auto fields = plan_fields();
-  DefaultTexts texts, gap_texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "plan_route",
-            [fields](const Scene& scene, const PlanarPose& start,
-                     const std::vector<std::vector<double>>& goals,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              const auto options = from_values<RoutePlanOptions>(fields, values...);
-              const std::vector<PlanGoal> wanted = goals_of(goals);
-              py::gil_scoped_release unlocked;
-              return plan_route(scene, start, wanted, options);
-            },
-            py::arg("scene"), py::arg("start"), py::arg("goals"), py::kw_only(),
-            argument(f, texts)...,
-            (R"(Plans the shortest route over goals on which the lamps stay in view.
+  define_function(
+      m, "plan_route", fields,
+      [](RoutePlanOptions options, const Scene& scene, const PlanarPose& start,
+         const std::vector<std::vector<double>>& goals) {
+        const std::vector<PlanGoal> wanted = goals_of(goals);
+        py::gil_scoped_release unlocked;
+        return plan_route(scene, start, wanted, options);
+      },
+      py::arg("scene"), py::arg("start"), py::arg("goals"), py::kw_only(),
+      (R"(Plans the shortest route over goals on which the lamps stay in view.
 
 start: PlanarPose. goals: (x_m, y_m) or (x_m, y_m, heading_rad) each, reached within 0.71 of a cell.
 If every route has sections without view, the status is blind and `gaps` lists them.
@@ -216,20 +203,16 @@ If every route has sections without view, the status is blind and `gaps` lists t
 >>> plan = occ.guide.plan_route(scene, occ.guide.PlanarPose(x_m=1, y_m=2), [(3, 2)])
 >>> plan.status.name, round(plan.route.length_m, 2)
 ('ok', 2.0))" +
-             fields_doc(fields, "Options"))
-                .c_str());
-        m.def(
-            "view_gaps",
-            [fields](const Scene& scene, const Route& route,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              return gap_rows(
-                  view_gaps(scene, route, from_values<RoutePlanOptions>(fields, values...)));
-            },
-            py::arg("scene"), py::arg("route"), py::kw_only(), argument(f, gap_texts)...,
-            "Returns the sections of a route without sufficient view: (n, 6) as RoutePlan.gaps. "
-            "Options as for plan_route().");
+       fields_doc(fields, "Options"))
+          .c_str());
+  define_function(
+      m, "view_gaps", fields,
+      [](RoutePlanOptions options, const Scene& scene, const Route& route) {
+        return gap_rows(view_gaps(scene, route, options));
       },
-      fields);
+      py::arg("scene"), py::arg("route"), py::kw_only(),
+      "Returns the sections of a route without sufficient view: (n, 6) as RoutePlan.gaps. "
+      "Options as for plan_route().");
 }
 
 void define_pan_tilt(py::module_& m) {
@@ -265,24 +248,17 @@ knots: (n, 3), along_m, pan_rad, tilt_rad; linear interpolation between them.)")
       .def_readonly("seen_share", &R::seen_share,
                     "Share of the route's length with sufficient view.");
   const auto fields = pan_tilt_fields();
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "plan_pan_tilt",
-            [fields](const Scene& scene, const Route& route,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              const auto options = from_values<PanTiltOptions>(fields, values...);
-              py::gil_scoped_release unlocked;
-              return plan_pan_tilt(scene, route, options);
-            },
-            py::arg("scene"), py::arg("route"), py::kw_only(), argument(f, texts)...,
-            ("Plans pan and tilt angles that keep the lamps in view along a route, within the "
-             "rates of the axes. Returns: PanTiltResult." +
-             fields_doc(fields, "Options"))
-                .c_str());
+  define_function(
+      m, "plan_pan_tilt", fields,
+      [](PanTiltOptions options, const Scene& scene, const Route& route) {
+        py::gil_scoped_release unlocked;
+        return plan_pan_tilt(scene, route, options);
       },
-      fields);
+      py::arg("scene"), py::arg("route"), py::kw_only(),
+      ("Plans pan and tilt angles that keep the lamps in view along a route, within the "
+       "rates of the axes. Returns: PanTiltResult." +
+       fields_doc(fields, "Options"))
+          .c_str());
 }
 
 }  // namespace

@@ -124,29 +124,23 @@ void define_headlights(py::module_& m) {
   define_classes(m);
   define_vehicles(m);
   const auto fields = headlight_fields();
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "headlight_distance",
-            [fields](const Rows2& lamps_px, const Camera& camera,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              require(lamps_px.rows() == 2, "lamps_px", lamps_px.rows(), "two rows");
-              return headlight_distance(lamps_px.transpose(), camera,
-                                        from_values<HeadlightOptions>(fields, values...));
-            },
-            py::arg("lamps_px"), py::arg("camera"), py::kw_only(), argument(f, texts)...,
-            (R"(Estimates the distance of a car of unknown yaw from the images of its two headlights.
+  define_function(
+      m, "headlight_distance", fields,
+      [](HeadlightOptions options, const Rows2& lamps_px, const Camera& camera) {
+        require(lamps_px.rows() == 2, "lamps_px", lamps_px.rows(), "two rows");
+        return headlight_distance(lamps_px.transpose(), camera, options);
+      },
+      py::arg("lamps_px"), py::arg("camera"), py::kw_only(),
+      (R"(Estimates the distance of a car of unknown yaw from the images of its two headlights.
 
 lamps_px: (2, 2), one lamp in each row. The unknown yaw leaves an interval of distances; known
 heights above the road make it shorter. Equations: libocc/locate/headlights.hpp.
 Returns: HeadlightDistance; status degenerate if the lamps are less than five sigmas apart, no_pose
 if no yaw agrees with the heights.
 Raises: ValueError for numbers that are not finite, pixels outside the lens model, or an option out
-of range.)" + fields_doc(fields, "Options"))
-                .c_str());
-      },
-      fields);
+of range.)" +
+       fields_doc(fields, "Options"))
+          .c_str());
 }
 
 }  // namespace occ::python

@@ -98,28 +98,20 @@ void define_matches(py::module_& m) {
 
 void define_identify_function(py::module_& m) {
   const auto fields = identify_fields();
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "identify",
-            [fields](const std::vector<Blob>& blobs, const Scene& scene,
-                     const std::optional<Prior>& prior,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              auto options = from_values<IdentifyOptions>(fields, values...);
-              options.prior = prior;
-              py::gil_scoped_release unlocked;
-              return identify(blobs, scene, options);
-            },
-            py::arg("blobs"), py::arg("scene"), py::arg("prior") = py::none(), py::kw_only(),
-            argument(f, texts)...,
-            ("Assigns blobs to lamps by blink code and by geometry, with or without a prior.\n\n"
-             "Returns: Identification with all poses that are consistent with the map, best "
-             "first." +
-             fields_doc(fields, "Options"))
-                .c_str());
+  define_function(
+      m, "identify", fields,
+      [](IdentifyOptions options, const std::vector<Blob>& blobs, const Scene& scene,
+         const std::optional<Prior>& prior) {
+        options.prior = prior;
+        py::gil_scoped_release unlocked;
+        return identify(blobs, scene, options);
       },
-      fields);
+      py::arg("blobs"), py::arg("scene"), py::arg("prior") = py::none(), py::kw_only(),
+      ("Assigns blobs to lamps by blink code and by geometry, with or without a prior.\n\n"
+       "Returns: Identification with all poses that are consistent with the map, best "
+       "first." +
+       fields_doc(fields, "Options"))
+          .c_str());
 }
 
 }  // namespace

@@ -84,31 +84,23 @@ void define_refine(py::module_& m) {
       });
 
   const auto fields = refine_fields();
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "refine",
-            [fields](const Rigid3& start, const std::vector<Match>& matches,
-                     const std::vector<Blob>& blobs, const Scene& scene,
-                     const std::optional<Prior>& prior,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              auto options = from_values<RefineOptions>(fields, values...);
-              options.prior = prior;
-              py::gil_scoped_release unlocked;
-              return refine(start, matches, blobs, scene, options);
-            },
-            py::arg("start"), py::arg("matches"), py::arg("blobs"), py::arg("scene"),
-            py::arg("prior") = py::none(), py::kw_only(), argument(f, texts)...,
-            ("Computes the maximum-likelihood pose for an assignment of blobs to lamps.\n\n"
-             "start: initial cam_from_world (4x4), such as that of a Hypothesis. matches: list of\n"
-             "Match. Without the image, Rung.direct falls back to the rims.\n"
-             "Returns: Refined; status too_few_lamps, degenerate or not_converged.\n"
-             "Raises: ValueError for a match outside its list or a start that is not finite." +
-             fields_doc(fields, "Options"))
-                .c_str());
+  define_function(
+      m, "refine", fields,
+      [](RefineOptions options, const Rigid3& start, const std::vector<Match>& matches,
+         const std::vector<Blob>& blobs, const Scene& scene, const std::optional<Prior>& prior) {
+        options.prior = prior;
+        py::gil_scoped_release unlocked;
+        return refine(start, matches, blobs, scene, options);
       },
-      fields);
+      py::arg("start"), py::arg("matches"), py::arg("blobs"), py::arg("scene"),
+      py::arg("prior") = py::none(), py::kw_only(),
+      ("Computes the maximum-likelihood pose for an assignment of blobs to lamps.\n\n"
+       "start: initial cam_from_world (4x4), such as that of a Hypothesis. matches: list of\n"
+       "Match. Without the image, Rung.direct falls back to the rims.\n"
+       "Returns: Refined; status too_few_lamps, degenerate or not_converged.\n"
+       "Raises: ValueError for a match outside its list or a start that is not finite." +
+       fields_doc(fields, "Options"))
+          .c_str());
 }
 
 void define_fix(py::module_& m) {
@@ -214,24 +206,18 @@ the selected rung with the reason.
 Raises: TypeError or ValueError for an unsupported array, an image that does not have the camera's
 size, or an option out of range.)" +
       fields_doc(fields, "Options");
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "locate",
-            [fields](const ImageOrBlobs& given, const Scene& scene,
-                     const std::optional<Prior>& prior,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              auto options = from_values<LocateOptions>(fields, values...);
-              options.prior = prior;
-              py::gil_scoped_release unlocked;
-              return given.image ? locate(given.image->view, scene, options)
-                                 : locate(given.blobs, scene, options);
-            },
-            py::arg("image"), py::arg("scene"), py::arg("prior") = py::none(), py::kw_only(),
-            argument(f, texts)..., doc.c_str());
+
+  define_function(
+      m, "locate", fields,
+      [](LocateOptions options, const ImageOrBlobs& given, const Scene& scene,
+         const std::optional<Prior>& prior) {
+        options.prior = prior;
+        py::gil_scoped_release unlocked;
+        return given.image ? locate(given.image->view, scene, options)
+                           : locate(given.blobs, scene, options);
       },
-      fields);
+      py::arg("image"), py::arg("scene"), py::arg("prior") = py::none(), py::kw_only(),
+      doc.c_str());
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include <string>
 #include <tuple>
 #include <type_traits>
+#include <typeinfo>
 #include <utility>
 #include <vector>
 
@@ -111,6 +112,14 @@ inline constexpr bool is_shared_v = false;
 template <class T>
 inline constexpr bool is_shared_v<std::shared_ptr<T>> = true;
 
+using Objects = std::vector<py::object>;
+py::object list_of(const Objects& items);
+py::object tuple_of(const Objects& items);
+/// Elements of a sequence.
+Objects elements_of(const py::object& sequence);
+/// Throws ValueError if `state` does not have this number of elements.
+Objects members_of(const py::object& state, std::size_t count, const std::type_info& type);
+
 /// Converts a value to Python objects that can be pickled.
 template <class T>
 py::object packed(const T& value) {
@@ -119,27 +128,25 @@ py::object packed(const T& value) {
   } else if constexpr (std::is_enum_v<T>) {
     return py::int_(static_cast<int>(value));
   } else if constexpr (internal::core::is_optional_v<T>) {
-    return value ? py::object(py::make_tuple(packed(*value))) : py::none();
+    return value ? tuple_of({packed(*value)}) : py::none();
   } else if constexpr (is_shared_v<T>) {
-    return value ? py::object(py::make_tuple(packed(*value))) : py::none();
+    return value ? tuple_of({packed(*value)}) : py::none();
   } else if constexpr (is_numbers_v<T>) {
     return py::array_t<typename T::value_type>(static_cast<py::ssize_t>(value.size()),
                                                value.data());
   } else if constexpr (is_list_v<T> || is_std_array_v<T>) {
-    py::list items;
-    for (const typename T::value_type& item : value) items.append(packed(item));
-    return items;
+    Objects items;
+    for (const typename T::value_type& item : value) items.push_back(packed(item));
+    return list_of(items);
   } else if constexpr (is_map_v<T>) {
-    py::list items;
-    for (const auto& [key, item] : value) items.append(py::make_tuple(packed(key), packed(item)));
-    return items;
+    Objects items;
+    for (const auto& [key, item] : value) items.push_back(tuple_of({packed(key), packed(item)}));
+    return list_of(items);
   } else if constexpr (is_pair_v<T>) {
-    return py::make_tuple(packed(value.first), packed(value.second));
+    return tuple_of({packed(value.first), packed(value.second)});
   } else if constexpr (std::is_aggregate_v<T>) {
-    py::list items;
-    std::apply([&](const auto&... member) { (items.append(packed(member)), ...); },
-               Members<T>::tie(const_cast<T&>(value)));
-    return py::tuple(items);
+    return std::apply([](const auto&... member) { return tuple_of({packed(member)...}); },
+                      Members<T>::tie(const_cast<T&>(value)));
   } else {
     return py::cast(value, py::return_value_policy::copy);
   }
@@ -156,42 +163,35 @@ void unpack(const py::object& state, T& value) {
     value = static_cast<T>(state.cast<int>());
   } else if constexpr (internal::core::is_optional_v<T>) {
     value.reset();
-    if (!state.is_none())
-      value.emplace(unpacked<typename T::value_type>(py::object(state[py::int_(0)])));
+    if (!state.is_none()) value.emplace(unpacked<typename T::value_type>(elements_of(state).at(0)));
   } else if constexpr (is_shared_v<T>) {
     value.reset();
     if (state.is_none()) return;
     using Element = std::remove_const_t<typename T::element_type>;
-    value = std::make_shared<Element>(unpacked<Element>(py::object(state[py::int_(0)])));
+    value = std::make_shared<Element>(unpacked<Element>(elements_of(state).at(0)));
   } else if constexpr (is_numbers_v<T>) {
     const auto numbers = state.cast<py::array_t<typename T::value_type>>();
     value.assign(numbers.data(), numbers.data() + numbers.size());
   } else if constexpr (is_list_v<T>) {
     value.clear();
-    for (const py::handle item : state)
-      value.push_back(unpacked<typename T::value_type>(py::reinterpret_borrow<py::object>(item)));
+    for (const py::object& item : elements_of(state))
+      value.push_back(unpacked<typename T::value_type>(item));
   } else if constexpr (is_std_array_v<T>) {
     std::size_t i = 0;
-    for (const py::handle item : state)
-      unpack(py::reinterpret_borrow<py::object>(item), value.at(i++));
+    for (const py::object& item : elements_of(state)) unpack(item, value.at(i++));
   } else if constexpr (is_map_v<T>) {
     value.clear();
     using Item = std::pair<typename T::key_type, typename T::mapped_type>;
-    for (const py::handle item : state)
-      value.insert(unpacked<Item>(py::reinterpret_borrow<py::object>(item)));
+    for (const py::object& item : elements_of(state)) value.insert(unpacked<Item>(item));
   } else if constexpr (is_pair_v<T>) {
-    unpack(py::object(state[py::int_(0)]), value.first);
-    unpack(py::object(state[py::int_(1)]), value.second);
+    const Objects items = elements_of(state);
+    unpack(items.at(0), value.first);
+    unpack(items.at(1), value.second);
   } else if constexpr (!std::is_base_of_v<py::handle, T> && std::is_aggregate_v<T>) {
     const auto members = Members<T>::tie(value);
-    constexpr std::size_t count = std::tuple_size_v<decltype(members)>;
-    if (py::len(state) != count)
-      throw py::value_error("a pickled " + py::type_id<T>() + " must have " +
-                            std::to_string(count) + " members, got " +
-                            std::to_string(py::len(state)));
-    std::size_t i = 0;
-    std::apply([&](auto&... member) { (unpack(py::object(state[py::int_(i++)]), member), ...); },
-               members);
+    const Objects items = members_of(state, std::tuple_size_v<decltype(members)>, typeid(T));
+    auto item = items.begin();
+    std::apply([&](auto&... member) { (unpack(*item++, member), ...); }, members);
   } else {
     value = state.cast<T>();
   }

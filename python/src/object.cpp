@@ -70,29 +70,22 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
 
 void define_identify_object(py::module_& m) {
   const auto fields = identify_fields();
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "identify_object",
-            [fields](const std::vector<Blob>& blobs, const Object& object, const Camera& camera,
-                     const std::optional<Prior>& prior,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              auto options = from_values<IdentifyOptions>(fields, values...);
-              options.prior = prior;
-              py::gil_scoped_release unlocked;
-              return identify_object(blobs, object, camera, options);
-            },
-            py::arg("blobs"), py::arg("object"), py::arg("camera"), py::arg("prior") = py::none(),
-            py::kw_only(), argument(f, texts)...,
-            ("Assigns blobs to the points of an object and returns all plausible poses.\n\n"
-             "prior: for cam_from_world; the world frame is the object's frame.\n"
-             "Returns: Identification; cam_from_world is cam_from_object, Match.lamp an index in "
-             "object.points." +
-             fields_doc(fields, "Options"))
-                .c_str());
+  define_function(
+      m, "identify_object", fields,
+      [](IdentifyOptions options, const std::vector<Blob>& blobs, const Object& object,
+         const Camera& camera, const std::optional<Prior>& prior) {
+        options.prior = prior;
+        py::gil_scoped_release unlocked;
+        return identify_object(blobs, object, camera, options);
       },
-      fields);
+      py::arg("blobs"), py::arg("object"), py::arg("camera"), py::arg("prior") = py::none(),
+      py::kw_only(),
+      ("Assigns blobs to the points of an object and returns all plausible poses.\n\n"
+       "prior: for cam_from_world; the world frame is the object's frame.\n"
+       "Returns: Identification; cam_from_world is cam_from_object, Match.lamp an index in "
+       "object.points." +
+       fields_doc(fields, "Options"))
+          .c_str());
 }
 
 void define_recognition(py::module_& m) {
@@ -139,32 +132,25 @@ void define_recognition(py::module_& m) {
 
 void define_recognise(py::module_& m) {
   const auto fields = identify_fields();
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "recognise",
-            [fields](const std::vector<Blob>& blobs, const std::vector<Object>& objects,
-                     const Camera& camera, const std::optional<Prior>& prior,
-                     double max_false_alarms,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              RecogniseOptions options;
-              options.identify = from_values<IdentifyOptions>(fields, values...);
-              options.identify.prior = prior;
-              options.max_false_alarms = max_false_alarms;
-              py::gil_scoped_release unlocked;
-              return recognise(blobs, objects, camera, options);
-            },
-            py::arg("blobs"), py::arg("objects"), py::arg("camera"), py::arg("prior") = py::none(),
-            py::kw_only(), py::arg("max_false_alarms") = RecogniseOptions{}.max_false_alarms,
-            argument(f, texts)...,
-            ("Recognises objects in an image, with their poses and expected false alarms.\n\n"
-             "max_false_alarms: maximum expected number of matches as good by chance.\n"
-             "Returns: Recognition. Each blob belongs to one object; an object can occur twice." +
-             fields_doc(fields, "Options"))
-                .c_str());
+  define_function(
+      m, "recognise", fields,
+      [](IdentifyOptions identify, const std::vector<Blob>& blobs,
+         const std::vector<Object>& objects, const Camera& camera,
+         const std::optional<Prior>& prior, double max_false_alarms) {
+        RecogniseOptions options;
+        options.identify = std::move(identify);
+        options.identify.prior = prior;
+        options.max_false_alarms = max_false_alarms;
+        py::gil_scoped_release unlocked;
+        return recognise(blobs, objects, camera, options);
       },
-      fields);
+      py::arg("blobs"), py::arg("objects"), py::arg("camera"), py::arg("prior") = py::none(),
+      py::kw_only(), py::arg("max_false_alarms") = RecogniseOptions{}.max_false_alarms,
+      ("Recognises objects in an image, with their poses and expected false alarms.\n\n"
+       "max_false_alarms: maximum expected number of matches as good by chance.\n"
+       "Returns: Recognition. Each blob belongs to one object; an object can occur twice." +
+       fields_doc(fields, "Options"))
+          .c_str());
 }
 
 void define_detectable_points(py::module_& m) {
@@ -184,29 +170,23 @@ void define_detectable_points(py::module_& m) {
       field("min_edge", &O::min_edge, "minimum length of an edge [diagonal of the bounding box]"),
       field("max_points", &O::max_points, "maximum number of points, those with the longest edges"),
       field("directions", &O::directions, "number of directions from which visibility is tested"));
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "detectable_points",
-            [fields](const Rows3& vertices, const RowIndices& faces,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              const auto options = from_values<O>(fields, values...);
-              const Eigen::Matrix3Xd v = vertices.transpose();
-              const Eigen::Matrix3Xi i = faces.transpose();
-              py::gil_scoped_release unlocked;
-              return detectable_points(v, i, options);
-            },
-            py::arg("vertices"), py::arg("faces"), py::kw_only(), argument(f, texts)...,
-            ("Finds the points of a mesh that are detectable in images: where long sharp edges "
-             "meet.\n\n"
-             "vertices: (n, 3) [m]. faces: (k, 3) indices, counterclockwise seen from outside;\n"
-             "read_mesh() gives both. Returns: DetectablePoints, longest edges first.\n"
-             "Raises: ValueError naming the argument." +
-             fields_doc(fields, "Options"))
-                .c_str());
+
+  define_function(
+      m, "detectable_points", fields,
+      [](O options, const Rows3& vertices, const RowIndices& faces) {
+        const Eigen::Matrix3Xd v = vertices.transpose();
+        const Eigen::Matrix3Xi i = faces.transpose();
+        py::gil_scoped_release unlocked;
+        return detectable_points(v, i, options);
       },
-      fields);
+      py::arg("vertices"), py::arg("faces"), py::kw_only(),
+      ("Finds the points of a mesh that are detectable in images: where long sharp edges "
+       "meet.\n\n"
+       "vertices: (n, 3) [m]. faces: (k, 3) indices, counterclockwise seen from outside;\n"
+       "read_mesh() gives both. Returns: DetectablePoints, longest edges first.\n"
+       "Raises: ValueError naming the argument." +
+       fields_doc(fields, "Options"))
+          .c_str());
 }
 
 void define_localisation_value(py::module_& m) {

@@ -55,7 +55,6 @@ class SharedRenderer {
 
 void define_renderer(py::module_& m) {
   const auto fields = options_fields();
-  DefaultTexts texts;
   py::class_<SharedRenderer> cls(
       m, "Renderer",
       R"(Renders many images of one scene, bit-identical to those of simulate().
@@ -71,33 +70,25 @@ Threads that share a Renderer wait for each other; use one per thread.
 [62, 71])");
   cls.def(py::init<const Scene&>(), py::arg("scene"));
   cls.def_property_readonly("scene", &SharedRenderer::scene, "Scene of the images.");
-  std::apply(
-      [&](const auto&... f) {
-        cls.def(
-            "render",
-            [fields](SharedRenderer& renderer, const Rigid3& cam_from_world,
-                     const typename std::decay_t<decltype(f)>::value_type&... values)
-                -> py::typing::Tuple<PixelArray, Truth> {
-              auto [image, truth] =
-                  renderer.render(cam_from_world, from_values<SimulateOptions>(fields, values...));
-              return py::make_tuple(to_numpy(std::move(image)), std::move(truth));
-            },
-            py::arg("cam_from_world"), py::kw_only(), argument(f, texts)...,
-            ("Returns (image, truth) like simulate()." + fields_doc(fields, "Options")).c_str());
-        cls.def(
-            "time",
-            [fields](SharedRenderer& renderer, const Rigid3& cam_from_world, double min_time_s,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              return renderer.time(cam_from_world, min_time_s,
-                                   from_values<SimulateOptions>(fields, values...));
-            },
-            py::arg("cam_from_world"), py::arg("min_time_s"), py::kw_only(), argument(f, texts)...,
-            ("Returns the mean time of an image without conversion to Python [s], measured over at "
-             "least min_time_s with increasing frame numbers." +
-             fields_doc(fields, "Options"))
-                .c_str());
+
+  define_method(
+      cls, "render", fields,
+      [](SimulateOptions options, SharedRenderer& renderer,
+         const Rigid3& cam_from_world) -> py::typing::Tuple<PixelArray, Truth> {
+        auto [image, truth] = renderer.render(cam_from_world, options);
+        return py::make_tuple(to_numpy(std::move(image)), std::move(truth));
       },
-      fields);
+      py::arg("cam_from_world"), py::kw_only(),
+      ("Returns (image, truth) like simulate()." + fields_doc(fields, "Options")).c_str());
+  define_method(
+      cls, "time", fields,
+      [](SimulateOptions options, SharedRenderer& renderer, const Rigid3& cam_from_world,
+         double min_time_s) { return renderer.time(cam_from_world, min_time_s, options); },
+      py::arg("cam_from_world"), py::arg("min_time_s"), py::kw_only(),
+      ("Returns the mean time of an image without conversion to Python [s], measured over at "
+       "least min_time_s with increasing frame numbers." +
+       fields_doc(fields, "Options"))
+          .c_str());
 }
 
 }  // namespace occ::python

@@ -75,24 +75,17 @@ auto robust_fields() {
 void define_robust_pose(py::module_& m) {
   define_result_class(m);
   const auto fields = robust_fields();
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "robust_pose",
-            [fields](const Rows3& points_in_world_m, const Rows2& points_px, const Camera& camera,
-                     double sigma_px,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              auto options = from_values<RobustPoseOptions>(fields, values...);
-              options.sigma_px = sigma_px;
-              py::gil_scoped_release unlocked;
-              return robust_pose(points_in_world_m.transpose(), points_px.transpose(), camera,
-                                 options);
-            },
-            py::arg("points_in_world_m"), py::arg("points_px"), py::arg("camera"),
-            py::arg("sigma_px") = RobustPoseOptions{}.sigma_px, py::kw_only(),
-            argument(f, texts)...,
-            (R"(Computes the pose from point correspondences with many outliers.
+  define_function(
+      m, "robust_pose", fields,
+      [](RobustPoseOptions options, const Rows3& points_in_world_m, const Rows2& points_px,
+         const Camera& camera, double sigma_px) {
+        options.sigma_px = sigma_px;
+        py::gil_scoped_release unlocked;
+        return robust_pose(points_in_world_m.transpose(), points_px.transpose(), camera, options);
+      },
+      py::arg("points_in_world_m"), py::arg("points_px"), py::arg("camera"),
+      py::arg("sigma_px") = RobustPoseOptions{}.sigma_px, py::kw_only(),
+      (R"(Computes the pose from point correspondences with many outliers.
 
 Uses RANSAC with local optimisation, then least squares over the inliers. points_in_world_m: (n, 3).
 points_px: (n, 2), their pixels. sigma_px: standard deviation of an inlier's pixel coordinates.
@@ -102,10 +95,8 @@ for fewer than four points (three with up_in_cam); degenerate for points or inli
 lie on a line; not_converged.
 Raises: ValueError for counts that differ, numbers that are not finite, pixels outside the lens
 model, or an option out of range.)" +
-             fields_doc(fields, "Options"))
-                .c_str());
-      },
-      fields);
+       fields_doc(fields, "Options"))
+          .c_str());
 }
 
 }  // namespace occ::python

@@ -109,20 +109,15 @@ void define_plan(py::module_& m) {
                value_repr(1e3 * e.render_s) + " ms>";
       });
   const auto fields = options_fields();
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "explain",
-            [fields](const Scene& scene, const Rigid3& cam_from_world, int repetitions,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              const auto options = from_values<SimulateOptions>(fields, values...);
-              py::gil_scoped_release unlocked;
-              return explain(scene, cam_from_world, options, repetitions);
-            },
-            py::arg("scene"), py::arg("cam_from_world"), py::kw_only(), py::arg("repetitions") = 9,
-            argument(f, texts)...,
-            R"(Reports how much each effect changes an image of the scene, and how long it takes.
+  define_function(
+      m, "explain", fields,
+      [](SimulateOptions options, const Scene& scene, const Rigid3& cam_from_world,
+         int repetitions) {
+        py::gil_scoped_release unlocked;
+        return explain(scene, cam_from_world, options, repetitions);
+      },
+      py::arg("scene"), py::arg("cam_from_world"), py::kw_only(), py::arg("repetitions") = 9,
+      R"(Reports how much each effect changes an image of the scene, and how long it takes.
 
 repetitions: images per measured time, of which the median is taken; 0: times are not measured.
 Further keywords as for simulate(). Raises: ValueError as simulate() does.
@@ -133,21 +128,17 @@ Further keywords as for simulate(). Raises: ValueError as simulate() does.
 >>> pose = occ.look_at(position_m=[0, 0, 1], target_m=[0, 0, 3], up=[0, 1, 0])
 >>> [e.effect for e in occ.explain(scene, pose, repetitions=0).effects if e.applied]
 ['extent', 'light_gradient', 'psf', 'noise', 'saturation'])");
-        m.def(
-            "plan_render",
-            [fields](const Scene& scene, const Rigid3& cam_from_world,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              const RenderPlan plan = plan_render(scene, cam_from_world,
-                                                  from_values<SimulateOptions>(fields, values...));
-              return std::vector<EffectPlan>(plan.effects.begin(), plan.effects.end());
-            },
-            py::arg("scene"), py::arg("cam_from_world"), py::kw_only(), argument(f, texts)...,
-            R"(Lists the effects that simulate() renders with the same arguments, with bounds.
+  define_function(
+      m, "plan_render", fields,
+      [](SimulateOptions options, const Scene& scene, const Rigid3& cam_from_world) {
+        const RenderPlan plan = plan_render(scene, cam_from_world, options);
+        return std::vector<EffectPlan>(plan.effects.begin(), plan.effects.end());
+      },
+      py::arg("scene"), py::arg("cam_from_world"), py::kw_only(),
+      R"(Lists the effects that simulate() renders with the same arguments, with bounds.
 
 Returns: an EffectPlan for each effect, in the order of Effects.use.
 Raises: ValueError as simulate() does.)");
-      },
-      fields);
 }
 
 }  // namespace
@@ -160,25 +151,20 @@ void define_simulate(py::module_& m) {
   define_plan(m);
   define_truth(m);
   const auto fields = options_fields();
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "simulate",
-            [fields](const Scene& scene, const Rigid3& cam_from_world,
-                     const typename std::decay_t<decltype(f)>::value_type&... values)
-                -> py::typing::Tuple<PixelArray, Truth> {
-              const auto options = from_values<SimulateOptions>(fields, values...);
-              Rendered rendered = [&] {
-                py::gil_scoped_release unlocked;
-                return simulate(scene, cam_from_world, options);
-              }();
-              return py::make_tuple(to_numpy(std::move(rendered.image)),
-                                    Truth{std::make_shared<const Scene>(scene), options,
-                                          rendered.cam_from_world, std::move(rendered.lamps)});
-            },
-            py::arg("scene"), py::arg("cam_from_world"), py::kw_only(), argument(f, texts)...,
-            (R"(Renders the image of a scene that its camera takes from a pose.
+  define_function(
+      m, "simulate", fields,
+      [](SimulateOptions options, const Scene& scene,
+         const Rigid3& cam_from_world) -> py::typing::Tuple<PixelArray, Truth> {
+        Rendered rendered = [&] {
+          py::gil_scoped_release unlocked;
+          return simulate(scene, cam_from_world, options);
+        }();
+        return py::make_tuple(to_numpy(std::move(rendered.image)),
+                              Truth{std::make_shared<const Scene>(scene), options,
+                                    rendered.cam_from_world, std::move(rendered.lamps)});
+      },
+      py::arg("scene"), py::arg("cam_from_world"), py::kw_only(),
+      (R"(Renders the image of a scene that its camera takes from a pose.
 
 cam_from_world: 4x4, see look_at(). Returns (image, truth): a (height, width) array, uint8 or
 uint16 by the sensor's bit depth, and a Truth.
@@ -191,10 +177,8 @@ Raises: ValueError if the pose is not a rigid transform.
 >>> image, truth = occ.simulate(scene, cam_from_world=pose, seed=1)
 >>> image.shape, image.dtype.name, truth.lamps[0].centre_px.tolist()
 ((48, 64), 'uint8', [31.5, 23.5]))" +
-             fields_doc(fields, "Options"))
-                .c_str());
-      },
-      fields);
+       fields_doc(fields, "Options"))
+          .c_str());
   define_renderer(m);
 }
 

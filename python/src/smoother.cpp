@@ -108,7 +108,9 @@ Raises: ValueError for counts that differ, numbers that are not finite, or a sig
 
   ResultClass<PlanarPrior>(m, "PlanarPrior", "Prior of a pose on a floor.")
       .def(py::init([](double time_s, const PlanarPose& pose, const Eigen::Matrix3d& covariance) {
-             return validated(PlanarPrior{time_s, pose, covariance});
+             PlanarPrior prior{time_s, pose, covariance};
+             prior.validate();
+             return prior;
            }),
            py::kw_only(), py::arg("time_s"), py::arg("pose"), py::arg("covariance"))
       .def_readonly("time_s", &PlanarPrior::time_s, "Time [s].")
@@ -292,46 +294,34 @@ the body's origin above the world's z = 0; the body is upright. Returns: PlanarS
 
 void define_smooth(py::module_& m) {
   const auto fields = smoother_fields();
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "smooth",
-            [fields](const std::vector<SmootherFrame>& frames,
-                     const std::vector<Odometry>& odometry,
-                     const std::vector<PoseObservation>& observations,
-                     const std::optional<std::vector<Rigid3>>& start,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              const auto options = from_values<SmootherOptions>(fields, values...);
-              py::gil_scoped_release unlocked;
-              return smooth({frames, observations, odometry, start.value_or(std::vector<Rigid3>())},
-                            options);
-            },
-            py::arg("frames"), py::arg("odometry") = std::vector<Odometry>(),
-            py::arg("observations") = std::vector<PoseObservation>(), py::arg("start") = py::none(),
-            py::kw_only(), argument(f, texts)...,
-            (smooth_doc + fields_doc(fields, "Options")).c_str());
-        m.def(
-            "smooth_planar",
-            [fields](const std::vector<SmootherFrame>& frames,
-                     const std::vector<PlanarOdometry>& odometry,
-                     const std::vector<PoseObservation>& observations,
-                     const std::vector<PlanarPrior>& priors,
-                     const std::optional<std::vector<PlanarPose>>& start, double height_m,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              const auto options = from_values<SmootherOptions>(fields, values...);
-              py::gil_scoped_release unlocked;
-              return smooth_planar({frames, observations, priors, odometry,
-                                    start.value_or(std::vector<PlanarPose>()), height_m},
-                                   options);
-            },
-            py::arg("frames"), py::arg("odometry") = std::vector<PlanarOdometry>(),
-            py::arg("observations") = std::vector<PoseObservation>(),
-            py::arg("priors") = std::vector<PlanarPrior>(), py::arg("start") = py::none(),
-            py::arg("height_m") = 0.0, py::kw_only(), argument(f, texts)...,
-            (smooth_planar_doc + fields_doc(fields, "Options")).c_str());
+  define_function(
+      m, "smooth", fields,
+      [](SmootherOptions options, const std::vector<SmootherFrame>& frames,
+         const std::vector<Odometry>& odometry, const std::vector<PoseObservation>& observations,
+         const std::optional<std::vector<Rigid3>>& start) {
+        py::gil_scoped_release unlocked;
+        return smooth({frames, observations, odometry, start.value_or(std::vector<Rigid3>())},
+                      options);
       },
-      fields);
+      py::arg("frames"), py::arg("odometry") = std::vector<Odometry>(),
+      py::arg("observations") = std::vector<PoseObservation>(), py::arg("start") = py::none(),
+      py::kw_only(), (smooth_doc + fields_doc(fields, "Options")).c_str());
+  define_function(
+      m, "smooth_planar", fields,
+      [](SmootherOptions options, const std::vector<SmootherFrame>& frames,
+         const std::vector<PlanarOdometry>& odometry,
+         const std::vector<PoseObservation>& observations, const std::vector<PlanarPrior>& priors,
+         const std::optional<std::vector<PlanarPose>>& start, double height_m) {
+        py::gil_scoped_release unlocked;
+        return smooth_planar({frames, observations, priors, odometry,
+                              start.value_or(std::vector<PlanarPose>()), height_m},
+                             options);
+      },
+      py::arg("frames"), py::arg("odometry") = std::vector<PlanarOdometry>(),
+      py::arg("observations") = std::vector<PoseObservation>(),
+      py::arg("priors") = std::vector<PlanarPrior>(), py::arg("start") = py::none(),
+      py::arg("height_m") = 0.0, py::kw_only(),
+      (smooth_planar_doc + fields_doc(fields, "Options")).c_str());
 }
 
 template <class E, class Whole>
@@ -418,41 +408,28 @@ void define_window(py::module_& m, const char* name, const char* doc, const Make
 }
 
 void define_windows(py::module_& m) {
-  DefaultTexts texts;
   const std::string options_doc = fields_doc(smoother_fields(), "Options");
   const std::string doc = window_doc + options_doc.substr(options_doc.find(":\n") + 2);
   define_window<WindowSmoother, Odometry>(
       m, "WindowSmoother", doc.c_str(), [&](auto& cls, const auto& fields) {
-        std::apply(
-            [&](const auto&... f) {
-              cls.def(
-                  py::init([fields](
-                               int poses,
-                               const typename std::decay_t<decltype(f)>::value_type&... values) {
-                    return WindowSmoother({poses, from_values<SmootherOptions>(fields, values...)});
-                  }),
-                  py::arg("poses") = WindowOptions{}.poses, py::kw_only(), argument(f, texts)...);
+        define_constructor(
+            cls, fields,
+            [](SmootherOptions options, int poses) {
+              return WindowSmoother({poses, options});
             },
-            fields);
+            py::arg("poses") = WindowOptions{}.poses, py::kw_only());
       });
   define_window<PlanarWindowSmoother, PlanarOdometry>(
       m, "PlanarWindowSmoother",
       (doc + "  height_m: height of the body's origin above the world's z = 0 [m]; it is upright\n")
           .c_str(),
       [&](auto& cls, const auto& fields) {
-        std::apply(
-            [&](const auto&... f) {
-              cls.def(
-                  py::init(
-                      [fields](int poses, double height_m,
-                               const typename std::decay_t<decltype(f)>::value_type&... values) {
-                        return PlanarWindowSmoother(
-                            {poses, from_values<SmootherOptions>(fields, values...)}, height_m);
-                      }),
-                  py::arg("poses") = WindowOptions{}.poses, py::arg("height_m") = 0.0,
-                  py::kw_only(), argument(f, texts)...);
+        define_constructor(
+            cls, fields,
+            [](SmootherOptions options, int poses, double height_m) {
+              return PlanarWindowSmoother({poses, options}, height_m);
             },
-            fields);
+            py::arg("poses") = WindowOptions{}.poses, py::arg("height_m") = 0.0, py::kw_only());
       });
 }
 

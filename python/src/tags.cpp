@@ -91,40 +91,33 @@ Raises: ValueError for a size that is not positive.)");
 tags: AprilTags. lamps: lamp id -> Blob, as in a Fix. Returns: Fix; status too_few_lamps when no tag
 of the scene is visible. Raises: ValueError for a lamp that the scene does not have.)");
   const auto fields = april_tag_fields();
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        m.def(
-            "detect_april_tags",
-            [fields](const NumpyImage& image, const std::optional<Camera>& camera,
-                     const py::object& progress,
-                     const typename std::decay_t<decltype(f)>::value_type&... values) {
-              auto options = from_values<AprilTagOptions>(fields, values...);
-              if (camera) options.bends_px = side_bends(*camera);
-              if (!progress.is_none())
-                options.progress = [&](int done, int tiles) {
-                  py::gil_scoped_acquire locked;
-                  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-                  const py::object answer = progress(done, tiles);
-                  return answer.is_none() || answer.cast<bool>();
-                };
-              py::gil_scoped_release unlocked;
-              return detect_april_tags(image.view, options);
-            },
-            py::arg("image"), py::kw_only(), py::arg("camera") = py::none(),
-            py::arg("progress") = py::none(), argument(f, texts)...,
-            ("Detects the AprilTags in an image; sorted by id, corners to hundredths of a "
-             "pixel.\n\n"
-             "image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16.\n"
-             "camera: camera of the image, if known: the bends of the tags' sides are then "
-             "computed\n"
-             "from its distortion instead of being estimated.\n"
-             "progress(tiles_done, tiles): called after each tile; False stops the search.\n"
-             "Returns: list of AprilTag. Raises: ValueError for an invalid image or option." +
-             fields_doc(fields, "Options"))
-                .c_str());
+  define_function(
+      m, "detect_april_tags", fields,
+      [](AprilTagOptions options, const NumpyImage& image, const std::optional<Camera>& camera,
+         const py::object& progress) {
+        if (camera) options.bends_px = side_bends(*camera);
+        if (!progress.is_none())
+          options.progress = [&](int done, int tiles) {
+            py::gil_scoped_acquire locked;
+            if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+            const py::object answer = progress(done, tiles);
+            return answer.is_none() || answer.cast<bool>();
+          };
+        py::gil_scoped_release unlocked;
+        return detect_april_tags(image.view, options);
       },
-      fields);
+      py::arg("image"), py::kw_only(), py::arg("camera") = py::none(),
+      py::arg("progress") = py::none(),
+      ("Detects the AprilTags in an image; sorted by id, corners to hundredths of a "
+       "pixel.\n\n"
+       "image: (height, width) or (height, width, 3 or 4) array of uint8 or uint16.\n"
+       "camera: camera of the image, if known: the bends of the tags' sides are then "
+       "computed\n"
+       "from its distortion instead of being estimated.\n"
+       "progress(tiles_done, tiles): called after each tile; False stops the search.\n"
+       "Returns: list of AprilTag. Raises: ValueError for an invalid image or option." +
+       fields_doc(fields, "Options"))
+          .c_str());
 }
 
 }  // namespace occ::python

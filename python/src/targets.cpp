@@ -103,28 +103,21 @@ void define_targets(py::module_& m) {
 
 Windows are bit-identical to parts of one image, so a panorama that exceeds the memory can be
 rendered piece by piece.)");
-  DefaultTexts texts;
   const auto fields = option_fields();
-  std::apply(
-      [&](const auto&... f) {
-        renderer.def(
-            py::init([fields](const Camera& camera, const Rigid3& pose,
-                              const std::vector<Tag>& tags,
-                              const std::vector<CircularTarget>& circles,
-                              const std::vector<ChessboardTarget>& boards,
-                              const typename std::decay_t<decltype(f)>::value_type&... values) {
-              return TargetRenderer({tags, circles, boards}, camera, pose,
-                                    from_values<TargetImageOptions>(fields, values...));
-            }),
-            py::arg("camera"), py::arg("cam_from_world"), py::kw_only(),
-            py::arg_v("tags", std::vector<Tag>{}, "[]"),
-            py::arg_v("circles", std::vector<CircularTarget>{}, "[]"),
-            py::arg_v("boards", std::vector<ChessboardTarget>{}, "[]"), argument(f, texts)...,
-            ("Raises: ValueError naming the target or option that is not valid." +
-             fields_doc(fields, "Options"))
-                .c_str());
+  define_constructor(
+      renderer, fields,
+      [](TargetImageOptions options, const Camera& camera, const Rigid3& pose,
+         const std::vector<Tag>& tags, const std::vector<CircularTarget>& circles,
+         const std::vector<ChessboardTarget>& boards) {
+        return TargetRenderer({tags, circles, boards}, camera, pose, options);
       },
-      fields);
+      py::arg("camera"), py::arg("cam_from_world"), py::kw_only(),
+      py::arg_v("tags", std::vector<Tag>{}, "[]"),
+      py::arg_v("circles", std::vector<CircularTarget>{}, "[]"),
+      py::arg_v("boards", std::vector<ChessboardTarget>{}, "[]"),
+      ("Raises: ValueError naming the target or option that is not valid." +
+       fields_doc(fields, "Options"))
+          .c_str());
   renderer
       .def_property_readonly(
           "tags", [](const TargetRenderer& r) { return r.truth().tags; },

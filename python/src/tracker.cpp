@@ -74,23 +74,17 @@ auto tracker_fields() {
   return std::tuple_cat(own, fields_within(&O::locate, of_locate));
 }
 
-void define_constructor(py::class_<Tracker>& cls) {
+void define_init(py::class_<Tracker>& cls) {
   const auto fields = tracker_fields();
-  DefaultTexts texts;
-  std::apply(
-      [&](const auto&... f) {
-        cls.def(py::init([fields](const Scene& scene, const std::optional<Prior>& prior,
-                                  const Rigid3& cam_from_body,
-                                  const typename std::decay_t<decltype(f)>::value_type&... values) {
-                  auto options = from_values<TrackerOptions>(fields, values...);
-                  options.locate.prior = prior;
-                  return Tracker(scene, options, cam_from_body);
-                }),
-                py::arg("scene"), py::arg("prior") = py::none(), py::kw_only(),
-                py::arg_v("cam_from_body", Rigid3{}, "numpy.eye(4)"), argument(f, texts)...,
-                fields_doc(fields, "Options").c_str());
+  define_constructor(
+      cls, fields,
+      [](TrackerOptions options, const Scene& scene, const std::optional<Prior>& prior,
+         const Rigid3& cam_from_body) {
+        options.locate.prior = prior;
+        return Tracker(scene, options, cam_from_body);
       },
-      fields);
+      py::arg("scene"), py::arg("prior") = py::none(), py::kw_only(),
+      py::arg_v("cam_from_body", Rigid3{}, "numpy.eye(4)"), fields_doc(fields, "Options").c_str());
 }
 
 }  // namespace
@@ -114,7 +108,7 @@ accepted after several images agree on it; the jump is reported (`relocated`).
 >>> frame = tracker.add_image(image, 0.0)
 >>> frame.state.name, frame.position_m.round(2).tolist()
 ('tracking', [1.9, 2.1, 0.3]))");
-  define_constructor(cls);
+  define_init(cls);
   using Unlocked = py::call_guard<py::gil_scoped_release>;
   cls.def("add_camera", &Tracker::add_camera, py::arg("scene"), py::arg("cam_from_body"),
           "Adds a camera on the same body. Returns: its number.")
