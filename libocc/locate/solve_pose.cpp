@@ -12,6 +12,7 @@
 #include "libocc/core/statistics.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/locate/internal/best_candidate.hpp"
+#include "libocc/locate/internal/curved_covariance.hpp"
 #include "libocc/locate/internal/point_problem.hpp"
 #include "libocc/pose/candidates.hpp"
 #include "libocc/pose/internal/missing_method.hpp"
@@ -172,15 +173,9 @@ Candidate candidate_of(const Problem& p, const PointFit& fit) {
   c.cam_from_world = p.frame.restored(fit.pose);
   c.chi2 = fit.equations.chi2;
   c.dof = 2 * p.seen.count() - 6;
-  // Rotation about the centroid and shift in units of the size -> left perturbation.
-  Matrix6 jacobian = Matrix6::Identity();
-  jacobian.bottomRightCorner<3, 3>() *= p.frame.size_m;
-  jacobian.bottomLeftCorner<3, 3>() = skew(p.frame.size_m * fit.pose.translation);
-  // J (L L^T)^-1 J^T as Y^T Y, L Y = J^T: symmetric to the last bit.
-  const Matrix6 y = fit.equations.information.llt().matrixL().solve(jacobian.transpose());
-  c.covariance.noalias() = variance_factor(c.chi2, c.dof) * y.transpose() * y;
-  c.covariance.bottomRightCorner<3, 3>() +=
-      arc_moment(c.covariance.topLeftCorner<3, 3>(), p.frame.size_m * fit.pose.translation);
+  c.covariance = left_covariance(p.seen, fit, variance_factor(c.chi2, c.dof));
+  c.covariance.rightCols<3>() *= p.frame.size_m;
+  c.covariance.bottomRows<3>() *= p.frame.size_m;
   c.position_m = c.cam_from_world.origin_in_source();
   return c;
 }
