@@ -32,9 +32,10 @@ Matrix6 left_jacobian(const Eigen::Vector3d& arm) {
 
 class Curve {
  public:
-  Curve(const SeenPoints& seen, const PointFit& fit, const Matrix6& inverse,
-        double variance_factor)
-      : seen_(seen), fit_(fit), inverse_(inverse) {
+  Curve(const SeenPoints& seen, const PointFit& fit, double variance_factor)
+      : seen_(seen), fit_(fit) {
+    const Matrix6 root = fit.equations.information.llt().matrixL().solve(Matrix6::Identity());
+    inverse_ = root.transpose() * root;
     // Directions in units of an angle: shifts relative to the distance.
     Vector6 unit = Vector6::Ones();
     unit.tail<3>().setConstant(1 / fit.pose.translation.norm());
@@ -54,8 +55,7 @@ class Curve {
     constexpr double max_stretch2 = 16;
     Vector6 x = s;
     for (int i = 0; i < steps; ++i) {
-      const Vector6 gradient =
-          residual_along(seen_, fit_.pose, moved(x)) - fit_.equations.gradient;
+      const Vector6 gradient = residual_along(seen_, fit_.pose, moved(x)) - fit_.equations.gradient;
       x -= inverse_ * gradient - s;
     }
     const Matrix6& information = fit_.equations.information;
@@ -73,6 +73,8 @@ class Curve {
     left[1] << -turn, from - so3_exp(-turn) * to;
     return left;
   }
+
+  double chi2_at(const Vector6& s) const { return point_chi2(seen_, moved(at(s))); }
 
  private:
   Rigid3 moved(const Vector6& x) const {
@@ -116,14 +118,20 @@ void contain(const Vector6& pose, Matrix6& covariance) {
     covariance += (1 / max_tail_chi2 - 1 / chi2) * pose * pose.transpose();
 }
 
-void contain_tails(const Curve& curve, Matrix6& covariance) {
+// Steps of tail_sigmas along and between the two most uncertain directions.
+std::array<Vector6, 8> tails_of(const Curve& curve) {
   const Vector6 a = tail_sigmas * curve.direction(0), b = tail_sigmas * curve.direction(1);
   const double diagonal = std::sqrt(0.5);
-  const std::array<Vector6, 4> tails{a, b, diagonal * (a + b), diagonal * (a - b)};
-  for (const Vector6& tail : tails)
-    for (const double sign : {-1.0, 1.0})
-      for (const Vector6& left : curve.left_at(sign * tail)) contain(left, covariance);
+  const Vector6 c = diagonal * (a + b), d = diagonal * (a - b);
+  return {-a, a, -b, b, -c, c, -d, d};
 }
+
+void contain_tails(const Curve& curve, Matrix6& covariance) {
+  for (const Vector6& tail : tails_of(curve))
+    for (const Vector6& left : curve.left_at(tail)) contain(left, covariance);
+}
+
+}  // namespace
 
 // Upper bound of the arc, in sigmas, on which the farthest of the points or the camera moves.
 bool is_curved(const PointFit& fit, double rotation_variance) {
@@ -134,25 +142,25 @@ bool is_curved(const PointFit& fit, double rotation_variance) {
   return !(arc * radius * std::sqrt(information) < max_sigmas);
 }
 
-}  // namespace
-
-bool is_curved(const PointFit& fit) {
-  const Eigen::Matrix<double, 6, 3> turn = Eigen::Matrix<double, 6, 3>::Identity();
-  return is_curved(fit, fit.equations.information.llt().matrixL().solve(turn).squaredNorm());
+bool is_flat(const SeenPoints& seen, const PointFit& fit, double variance_factor) {
+  constexpr double min_share = 0.6;
+  const Curve curve(seen, fit, variance_factor);
+  const double expected = variance_factor * tail_sigmas * tail_sigmas;
+  for (const Vector6& tail : tails_of(curve))
+    if (curve.chi2_at(tail) - fit.equations.chi2 < min_share * expected) return true;
+  return false;
 }
 
 Matrix6 left_covariance(const SeenPoints& seen, const PointFit& fit, double variance_factor) {
   const Eigen::Vector3d& arm = fit.pose.translation;
   const Matrix6 jacobian = left_jacobian(arm);
   // J (L L^T)^-1 J^T as Y^T Y, L Y = J^T: symmetric to the last bit.
-  const auto factor = fit.equations.information.llt();
-  const Matrix6 y = factor.matrixL().solve(jacobian.transpose());
+  const Matrix6 y = fit.equations.information.llt().matrixL().solve(jacobian.transpose());
   Matrix6 left;
   left.noalias() = variance_factor * y.transpose() * y;
   const bool curved = is_curved(fit, left.topLeftCorner<3, 3>().trace());
   if (curved) {
-    const Matrix6 inverse_root = factor.matrixL().solve(Matrix6::Identity());
-    const Curve curve(seen, fit, inverse_root.transpose() * inverse_root, variance_factor);
+    const Curve curve(seen, fit, variance_factor);
     left += jacobian * second_order_moment(curve) * jacobian.transpose();
     left.bottomRightCorner<3, 3>() += arc_moment(left.topLeftCorner<3, 3>(), arm);
     contain_tails(curve, left);

@@ -67,8 +67,8 @@ Result<Fix> fix_of(const Correspondences& m, const Consensus& consensus) {
   const Eigen::Matrix2Xd seen = m.points_px(Eigen::all, consensus.inliers);
   Result<Fix> fix = solve_pose(those, seen, m.camera, solve);
   const double gate2 = m.options.gate_sigmas * m.options.gate_sigmas;
-  const auto left_out = static_cast<double>(m.points_in_world.cols()) -
-                        static_cast<double>(consensus.inliers.size());
+  const auto left_out =
+      static_cast<double>(m.points_in_world.cols()) - static_cast<double>(consensus.inliers.size());
   const double chi2 = gate2 * (consensus.cost - left_out);
   if (!fix->candidates.empty() && fix->candidates.front().chi2 <= chi2 * (1 + 1e-3) + 1e-3)
     return fix;
@@ -79,10 +79,10 @@ Result<Fix> fix_of(const Correspondences& m, const Consensus& consensus) {
 // The fit lowers the residuals, so its pose is used where there is one.
 Significance significance_of(const Correspondences& m, const Consensus& consensus, const Fix& fix) {
   std::vector<double> chi2;
-  each_chi2(m.problem.seen,
-            fix.candidates.empty() ? consensus.pose
-                                   : m.problem.frame.normalised(fix.cam_from_world),
-            chi2);
+  each_chi2(
+      m.problem.seen,
+      fix.candidates.empty() ? consensus.pose : m.problem.frame.normalised(fix.cam_from_world),
+      chi2);
   std::vector<Agreement> inliers;
   for (const int i : consensus.inliers)
     inliers.push_back({i, m.options.sigma_px * std::sqrt(chi2[i])});
@@ -162,8 +162,8 @@ void conclude(const RobustPoseOptions& options, bool confident, Result<RobustPos
   }
 }
 
-void conclude_fit(const Correspondences& m, const Consensus& consensus, const ConsensusOptions& search,
-                  Result<RobustPose>& result) {
+void conclude_fit(const Correspondences& m, const Consensus& consensus,
+                  const ConsensusOptions& search, Result<RobustPose>& result) {
   const Result<Fix> fix = fix_of(m, consensus);
   result.value.fix = *fix;
   result.status = fix.status;
@@ -220,8 +220,8 @@ Result<RobustPose> robust_pose(const Eigen::Matrix3Xd& points_in_world,
     return result;
   }
   const Correspondences all{points_in_world, points_px, camera, options,
-                    make_point_problem(points_in_world, points_px, camera,
-                                       Eigen::VectorXd::Constant(1, options.sigma_px))};
+                            make_point_problem(points_in_world, points_px, camera,
+                                               Eigen::VectorXd::Constant(1, options.sigma_px))};
   const PointProblem& problem = all.problem;
   if (on_a_line(problem, spread_triple(problem.points))) {
     result.status = Status::degenerate;

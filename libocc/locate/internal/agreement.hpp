@@ -22,7 +22,7 @@ struct Agreement {
 
 struct Significance {
   double log_false_alarms = 0;  ///< natural logarithm; infinite for too few inliers
-  double radius_px = 0;         ///< of all inliers
+  double radius_px = 0;         ///< radius that contains all inliers
 };
 
 /// ln of the expected number of random poses with these inliers. As in AC-RANSAC (Moisan, Stival,
