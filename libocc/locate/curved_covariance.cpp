@@ -18,7 +18,7 @@ constexpr double tail_sigmas = 4;
 
 // Largest squared Mahalanobis distance of a pose at tail_sigmas. Beside 16 for the pose itself it
 // leaves room for the errors along the other axes.
-constexpr double max_tail_chi2 = 50;
+constexpr double max_tail_chi2 = 36;
 
 // The other directions are determined several times better.
 constexpr int weak_directions = 3;
@@ -143,7 +143,7 @@ bool is_curved(const PointFit& fit, double rotation_variance) {
 }
 
 bool is_flat(const SeenPoints& seen, const PointFit& fit, double variance_factor) {
-  constexpr double min_share = 0.6;
+  constexpr double min_share = 0.7;
   const Curve curve(seen, fit, variance_factor);
   const double expected = variance_factor * tail_sigmas * tail_sigmas;
   for (const Vector6& tail : tails_of(curve))
