@@ -110,12 +110,20 @@ Matrix6 second_order_moment(const Curve& curve) {
   return moment + trace * trace.transpose();
 }
 
-// Enlarges the covariance just enough that `pose` has max_tail_chi2 (formula of Sherman and
-// Morrison).
-void contain(const Vector6& pose, Matrix6& covariance) {
-  const double chi2 = pose.dot(core::solve_llt<Matrix6, Vector6>(covariance, pose));
-  if (std::isfinite(chi2) && chi2 > max_tail_chi2)
-    covariance += (1 / max_tail_chi2 - 1 / chi2) * pose * pose.transpose();
+// Enlarges the covariance just enough that `pose` has max_tail_chi2, in the direction in which it
+// leaves the tangent (formula of Sherman and Morrison).
+void contain(const Vector6& pose, const Vector6& tangent, Matrix6& covariance) {
+  const Vector6 bend = pose - tangent;
+  const Vector6 weighted = core::solve_llt<Matrix6, Vector6>(covariance, pose);
+  const double excess = pose.dot(weighted) - max_tail_chi2;
+  if (!(excess > 0) || !std::isfinite(excess)) return;
+  const double along = bend.dot(weighted);
+  const double bend2 = bend.dot(core::solve_llt<Matrix6, Vector6>(covariance, bend));
+  const double left = along * along - excess * bend2;
+  if (left > 0)
+    covariance += excess / left * bend * bend.transpose();
+  else
+    covariance += excess / (max_tail_chi2 * pose.dot(weighted)) * pose * pose.transpose();
 }
 
 // Steps of tail_sigmas along and between the two most uncertain directions.
@@ -126,9 +134,13 @@ std::array<Vector6, 8> tails_of(const Curve& curve) {
   return {-a, a, -b, b, -c, c, -d, d};
 }
 
-void contain_tails(const Curve& curve, Matrix6& covariance) {
-  for (const Vector6& tail : tails_of(curve))
-    for (const Vector6& left : curve.left_at(tail)) contain(left, covariance);
+void contain_tails(const Curve& curve, const Matrix6& jacobian, Matrix6& covariance) {
+  for (const Vector6& tail : tails_of(curve)) {
+    const Vector6 tangent = jacobian * tail;
+    const std::array<Vector6, 2> left = curve.left_at(tail);
+    contain(left[0], tangent, covariance);
+    contain(left[1], -tangent, covariance);
+  }
 }
 
 }  // namespace
@@ -163,7 +175,7 @@ Matrix6 left_covariance(const SeenPoints& seen, const PointFit& fit, double vari
     const Curve curve(seen, fit, variance_factor);
     left += jacobian * second_order_moment(curve) * jacobian.transpose();
     left.bottomRightCorner<3, 3>() += arc_moment(left.topLeftCorner<3, 3>(), arm);
-    contain_tails(curve, left);
+    contain_tails(curve, jacobian, left);
     left = (0.5 * (left + left.transpose())).eval();
   } else {
     left.bottomRightCorner<3, 3>() += arc_moment(left.topLeftCorner<3, 3>(), arm);
