@@ -32,12 +32,12 @@ double neighbours(const Eigen::Matrix2Xd& pixels, double radius_px,
 }
 
 // Radius of `count` inliers, sorted by residual. Least squares over k points leaves the share
-// (2 k - 6) / (2 k) of their variance.
-double radius_of(const std::vector<Agreement>& inliers, std::size_t count) {
-  constexpr double rounding_px = 1e-9;
+// (2 k - 6) / (2 k) of their variance. Residuals below sigma do not add to the significance: few
+// wrong points fit some of many poses that well.
+double radius_of(const std::vector<Agreement>& inliers, std::size_t count, double sigma_px) {
   const auto k = static_cast<double>(count);
   const double unbiased = std::sqrt(k / std::max(k - 3, 0.5));
-  return std::max(rounding_px, unbiased * inliers[count - 1].residual_px);
+  return std::max(sigma_px, unbiased * inliers[count - 1].residual_px);
 }
 
 // Point farthest from the best-fitting line.
@@ -61,14 +61,14 @@ FalseAlarmModel chance_anywhere(const Eigen::Matrix2Xd& pixels, double radius_px
 }
 
 Significance significance(const Eigen::Matrix2Xd& pixels, std::vector<Agreement> inliers,
-                          int sample, int poses) {
+                          double sigma_px, int sample, int poses) {
   constexpr double next_radius = 0.5;
   std::sort(inliers.begin(), inliers.end(), [](const Agreement& a, const Agreement& b) {
     return a.residual_px != b.residual_px ? a.residual_px < b.residual_px : a.point < b.point;
   });
   Significance best{std::numeric_limits<double>::infinity(), 0};
   for (std::size_t count = inliers.size(); static_cast<int>(count) > sample;) {
-    const double radius_px = radius_of(inliers, count);
+    const double radius_px = radius_of(inliers, count, sigma_px);
     FalseAlarmModel chance = chance_anywhere(pixels, radius_px, sample, poses);
     const double close = neighbours(pixels, radius_px, inliers, count);
     chance.probability = std::max(chance.probability, close / (chance.points - 1));

@@ -86,7 +86,8 @@ Significance significance_of(const Correspondences& m, const Consensus& consensu
   std::vector<Agreement> inliers;
   for (const int i : consensus.inliers)
     inliers.push_back({i, m.options.sigma_px * std::sqrt(chi2[i])});
-  return significance(m.points_px, inliers, sample_size(m.options), poses_per_sample(m.options));
+  return significance(m.points_px, inliers, m.options.sigma_px, sample_size(m.options),
+                      poses_per_sample(m.options));
 }
 
 // The smallest number of inliers that is not significantly fewer: if each of two poses is equally

@@ -33,7 +33,7 @@ constexpr double optimism = 0.1;
 constexpr double max_delta_chi2 = 18.4;
 
 // Beyond this standard deviation, the rotation is not determined.
-constexpr double max_rotation_sigma_rad = 0.2;
+constexpr double max_rotation_sigma_rad = 0.25;
 
 // A subset of many points finds and ranks the start values.
 constexpr int few_points = 12;

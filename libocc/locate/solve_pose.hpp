@@ -39,10 +39,11 @@ struct LIBOCC_API SolvePoseOptions {
 /// includes the second-order effect of a rotation about distant points (arc_moment), and of a
 /// projection that is not linear within the errors (few points in a plane or near a line).
 ///
-/// Status: ok; ambiguous (a likelihood ratio below 10000 to the next candidate, after scaling by the
-/// variance factor of the best one if it is above 1); too_few_lamps (fewer than three points);
-/// degenerate (points that coincide or, given sigma_px and the residuals, lie
-/// on a line, or do not determine the pose, or leave a rotation uncertain by 0.2 rad); no_pose (no pose fits); not_converged (any candidate).
+/// Status: ok; ambiguous (a likelihood ratio below 10000 to the next candidate, after scaling by
+/// the variance factor of the best one if it is above 1); too_few_lamps (fewer than three points);
+/// degenerate (points that coincide or, given sigma_px and the residuals, lie on a line, or do not
+/// determine the pose, or leave a rotation uncertain by 0.25 rad); no_pose (no pose fits);
+/// not_converged (any candidate).
 /// The fix holds the best candidate, if there is one, for every status. Throws
 /// std::invalid_argument for counts that differ, values that are not finite, pixels outside the
 /// camera's domain, an unknown solver, and a solver that needs the vertical direction.

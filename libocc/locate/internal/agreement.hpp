@@ -28,10 +28,10 @@ struct Significance {
 /// ln of the expected number of random poses with these inliers. As in AC-RANSAC (Moisan, Stival,
 /// IJCV 57, 2004), the radius within which random points agree follows from the residuals: the
 /// radius, of a few, with the fewest false alarms. Residuals of a least-squares fit are scaled up
-/// by its degrees of freedom. In crowded areas a wrong correspondence is often as good as the
-/// correct one; inliers that share a radius count once.
+/// by its degrees of freedom; the smallest radius is sigma_px. In crowded areas a wrong
+/// correspondence is often as good as the correct one; inliers that share a radius count once.
 Significance significance(const Eigen::Matrix2Xd& pixels, std::vector<Agreement> inliers,
-                          int sample, int poses);
+                          double sigma_px, int sample, int poses);
 
 /// True if all inliers but a few lie on a line, and those few are not significant: every rotation
 /// about the line fits the others, and the best rotation of random points would gain as many.
