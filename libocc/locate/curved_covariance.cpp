@@ -18,7 +18,7 @@ constexpr double tail_sigmas = 4;
 
 // Largest squared Mahalanobis distance of a pose at tail_sigmas. Beside 16 for the pose itself it
 // leaves room for the errors along the other axes.
-constexpr double max_tail_chi2 = 50;
+constexpr double max_tail_chi2 = 36;
 
 // The other directions are determined several times better.
 constexpr int weak_directions = 3;

@@ -216,7 +216,8 @@ void expect_honest_when_small(int problems) {
   EXPECT_EQ(a.lost, 0);
   EXPECT_LE(a.wrong, 5e-4 * problems) << a;
   EXPECT_LE(a.missing, 5e-4 * problems) << a;
-  EXPECT_LE(a.refused, 2e-4 * problems) << a;
+  // A tilt by more than a quarter of a radian is open, and only one pose is a minimum.
+  EXPECT_LE(a.refused, 0.06 * problems) << a;
 }
 
 // Four random points in a plane: the errors of the rotation may reach some degrees, so that the

@@ -9,7 +9,7 @@
 // Two steps widen the covariance. The second-order term of x(s) adds its second moment for normal
 // s,  M = b b^T + 2 sum_ij b_ij b_ij^T  with  b = sum_i b_ii. A Gaussian of that moment still has
 // shorter tails than the curve. Therefore, the covariance is enlarged until poses at 4 sigma along
-// the curve are inside 7 of its sigmas.
+// the curve are inside 6 of its sigmas.
 #pragma once
 
 #include "libocc/core/abi.hpp"
