@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
@@ -13,20 +14,30 @@ namespace occ::internal::locate {
 using namespace internal::pose;
 namespace {
 
-// Number of pixels of other points within the gate, averaged over the inliers.
-double neighbours(const Eigen::Matrix2Xd& pixels, double gate_px, const std::vector<int>& inliers) {
+// Number of pixels of other points within the radius, averaged over the first inliers.
+double neighbours(const Eigen::Matrix2Xd& pixels, double radius_px,
+                  const std::vector<Agreement>& inliers, std::size_t count) {
   constexpr std::size_t enough = 64;
-  const std::size_t stride = inliers.size() / enough + 1;
-  const double gate2 = gate_px * gate_px;
+  const std::size_t stride = count / enough + 1;
+  const double radius2 = radius_px * radius_px;
   int within = 0, places = 0;
-  for (std::size_t k = 0; k < inliers.size(); k += stride, ++places) {
-    const Eigen::Vector2d place = pixels.col(inliers[k]);
+  for (std::size_t k = 0; k < count; k += stride, ++places) {
+    const Eigen::Vector2d place = pixels.col(inliers[k].point);
     for (Eigen::Index i = 0; i < pixels.cols(); ++i) {
       const double dx = pixels(0, i) - place.x(), dy = pixels(1, i) - place.y();
-      within += dx * dx + dy * dy < gate2;
+      within += dx * dx + dy * dy < radius2;
     }
   }
-  return static_cast<double>(within) / places - 1;  // without itself
+  return std::max(0.0, static_cast<double>(within) / places - 1);  // without itself
+}
+
+// Radius of `count` inliers, sorted by residual. Least squares over k points leaves the share
+// (2 k - 6) / (2 k) of their variance. Residuals below sigma do not add to the significance: few
+// wrong points fit some of many poses that well.
+double radius_of(const std::vector<Agreement>& inliers, std::size_t count, double sigma_px) {
+  const auto k = static_cast<double>(count);
+  const double unbiased = std::sqrt(k / std::max(k - 3, 0.5));
+  return std::max(sigma_px, unbiased * inliers[count - 1].residual_px);
 }
 
 // Point farthest from the best-fitting line.
@@ -42,20 +53,34 @@ Eigen::Index furthest_from_line(const Eigen::Matrix3Xd& points) {
 
 }  // namespace
 
-FalseAlarmModel chance_anywhere(const Eigen::Matrix2Xd& pixels, double gate_px, int sample,
+FalseAlarmModel chance_anywhere(const Eigen::Matrix2Xd& pixels, double radius_px, int sample,
                                 int poses) {
   const Eigen::Vector2d size = pixels.rowwise().maxCoeff() - pixels.rowwise().minCoeff();
-  const double area = std::max(size.x(), 2 * gate_px) * std::max(size.y(), 2 * gate_px);
-  return {static_cast<int>(pixels.cols()), sample, poses, pi * gate_px * gate_px / area};
+  const double area = std::max(size.x(), 2 * radius_px) * std::max(size.y(), 2 * radius_px);
+  return {static_cast<int>(pixels.cols()), sample, poses, pi * radius_px * radius_px / area};
 }
 
-double log_false_alarms(FalseAlarmModel chance, const Eigen::Matrix2Xd& pixels, double gate_px,
-                        const std::vector<int>& inliers) {
-  const double close = neighbours(pixels, gate_px, inliers);
-  chance.probability = std::max(chance.probability, close / (chance.points - 1));
-  chance.points = static_cast<int>(std::ceil(chance.points / (1 + close)));
-  const double agree = static_cast<double>(inliers.size()) / (1 + close);
-  return log_false_alarms(chance, static_cast<int>(agree));
+Significance significance(const Eigen::Matrix2Xd& pixels, std::vector<Agreement> inliers,
+                          double sigma_px, int sample, int poses) {
+  constexpr double next_radius = 0.5;
+  std::sort(inliers.begin(), inliers.end(), [](const Agreement& a, const Agreement& b) {
+    return a.residual_px != b.residual_px ? a.residual_px < b.residual_px : a.point < b.point;
+  });
+  Significance best{std::numeric_limits<double>::infinity(), 0};
+  for (std::size_t count = inliers.size(); static_cast<int>(count) > sample;) {
+    const double radius_px = radius_of(inliers, count, sigma_px);
+    FalseAlarmModel chance = chance_anywhere(pixels, radius_px, sample, poses);
+    const double close = neighbours(pixels, radius_px, inliers, count);
+    chance.probability = std::max(chance.probability, close / (chance.points - 1));
+    chance.points = static_cast<int>(std::ceil(chance.points / (1 + close)));
+    const auto agree = static_cast<int>(static_cast<double>(count) / (1 + close));
+    const double log_alarms = log_false_alarms(chance, agree);
+    best.log_false_alarms = std::min(best.log_false_alarms, log_alarms);
+    if (count == inliers.size()) best.radius_px = radius_px;
+    const double limit_px = next_radius * inliers[count - 1].residual_px;
+    while (count > 0 && !(inliers[count - 1].residual_px < limit_px)) --count;
+  }
+  return best;
 }
 
 bool rests_on_a_line(const Eigen::Matrix3Xd& points, const std::vector<int>& inliers, double sigmas,

@@ -22,8 +22,21 @@ constexpr double sample_noise = 3;  // error of other points at the pose of a sa
 
 double focal_px(const Camera& camera) { return 0.5 * (camera.fx_px() + camera.fy_px()); }
 
+int sample_size(const RobustPoseOptions& options) { return options.up_in_cam ? 2 : 3; }
+int poses_per_sample(const RobustPoseOptions& options) { return options.up_in_cam ? 2 : 4; }
+
+// Number of inliers that the search must be able to find. Residuals of one sigma are assumed; on a
+// target not much larger than that, half of the points.
+int fewest_inliers(const Eigen::Matrix2Xd& pixels, const RobustPoseOptions& options) {
+  const int sample = sample_size(options);
+  const FalseAlarmModel chance =
+      chance_anywhere(pixels, options.sigma_px, sample, poses_per_sample(options));
+  return std::min(internal::pose::min_inliers(chance, options.max_false_alarms),
+                  std::max(sample + 1, (chance.points + 1) / 2));
+}
+
 ConsensusOptions search_options(const RobustPoseOptions& options, const Camera& camera,
-                                const FalseAlarmModel& chance) {
+                                const Eigen::Matrix2Xd& pixels) {
   ConsensusOptions search;
   search.gate_sigmas = options.gate_sigmas;
   search.sample_sigmas = sample_noise * options.gate_sigmas;
@@ -32,29 +45,77 @@ ConsensusOptions search_options(const RobustPoseOptions& options, const Camera& 
         sample_noise * options.up_sigma_rad * focal_px(camera) / options.sigma_px;
   search.confidence = options.confidence;
   search.max_iterations = options.max_iterations;
-  search.min_inliers = internal::pose::min_inliers(chance, options.max_false_alarms);
+  search.min_inliers = fewest_inliers(pixels, options);
   search.seed = options.seed;
   if (options.up_in_cam) search.up_in_cam = options.up_in_cam->normalized();
   return search;
 }
 
+struct Correspondences {
+  const Eigen::Matrix3Xd& points_in_world;
+  const Eigen::Matrix2Xd& points_px;
+  const Camera& camera;
+  const RobustPoseOptions& options;
+  PointProblem problem;
+};
+
 // Maximum-likelihood pose of the inliers, and all others that fit equally well.
-Result<Fix> fix_of(const Eigen::Matrix3Xd& points, const Eigen::Matrix2Xd& pixels,
-                   const Camera& camera, const Consensus& consensus, const Rigid3& cam_from_world,
-                   const RobustPoseOptions& options) {
+Result<Fix> fix_of(const Correspondences& m, const Consensus& consensus) {
   SolvePoseOptions solve;
-  solve.sigma_px = options.sigma_px;
-  const Eigen::Matrix3Xd those = points(Eigen::all, consensus.inliers);
-  const Eigen::Matrix2Xd seen = pixels(Eigen::all, consensus.inliers);
-  Result<Fix> fix = solve_pose(those, seen, camera, solve);
-  const double gate2 = options.gate_sigmas * options.gate_sigmas;
+  solve.sigma_px = m.options.sigma_px;
+  const Eigen::Matrix3Xd those = m.points_in_world(Eigen::all, consensus.inliers);
+  const Eigen::Matrix2Xd seen = m.points_px(Eigen::all, consensus.inliers);
+  Result<Fix> fix = solve_pose(those, seen, m.camera, solve);
+  const double gate2 = m.options.gate_sigmas * m.options.gate_sigmas;
   const auto left_out =
-      static_cast<double>(points.cols()) - static_cast<double>(consensus.inliers.size());
+      static_cast<double>(m.points_in_world.cols()) - static_cast<double>(consensus.inliers.size());
   const double chi2 = gate2 * (consensus.cost - left_out);
   if (!fix->candidates.empty() && fix->candidates.front().chi2 <= chi2 * (1 + 1e-3) + 1e-3)
     return fix;
-  solve.start = cam_from_world;
-  return solve_pose(those, seen, camera, solve);
+  solve.start = m.problem.frame.restored(consensus.pose);
+  return solve_pose(those, seen, m.camera, solve);
+}
+
+// The fit lowers the residuals, so its pose is used where there is one.
+Significance significance_of(const Correspondences& m, const Consensus& consensus, const Fix& fix) {
+  std::vector<double> chi2;
+  each_chi2(
+      m.problem.seen,
+      fix.candidates.empty() ? consensus.pose : m.problem.frame.normalised(fix.cam_from_world),
+      chi2);
+  std::vector<Agreement> inliers;
+  for (const int i : consensus.inliers)
+    inliers.push_back({i, m.options.sigma_px * std::sqrt(chi2[i])});
+  return significance(m.points_px, inliers, m.options.sigma_px, sample_size(m.options),
+                      poses_per_sample(m.options));
+}
+
+// The smallest number of inliers that is not significantly fewer: if each of two poses is equally
+// likely to explain a point, their numbers of inliers differ by about the root of their sum.
+int fewest_of_a_rival(int inliers) {
+  return static_cast<int>(std::ceil(inliers - std::sqrt(2.0 * inliers)));
+}
+
+// The best pose of the points that are far from agreeing with the first pose. Its inliers are empty
+// if they are significantly fewer than those of the first.
+Consensus rival_of(const Correspondences& m, const Consensus& first, ConsensusOptions search) {
+  std::vector<double> chi2;
+  each_chi2(m.problem.seen, first.pose, chi2);
+  std::vector<int> rest;
+  for (int i = 0; i < m.problem.seen.count(); ++i)
+    if (!(chi2[i] < search.sample_sigmas * search.sample_sigmas)) rest.push_back(i);
+  search.min_inliers = std::max(sample_size(m.options) + 1,
+                                fewest_of_a_rival(static_cast<int>(first.inliers.size())));
+  if (static_cast<int>(rest.size()) < search.min_inliers) return {};
+  SeenPoints seen;
+  seen.reserve(static_cast<int>(rest.size()));
+  for (const int i : rest) seen.add(m.problem.seen, i);
+  Consensus rival = find_consensus(m.problem.points(Eigen::all, rest),
+                                   m.problem.bearings(Eigen::all, rest), seen, search);
+  if (static_cast<int>(rival.inliers.size()) < search.min_inliers) return {};
+  for (int& i : rival.inliers) i = rest[static_cast<std::size_t>(i)];
+  rival.cost += static_cast<double>(m.problem.seen.count()) - static_cast<double>(rest.size());
+  return rival;
 }
 
 std::string agreement(const RobustPose& found) {
@@ -72,6 +133,23 @@ bool contradicts(const Fix& fix, const RobustPoseOptions& options) {
   return angle > max_sigmas * std::sqrt(options.up_sigma_rad * options.up_sigma_rad + fit2);
 }
 
+// Adds the candidates of a second pose with about as many inliers: a part of the points may have
+// moved, or may repeat another part.
+void add_rival(const Correspondences& m, const Consensus& first, const ConsensusOptions& search,
+               Result<RobustPose>& result) {
+  const Consensus rival = rival_of(m, first, search);
+  if (static_cast<int>(rival.inliers.size()) < 3) return;
+  const Result<Fix> fix = fix_of(m, rival);
+  if ((!fix.ok() && fix.status != Status::ambiguous) || contradicts(*fix, m.options)) return;
+  if (significance_of(m, rival, *fix).log_false_alarms > std::log(m.options.max_false_alarms))
+    return;
+  std::vector<Candidate>& candidates = result.value.fix.candidates;
+  candidates.insert(candidates.end(), fix->candidates.begin(), fix->candidates.end());
+  result.status = Status::ambiguous;
+  result.message = agreement(*result) + ", and " + std::to_string(rival.inliers.size()) +
+                   " other points agree with another pose";
+}
+
 void conclude(const RobustPoseOptions& options, bool confident, Result<RobustPose>& result) {
   if (result->log10_false_alarms > std::log10(options.max_false_alarms)) {
     result.status = Status::no_pose;
@@ -82,6 +160,31 @@ void conclude(const RobustPoseOptions& options, bool confident, Result<RobustPos
   } else if (result.ok() && !confident) {
     result.message = "stopped after max_iterations = " + std::to_string(options.max_iterations) +
                      ", before the confidence was reached";
+  }
+}
+
+void conclude_fit(const Correspondences& m, const Consensus& consensus,
+                  const ConsensusOptions& search, Result<RobustPose>& result) {
+  const Result<Fix> fix = fix_of(m, consensus);
+  result.value.fix = *fix;
+  result.status = fix.status;
+  result.message = fix.message;
+  const Significance found = significance_of(m, consensus, *fix);
+  result.value.log10_false_alarms = found.log_false_alarms / std::log(10.0);
+  const double gate_px = m.options.gate_sigmas * m.options.sigma_px;
+  const FalseAlarmModel chance =
+      chance_anywhere(m.points_px, std::min(gate_px, found.radius_px), sample_size(m.options),
+                      poses_per_sample(m.options));
+  const double sigmas =
+      focal_px(m.camera) / (m.options.sigma_px * consensus.pose.translation.norm());
+  if (rests_on_a_line(m.problem.points, consensus.inliers, sigmas, chance,
+                      m.options.max_false_alarms)) {
+    result.status = Status::degenerate;
+    result.message = agreement(*result) +
+                     ", nearly all collinear: the rotation about their line is not determined";
+  } else if ((result.ok() || result.status == Status::ambiguous) &&
+             found.log_false_alarms <= std::log(m.options.max_false_alarms)) {
+    add_rival(m, consensus, search, result);
   }
 }
 
@@ -108,8 +211,7 @@ Result<RobustPose> robust_pose(const Eigen::Matrix3Xd& points_in_world,
   require(points_px.cols() == n, "points_px", points_px.cols(), "one for each point in the world");
   require_finite(points_in_world, "points_in_world");
   require_finite(points_px, "points_px");
-  const bool upright = options.up_in_cam.has_value();
-  const int sample = upright ? 2 : 3;
+  const int sample = sample_size(options);
   Result<RobustPose> result;
   result.value.inliers.assign(static_cast<std::size_t>(n), false);
   if (n <= sample) {
@@ -118,37 +220,23 @@ Result<RobustPose> robust_pose(const Eigen::Matrix3Xd& points_in_world,
                      std::to_string(sample + 1);
     return result;
   }
-  const PointProblem problem = make_point_problem(points_in_world, points_px, camera,
-                                                  Eigen::VectorXd::Constant(1, options.sigma_px));
+  const Correspondences all{points_in_world, points_px, camera, options,
+                            make_point_problem(points_in_world, points_px, camera,
+                                               Eigen::VectorXd::Constant(1, options.sigma_px))};
+  const PointProblem& problem = all.problem;
   if (on_a_line(problem, spread_triple(problem.points))) {
     result.status = Status::degenerate;
     result.message = "the points coincide or lie on a line";
     return result;
   }
-  const double gate_px = options.gate_sigmas * options.sigma_px;
-  const FalseAlarmModel chance = chance_anywhere(points_px, gate_px, sample, upright ? 2 : 4);
-  const Consensus consensus = find_consensus(problem.points, problem.bearings, problem.seen,
-                                             search_options(options, camera, chance));
+  const ConsensusOptions search = search_options(options, camera, points_px);
+  const Consensus consensus =
+      find_consensus(problem.points, problem.bearings, problem.seen, search);
   for (const int i : consensus.inliers) result.value.inliers[i] = true;
   const auto agree = static_cast<int>(consensus.inliers.size());
   result.value.inlier_ratio = static_cast<double>(agree) / n;
   result.value.iterations = consensus.iterations;
-  if (agree >= 3) {
-    result.value.log10_false_alarms =
-        log_false_alarms(chance, points_px, gate_px, consensus.inliers) / std::log(10.0);
-    const Result<Fix> fix = fix_of(points_in_world, points_px, camera, consensus,
-                                   problem.frame.restored(consensus.pose), options);
-    result.value.fix = *fix;
-    result.status = fix.status;
-    result.message = fix.message;
-    const double sigmas = focal_px(camera) / (options.sigma_px * consensus.pose.translation.norm());
-    if (rests_on_a_line(problem.points, consensus.inliers, sigmas, chance,
-                        options.max_false_alarms)) {
-      result.status = Status::degenerate;
-      result.message = agreement(*result) +
-                       ", nearly all collinear: the rotation about their line is not determined";
-    }
-  }
+  if (agree >= 3) conclude_fit(all, consensus, search, result);
   conclude(options, consensus.confident, result);
   return result;
 }

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pose from 3D-2D point correspondences with many outliers: RANSAC with local optimisation
 // (pose/internal/consensus.hpp), then least squares over the inliers, and the covariance. A pose is
-// accepted if random correspondences would hardly produce as many inliers (number of false alarms,
-// pose/internal/false_alarms.hpp). Random pixels are uniform in the rectangle of all pixels or, in
-// crowded areas, those of other points.
+// accepted if random correspondences would hardly produce as many inliers with residuals as small
+// (number of false alarms, pose/internal/false_alarms.hpp). Random pixels are uniform in the
+// rectangle of all pixels or, in crowded areas, those of other points.
+//
+// If part of the points moved, or the scene repeats, two poses may each have many inliers. A second
+// pose is searched among the points that are far from the first (three gates).
 #pragma once
 
 #include <Eigen/Core>
@@ -46,7 +49,8 @@ struct RobustPose {
 };
 
 /// points_in_world: columns [m]; points_px: columns, same count. Status: ok; ambiguous (several
-/// poses fit the inliers equally well, all are in the fix); too_few_lamps (fewer than four points,
+/// poses fit the inliers equally well, or a second pose has about as many inliers of its own; all
+/// are in the fix); too_few_lamps (fewer than four points,
 /// three with up_in_cam); degenerate (points or inliers that coincide or lie on a line); no_pose
 /// (not more inliers than random correspondences give, or a contradiction to up_in_cam; the value
 /// holds the best pose); not_converged. Throws std::invalid_argument for counts that differ, values

@@ -12,12 +12,12 @@
 #include "libocc/core/statistics.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/locate/internal/best_candidate.hpp"
+#include "libocc/locate/internal/curved_covariance.hpp"
 #include "libocc/locate/internal/point_problem.hpp"
 #include "libocc/pose/candidates.hpp"
 #include "libocc/pose/internal/missing_method.hpp"
 #include "libocc/pose/internal/p3p_triples.hpp"
 #include "libocc/pose/solver.hpp"
-#include "libocc/refine/internal/ranking.hpp"
 
 namespace occ {
 
@@ -27,6 +27,13 @@ namespace {
 
 // Limit of the further decrease of chi2 after one Gauss-Newton step.
 constexpr double optimism = 0.1;
+
+// Limit of the difference of chi2 between two plausible poses, a likelihood ratio of 10000. With
+// 100, the wrong one of two poses of four points in a plane is the only one in 2 of 4000 images.
+constexpr double max_delta_chi2 = 18.4;
+
+// Beyond this standard deviation, the rotation is not determined.
+constexpr double max_rotation_sigma_rad = 0.25;
 
 // A subset of many points finds and ranks the start values.
 constexpr int few_points = 12;
@@ -134,7 +141,7 @@ std::vector<PointFit> fits_of(const Problem& p, const std::vector<Start>& starts
   std::vector<PointFit> fits;
   double best = std::numeric_limits<double>::infinity();
   const auto plausible = [&](double chi2) {
-    return chi2 - best <= internal::refine::max_pose_delta_chi2 * std::max(1.0, best / misfit_dof);
+    return chi2 - best <= max_delta_chi2 * std::max(1.0, best / misfit_dof);
   };
   const auto known = [&](const Rigid3& pose) {
     return std::any_of(fits.begin(), fits.end(),
@@ -172,15 +179,9 @@ Candidate candidate_of(const Problem& p, const PointFit& fit) {
   c.cam_from_world = p.frame.restored(fit.pose);
   c.chi2 = fit.equations.chi2;
   c.dof = 2 * p.seen.count() - 6;
-  // Rotation about the centroid and shift in units of the size -> left perturbation.
-  Matrix6 jacobian = Matrix6::Identity();
-  jacobian.bottomRightCorner<3, 3>() *= p.frame.size_m;
-  jacobian.bottomLeftCorner<3, 3>() = skew(p.frame.size_m * fit.pose.translation);
-  // J (L L^T)^-1 J^T as Y^T Y, L Y = J^T: symmetric to the last bit.
-  const Matrix6 y = fit.equations.information.llt().matrixL().solve(jacobian.transpose());
-  c.covariance.noalias() = variance_factor(c.chi2, c.dof) * y.transpose() * y;
-  c.covariance.bottomRightCorner<3, 3>() +=
-      arc_moment(c.covariance.topLeftCorner<3, 3>(), p.frame.size_m * fit.pose.translation);
+  c.covariance = left_covariance(p.seen, fit, variance_factor(c.chi2, c.dof));
+  c.covariance.rightCols<3>() *= p.frame.size_m;
+  c.covariance.bottomRows<3>() *= p.frame.size_m;
   c.position_m = c.cam_from_world.origin_in_source();
   return c;
 }
@@ -219,8 +220,13 @@ std::string misfit_message(const Candidate& best, double sigma_px) {
   return text.str();
 }
 
+struct Ending {
+  bool converged = true;
+  bool flat = false;
+};
+
 void conclude(const Problem& problem, const Triple& spread, const Camera& camera,
-              const SolvePoseOptions& options, double sigma_px, bool converged,
+              const SolvePoseOptions& options, double sigma_px, const Ending& ending,
               Result<Fix>& result) {
   const Candidate& best = result->candidates.front();
   const double height =
@@ -238,12 +244,16 @@ void conclude(const Problem& problem, const Triple& spread, const Camera& camera
   } else if (misfits) {
     result.status = Status::no_pose;
     result.message = misfit_message(best, sigma_px);
-  } else if (!converged) {
+  } else if (!ending.converged) {
     result.status = Status::not_converged;
     result.message = "stopped after max_iterations = " + std::to_string(options.max_iterations);
   } else if (result->candidates.size() > 1) {
     result.status = Status::ambiguous;
     result.message = std::to_string(result->candidates.size()) + " poses fit equally well";
+  } else if (ending.flat ||
+             !(std::sqrt(best.covariance.topLeftCorner<3, 3>().trace()) < max_rotation_sigma_rad)) {
+    result.status = Status::degenerate;
+    result.message = "the points hardly determine the rotation";
   }
 }
 
@@ -281,7 +291,6 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
     return result;
   }
   const double dof = std::max(1.0, 2.0 * static_cast<double>(n) - 6);
-  bool converged = true;
   const bool many = options.solver == "auto" && n > 2 * few_points;
   Result<std::vector<Start>> starts;
   std::optional<Eigen::Vector3d> normal;
@@ -291,10 +300,12 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
     starts = starts_of(many ? part_of(problem, spread, few_points) : problem, options.solver);
     normal = normal_of(problem.points, spread);
   }
-  for (const PointFit& fit : fits_of(problem, *starts, normal, options.max_iterations, dof)) {
+  const std::vector<PointFit> fits = fits_of(problem, *starts, normal, options.max_iterations, dof);
+  Ending ending;
+  for (const PointFit& fit : fits) {
     Candidate c = candidate_of(problem, fit);
     c.rms_px = sigma_px * std::sqrt(fit.equations.chi2 / static_cast<double>(n));
-    converged = converged && fit.converged;
+    ending.converged = ending.converged && fit.converged;
     result.value.candidates.push_back(c);
   }
   if (result->candidates.empty()) {
@@ -302,8 +313,12 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
     result.message = starts.ok() ? "no pose has all points in front of the camera" : starts.message;
     return result;
   }
+  const PointFit& best = fits.front();
   take_best(result.value);
-  conclude(problem, spread, camera, options, sigma_px, converged, result);
+  ending.flat = is_curved(best, result->covariance.topLeftCorner<3, 3>().trace()) &&
+                is_flat(problem.seen, best,
+                        variance_factor(best.equations.chi2, result->candidates.front().dof));
+  conclude(problem, spread, camera, options, sigma_px, ending, result);
   return result;
 }
 

@@ -36,12 +36,14 @@ struct LIBOCC_API SolvePoseOptions {
 /// points_in_world: columns [m], n >= 3; points_px: columns, same count. The minimum is found to
 /// 0.005 of its sigmas. The fix has no lamps or blobs; its candidates, best first, hold chi2 and
 /// dof. If chi2 exceeds its 99.9 % quantile, the covariance is multiplied by chi2 / dof. It
-/// includes the second-order effect of a rotation about distant points (arc_moment).
+/// includes the second-order effect of a rotation about distant points (arc_moment), and of a
+/// projection that is not linear within the errors (few points in a plane or near a line).
 ///
-/// Status: ok; ambiguous (a likelihood ratio below 100 to the next candidate, after scaling by the
-/// variance factor of the best one if it is above 1); too_few_lamps (fewer than three points);
-/// degenerate (points that coincide or, given sigma_px and the residuals, lie
-/// on a line, or do not determine the pose); no_pose (no pose fits); not_converged (any candidate).
+/// Status: ok; ambiguous (a likelihood ratio below 10000 to the next candidate, after scaling by
+/// the variance factor of the best one if it is above 1); too_few_lamps (fewer than three points);
+/// degenerate (points that coincide or, given sigma_px and the residuals, lie on a line, or do not
+/// determine the pose, or leave a rotation uncertain by 0.25 rad); no_pose (no pose fits);
+/// not_converged (any candidate).
 /// The fix holds the best candidate, if there is one, for every status. Throws
 /// std::invalid_argument for counts that differ, values that are not finite, pixels outside the
 /// camera's domain, an unknown solver, and a solver that needs the vertical direction.

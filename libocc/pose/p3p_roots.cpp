@@ -19,6 +19,9 @@ constexpr double slightly_behind = 1e-6;
 // Below this return value of Linearised::newton_step a root is treated as one of a close pair.
 constexpr double weakly_separated = 1e-4;
 
+// Limit of that value for the real part of a complex pair.
+constexpr double complex_pair = 1e-2;
+
 double smallest(const double d[3]) { return std::min(std::min(d[0], d[1]), d[2]); }
 double largest(const double d[3]) { return std::max(std::max(d[0], d[1]), d[2]); }
 
@@ -203,7 +206,8 @@ void add_pair(const Triangle& t, const Eigen::Vector3d& start, Roots& roots) {
 
 int find_roots(const Triangle& triangle, bool keep_close, Root list[max_roots]) {
   using Two = Eigen::Array<double, 2, 1>;
-  const Starts starts = find_starts(triangle, false);
+  // Rounding can turn a double root into a complex pair, whose real part is close to both.
+  const Starts starts = find_starts(triangle, true);
   Roots roots{list, keep_close};
   for (int first = 0; first < starts.count; first += 2) {
     const int second = std::min(first + 1, starts.count - 1);
@@ -214,12 +218,15 @@ int find_roots(const Triangle& triangle, bool keep_close, Root list[max_roots]) 
                           .max(displacement(triangle, depth, 1))
                           .max(displacement(triangle, depth, 2));
     for (int i = 0; i <= second - first; ++i) {
-      if (separation[i] > weakly_separated) {
+      const int n = i == 0 ? first : second;
+      bool is_pair = separation[i] < (starts.real[n] ? weakly_separated : complex_pair);
+      if (!is_pair && starts.real[n]) {
         Root root{{depth[0][i], depth[1][i], depth[2][i]}, root_converged};
         if (!(shift[i] < 2.5 * root_converged * smallest(root.depth))) polish(triangle, root);
         roots.add(triangle, root);
-      } else {
-        const int n = i == 0 ? first : second;
+        is_pair = !is_root(root);
+      }
+      if (is_pair) {
         add_pair(triangle, {starts.depth[0][n], starts.depth[1][n], starts.depth[2][n]}, roots);
       }
     }

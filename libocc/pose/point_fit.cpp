@@ -49,15 +49,20 @@ struct Sums {
   }
 };
 
+// Row k of the Jacobian.
+void set_row(const Block& b, const Transformed& t, int k, Four row[6]) {
+  for (int i = 0; i < 3; ++i)
+    row[3 + i] = (b.across[k][i] - t.residual[k] * b.bearing[i]) * t.inverse_depth;
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, l = (i + 2) % 3;
+    row[i] = t.turned[j] * row[3 + l] - t.turned[l] * row[3 + j];
+  }
+}
+
 void add_rows(const Block& b, const Transformed& t, Sums& sums) {
   for (int k = 0; k < 2; ++k) {
     Four row[6];
-    for (int i = 0; i < 3; ++i)
-      row[3 + i] = (b.across[k][i] - t.residual[k] * b.bearing[i]) * t.inverse_depth;
-    for (int i = 0; i < 3; ++i) {
-      const int j = (i + 1) % 3, l = (i + 2) % 3;
-      row[i] = t.turned[j] * row[3 + l] - t.turned[l] * row[3 + j];
-    }
+    set_row(b, t, k, row);
     for (int i = 0, n = 0; i < 6; ++i) {
       for (int j = i; j < 6; ++j, ++n) sums.information[n] += row[i] * row[j];
       sums.gradient[i] += row[i] * t.residual[k];
@@ -186,6 +191,25 @@ double point_chi2(const SeenPoints& seen, const Rigid3& pose) {
     chi2 += t.residual[0] * t.residual[0] + t.residual[1] * t.residual[1];
   }
   return chi2.sum();
+}
+
+Vector6 residual_along(const SeenPoints& seen, const Rigid3& base, const Rigid3& pose) {
+  Four sums[6];
+  for (Four& s : sums) s.setZero();
+  bool front = true;
+  for (const Block& block : seen.blocks()) {
+    const Transformed from = transform(block, base), to = transform(block, pose);
+    front = front && in_front(to);
+    for (int k = 0; k < 2; ++k) {
+      Four row[6];
+      set_row(block, from, k, row);
+      for (int i = 0; i < 6; ++i) sums[i] += row[i] * to.residual[k];
+    }
+  }
+  Vector6 along;
+  for (int i = 0; i < 6; ++i)
+    along[i] = front ? sums[i].sum() : std::numeric_limits<double>::quiet_NaN();
+  return along;
 }
 
 void each_chi2(const SeenPoints& seen, const Rigid3& pose, std::vector<double>& chi2) {

@@ -208,7 +208,7 @@ double squared_error_of_position(const SeenScene& scene, const Candidate& c,
 }
 
 struct Tally {
-  int problems = 0, answers = 0, far = 0, far_along_tangent = 0;
+  int problems = 0, answers = 0, far = 0;
   double nees = 0;  ///< mean over those that are not far, of three degrees of freedom
 };
 
@@ -228,36 +228,27 @@ Tally tally(const Row& row, int problems, double sigma_px) {
       continue;
     }
     ++t.answers;
-    double least = std::numeric_limits<double>::infinity(), min_along_tangent = least;
-    for (const Candidate& c : fix->candidates) {
-      Matrix6 tangent = c.covariance;
-      tangent.bottomRightCorner<3, 3>() -=
-          arc_moment(tangent.topLeftCorner<3, 3>(),
-                     c.cam_from_world * Eigen::Vector3d(scene.points.rowwise().mean()));
+    double least = std::numeric_limits<double>::infinity();
+    for (const Candidate& c : fix->candidates)
       least = std::min(least, squared_error_of_position(scene, c, c.covariance));
-      min_along_tangent = std::min(min_along_tangent, squared_error_of_position(scene, c, tangent));
-    }
     t.far += least > too_far;
-    t.far_along_tangent += min_along_tangent > too_far;
     if (least <= too_far) t.nees += least;
   }
   t.nees /= std::max(1, t.answers - t.far);
   return t;
 }
 
-// The inverse of the information alone leaves out the arc that the camera moves on.
+// The camera moves on an arc, whose tails are longer than those of a Gaussian. A covariance that
+// contains them is larger than the mean squared error.
 TEST(NearLine, PositionsOfThinLayoutsAreAsSureAsTheySay) {
-  int answers = 0, far_along_tangent = 0;
   for (const int count : {4, 6, 12})
     for (const double height : {0.03, 0.01}) {
       const Tally t = tally({count, count != 6, height}, 1500, 0.3);
-      EXPECT_GT(t.answers, 0.9 * t.problems);
-      EXPECT_LE(t.far, 0.01 * t.answers) << count << " points, height " << height;
-      EXPECT_NEAR(t.nees, 3, 0.3) << count << " points, height " << height;
-      answers += t.answers;
-      far_along_tangent += t.far_along_tangent;
+      EXPECT_GT(t.answers, 0.85 * t.problems) << count << " points, height " << height;
+      EXPECT_LE(t.far, 0.001 * t.answers) << count << " points, height " << height;
+      EXPECT_LT(t.nees, 3.3) << count << " points, height " << height;
+      EXPECT_GT(t.nees, 1.8) << count << " points, height " << height;
     }
-  EXPECT_GT(far_along_tangent, 0.02 * answers);
 }
 
 TEST(NearLine, PointsOnALineAsFarAsCanBeSeenAreRefused) {

@@ -260,6 +260,98 @@ TEST(RobustPose, RefusesAPoseThatContradictsGravity) {
   EXPECT_NE(found.message.find("contradicts up_in_cam"), std::string::npos) << found.message;
 }
 
+// A grid of 95 points on 44 x 40 pixels. A gate of 8 pixels contains a tenth of that area, but the
+// residuals are far smaller than the gate.
+Matched small_target(double noise_px, Random& random) {
+  Matched m;
+  m.truth = {so3_exp({0.5, -0.4, 0.3}), {0.05, -0.03, 9}};
+  m.points.resize(3, 95);
+  m.pixels.resize(2, 95);
+  for (int i = 0; i < 95; ++i) {
+    m.points.col(i) << 0.055 * (i % 10 - 4.5), 0.055 * (i / 10 - 4.5), 0.1 * (i % 3);
+    m.pixels.col(i) = *m.camera.project(m.truth * Eigen::Vector3d(m.points.col(i))) +
+                      noise_px * Eigen::Vector2d(random.normal(), random.normal());
+  }
+  return m;
+}
+
+TEST(RobustPose, ResidualsCountInsteadOfTheGateOnASmallTarget) {
+  Random random(16);
+  for (const double noise_px : {3e-5, 0.1}) {
+    const Matched m = small_target(noise_px, random);
+    for (const double sigma_px : {0.5, 1.0, 1.5, 2.0, 4.0}) {
+      RobustPoseOptions options;
+      options.sigma_px = sigma_px;
+      const Result<RobustPose> found = robust_pose(m.points, m.pixels, m.camera, options);
+      EXPECT_TRUE(found.ok() || found.status == Status::ambiguous)
+          << sigma_px << " " << found.message;
+      EXPECT_EQ(found->inlier_ratio, 1) << sigma_px;
+      EXPECT_LT(found->log10_false_alarms, -70) << sigma_px;
+    }
+  }
+}
+
+TEST(RobustPose, ASmallTargetOfWrongMatchesIsStillRefused) {
+  Random random(17);
+  for (int trial = 0; trial < 20; ++trial) {
+    Matched m = small_target(0, random);
+    for (int i = 0; i < 95; ++i)
+      m.pixels.col(i) = Eigen::Vector2d(random.uniform(300, 344), random.uniform(220, 260));
+    for (const double sigma_px : {0.5, 2.0}) {
+      RobustPoseOptions options;
+      options.sigma_px = sigma_px;
+      options.max_iterations = 3000;
+      EXPECT_FALSE(robust_pose(m.points, m.pixels, m.camera, options).ok()) << sigma_px;
+    }
+  }
+}
+
+// The first `moved` points are seen from a second pose.
+Matched two_poses(Random& random, int moved, int anywhere, int count) {
+  Matched m = matched(random, 0, count);
+  const Rigid3 second =
+      perturb(m.truth, (Vector6() << 0.1, -0.05, 0.08, 0.2, -0.1, 0.3).finished());
+  for (int i = 0; i < moved; ++i)
+    m.pixels.col(i) = *m.camera.project(second * Eigen::Vector3d(m.points.col(i))) +
+                      sigma_px * Eigen::Vector2d(random.normal(), random.normal());
+  for (int i = moved; i < moved + anywhere; ++i)
+    m.pixels.col(i) << random.uniform(0, 640), random.uniform(0, 480);
+  return m;
+}
+
+bool is_among(const Rigid3& pose, const Fix& fix) {
+  for (const Candidate& c : fix.candidates) {
+    const Vector6 error = difference(c.cam_from_world, pose);
+    if (error.dot(c.covariance.ldlt().solve(error)) < 60) return true;
+  }
+  return false;
+}
+
+TEST(RobustPose, TwoPosesWithAsManyInliersAreAmbiguous) {
+  Random random(18);
+  for (int trial = 0; trial < 30; ++trial) {
+    const Matched m = two_poses(random, 40, 60, 140);
+    const Rigid3 second =
+        perturb(m.truth, (Vector6() << 0.1, -0.05, 0.08, 0.2, -0.1, 0.3).finished());
+    RobustPoseOptions options;
+    options.seed = static_cast<std::uint64_t>(trial);
+    const Result<RobustPose> found = solved(m, options);
+    EXPECT_EQ(found.status, Status::ambiguous) << trial << " " << found.message;
+    EXPECT_TRUE(is_among(m.truth, found->fix)) << trial;
+    EXPECT_TRUE(is_among(second, found->fix)) << trial;
+  }
+}
+
+TEST(RobustPose, APoseWithFewInliersIsNoRival) {
+  Random random(19);
+  for (int trial = 0; trial < 30; ++trial) {
+    const Matched m = two_poses(random, 20, 60, 140);
+    const Result<RobustPose> found = solved(m);
+    EXPECT_TRUE(found.ok()) << trial << " " << found.message;
+    EXPECT_TRUE(is_among(m.truth, found->fix)) << trial;
+  }
+}
+
 TEST(RobustPose, SaysWhenItStoppedBeforeItsConfidence) {
   Random random(13);
   const Matched m = matched(random, 0.3);

@@ -11,13 +11,27 @@
 namespace occ::internal::locate {
 
 /// Probability model of outliers: uniform in the rectangle of all pixels.
-pose::FalseAlarmModel chance_anywhere(const Eigen::Matrix2Xd& pixels, double gate_px, int sample,
+pose::FalseAlarmModel chance_anywhere(const Eigen::Matrix2Xd& pixels, double radius_px, int sample,
                                       int poses);
 
-/// ln of the expected number of random poses with these inliers. In crowded areas a wrong
-/// correspondence is often as good as the correct one; inliers that share a gate count once.
-double log_false_alarms(pose::FalseAlarmModel chance, const Eigen::Matrix2Xd& pixels,
-                        double gate_px, const std::vector<int>& inliers);
+/// An inlier and its distance from the projected point.
+struct Agreement {
+  int point = 0;
+  double residual_px = 0;
+};
+
+struct Significance {
+  double log_false_alarms = 0;  ///< natural logarithm; infinite for too few inliers
+  double radius_px = 0;         ///< radius that contains all inliers
+};
+
+/// ln of the expected number of random poses with these inliers. As in AC-RANSAC (Moisan, Stival,
+/// IJCV 57, 2004), the radius within which random points agree follows from the residuals: the
+/// radius, of a few, with the fewest false alarms. Residuals of a least-squares fit are scaled up
+/// by its degrees of freedom; the smallest radius is sigma_px. In crowded areas a wrong
+/// correspondence is often as good as the correct one; inliers that share a radius count once.
+Significance significance(const Eigen::Matrix2Xd& pixels, std::vector<Agreement> inliers,
+                          double sigma_px, int sample, int poses);
 
 /// True if all inliers but a few lie on a line, and those few are not significant: every rotation
 /// about the line fits the others, and the best rotation of random points would gain as many.

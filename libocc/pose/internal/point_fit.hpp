@@ -67,6 +67,10 @@ struct PointEquations {
 LIBOCC_API PointEquations point_equations(const SeenPoints& seen, const Rigid3& pose);
 LIBOCC_API double point_chi2(const SeenPoints& seen, const Rigid3& pose);
 
+/// J^T r with the Jacobian J at `base` and the residuals r at `pose`; NaN when a point is not in
+/// front.
+Vector6 residual_along(const SeenPoints& seen, const Rigid3& base, const Rigid3& pose);
+
 /// Writes chi2 of each point to `chi2`; infinite for points that are not in front.
 LIBOCC_API void each_chi2(const SeenPoints& seen, const Rigid3& pose, std::vector<double>& chi2);
 
