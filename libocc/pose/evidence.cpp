@@ -16,8 +16,8 @@ namespace {
 constexpr std::array<double, 4> model_sigmas_px = {0, 0.15, 0.5, 2};
 constexpr std::array<double, 4> model_shares = {0.3, 0.3, 0.3, 0.1};
 
-/// Beta prior of the rate of dark lamps: a sixth on average, with any rate possible.
-constexpr double dark = 0.5, lit = 2.5;
+/// Beta prior of the rate of dark lamps: low rates are more probable, but any is possible.
+constexpr double dark = 1, lit = 2;
 
 constexpr double min_variance_px2 = 1e-8;  ///< variance of a noise-free centroid
 

@@ -94,8 +94,8 @@ void add_shape(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
                 (blob.saturated ? square(growth_px) : 0));
 }
 
-/// ln of the density ratio of a code: one false light in a hundred has a code, which is then that of
-/// any lamp.
+/// ln of the density ratio of a code: one false light in a hundred has a code, which is then that
+/// of any lamp.
 double log_code_ratio(const Lamp& lamp, const Blob& blob, std::size_t lamps) {
   const bool coded = blob.lamp_id == lamp.id || (lamp.frequency_hz && blob.frequency_hz);
   return coded ? std::log(100.0 * static_cast<double>(lamps)) : 0;

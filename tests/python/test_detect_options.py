@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures in which more than lamps is bright: the hint, and the threshold that it suggests."""
 
+import json
 import re
 from collections.abc import Callable
 
@@ -25,9 +26,15 @@ def speckled(libocc: Run) -> str:
     return "room.png"
 
 
-@pytest.mark.parametrize("command", [["locate", "room.png", "irregular_six"],
-                                     ["identify", "room.png", "--map", "irregular_six"]])
-def test_the_suggested_threshold_leaves_the_lamps(libocc: Run, speckled: str, command: list[str]) -> None:
+def test_locate_finds_the_lamps_among_specks(libocc: Run, speckled: str) -> None:
+    code, out, _ = libocc("locate", speckled, "irregular_six", "--json")
+    fix = json.loads(out)
+    assert code == 0 and fix["risk"] < 1e-6
+    assert np.abs(np.array(fix["position_m"]) - [1.7, 2.1, 0.5]).max() < 2e-3
+
+
+def test_the_suggested_threshold_leaves_the_lamps(libocc: Run, speckled: str) -> None:
+    command = ["identify", speckled, "--map", "irregular_six"]
     code, _, err = libocc(*command)
     assert code == 1 and "warning: room.png: " in err and "give --threshold-dn auto (here 62), or expose less" in err
     for threshold in ("auto", 64):
