@@ -75,7 +75,9 @@ struct Hypothesis {
   Rigid3 cam_from_world;       ///< coarse, from centroids
   std::vector<Match> matches;  ///< sorted by lamp; includes cut or merged blobs at the predicted
                                ///< image of a lamp, which do not count in the ranking
-  double chi2 = 0;             ///< centroids and prior, plus miss_penalty for each missed lamp
+  /// Centroids and prior, plus miss_penalty for each missed lamp. Each pair less than another
+  /// hypothesis has counts as its likelihood against that of a false light.
+  double chi2 = 0;
   int missed = 0;              ///< lamps that should be visible but match no blob
   double brightness_chi2 = 0;  ///< fluxes, up to one common gain, and sizes; included in chi2 where
                                ///< brightness ranks the poses
@@ -95,10 +97,10 @@ struct Identification {
 /// Assigns blobs to the lamps of a valid scene.
 ///
 /// Once three lamps are identified by codes, a blob without a code is not assigned to a blinking
-/// lamp. A hypothesis is plausible if it matches the maximum number of whole blobs and has at least
-/// 1/1000 of the best likelihood. The likelihood includes brightness if the best hypothesis agrees
-/// with the lamps' powers. Hypotheses that would be plausible with up to three missed lamps fewer
-/// are listed as well, because lamps are switched in groups.
+/// lamp. A hypothesis is plausible if it has at least 1/1000 of the best likelihood and at most a
+/// sixth fewer pairs than the largest number of pairs. The likelihood includes brightness if the
+/// best hypothesis agrees with the lamps' powers. Hypotheses that would be plausible with up to
+/// three missed lamps fewer are listed as well, because lamps are switched in groups.
 ///
 /// Status: ok (one plausible); ambiguous (several, or one that may be accidental); too_few_lamps
 /// (fewer than three whole blobs or lamps); no_pose (no hypothesis matches four blobs, or three
