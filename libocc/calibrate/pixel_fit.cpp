@@ -73,8 +73,9 @@ struct PixelFitProblem {
 
 // A rotation about the body's origin, a translation, and the logarithm of the scale.
 struct BodyProblem {
-  static constexpr int unknowns = 7;
-  using Step = Eigen::Matrix<double, 7, 1>;
+  static constexpr int unknowns = Eigen::Dynamic;  // seven; a fixed size compiles for seconds
+  using Step = Eigen::VectorXd;
+  using Sums = core::NormalSums<Eigen::Dynamic>;
   const Matrix3Xd& corners;
   const std::vector<BodyView>& views;
   const Rigid3 base;
@@ -85,12 +86,12 @@ struct BodyProblem {
   }
 
   double chi2(const Step& step) const { return sums_at(step, nullptr); }
-  bool sums(const Step& step, core::NormalSums<7>& sums) const {
+  bool sums(const Step& step, Sums& sums) const {
     sums.chi2 = sums_at(step, &sums);
     return std::isfinite(sums.chi2);
   }
 
-  double sums_at(const Step& step, core::NormalSums<7>* sums) const {
+  double sums_at(const Step& step, Sums* sums) const {
     const Rigid3 world_from_body = pose_at(step);
     const double scale = std::exp(step[6]);
     Eigen::Matrix3d rotation;
@@ -153,12 +154,12 @@ BodyFit fit_body(const Matrix3Xd& corners, const std::vector<BodyView>& views, c
   BodyProblem problem{corners, views, start, scale_free};
   BodyFit fit;
   fit.world_from_body = start;
-  if (!std::isfinite(problem.chi2(BodyProblem::Step::Zero()))) return fit;
-  BodyProblem::Step step = BodyProblem::Step::Zero();
+  if (!std::isfinite(problem.chi2(BodyProblem::Step::Zero(7)))) return fit;
+  BodyProblem::Step step = BodyProblem::Step::Zero(7);
   core::minimise_sums(problem, step, options_of(max_iterations));
   fit.world_from_body = problem.pose_at(step);
   fit.scale = std::exp(step[6]);
-  core::NormalSums<7> sums;
+  BodyProblem::Sums sums;
   problem.sums(step, sums);
   fit.chi2 = sums.chi2;
   if (scale_free) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/QR>
+#include <cmath>
 
 #include "libocc/core/internal/dense.hpp"
 
@@ -8,6 +9,12 @@ namespace occ::internal::core {
 template <class Matrix>
 Eigen::SelfAdjointEigenSolver<Matrix> symmetric_eigen(const Matrix& a, int options) {
   return Eigen::SelfAdjointEigenSolver<Matrix>(a, options);
+}
+
+Eigen::Vector2d symmetric_eigenvalues(const Eigen::Matrix2d& a) {
+  const double mean = 0.5 * (a(0, 0) + a(1, 1));
+  const double half_difference = std::hypot(0.5 * (a(0, 0) - a(1, 1)), a(1, 0));
+  return {mean - half_difference, mean + half_difference};
 }
 
 template <class Matrix>
@@ -24,10 +31,8 @@ template <int n>
 using Square = Eigen::Matrix<double, n, n>;
 using Eigen::MatrixXd;
 
-template Eigen::SelfAdjointEigenSolver<Square<2>> symmetric_eigen(const Square<2>&, int);
 template Eigen::SelfAdjointEigenSolver<Square<3>> symmetric_eigen(const Square<3>&, int);
 template Eigen::SelfAdjointEigenSolver<Square<6>> symmetric_eigen(const Square<6>&, int);
-template Eigen::SelfAdjointEigenSolver<Square<7>> symmetric_eigen(const Square<7>&, int);
 template Eigen::SelfAdjointEigenSolver<MatrixXd> symmetric_eigen(const MatrixXd&, int);
 
 template Eigen::JacobiSVD<Square<3>> jacobi_svd(const Square<3>&, unsigned);

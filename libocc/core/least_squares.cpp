@@ -117,10 +117,7 @@ LeastSquaresResult minimise(SumsProblem<n>& problem, typename SumsProblem<n>::Ve
           !failed && solver.summary.status != decltype(solver)::HIT_MAX_ITERATIONS};
 }
 
-template LeastSquaresResult minimise(SumsProblem<3>&, Eigen::Vector3d&, const LeastSquaresOptions&);
 template LeastSquaresResult minimise(SumsProblem<6>&, SumsProblem<6>::Vector&,
-                                     const LeastSquaresOptions&);
-template LeastSquaresResult minimise(SumsProblem<7>&, SumsProblem<7>::Vector&,
                                      const LeastSquaresOptions&);
 template LeastSquaresResult minimise(SumsProblem<8>&, SumsProblem<8>::Vector&,
                                      const LeastSquaresOptions&);

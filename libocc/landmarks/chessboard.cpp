@@ -62,8 +62,8 @@ bool sum_window(const GreyImage& grey, int half, const Vector2d& px, Window& win
       window.by_g.push_back(w * (g.dot(d) * Matrix2d::Identity() + g * d.transpose()));
     }
   constexpr double min_condition = 1e-3;
-  const auto eigen = internal::core::symmetric_eigen<Matrix2d>(window.a, Eigen::EigenvaluesOnly);
-  return eigen.eigenvalues()[0] > min_condition * eigen.eigenvalues()[1];
+  const Vector2d eigenvalues = internal::core::symmetric_eigenvalues(window.a);
+  return eigenvalues[0] > min_condition * eigenvalues[1];
 }
 
 /// Covariance of the sum b for pixel noise of unit variance; gradients are differences of

@@ -79,8 +79,7 @@ class DatumConstraints {
     if (rows_.empty()) return Eigen::Matrix<double, 7, 7>::Identity();
     MatrixXd all(static_cast<Index>(rows_.size()), 7);
     for (std::size_t k = 0; k < rows_.size(); ++k) all.row(static_cast<Index>(k)) = rows_[k];
-    const auto eigen =
-        internal::core::symmetric_eigen<Eigen::Matrix<double, 7, 7>>(all.transpose() * all);
+    const auto eigen = internal::core::symmetric_eigen<MatrixXd>(all.transpose() * all);
     Index defect = 0;
     while (defect < 7 && eigen.eigenvalues()[defect] < 1e-12 * eigen.eigenvalues()[6]) ++defect;
     return eigen.eigenvectors().leftCols(defect);

@@ -25,6 +25,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
+using Eigen::VectorXd;
 
 void check_observations(const Network& network,
                         const std::vector<std::vector<PointObservation>>& points) {
@@ -73,13 +74,13 @@ class PointIntersection {
     out.covariance_m2 = unknown_covariance<3>();
     const auto start = first_guess(out);
     if (!start) return std::nullopt;
-    Vector3d x = *start;
+    VectorXd x = *start;
     core::LeastSquaresOptions options;
     options.max_iterations = 100;
     options.step_tolerance = 1e-5;
     options.take_last_step = true;
     const core::LeastSquaresResult result = core::minimise_sums(*this, x, options);
-    core::NormalSums<3> final_sums;
+    Sums final_sums;
     if (!sums(x, final_sums)) return fail(out, Status::degenerate);
     const Eigen::LLT<Matrix3d> factor(final_sums.information);
     if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-15))
@@ -89,13 +90,14 @@ class PointIntersection {
   }
 
   // Least squares problem in the point's coordinates, for core::minimise_sums().
-  static constexpr int unknowns = 3;
-  double chi2(const Vector3d& x) {
-    core::NormalSums<3> at_x;
+  static constexpr int unknowns = Eigen::Dynamic;  // three; a fixed size compiles for seconds
+  using Sums = core::NormalSums<Eigen::Dynamic>;
+  double chi2(const VectorXd& x) {
+    Sums at_x;
     return sums(x, at_x) ? at_x.chi2 : std::numeric_limits<double>::infinity();
   }
   /// False when the point is not in view of an image.
-  bool sums(const Vector3d& x, core::NormalSums<3>& sums) {
+  bool sums(const VectorXd& x, Sums& sums) {
     state_.points[point_] = x;
     sums.set_zero(3);
     for (const ImageObservation& observation : observations_) {
@@ -144,9 +146,10 @@ class PointIntersection {
     return point;
   }
 
-  MatrixXd finish(MeasuredPoint& out, const core::NormalSums<3>& sums) const {
+  MatrixXd finish(MeasuredPoint& out, const Sums& sums) const {
     out.position_m = state_.points[point_];
-    out.covariance_m2 = core::solve_llt<Matrix3d, Matrix3d>(sums.information, Matrix3d::Identity());
+    out.covariance_m2 =
+        core::solve_llt<Matrix3d, Matrix3d>(Matrix3d(sums.information), Matrix3d::Identity());
     const double redundancy = 2 * static_cast<double>(observations_.size()) - 3;
     out.sigma0 = std::sqrt(sums.chi2 / redundancy);
     out.worst_residual_px = 0;

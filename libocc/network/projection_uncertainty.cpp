@@ -86,8 +86,7 @@ ProjectionUncertainty projection_uncertainty(const Camera& camera,
   for (const GridPoint& point : points) {
     const MatrixXd uncompensated = point.by_parameters + point.by_pose * compensation;
     const Eigen::Matrix2d q = uncompensated * covariance * uncompensated.transpose();
-    const auto eigen = internal::core::symmetric_eigen<Eigen::Matrix2d>(0.5 * (q + q.transpose()));
-    const double sigma = std::sqrt(std::max(0.0, eigen.eigenvalues()[1]));
+    const double sigma = std::sqrt(std::max(0.0, internal::core::symmetric_eigenvalues(q)[1]));
     out.sigma_px(point.row, point.column) = sigma;
     out.worst_px = std::max(out.worst_px, sigma);
     sum += sigma;

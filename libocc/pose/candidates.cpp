@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/pose/internal/frames.hpp"
@@ -251,7 +252,7 @@ double pose_condition(const PoseProblem& problem, const Rigid3& cam_from_world) 
   const Matrix6 step_by_pose = pose_by_step.inverse();
   const Matrix6 scaled = step_by_pose.transpose() * information * step_by_pose;
   const double smallest =
-      Eigen::SelfAdjointEigenSolver<Matrix6>(scaled, Eigen::EigenvaluesOnly).eigenvalues()[0];
+      internal::core::symmetric_eigen<Matrix6>(scaled, Eigen::EigenvaluesOnly).eigenvalues()[0];
   return smallest > 0 ? 1 / std::sqrt(smallest) : std::numeric_limits<double>::infinity();
 }
 

@@ -71,8 +71,7 @@ std::optional<Eigen::Array2d> predicted_axes_px(const Lamp& lamp, const Rigid3& 
                                                 const Camera& camera) {
   const auto moments = image_moments_px2(lamp, cam_from_world, camera);
   if (!moments) return std::nullopt;
-  const auto eigen = core::symmetric_eigen<Eigen::Matrix2d>(*moments);
-  return eigen.eigenvalues().array().max(0).sqrt();
+  return core::symmetric_eigenvalues(*moments).array().max(0).sqrt();
 }
 
 std::string size_contradiction(const Refined& refined, const std::vector<Blob>& blobs,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decompositions of dense matrices by Eigen, compiled once. An instance of one takes up to four
-// seconds to compile, so the functions are templates that dense.cpp instantiates: a type that is
-// not in its list is an error of the linker.
+// seconds to compile, so the functions are templates that dense_factors.cpp and dense_solve.cpp
+// instantiate: a type that is not in their lists is an error of the linker.
 #pragma once
 
 #include <Eigen/Core>
@@ -29,6 +29,10 @@ bool is_positive_definite(const Matrix& a);
 template <class Matrix>
 Eigen::SelfAdjointEigenSolver<Matrix> symmetric_eigen(const Matrix& a,
                                                       int options = Eigen::ComputeEigenvectors);
+
+/// Eigenvalues of a symmetric 2 x 2 matrix, in ascending order: mean of the diagonal, plus or minus
+/// the root of ((a - d) / 2)^2 + b^2.
+Eigen::Vector2d symmetric_eigenvalues(const Eigen::Matrix2d& a);
 
 /// Singular values in descending order, and the vectors that `options` of Eigen::JacobiSVD asks
 /// for.

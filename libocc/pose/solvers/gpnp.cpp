@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/pose/solvers/gpnp.hpp"
 
-#include <Eigen/Dense>
 #include <opengv/absolute_pose/modules/main.hpp>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/pose/internal/bearing_basis.hpp"
 #include "libocc/pose/internal/opengv.hpp"
 #include "libocc/pose/internal/point_layout.hpp"
@@ -36,7 +36,7 @@ void solve_gpnp(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
     for (int k = 0; k < 4; ++k) equations.block<2, 3>(2 * i, 3 * k) = weights(k, i) * basis;
     if (problem.origins.cols() == n) offsets.segment<2>(2 * i) = basis * problem.origins.col(i);
   }
-  Eigen::JacobiSVD<Eigen::MatrixXd> svd(equations, Eigen::ComputeThinU | Eigen::ComputeFullV);
+  auto svd = internal::core::jacobi_svd(equations, Eigen::ComputeThinU | Eigen::ComputeFullV);
   svd.setThreshold(null_space_share);
   const Eigen::Matrix<double, 12, 1> particular = svd.solve(offsets);
   const Eigen::Matrix<double, 12, 12> directions = svd.matrixV();

@@ -5,6 +5,7 @@
 #include "libocc/simulate/internal/mosaic.hpp"
 
 namespace occ::internal::simulate {
+namespace ambient_effect {
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) { return scene.ambient_w_m2 > 0; }
@@ -26,11 +27,13 @@ void render(const Frame& frame, const ByPlace&, Signal& signal) {
 }
 
 }  // namespace
+}  // namespace ambient_effect
 
 const EffectModel ambient_model = [] {
-  EffectModel model{Effect::ambient, Stage::charge, called_for, "ambient_w_m2 is 0", bound};
-  model.background_e = background_e;
-  model.render = render;
+  EffectModel model{Effect::ambient, Stage::charge, ambient_effect::called_for, "ambient_w_m2 is 0",
+                    ambient_effect::bound};
+  model.background_e = ambient_effect::background_e;
+  model.render = ambient_effect::render;
   return model;
 }();
 

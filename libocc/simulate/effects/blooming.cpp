@@ -14,6 +14,7 @@
 #include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
+namespace blooming_effect {
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) { return scene.sensor.blooming > 0; }
@@ -103,6 +104,7 @@ void render(const Frame& frame, const ByPlace&, Signal& signal) {
 }
 
 }  // namespace
+}  // namespace blooming_effect
 
 Bound max_spill(const SceneView& view) {
   const Sensor& sensor = view.scene.sensor;
@@ -120,9 +122,10 @@ Bound max_spill(const SceneView& view) {
 }
 
 const EffectModel blooming_model = [] {
-  EffectModel model{Effect::blooming, Stage::output, called_for, "sensor.blooming is 0", bound};
+  EffectModel model{Effect::blooming, Stage::output, blooming_effect::called_for,
+                    "sensor.blooming is 0", blooming_effect::bound};
   model.required = Effect::saturation;
-  model.render = render;
+  model.render = blooming_effect::render;
   return model;
 }();
 

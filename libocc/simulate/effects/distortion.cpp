@@ -12,6 +12,7 @@
 #include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
+namespace distortion_effect {
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) {
@@ -52,8 +53,10 @@ Bound bound(const SceneView& view) {
 }
 
 }  // namespace
+}  // namespace distortion_effect
 
-const EffectModel distortion_model{Effect::distortion, Stage::lamp_image, called_for,
-                                   "all coefficients of camera.distortion are 0", bound};
+const EffectModel distortion_model{
+    Effect::distortion, Stage::lamp_image, distortion_effect::called_for,
+    "all coefficients of camera.distortion are 0", distortion_effect::bound};
 
 }  // namespace occ::internal::simulate

@@ -17,6 +17,7 @@
 #include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
+namespace extent_effect {
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) {
@@ -55,8 +56,9 @@ Bound bound(const SceneView& view) {
 }
 
 }  // namespace
+}  // namespace extent_effect
 
-const EffectModel extent_model{Effect::extent, Stage::lamp_image, called_for,
-                               "all lamps are points", bound};
+const EffectModel extent_model{Effect::extent, Stage::lamp_image, extent_effect::called_for,
+                               "all lamps are points", extent_effect::bound};
 
 }  // namespace occ::internal::simulate

@@ -15,6 +15,7 @@
 #include "libocc/simulate/internal/normal_variate.hpp"
 
 namespace occ::internal::simulate {
+namespace gain_effect {
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) { return scene.sensor.gain_sigma > 0; }
@@ -67,10 +68,12 @@ void render(const Frame& frame, const ByPlace&, Signal& signal) {
 }
 
 }  // namespace
+}  // namespace gain_effect
 
 const EffectModel gain_model = [] {
-  EffectModel model{Effect::gain, Stage::charge, called_for, "sensor.gain_sigma is 0", bound};
-  model.render = render;
+  EffectModel model{Effect::gain, Stage::charge, gain_effect::called_for, "sensor.gain_sigma is 0",
+                    gain_effect::bound};
+  model.render = gain_effect::render;
   return model;
 }();
 

@@ -15,6 +15,7 @@
 #include "libocc/simulate/internal/mosaic.hpp"
 
 namespace occ::internal::simulate {
+namespace ghosts_effect {
 namespace {
 
 // OpenCV's order: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tx ty.
@@ -100,22 +101,24 @@ void render(const Frame& frame, const ByPlace&, Signal& signal) {
 }
 
 }  // namespace
+}  // namespace ghosts_effect
 
 void add_ghost_bounds(const EffectModel& model, const SceneView& view, Bound& bound) {
   if (view.scene.effects.of(Effect::ghosts) == Use::off) return;
   for (const Ghost& ghost : view.scene.lens.ghosts) {
     if (!(ghost.strength > 0)) continue;
-    GhostView seen = ghost_view(view.scene, view.cam_from_world, view.options, ghost);
+    ghosts_effect::GhostView seen =
+        ghosts_effect::ghost_view(view.scene, view.cam_from_world, view.options, ghost);
     seen.scene.effects.set(Effect::walls, Use::off);  // ghosts of the walls are not rendered
     bound.dn += model.bound(make_view(seen.scene, seen.cam_from_world, seen.options)).dn;
   }
 }
 
 const EffectModel ghosts_model = [] {
-  EffectModel model{Effect::ghosts, Stage::charge, called_for,
-                    "lens.ghosts has no ghost with a positive strength", bound};
-  model.background_e = background_e;
-  model.render = render;
+  EffectModel model{Effect::ghosts, Stage::charge, ghosts_effect::called_for,
+                    "lens.ghosts has no ghost with a positive strength", ghosts_effect::bound};
+  model.background_e = ghosts_effect::background_e;
+  model.render = ghosts_effect::render;
   return model;
 }();
 

@@ -6,6 +6,7 @@
 #include "libocc/simulate/internal/frame.hpp"
 
 namespace occ::internal::simulate {
+namespace glare_effect {
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) { return scene.lens.veiling_glare > 0; }
@@ -31,11 +32,13 @@ void render(const Frame& frame, const ByPlace& lamp_electrons, Signal& signal) {
 }
 
 }  // namespace
+}  // namespace glare_effect
 
 const EffectModel glare_model = [] {
-  EffectModel model{Effect::glare, Stage::charge, called_for, "lens.veiling_glare is 0", bound};
-  model.background_e = background_e;
-  model.render = render;
+  EffectModel model{Effect::glare, Stage::charge, glare_effect::called_for,
+                    "lens.veiling_glare is 0", glare_effect::bound};
+  model.background_e = glare_effect::background_e;
+  model.render = glare_effect::render;
   return model;
 }();
 

@@ -6,6 +6,7 @@
 #include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
+namespace interreflection_effect {
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) {
@@ -20,12 +21,14 @@ double background_e(const SceneView& view) {
 Bound bound(const SceneView& view) { return {view.grey_levels(background_e(view)), 0}; }
 
 }  // namespace
+}  // namespace interreflection_effect
 
 const EffectModel interreflection_model = [] {
-  EffectModel model{Effect::interreflection, Stage::charge, called_for,
-                    "there is no room, or room.wall_reflectance is 0", bound};
+  EffectModel model{Effect::interreflection, Stage::charge, interreflection_effect::called_for,
+                    "there is no room, or room.wall_reflectance is 0",
+                    interreflection_effect::bound};
   model.required = Effect::walls;
-  model.background_e = background_e;
+  model.background_e = interreflection_effect::background_e;
   return model;
 }();
 

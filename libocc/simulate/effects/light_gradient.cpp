@@ -10,6 +10,7 @@
 #include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
+namespace light_gradient_effect {
 namespace {
 
 constexpr double beyond_first_order = 1.2;  // margin for the curvature of E
@@ -45,8 +46,10 @@ Bound bound_of(const LampView& seen, const SceneView& view) {
 Bound bound(const SceneView& view) { return sum_of_overlapping(view, bound_of); }
 
 }  // namespace
+}  // namespace light_gradient_effect
 
-const EffectModel light_gradient_model{Effect::light_gradient, Stage::lamp_image, called_for,
-                                       "all lamps are points", bound};
+const EffectModel light_gradient_model{Effect::light_gradient, Stage::lamp_image,
+                                       light_gradient_effect::called_for, "all lamps are points",
+                                       light_gradient_effect::bound};
 
 }  // namespace occ::internal::simulate

@@ -14,6 +14,7 @@
 #include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
+namespace modulation_effect {
 namespace {
 
 // Integral of the light from the beginning of a period to a time in periods.
@@ -101,14 +102,17 @@ Bound bound_of(const LampView& seen, const SceneView& view) {
 Bound bound(const SceneView& view) { return sum_of_overlapping(view, bound_of); }
 
 }  // namespace
+}  // namespace modulation_effect
 
 double lit_fraction(const Lamp& lamp, double start_s, double exposure_s) {
   if (!lamp.frequency_hz) return 1;
   const double first = start_s * *lamp.frequency_hz + lamp.phase;
   const double begin = first - std::floor(first);
   const double length = exposure_s * *lamp.frequency_hz;
-  return std::clamp((light_until(lamp, begin + length) - light_until(lamp, begin)) / length, 0.0,
-                    1.0);
+  return std::clamp((modulation_effect::light_until(lamp, begin + length) -
+                     modulation_effect::light_until(lamp, begin)) /
+                        length,
+                    0.0, 1.0);
 }
 
 LightMoments light_moments(const Lamp& lamp, bool blinks, double begin_s, double length_s) {
@@ -117,7 +121,7 @@ LightMoments light_moments(const Lamp& lamp, bool blinks, double begin_s, double
   light.mean = lit_fraction(lamp, begin_s, length_s);
   // Over so many periods the light is even to 1e-3 of the interval.
   if (length_s * *lamp.frequency_hz > 1000) return light;
-  const PieceSums sums = sum_pieces(lamp, begin_s, length_s);
+  const modulation_effect::PieceSums sums = modulation_effect::sum_pieces(lamp, begin_s, length_s);
   if (!(sums.light > 0)) return light;
   const double mean = sums.first / sums.light;
   light.mean_time_s = 0.5 * length_s + mean;
@@ -137,7 +141,8 @@ std::vector<double> lit_fractions(const Lamp& lamp, const Frame& frame, int firs
   return fractions;
 }
 
-const EffectModel modulation_model{Effect::modulation, Stage::lamp_image, called_for,
-                                   "no lamp has a frequency_hz", bound};
+const EffectModel modulation_model{Effect::modulation, Stage::lamp_image,
+                                   modulation_effect::called_for, "no lamp has a frequency_hz",
+                                   modulation_effect::bound};
 
 }  // namespace occ::internal::simulate

@@ -19,6 +19,7 @@
 namespace occ::internal::simulate {
 
 using namespace internal::radiometry;
+namespace mosaic_effect {
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) {
@@ -71,6 +72,7 @@ Bound bound(const SceneView& view) {
 void remove(Sensor& sensor) { sensor.mosaic = Mosaic::none; }
 
 }  // namespace
+}  // namespace mosaic_effect
 
 ByPlace light_by_place(const Sensor& sensor, const Eigen::Vector3d& colour) {
   ByPlace light{1, 1, 1, 1};
@@ -105,8 +107,9 @@ double max_pixel_factor(const Scene& scene, const Eigen::Vector3d& colour) {
 }
 
 const EffectModel mosaic_model = [] {
-  EffectModel model{Effect::mosaic, Stage::charge, called_for, "sensor.mosaic is none", bound};
-  model.remove = remove;
+  EffectModel model{Effect::mosaic, Stage::charge, mosaic_effect::called_for,
+                    "sensor.mosaic is none", mosaic_effect::bound};
+  model.remove = mosaic_effect::remove;
   return model;
 }();
 

@@ -18,6 +18,7 @@
 #include "libocc/simulate/internal/line_image.hpp"
 
 namespace occ::internal::simulate {
+namespace motion_blur_effect {
 namespace {
 
 constexpr int rim_points = 16;
@@ -82,8 +83,10 @@ Bound bound(const SceneView& view) {
 }
 
 }  // namespace
+}  // namespace motion_blur_effect
 
-const EffectModel motion_blur_model{Effect::motion_blur, Stage::lamp_image, called_for,
-                                    "the camera has no velocity", bound};
+const EffectModel motion_blur_model{Effect::motion_blur, Stage::lamp_image,
+                                    motion_blur_effect::called_for, "the camera has no velocity",
+                                    motion_blur_effect::bound};
 
 }  // namespace occ::internal::simulate

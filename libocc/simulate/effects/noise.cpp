@@ -10,6 +10,7 @@
 #include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
+namespace noise_effect {
 namespace {
 
 bool called_for(const Scene&, const SimulateOptions& options) { return options.noise; }
@@ -32,8 +33,9 @@ Bound bound(const SceneView& view) {
 }
 
 }  // namespace
+}  // namespace noise_effect
 
-const EffectModel noise_model{Effect::noise, Stage::output, called_for, "the option noise is off",
-                              bound};
+const EffectModel noise_model{Effect::noise, Stage::output, noise_effect::called_for,
+                              "the option noise is off", noise_effect::bound};
 
 }  // namespace occ::internal::simulate

@@ -10,6 +10,7 @@
 namespace occ::internal::simulate {
 
 using namespace internal::formation;
+namespace occlusion_effect {
 namespace {
 
 // Adds three-point Gauss-Legendre panels, each at most 0.75 spacings long, along the edge from a to
@@ -53,15 +54,17 @@ Bound bound(const SceneView& view) {
 }
 
 }  // namespace
+}  // namespace occlusion_effect
 
 std::optional<RimContour> visible_rim(const Lamp& lamp, const Visible& visible,
                                       const Rigid3& cam_from_world, const Camera& camera,
                                       double spacing_px) {
   if (visible.share == 1) return rim_contour(lamp, cam_from_world, camera, spacing_px);
   RimContour rim;
-  for (const auto& corners : corners_in_cam(lamp, visible, cam_from_world))
+  for (const auto& corners : occlusion_effect::corners_in_cam(lamp, visible, cam_from_world))
     for (std::size_t i = 0; i < corners.size(); ++i)
-      if (!add_edge(corners[i], corners[(i + 1) % corners.size()], camera, spacing_px, rim))
+      if (!occlusion_effect::add_edge(corners[i], corners[(i + 1) % corners.size()], camera,
+                                      spacing_px, rim))
         return std::nullopt;
   return rim;
 }
@@ -70,12 +73,13 @@ std::optional<Chords> visible_chords(const Lamp& lamp, const Visible& visible,
                                      const Rigid3& cam_from_world, const Camera& camera) {
   if (visible.share == 1) return project_chords(lamp, cam_from_world, camera);
   Chords chords;
-  for (const auto& corners : corners_in_cam(lamp, visible, cam_from_world))
+  for (const auto& corners : occlusion_effect::corners_in_cam(lamp, visible, cam_from_world))
     if (!append_polygon(corners, camera, chords)) return std::nullopt;
   return chords;
 }
 
-const EffectModel occlusion_model{Effect::occlusion, Stage::lamp_image, called_for,
-                                  "there are no boxes", bound};
+const EffectModel occlusion_model{Effect::occlusion, Stage::lamp_image,
+                                  occlusion_effect::called_for, "there are no boxes",
+                                  occlusion_effect::bound};
 
 }  // namespace occ::internal::simulate

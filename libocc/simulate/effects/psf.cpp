@@ -16,6 +16,7 @@
 namespace occ::internal::simulate {
 
 using namespace internal::formation;
+namespace psf_effect {
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) {
@@ -36,9 +37,11 @@ Bound bound_of(const LampView& seen, const SceneView& view) {
 Bound bound(const SceneView& view) { return sum_of_overlapping(view, bound_of); }
 
 }  // namespace
+}  // namespace psf_effect
 
 const EffectModel psf_model{
-    Effect::psf, Stage::lamp_image, called_for,
-    "sensor.psf_sigma_px is 0, and the lens has no diffraction and no focus_distance_m", bound};
+    Effect::psf, Stage::lamp_image, psf_effect::called_for,
+    "sensor.psf_sigma_px is 0, and the lens has no diffraction and no focus_distance_m",
+    psf_effect::bound};
 
 }  // namespace occ::internal::simulate

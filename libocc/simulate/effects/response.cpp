@@ -10,6 +10,7 @@
 #include "libocc/simulate/internal/mosaic.hpp"
 
 namespace occ::internal::simulate {
+namespace response_effect {
 namespace {
 
 // Sensors with the response curves of all pixels.
@@ -48,11 +49,12 @@ void remove(Sensor& sensor) {
 }
 
 }  // namespace
+}  // namespace response_effect
 
 const EffectModel response_model = [] {
-  EffectModel model{Effect::response, Stage::output, called_for, "sensor.response is linear",
-                    bound};
-  model.remove = remove;
+  EffectModel model{Effect::response, Stage::output, response_effect::called_for,
+                    "sensor.response is linear", response_effect::bound};
+  model.remove = response_effect::remove;
   return model;
 }();
 

@@ -12,6 +12,7 @@
 #include "libocc/simulate/internal/bounds.hpp"
 
 namespace occ::internal::simulate {
+namespace rolling_shutter_effect {
 namespace {
 
 constexpr int rim_points = 16;
@@ -64,9 +65,10 @@ Bound bound(const SceneView& view) {
 }
 
 }  // namespace
+}  // namespace rolling_shutter_effect
 
-const EffectModel rolling_shutter_model{Effect::rolling_shutter, Stage::lamp_image, called_for,
-                                        "the camera has no velocity, or sensor.row_time_s is 0",
-                                        bound};
+const EffectModel rolling_shutter_model{
+    Effect::rolling_shutter, Stage::lamp_image, rolling_shutter_effect::called_for,
+    "the camera has no velocity, or sensor.row_time_s is 0", rolling_shutter_effect::bound};
 
 }  // namespace occ::internal::simulate

@@ -9,6 +9,7 @@
 #include "libocc/simulate/internal/mosaic.hpp"
 
 namespace occ::internal::simulate {
+namespace saturation_effect {
 namespace {
 
 bool called_for(const Scene&, const SimulateOptions&) { return true; }
@@ -31,11 +32,12 @@ Bound bound(const SceneView& view) {
 void remove(Sensor& sensor) { sensor.full_well_e = 1e30; }
 
 }  // namespace
+}  // namespace saturation_effect
 
 const EffectModel saturation_model = [] {
-  EffectModel model{Effect::saturation, Stage::charge, called_for, "every sensor has a full well",
-                    bound};
-  model.remove = remove;
+  EffectModel model{Effect::saturation, Stage::charge, saturation_effect::called_for,
+                    "every sensor has a full well", saturation_effect::bound};
+  model.remove = saturation_effect::remove;
   return model;
 }();
 

@@ -14,6 +14,7 @@
 namespace occ::internal::simulate {
 
 using namespace internal::scene;
+namespace vignetting_effect {
 namespace {
 
 bool called_for(const Scene& scene, const SimulateOptions&) {
@@ -50,13 +51,15 @@ Bound bound(const SceneView& view) {
 }
 
 }  // namespace
+}  // namespace vignetting_effect
 
 double seen_transmission(const SceneView& view, const Eigen::Vector2d& px) {
   if (view.scene.effects.of(Effect::vignetting) == Use::off) return 1;
   return Vignetting(view.scene).transmission(px);
 }
 
-const EffectModel vignetting_model{Effect::vignetting, Stage::lamp_image, called_for,
-                                   "all coefficients of lens.vignetting are 0", bound};
+const EffectModel vignetting_model{
+    Effect::vignetting, Stage::lamp_image, vignetting_effect::called_for,
+    "all coefficients of lens.vignetting are 0", vignetting_effect::bound};
 
 }  // namespace occ::internal::simulate

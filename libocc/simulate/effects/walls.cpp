@@ -19,6 +19,7 @@
 namespace occ::internal::simulate {
 
 using namespace internal::scene;
+namespace walls_effect {
 namespace {
 
 // Electrons of pixels by light of the surfaces, and the surface that each pixel sees.
@@ -149,12 +150,13 @@ void render(const Frame& frame, const ByPlace&, Signal& signal) {
 }
 
 }  // namespace
+}  // namespace walls_effect
 
 const EffectModel walls_model = [] {
-  EffectModel model{Effect::walls, Stage::charge, called_for,
-                    "there is no room, or room.wall_reflectance is 0", bound};
-  model.background_e = background_e;
-  model.render = render;
+  EffectModel model{Effect::walls, Stage::charge, walls_effect::called_for,
+                    "there is no room, or room.wall_reflectance is 0", walls_effect::bound};
+  model.background_e = walls_effect::background_e;
+  model.render = walls_effect::render;
   return model;
 }();
 

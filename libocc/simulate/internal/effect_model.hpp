@@ -2,10 +2,11 @@
 // Describes one effect of the simulation: when a scene has it, how it changes the image, and a
 // bound on the change when it is left out.
 //
-// Each effect has one file in simulate/effects/, which defines its EffectModel. A new effect needs:
-// an enumerator and effect_count (scene/effects.hpp) and a name (scene/effects.cpp); that file; its
-// model in the declaration below and in effect_models(), and in render_order if it has `render`; if
-// the estimators model it, a line in Scene::as_rendered(); if it adds light, a term in
+// Each effect has one file in simulate/effects/, which defines its EffectModel; the functions of
+// the model are in a namespace of its own, because the files are compiled together. A new effect
+// needs: an enumerator and effect_count (scene/effects.hpp) and a name (scene/effects.cpp); that
+// file; its model in the declaration below and in effect_models(), and in render_order if it has
+// `render`; if the estimators model it, a line in Scene::as_rendered(); if it adds light, a term in
 // background_electrons() (simulate/bounds.cpp). tests/simulate/effect_models_test.cpp checks the
 // lists. Its parameters are fields of the scene (scene/internal/scene_fields.hpp).
 #pragma once
