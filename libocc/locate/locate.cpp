@@ -42,6 +42,9 @@ Candidate candidate_of(const RankedPose& pose, const std::vector<Blob>& blobs, c
   return candidate;
 }
 
+/// The poses are no answer where it is more probable that none of them is right.
+constexpr double accidental = 0.5;
+
 /// Names the rivals of the best pose and the probability that none of the poses is right.
 std::string doubt_message(const Refinement& refinement) {
   const auto rivals = refinement.poses.size() - 1;
@@ -49,7 +52,11 @@ std::string doubt_message(const Refinement& refinement) {
   const double none = refinement.none, others = 1 - best.probability - none;
   std::ostringstream text;
   text.precision(2);
-  if (rivals > 0 && others >= none)
+  if (none > accidental)
+    text << "the poses found are accidental with a probability of " << none
+         << ": the blobs that they match are more likely other lights; a prior, lamp codes, fewer "
+            "false lights or a shorter exposure can help";
+  else if (rivals > 0 && others >= none)
     text << rivals + 1 << " poses match the image; the best is right with a probability of "
          << best.probability
          << "; a prior (position, heading or gravity) or lamp codes can select one";
@@ -72,7 +79,7 @@ void conclude(const Refinement& refinement, double max_risk, Result<Fix>& result
   result.message = worst.message;
   if (!result.ok()) return;
   if (!(*result->risk <= max_risk)) {
-    result.status = Status::ambiguous;
+    result.status = refinement.none > accidental ? Status::no_pose : Status::ambiguous;
     result.message = doubt_message(refinement);
   } else if (!refinement.choice.met) {
     result.status = Status::budget_not_met;

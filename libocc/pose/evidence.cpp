@@ -96,12 +96,12 @@ Sums before_places(const PoseEvidence& pose, double model_sigma_px, int wrong) {
 /// the density of the pose times that of the centroids, over the integral of the former.
 double log_places(const PoseEvidence& pose, double model_sigma_px, int wrong) {
   Sums sums = before_places(pose, model_sigma_px, wrong);
-  double log = -sums.log_integral();
+  double log = pose.log_appearance - sums.log_integral();
   for (const SeenLamp& lamp : pose.lamps) {
     const Eigen::Matrix2d s = lamp.covariance_px2 + (square(model_sigma_px) + min_variance_px2) *
                                                         Eigen::Matrix2d::Identity();
     sums.add(lamp.residual_px, lamp.by_pose, Eigen::Matrix2d(s.inverse()));
-    log += lamp.log_appearance - std::log(2 * pi) - 0.5 * std::log(s.determinant());
+    log -= std::log(2 * pi) + 0.5 * std::log(s.determinant());
   }
   return log + sums.log_integral();
 }

@@ -7,6 +7,7 @@
 #include "libocc/core/math.hpp"
 #include "libocc/pose/internal/evidence.hpp"
 #include "libocc/refine/internal/lamp_sizes.hpp"
+#include "libocc/refine/internal/light_evidence.hpp"
 #include "libocc/refine/internal/predicted_centroid.hpp"
 
 namespace occ::internal::refine {
@@ -18,33 +19,46 @@ using pose::SeenLamp;
 
 /// ln of the density ratio of a blob's size. For a lamp, the size is normal about the predicted
 /// one; the growth of a saturated lamp is exponential. For a false light it is uniform in ln over
-/// two and a half decades. A lamp may be partly hidden or dirty: then its size is open as well.
+/// two and a half decades.
 double log_size_ratio(const Eigen::Array2d& axes_px, const Blob& blob) {
-  constexpr double log_range = 6, hidden = 0.02, relative = 0.1, error_px = 0.7, blur_px = 0.7;
+  constexpr double log_range = 6, relative = 0.1, error_px = 0.7, blur_px = 0.7;
   constexpr double growth_px = 3, relative_growth = 0.3;
   const double expected_px = std::sqrt((axes_px.square() + square(blur_px)).sqrt().prod());
   const double seen_px = std::sqrt(blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px);
   const double sigma_px = std::hypot(relative * expected_px, error_px);
   const double off_px = seen_px - expected_px;
   const double grown_px = std::max(growth_px, relative_growth * expected_px);
-  const double normal = std::exp(-0.5 * square(off_px / sigma_px));
   const double half_width_px = std::sqrt(pi / 2) * sigma_px;
-  const double density = !blob.saturated ? normal / (2 * half_width_px)
-                         : off_px > 0    ? std::exp(-off_px / grown_px) / (half_width_px + grown_px)
-                                         : normal / (half_width_px + grown_px);
-  return std::log((1 - hidden) * density * seen_px * log_range + hidden);
+  const double width_px = half_width_px + (blob.saturated ? grown_px : half_width_px);
+  const double log_shape =
+      blob.saturated && off_px > 0 ? -off_px / grown_px : -0.5 * square(off_px / sigma_px);
+  return log_shape + std::log(seen_px * log_range / width_px);
 }
 
-/// ln of the density ratio of size and visibility of a disc. Nearly edge-on a lamp is too dark to
-/// be found, but for one in a hundred.
-double log_appearance(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
-                      const Camera& camera) {
-  constexpr double edge_on = 0.1, seen_edge_on = 0.01;
-  if (lamp.shape != LampShape::disc || blob.striped || !(blob.ellipse.semi_minor_px > 0)) return 0;
-  const auto axes_px = predicted_axes_px(lamp, cam_from_world, camera);
-  if (!axes_px) return std::log(seen_edge_on);
-  const bool dark = (*axes_px)[0] < edge_on * (*axes_px)[1];
-  return log_size_ratio(*axes_px, blob) + (dark ? std::log(seen_edge_on) : 0);
+/// Light of a seen lamp, and ln of the density ratio of its visibility: nearly edge-on a disc is
+/// too dark to be found, but for one in a hundred.
+std::pair<LampLight, double> appearance(const Lamp& lamp, const Blob& blob,
+                                        const Rigid3& cam_from_world, const Scene& scene) {
+  constexpr double edge_on = 0.1;
+  const double seen_edge_on = std::log(0.01);
+  LampLight light;
+  light.flux = flux_ratio(lamp, blob, cam_from_world, scene);
+  if (lamp.shape != LampShape::disc || blob.striped || !(blob.ellipse.semi_minor_px > 0))
+    return {light, 0};
+  const auto axes_px = predicted_axes_px(lamp, cam_from_world, scene.camera);
+  if (!axes_px) return {light, seen_edge_on};
+  light.log_size = log_size_ratio(*axes_px, blob);
+  return {light, (*axes_px)[0] < edge_on * (*axes_px)[1] ? seen_edge_on : 0};
+}
+
+/// Fluxes of the blobs that are no lamps, in ascending order.
+std::vector<double> log_fluxes(const std::vector<Blob>& blobs, const std::vector<char>& is_lamp,
+                               const Scene& scene) {
+  std::vector<double> fluxes;
+  for (std::size_t i = 0; i < blobs.size(); ++i)
+    if (const auto flux = log_flux(blobs[i], scene); flux && !is_lamp[i]) fluxes.push_back(*flux);
+  std::sort(fluxes.begin(), fluxes.end());
+  return fluxes;
 }
 
 /// Symmetric root of the second moments of an ellipse: xx, yy, sqrt(2) xy [px].
@@ -156,9 +170,12 @@ pose::LogEvidence log_evidence(const Refined& refined, const Hypothesis& hypothe
   evidence.blobs = static_cast<int>(std::count_if(blobs.begin(), blobs.end(), is_whole));
   evidence.missed = hypothesis.missed;
   evidence.volume_m3 = volume_m3(scene.lamps, cam_from_world.origin_in_source());
+  std::vector<LampLight> lights;
+  std::vector<char> is_lamp(blobs.size());
   for (const LampResidual& residual : refined.lamps) {
     const Lamp& lamp = scene.lamps[residual.match.lamp];
     const Blob& blob = blobs[residual.match.blob];
+    is_lamp[static_cast<std::size_t>(residual.match.blob)] = !residual.contradicts;
     if (!is_whole(blob)) continue;
     SeenLamp seen;
     const auto px =
@@ -169,11 +186,13 @@ pose::LogEvidence log_evidence(const Refined& refined, const Hypothesis& hypothe
     }
     seen.residual_px = scene.camera.difference_px(*px, blob.centroid_px);
     seen.covariance_px2 = blob.covariance_px2;
-    seen.log_appearance = log_appearance(lamp, blob, cam_from_world, scene.camera) +
-                          log_code_ratio(lamp, blob, scene.lamps.size());
+    const auto [light, log_visible] = appearance(lamp, blob, cam_from_world, scene);
+    lights.push_back(light);
+    evidence.log_appearance += log_visible + log_code_ratio(lamp, blob, scene.lamps.size());
     add_shape(lamp, blob, cam_from_world, scene.camera, seen);
     evidence.lamps.push_back(seen);
   }
+  evidence.log_appearance += log_light_ratio(lights, log_fluxes(blobs, is_lamp, scene));
   if (prior) evidence.prior = parts_of(*prior, cam_from_world);
   return pose::log_evidence(evidence);
 }

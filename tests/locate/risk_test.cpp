@@ -223,6 +223,31 @@ TEST(Risk, MaxRiskIsTheLimitOfOk) {
   }
 }
 
+TEST(Risk, WhereNoPoseIsMoreProbableThereIsNone) {
+  // Bright discs that fit no pose, and specks of which some fit one by chance.
+  int none = 0;
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    Random random(100 + seed);
+    const Camera camera = Camera::pinhole(1280, 960, 600, 600, 639.5, 479.5);
+    const Room room = room_of(camera, 3, 6, 0.3, random);
+    std::vector<Blob> blobs;
+    for (int i = 0; i < 10; ++i) blobs.push_back(false_light(camera, 0.3, random));
+    for (int i = 0; i < 6; ++i) {
+      Blob bright = false_light(camera, 0.3, random);
+      bright.flux_dn = 1e6;
+      bright.flux_sigma_dn = 1e3;
+      blobs.push_back(bright);
+    }
+    const Result<Fix> fix = locate(blobs, room.scene);
+    EXPECT_FALSE(fix.ok());
+    if (fix.status != Status::no_pose || fix->candidates.empty()) continue;
+    ++none;
+    EXPECT_GT(*fix->risk, 0.5);
+    EXPECT_NE(fix.message.find("accidental"), std::string::npos) << fix.message;
+  }
+  EXPECT_GT(none, 3);
+}
+
 TEST(Risk, WithoutBlobsItIsOne) {
   Random random(9);
   const Room room = room_of(Camera::pinhole(1280, 960, 600, 600, 639.5, 479.5), 3, 6, 0.1, random);

@@ -12,10 +12,11 @@
 //     evidence = [P(c) c! / (P(B) B!)] A^m  B(a + u, b + n) / B(a, b)
 //                integral of p(x) prod N(r + J x; S) dx,
 //
-// times the ratio of the densities of size and code. The integral is that of a Gaussian (Laplace's
-// method; MacKay, "Information theory, inference, and learning algorithms", 2003, eqs. (28.4) to
-// (28.10)): (2 pi)^3 |H|^(-1/2) e^(-chi2/2) at the minimum, with the information matrix H. Its
-// width over that of p(x) counts the poses that were open, so three lamps alone are no evidence.
+// times the ratio of the densities of sizes, fluxes and codes. The integral is that of a Gaussian
+// (Laplace's method; MacKay, "Information theory, inference, and learning algorithms", 2003, eqs.
+// (28.4) to (28.10)): (2 pi)^3 |H|^(-1/2) e^(-chi2/2) at the minimum, with the information matrix
+// H. Its width over that of p(x) counts the poses that were open, so three lamps alone are no
+// evidence.
 //
 // p(x) is a wide Gaussian of the variances of a uniform rotation and a uniform position in a
 // volume, times the prior and the shapes of rims, normalised. Shapes limit the distances and the
@@ -44,7 +45,6 @@ struct SeenLamp {
   Eigen::Vector2d residual_px;          ///< predicted minus measured centroid
   Eigen::Matrix2d covariance_px2;       ///< covariance of the measured centroid
   Eigen::Matrix<double, 2, 6> by_pose;  ///< derivative of the residual
-  double log_appearance = 0;            ///< ln of the density ratio of size and code
   /// Residuals of the shape of its rim [px], their derivative, and their standard deviation without
   /// errors of camera and map; infinite without a rim.
   Eigen::Vector3d shape_residual_px = Eigen::Vector3d::Zero();
@@ -65,10 +65,11 @@ struct PriorPart {
 struct PoseEvidence {
   std::vector<SeenLamp> lamps;
   std::vector<PriorPart> prior;
-  double image_px2 = 0;  ///< area in which blobs are found
-  int blobs = 0;         ///< blobs that could be lamps
-  int missed = 0;        ///< lamps that should be visible but have no blob
-  double volume_m3 = 0;  ///< inverse of the density of the camera's position
+  double image_px2 = 0;       ///< area in which blobs are found
+  int blobs = 0;              ///< blobs that could be lamps
+  int missed = 0;             ///< lamps that should be visible but have no blob
+  double volume_m3 = 0;       ///< inverse of the density of the camera's position
+  double log_appearance = 0;  ///< ln of the density ratio of sizes, fluxes and codes
 };
 
 struct LogEvidence {
