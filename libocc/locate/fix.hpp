@@ -24,7 +24,7 @@ struct Candidate {
   double rms_px = 0;                                     ///< r.m.s. residual over all lamps
   double chi2 = 0;  ///< weighted sum of squared residuals at this pose
   int dof = 0;      ///< residuals minus unknowns
-  /// locate(): probability that this pose is right, among all candidates and "none of them".
+  /// Probability that this pose is right, among all candidates and, in locate(), "none of them".
   std::optional<double> probability;
   std::map<int, Blob> lamps;  ///< lamp id -> blob
 };
@@ -44,8 +44,9 @@ struct Fix {
   /// Covariance of position_m, world axes.
   Eigen::Matrix3d position_covariance_m2 = unknown_covariance<3>();
   double rms_px = 0;  ///< r.m.s. residual of the best candidate
-  /// locate(): probability that the pose is wrong, because its blobs are other lamps or false
-  /// lights; 1 without candidates.
+  /// Probability that the pose is wrong, because another one is right or, in locate() and
+  /// robust_pose(), because it is accidental; 1 without candidates. Empty if no other pose was
+  /// searched.
   std::optional<double> risk;
   std::map<int, Blob> lamps;          ///< lamp id -> blob, of the best candidate
   std::vector<Blob> blobs;            ///< all detected blobs

@@ -238,6 +238,10 @@ Result<std::vector<VehiclePose>> vehicle_poses(const Eigen::Matrix3Xd& lamps_m,
     vehicle.yaw_sigma_rad = sigma_of(candidate, &yaw_of);
     result.value.push_back(vehicle);
   }
+  double upright = 0;
+  for (const VehiclePose& vehicle : result.value) upright += vehicle.pose.probability.value_or(0);
+  for (VehiclePose& vehicle : result.value)
+    if (vehicle.pose.probability && upright > 0) *vehicle.pose.probability /= upright;
   if (result.value.empty() && !fix->candidates.empty()) {
     result.status = Status::no_pose;
     result.message = "every pose that fits the image has a tilt above max_tilt_rad";

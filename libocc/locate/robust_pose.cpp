@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/locate/internal/agreement.hpp"
 #include "libocc/locate/internal/point_problem.hpp"
@@ -133,6 +134,27 @@ bool contradicts(const Fix& fix, const RobustPoseOptions& options) {
   return angle > max_sigmas * std::sqrt(options.up_sigma_rad * options.up_sigma_rad + fit2);
 }
 
+// Probability of a pose with so many inliers beside another, if each is equally likely to explain a
+// point: their difference is normal with the variance of the sum.
+double share_of(std::size_t inliers, std::size_t of_other) {
+  const auto a = static_cast<double>(inliers), b = static_cast<double>(of_other);
+  const double ratio = std::exp(-0.5 * square(a - b) / (a + b));
+  return a < b ? ratio / (1 + ratio) : 1 / (1 + ratio);
+}
+
+// Appends the candidates of a second fix that is right with the probability `share`.
+void append(const Fix& other, double share, Fix& fix) {
+  const auto scale = [](std::vector<Candidate>& candidates, std::size_t first, double factor) {
+    for (std::size_t i = first; i < candidates.size(); ++i)
+      candidates[i].probability = factor * candidates[i].probability.value_or(1);
+  };
+  scale(fix.candidates, 0, 1 - share);
+  const std::size_t first = fix.candidates.size();
+  fix.candidates.insert(fix.candidates.end(), other.candidates.begin(), other.candidates.end());
+  scale(fix.candidates, first, share);
+  fix.risk = 1 - *fix.candidates.front().probability;
+}
+
 // Adds the candidates of a second pose with about as many inliers: a part of the points may have
 // moved, or may repeat another part.
 void add_rival(const Correspondences& m, const Consensus& first, const ConsensusOptions& search,
@@ -143,20 +165,23 @@ void add_rival(const Correspondences& m, const Consensus& first, const Consensus
   if ((!fix.ok() && fix.status != Status::ambiguous) || contradicts(*fix, m.options)) return;
   if (significance_of(m, rival, *fix).log_false_alarms > std::log(m.options.max_false_alarms))
     return;
-  std::vector<Candidate>& candidates = result.value.fix.candidates;
-  candidates.insert(candidates.end(), fix->candidates.begin(), fix->candidates.end());
+  append(*fix, share_of(rival.inliers.size(), first.inliers.size()), result.value.fix);
   result.status = Status::ambiguous;
   result.message = agreement(*result) + ", and " + std::to_string(rival.inliers.size()) +
                    " other points agree with another pose";
 }
 
 void conclude(const RobustPoseOptions& options, bool confident, Result<RobustPose>& result) {
+  Fix& fix = result.value.fix;
+  fix.risk = std::min(1.0, fix.risk.value_or(0) + std::pow(10, result->log10_false_alarms));
   if (result->log10_false_alarms > std::log10(options.max_false_alarms)) {
     result.status = Status::no_pose;
     result.message = agreement(*result) + "; as many are expected by chance";
+    fix.risk = 1;
   } else if (result.status != Status::degenerate && contradicts(result->fix, options)) {
     result.status = Status::no_pose;
     result.message = agreement(*result) + ", with a pose that contradicts up_in_cam";
+    fix.risk = 1;
   } else if (result.ok() && !confident) {
     result.message = "stopped after max_iterations = " + std::to_string(options.max_iterations) +
                      ", before the confidence was reached";

@@ -48,13 +48,15 @@ struct RobustPose {
   double log10_false_alarms = 300;  ///< log10 of the expected number of random poses as good
 };
 
-/// points_in_world: columns [m]; points_px: columns, same count. Status: ok; ambiguous (several
-/// poses fit the inliers equally well, or a second pose has about as many inliers of its own; all
-/// are in the fix); too_few_lamps (fewer than four points,
-/// three with up_in_cam); degenerate (points or inliers that coincide or lie on a line); no_pose
-/// (not more inliers than random correspondences give, or a contradiction to up_in_cam; the value
-/// holds the best pose); not_converged. Throws std::invalid_argument for counts that differ, values
-/// that are not finite, pixels outside the camera's domain, or options out of range.
+/// points_in_world: columns [m]; points_px: columns, same count. The risk of the fix is that of
+/// solve_pose() for the inliers plus the expected number of random poses as good; two poses with
+/// different inliers have probabilities as if each were equally likely to explain a point. Status:
+/// ok; ambiguous (several poses fit the inliers equally well, or a second pose has about as many
+/// inliers of its own; all are in the fix); too_few_lamps (fewer than four points, three with
+/// up_in_cam); degenerate (points or inliers that coincide or lie on a line); no_pose (not more
+/// inliers than random correspondences give, or a contradiction to up_in_cam; the value holds the
+/// best pose); not_converged. Throws std::invalid_argument for counts that differ, values that are
+/// not finite, pixels outside the camera's domain, or options out of range.
 LIBOCC_API Result<RobustPose> robust_pose(const Eigen::Matrix3Xd& points_in_world,
                                           const Eigen::Matrix2Xd& points_px, const Camera& camera,
                                           const RobustPoseOptions& options = {});

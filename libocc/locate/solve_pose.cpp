@@ -28,10 +28,6 @@ namespace {
 // Limit of the further decrease of chi2 after one Gauss-Newton step.
 constexpr double optimism = 0.1;
 
-// Limit of the difference of chi2 between two plausible poses, a likelihood ratio of 10000. With
-// 100, the wrong one of two poses of four points in a plane is the only one in 2 of 4000 images.
-constexpr double max_delta_chi2 = 18.4;
-
 // Beyond this standard deviation, the rotation is not determined.
 constexpr double max_rotation_sigma_rad = 0.25;
 
@@ -132,17 +128,23 @@ Rigid3 mirrored(const Rigid3& pose, const Eigen::Vector3d& normal) {
   return {mirror(pose.translation.normalized()) * pose.rotation * mirror(normal), pose.translation};
 }
 
-// Fits the start values that can reach a chi2 near the best, and keeps those that do, best first.
-// `normal`: of the plane through a triple of large area, if other poses are searched.
-std::vector<PointFit> fits_of(const Problem& p, const std::vector<Start>& starts,
-                              const std::optional<Eigen::Vector3d>& normal, int max_iterations,
-                              double misfit_dof) {
+struct Fits {
+  std::vector<PointFit> plausible;  // best first
+  double excluded = 0;              // sum of the likelihood ratios of the others to the best
+};
+
+// Fits the start values that can reach a chi2 near the best, and keeps those that do. `normal`: of
+// the plane through a triple of large area, if other poses are searched.
+Fits fits_of(const Problem& p, const std::vector<Start>& starts,
+             const std::optional<Eigen::Vector3d>& normal, const SolvePoseOptions& options,
+             double misfit_dof) {
   constexpr double tolerance = 5e-3;  // sigmas
-  std::vector<PointFit> fits;
+  const double max_delta_chi2 = -2 * std::log(options.max_risk);
+  Fits out;
+  std::vector<PointFit>& fits = out.plausible;
   double best = std::numeric_limits<double>::infinity();
-  const auto plausible = [&](double chi2) {
-    return chi2 - best <= max_delta_chi2 * std::max(1.0, best / misfit_dof);
-  };
+  const auto misfit = [&] { return std::max(1.0, best / misfit_dof); };
+  const auto plausible = [&](double chi2) { return chi2 - best <= max_delta_chi2 * misfit(); };
   const auto known = [&](const Rigid3& pose) {
     return std::any_of(fits.begin(), fits.end(),
                        [&](const PointFit& fit) { return same(fit, pose); });
@@ -154,7 +156,7 @@ std::vector<PointFit> fits_of(const Problem& p, const std::vector<Start>& starts
       from = step_from(p.seen, start.pose);
       if (!plausible(from.lowest) || known(from.pose)) return;
     }
-    const PointFit fit = fit_points(p.seen, from.pose, max_iterations, tolerance);
+    const PointFit fit = fit_points(p.seen, from.pose, options.max_iterations, tolerance);
     if (!std::isfinite(fit.equations.chi2) || known(fit.pose)) return;
     best = std::min(best, fit.equations.chi2);
     fits.push_back(fit);
@@ -165,13 +167,14 @@ std::vector<PointFit> fits_of(const Problem& p, const std::vector<Start>& starts
     const Rigid3 other = mirrored(fits.front().pose, *normal);
     try_start({other, point_chi2(p.seen, other)});
   }
-  fits.erase(std::remove_if(fits.begin(), fits.end(),
-                            [&](const PointFit& f) { return !plausible(f.equations.chi2); }),
-             fits.end());
   std::sort(fits.begin(), fits.end(), [](const PointFit& a, const PointFit& b) {
     return a.equations.chi2 < b.equations.chi2;
   });
-  return fits;
+  while (!fits.empty() && !plausible(fits.back().equations.chi2)) {
+    out.excluded += std::exp((best - fits.back().equations.chi2) / (2 * misfit()));
+    fits.pop_back();
+  }
+  return out;
 }
 
 Candidate candidate_of(const Problem& p, const PointFit& fit) {
@@ -244,12 +247,13 @@ void conclude(const Problem& problem, const Triple& spread, const Camera& camera
   } else if (misfits) {
     result.status = Status::no_pose;
     result.message = misfit_message(best, sigma_px);
+    result.value.risk = 1;
   } else if (!ending.converged) {
     result.status = Status::not_converged;
     result.message = "stopped after max_iterations = " + std::to_string(options.max_iterations);
   } else if (result->candidates.size() > 1) {
     result.status = Status::ambiguous;
-    result.message = std::to_string(result->candidates.size()) + " poses fit equally well";
+    result.message = rivals_message(*result);
   } else if (ending.flat ||
              !(std::sqrt(best.covariance.topLeftCorner<3, 3>().trace()) < max_rotation_sigma_rad)) {
     result.status = Status::degenerate;
@@ -265,6 +269,7 @@ void SolvePoseOptions::validate() const {
     require(sigma > 0 && std::isfinite(sigma), "sigmas_px", sigma, "positive");
   require(max_misfit > 0, "max_misfit", max_misfit, "positive");
   require(max_iterations > 0, "max_iterations", max_iterations, "positive");
+  require(max_risk > 0 && max_risk <= 1, "max_risk", max_risk, "above 0 and at most 1");
 }
 
 Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Matrix2Xd& points_px,
@@ -300,9 +305,9 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
     starts = starts_of(many ? part_of(problem, spread, few_points) : problem, options.solver);
     normal = normal_of(problem.points, spread);
   }
-  const std::vector<PointFit> fits = fits_of(problem, *starts, normal, options.max_iterations, dof);
+  const Fits fits = fits_of(problem, *starts, normal, options, dof);
   Ending ending;
-  for (const PointFit& fit : fits) {
+  for (const PointFit& fit : fits.plausible) {
     Candidate c = candidate_of(problem, fit);
     c.rms_px = sigma_px * std::sqrt(fit.equations.chi2 / static_cast<double>(n));
     ending.converged = ending.converged && fit.converged;
@@ -313,8 +318,9 @@ Result<Fix> solve_pose(const Eigen::Matrix3Xd& points_in_world, const Eigen::Mat
     result.message = starts.ok() ? "no pose has all points in front of the camera" : starts.message;
     return result;
   }
-  const PointFit& best = fits.front();
+  const PointFit& best = fits.plausible.front();
   take_best(result.value);
+  if (!options.start) weigh(result.value, std::max(1.0, best.equations.chi2 / dof), fits.excluded);
   ending.flat = is_curved(best, result->covariance.topLeftCorner<3, 3>().trace()) &&
                 is_flat(problem.seen, best,
                         variance_factor(best.equations.chi2, result->candidates.front().dof));

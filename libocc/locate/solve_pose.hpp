@@ -29,6 +29,9 @@ struct LIBOCC_API SolvePoseOptions {
   /// A few iterations are usual; a flat, curved valley around the minimum takes hundreds.
   int max_iterations = 1000;
   std::vector<double> sigmas_px;  ///< one for each point, instead of sigma_px
+  /// A second pose is plausible, and the result ambiguous, down to this likelihood ratio to the
+  /// best one.
+  double max_risk = 1e-4;
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
@@ -39,7 +42,10 @@ struct LIBOCC_API SolvePoseOptions {
 /// includes the second-order effect of a rotation about distant points (arc_moment), and of a
 /// projection that is not linear within the errors (few points in a plane or near a line).
 ///
-/// Status: ok; ambiguous (a likelihood ratio below 10000 to the next candidate, after scaling by
+/// The risk is the probability that another of the poses that fit is right. It takes the
+/// correspondences as right (robust_pose() does not), and is empty with `start`.
+///
+/// Status: ok; ambiguous (a likelihood ratio above max_risk of the next candidate, after scaling by
 /// the variance factor of the best one if it is above 1); too_few_lamps (fewer than three points);
 /// degenerate (points that coincide or, given sigma_px and the residuals, lie on a line, or do not
 /// determine the pose, or leave a rotation uncertain by 0.25 rad); no_pose (no pose fits);

@@ -145,9 +145,10 @@ Result<Fix> solve_each(const Seen& seen, const Scene& scene, const std::vector<C
     const double worse = (pose.chi2 - poses[0].chi2) / misfit;
     if (!known && worse <= internal::refine::max_pose_delta_chi2) poses.push_back(pose);
   }
+  weigh(best.value, misfit);
   if (best.ok() && poses.size() > 1) {
     best.status = Status::ambiguous;
-    best.message = std::to_string(poses.size()) + " poses fit equally well";
+    best.message = rivals_message(*best);
   }
   return best;
 }

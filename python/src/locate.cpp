@@ -155,9 +155,11 @@ Without candidates, the pose is undefined and its covariance infinite.)");
       .def_property_readonly("blobs", value_of(&Fix::blobs), "List of all detected Blobs.")
       .def_property_readonly("rms_px", value_of(&Fix::rms_px),
                              "Root mean square centre residual over all lamps [px].")
-      .def_property_readonly("risk", value_of(&Fix::risk),
-                             "locate(): probability that the pose is wrong, because its blobs are "
-                             "other lamps or false lights; 1 without candidates; or None.")
+      .def_property_readonly(
+          "risk", value_of(&Fix::risk),
+          "Probability that the pose is wrong, because another one is right or, in "
+          "locate() and robust_pose(), because it is accidental; 1 without "
+          "candidates; None if no other pose was searched.")
       .def_property_readonly("timing_s", value_of(&Fix::timing_s), "Timing: computing times [s].")
       .def_property_readonly("choice", value_of(&Fix::choice),
                              "RungChoice of locate(): rung of the refinement, with the reason; or "

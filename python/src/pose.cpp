@@ -175,9 +175,9 @@ Raises: ValueError for an unknown solver, numbers that are not finite or counts 
 Result<Fix> solve_pose_of(const Rows3& points_in_world_m, const Rows2& points_px,
                           const Camera& camera, const std::string& solver, double sigma_px,
                           const std::optional<Rigid3>& start, double max_misfit, int max_iterations,
-                          const std::vector<double>& sigmas_px) {
+                          const std::vector<double>& sigmas_px, double max_risk) {
   return solve_pose(points_in_world_m.transpose(), points_px.transpose(), camera,
-                    {solver, start, sigma_px, max_misfit, max_iterations, sigmas_px});
+                    {solver, start, sigma_px, max_misfit, max_iterations, sigmas_px, max_risk});
 }
 
 void define_solve_pose(py::module_& m) {
@@ -187,15 +187,17 @@ void define_solve_pose(py::module_& m) {
         py::arg("sigma_px") = defaults.sigma_px, py::kw_only(), py::arg("start") = py::none(),
         py::arg("max_misfit") = defaults.max_misfit,
         py::arg("max_iterations") = defaults.max_iterations,
-        py::arg("sigmas_px") = std::vector<double>{},
+        py::arg("sigmas_px") = std::vector<double>{}, py::arg("max_risk") = defaults.max_risk,
         R"(Computes the maximum-likelihood pose from points and their pixels, with its covariance.
 
 points_in_world_m: (n, 3), n >= 3. points_px: (n, 2), their pixels. solver: a name in solvers(), or
 "auto". sigma_px: standard deviation of a pixel coordinate. start: 4x4, initial cam_from_world, such
 as that of the previous frame, instead of a solver; other poses that fit are then not searched.
-max_misfit: largest chi2 / dof of a pose that fits. sigmas_px: (n,), replaces sigma_px.
-Returns: Fix; status ambiguous if another pose fits nearly as well (all are in `candidates`), no_pose
-if none fits, too_few_lamps, degenerate or not_converged.
+max_misfit: largest chi2 / dof of a pose that fits. sigmas_px: (n,), replaces sigma_px. max_risk:
+smallest likelihood ratio of another pose that makes the result ambiguous.
+Returns: Fix; status ambiguous if another pose fits nearly as well (all are in `candidates`, with
+their probabilities), no_pose if none fits, too_few_lamps, degenerate or not_converged. Its risk
+takes the correspondences as right; with `start` it is None.
 Raises: ValueError for counts that differ, numbers that are not finite, or an unknown solver.)");
 }
 

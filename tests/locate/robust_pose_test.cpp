@@ -339,6 +339,11 @@ TEST(RobustPose, TwoPosesWithAsManyInliersAreAmbiguous) {
     EXPECT_EQ(found.status, Status::ambiguous) << trial << " " << found.message;
     EXPECT_TRUE(is_among(m.truth, found->fix)) << trial;
     EXPECT_TRUE(is_among(second, found->fix)) << trial;
+    double sum = 0;
+    for (const Candidate& candidate : found->fix.candidates) sum += *candidate.probability;
+    EXPECT_NEAR(sum, 1, 1e-9);
+    EXPECT_GT(*found->fix.risk, 0.1) << trial;
+    EXPECT_LT(*found->fix.risk, 0.9) << trial;
   }
 }
 

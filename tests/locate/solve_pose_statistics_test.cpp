@@ -272,6 +272,69 @@ TEST(SlowSolvePoseStatistics, FourPointsInAPlaneAreAsSureAsStated) {
 }
 
 // Few iterations leave many a second candidate on its way: no answer holds one that is.
+// Squares seen from far away, where the second pose of the plane fits nearly as well.
+void expect_calibrated_risk(int problems) {
+  Random random(63);
+  const std::vector<double> limits = {0, 1e-4, 0.01, 0.1, 0.3, 0.51};
+  std::vector<double> stated(limits.size()), wrong(limits.size()), count(limits.size());
+  for (int i = 0; i < problems; ++i) {
+    SeenScene scene;
+    scene.points = (Eigen::Matrix3Xd(3, 4) << -1, 1, 1, -1, -1, -1, 1, 1, 0, 0, 0, 0).finished();
+    scene.truth.rotation =
+        so3_exp(0.35 * Eigen::Vector3d(random.normal(), random.normal(), random.normal()));
+    scene.truth.translation << 0, 0, random.uniform(15, 45);
+    if (!see(scene)) continue;
+    for (double& value : scene.pixels.reshaped()) value += 0.5 * random.normal();
+    const Result<Fix> fix = solve_pose(scene.points, scene.pixels, scene.camera, with_sigma(0.5));
+    if (fix->candidates.empty() || !fix->risk) continue;
+    const auto off = [&](const Candidate& candidate) {
+      return (candidate.cam_from_world.rotation - scene.truth.rotation).norm();
+    };
+    const bool best_is_right = std::none_of(
+        fix->candidates.begin(), fix->candidates.end(),
+        [&](const Candidate& other) { return off(other) < off(fix->candidates.front()); });
+    const auto bin = static_cast<std::size_t>(
+        std::upper_bound(limits.begin(), limits.end(), *fix->risk) - limits.begin() - 1);
+    stated[bin] += *fix->risk;
+    wrong[bin] += !best_is_right;
+    ++count[bin];
+  }
+  EXPECT_EQ(wrong[0], 0);
+  for (std::size_t bin = 1; bin + 1 < limits.size(); ++bin) {
+    ASSERT_GT(count[bin], 0.02 * problems);
+    const double sigma = std::sqrt(stated[bin] + 1);
+    EXPECT_LT(wrong[bin], 1.2 * stated[bin] + 3 * sigma) << limits[bin];
+    EXPECT_GT(wrong[bin], 0.7 * stated[bin] - 3 * sigma) << limits[bin];
+  }
+}
+
+TEST(SolvePoseStatistics, RiskIsCalibrated) { expect_calibrated_risk(3000); }
+
+TEST(SlowSolvePoseStatistics, RiskIsCalibrated) { expect_calibrated_risk(100000); }
+
+TEST(SolvePoseStatistics, MaxRiskIsTheSmallestLikelihoodRatioThatCounts) {
+  Random random(64);
+  SolvePoseOptions options = with_sigma(0.5);
+  SeenScene scene;
+  scene.points = (Eigen::Matrix3Xd(3, 4) << -1, 1, 1, -1, -1, -1, 1, 1, 0, 0, 0, 0).finished();
+  scene.truth.rotation = so3_exp({0.3, 0.2, 0.1});
+  scene.truth.translation << 0, 0, 20;
+  ASSERT_TRUE(see(scene));
+  for (double& value : scene.pixels.reshaped()) value += 0.5 * random.normal();
+  options.max_risk = 1e-100;
+  const Result<Fix> both = solve_pose(scene.points, scene.pixels, scene.camera, options);
+  ASSERT_EQ(both.status, Status::ambiguous);
+  ASSERT_EQ(both->candidates.size(), 2u);
+  EXPECT_NEAR(*both->risk, *both->candidates[1].probability, 1e-15);
+  options.max_risk = std::min(1.0, 2 * *both->risk / (1 - *both->risk));
+  const Result<Fix> one = solve_pose(scene.points, scene.pixels, scene.camera, options);
+  EXPECT_TRUE(one.ok()) << one.message;
+  EXPECT_NEAR(*one->risk, *both->risk, 1e-3 * *both->risk);
+  options.max_risk = 0;
+  EXPECT_THROW(solve_pose(scene.points, scene.pixels, scene.camera, options),
+               std::invalid_argument);
+}
+
 TEST(SolvePoseStatistics, CandidatesAreMinima) {
   int stopped = 0, several = 0;
   for (int i = 0; i < 2000; ++i) {
