@@ -24,9 +24,9 @@ double log_prominent(double brighter, double others) {
          std::lgamma(fainter + others);
 }
 
-double log_ratio_at(double log_gain, const std::vector<LampLight>& lamps) {
+double log_ratio_at(double log_gain, const std::vector<SeenLight>& lamps) {
   double sum = 0;
-  for (const LampLight& lamp : lamps) {
+  for (const SeenLight& lamp : lamps) {
     double log = lamp.log_size;
     if (lamp.flux && !(lamp.flux->at_least && lamp.flux->log_ratio < log_gain))
       log -= 0.5 * square((lamp.flux->log_ratio - log_gain) / lamp.flux->sigma);
@@ -65,14 +65,14 @@ std::optional<FluxRatio> flux_ratio(const Lamp& lamp, const Blob& blob,
   return ratio;
 }
 
-double log_light_ratio(const std::vector<LampLight>& lamps,
+double log_light_ratio(const std::vector<SeenLight>& lamps,
                        const std::vector<double>& other_log_fluxes) {
   double brightest = -infinity;
-  for (const LampLight& lamp : lamps)
+  for (const SeenLight& lamp : lamps)
     if (lamp.flux) brightest = std::max(brightest, lamp.flux->log_light);
   if (std::isinf(brightest)) return log_ratio_at(0, lamps);
   double best = -infinity;
-  for (const LampLight& lamp : lamps) {
+  for (const SeenLight& lamp : lamps) {
     if (!lamp.flux) continue;
     const double log_gain = lamp.flux->log_ratio;
     const auto first = std::upper_bound(other_log_fluxes.begin(), other_log_fluxes.end(),

@@ -37,11 +37,11 @@ double log_size_ratio(const Eigen::Array2d& axes_px, const Blob& blob) {
 
 /// Light of a seen lamp, and ln of the density ratio of its visibility: nearly edge-on a disc is
 /// too dark to be found, but for one in a hundred.
-std::pair<LampLight, double> appearance(const Lamp& lamp, const Blob& blob,
+std::pair<SeenLight, double> appearance(const Lamp& lamp, const Blob& blob,
                                         const Rigid3& cam_from_world, const Scene& scene) {
   constexpr double edge_on = 0.1;
   const double seen_edge_on = std::log(0.01);
-  LampLight light;
+  SeenLight light;
   light.flux = flux_ratio(lamp, blob, cam_from_world, scene);
   if (lamp.shape != LampShape::disc || blob.striped || !(blob.ellipse.semi_minor_px > 0))
     return {light, 0};
@@ -170,7 +170,7 @@ pose::LogEvidence log_evidence(const Refined& refined, const Hypothesis& hypothe
   evidence.blobs = static_cast<int>(std::count_if(blobs.begin(), blobs.end(), is_whole));
   evidence.missed = hypothesis.missed;
   evidence.volume_m3 = volume_m3(scene.lamps, cam_from_world.origin_in_source());
-  std::vector<LampLight> lights;
+  std::vector<SeenLight> lights;
   std::vector<char> is_lamp(blobs.size());
   for (const LampResidual& residual : refined.lamps) {
     const Lamp& lamp = scene.lamps[residual.match.lamp];

@@ -9,13 +9,13 @@
 namespace occ::internal::refine {
 namespace {
 
-LampLight light(double log_ratio, bool at_least = false) {
+SeenLight light(double log_ratio, bool at_least = false) {
   return {0, FluxRatio{log_ratio, 0, 0.5, at_least}};
 }
 
 TEST(LightEvidence, EqualFluxesAreNoEvidence) {
   EXPECT_NEAR(log_light_ratio({light(3), light(3), light(3.1)}, {}), 0, 0.05);
-  EXPECT_EQ(log_light_ratio({LampLight{}, LampLight{}}, {1, 2, 3}), 0);
+  EXPECT_EQ(log_light_ratio({SeenLight{}, SeenLight{}}, {1, 2, 3}), 0);
 }
 
 TEST(LightEvidence, AFaintLampAmongBrightOnesCountsAgainstThePose) {
@@ -30,7 +30,7 @@ TEST(LightEvidence, ASaturatedLampMayBeAnyBrighterThanMeasured) {
 }
 
 TEST(LightEvidence, BrighterBlobsThatAreNoLampsCountAgainstThePose) {
-  const std::vector<LampLight> lamps(5, light(0));
+  const std::vector<SeenLight> lamps(5, light(0));
   EXPECT_EQ(log_light_ratio(lamps, {-1, 0, 0.5}), 0);  // no more than three times as bright
   const double one = log_light_ratio(lamps, {-1, 0, 5});
   const double three = log_light_ratio(lamps, {5, 6, 7});

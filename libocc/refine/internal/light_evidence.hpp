@@ -17,12 +17,12 @@ namespace occ::internal::refine {
 struct FluxRatio {
   double log_ratio = 0;   ///< ln of measured over predicted flux
   double log_light = 0;   ///< ln of the predicted flux, up to a constant of all lamps
-  double sigma = 0;       ///< of log_ratio
+  double sigma = 0;       ///< standard deviation of log_ratio
   bool at_least = false;  ///< the measured flux is a lower bound: saturated, cut or blinking
 };
 
 /// A seen lamp of a pose.
-struct LampLight {
+struct SeenLight {
   double log_size = 0;  ///< ln of the density ratio of its size to that of a false light
   std::optional<FluxRatio> flux;
 };
@@ -41,7 +41,7 @@ LIBOCC_API std::optional<FluxRatio> flux_ratio(const Lamp& lamp, const Blob& blo
 ///
 /// `other_log_fluxes`: of the blobs that are no lamps of the pose, in ascending order. The share of
 /// those that are brighter than every lamp has a Beta prior that prefers few.
-LIBOCC_API double log_light_ratio(const std::vector<LampLight>& lamps,
+LIBOCC_API double log_light_ratio(const std::vector<SeenLight>& lamps,
                                   const std::vector<double>& other_log_fluxes);
 
 }  // namespace occ::internal::refine
