@@ -8,6 +8,7 @@
 
 #include "libocc/core/require.hpp"
 #include "libocc/locate/internal/best_candidate.hpp"
+#include "libocc/locate/internal/suspects.hpp"
 #include "libocc/refine/internal/ranking.hpp"
 
 namespace occ {
@@ -54,8 +55,8 @@ std::string doubt_message(const Refinement& refinement) {
   text.precision(2);
   if (none > accidental)
     text << "the poses found are accidental with a probability of " << none
-         << ": the blobs that they match are more likely other lights; a prior, lamp codes, fewer "
-            "false lights or a shorter exposure can help";
+         << ": the blobs that they match are more likely other lights; a prior or lamp codes can "
+            "help";
   else if (rivals > 0 && others >= none)
     text << rivals + 1 << " poses match the image; the best is right with a probability of "
          << best.probability
@@ -131,6 +132,8 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   take_best(fix);
   fix.risk = risk_of(refinement);
   conclude(refinement, options.max_risk, result);
+  if (!(fix.risk <= options.max_risk))
+    result.message += suspects(*refinement.poses.front().refined, blobs, scene);
   return result;
 }
 

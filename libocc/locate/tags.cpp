@@ -12,7 +12,6 @@
 #include "libocc/locate/solve_pose.hpp"
 #include "libocc/pose/internal/plane_starts.hpp"
 #include "libocc/refine/internal/predicted_centroid.hpp"
-#include "libocc/refine/internal/ranking.hpp"
 
 namespace occ {
 
@@ -137,13 +136,14 @@ Result<Fix> solve_each(const Seen& seen, const Scene& scene, const std::vector<C
   if (fits.empty()) return {{}, Status::no_pose, "no pose has all points in front of the camera"};
   Result<Fix> best = fits.front();
   std::vector<Candidate>& poses = best.value.candidates;
+  const double max_delta_chi2 = -2 * std::log(SolvePoseOptions{}.max_risk);
   const double misfit = std::max(1.0, poses[0].chi2 / std::max(1, poses[0].dof));
   for (const Result<Fix>& fit : fits) {
     const Candidate& pose = pose_of(fit);
     const bool known = std::any_of(poses.begin(), poses.end(),
                                    [&](const Candidate& other) { return same(pose, other); });
     const double worse = (pose.chi2 - poses[0].chi2) / misfit;
-    if (!known && worse <= internal::refine::max_pose_delta_chi2) poses.push_back(pose);
+    if (!known && worse <= max_delta_chi2) poses.push_back(pose);
   }
   weigh(best.value, misfit);
   if (best.ok() && poses.size() > 1) {

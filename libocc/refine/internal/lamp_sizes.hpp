@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "libocc/core/abi.hpp"
 #include "libocc/core/blob.hpp"
 #include "libocc/refine/refine.hpp"
 #include "libocc/scene/scene.hpp"
@@ -24,8 +25,9 @@ std::optional<Eigen::Matrix2d> image_moments_px2(const Lamp& lamp, const Rigid3&
 
 /// Semi-axes (minor, major) of a disc's predicted image, from points evenly spaced on its rim;
 /// empty if the lamp is not visible.
-std::optional<Eigen::Array2d> predicted_axes_px(const Lamp& lamp, const Rigid3& cam_from_world,
-                                                const Camera& camera);
+LIBOCC_API std::optional<Eigen::Array2d> predicted_axes_px(const Lamp& lamp,
+                                                           const Rigid3& cam_from_world,
+                                                           const Camera& camera);
 
 /// Message about a lamp whose size contradicts the pose; empty if there is none. Lamps identified
 /// by their codes, saturated lamps (their rims have grown) and lamps that were left out are not

@@ -10,10 +10,6 @@
 
 namespace occ::internal::refine {
 
-/// A pose of locate_by_tags() is plausible beside the best one if its likelihood is at least a
-/// hundredth: 2 ln 100.
-inline constexpr double max_pose_delta_chi2 = 9.2;
-
 /// Poses of a smaller probability are not named.
 inline constexpr double min_named_probability = 1e-6;
 
