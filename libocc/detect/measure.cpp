@@ -22,6 +22,7 @@ constexpr double sharpest_psf_px = 0.16;  // lower bound of the PSF sigma withou
 constexpr double sharpest_share = 0.8;    // lower bound as a part of a known PSF's sigma
 constexpr std::int64_t max_pixels = 1 << 22;  // in a patch; anything larger is no lamp
 constexpr double pixel_px2 = 1.0 / 12;        // variance of a uniform distribution over one pixel
+constexpr double clipped_share = 0.97;        // a pixel of this share of full scale is clipped
 constexpr double pulled_chi2 = 4;             // max chi-square of the difference of two centres
 constexpr double min_elongation = 1.2;        // min axis ratio of two lamps in one blob
 constexpr double min_dip = 0.1, dip_sigmas = 5;  // min dip between two lamps: of the peak, of noise
@@ -136,10 +137,13 @@ void measure_flux(const Patch& patch, const Component& component, Blob& blob) {
       std::sqrt(pixels * noise.floor + std::max(0.0, sum) * noise.per_dn + common * common);
 }
 
-/// Centroid and second moments of the component's linear signal.
+/// Centroid and second moments of the component's linear signal. A gradient of the light moves the
+/// centroid by the second moments of the pixels that are not clipped, which alone respond to it.
 void measure_moments(const Patch& patch, const Component& component, double blur2, Blob& blob) {
   const double limit = 5 * std::sqrt(patch.noise().floor);
-  Moments light, noise;
+  const double full = patch.full_scale_signal();
+  const double clipped = full > 0 ? clipped_share * full : infinity;
+  Moments light, noise, responding;
   for (int y = component.y0; y <= component.y1; ++y) {
     const float* row = patch.at(component.x0, y);
     for (int x = component.x0; x <= component.x1; ++x) {
@@ -147,7 +151,9 @@ void measure_moments(const Patch& patch, const Component& component, double blur
       if (v <= limit) continue;
       const double dx = x - blob.centroid_px.x(), dy = y - blob.centroid_px.y();
       const double variance = patch.noise().variance(v);
-      light += {v, v * dx, v * dy, v * dx * dx, v * dx * dy, v * dy * dy};
+      const Moments here{v, v * dx, v * dy, v * dx * dx, v * dx * dy, v * dy * dy};
+      light += here;
+      if (!(v >= clipped)) responding += here;
       noise += {variance,           variance * dx,      variance * dy,
                 variance * dx * dx, variance * dx * dy, variance * dy * dy};
     }
@@ -158,7 +164,13 @@ void measure_moments(const Patch& patch, const Component& component, double blur
   blob.covariance_px2 /= light.sum * light.sum;
   blob.centroid_px += light.mean();
   blob.ellipse = ellipse_of(blob.centroid_px, light.variance());
-  blob.light_response_px2 = light.variance() - blur2 * Eigen::Matrix2d::Identity();
+  const Eigen::Vector2d mean = light.mean();
+  Eigen::Matrix2d about_mean;
+  about_mean << responding.xx, responding.xy, responding.xy, responding.yy;
+  const Eigen::Vector2d first(responding.x, responding.y);
+  about_mean -= first * mean.transpose();
+  blob.light_response_px2 =
+      (about_mean - responding.sum * blur2 * Eigen::Matrix2d::Identity()) / light.sum;
 }
 
 bool use_rim(std::optional<Rim>&& rim, Blob& blob) {

@@ -17,7 +17,7 @@ constexpr double brightest_used = 0.97, dimmest_used = 0.03;  // range of signal
 constexpr double inside_px = 1.5, outside_px = 4;             // window about the rim
 constexpr double rim_level = 0.5;                             // signal at the rim, of full scale
 constexpr int max_saturated_passes = 8;
-constexpr double saturated_settled_px = 0.003;  // convergence limit for centre and level of the rim
+constexpr double saturated_settled_px = 0.003;  // limit of the last change of centre and level
 constexpr double min_saturated_minor_px = 2;    // min semi-minor axis
 
 /// ln(signal / level at the rim) = offset - slope t - bend t^2, t pixels outside the rim.
@@ -128,6 +128,7 @@ std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& co
   rim.merged = outline->merged;
   if (rim.merged) return rim;
   FittedConic conic = outline->conic;
+  double last_rim_px = 0;
   for (int pass = 0; pass < max_saturated_passes; ++pass) {
     if (conic.ellipse().semi_minor_px < min_saturated_minor_px) return std::nullopt;
     const Tail tail = fit_tail(patch, conic, level);
@@ -135,8 +136,10 @@ std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& co
     rim.points = fit_points(patch, conic, tail, level);
     const std::optional<EllipseFit> fit = fit_ellipse(rim.points, conic);
     if (!fit) return std::nullopt;
+    // Where the lens makes the rim no ellipse, the level remains a little off the ellipse.
     const bool settled = (fit->conic.centre - conic.centre).norm() < saturated_settled_px &&
-                         std::abs(tail.rim()) < saturated_settled_px;
+                         std::abs(tail.rim() - last_rim_px) < saturated_settled_px;
+    last_rim_px = tail.rim();
     conic = fit->conic;
     rim.fit = *fit;
     if (settled) {

@@ -2,6 +2,7 @@
 // Over-exposed lamps by their rims, from 1.5 to 100 times full scale, under sharp and broad PSFs: a
 // rim grows, and by more where the lamp is brighter.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "libocc/core/math.hpp"
@@ -152,6 +153,56 @@ TEST(SlowRefineSaturated, CovarianceIsTrueUnderAPsfThatIsSampledAtPixels) {
 TEST(RefineSaturated, ARimGrowsByMoreWhereTheLampIsBrighter) {
   EXPECT_LT(mean_nees({0.8, 8}, 5).position, 3);
   EXPECT_GT(mean_nees({0.8, 8}, 5, false).position, 10);
+}
+
+// Clipped discs of 300 px through a lens whose distortion deforms them: their rims are no ellipses.
+// Without rims the clipped pixels do not respond to a gradient of the light.
+TEST(RefineSaturated, LargeDiscsBehindADistortingLensAreWithinTheirSigma) {
+  const std::array<Eigen::Vector2d, 4> places = {
+      Eigen::Vector2d{1.213, 1.408}, {2.786, 1.391}, {1.204, 2.597}, {2.795, 2.612}};
+  Scene scene;
+  scene.camera =
+      Camera::pinhole(4000, 3000, 3050, 3046, 2012, 1489, {0.09, -0.22, 4e-4, -3e-4, 0.12});
+  scene.sensor.pixel_pitch_m = 1.4e-6;
+  scene.sensor.f_number = 1.8;
+  scene.sensor.exposure_s = 5e-4;
+  scene.sensor.full_well_e = 5000;
+  scene.sensor.gain_dn_per_e = 0.05;
+  scene.sensor.read_noise_e = 3;
+  scene.sensor.psf_sigma_px = 1.2;
+  scene.ambient_w_m2 = 0.001;
+  std::vector<Match> matches;
+  for (const Eigen::Vector2d& place : places) {
+    Lamp lamp;
+    lamp.id = static_cast<int>(scene.lamps.size());
+    lamp.shape = LampShape::disc;
+    lamp.radius_m = 0.11;
+    lamp.power_w = 4;
+    lamp.normal = -Eigen::Vector3d::UnitZ();
+    lamp.centre_m << place, 2.6;
+    scene.lamps.push_back(lamp);
+  }
+  const Eigen::Vector3d position(2.05, 1.95, 0.5);
+  const Rigid3 truth = look_at(position, {2.05, 1.95, 9}, Eigen::Vector3d::UnitY());
+  const Image image = simulate(scene, truth).image;
+  for (const bool rims : {true, false}) {
+    DetectOptions options;
+    options.sensor = scene.sensor;
+    options.rims = rims;
+    const std::vector<Blob> blobs = detect(image.view(), options);
+    matches.clear();
+    for (int lamp = 0; lamp < 4; ++lamp) {
+      const Eigen::Vector2d at = *scene.camera.project(truth * scene.lamps[lamp].centre_m);
+      for (int blob = 0; blob < static_cast<int>(blobs.size()); ++blob)
+        if ((blobs[blob].centroid_px - at).norm() < 20) matches.push_back({lamp, blob});
+    }
+    ASSERT_EQ(matches.size(), 4u);
+    for (const Blob& blob : blobs) EXPECT_EQ(blob.rim.empty(), !rims);
+    const Result<Refined> refined = refine(truth, matches, blobs, scene);
+    ASSERT_TRUE(refined.ok()) << refined.message;
+    const Eigen::Vector3d off = refined->cam_from_world.origin_in_source() - position;
+    EXPECT_LT(off.norm(), rims ? 3e-5 : 2e-4) << rims;
+  }
 }
 
 }  // namespace
