@@ -4,6 +4,7 @@
 #include <limits>
 #include <optional>
 
+#include "libocc/core/math.hpp"
 #include "libocc/identify/internal/pose_hypothesis.hpp"
 #include "libocc/scene/view.hpp"
 
@@ -49,8 +50,11 @@ double distance_px(const Blob& blob, const Camera& camera, const Eigen::Vector2d
 }
 
 // A merged blob contains the centres of its lamps. The visible part of a cut lamp is within one
-// radius.
+// radius. A blob that is much larger than a few lamps, each grown by saturation, covers the lamp.
 bool may_hold(const Blob& blob, const Camera& camera, const Expected& expected, double margin_px) {
+  constexpr double lamps = 4, growth = 1.5, growth_px = 5;
+  const double grown_px = growth * expected.radius_px + growth_px;
+  if (blob.area_px > lamps * pi * grown_px * grown_px) return false;
   const double reach = blob.cut_by_border ? expected.radius_px + margin_px : margin_px;
   return distance_px(blob, camera, expected.px) <= reach;
 }

@@ -170,6 +170,26 @@ TEST(Identify, BlobsThatAreNotWholeAreAttachedNotUsed) {
   }
 }
 
+TEST(Identify, ABlobMuchLargerThanALampCoversItAndIsNotTheLamp) {
+  const Scene scene = test::irregular_room();
+  Random random(13);
+  for (int i = 0; i < 10; ++i) {
+    View view = test::random_view(scene, random, 6);
+    Blob& blob = view.blobs[random.below(6)];
+    blob.merged = true;  // with a skylight
+    blob.centroid_px += Vector2d(40, -60);
+    blob.x0 -= 100;
+    blob.x1 += 100;
+    blob.y0 -= 100;
+    blob.y1 += 100;
+    blob.area_px = 200 * 200;
+    const Result<Identification> found = identify(view.blobs, scene);
+    ASSERT_FALSE(found->hypotheses.empty());
+    EXPECT_EQ(found->hypotheses[0].matches.size(), 5u);
+    EXPECT_EQ(found->hypotheses[0].missed, 0);
+  }
+}
+
 TEST(Identify, ALampCutByTheBorderIsAttached) {
   Scene scene = test::irregular_room();
   Random random(12);
