@@ -85,11 +85,12 @@ std::optional<Eigen::Vector3d> predicted_shape(const Lamp& lamp, const Rigid3& c
   return shape_of(root);
 }
 
-/// Adds the shape of a rim. Its errors: those of its points, each axis from half of them; the
-/// growth of a saturated rim; and a relative error of the model.
+/// Adds the shape of a rim without the common growth of saturated rims. Its errors: those of its
+/// points, each axis from half of them; the growth of a saturated rim, which differs between lamps
+/// by as much as the common growth; and a relative error of the model.
 void add_shape(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
-               const Camera& camera, SeenLamp& seen) {
-  constexpr double growth_px = 2, relative = 0.003, step = 1e-6;
+               const Camera& camera, double common_growth_px, SeenLamp& seen) {
+  constexpr double min_growth_px = 2, relative = 0.003, step = 1e-6;
   if (lamp.shape != LampShape::disc || blob.rim.empty() || blob.striped) return;
   const auto shape = predicted_shape(lamp, cam_from_world, camera);
   if (!shape) return;
@@ -103,9 +104,11 @@ void add_shape(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
   for (const RimPoint& point : blob.rim) variance_px2 += square(point.sigma_px);
   const auto count = static_cast<double>(blob.rim.size());
   seen.shape_residual_px = *shape - measured_shape(blob.ellipse);
+  if (blob.saturated) seen.shape_residual_px.head<2>().array() += common_growth_px;
+  const double growth_px = blob.saturated ? std::max(min_growth_px, std::abs(common_growth_px)) : 0;
   seen.shape_sigma_px =
       std::sqrt(2 * variance_px2 / square(count) + square(relative * blob.ellipse.semi_major_px) +
-                (blob.saturated ? square(growth_px) : 0));
+                square(growth_px));
 }
 
 /// ln of the density ratio of a code: one false light in a hundred has a code, which is then that
@@ -189,7 +192,7 @@ pose::LogEvidence log_evidence(const Refined& refined, const Hypothesis& hypothe
     const auto [light, log_visible] = appearance(lamp, blob, cam_from_world, scene);
     lights.push_back(light);
     evidence.log_appearance += log_visible + log_code_ratio(lamp, blob, scene.lamps.size());
-    add_shape(lamp, blob, cam_from_world, scene.camera, seen);
+    add_shape(lamp, blob, cam_from_world, scene.camera, refined.rim_growth_px.value_or(0), seen);
     evidence.lamps.push_back(seen);
   }
   evidence.log_appearance += log_light_ratio(lights, log_fluxes(blobs, is_lamp, scene));
