@@ -10,6 +10,8 @@
 #include "libocc/formation/rim.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/locate/locate.hpp"
+#include "tests/support/simulate_support.hpp"
+#include "tests/support/support.hpp"
 
 namespace occ {
 namespace {
@@ -246,6 +248,26 @@ TEST(Risk, WhereNoPoseIsMoreProbableThereIsNone) {
     EXPECT_NE(fix.message.find("accidental"), std::string::npos) << fix.message;
   }
   EXPECT_GT(none, 3);
+}
+
+TEST(Risk, RimsThatAllGrewAreNoAccident) {
+  const Scene scene = test::irregular_room();
+  Random random(11);
+  const Rigid3 truth = test::random_room_pose(random, 0.1);
+  std::vector<Blob> blobs = detect(simulate(scene, truth).image.view(), {});
+  ASSERT_GE(blobs.size(), 5u);
+  for (Blob& blob : blobs) {  // bloom beyond what the PSF explains
+    const double growth_px = random.uniform(5, 7);
+    const Eigen::Vector2d off(0.4 * random.normal(), 0.4 * random.normal());
+    for (RimPoint& point : blob.rim) point.px += growth_px * point.normal + off;
+    blob.ellipse.semi_major_px += growth_px;
+    blob.ellipse.semi_minor_px += growth_px;
+    blob.centroid_px += off;
+    blob.saturated = true;
+  }
+  const Result<Fix> fix = locate(blobs, scene);
+  EXPECT_TRUE(fix.ok()) << fix.message;
+  EXPECT_LT(*fix->risk, 1e-6);
 }
 
 TEST(Risk, WithoutBlobsItIsOne) {
