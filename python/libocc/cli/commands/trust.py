@@ -34,7 +34,14 @@ def folder_of(out: str) -> Path:
     return Path(out)
 
 
-def write(folder: Path, data: dict[str, Any], rows: list[FamilyRow], risks: list[RiskRow]) -> None:
+def risks_of(result: Run, names: list[str]) -> list[RiskRow]:
+    return list(risk_rows([record for name in names for record in result.records[name]]))
+
+
+def write(
+    folder: Path, data: dict[str, Any], rows: list[FamilyRow], risks: list[RiskRow], others: list[RiskRow]
+) -> None:
+    """Writes all files. others: without the families that are too often wrong."""
     from ..trust import plot
 
     nested = ("coverage", "risk")
@@ -48,7 +55,7 @@ def write(folder: Path, data: dict[str, Any], rows: list[FamilyRow], risks: list
             with whole_file(str(folder / name)) as file:
                 file.write(content)
         with whole_file(str(folder / PICTURE)) as file:
-            plot.draw(file, ".png", rows, risks, TITLE, note)
+            plot.draw(file, ".png", rows, risks, others, TITLE, note)
 
 
 def verdict(rows: list[FamilyRow]) -> str:
@@ -93,10 +100,12 @@ def command(
     folder = None if out is None else folder_of(out)
     result = measured(families, count, seed, threads)
     rows = [family_row(family, result.records[family.name]) for family in families]
-    risks = list(risk_rows([record for family in families for record in result.records[family.name]]))
+    faulty = too_often_wrong(rows)
+    risks = risks_of(result, list(result.records))
     data = output.plain({"count": count, "seed": seed}, rows, risks, result.interrupted)
     if folder is not None and result.count:
-        write(folder, data, rows, risks)
+        others = risks_of(result, [name for name in result.records if name not in faulty]) if faulty else []
+        write(folder, data, rows, risks, others)
     if as_json:
         print_json(data)
     else:
@@ -110,5 +119,5 @@ def command(
         click.echo(verdict(rows) + (" before Ctrl-C" if result.interrupted else ""))
     if result.interrupted:
         ctx.exit(INTERRUPTED)
-    if too_often_wrong(rows):
+    if faulty:
         ctx.exit(1)

@@ -42,14 +42,19 @@ READING = (
     "a risk of at most r, over all families. Below the diagonal\n"
     "the risk is honest. Hollow circle: none is wrong; the line\n"
     "ends at the share that this number of fixes excludes.\n"
-    "Orange: the excess is significant."
+    "Orange: the excess is significant. Diamonds: without\n"
+    "the families that are wrong significantly too often."
 )
 
 
 def draw(
-    file: IO[bytes], ending: str, rows: Sequence[FamilyRow], risks: Sequence[RiskRow], title: str, note: str
+    file: IO[bytes], ending: str, rows: Sequence[FamilyRow], risks: Sequence[RiskRow], others: Sequence[RiskRow],
+    title: str, note: str,
 ) -> None:
-    """Writes the picture to an open file; ending: .png, .svg or .pdf."""
+    """Writes the picture to an open file; ending: .png, .svg or .pdf.
+
+    risks: of all families; others: without the families that are too often wrong, empty if there are none.
+    """
     figure = Figure(figsize=INCHES, dpi=DPI, facecolor="white")
     FigureCanvasAgg(figure)
     shown = [row for row in rows if row.problems]
@@ -65,7 +70,7 @@ def draw(
     _verdicts(columns[0], shown)
     _coverage(columns[1], shown)
     _times(columns[2], shown)
-    _risks(figure.add_axes((0.085, 0.105, 0.475, 0.30)), risks)
+    _risks(figure.add_axes((0.085, 0.105, 0.475, 0.30)), risks, others)
     figure.text(0.60, 0.43, READING, fontsize=SIZE, color=INK, va="top", linespacing=1.25)
     figure.text(0.012, 0.97, title, fontsize=12.5, fontweight="bold", color=INK, va="center")
     figure.text(0.012, 0.018, note, fontsize=8, color=GREY, va="center")
@@ -141,19 +146,20 @@ def _times(axes: Axes, rows: Sequence[FamilyRow]) -> None:
     times = [time for row in rows for time in (row.time_median_s, row.time_p99_s) if time > 0] or [1e-3]
     axes.set_xlim(min(times) / 2, max(times) * 2)
     decades = range(math.ceil(math.log10(min(times) / 2)), math.floor(math.log10(max(times) * 2)) + 1)
-    axes.set_xticks([10.0**k for k in decades][:: 1 + len(decades) // 4])
+    axes.set_xticks([10.0**k for k in decades][:: 1 + len(decades) // 6])
+    axes.tick_params(axis="x", labelsize=SIZE - 1.5)
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: seconds_text(value)))
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.grid(True, axis="x", which="major", color=LIGHT, linewidth=0.8)
     axes.set_xlabel("computing time, one thread", fontsize=SIZE + 0.5)
 
 
-def _risks(axes: Axes, risks: Sequence[RiskRow]) -> None:
+def _risks(axes: Axes, risks: Sequence[RiskRow], others: Sequence[RiskRow]) -> None:
     axes.set_title("Stated risk against truth: wrong / fixes", fontsize=10, fontweight="bold", color=INK, loc="left")
     axes.set_xscale("log")
     axes.set_yscale("log")
     bottom = MIN_SHARE
-    for row in risks:
+    for row in (*risks, *others):
         bottom = min(bottom, row.wrong.band[1] / 3, row.wrong.value / 3 if row.wrong.hits else 1)
     left = min([row.max_risk for row in risks], default=1e-6)
     axes.set_xlim(left / 3, 4)
@@ -164,6 +170,8 @@ def _risks(axes: Axes, risks: Sequence[RiskRow]) -> None:
     axes.text(0.985, 0.04, "honest", fontsize=SIZE, color=OK, transform=axes.transAxes, ha="right")
     for row in risks:
         _risk_point(axes, row, bottom)
+    for row in others:
+        _risk_point(axes, row, bottom, 1.6, "D")
     axes.set_xlabel("stated risk of at most r (max_risk = 1: every fix counts)", fontsize=SIZE + 0.5)
     axes.set_ylabel("share of wrong poses", fontsize=SIZE + 0.5)
     axes.xaxis.set_major_locator(LogLocator(numticks=14))
@@ -173,15 +181,17 @@ def _risks(axes: Axes, risks: Sequence[RiskRow]) -> None:
     _clean(axes)
 
 
-def _risk_point(axes: Axes, row: RiskRow, bottom: float) -> None:
+def _risk_point(axes: Axes, row: RiskRow, bottom: float, shift: float = 1.0, marker: str = "o") -> None:
+    """Marker with its interval; shift: factor of the position along the axis."""
     share: Share = row.wrong
     low, high = share.band
     colour = WRONG if low > row.max_risk else OK
-    y = share.value if share.hits else bottom
-    axes.plot([row.max_risk] * 2, [max(low, bottom), high], "-", color=colour, linewidth=2.2, alpha=0.45)
+    x, y = shift * row.max_risk, share.value if share.hits else bottom
+    axes.plot([x, x], [max(low, bottom), high], "-", color=colour, linewidth=2.2, alpha=0.45)
     style: dict[str, Any] = {} if share.hits else {"markerfacecolor": "white"}
-    axes.plot(row.max_risk, y, "o", color=colour, markersize=5, clip_on=False, zorder=4, **style)
-    axes.annotate(
-        f"{share.hits}/{share.trials}", (row.max_risk, high), (0, 3), textcoords="offset points", ha="center",
-        va="bottom", fontsize=6.8, color=colour,
-    )
+    axes.plot(x, y, marker, color=colour, markersize=5 if marker == "o" else 4, clip_on=False, zorder=4, **style)
+    if marker == "o":
+        axes.annotate(
+            f"{share.hits}/{share.trials}", (x, high), (0, 3), textcoords="offset points", ha="center", va="bottom",
+            fontsize=6.8, color=colour,
+        )
