@@ -90,7 +90,7 @@ def command(
 
     Solves families of simulated problems whose truth is known, and compares verdicts, risks and
     covariances with it: how often a fix that is ok is wrong, how often one with a stated risk of at most
-    r is wrong (as with max_risk = 1, so that every fix counts), how often the truth lies within 1, 2 and 3
+    r is wrong (as with max_risk = 1, so that every fix counts), how often the truth is within 1, 2 and 3
     sigma, and the time. Families: six_lamps, few_rims, few_centres, one_dark, priors, wide, grids, junk,
     coplanar_four (solve_pose), outliers (robust_pose). The same seed gives the same figures, except for
     the times. Ctrl-C ends the run and reports the problems solved so far. Exit code 0: wrong fixes are not
