@@ -73,7 +73,7 @@ def measured(families: list[Family], count: int, seed: int, threads: int) -> Run
 @click.command(short_help="Measure how often verdicts and covariances are right.")
 @click.option("--family", "names", multiple=True, metavar="NAME", help="Use only this family; repeatable.")
 @click.option("--count", type=click.IntRange(1), default=100, show_default=True,
-              help="Problems of each family; 100 of all take about 1 min.")
+              help="Problems of each family; 100 of all take about 15 s.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of the problems.")
 @click.option("--threads", type=click.IntRange(1), default=os.cpu_count() or 1,
               help="Number of threads; the figures do not depend on it. Default: all processors.")

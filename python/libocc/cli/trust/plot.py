@@ -29,7 +29,7 @@ READING = (
     "\n"
     "Each row above is a family of simulated problems.\n"
     "\n"
-    "Verdicts: what libocc answered. A wrong pose that is ok\n"
+    "Verdicts: statuses of the answers. A wrong pose that is ok\n"
     "is a fault; the column on the right counts them.\n"
     "\n"
     "Coverage: how often the truth is within 1, 2, 3 standard\n"
