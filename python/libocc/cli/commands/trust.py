@@ -85,7 +85,7 @@ def command(
 ) -> None:
     """\b
     $ libocc trust --family coplanar_four --family outliers --count 20
-    family         problems  ok  ambiguous  no pose  other  wrong  ...
+    family         problems  ok  ambiguous  no pose  other  wrong  inside  median  p99
     ...
 
     Solves families of simulated problems whose truth is known, and compares verdicts, risks and
