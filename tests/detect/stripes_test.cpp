@@ -288,6 +288,22 @@ TEST(Stripes, FlagsSaturatedAndCutLamps) {
   EXPECT_TRUE(detect_in(set, render(set, {lamp}, random)).at(0).cut_by_border);
 }
 
+TEST(Stripes, ACutLampIsWithinItsSigma) {
+  Random random(13);
+  for (int phase = 0; phase < 6; ++phase) {
+    Set set;
+    set.columns = phase % 2 == 1;
+    BlinkingLamp lamp;
+    lamp.centre = set.columns ? Eigen::Vector2d(120, 25) : Eigen::Vector2d(25, 120);
+    lamp.phase = phase / 6.0;
+    const std::vector<Blob> blobs = detect_in(set, render(set, {lamp}, random));
+    ASSERT_FALSE(blobs.empty());
+    const Eigen::Vector2d error = blobs[0].centroid_px - lamp.centre;
+    const Eigen::Vector2d sigma = blobs[0].covariance_px2.diagonal().cwiseSqrt();
+    EXPECT_LT(error.cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 4) << phase;
+  }
+}
+
 TEST(Stripes, TwoLampsCloseTogetherStayTwo) {
   Random random(21);
   struct Case {

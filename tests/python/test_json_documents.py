@@ -41,6 +41,7 @@ CALLS = {
     "light": "light irregular_six a.png b.png c.png d.png --ambient",
     "hard-cases": "hard-cases --solver p3p --case no_triangle",
     "ladder": "ladder --frames 2 --rung rims",
+    "trust": "trust --family one_dark --family coplanar_four --count 4",
     "calibrate": "calibrate network panorama --out calibrated",
     "measure": "measure panorama corners.csv --out measured --distance corner_0 corner_1",
     "row-time": "row-time lamp.png --frequency-hz 2000",

@@ -36,6 +36,7 @@ COMMANDS = (
     "tags",
     "ladder",
     "hard-cases",
+    "trust",
     "response",
     "light",
     "calibrate",
