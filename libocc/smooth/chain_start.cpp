@@ -112,14 +112,6 @@ std::vector<Rigid3> candidates_of(const PlanarBody&, const View& view) {
   return out;
 }
 
-double distance(const SpatialBody&, const Rigid3& a, const Rigid3& b) {
-  return (a.origin_in_source() - b.origin_in_source()).norm() + (a.rotation - b.rotation).norm();
-}
-
-double distance(const PlanarBody&, const PlanarPose& a, const PlanarPose& b) {
-  return difference(a, b).norm();
-}
-
 }  // namespace
 
 template <class Body>
@@ -129,76 +121,24 @@ bool fits(const Body& body, const Node<Body>& node, const typename Body::Pose& p
 }
 
 template <class Body>
-std::optional<typename Body::Pose> pose_alone(const Body& body, const Node<Body>& node,
-                                              const typename Body::Pose* expected) {
+std::vector<typename Body::Pose> poses_alone(const Body& body, const Node<Body>& node) {
   using Pose = typename Body::Pose;
-  std::vector<std::pair<double, Pose>> found;
+  std::vector<Pose> found;
   for (const View& view : node.views) {
     for (const Rigid3& cam_from_world : candidates_of(body, view)) {
       const Pose pose = body.pose_of(view.frame.cam_from_body.inverse() * cam_from_world);
-      if (Body::finite(pose)) found.emplace_back(misfit(body, node, pose), pose);
+      if (Body::finite(pose)) found.push_back(pose);
     }
   }
-  // A difference of a few sigmas does not discriminate between two poses.
-  const auto alike = 3.0 * static_cast<double>(sightings_of(node));
-  std::optional<Pose> best;
-  double least = 0;
-  for (const auto& [off, pose] : found) least = best ? std::min(least, off) : off, best = pose;
-  if (best) {
-    double min_score = 0;
-    bool first = true;
-    for (const auto& [off, pose] : found) {
-      if (off > least + alike) continue;
-      const double score = expected != nullptr ? distance(body, pose, *expected) : off;
-      if (!first && score >= min_score) continue;
-      first = false;
-      min_score = score;
-      best = pose;
-    }
-    return best;
-  }
-  // An observed pose, used if the lamps do not determine one.
   for (const auto& reading : node.readings)
-    if (reading.root.rows() >= 6) return body.pose_of(reading.about);
+    if (reading.root.rows() >= 6) found.push_back(body.pose_of(reading.about));
   for (const auto& prior : node.priors)
-    if (prior.root.rows() >= Body::size) return prior.about;
-  return std::nullopt;
+    if (prior.root.rows() >= Body::size) found.push_back(prior.about);
+  return found;
 }
 
-template <class Body>
-std::vector<typename Body::Pose> start_poses(const Chain<Body>& chain) {
-  using Pose = typename Body::Pose;
-  const std::size_t count = chain.nodes.size();
-  std::vector<Pose> poses(count);
-  std::vector<bool> known(count, false);
-  for (std::size_t k = 0; k < count; ++k) {
-    std::optional<Pose> expected;
-    if (k > 0 && known[k - 1])
-      expected = chain.links[k - 1].exists ? Body::after(poses[k - 1], chain.links[k - 1].step)
-                                           : poses[k - 1];
-    auto alone = pose_alone(chain.body, chain.nodes[k], expected ? &*expected : nullptr);
-    if (!alone && expected && chain.links[k - 1].exists) alone = expected;
-    if (!alone) continue;
-    poses[k] = *alone;
-    known[k] = true;
-  }
-  for (std::size_t k = count; k-- > 1;) {
-    if (known[k - 1] || !known[k]) continue;
-    poses[k - 1] =
-        chain.links[k - 1].exists ? Body::before(poses[k], chain.links[k - 1].step) : poses[k];
-    known[k - 1] = true;
-  }
-  for (std::size_t k = 1; k < count; ++k)  // undetermined: repeats the previous pose
-    if (!known[k]) poses[k] = poses[k - 1];
-  return poses;
-}
-
-template std::optional<Rigid3> pose_alone(const SpatialBody&, const Node<SpatialBody>&,
-                                          const Rigid3*);
-template std::optional<PlanarPose> pose_alone(const PlanarBody&, const Node<PlanarBody>&,
-                                              const PlanarPose*);
-template std::vector<Rigid3> start_poses(const Chain<SpatialBody>&);
-template std::vector<PlanarPose> start_poses(const Chain<PlanarBody>&);
+template std::vector<Rigid3> poses_alone(const SpatialBody&, const Node<SpatialBody>&);
+template std::vector<PlanarPose> poses_alone(const PlanarBody&, const Node<PlanarBody>&);
 template bool fits(const SpatialBody&, const Node<SpatialBody>&, const Rigid3&, double);
 template bool fits(const PlanarBody&, const Node<PlanarBody>&, const PlanarPose&, double);
 

@@ -110,6 +110,14 @@ struct SightingStatistics {
   double rms_px = 0;  ///< r.m.s. residual of the coordinates inside the domain
 };
 
+/// Another minimum that the data do not exclude.
+template <class Pose>
+struct AlternativeTrajectory {
+  std::vector<Pose> poses;      ///< one for each pose of the recording
+  double chi2 = 0;              ///< its minimum
+  double likelihood_ratio = 0;  ///< to the best minimum, gross errors included
+};
+
 /// Smoothed recording with its statistics.
 template <class Pose>
 struct Smoothing {
@@ -121,6 +129,9 @@ struct Smoothing {
   /// Residual of each sighting of each frame, in sigmas; infinite outside the domain.
   std::vector<std::vector<double>> residual_sigmas;
   int iterations = 0;  ///< total of all rounds
+  double risk = 0;     ///< probability that another minimum that was found is the right one
+  /// Other minima, most likely first, if the risk is above 1e-4; at most eight.
+  std::vector<AlternativeTrajectory<Pose>> alternatives;
 };
 
 /// Times must not decrease within each list. Odometry steps may begin and end between frames: they
