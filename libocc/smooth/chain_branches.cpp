@@ -47,7 +47,7 @@ class Bank {
       const std::size_t k = direction_ == Direction::forward ? step : count - 1 - step;
       open = open.empty() ? begun(k) : stepped(open, k);
     }
-    return starts_of(open);
+    return open.empty() ? together() : starts_of(open);
   }
 
  private:
@@ -162,13 +162,12 @@ class Bank {
     constexpr double tolerance = 1e-2;
     std::vector<State> found;
     double least = std::numeric_limits<double>::infinity(), rise = least;
-    const Chain<Body> empty = alone(k);
+    Chain<Body> one = alone(k);
     for (const int parent : open) {
       const State from = states_[static_cast<std::size_t>(parent)];
       const auto& step = chain_.links[link_before(k)].step;
       const Pose predicted = direction_ == Direction::forward ? Body::after(from.pose, step)
                                                               : Body::before(from.pose, step);
-      Chain<Body> one = empty;
       const Block covariance = predict(one, from, predicted, k);
       std::vector<Pose> starts = {predicted};
       if (!is_narrow(chain_.body, chain_.nodes[k], predicted, covariance))
@@ -182,8 +181,9 @@ class Bank {
         least = std::min(least, state->chi2);
         found.push_back(*state);
       }
+      one.nodes[0].priors.pop_back();
     }
-    if (is_blamable(k, rise)) blame(open, k, found);
+    if (is_blamable(k, rise)) blame(open, k, one, found);
     return kept(found);
   }
 
@@ -202,12 +202,12 @@ class Bank {
   }
 
   /// Adds the poses of the frame itself, behind a gross error of odometry.
-  void blame(const std::vector<int>& open, std::size_t k, std::vector<State>& found) {
+  void blame(const std::vector<int>& open, std::size_t k, Chain<Body>& one,
+             std::vector<State>& found) {
     constexpr double tolerance = 1e-3;
     int parent = open.front();
     for (const int i : open)
       if (states_[i].chi2 < states_[parent].chi2) parent = i;
-    Chain<Body> one = alone(k);
     for (const Pose& root : roots(k)) {
       auto state = fitted(one, root, k, tolerance);
       if (!state) continue;
@@ -253,6 +253,30 @@ class Bank {
     } else {
       for (; k + 1 < poses.size(); ++k) poses[k + 1] = Body::after(poses[k], chain_.links[k].step);
     }
+  }
+
+  /// Starts of a chain in which no frame alone determines its pose.
+  std::vector<BranchStart<Body>> together() const {
+    const auto seen = [](const Node<Body>& node) {
+      std::size_t count = 0;
+      for (const View& view : node.views) count += view.root.size();
+      return count;
+    };
+    const auto most = std::max_element(
+        chain_.nodes.begin(), chain_.nodes.end(),
+        [&](const Node<Body>& a, const Node<Body>& b) { return seen(a) < seen(b); });
+    const auto at = static_cast<std::size_t>(most - chain_.nodes.begin());
+    std::vector<BranchStart<Body>> out;
+    for (const Pose& pose : poses_together(chain_, at)) {
+      std::vector<Pose> poses(chain_.nodes.size());
+      poses[at] = pose;
+      for (std::size_t k = at; k + 1 < poses.size(); ++k)
+        poses[k + 1] = Body::after(poses[k], chain_.links[k].step);
+      for (std::size_t k = at; k > 0; --k)
+        poses[k - 1] = Body::before(poses[k], chain_.links[k - 1].step);
+      out.push_back({std::move(poses), 0});
+    }
+    return out;
   }
 
   std::vector<BranchStart<Body>> starts_of(const std::vector<int>& open) const {

@@ -141,7 +141,7 @@ Result<Smoothing<typename Body::Smoothed>> to_result(const ChainMinima<Body>& mi
   if (known < static_cast<std::ptrdiff_t>(determined.size()))
     prepend(Status::degenerate, undetermined(chain, determined) + " not determined");
   if (!minima.others.empty()) prepend(Status::ambiguous, other_trajectory(minima));
-  if (!solution.converged) {
+  if (out.ok() && !solution.converged) {
     out.status = Status::not_converged;
     out.message = "not converged after " + std::to_string(solution.iterations) + " iterations";
   }

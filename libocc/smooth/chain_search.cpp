@@ -13,8 +13,8 @@ namespace occ::internal::smooth {
 namespace {
 
 constexpr std::size_t max_others = 8;
-/// Repetitions of a minimisation that has not converged but has reached the lowest chi2.
-constexpr int max_continuations = 3;
+/// Factor of the iterations for a minimum that has not converged but has reached the lowest chi2.
+constexpr int times_longer = 10;
 /// Contradicted links whose sides are tried as starts; more are taken for odometry that fails.
 constexpr int max_tried_links = 4;
 
@@ -33,6 +33,12 @@ Chain<Body> part_of(const Chain<Body>& chain, std::size_t first, std::size_t las
   part.nodes.assign(chain.nodes.begin() + at(first), chain.nodes.begin() + at(last) + 1);
   part.links.assign(chain.links.begin() + at(first), chain.links.begin() + at(last));
   return part;
+}
+
+template <class Body>
+bool is_one_part(const Chain<Body>& chain) {
+  return std::all_of(chain.links.begin(), chain.links.end(),
+                     [](const Link<Body>& link) { return link.exists; });
 }
 
 template <class Body>
@@ -68,10 +74,11 @@ class PartSearch {
     for (const auto& branch : branch_starts(part_, options_, Direction::forward)) add(branch.poses);
     if (minima_.empty()) add(carried_along(fallback));
     if (is_alarm(minima_.front())) try_opposed();
-    for (int i = 0; i < max_continuations && !minima_.front().solution.converged; ++i) {
-      ChainMinimum<Body> unfinished = std::move(minima_.front());
+    if (!minima_.front().solution.converged) {
+      options_.max_iterations *= times_longer;
+      const ChainMinimum<Body> unfinished = minima_.front();
       minima_.erase(minima_.begin());
-      add(std::move(unfinished.chain), std::move(unfinished.solution.poses));
+      add(unfinished.chain, unfinished.solution.poses);
     }
     return std::move(minima_);
   }
@@ -93,7 +100,10 @@ class PartSearch {
     found.chi2 = compared_chi2(found.chain, found.solution, options_);
     for (ChainMinimum<Body>& known : minima_) {
       if (!same_minimum(known.solution, found.solution)) continue;
-      if (found.chi2 < known.chi2) known = std::move(found);
+      const bool better = found.solution.converged == known.solution.converged
+                              ? found.chi2 < known.chi2
+                              : found.solution.converged;
+      if (better) known = std::move(found);
       std::stable_sort(minima_.begin(), minima_.end(), lower);
       return;
     }
@@ -128,7 +138,7 @@ class PartSearch {
   }
 
   Chain<Body> part_;
-  const SmootherOptions& options_;
+  SmootherOptions options_;
   std::vector<ChainMinimum<Body>> minima_;
 };
 
@@ -185,7 +195,7 @@ void add_others(std::vector<OtherPart<Body>>& others, ChainMinima<Body>& out) {
       others.begin(), others.end(),
       [](const OtherPart<Body>& a, const OtherPart<Body>& b) { return a.ratio > b.ratio; });
   for (const auto& other : others) {
-    if (out.others.size() == max_others) break;
+    if (other.ratio < 0.01 * max_risk || out.others.size() == 4 * max_others) break;
     OtherMinimum<Body> whole{out.best.solution, other.ratio};
     write_part(other.solution, other.first, whole.solution);
     whole.solution.cost += other.excess;
@@ -216,11 +226,19 @@ bool same_minimum(const ChainSolution<Body>& a, const ChainSolution<Body>& b) {
 }
 
 template <class Body>
-ChainMinima<Body> minima_of(const Chain<Body>& given, const Poses<Body>& start,
+ChainMinima<Body> minima_of(Chain<Body> chain, const Poses<Body>& start,
                             const SmootherOptions& options) {
-  Chain<Body> chain = given;
   set_corners(chain, options);
   ChainMinima<Body> out;
+  if (is_one_part(chain)) {  // without copies
+    auto minima = PartSearch<Body>(std::move(chain), options).run(start, {});
+    for (std::size_t i = 1; i < minima.size(); ++i)
+      out.others.push_back(
+          {std::move(minima[i].solution), std::exp(-0.5 * (minima[i].chi2 - minima.front().chi2))});
+    out.best = std::move(minima.front());
+    settle_risk(out);
+    return out;
+  }
   out.best = blank(chain);
   std::vector<OtherPart<Body>> others;
   const std::size_t count = chain.nodes.size();
@@ -249,7 +267,8 @@ void settle_risk(ChainMinima<Body>& minima) {
   for (const OtherMinimum<Body>& other : others) minima.risk += other.ratio;
   minima.risk /= 1 + minima.risk;
   if (minima.risk < max_risk) return others.clear();
-  while (others.size() > 1 && others.back().ratio < max_risk) others.pop_back();
+  while (others.size() > 1 && (others.back().ratio < max_risk || others.size() > max_others))
+    others.pop_back();
 }
 
 template <class Body>
@@ -278,9 +297,9 @@ template double compared_chi2(const Chain<PlanarBody>&, const ChainSolution<Plan
                               const SmootherOptions&);
 template bool same_minimum(const ChainSolution<SpatialBody>&, const ChainSolution<SpatialBody>&);
 template bool same_minimum(const ChainSolution<PlanarBody>&, const ChainSolution<PlanarBody>&);
-template ChainMinima<SpatialBody> minima_of(const Chain<SpatialBody>&, const std::vector<Rigid3>&,
+template ChainMinima<SpatialBody> minima_of(Chain<SpatialBody>, const std::vector<Rigid3>&,
                                             const SmootherOptions&);
-template ChainMinima<PlanarBody> minima_of(const Chain<PlanarBody>&, const std::vector<PlanarPose>&,
+template ChainMinima<PlanarBody> minima_of(Chain<PlanarBody>, const std::vector<PlanarPose>&,
                                            const SmootherOptions&);
 template void settle_risk(ChainMinima<SpatialBody>&);
 template void settle_risk(ChainMinima<PlanarBody>&);

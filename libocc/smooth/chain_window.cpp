@@ -14,7 +14,7 @@
 namespace occ::internal::smooth {
 namespace {
 
-constexpr double near_sigmas = 5;  // limit of the residuals at the pose predicted by odometry
+constexpr double near_sigmas = 5;  // limit of the mean residual of a node
 /// Branches remain open for longer than they count as alternatives: their priors are linearised.
 constexpr double kept_chi2 = 2 * open_chi2;
 constexpr std::size_t max_branches = 8;
@@ -161,8 +161,7 @@ bool ChainWindow<Body>::is_settled(const Branch& branch, std::size_t k) const {
   const auto covariance =
       carried_covariance(chain.links[k - 1], solution.poses[k - 1], predicted,
                          solution.covariance.diagonal[k - 1], Direction::forward);
-  return is_narrow(body_, chain.nodes[k], predicted, covariance) &&
-         fits(body_, chain.nodes[k], predicted, near_sigmas);
+  return is_narrow(body_, chain.nodes[k], predicted, covariance);
 }
 
 template <class Body>
@@ -170,8 +169,10 @@ void ChainWindow<Body>::forget_oldest(Branch& branch) const {
   Chain<Body>& chain = branch.minimum.chain;
   std::vector<Pose>& poses = branch.minimum.solution.poses;
   ChainNormals<Body::size> normals(chain.nodes.size());
+  const std::vector<bool>& determined = branch.minimum.solution.covariance.determined;
   double cost = chain.node_cost(0, poses[0], &normals.own[0], &normals.gradient[0]);
-  if (chain.links.front().exists) {
+  // The normal equations of a pose that is not determined hold at an arbitrary pose.
+  if (chain.links.front().exists && !determined.empty() && determined.front()) {
     cost += chain.link_cost(0, poses);
     chain.add_link(0, poses, normals);
     const auto inverse = pseudo_inverse<typename Body::Block>(normals.diagonal(0));
@@ -216,14 +217,17 @@ void ChainWindow<Body>::search(const Branch& branch, std::size_t k,
   }
 }
 
-/// Before odometry is called contradicted, all minima are searched.
+/// Before odometry or most sightings of the node are contradicted, all minima are searched.
 template <class Body>
 void ChainWindow<Body>::update(Branch branch, std::size_t k, bool settled,
                                std::vector<Branch>& found) const {
   if (!settled) return search(branch, k, found);
   const Branch given = branch;
   solve(branch);
-  if (contradictions(branch) > contradictions(given)) return search(given, k, found);
+  const ChainMinimum<Body>& m = branch.minimum;
+  if (contradictions(branch) > contradictions(given) ||
+      !fits(body_, m.chain.nodes[k], m.solution.poses[k], near_sigmas))
+    return search(given, k, found);
   found.push_back(std::move(branch));
 }
 

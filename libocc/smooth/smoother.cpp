@@ -130,7 +130,7 @@ Chain<Body> chain_of(const Body& body, const Input& input, std::vector<double> t
 }
 
 template <class Body>
-Result<Smoothing<typename Body::Smoothed>> smoothed(const Chain<Body>& chain,
+Result<Smoothing<typename Body::Smoothed>> smoothed(Chain<Body> chain,
                                                     const std::vector<typename Body::Pose>& start,
                                                     const SmootherOptions& options) {
   if (!start.empty())
@@ -139,14 +139,14 @@ Result<Smoothing<typename Body::Smoothed>> smoothed(const Chain<Body>& chain,
   for (std::size_t k = 0; k < start.size(); ++k)
     require(Body::finite(start[k]), "start[" + std::to_string(k) + "]", "a number that is not",
             "finite");
-  return to_result(minima_of(chain, start, options));
+  return to_result(minima_of(std::move(chain), start, options));
 }
 
 }  // namespace
 
 Result<Smoothing<SmoothedPose>> smooth(const SmootherInput& input, const SmootherOptions& options) {
   auto chain = chain_of(SpatialBody{}, input, {}, options);
-  return smoothed(chain, input.start, options);
+  return smoothed(std::move(chain), input.start, options);
 }
 
 Result<Smoothing<SmoothedPlanarPose>> smooth_planar(const PlanarSmootherInput& input,
@@ -162,7 +162,7 @@ Result<Smoothing<SmoothedPlanarPose>> smooth_planar(const PlanarSmootherInput& i
     node_at(chain, prior.time_s)
         .priors.push_back(quadratic<PlanarPose, 3>(prior.pose, prior.covariance.inverse(),
                                                    Eigen::Vector3d::Zero()));
-  return smoothed(chain, input.start, options);
+  return smoothed(std::move(chain), input.start, options);
 }
 
 }  // namespace occ

@@ -52,7 +52,7 @@ struct ChainMinima {
 /// Searches each linked part of the chain on its own; another minimum differs from the best in one
 /// part. `start` may be empty.
 template <class Body>
-ChainMinima<Body> minima_of(const Chain<Body>& chain, const std::vector<typename Body::Pose>& start,
+ChainMinima<Body> minima_of(Chain<Body> chain, const std::vector<typename Body::Pose>& start,
                             const SmootherOptions& options);
 
 /// Sets the risk from all others, and deletes the others that it does not need.
