@@ -37,14 +37,14 @@ class Bank {
   using Block = typename Body::Block;
   using Part = typename Body::Part;
 
-  Bank(const Chain<Body>& chain, const SmootherOptions& options, Direction direction)
+  Bank(const Chain<Body>& chain, const SmootherOptions& options, TimeDirection direction)
       : chain_(chain), options_(options), direction_(direction) {}
 
   std::vector<BranchStart<Body>> run() {
     const std::size_t count = chain_.nodes.size();
     std::vector<int> open;
     for (std::size_t step = 0; step < count; ++step) {
-      const std::size_t k = direction_ == Direction::forward ? step : count - 1 - step;
+      const std::size_t k = direction_ == TimeDirection::forward ? step : count - 1 - step;
       open = open.empty() ? begun(k) : stepped(open, k);
     }
     return open.empty() ? together() : starts_of(open);
@@ -67,7 +67,7 @@ class Bank {
   };
 
   std::size_t link_before(std::size_t k) const {
-    return direction_ == Direction::forward ? k - 1 : k;
+    return direction_ == TimeDirection::forward ? k - 1 : k;
   }
 
   /// Observations of one node as a chain, with sightings outside the domain at the pose aside.
@@ -166,8 +166,8 @@ class Bank {
     for (const int parent : open) {
       const State from = states_[static_cast<std::size_t>(parent)];
       const auto& step = chain_.links[link_before(k)].step;
-      const Pose predicted = direction_ == Direction::forward ? Body::after(from.pose, step)
-                                                              : Body::before(from.pose, step);
+      const Pose predicted = direction_ == TimeDirection::forward ? Body::after(from.pose, step)
+                                                                  : Body::before(from.pose, step);
       const Block covariance = predict(one, from, predicted, k);
       std::vector<Pose> starts = {predicted};
       if (!is_narrow(chain_.body, chain_.nodes[k], predicted, covariance))
@@ -248,7 +248,7 @@ class Bank {
       k = states_[static_cast<std::size_t>(state)].node;
       poses[k] = states_[static_cast<std::size_t>(state)].pose;
     }
-    if (direction_ == Direction::forward) {
+    if (direction_ == TimeDirection::forward) {
       for (; k > 0; --k) poses[k - 1] = Body::before(poses[k], chain_.links[k - 1].step);
     } else {
       for (; k + 1 < poses.size(); ++k) poses[k + 1] = Body::after(poses[k], chain_.links[k].step);
@@ -303,7 +303,7 @@ class Bank {
 
   const Chain<Body>& chain_;
   const SmootherOptions& options_;
-  Direction direction_;
+  TimeDirection direction_;
   /// Information of a prior of 1e4 rad and m, so that singular information is regular.
   const double weak_ = 1e-8;
   std::vector<State> states_;
@@ -356,10 +356,10 @@ template <class Body>
 typename Body::Block carried_covariance(const Link<Body>& link, const typename Body::Pose& from,
                                         const typename Body::Pose& to,
                                         const typename Body::Block& covariance,
-                                        Direction direction) {
+                                        TimeDirection direction) {
   using Block = typename Body::Block;
   Block d_from, d_to;
-  if (direction == Direction::forward)
+  if (direction == TimeDirection::forward)
     Body::residual(from, to, link.step, &d_from, &d_to);
   else
     Body::residual(to, from, link.step, &d_to, &d_from);
@@ -371,7 +371,8 @@ typename Body::Block carried_covariance(const Link<Body>& link, const typename B
 
 template <class Body>
 std::vector<BranchStart<Body>> branch_starts(const Chain<Body>& chain,
-                                             const SmootherOptions& options, Direction direction) {
+                                             const SmootherOptions& options,
+                                             TimeDirection direction) {
   return Bank<Body>(chain, options, direction).run();
 }
 
@@ -384,12 +385,13 @@ template bool is_narrow(const SpatialBody&, const Node<SpatialBody>&, const Rigi
 template bool is_narrow(const PlanarBody&, const Node<PlanarBody>&, const PlanarPose&,
                         const Eigen::Matrix3d&);
 template Matrix6 carried_covariance(const Link<SpatialBody>&, const Rigid3&, const Rigid3&,
-                                    const Matrix6&, Direction);
+                                    const Matrix6&, TimeDirection);
 template Eigen::Matrix3d carried_covariance(const Link<PlanarBody>&, const PlanarPose&,
-                                            const PlanarPose&, const Eigen::Matrix3d&, Direction);
+                                            const PlanarPose&, const Eigen::Matrix3d&,
+                                            TimeDirection);
 template std::vector<BranchStart<SpatialBody>> branch_starts(const Chain<SpatialBody>&,
-                                                             const SmootherOptions&, Direction);
+                                                             const SmootherOptions&, TimeDirection);
 template std::vector<BranchStart<PlanarBody>> branch_starts(const Chain<PlanarBody>&,
-                                                            const SmootherOptions&, Direction);
+                                                            const SmootherOptions&, TimeDirection);
 
 }  // namespace occ::internal::smooth

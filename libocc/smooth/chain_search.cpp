@@ -71,7 +71,8 @@ class PartSearch {
   std::vector<ChainMinimum<Body>> run(const Poses<Body>& start,
                                       const typename Body::Pose& fallback) {
     if (!start.empty()) add(start);
-    for (const auto& branch : branch_starts(part_, options_, Direction::forward)) add(branch.poses);
+    for (const auto& branch : branch_starts(part_, options_, TimeDirection::forward))
+      add(branch.poses);
     if (minima_.empty()) add(carried_along(fallback));
     if (is_alarm(minima_.front())) try_opposed();
     if (!minima_.front().solution.converged) {
@@ -112,7 +113,7 @@ class PartSearch {
   }
 
   void try_opposed() {
-    for (const auto& branch : branch_starts(part_, options_, Direction::backward))
+    for (const auto& branch : branch_starts(part_, options_, TimeDirection::backward))
       add(branch.poses);
     const ChainMinimum<Body> best = minima_.front();
     int tried = 0;

@@ -160,7 +160,7 @@ bool ChainWindow<Body>::is_settled(const Branch& branch, std::size_t k) const {
   const Pose predicted = expected(branch, k);
   const auto covariance =
       carried_covariance(chain.links[k - 1], solution.poses[k - 1], predicted,
-                         solution.covariance.diagonal[k - 1], Direction::forward);
+                         solution.covariance.diagonal[k - 1], TimeDirection::forward);
   return is_narrow(body_, chain.nodes[k], predicted, covariance);
 }
 

@@ -46,13 +46,14 @@ struct BranchStart {
   double chi2 = 0;
 };
 
-enum class Direction { forward, backward };
+enum class TimeDirection { forward, backward };
 
 /// Start values of all poses of a chain whose poses are all linked, lowest chi2 first; one that the
 /// others do not leave plausible is left out. Empty if no node alone determines its pose.
 template <class Body>
 std::vector<BranchStart<Body>> branch_starts(const Chain<Body>& chain,
-                                             const SmootherOptions& options, Direction direction);
+                                             const SmootherOptions& options,
+                                             TimeDirection direction);
 
 /// True if a prediction of this covariance can lead to one minimum only: its position is known to a
 /// small part of the distance to the nearest point.
@@ -65,6 +66,6 @@ template <class Body>
 typename Body::Block carried_covariance(const Link<Body>& link, const typename Body::Pose& from,
                                         const typename Body::Pose& to,
                                         const typename Body::Block& covariance,
-                                        Direction direction);
+                                        TimeDirection direction);
 
 }  // namespace occ::internal::smooth

@@ -38,7 +38,7 @@ bool same_minimum(const ChainSolution<Body>& a, const ChainSolution<Body>& b);
 /// A minimum that the data do not separate from the best.
 template <class Body>
 struct OtherMinimum {
-  ChainSolution<Body> solution;  ///< of the whole chain
+  ChainSolution<Body> solution;  ///< poses of the whole chain
   double ratio = 0;              ///< likelihood ratio to the best minimum
 };
 

@@ -40,7 +40,7 @@ struct ExpectedLamp {
   bool dark = false;    ///< all of its lines may be dark, because it blinks
   bool cut = false;     ///< some of its lines may be dark, because it blinks while they are exposed
   double smear_px = 0;  ///< motion of its image during the exposure
-  std::optional<LampLook> before;  ///< in the images before
+  std::optional<LampLook> before;  ///< measured in the images before
 };
 
 LampLook look_of(const Blob& blob, double time_s);
