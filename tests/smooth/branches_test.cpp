@@ -159,19 +159,6 @@ TEST(SmootherBranches, LaterFramesDecideAWindowThatIsAmbiguous) {
   EXPECT_EQ(decided, ambiguous);
 }
 
-/// An outlier in the first frame: the poses of the other frames decide, before odometry is blamed.
-TEST(SmootherBranches, AWrongFirstFrameDoesNotContradictOdometry) {
-  for (std::uint64_t seed = 50; seed < 54; ++seed) {
-    Drive drive = room_drive(seed, 12);
-    drive.input.frames[0].sightings.resize(4);
-    drive.input.frames[0].sightings[1].px += Eigen::Vector2d(40, -25);
-    const auto found = smooth(drive.input);
-    EXPECT_TRUE(found.ok()) << found.message;
-    EXPECT_EQ(contradicted(*found), 0) << found.message;
-    EXPECT_FALSE(is_wrong(drive, found->poses));
-  }
-}
-
 // Over 600 drives, ok is wrong for none of the batches.
 TEST(SlowSmootherBranches, OkIsRight) {
   const Count batch = batches(numbers(0, 600)), window = windows(numbers(0, 200));
