@@ -142,7 +142,7 @@ TEST(SmootherBranches, ThreeLampsAloneAreAmbiguous) {
   EXPECT_GT(ambiguous, 8);
 }
 
-/// The same three lamps in all frames, then all lamps.
+/// Three lamps in the first frames leave several poses; then all lamps are seen.
 TEST(SmootherBranches, LaterFramesDecideAWindowThatIsAmbiguous) {
   int ambiguous = 0, decided = 0;
   for (std::uint64_t seed = 0; seed < 12; ++seed) {
