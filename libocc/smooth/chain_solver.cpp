@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/least_squares.hpp"
@@ -143,73 +142,19 @@ bool gate(Chain<Body>& chain, const ChainSolution<Body>& solution, const Smoothe
   return any;
 }
 
-template <class Body>
-std::string undetermined(const Chain<Body>& chain, const std::vector<bool>& determined) {
-  std::ostringstream text;
-  const char* between = "";
-  for (std::size_t k = 0; k < determined.size(); ++k) {
-    if (determined[k]) continue;
-    std::size_t end = k;
-    while (end + 1 < determined.size() && !determined[end + 1]) ++end;
-    text << between << (end == k ? "pose " : "poses ") << k;
-    if (end > k) text << " to " << end;
-    text << " (" << chain.nodes[k].time_s;
-    if (end > k) text << " to " << chain.nodes[end].time_s;
-    text << " s)";
-    between = ", ";
-    k = end;
-  }
-  return text.str();
-}
-
-template <class Body>
-std::string contradictions(const Chain<Body>& chain) {
-  std::ostringstream text;
-  int found = 0;
-  for (const auto& link : chain.links) {
-    if (!link.report.contradicted) continue;
-    if (found == 0)
-      text << "odometry from " << link.report.from_s << " s to " << link.report.to_s
-           << " s is contradicted (chi2 " << link.report.chi2 << " of " << link.report.dof
-           << " dof) and weighed down";
-    ++found;
-  }
-  if (found > 1) text << ", and " << found - 1 << " more";
-  return text.str();
-}
-
-template <class Body>
-void measure_sightings(const Chain<Body>& chain, const ChainSolution<Body>& solution,
-                       Smoothing<typename Body::Smoothed>& out) {
-  double squares = 0;
-  SightingStatistics& s = out.sightings;
-  for (std::size_t k = 0; k < chain.nodes.size(); ++k) {
-    const Rigid3 spatial = chain.body.body_from_world(solution.poses[k]);
-    for (const View& view : chain.nodes[k].views) {
-      out.residual_sigmas.emplace_back(view.root.size(), std::numeric_limits<double>::infinity());
-      for (std::size_t i = 0; i < view.root.size(); ++i) {
-        ++s.count;
-        const auto residual = view.aside[i] ? std::nullopt : sighting_residual(view, i, spatial);
-        s.outside += !residual;
-        if (!residual) continue;
-        out.residual_sigmas.back()[i] = residual->norm();
-        s.beyond += residual->norm() > chain.sighting_corner;
-        squares += view.root[i].inverse().operator*(*residual).squaredNorm();
-      }
-    }
-  }
-  s.beyond += s.outside;
-  if (s.count > s.outside) s.rms_px = std::sqrt(0.5 * squares / (s.count - s.outside));
-}
-
 }  // namespace
+
+template <class Body>
+void set_corners(Chain<Body>& chain, const SmootherOptions& options) {
+  if (options.huber_sigmas > 0) chain.sighting_corner = options.huber_sigmas;
+  if (options.link_gate > 0)
+    chain.odometry_corner = std::sqrt(chi2_quantile(1 - options.link_gate, Body::size));
+}
 
 template <class Body>
 ChainSolution<Body> solved(Chain<Body>& chain, std::vector<typename Body::Pose> poses,
                            const SmootherOptions& options) {
-  if (options.huber_sigmas > 0) chain.sighting_corner = options.huber_sigmas;
-  if (options.link_gate > 0)
-    chain.odometry_corner = std::sqrt(chi2_quantile(1 - options.link_gate, Body::size));
+  set_corners(chain, options);
   ChainSolution<Body> solution;
   solution.poses = std::move(poses);
   chain.set_aside(solution.poses);
@@ -233,47 +178,11 @@ ChainSolution<Body> solved(Chain<Body>& chain, std::vector<typename Body::Pose> 
   return solution;
 }
 
-template <class Body>
-Result<Smoothing<typename Body::Smoothed>> to_result(const Chain<Body>& chain,
-                                                     const ChainSolution<Body>& solution) {
-  Result<Smoothing<typename Body::Smoothed>> out;
-  const std::vector<bool>& determined = solution.covariance.determined;
-  for (std::size_t k = 0; k < chain.nodes.size(); ++k) {
-    typename Body::Smoothed pose;
-    pose.time_s = chain.nodes[k].time_s;
-    Body::put(solution.poses[k], pose);
-    pose.determined = determined[k];
-    if (pose.determined) pose.covariance = solution.covariance.diagonal[k];
-    out.value.poses.push_back(pose);
-  }
-  for (const auto& link : chain.links) out.value.links.push_back(link.report);
-  measure_sightings(chain, solution, out.value);
-  out.value.chi2 = 2 * solution.cost;
-  out.value.dof = chain.rows() - Body::size * static_cast<int>(chain.nodes.size());
-  out.value.iterations = solution.iterations;
-  out.message = contradictions(chain);
-  const auto known = std::count(determined.begin(), determined.end(), true);
-  if (known == 0) {
-    out.status = Status::too_few_lamps;
-    out.message = "nothing determines any pose";
-  } else if (known < static_cast<std::ptrdiff_t>(determined.size())) {
-    out.status = Status::degenerate;
-    out.message = undetermined(chain, determined) + " not determined" +
-                  (out.message.empty() ? "" : "; " + out.message);
-  } else if (!solution.converged) {
-    out.status = Status::not_converged;
-    out.message = "not converged after " + std::to_string(solution.iterations) + " iterations";
-  }
-  return out;
-}
-
+template void set_corners(Chain<SpatialBody>&, const SmootherOptions&);
+template void set_corners(Chain<PlanarBody>&, const SmootherOptions&);
 template ChainSolution<SpatialBody> solved(Chain<SpatialBody>&, std::vector<Rigid3>,
                                            const SmootherOptions&);
 template ChainSolution<PlanarBody> solved(Chain<PlanarBody>&, std::vector<PlanarPose>,
                                           const SmootherOptions&);
-template Result<Smoothing<SmoothedPose>> to_result(const Chain<SpatialBody>&,
-                                                   const ChainSolution<SpatialBody>&);
-template Result<Smoothing<SmoothedPlanarPose>> to_result(const Chain<PlanarBody>&,
-                                                         const ChainSolution<PlanarBody>&);
 
 }  // namespace occ::internal::smooth

@@ -8,6 +8,7 @@
 #include "libocc/locate/robust_pose.hpp"
 #include "libocc/locate/solve_pose.hpp"
 #include "libocc/pose/candidates.hpp"
+#include "libocc/pose/internal/missing_method.hpp"
 
 namespace occ::internal::smooth {
 namespace {
@@ -104,20 +105,71 @@ std::size_t sightings_of(const Node<Body>& node) {
   return count;
 }
 
+struct Ray {
+  Eigen::Vector3d point, origin, bearing;  ///< origin and bearing in the frame of one node
+};
+
+/// Adds the rays of a node's points that are not among the rays yet.
+template <class Body>
+void add_rays(const Node<Body>& node, const Rigid3& at_from_body, std::vector<Ray>& rays) {
+  for (const View& view : node.views) {
+    if (!view.frame.camera.is_central()) continue;
+    const Rigid3 at_from_cam = at_from_body * view.frame.cam_from_body.inverse();
+    for (const PointSighting& seen : view.frame.sightings) {
+      const auto bearing = view.frame.camera.unproject(seen.px);
+      const bool known = std::any_of(rays.begin(), rays.end(), [&](const Ray& ray) {
+        return ray.point == seen.point_in_world;
+      });
+      if (bearing && !known)
+        rays.push_back(
+            {seen.point_in_world, at_from_cam.translation, at_from_cam.rotation * *bearing});
+    }
+  }
+}
+
+/// Rays of a chain in the frame of node `at`, those of the nearest nodes first.
+template <class Body>
+std::vector<Ray> rays_of(const Chain<Body>& chain, std::size_t at) {
+  std::vector<typename Body::Pose> poses(chain.nodes.size());
+  for (std::size_t k = at; k + 1 < poses.size(); ++k)
+    poses[k + 1] = Body::after(poses[k], chain.links[k].step);
+  for (std::size_t k = at; k > 0; --k)
+    poses[k - 1] = Body::before(poses[k], chain.links[k - 1].step);
+  std::vector<Ray> rays;
+  const Rigid3 from_start = chain.body.body_from_world(poses[at]);
+  for (std::size_t away = 0; away < poses.size(); ++away) {
+    for (const std::size_t k : {at - away, at + away}) {
+      if (k >= poses.size() || (away == 0 && !rays.empty())) continue;
+      add_rays(chain.nodes[k], from_start * chain.body.body_from_world(poses[k]).inverse(), rays);
+    }
+  }
+  return rays;
+}
+
+/// The three rays whose points have the largest area.
+std::vector<Ray> spread(const std::vector<Ray>& rays) {
+  constexpr std::size_t enough = 12;
+  const std::size_t n = std::min(rays.size(), enough);
+  std::vector<Ray> out;
+  double largest = 0;
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = i + 1; j < n; ++j)
+      for (std::size_t k = j + 1; k < n; ++k) {
+        const double area =
+            (rays[j].point - rays[i].point).cross(rays[k].point - rays[i].point).norm();
+        if (area <= largest) continue;
+        largest = area;
+        out = {rays[i], rays[j], rays[k]};
+      }
+  return out;
+}
+
 std::vector<Rigid3> candidates_of(const SpatialBody&, const View& view) { return poses_of(view); }
 
 std::vector<Rigid3> candidates_of(const PlanarBody&, const View& view) {
   std::vector<Rigid3> out = poses_of(view);
   for (const Rigid3& pose : upright_poses_of(view)) out.push_back(pose);
   return out;
-}
-
-double distance(const SpatialBody&, const Rigid3& a, const Rigid3& b) {
-  return (a.origin_in_source() - b.origin_in_source()).norm() + (a.rotation - b.rotation).norm();
-}
-
-double distance(const PlanarBody&, const PlanarPose& a, const PlanarPose& b) {
-  return difference(a, b).norm();
 }
 
 }  // namespace
@@ -129,76 +181,52 @@ bool fits(const Body& body, const Node<Body>& node, const typename Body::Pose& p
 }
 
 template <class Body>
-std::optional<typename Body::Pose> pose_alone(const Body& body, const Node<Body>& node,
-                                              const typename Body::Pose* expected) {
+std::vector<typename Body::Pose> poses_alone(const Body& body, const Node<Body>& node) {
   using Pose = typename Body::Pose;
-  std::vector<std::pair<double, Pose>> found;
+  std::vector<Pose> found;
   for (const View& view : node.views) {
     for (const Rigid3& cam_from_world : candidates_of(body, view)) {
       const Pose pose = body.pose_of(view.frame.cam_from_body.inverse() * cam_from_world);
-      if (Body::finite(pose)) found.emplace_back(misfit(body, node, pose), pose);
+      if (Body::finite(pose)) found.push_back(pose);
     }
   }
-  // A difference of a few sigmas does not discriminate between two poses.
-  const auto alike = 3.0 * static_cast<double>(sightings_of(node));
-  std::optional<Pose> best;
-  double least = 0;
-  for (const auto& [off, pose] : found) least = best ? std::min(least, off) : off, best = pose;
-  if (best) {
-    double min_score = 0;
-    bool first = true;
-    for (const auto& [off, pose] : found) {
-      if (off > least + alike) continue;
-      const double score = expected != nullptr ? distance(body, pose, *expected) : off;
-      if (!first && score >= min_score) continue;
-      first = false;
-      min_score = score;
-      best = pose;
-    }
-    return best;
-  }
-  // An observed pose, used if the lamps do not determine one.
   for (const auto& reading : node.readings)
-    if (reading.root.rows() >= 6) return body.pose_of(reading.about);
+    if (reading.root.rows() >= 6) found.push_back(body.pose_of(reading.about));
   for (const auto& prior : node.priors)
-    if (prior.root.rows() >= Body::size) return prior.about;
-  return std::nullopt;
+    if (prior.root.rows() >= Body::size) found.push_back(prior.about);
+  return found;
 }
 
 template <class Body>
-std::vector<typename Body::Pose> start_poses(const Chain<Body>& chain) {
+std::vector<typename Body::Pose> poses_together(const Chain<Body>& chain, std::size_t at) {
   using Pose = typename Body::Pose;
-  const std::size_t count = chain.nodes.size();
-  std::vector<Pose> poses(count);
-  std::vector<bool> known(count, false);
-  for (std::size_t k = 0; k < count; ++k) {
-    std::optional<Pose> expected;
-    if (k > 0 && known[k - 1])
-      expected = chain.links[k - 1].exists ? Body::after(poses[k - 1], chain.links[k - 1].step)
-                                           : poses[k - 1];
-    auto alone = pose_alone(chain.body, chain.nodes[k], expected ? &*expected : nullptr);
-    if (!alone && expected && chain.links[k - 1].exists) alone = expected;
-    if (!alone) continue;
-    poses[k] = *alone;
-    known[k] = true;
+  const std::vector<Ray> three = spread(rays_of(chain, at));
+  if (three.empty()) return {};
+  const bool general = pose::is_in_build("gp3p");  // otherwise approximate: one common centre
+  PoseProblem problem;
+  problem.bearings.resize(3, 3);
+  problem.points.resize(3, 3);
+  if (general) problem.origins.resize(3, 3);
+  for (int i = 0; i < 3; ++i) {
+    problem.bearings.col(i) = three[i].bearing;
+    problem.points.col(i) = three[i].point;
+    if (general) problem.origins.col(i) = three[i].origin;
   }
-  for (std::size_t k = count; k-- > 1;) {
-    if (known[k - 1] || !known[k]) continue;
-    poses[k - 1] =
-        chain.links[k - 1].exists ? Body::before(poses[k], chain.links[k - 1].step) : poses[k];
-    known[k - 1] = true;
+  CandidateOptions anything;
+  anything.tolerance_rad = 3;
+  std::vector<Pose> out;
+  for (const PoseCandidate& candidate :
+       pose_candidates(problem, general ? "gp3p" : "p3p", anything).value) {
+    const Pose pose = chain.body.pose_of(candidate.cam_from_world);
+    if (Body::finite(pose)) out.push_back(pose);
   }
-  for (std::size_t k = 1; k < count; ++k)  // undetermined: repeats the previous pose
-    if (!known[k]) poses[k] = poses[k - 1];
-  return poses;
+  return out;
 }
 
-template std::optional<Rigid3> pose_alone(const SpatialBody&, const Node<SpatialBody>&,
-                                          const Rigid3*);
-template std::optional<PlanarPose> pose_alone(const PlanarBody&, const Node<PlanarBody>&,
-                                              const PlanarPose*);
-template std::vector<Rigid3> start_poses(const Chain<SpatialBody>&);
-template std::vector<PlanarPose> start_poses(const Chain<PlanarBody>&);
+template std::vector<Rigid3> poses_together(const Chain<SpatialBody>&, std::size_t);
+template std::vector<PlanarPose> poses_together(const Chain<PlanarBody>&, std::size_t);
+template std::vector<Rigid3> poses_alone(const SpatialBody&, const Node<SpatialBody>&);
+template std::vector<PlanarPose> poses_alone(const PlanarBody&, const Node<PlanarBody>&);
 template bool fits(const SpatialBody&, const Node<SpatialBody>&, const Rigid3&, double);
 template bool fits(const PlanarBody&, const Node<PlanarBody>&, const PlanarPose&, double);
 

@@ -10,8 +10,8 @@
 
 #include "libocc/core/internal/covariance.hpp"
 #include "libocc/core/require.hpp"
-#include "libocc/smooth/internal/chain_solver.hpp"
-#include "libocc/smooth/internal/chain_start.hpp"
+#include "libocc/smooth/internal/chain_result.hpp"
+#include "libocc/smooth/internal/chain_search.hpp"
 #include "libocc/smooth/internal/odometry_pieces.hpp"
 
 namespace occ {
@@ -130,7 +130,7 @@ Chain<Body> chain_of(const Body& body, const Input& input, std::vector<double> t
 }
 
 template <class Body>
-Result<Smoothing<typename Body::Smoothed>> smoothed(Chain<Body>& chain,
+Result<Smoothing<typename Body::Smoothed>> smoothed(Chain<Body> chain,
                                                     const std::vector<typename Body::Pose>& start,
                                                     const SmootherOptions& options) {
   if (!start.empty())
@@ -139,15 +139,14 @@ Result<Smoothing<typename Body::Smoothed>> smoothed(Chain<Body>& chain,
   for (std::size_t k = 0; k < start.size(); ++k)
     require(Body::finite(start[k]), "start[" + std::to_string(k) + "]", "a number that is not",
             "finite");
-  const auto solution = solved(chain, start.empty() ? start_poses(chain) : start, options);
-  return to_result(chain, solution);
+  return to_result(minima_of(std::move(chain), start, options));
 }
 
 }  // namespace
 
 Result<Smoothing<SmoothedPose>> smooth(const SmootherInput& input, const SmootherOptions& options) {
   auto chain = chain_of(SpatialBody{}, input, {}, options);
-  return smoothed(chain, input.start, options);
+  return smoothed(std::move(chain), input.start, options);
 }
 
 Result<Smoothing<SmoothedPlanarPose>> smooth_planar(const PlanarSmootherInput& input,
@@ -163,7 +162,7 @@ Result<Smoothing<SmoothedPlanarPose>> smooth_planar(const PlanarSmootherInput& i
     node_at(chain, prior.time_s)
         .priors.push_back(quadratic<PlanarPose, 3>(prior.pose, prior.covariance.inverse(),
                                                    Eigen::Vector3d::Zero()));
-  return smoothed(chain, input.start, options);
+  return smoothed(std::move(chain), input.start, options);
 }
 
 }  // namespace occ

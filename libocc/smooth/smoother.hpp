@@ -13,9 +13,18 @@
 // of two optimum linear filters", IEEE Trans. Automatic Control 14(4), 1969), also in linear time.
 // They follow from the given sigmas and are not scaled by chi2.
 //
+// Several minima: a frame of three lamps has up to four poses, one of lamps in a plane has two. A
+// bank of filters follows all of them along odometry, and each trajectory that stays plausible is
+// minimised. The lowest chi2 is the result; a rejected step counts -2 ln(link_gate), plus n ln f
+// for its n components and its inflation f. If the likelihood ratios exp(-difference / 2) of the
+// other minima sum up to a risk above 1e-4 (18.4 for one), the status is ambiguous. Frames of fewer
+// lamps that determine the poses only together have the start values of three of their lamps
+// (generalised P3P).
+//
 // Gross errors of odometry: a step whose deleted residual has a chi2 beyond `link_gate` (Baarda, "A
 // testing procedure for use in geodetic networks", 1968) is reported, and its covariance is
-// inflated until it is consistent. If neither odometry nor `walk` links two consecutive poses, the
+// inflated until it is consistent. Before that, the start values without the poses that oppose the
+// step are tried. If neither odometry nor `walk` links two consecutive poses, the
 // motion between is unconstrained and the parts before and after are independent.
 //
 // Domain: a sighting whose point is outside the camera's domain at the estimated pose is ignored
@@ -110,6 +119,14 @@ struct SightingStatistics {
   double rms_px = 0;  ///< r.m.s. residual of the coordinates inside the domain
 };
 
+/// Another minimum that the data do not exclude.
+template <class Pose>
+struct AlternativeTrajectory {
+  std::vector<Pose> poses;      ///< one for each pose of the recording
+  double chi2 = 0;              ///< its minimum
+  double likelihood_ratio = 0;  ///< to the best minimum, gross errors included
+};
+
 /// Smoothed recording with its statistics.
 template <class Pose>
 struct Smoothing {
@@ -121,6 +138,9 @@ struct Smoothing {
   /// Residual of each sighting of each frame, in sigmas; infinite outside the domain.
   std::vector<std::vector<double>> residual_sigmas;
   int iterations = 0;  ///< total of all rounds
+  double risk = 0;     ///< probability that another minimum that was found is the right one
+  /// Other minima, most likely first, if the risk is above 1e-4; at most eight.
+  std::vector<AlternativeTrajectory<Pose>> alternatives;
 };
 
 /// Times must not decrease within each list. Odometry steps may begin and end between frames: they
@@ -129,7 +149,7 @@ struct SmootherInput {
   std::vector<SmootherFrame> frames;          ///< images with identified points
   std::vector<PoseObservation> observations;  ///< for a prior: PoseObservation::of_pose
   std::vector<Odometry> odometry;             ///< motion between images; may be empty
-  std::vector<Rigid3> start;  ///< body_from_world of each pose; empty: from solve_pose, odometry
+  std::vector<Rigid3> start;  ///< body_from_world of each pose: one more start value; may be empty
 };
 
 /// Prior of a pose on the floor.
@@ -147,15 +167,16 @@ struct PlanarSmootherInput {
   std::vector<PoseObservation> observations;  ///< poses of cameras, in space
   std::vector<PlanarPrior> priors;            ///< poses known from elsewhere
   std::vector<PlanarOdometry> odometry;       ///< motion between images; may be empty
-  std::vector<PlanarPose> start;  ///< start value of each pose; empty: from solve_pose, odometry
+  std::vector<PlanarPose> start;              ///< one more start value of each pose; may be empty
   double height_m = 0;  ///< height of the body's origin above the world's; the body is upright
 };
 
-/// Status: ok (the message lists contradicted odometry); too_few_lamps (no pose is determined);
-/// degenerate (some poses are not determined: the message lists them, the others are valid);
-/// not_converged. Throws std::invalid_argument for times that decrease, odometry that overlaps,
-/// covariances that are not positive definite (odometry: semi-definite), a start whose length
-/// differs from the number of poses, and values that are not finite.
+/// Status: ok (the message lists contradicted odometry); ambiguous (another minimum is plausible:
+/// `alternatives`); too_few_lamps (no pose is determined); degenerate (some poses are not
+/// determined: the message lists them, the others are valid); not_converged. Throws
+/// std::invalid_argument for times that decrease, odometry that overlaps, covariances that are not
+/// positive definite (odometry: semi-definite), a start whose length differs from the number of
+/// poses, and values that are not finite.
 LIBOCC_API Result<Smoothing<SmoothedPose>> smooth(const SmootherInput& input,
                                                   const SmootherOptions& options = {});
 

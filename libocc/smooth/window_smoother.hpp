@@ -4,8 +4,12 @@
 //     information = A_11 - A_10 A_00^-1 A_01,  gradient = b_1 - A_10 A_00^-1 b_0
 // become a prior of the next pose (Schur complement; Sibley, Matthies, Sukhatme, "Sliding window
 // filter with application to planetary landing", J. Field Robotics 27(5), 2010, section 3). Its
-// linearisation point is kept; all terms inside the window are linearised again. Memory and time
-// per frame are bounded.
+// linearisation point is kept; all terms inside the window are linearised again. A pose that is not
+// determined yet leaves no prior. Memory and time per frame are bounded.
+//
+// A window that begins with frames of a few lamps may have several minima (smooth/smoother.hpp).
+// Each that the data leave plausible stays open, at most eight, also after its frames have left the
+// window. The status is ambiguous until later frames decide.
 //
 // Frames may arrive late or twice. A frame inside the window is inserted at its time; one at the
 // time of an existing pose is treated as a second camera. A frame before the window is ignored and

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 #include <tuple>
+#include <utility>
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/geometry/motion.hpp"
@@ -106,6 +107,7 @@ std::optional<ExpectedLamp> expect(const Scene& scene, const Lamp& lamp,
   const double read_s = scene.sensor.exposure_s + out.lines_px * scene.sensor.row_time_s;
   out.dark = dark_s >= read_s;
   out.cut = dark_s > scene.sensor.exposure_s && scene.sensor.row_time_s > 0;
+  out.smear_px = (d_pose * predicted.velocity).norm() * scene.sensor.exposure_s;
   out.sure = lamp.normal.dot(to_camera) > sure_cos * to_camera.norm() && !out.dark;
   return out;
 }
@@ -117,6 +119,19 @@ bool frequencies_agree(const Lamp& lamp, const Blob& blob) {
          tolerance * *lamp.frequency_hz + sigmas * blob.frequency_sigma_hz;
 }
 
+/// True if a blob may be the lamp, as it was in the images before.
+bool is_alike(const ExpectedLamp& lamp, const Blob& blob) {
+  // Within a second a lamp's distance and angle change its contrast by less: 1 m/s towards a lamp
+  // at 2 m by four. A faint step of the background has a fiftieth.
+  constexpr double max_fading = 8, max_growth = 16;
+  if (!lamp.before || blob.cut_by_border) return true;
+  const LampLook now = look_of(blob, 0);
+  const double width_px = std::sqrt(std::max(1.0, lamp.before->area_px));
+  const double smeared = 1 + lamp.smear_px / width_px;
+  return now.contrast_dn * max_fading * smeared >= lamp.before->contrast_dn &&
+         (blob.saturated || now.area_px <= max_growth * smeared * lamp.before->area_px);
+}
+
 struct Pair {
   double chi2;
   int expected, blob;
@@ -124,13 +139,14 @@ struct Pair {
 
 std::vector<Pair> pairs_within(const std::vector<ExpectedLamp>& expected,
                                const std::vector<Blob>& blobs, const Scene& scene,
-                               double gate_sigma) {
+                               double gate_sigma, bool any_look = false) {
   std::vector<Pair> pairs;
   for (std::size_t e = 0; e < expected.size(); ++e) {
     const Lamp& lamp = scene.lamps[expected[e].lamp];
     for (std::size_t b = 0; b < blobs.size(); ++b) {
       const Blob& blob = blobs[b];
       if (blob.lamp_id ? *blob.lamp_id != lamp.id : !frequencies_agree(lamp, blob)) continue;
+      if (!any_look && !is_alike(expected[e], blob)) continue;
       const Eigen::Vector2d off = scene.camera.difference_px(blob.centroid_px, expected[e].px);
       const Eigen::Matrix2d covariance = expected[e].covariance_px2 + blob.covariance_px2;
       const double chi2 = off.dot(core::solve_llt(covariance, off));
@@ -182,6 +198,33 @@ std::vector<PixelWindow> windows_of(const std::vector<ExpectedLamp>& expected, c
                        static_cast<int>(high.x()), static_cast<int>(high.y())});
   }
   return windows;
+}
+
+LampLook look_of(const Blob& blob, double time_s) {
+  return {time_s, blob.peak_dn - blob.background_dn, static_cast<double>(blob.area_px)};
+}
+
+void adapt_looks(std::vector<ExpectedLamp>& expected, const std::vector<Blob>& blobs,
+                 const Scene& scene, double gate_sigma) {
+  constexpr std::size_t min_lamps = 3;
+  std::vector<double> ratios;
+  std::vector<char> done(expected.size());
+  for (std::size_t e = 0; e < expected.size(); ++e)
+    if (scene.lamps[expected[e].lamp].frequency_hz) expected[e].before.reset();
+  for (const Pair& pair : pairs_within(expected, blobs, scene, gate_sigma, true)) {
+    const auto e = static_cast<std::size_t>(pair.expected);
+    if (std::exchange(done[e], 1) || !expected[e].before) continue;
+    const double contrast_dn = look_of(blobs[static_cast<std::size_t>(pair.blob)], 0).contrast_dn;
+    ratios.push_back(contrast_dn / expected[e].before->contrast_dn);
+  }
+  if (ratios.size() < min_lamps) return;
+  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  for (ExpectedLamp& lamp : expected) {
+    if (!lamp.before) continue;
+    lamp.before->contrast_dn *= *middle;
+    lamp.before->area_px *= std::max(1.0, *middle);  // more of its edge is above the threshold
+  }
 }
 
 std::vector<Match> match_expected(const std::vector<ExpectedLamp>& expected,

@@ -7,6 +7,13 @@
 // otherwise after several consecutive images agree on it: a camera that was moved by hand
 // (kidnapping) is relocalised, and the jump is reported.
 //
+// A blob in the gate of a lamp is compared with the lamp in the images before, at most `coast_s`
+// ago: below an eighth of its contrast (brightest pixel above the background), or above sixteen
+// times its area, it is something else, such as a step of the background behind a dark lamp. The
+// limits leave room for changes of distance, angle and power. They follow the median ratio of three
+// or more lamps (exposure) and the motion during the exposure. Lamps that blink are not compared,
+// nor are blobs that the image border cuts.
+//
 //   searching   no pose yet                        tracking   the lamps of the image fix the pose
 //   coasting    no lamp fits, the pose is predicted    lost   prediction too old or too uncertain
 //

@@ -122,6 +122,7 @@ void TrackerImpl::restart_clock(Job& job) {
   const std::optional<PosePrediction> last = filter_.predict(job.view.last_s);
   for (CameraState& view : views_)
     view.last_s = view.last_refused_s = -std::numeric_limits<double>::infinity();
+  for (CameraState& view : views_) view.looks.clear();
   job.view.last_s = job.frame.time_s;
   job.view.refused = 0;
   std::ostringstream text;
@@ -169,11 +170,13 @@ std::vector<Blob> TrackerImpl::detect_at(Job& job,
 bool TrackerImpl::track(Job& job, const PosePrediction& predicted) {
   const PredictedCamera camera = camera_at(predicted, job);
   const Scene& scene = job.view.scene;
-  const std::vector<ExpectedLamp> expected =
+  std::vector<ExpectedLamp> expected =
       expected_lamps(scene, camera, options_.gate_sigma, options_.model_sigma_px);
   if (expected.empty()) return false;
   Found found;
   found.blobs = detect_at(job, expected);
+  recall_looks(job, expected);
+  adapt_looks(expected, found.blobs, scene, options_.gate_sigma);
   found.matches = match_expected(expected, found.blobs, scene, options_.gate_sigma);
   std::size_t sure = 0;
   for (const ExpectedLamp& lamp : expected) {
@@ -234,7 +237,19 @@ bool TrackerImpl::correct(Job& job, Found found) {
   return true;
 }
 
+/// Sets how the lamps looked in the images before, if that is not too long ago.
+void TrackerImpl::recall_looks(const Job& job, std::vector<ExpectedLamp>& expected) const {
+  const auto& looks = job.view.looks;
+  for (ExpectedLamp& lamp : expected) {
+    const auto look = looks.find(job.view.scene.lamps[lamp.lamp].id);
+    if (look == looks.end()) continue;
+    if (job.frame.time_s - look->second.time_s <= options_.coast_s) lamp.before = look->second;
+  }
+}
+
 void TrackerImpl::set_tracking(const Job& job) {
+  for (const auto& [id, blob] : job.frame.lamps)
+    if (!blob.cut_by_border) job.view.looks[id] = look_of(blob, job.frame.time_s);
   state_ = TrackerState::tracking;
   last_seen_s_ = std::max(last_seen_s_, job.frame.time_s);
   jumps_.clear();

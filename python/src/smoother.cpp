@@ -166,6 +166,24 @@ void define_smoothing(ResultClass<R>& cls) {
                              "List of OdometryLink between the poses.")
       .def_property_readonly("chi2", value_of(&S::chi2), "Chi-square at the minimum.")
       .def_property_readonly("dof", value_of(&S::dof), "Degrees of freedom of chi2.")
+      .def_property_readonly("risk", value_of(&S::risk),
+                             "Probability that another minimum that was found is the right one.")
+      .def_property_readonly(
+          "alternatives",
+          [](const R& r) {
+            std::vector<R> out;
+            for (const auto& other : r.value.alternatives) {
+              S whole;
+              whole.poses = other.poses;
+              whole.chi2 = other.chi2;
+              whole.dof = r.value.dof;
+              whole.risk = 1 - other.likelihood_ratio * (1 - r.value.risk);
+              out.push_back({whole, Status::ambiguous, "another minimum"});
+            }
+            return out;
+          },
+          "Other minima, most likely first, if the risk is above 1e-4: each with poses, "
+          "covariances, chi2 and risk.")
       .def_property_readonly(
           "sightings", [](const R& r) { return r.value.sightings.count; },
           "Number of image points.")
@@ -280,8 +298,10 @@ concatenated, and cut at the times of frames. observations: PoseObservations, fr
 priors. start: (4, 4) body_from_world for each pose; None: computed from the frames.
 Odometry that contradicts all other information is reported in message and links, and its covariance
 is inflated. The time is proportional to the number of poses.
-Returns: Smoothing. Its status is too_few_lamps if no pose is determined; degenerate if some poses
-are not determined (message and `determined` list them); not_converged.
+All plausible poses of frames with few lamps are tried. start is one more start value.
+Returns: Smoothing. Its status is ambiguous if another minimum is as plausible (`alternatives`);
+too_few_lamps if no pose is determined; degenerate if some poses are not determined (message and
+`determined` list them); not_converged.
 Raises: ValueError for times that decrease, odometry that overlaps, covariances that are not positive
 definite, or numbers that are not finite.
 Equations and sources: libocc/smooth/smoother.hpp.)";

@@ -3,11 +3,9 @@
 // of the odometry steps for gross errors.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "libocc/core/abi.hpp"
-#include "libocc/core/status.hpp"
 #include "libocc/smooth/internal/chain_problem.hpp"
 
 namespace occ::internal::smooth {
@@ -21,14 +19,13 @@ struct ChainSolution {
   bool converged = false;
 };
 
+/// Sets the corners of the robust losses from the options.
+template <class Body>
+void set_corners(Chain<Body>& chain, const SmootherOptions& options);
+
 /// Minimises from `poses`. Sets the reports of the links and the marks of sightings aside.
 template <class Body>
 ChainSolution<Body> solved(Chain<Body>& chain, std::vector<typename Body::Pose> poses,
                            const SmootherOptions& options);
-
-/// Result for the user: status, message, poses with covariances, statistics.
-template <class Body>
-Result<Smoothing<typename Body::Smoothed>> to_result(const Chain<Body>& chain,
-                                                     const ChainSolution<Body>& solution);
 
 }  // namespace occ::internal::smooth

@@ -2,7 +2,7 @@
 // Start values for the poses of a chain.
 #pragma once
 
-#include <optional>
+#include <cstddef>
 #include <vector>
 
 #include "libocc/core/abi.hpp"
@@ -10,16 +10,15 @@
 
 namespace occ::internal::smooth {
 
-/// Pose from the observations of one node alone. Of several poses that fit, the one nearest to
-/// `expected`, which may be null.
+/// Poses that fit the observations of one node alone: all candidates of each image, and observed
+/// or known poses. Empty if nothing determines the pose.
 template <class Body>
-std::optional<typename Body::Pose> pose_alone(const Body& body, const Node<Body>& node,
-                                              const typename Body::Pose* expected);
+std::vector<typename Body::Pose> poses_alone(const Body& body, const Node<Body>& node);
 
-/// Poses of all nodes: from their own observations if possible, otherwise from their neighbours
-/// along the links.
+/// Poses of the linked node `at` from three points in the images of several nodes, whose relative
+/// poses follow from the links (generalised P3P). Empty with fewer points.
 template <class Body>
-std::vector<typename Body::Pose> start_poses(const Chain<Body>& chain);
+std::vector<typename Body::Pose> poses_together(const Chain<Body>& chain, std::size_t at);
 
 /// True if the root mean square of the node's residuals at this pose is below `sigmas`.
 template <class Body>

@@ -2,6 +2,7 @@
 // Predicts the images of lamps from a predicted pose, and assigns blobs to them.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "libocc/core/abi.hpp"
@@ -22,6 +23,13 @@ struct PredictedCamera {
   Matrix6 velocity_covariance = Matrix6::Zero();
 };
 
+/// Brightness and size of a lamp's blob in an image.
+struct LampLook {
+  double time_s = 0;
+  double contrast_dn = 0;  ///< brightest pixel above the background
+  double area_px = 0;
+};
+
 struct ExpectedLamp {
   int lamp = 0;  ///< index in the scene
   Eigen::Vector2d px = Eigen::Vector2d::Zero();
@@ -31,7 +39,11 @@ struct ExpectedLamp {
   bool sure = false;    ///< must be detected: wholly inside the image, not oblique, not dark
   bool dark = false;    ///< all of its lines may be dark, because it blinks
   bool cut = false;     ///< some of its lines may be dark, because it blinks while they are exposed
+  double smear_px = 0;  ///< motion of its image during the exposure
+  std::optional<LampLook> before;  ///< measured in the images before
 };
+
+LampLook look_of(const Blob& blob, double time_s);
 
 /// Predicts all lamps whose image may overlap the picture.
 std::vector<ExpectedLamp> expected_lamps(const Scene& scene, const PredictedCamera& predicted,
@@ -42,8 +54,17 @@ std::vector<ExpectedLamp> expected_lamps(const Scene& scene, const PredictedCame
 std::vector<PixelWindow> windows_of(const std::vector<ExpectedLamp>& expected, const Camera& camera,
                                     double gate_sigma);
 
+/// Deletes the references `before` of lamps that may have changed for a good reason: those that
+/// blink. The contrast of all others is scaled by the median ratio of the blobs in the gates, if at
+/// least three lamps have one: a camera that changes its exposure changes all lamps.
+void adapt_looks(std::vector<ExpectedLamp>& expected, const std::vector<Blob>& blobs,
+                 const Scene& scene, double gate_sigma);
+
 /// Assigns at most one blob to each lamp, nearest pairs first, within the gate. A lamp with two
-/// similarly near blobs stays unassigned.
+/// similarly near blobs stays unassigned. A blob is compared with the lamp in the images before, if
+/// `before` is set: it must have an eighth of its contrast, or less if its image is smeared, and at
+/// most sixteen times its area. A blob that the border cuts or that is larger because it saturates
+/// is not rejected.
 std::vector<Match> match_expected(const std::vector<ExpectedLamp>& expected,
                                   const std::vector<Blob>& blobs, const Scene& scene,
                                   double gate_sigma);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,6 +35,7 @@ class TrackerImpl {
     double last_s = -std::numeric_limits<double>::infinity();
     double last_refused_s = -std::numeric_limits<double>::infinity();
     int refused = 0;
+    std::map<int, LampLook> looks{};  // by lamp id, as last measured
   };
 
   /// The image that is being processed.
@@ -79,6 +81,7 @@ class TrackerImpl {
   Prior lasting_prior(const Job& job) const;
   Result<Fix> locate_in(Job& job, const std::optional<Prior>& prior) const;
   void set_tracking(const Job& job);
+  void recall_looks(const Job& job, std::vector<ExpectedLamp>& expected) const;
   void set_unseen(Job& job, const PosePrediction& predicted);
   void fill_pose(Job& job) const;
 
