@@ -212,6 +212,30 @@ Result<Identification> internal::identify::solve_assignment(const AssignmentProb
   return result;
 }
 
+std::optional<Hypothesis> internal::identify::hypothesis_at(const AssignmentProblem& problem,
+                                                            const std::vector<Match>& matches,
+                                                            const Rigid3& cam_from_world) {
+  const auto seeds_gate2 = 4 * problem.options->gate_sigma * problem.options->gate_sigma;
+  const Rigid3 pose{cam_from_world.rotation, cam_from_world * problem.origin};
+  const Eigen::Vector3d camera = pose.origin_in_source();
+  PoseHypothesis e;
+  for (const Match& match : matches) {
+    const MapPoint& map_point = problem.map_point(match.lamp);
+    for (int s = 0; s < static_cast<int>(problem.observations.size()); ++s) {
+      if (problem.observation(s).blob != match.blob) continue;
+      if (!faces(map_point, camera) ||
+          !sizes_agree(problem.observation(s), map_point, pose * map_point.centre))
+        return std::nullopt;
+      e.pairs.push_back({s, match.lamp});
+    }
+  }
+  e.estimate = assess_pose(problem, e.pairs, pose);
+  if (prior_chi2(problem, e.estimate) > seeds_gate2) return std::nullopt;
+  e.chi2 = e.estimate.chi2;
+  account_for_unpaired_lamps(problem, e);
+  return to_hypothesis(problem, e);
+}
+
 Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& scene,
                                 const IdentifyOptions& options) {
   options.validate();

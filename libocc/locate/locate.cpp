@@ -122,7 +122,7 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   const Clock refine_clock;
   const Refinement refinement = refine_hypotheses(
       {identified->hypotheses, blobs, scene, options.refine, options.costs, options.max_candidates,
-       options.identify.miss_penalty, options.budget_s, options.target_sigma_m, image},
+       options.identify, options.budget_s, options.target_sigma_m, image},
       [&] { return clock.seconds(); });
   fix.choice = refinement.choice;
   fix.timing_s.refine_s = refine_clock.seconds();

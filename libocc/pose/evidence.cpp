@@ -92,11 +92,24 @@ Sums before_places(const PoseEvidence& pose, double model_sigma_px, int wrong) {
   return sums;
 }
 
+/// Poses of one assignment. The density of the pose before the places are compared is the same for
+/// all of them, so it has one integral, which is taken where it is largest.
+using Group = std::vector<PoseEvidence>;
+
+double log_integral_before(const Group& group, double model_sigma_px, int wrong) {
+  double largest = -infinity;
+  for (const PoseEvidence& pose : group)
+    largest = std::max(largest, before_places(pose, model_sigma_px, wrong).log_integral());
+  return largest;
+}
+
 /// ln of the evidence of the places, for one size of the errors of camera and map: the integral of
 /// the density of the pose times that of the centroids, over the integral of the former.
-double log_places(const PoseEvidence& pose, double model_sigma_px, int wrong) {
+double log_places(const Group& group, const PoseEvidence& pose, double model_sigma_px, int wrong) {
   Sums sums = before_places(pose, model_sigma_px, wrong);
-  double log = pose.log_appearance - sums.log_integral();
+  double log =
+      pose.log_appearance -
+      (group.size() > 1 ? log_integral_before(group, model_sigma_px, wrong) : sums.log_integral());
   for (const SeenLamp& lamp : pose.lamps) {
     const Eigen::Matrix2d s = lamp.covariance_px2 + (square(model_sigma_px) + min_variance_px2) *
                                                         Eigen::Matrix2d::Identity();
@@ -107,20 +120,14 @@ double log_places(const PoseEvidence& pose, double model_sigma_px, int wrong) {
 }
 
 /// Mean of the evidence of the places over the sizes of the errors.
-double log_places(const PoseEvidence& pose, int wrong) {
+double log_places(const Group& group, const PoseEvidence& pose, int wrong) {
   std::vector<double> terms;
   for (std::size_t i = 0; i < model_sigmas_px.size(); ++i)
-    terms.push_back(std::log(model_shares[i]) + log_places(pose, model_sigmas_px[i], wrong));
+    terms.push_back(std::log(model_shares[i]) + log_places(group, pose, model_sigmas_px[i], wrong));
   return log_sum(terms);
 }
 
-}  // namespace
-
-double log_determinant(const Matrix6& matrix) {
-  return log_determinant(Eigen::LLT<Matrix6>(matrix));
-}
-
-LogEvidence log_evidence(const PoseEvidence& pose) {
+LogEvidence log_evidence(const Group& group, const PoseEvidence& pose) {
   if (pose.lamps.empty()) return {};
   PoseEvidence elsewhere = pose;
   elsewhere.missed = 0;
@@ -130,12 +137,27 @@ LogEvidence log_evidence(const PoseEvidence& pose) {
   for (std::size_t i = 0; i < pose.prior.size(); ++i) {
     const PriorPart& part = pose.prior[i];
     all_right += std::log1p(-part.wrong);
-    const double log = std::log(part.wrong) + log_places(pose, static_cast<int>(i));
+    const double log = std::log(part.wrong) + log_places(group, pose, static_cast<int>(i));
     terms.push_back(counts + log);
     excluded.push_back((part.is_place ? counts_elsewhere : counts) + log);
   }
-  terms.push_back(counts + all_right + log_places(pose, -1));
+  terms.push_back(counts + all_right + log_places(group, pose, -1));
   return {log_sum(terms), excluded.empty() ? -infinity : log_sum(excluded)};
+}
+
+}  // namespace
+
+double log_determinant(const Matrix6& matrix) {
+  return log_determinant(Eigen::LLT<Matrix6>(matrix));
+}
+
+LogEvidence log_evidence(const PoseEvidence& pose) { return log_evidence({pose}, pose); }
+
+std::vector<LogEvidence> log_evidences(const std::vector<PoseEvidence>& poses_of_one_assignment) {
+  std::vector<LogEvidence> logs;
+  for (const PoseEvidence& pose : poses_of_one_assignment)
+    logs.push_back(log_evidence(poses_of_one_assignment, pose));
+  return logs;
 }
 
 std::vector<double> probabilities(const std::vector<double>& log_evidences, double log_none) {

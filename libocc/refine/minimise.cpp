@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "libocc/core/internal/least_squares.hpp"
+#include "libocc/refine/internal/newton.hpp"
 
 namespace occ::internal::refine {
 namespace {
@@ -87,10 +88,19 @@ int levenberg_marquardt(Steps& steps, int max_iterations, double tolerance_px) {
   return result.iterations;
 }
 
-/// Gauss-Newton steps until one moves no lamp farther than the tolerance.
-void gauss_newton(RefineProblem& problem, Steps& steps, int max_iterations, double tolerance_px,
-                  Minimum& minimum) {
-  while (steps.defined()) {
+/// True if a step from a minimum of the linearised problem climbed. The robust chi2 is compared:
+/// the weights change from step to step.
+bool climbed(const PoseNormalEquations& from, const PoseNormalEquations& to) {
+  constexpr double share = 0.01, rounding = 1e-6;
+  return to.robust_chi2 > (1 + share) * from.robust_chi2 + rounding;
+}
+
+/// Gauss-Newton steps until one moves no lamp farther than the tolerance. With `downhill` it stops
+/// before a step that climbs, which can lead to another minimum; returns true in that case.
+bool gauss_newton(RefineProblem& problem, Steps& steps, int max_iterations, double tolerance_px,
+                  bool downhill, Minimum& minimum) {
+  for (bool first = true; steps.defined(); first = false) {
+    if (downhill && !first && climbed(minimum.normal, steps.normal())) return true;
     minimum.pivot = steps.pivot();
     minimum.normal = steps.normal();
     minimum.state = steps.state();
@@ -103,6 +113,7 @@ void gauss_newton(RefineProblem& problem, Steps& steps, int max_iterations, doub
     ++minimum.iterations;
     steps.rebase(next);
   }
+  return false;
 }
 
 }  // namespace
@@ -110,19 +121,20 @@ void gauss_newton(RefineProblem& problem, Steps& steps, int max_iterations, doub
 Minimum minimise(RefineProblem& problem, const State& start, int max_iterations,
                  double tolerance_px) {
   Steps steps(problem, start);
-  Minimum minimum{start, steps.pivot(), steps.normal(), 0, steps.defined(), false};
+  Minimum minimum{start, steps.pivot(), steps.normal(), 0, steps.defined(), false, Matrix6::Zero()};
   if (!minimum.defined) return minimum;
   minimum.iterations = levenberg_marquardt(steps, max_iterations, tolerance_px);
   // The remaining error is below the resolution of the cost.
-  gauss_newton(problem, steps, max_iterations, tolerance_px, minimum);
+  if (gauss_newton(problem, steps, max_iterations, tolerance_px, true, minimum))
+    run_newton(problem, max_iterations, tolerance_px, minimum);
   return minimum;
 }
 
 Minimum polish(RefineProblem& problem, const State& start, int max_iterations,
                double tolerance_px) {
   Steps steps(problem, start);
-  Minimum minimum{start, steps.pivot(), steps.normal(), 0, steps.defined(), false};
-  if (minimum.defined) gauss_newton(problem, steps, max_iterations, tolerance_px, minimum);
+  Minimum minimum{start, steps.pivot(), steps.normal(), 0, steps.defined(), false, Matrix6::Zero()};
+  if (minimum.defined) gauss_newton(problem, steps, max_iterations, tolerance_px, false, minimum);
   return minimum;
 }
 

@@ -164,9 +164,9 @@ std::vector<PriorPart> parts_of(const Prior& prior, const Rigid3& cam_from_world
 
 }  // namespace
 
-pose::LogEvidence log_evidence(const Refined& refined, const Hypothesis& hypothesis,
-                               const std::vector<Blob>& blobs, const Scene& scene,
-                               const std::optional<Prior>& prior) {
+PoseEvidence evidence_of(const Refined& refined, const Hypothesis& hypothesis,
+                         const std::vector<Blob>& blobs, const Scene& scene,
+                         const std::optional<Prior>& prior) {
   const Rigid3& cam_from_world = refined.cam_from_world;
   PoseEvidence evidence;
   evidence.image_px2 = static_cast<double>(scene.camera.width()) * scene.camera.height();
@@ -197,7 +197,7 @@ pose::LogEvidence log_evidence(const Refined& refined, const Hypothesis& hypothe
   }
   evidence.log_appearance += log_light_ratio(lights, log_fluxes(blobs, is_lamp, scene));
   if (prior) evidence.prior = parts_of(*prior, cam_from_world);
-  return pose::log_evidence(evidence);
+  return evidence;
 }
 
 }  // namespace occ::internal::refine

@@ -7,9 +7,11 @@
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
+#include "libocc/identify/internal/assignment_problem.hpp"
 #include "libocc/pose/internal/evidence.hpp"
 #include "libocc/refine/internal/lamp_sizes.hpp"
 #include "libocc/refine/internal/pose_evidence.hpp"
+#include "libocc/refine/internal/pose_roots.hpp"
 
 namespace occ::internal::refine {
 namespace {
@@ -30,10 +32,13 @@ RankedPose refine_hypothesis(const RefinementAhead& ahead, const Hypothesis& hyp
     refined.message = size_contradiction(*refined, ahead.blobs, ahead.scene);
     if (!refined.message.empty()) refined.status = Status::no_pose;
   }
-  ranked.fits = refined.ok() || ranked.unfinished;
+  // Two poses meet at a degenerate minimum. It does not determine the pose, but may be the right
+  // one.
+  const bool is_meeting = refined.status == Status::degenerate && refined->iterations > 0;
+  ranked.fits = refined.ok() || ranked.unfinished || is_meeting;
   const double prior = options.prior ? options.prior->chi2(refined->cam_from_world) : 0;
   ranked.measured_chi2 = refined->chi2 - prior;
-  ranked.assumed_chi2 = prior + ahead.miss_penalty * hypothesis.missed;
+  ranked.assumed_chi2 = prior + ahead.identify.miss_penalty * hypothesis.missed;
   return ranked;
 }
 
@@ -64,14 +69,48 @@ void merge_equal_poses(std::vector<RankedPose>& poses) {
 
 /// ln of the likelihood of the rims, up to a constant. Their errors of unknown size are common to
 /// the points of a rim, so a rim counts as three numbers (its shape) with an error of its
-/// residual's size; a lamp without a rim as an error of one pixel.
-double log_rims(const RankedPose& pose, const std::vector<Blob>& blobs) {
+/// residual's size; a lamp without a rim as an error of one pixel. A pose that was not fitted to
+/// the rims leaves errors of its own, which are common to all rims; there only the shapes count.
+double log_rims(const RankedPose& pose) {
   constexpr double numbers = 3, min_px = 0.02;
   double sum = 0;
   for (const LampResidual& lamp : pose.refined->lamps)
-    if (!lamp.contradicts && !blobs[lamp.match.blob].rim.empty())
+    if (!lamp.contradicts && lamp.rung >= Rung::rims)
       sum -= numbers * std::log(std::max(min_px, lamp.rms_px));
   return sum;
+}
+
+/// True if both poses have the same lamps for their blobs, apart from partial blobs.
+bool same_assignment(const RankedPose& a, const RankedPose& b, const std::vector<Blob>& blobs) {
+  const auto used = [&](const RankedPose& pose) {
+    std::vector<std::pair<int, int>> pairs;
+    for (const LampResidual& lamp : pose.refined->lamps)
+      if (!lamp.contradicts && is_whole(blobs[lamp.match.blob]))
+        pairs.emplace_back(lamp.match.lamp, lamp.match.blob);
+    return pairs;
+  };
+  return used(a) == used(b);
+}
+
+/// Evidence of each pose. Poses of one assignment are compared as a group.
+std::vector<pose::LogEvidence> evidence_of_places(const RefinementAhead& ahead,
+                                                  const std::vector<RankedPose>& poses) {
+  std::vector<pose::LogEvidence> all(poses.size());
+  std::vector<char> done(poses.size(), 0);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    std::vector<std::size_t> members;
+    std::vector<pose::PoseEvidence> group;
+    for (std::size_t k = i; k < poses.size(); ++k) {
+      if (done[k] || !same_assignment(poses[i], poses[k], ahead.blobs)) continue;
+      done[k] = 1;
+      members.push_back(k);
+      group.push_back(evidence_of(*poses[k].refined, *poses[k].hypothesis, ahead.blobs, ahead.scene,
+                                  ahead.options.prior));
+    }
+    const std::vector<pose::LogEvidence> logs = pose::log_evidences(group);
+    for (std::size_t k = 0; k < members.size(); ++k) all[members[k]] = logs[k];
+  }
+  return all;
 }
 
 /// Sets probabilities. Rims tell the poses apart; as evidence against false lights they count by
@@ -81,15 +120,14 @@ void weigh(const RefinementAhead& ahead, Refinement& out) {
   constexpr double excluded = 0.1;
   std::vector<RankedPose>& poses = out.poses;
   double best_rims = -infinity;
-  for (const RankedPose& pose : poses) best_rims = std::max(best_rims, log_rims(pose, ahead.blobs));
+  for (const RankedPose& pose : poses) best_rims = std::max(best_rims, log_rims(pose));
   std::vector<double> evidences;
   double log_none = 0;
-  for (const RankedPose& pose : poses) {
-    const pose::LogEvidence evidence = log_evidence(*pose.refined, *pose.hypothesis, ahead.blobs,
-                                                    ahead.scene, ahead.options.prior);
-    const double rims = log_rims(pose, ahead.blobs) - best_rims;
-    evidences.push_back(evidence.value + rims);
-    log_none = std::max(log_none, std::log(excluded) + evidence.if_prior_wrong + rims);
+  const std::vector<pose::LogEvidence> places = evidence_of_places(ahead, poses);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const double rims = log_rims(poses[i]) - best_rims;
+    evidences.push_back(places[i].value + rims);
+    log_none = std::max(log_none, std::log(excluded) + places[i].if_prior_wrong + rims);
   }
   const std::vector<double> shares = pose::probabilities(evidences, log_none);
   for (std::size_t i = 0; i < poses.size(); ++i) poses[i].probability = shares[i];
@@ -127,6 +165,24 @@ void refine_by_pixels(const RefinementAhead& ahead, const RefineOptions& options
   if (refined.ok()) pose.refined.value = std::move(refined.value);
 }
 
+/// Appends the other poses of each assignment that was refined: identification keeps one pose
+/// within its coarse errors. A pose that leads to a known one is merged with it later.
+void add_other_roots(const RefinementAhead& ahead, const RefineOptions& options, Refinement& out) {
+  std::optional<identify::AssignmentProblem> problem;
+  const std::size_t known = out.poses.size();
+  for (std::size_t i = 0; i < known; ++i) {
+    if (!out.poses[i].fits) continue;
+    for (const Rigid3& root : other_roots(*out.poses[i].refined, ahead.blobs, ahead.scene)) {
+      if (!problem) problem = identify::make_problem(ahead.blobs, ahead.scene, ahead.identify);
+      const std::vector<Match>& matches = out.poses[i].hypothesis->matches;
+      auto hypothesis = identify::hypothesis_at(*problem, matches, root);
+      if (!hypothesis) continue;
+      out.roots.push_back(*std::move(hypothesis));
+      out.poses.push_back(refine_hypothesis(ahead, out.roots.back(), root, options));
+    }
+  }
+}
+
 /// Without budget and target the covariance of the best pose is the bound of its observations.
 void complete(const Result<Refined>& best, RungChoice& choice) {
   if (choice.predicted_sigma_m || !best.ok()) return;
@@ -149,6 +205,7 @@ Refinement refine_hypotheses(const RefinementAhead& ahead,
     refined += poses.back().refined.ok();
     if (refined == ahead.max_candidates) break;
   }
+  add_other_roots(ahead, options, out);
   std::stable_sort(poses.begin(), poses.end(), better);
   const auto remove_if = [&](auto predicate) {
     poses.erase(std::remove_if(poses.begin() + 1, poses.end(), predicate), poses.end());

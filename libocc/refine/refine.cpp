@@ -10,6 +10,7 @@
 #include "libocc/core/internal/robust_loss.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
+#include "libocc/refine/internal/flat_minimum.hpp"
 #include "libocc/refine/internal/minimise.hpp"
 #include "libocc/refine/internal/outliers.hpp"
 #include "libocc/refine/internal/pose_covariance.hpp"
@@ -253,7 +254,7 @@ void conclude(const Minimum& minimum, const RefineOptions& options, Result<Refin
   }
   result.value.variance_factor = variance_factor(minimum.normal.robust_chi2, result->dof);
   Matrix6& covariance = result.value.covariance;
-  covariance = result->variance_factor * pose.covariance;
+  covariance = result->variance_factor * pose.covariance + minimum.bend;
   covariance.bottomRightCorner<3, 3>() +=
       arc_moment(covariance.topLeftCorner<3, 3>(), minimum.pivot);
   report_lamps(minimum, options, result.value);
@@ -283,7 +284,13 @@ Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& match
   State state{start};
   const int equations = observations.equations(options, options.rung);
   if (equations >= 6) {
-    const Minimum minimum = find_minimum(state, observations, scene, options);
+    Minimum minimum = find_minimum(state, observations, scene, options);
+    if (minimum.converged && !observations.has_pixels() && may_be_flat(minimum)) {
+      const Rung rung =
+          observations.rim.empty() ? std::min(options.rung, Rung::centres) : Rung::rims;
+      RefineProblem problem(observations, scene, options, rung);
+      widen_if_flat(problem, minimum);
+    }
     state = minimum.state;
     refined.chi2 =
         minimum.normal.robust_chi2 +

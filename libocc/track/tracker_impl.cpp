@@ -155,6 +155,7 @@ std::vector<Blob> TrackerImpl::detect_at(Job& job,
   const auto begun = std::chrono::steady_clock::now();
   DetectOptions options = detect_;
   if (!options.sensor) options.sensor = job.view.scene.sensor;
+  options.rims = options.rims || (options_.locate.detect.rims && sizes_next_);
   double pixels = 0;
   const Camera& camera = job.view.scene.camera;
   const std::vector<PixelWindow> windows = windows_of(expected, camera, options_.gate_sigma);
@@ -216,9 +217,13 @@ bool TrackerImpl::correct(Job& job, Found found) {
       job.frame.reason = refined.ok() ? "no lamp agrees with the prediction" : refined.message;
     return false;
   }
-  const FilterUpdate update =
-      filter_.add(PoseObservation{seen_s, refined->cam_from_world, refined->lamp_information,
-                                  refined->lamp_gradient, job.cam_from_body});
+  PoseObservation seen{seen_s, refined->cam_from_world, refined->lamp_information,
+                       refined->lamp_gradient, job.cam_from_body};
+  if (!weigh_branches(job, camera, found, options, *refined, seen)) {
+    if (!job.searched) job.frame.reason = "the lamps have the sizes of another pose that fits them";
+    return false;
+  }
+  const FilterUpdate update = filter_.add(seen);
   job.frame.nis = update.nis;
   job.frame.nis_dof = update.nis_dof;
   if (!update.accepted()) {

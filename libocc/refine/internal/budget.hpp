@@ -21,8 +21,8 @@ struct RefinementAhead {
   const Scene& scene;
   const RefineOptions& options;  ///< its rung is used if there is neither budget nor target
   const RungCosts& costs;
-  int max_candidates = 0;   ///< hypotheses that are refined at most
-  double miss_penalty = 0;  ///< chi-square for each lamp that should be in view but has no blob
+  int max_candidates = 0;           ///< hypotheses that are refined at most
+  const IdentifyOptions& identify;  ///< those of the hypotheses
   std::optional<double> budget_s;
   std::optional<double> target_sigma_m;
   const ImageView* image = nullptr;  ///< may be null

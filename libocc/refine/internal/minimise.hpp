@@ -15,6 +15,8 @@ struct Minimum {
   int iterations = 0;
   bool defined = false;    ///< all lamps are visible from the start
   bool converged = false;  ///< the last step moved no lamp farther than the tolerance
+  /// Second-order part of the covariance of a left perturbation, in a flat valley.
+  Matrix6 bend = Matrix6::Zero();
 };
 
 LIBOCC_API Minimum minimise(RefineProblem& problem, const State& start, int max_iterations,

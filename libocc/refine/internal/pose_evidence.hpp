@@ -9,9 +9,9 @@
 
 namespace occ::internal::refine {
 
-/// ln of the evidence. Lamps that were left out as gross errors count as missed, their blobs as
-/// false lights.
-LIBOCC_API pose::LogEvidence log_evidence(const Refined& refined, const Hypothesis& hypothesis,
+/// Input of pose::log_evidence(). Lamps that were left out as gross errors count as missed, their
+/// blobs as false lights.
+LIBOCC_API pose::PoseEvidence evidence_of(const Refined& refined, const Hypothesis& hypothesis,
                                           const std::vector<Blob>& blobs, const Scene& scene,
                                           const std::optional<Prior>& prior);
 

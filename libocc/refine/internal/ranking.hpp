@@ -2,6 +2,7 @@
 // Refines the hypotheses of an identification, ranks them, and keeps those that are plausible.
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -26,6 +27,7 @@ struct RankedPose {
 
 struct Refinement {
   RungChoice choice;
+  std::deque<Hypothesis> roots;   ///< hypotheses of poses that identification did not find
   std::vector<RankedPose> poses;  ///< those worth naming, most probable first; at least one
   double none = 0;                ///< probability that none of the poses found is right
 };

@@ -71,6 +71,10 @@ class TrackerImpl {
   void begin(Job& job);
   bool track(Job& job, const PosePrediction& predicted);
   bool correct(Job& job, Found found);
+  static std::vector<Refined> branches_of(const Refined& tracked, const Found& found,
+                                          const Scene& scene, RefineOptions options);
+  bool weigh_branches(const Job& job, const PredictedCamera& camera, const Found& found,
+                      const RefineOptions& options, const Refined& tracked, PoseObservation& seen);
   std::vector<Blob> detect_at(Job& job, const std::vector<ExpectedLamp>& expected) const;
   bool search(Job& job, const PosePrediction& predicted);
   bool use_fix(Job& job, const PosePrediction& predicted, const Fix& fix);
@@ -92,6 +96,8 @@ class TrackerImpl {
   TrackerState state_ = TrackerState::searching;
   double last_seen_s_ = -std::numeric_limits<double>::infinity();
   std::vector<Jump> jumps_;  // of consecutive images, which agree with each other
+  int images_until_check_ = 0;
+  bool sizes_next_ = false;  // measure the sizes of the lamps in the next image
 };
 
 }  // namespace occ::internal::track
