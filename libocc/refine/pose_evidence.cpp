@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "libocc/core/math.hpp"
+#include "libocc/core/statistics.hpp"
 #include "libocc/pose/internal/evidence.hpp"
 #include "libocc/refine/internal/lamp_sizes.hpp"
 #include "libocc/refine/internal/light_evidence.hpp"
@@ -83,6 +84,21 @@ std::optional<Eigen::Vector3d> predicted_shape(const Lamp& lamp, const Rigid3& c
   const Eigen::Matrix2d root =
       (*moments + area * Eigen::Matrix2d::Identity()) / std::sqrt(moments->trace() + 2 * area);
   return shape_of(root);
+}
+
+/// Common growth of saturated rims: of the refinement by rims, else the median.
+double common_growth_px(const Refined& refined, const std::vector<Blob>& blobs,
+                        const Scene& scene) {
+  if (refined.rim_growth_px) return *refined.rim_growth_px;
+  std::vector<double> growths_px;
+  for (const LampResidual& residual : refined.lamps) {
+    const Lamp& lamp = scene.lamps[residual.match.lamp];
+    const Blob& blob = blobs[residual.match.blob];
+    if (lamp.shape != LampShape::disc || !blob.saturated || blob.rim.empty()) continue;
+    if (const auto shape = predicted_shape(lamp, refined.cam_from_world, scene.camera))
+      growths_px.push_back((measured_shape(blob.ellipse) - *shape).head<2>().mean());
+  }
+  return growths_px.empty() ? 0 : median(std::move(growths_px));
 }
 
 /// Adds the shape of a rim without the common growth of saturated rims. Its errors: those of its
@@ -173,6 +189,7 @@ PoseEvidence evidence_of(const Refined& refined, const Hypothesis& hypothesis,
   evidence.blobs = static_cast<int>(std::count_if(blobs.begin(), blobs.end(), is_whole));
   evidence.missed = hypothesis.missed;
   evidence.volume_m3 = volume_m3(scene.lamps, cam_from_world.origin_in_source());
+  const double growth_px = common_growth_px(refined, blobs, scene);
   std::vector<SeenLight> lights;
   std::vector<char> is_lamp(blobs.size());
   for (const LampResidual& residual : refined.lamps) {
@@ -192,7 +209,7 @@ PoseEvidence evidence_of(const Refined& refined, const Hypothesis& hypothesis,
     const auto [light, log_visible] = appearance(lamp, blob, cam_from_world, scene);
     lights.push_back(light);
     evidence.log_appearance += log_visible + log_code_ratio(lamp, blob, scene.lamps.size());
-    add_shape(lamp, blob, cam_from_world, scene.camera, refined.rim_growth_px.value_or(0), seen);
+    add_shape(lamp, blob, cam_from_world, scene.camera, growth_px, seen);
     evidence.lamps.push_back(seen);
   }
   evidence.log_appearance += log_light_ratio(lights, log_fluxes(blobs, is_lamp, scene));

@@ -208,7 +208,7 @@ bool TrackerImpl::correct(Job& job, Found found) {
   options.prior = Prior{};
   options.prior->last_pose = PriorPose{camera.cam_from_world, camera.covariance};
   const Result<Refined> refined =
-      refine(camera.cam_from_world, found.matches, found.blobs, job.view.scene, options);
+      occ::refine(camera.cam_from_world, found.matches, found.blobs, job.view.scene, options);
   job.frame.timing_s.refine_s += seconds_since(begun);
   const bool any = std::any_of(refined->lamps.begin(), refined->lamps.end(),
                                [](const LampResidual& lamp) { return !lamp.contradicts; });
