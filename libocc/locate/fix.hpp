@@ -47,6 +47,8 @@ struct Fix {
   /// locate(): probability that the pose is wrong, because its blobs are other lamps or false
   /// lights; 1 without candidates.
   std::optional<double> risk;
+  /// locate(): the search for poses stopped early, at the budget or at identify.max_hypotheses.
+  bool cut_short = false;
   std::map<int, Blob> lamps;          ///< lamp id -> blob, of the best candidate
   std::vector<Blob> blobs;            ///< all detected blobs
   std::vector<Candidate> candidates;  ///< all plausible poses, best first; the first is the fix

@@ -158,6 +158,9 @@ Without candidates, the pose is undefined and its covariance infinite.)");
       .def_property_readonly("risk", value_of(&Fix::risk),
                              "locate(): probability that the pose is wrong, because its blobs are "
                              "other lamps or false lights; 1 without candidates; or None.")
+      .def_property_readonly("cut_short", value_of(&Fix::cut_short),
+                             "locate(): the search for poses stopped early, at the budget or at "
+                             "max_hypotheses.")
       .def_property_readonly("timing_s", value_of(&Fix::timing_s), "Timing: computing times [s].")
       .def_property_readonly("choice", value_of(&Fix::choice),
                              "RungChoice of locate(): rung of the refinement, with the reason; or "
