@@ -254,6 +254,11 @@ AssignmentProblem make_problem(const std::vector<Blob>& blobs, const Scene* scen
   problem.scene = scene;
   problem.all_covisible = scene != nullptr;
   problem.options = &options;
+  constexpr double max_timed_s = 1e6;  // longer times are unlimited and would overflow the clock
+  if (options.max_time_s < max_timed_s)
+    problem.deadline = std::chrono::steady_clock::now() +
+                       std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                           std::chrono::duration<double>(options.max_time_s));
   add_map_points(problem, std::move(map_points));
   mark_duplicates(problem);
   add_observations(problem);

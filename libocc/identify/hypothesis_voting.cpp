@@ -332,6 +332,7 @@ void HypothesisVoting::score_triples(const std::array<int, 3>& observations, int
   const std::vector<RemainingBlob> remaining =
       remaining_blobs(problem_, observations, CommonRotation(problem_, observations), rest);
   for (const int a : problem_.observation(observations[0]).lamps) {
+    if (problem_.out_of_time()) return;
     put(problem_.map_point(a).normal, blobs.first_normal);
     blobs.first_lit_below = lit_below(problem_.map_point(a));
     const std::size_t assignments = add_assignments(observations, a, orientation);
@@ -443,6 +444,7 @@ void HypothesisVoting::score_pairs(const std::array<int, 2>& observations, int m
   put(from_upright.transpose() * f0, first_bearing);
   for (int row = 0; row < 3; ++row) put(from_upright.row(row).transpose(), to_camera + 3 * row);
   for (const int a : problem_.observation(observations[0]).lamps) {
+    if (problem_.out_of_time()) return;
     const std::size_t count = add_headings(observations, a, gate, relative);
     statistics_.assignments += static_cast<int>(combined_);
     ScoringInput input = scoring_input(a, rest, remaining);

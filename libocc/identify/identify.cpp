@@ -146,7 +146,8 @@ void set_status(Result<Identification>& result, const AssignmentProblem& problem
   if (reflections)
     add() << "fainter blobs that match other poses are treated as reflections of the lamps";
   if (search.cut_short())
-    add() << "the search stopped after max_hypotheses = " << problem.options->max_hypotheses;
+    add() << search.limit_reached() << ", with " << std::ceil(100 * search.untried())
+          << " % of the groups of blobs untried";
   result.message = text.str();
 }
 
@@ -155,6 +156,10 @@ void fill(const AssignmentProblem& problem, const Search& search, std::vector<Po
           bool reflections, Result<Identification>& result) {
   reflections = drop_reflections(problem, found) > 0 || reflections;
   result.value.chance = search.chance();
+  result.value.cut_short = search.cut_short();
+  result.value.untried = search.untried();
+  for (const PoseHypothesis& e : search.excluded())
+    result.value.excluded.push_back(to_hypothesis(problem, e));
   add_hypotheses(found, problem, result);
   if (result.ok()) set_status(result, problem, search, reflections);
 }

@@ -14,6 +14,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -66,6 +67,9 @@ struct LIBOCC_API IdentifyOptions {
                              ///< Lambertian order, angle, light from walls, dirt, vignetting
   int max_hypotheses = 1000000;  ///< maximum number of assignments of three blobs, about 0.3 s; the
                                  ///< message reports when the limit is reached
+  /// Maximum time of the search [s]. A search that reaches it is cut short, and its result depends
+  /// on the speed of the machine.
+  double max_time_s = std::numeric_limits<double>::infinity();
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
@@ -92,6 +96,11 @@ struct Identification {
   bool may_be_chance = false;  ///< the only plausible pose is uncertain: `chance` exceeds 0.1 (0.01
                                ///< where lamps are missed), or blobs stay unmatched and the fit is
                                ///< worse than for 99.9 % of correct poses
+  bool cut_short = false;      ///< the search stopped at max_hypotheses or max_time_s
+  double untried = 0;  ///< share of the groups of blobs that a search that was cut short left out
+  /// Poses that only the prior's last pose excludes: they match nearly as many blobs by a symmetry
+  /// of the map, or more blobs. If the last pose is wrong, one of them may be right.
+  std::vector<Hypothesis> excluded;
 };
 
 /// Assigns blobs to the lamps of a valid scene.

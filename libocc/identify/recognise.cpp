@@ -77,7 +77,7 @@ void Recogniser::identify(std::size_t object) {
   problem.min_pairs = min_pairs(all, max_log10_false_alarms());
   if (problem.min_pairs > static_cast<int>(problem.observations.size())) return;
   Result<Identification> found = solve_assignment(problem);
-  cut_short_ = cut_short_ || found->tried >= options_.identify.max_hypotheses;
+  cut_short_ = cut_short_ || found->cut_short;
   if (found->hypotheses.empty()) return;
   ObjectMatch match;
   match.object = static_cast<int>(object);
@@ -167,7 +167,7 @@ Result<Recognition> recognise(const std::vector<Blob>& blobs, const std::vector<
   if (recogniser.cut_short())
     result.message += (result.message.empty() ? "" : "; ") +
                       std::string("a search stopped after max_hypotheses = ") +
-                      std::to_string(options.identify.max_hypotheses);
+                      std::to_string(options.identify.max_hypotheses) + " or max_time_s";
   return result;
 }
 

@@ -5,9 +5,11 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
+#include "libocc/identify/internal/last_pose.hpp"
 #include "libocc/identify/internal/pose_hypothesis.hpp"
 #include "libocc/pose/solvers/p3p.hpp"
 
@@ -21,16 +23,10 @@ constexpr double kneip_tolerance_rad = 0.1;
 constexpr int support_of_four = 7;  // support of three coded pairs and one uncoded pair
 constexpr double same_pose_chi2 =
     9;  // squared distance in sigmas below which two poses are the same
-constexpr double max_prior_chi2 = 36;  // (6 sigma)^2, as in prior_gate.cpp
 
 double squared_sigmas(const Rigid3& a, const FittedPose& b) {
   const Vector6 delta = difference(a, b.pose);
   return delta.dot(core::solve_llt(b.covariance, delta));
-}
-
-bool agrees_with_prior(const AssignmentProblem& problem, const PoseHypothesis& e) {
-  const std::optional<Prior>& prior = problem.options->prior;
-  return !prior || prior->chi2(problem.from_world(e.estimate.pose)) <= max_prior_chi2;
 }
 
 // True if verifying every assignment would take long.
@@ -42,6 +38,11 @@ bool has_many_assignments(const AssignmentProblem& problem) {
 }
 
 }  // namespace
+
+bool agrees_with_prior(const AssignmentProblem& problem, const PoseHypothesis& e) {
+  const std::optional<Prior>& prior = problem.options->prior;
+  return !prior || prior->chi2(problem.from_world(e.estimate.pose)) <= max_prior_chi2;
+}
 
 // The factor of 2 accounts for the covariance of a well-determined pose.
 double gate_share(const AssignmentProblem& problem) {
@@ -65,16 +66,27 @@ bool appearance_agrees(const AssignmentProblem& problem, const Assignment& assig
   });
 }
 
-Search::Search(const AssignmentProblem& problem) : problem_(problem), covisibility_(problem) {
+Search::Search(const AssignmentProblem& problem)
+    : problem_(problem), covisibility_(problem), sizes_(problem) {
   prior_ = problem.options->prior && !problem.options->prior->empty();
 }
 
 void Search::run() {
   IdentifyMethod method = problem_.options->method;
-  if (method == IdentifyMethod::automatic)
+  const bool automatic = method == IdentifyMethod::automatic;
+  if (automatic)
     method = !has_many_assignments(problem_) ? IdentifyMethod::alignment
              : problem_.options->index       ? IdentifyMethod::hashing
                                              : IdentifyMethod::voting;
+  if (!automatic || !search_near_last_pose()) search_by(method);
+  merge_and_rank();
+  const bool last_pose = prior_ && problem_.options->prior->last_pose;
+  if (cut_short_ || last_pose) add_moved_poses();
+  if (last_pose) add_poses_elsewhere();
+  penalise_fewer_pairs();
+}
+
+void Search::search_by(IdentifyMethod method) {
   switch (method) {
     case IdentifyMethod::hashing:
       search_by_hashing();
@@ -91,16 +103,31 @@ void Search::run() {
     default:
       search_by_alignment();
   }
-  merge_and_rank();
-  penalise_fewer_pairs();
 }
 
 void Search::search_by_alignment() {
   TripleOrder order(problem_);
+  groups_in_all_ = order.groups();
   while (const auto triple = order.next(max_outliers())) {
     try_triple(*triple);
     if (cut_short_) break;
+    ++groups_;
   }
+}
+
+std::string Search::limit_reached() const {
+  std::ostringstream text;
+  text << "the search stopped after ";
+  if (tried_ >= problem_.options->max_hypotheses)
+    text << "max_hypotheses = " << problem_.options->max_hypotheses;
+  else
+    text << "max_time_s = " << problem_.options->max_time_s;
+  return text.str();
+}
+
+double Search::untried() const {
+  if (!cut_short_) return 0;
+  return groups_in_all_ > 0 ? 1 - static_cast<double>(groups_) / groups_in_all_ : 1;
 }
 
 // A strong hypothesis is unlikely to have a rival by chance. But where it leaves blobs and misses
@@ -167,10 +194,13 @@ void Search::try_triple(const BlobTriple& triple) {
   Assignment assignment;
   for (std::size_t i = 0; i < 3; ++i) assignment[i].observation = triple.observations[i];
   for (const int a : problem_.observation(triple.observations[0]).lamps)
-    for (const int b : problem_.observation(triple.observations[1]).lamps)
+    for (const int b : problem_.observation(triple.observations[1]).lamps) {
+      if (a == b || !sizes_.permits({triple.observations[0], a}, {triple.observations[1], b}))
+        continue;
       for (const int c : problem_.observation(triple.observations[2]).lamps) {
-        if (a == b || b == c || c == a || !covisibility_.triple(a, b, c)) continue;
-        if (tried_ == problem_.options->max_hypotheses) {
+        if (b == c || c == a || !covisibility_.triple(a, b, c)) continue;
+        if (tried_ >= problem_.options->max_hypotheses ||
+            (tried_ % 16 == 0 && problem_.out_of_time())) {
           cut_short_ = true;
           return;
         }
@@ -178,9 +208,12 @@ void Search::try_triple(const BlobTriple& triple) {
         assignment[0].map_point = a;
         assignment[1].map_point = b;
         assignment[2].map_point = c;
-        if (contradicts_orientation(assignment)) continue;
+        if (!sizes_.permits(assignment[0], assignment[2]) ||
+            !sizes_.permits(assignment[1], assignment[2]) || contradicts_orientation(assignment))
+          continue;
         for (const FittedPose& seed : candidates_from(assignment)) consider(seed, assignment);
       }
+    }
 }
 
 // Expected number of wrong poses for three pairs that only the prior supports. Counts the poses
@@ -308,7 +341,7 @@ void Search::keep(PoseHypothesis hypothesis) {
       return;
   account_for_unpaired_lamps(problem_, hypothesis);
   if (statistics_) hypothesis.poses_scored = statistics_->poses;
-  if (statistics_ && misses_too_many(hypothesis)) return;
+  if ((statistics_ || by_last_pose_) && misses_too_many(hypothesis)) return;
   if ((!statistics_ || (chance_of(hypothesis) < max_chance && fits(hypothesis))) &&
       support(hypothesis.pairs) >= best_support_) {
     const bool complete =

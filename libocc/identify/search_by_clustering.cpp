@@ -56,12 +56,14 @@ void Search::search_by_clustering() {
   if (voting.neighbours_truncated()) order.prefer_neighbours(problem_);
   std::vector<ScoredPose> candidates;
   statistics_.emplace();
+  groups_in_all_ = std::min(static_cast<int>(max_triples), order.groups());
   for (std::size_t i = 0; i < max_triples && !cut_short_; ++i) {
     const auto triple = order.next(order.blobs() - 3);
     if (!triple) break;
     voting.score_triples(triple->observations, 1, candidates);
     statistics_ = voting.statistics();
-    cut_short_ = cost() >= problem_.options->max_hypotheses;
+    cut_short_ = reached_limit();
+    if (!cut_short_) ++groups_;
   }
   const double cell_m = cell_of_neighbours * spacing_m(problem_);
   std::map<Cell, std::vector<std::size_t>> cells[4];
@@ -76,7 +78,8 @@ void Search::search_by_clustering() {
   if (fullest.size() > max_cells) fullest.resize(max_cells);
   for (const auto* members : fullest)
     for (const std::size_t i : *members)
-      if (!is_duplicate(candidates[i])) consider(candidates[i]);
+      if (!problem_.out_of_time() && !is_duplicate(candidates[i])) consider(candidates[i]);
+  cut_short_ = cut_short_ || problem_.out_of_time();
   tried_ = cost();
 }
 

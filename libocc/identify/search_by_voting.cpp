@@ -92,6 +92,7 @@ void Search::run_voting(const VotingMethod& method) {
   constexpr int max_distant_outliers = 3;
   if (method.neighbours_truncated) order.prefer_neighbours(problem_);
   statistics_.emplace();
+  groups_in_all_ = order.groups();
   for (int distant_outliers = method.neighbours_truncated ? 1 : 0; !cut_short_;
        ++distant_outliers) {
     vote_by_levels(method, order, distant_outliers);
@@ -120,7 +121,10 @@ void Search::vote_by_levels(const VotingMethod& method, TripleOrder& order, int 
       statistics_ = method.statistics();
       verify_best(candidates,
                   std::max(std::min(level, strong_pairs), best_support_ - fewer_pairs()) - group);
-      if (cut_short_) break;
+      if (cut_short_) {
+        --groups_;  // not complete
+        break;
+      }
     }
     verify_best(candidates, std::max(level, best_support_ - fewer_pairs()) - group);
   }
@@ -138,8 +142,9 @@ bool Search::enough_groups(int groups) const {
   return groups * std::log1p(-std::min(all_right, 0.999)) < std::log(max_overlooked);
 }
 
-// Number of blobs in a group: two if gravity is known.
+// Number of blobs in a group: two if gravity or a last pose is known.
 int Search::group_size() const {
+  if (by_last_pose_) return 2;
   if (by_shape_ || problem_.options->method == IdentifyMethod::clustering) return 3;
   return prior_ && problem_.options->prior->gravity_in_cam ? 2 : 3;
 }
@@ -156,10 +161,14 @@ void Search::verify_best(std::vector<ScoredPose>& candidates, int min_inliers) {
             best_support_ - fewer_pairs() &&
         !is_duplicate(*candidate)) {
       consider(*candidate);
-      cut_short_ = cost() >= problem_.options->max_hypotheses;
+      cut_short_ = reached_limit();
     }
-  cut_short_ = cost() >= problem_.options->max_hypotheses;
+  cut_short_ = reached_limit();
   candidates.erase(candidates.begin(), rest);
+}
+
+bool Search::reached_limit() const {
+  return cost() >= problem_.options->max_hypotheses || problem_.out_of_time();
 }
 
 // Cost of the search in assignments scored.

@@ -158,6 +158,7 @@ void ShapeVoting::score_triples(const std::array<int, 3>& observations, int min_
   std::array<int, 3> order = observations;
   std::sort(order.begin(), order.end());
   do {
+    if (problem_.out_of_time()) return;
     LevelledTriple triple{order, {}, {}, {}, 0, side};
     for (std::size_t i = 0; i < 3; ++i) triple.at[i] = levelled(order[i])->at;
     const Complex shape = shape_of(triple.at[0], triple.at[1], triple.at[2]);

@@ -48,6 +48,8 @@ struct Fix {
   /// robust_pose(), because it is accidental; 1 without candidates. Empty if no other pose was
   /// searched.
   std::optional<double> risk;
+  /// locate(): the search for poses stopped early, at the budget or at identify.max_hypotheses.
+  bool cut_short = false;
   std::map<int, Blob> lamps;          ///< lamp id -> blob, of the best candidate
   std::vector<Blob> blobs;            ///< all detected blobs
   std::vector<Candidate> candidates;  ///< all plausible poses, best first; the first is the fix

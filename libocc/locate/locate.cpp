@@ -9,6 +9,7 @@
 #include "libocc/core/require.hpp"
 #include "libocc/locate/internal/best_candidate.hpp"
 #include "libocc/locate/internal/suspects.hpp"
+#include "libocc/refine/internal/pose_evidence.hpp"
 #include "libocc/refine/internal/ranking.hpp"
 
 namespace occ {
@@ -96,6 +97,53 @@ double risk_of(const Refinement& refinement) {
   return risk;
 }
 
+/// Adds the poses that only the last pose excludes. If it is wrong, it was the pose of another
+/// place that looks alike, so that these poses are compared with the best one without the last
+/// pose.
+void add_excluded(const RefinementAhead& ahead, const std::vector<Hypothesis>& excluded,
+                  Refinement& refinement) {
+  const RankedPose& best = refinement.poses.front();
+  if (excluded.empty() || !best.refined.ok()) return;
+  RefineOptions options = ahead.options;
+  options.rung = std::min(options.rung, Rung::rims);
+  options.prior->last_pose.reset();
+  const auto evidence = [&](const Refined& refined, const Hypothesis& hypothesis) {
+    return internal::pose::log_evidence(
+               evidence_of(refined, hypothesis, ahead.blobs, ahead.scene, options.prior))
+        .value;
+  };
+  const double of_best = evidence(*best.refined, *best.hypothesis);
+  const double probability = best.probability;
+  std::vector<RankedPose> rivals;
+  double sum = 1;
+  for (const Hypothesis& hypothesis : excluded) {
+    RankedPose rival;
+    rival.refined =
+        refine(hypothesis.cam_from_world, hypothesis.matches, ahead.blobs, ahead.scene, options);
+    if (!rival.refined.ok()) continue;
+    constexpr double max_log = 100;  // larger ratios have the same effect
+    const double log_ratio = evidence(*rival.refined, hypothesis) - of_best;
+    rival.hypothesis = &hypothesis;
+    rival.fits = true;
+    rival.probability = probability * last_pose_wrong * std::exp(std::min(log_ratio, max_log));
+    sum += rival.probability;
+    rivals.push_back(std::move(rival));
+  }
+  for (RankedPose& rival : rivals) refinement.poses.push_back(std::move(rival));
+  for (RankedPose& pose : refinement.poses) pose.probability /= sum;
+  refinement.none /= sum;
+  std::stable_sort(
+      refinement.poses.begin(), refinement.poses.end(),
+      [](const RankedPose& a, const RankedPose& b) { return a.probability > b.probability; });
+}
+
+/// A search that was cut short may have missed a rival. Evidence alone excludes rivals by chance,
+/// and those by a symmetry of the map are known (identify), but weak poses have others.
+double risk_of_rest(const Identification& identified, const Hypothesis& best) {
+  constexpr std::size_t strong_pairs = 6;  // as in identify
+  return best.matches.size() < strong_pairs ? identified.untried : 0;
+}
+
 Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
                          const LocateOptions& given, const ImageView* image, const Clock& clock) {
   Result<Fix> result;
@@ -110,9 +158,16 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   LocateOptions options = given;
   options.identify.prior = options.refine.prior = options.prior;
 
+  // Share of the time left, less the time of ranking and fitting 64 poses; the rest is for rims.
+  constexpr double search_share = 0.8, after_search_s = 1.5e-3, min_s = 1e-4;
+  if (options.budget_s)
+    options.identify.max_time_s = std::min(
+        options.identify.max_time_s,
+        std::max(min_s, search_share * (*options.budget_s - clock.seconds()) - after_search_s));
   const Clock identify_clock;
   const Result<Identification> identified = identify(blobs, scene, options.identify);
   fix.timing_s.identify_s = identify_clock.seconds();
+  fix.cut_short = identified->cut_short;
   if (identified->hypotheses.empty()) {
     result.status = identified.status;
     result.message = identified.message;
@@ -120,20 +175,35 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   }
 
   const Clock refine_clock;
-  const Refinement refinement = refine_hypotheses(
-      {identified->hypotheses, blobs, scene, options.refine, options.costs, options.max_candidates,
-       options.identify, options.budget_s, options.target_sigma_m, image},
-      [&] { return clock.seconds(); });
+  const RefinementAhead ahead{identified->hypotheses,
+                              blobs,
+                              scene,
+                              options.refine,
+                              options.costs,
+                              options.max_candidates,
+                              options.identify,
+                              options.budget_s,
+                              options.target_sigma_m,
+                              image};
+  Refinement refinement = refine_hypotheses(ahead, [&] { return clock.seconds(); });
+  add_excluded(ahead, identified->excluded, refinement);
   fix.choice = refinement.choice;
   fix.timing_s.refine_s = refine_clock.seconds();
 
   for (const RankedPose& pose : refinement.poses)
     fix.candidates.push_back(candidate_of(pose, blobs, scene));
   take_best(fix);
-  fix.risk = risk_of(refinement);
+  const double rest = risk_of_rest(identified.value, *refinement.poses.front().hypothesis);
+  const double risk = risk_of(refinement);
+  fix.risk = risk + (1 - risk) * rest;
   conclude(refinement, options.max_risk, result);
   if (!(fix.risk <= options.max_risk))
     result.message += suspects(*refinement.poses.front().refined, blobs, scene);
+  const int untried_percent = static_cast<int>(std::ceil(100 * identified->untried));
+  if (fix.cut_short)
+    result.message += std::string(result.message.empty() ? "" : "; ") +
+                      "the search for poses was cut short, with " +
+                      std::to_string(untried_percent) + " % of the groups of blobs untried";
   return result;
 }
 

@@ -26,9 +26,10 @@ namespace occ {
 /// Options of locate(); none needs to be set.
 struct LIBOCC_API LocateOptions {
   std::optional<Prior> prior;  ///< for identification and refinement; the only one to set
-  /// Time budget of the whole call. The rung is chosen after detection and identification, whose
-  /// time is measured. The most accurate rung that is predicted to fit replaces refine.rung; the
-  /// flux model is kept.
+  /// Time budget of the whole call. The search for poses is cut short if it takes too long
+  /// (Fix::cut_short). The rung is chosen after detection and identification, whose time is
+  /// measured. The most accurate rung that is predicted to fit replaces refine.rung; the flux model
+  /// is kept.
   std::optional<double> budget_s;
   /// Target for the root of the trace of the position's covariance. The fastest rung that is
   /// predicted to meet it is used; with a budget, the fastest that meets it within the budget.
@@ -45,7 +46,10 @@ struct LIBOCC_API LocateOptions {
 
 /// Each candidate has a probability, the fix a risk. They follow from the evidence of its lamps
 /// (their places, sizes, fluxes and codes), lamps that should be visible and are not, blobs that
-/// stay unexplained and the prior, against the other candidates and against false lights.
+/// stay unexplained and the prior, against the other candidates and against false lights. A last
+/// pose in the prior is wrong with a probability of 1e-2: then poses that it excludes are
+/// candidates, too. If the search was cut short, the risk of a pose of fewer than six lamps
+/// contains the share of the groups of blobs that were not tried.
 ///
 /// Status: ok (the risk is at most max_risk); ambiguous (it is not: several candidates, most
 /// probable first, or one that may be accidental); no_lamps; too_few_lamps; no_pose (also if it is

@@ -154,7 +154,7 @@ PriorPart part_of(const Prior& prior, const Rigid3& cam_from_world, double wrong
 /// A last pose is wrong if the camera was carried away or the pose before was wrong; the others if
 /// they were stated wrongly.
 std::vector<PriorPart> parts_of(const Prior& prior, const Rigid3& cam_from_world) {
-  constexpr double lost = 1e-2, misstated = 1e-4;
+  constexpr double misstated = 1e-4;
   std::vector<PriorPart> parts;
   const auto add = [&](bool has, Prior part, double wrong) {
     if (has) parts.push_back(part_of(part, cam_from_world, wrong));
@@ -173,7 +173,7 @@ std::vector<PriorPart> parts_of(const Prior& prior, const Rigid3& cam_from_world
   add(prior.height_m.has_value(), height, misstated);
   add(prior.heading_rad.has_value(), heading, misstated);
   add(prior.gravity_in_cam.has_value(), gravity, misstated);
-  add(prior.last_pose.has_value(), last, lost);
+  add(prior.last_pose.has_value(), last, last_pose_wrong);
   if (prior.last_pose) parts.back().is_place = true;
   return parts;
 }

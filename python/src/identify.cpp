@@ -90,6 +90,15 @@ void define_matches(py::module_& m) {
       .def_property_readonly(
           "chance", [](const Identified& r) { return r.value.chance; },
           "Expected number of wrong poses that match as many blobs.")
+      .def_property_readonly(
+          "cut_short", [](const Identified& r) { return r.value.cut_short; },
+          "True if the search stopped at max_hypotheses or max_time_s.")
+      .def_property_readonly(
+          "untried", [](const Identified& r) { return r.value.untried; },
+          "Share of the groups of blobs that a search that was cut short left out.")
+      .def_property_readonly(
+          "excluded", [](const Identified& r) { return r.value.excluded; },
+          "List of Hypothesis that only the prior's last pose excludes, by a symmetry of the map.")
       .def("__repr__", [](const Identified& r) {
         return "<Identification: " + std::string(to_string(r.status)) + ", " +
                std::to_string(r.value.hypotheses.size()) + " hypotheses>";

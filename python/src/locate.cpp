@@ -160,6 +160,9 @@ Without candidates, the pose is undefined and its covariance infinite.)");
           "Probability that the pose is wrong, because another one is right or, in "
           "locate() and robust_pose(), because it is accidental; 1 without "
           "candidates; None if no other pose was searched.")
+      .def_property_readonly("cut_short", value_of(&Fix::cut_short),
+                             "locate(): the search for poses stopped early, at the budget or at "
+                             "max_hypotheses.")
       .def_property_readonly("timing_s", value_of(&Fix::timing_s), "Timing: computing times [s].")
       .def_property_readonly("choice", value_of(&Fix::choice),
                              "RungChoice of locate(): rung of the refinement, with the reason; or "

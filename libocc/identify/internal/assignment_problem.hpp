@@ -9,6 +9,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <chrono>
 #include <optional>
 #include <vector>
 
@@ -65,10 +66,16 @@ struct AssignmentProblem {
   std::vector<MapPoint> map_points;  ///< in the order of the scene's lamps or object's points
   std::vector<BearingObservation> observations;  ///< coded ones first, then by decreasing flux
   std::vector<int> partial_blobs;  ///< cut or merged: their extent is used, not their centroid
-  std::vector<char> allowed;       ///< [observation * map_points.size() + map_point]
+  std::chrono::steady_clock::time_point deadline =
+      std::chrono::steady_clock::time_point::max();  ///< the search stops then
+  std::vector<char> allowed;  ///< [observation * map_points.size() + map_point]
 
   bool allows(int observation, int map_point) const {
     return allowed[observation * map_points.size() + map_point] != 0;
+  }
+  bool out_of_time() const {
+    return deadline != std::chrono::steady_clock::time_point::max() &&
+           std::chrono::steady_clock::now() >= deadline;
   }
   const BearingObservation& observation(int i) const { return observations[i]; }
   const MapPoint& map_point(int i) const { return map_points[i]; }

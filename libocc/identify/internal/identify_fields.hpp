@@ -33,6 +33,8 @@ inline constexpr auto identify_fields = core::fields_of<IdentifyOptions>(
     core::field("light_sigma", &IdentifyOptions::light_sigma, "", core::NotNegative{},
                 "relative error of a predicted flux in addition to the lamp's power_sigma"),
     core::field("max_hypotheses", &IdentifyOptions::max_hypotheses, "", core::Positive{},
-                "maximum number of poses tried"));
+                "maximum number of poses tried"),
+    core::field("max_time_s", &IdentifyOptions::max_time_s, "s", core::PositiveOrInfinite{},
+                "maximum time of the search; the result then depends on the machine's speed"));
 
 }  // namespace occ::internal::identify

@@ -4,10 +4,12 @@
 #pragma once
 
 #include <functional>
+#include <string>
 
 #include "libocc/identify/internal/covisibility.hpp"
 #include "libocc/identify/internal/hypothesis_voting.hpp"
 #include "libocc/identify/internal/pose_hypothesis.hpp"
+#include "libocc/identify/internal/size_consistency.hpp"
 #include "libocc/identify/internal/triple_order.hpp"
 
 namespace occ::internal::identify {
@@ -50,7 +52,12 @@ class Search {
   /// quantile.
   bool best_fits() const { return found_.empty() || !statistics_ || fits(found_.front()); }
   int tried() const { return tried_; }  ///< assignments of three blobs
+  /// True if the search stopped at max_hypotheses or at the deadline.
   bool cut_short() const { return cut_short_; }
+  std::string limit_reached() const;  ///< message of a search that was cut short
+  double untried() const;             ///< share of the groups of blobs left out; 0 unless cut short
+  /// Poses that only the prior's last pose excludes, see Identification::excluded.
+  const std::vector<PoseHypothesis>& excluded() const { return excluded_; }
 
  private:
   /// A pose from three pairs, with the pairs that agree with it before any refit.
@@ -60,6 +67,14 @@ class Search {
     int coded = 0;    // coded pairs, the assignment included
   };
 
+  void search_by(IdentifyMethod method);
+  bool search_near_last_pose();
+  void search_by_pairs();
+  void try_pair(const Pair& first, const Pair& second);
+  bool extend_last_pose(const AssignmentProblem& near);
+  void adopt(Search&& other);
+  void add_moved_poses();
+  void add_poses_elsewhere();
   void search_by_alignment();
   void try_triple(const BlobTriple& triple);
   void search_by_sampling();
@@ -70,6 +85,7 @@ class Search {
   void vote_by_levels(const VotingMethod& method, TripleOrder& order, int distant_outliers);
   int group_size() const;
   int cost() const;
+  bool reached_limit() const;
   void verify_best(std::vector<ScoredPose>& candidates, int min_inliers);
   void consider(const ScoredPose& candidate);
   bool is_duplicate(const ScoredPose& candidate) const;
@@ -95,6 +111,7 @@ class Search {
 
   const AssignmentProblem& problem_;
   Covisibility covisibility_;
+  SizeConsistency sizes_;
   bool prior_ = false;
   std::vector<PoseHypothesis> found_;
   int best_support_ = 0;
@@ -105,7 +122,9 @@ class Search {
   std::optional<VoteStatistics> statistics_;  // set by the methods that vote
   int groups_ = 0;                            // groups of blobs scored
   int verified_ = 0;                          // candidates verified in double precision
-  bool by_shape_ = false;
+  bool by_shape_ = false, by_last_pose_ = false;
+  int groups_in_all_ = 0;  // groups of blobs that could be tried
+  std::vector<PoseHypothesis> excluded_;
   bool cut_short_ = false;
 };
 

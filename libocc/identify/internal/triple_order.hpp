@@ -38,6 +38,7 @@ class TripleOrder {
 
   /// Number of blobs used: the first ones of the problem.
   int blobs() const { return blobs_; }
+  int groups() const { return static_cast<int>(triples_.size()); }  ///< tried and untried
 
   /// Returns the most useful untried group and marks it as tried. Empty when the groups tried
   /// suffice for `max_outliers` false lights, or when no group is left.

@@ -9,6 +9,9 @@
 
 namespace occ::internal::refine {
 
+/// Probability that a last pose is wrong.
+inline constexpr double last_pose_wrong = 1e-2;
+
 /// Input of pose::log_evidence(). Lamps that were left out as gross errors count as missed, their
 /// blobs as false lights.
 LIBOCC_API pose::PoseEvidence evidence_of(const Refined& refined, const Hypothesis& hypothesis,

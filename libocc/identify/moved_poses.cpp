@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rivals of a pose by symmetries of the map: motions that map most of the matched lamps to lamps.
+// They are found from the map alone, so they are known as well where the search was cut short or
+// where a last pose excludes them.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/identify/internal/last_pose.hpp"
+#include "libocc/identify/internal/search.hpp"
+
+namespace occ::internal::identify {
+namespace {
+
+constexpr std::size_t max_motions = 16;  // those that map the most lamps
+
+struct Motion {
+  Rigid3 moved;  // of the map
+  std::array<int, 3> lamps;
+  int mapped = 0;
+};
+
+// Three matched lamps near the middle of the matched ones: others are at the border of the map.
+struct Corner {
+  Assignment pairs;
+  Eigen::Vector3d first, second, third;
+};
+
+template <class Value>
+const Pair& least(const std::vector<Pair>& pairs, const Value& value) {
+  return *std::min_element(pairs.begin(), pairs.end(),
+                           [&](const Pair& a, const Pair& b) { return value(a) < value(b); });
+}
+
+std::optional<Corner> corner_of(const AssignmentProblem& problem, const std::vector<Pair>& pairs) {
+  constexpr double min_sine = 0.3, never = 1e300;
+  const auto at = [&](const Pair& p) { return problem.map_point(p.map_point).centre; };
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Pair& p : pairs) mean += at(p) / static_cast<double>(pairs.size());
+  Corner c;
+  c.pairs[0] = least(pairs, [&](const Pair& p) { return (at(p) - mean).squaredNorm(); });
+  c.first = at(c.pairs[0]);
+  c.pairs[1] = least(pairs, [&](const Pair& p) {
+    const double apart2 = (at(p) - c.first).squaredNorm();
+    return apart2 > 0 ? apart2 : never;
+  });
+  c.second = at(c.pairs[1]);
+  const Eigen::Vector3d side = c.second - c.first;
+  const auto sine_rejected = [&](const Eigen::Vector3d& other) {
+    return other.cross(side).norm() < min_sine * other.norm() * side.norm();
+  };
+  c.pairs[2] = least(pairs, [&](const Pair& p) {
+    const Eigen::Vector3d other = at(p) - c.first;
+    return !(other.squaredNorm() > 0) || sine_rejected(other) ? never : other.squaredNorm();
+  });
+  c.third = at(c.pairs[2]);
+  if (!(side.squaredNorm() > 0) || sine_rejected(c.third - c.first)) return std::nullopt;
+  return c;
+}
+
+Eigen::Matrix3d frame(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                      const Eigen::Vector3d& c) {
+  Eigen::Matrix3d axes;
+  axes.col(0) = (b - a).normalized();
+  axes.col(2) = (b - a).cross(c - a).normalized();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  return axes;
+}
+
+// Number of pairs whose lamp is mapped to a lamp; -1 if more than `max_lost` are not.
+int count_mapped(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
+                 const Rigid3& motion, double tolerance_m, int max_lost) {
+  int mapped = 0, lost = 0;
+  const double tolerance2 = tolerance_m * tolerance_m;
+  for (const Pair& p : pairs) {
+    const Eigen::Vector3d to = motion * problem.map_point(p.map_point).centre;
+    const bool found =
+        std::any_of(problem.map_points.begin(), problem.map_points.end(),
+                    [&](const MapPoint& t) { return (t.centre - to).squaredNorm() < tolerance2; });
+    mapped += found;
+    lost += !found;
+    if (lost > max_lost) return -1;
+  }
+  return mapped;
+}
+
+// Returns the motions other than the identity that map the three lamps to lamps of the same
+// distances, and most of the pairs' lamps to lamps.
+std::vector<Motion> motions_of(const AssignmentProblem& problem, const std::vector<Pair>& pairs,
+                               const Corner& corner, double tolerance_m) {
+  const int max_lost = static_cast<int>(pairs.size()) / 6;
+  const int count = static_cast<int>(problem.map_points.size());
+  const double ab = (corner.second - corner.first).norm(),
+               ac = (corner.third - corner.first).norm(),
+               bc = (corner.third - corner.second).norm();
+  const Eigen::Matrix3d from = frame(corner.first, corner.second, corner.third);
+  const auto at = [&](int t) -> const Eigen::Vector3d& { return problem.map_point(t).centre; };
+  const auto differs = [&](int a, int b, double length) {
+    return std::abs((at(a) - at(b)).norm() - length) > tolerance_m;
+  };
+  std::vector<Motion> motions;
+  for (int a = 0; a < count; ++a)
+    for (int b = 0; b < count; ++b) {
+      if (b == a || differs(a, b, ab)) continue;
+      for (int c = 0; c < count; ++c) {
+        if (c == a || c == b || differs(a, c, ac) || differs(b, c, bc)) continue;
+        if (a == corner.pairs[0].map_point && b == corner.pairs[1].map_point &&
+            c == corner.pairs[2].map_point)
+          continue;
+        Motion motion{{}, {a, b, c}};
+        motion.moved.rotation = frame(at(a), at(b), at(c)) * from.transpose();
+        motion.moved.translation =
+            (at(a) + at(b) + at(c)) / 3 -
+            motion.moved.rotation * ((corner.first + corner.second + corner.third) / 3);
+        motion.mapped = count_mapped(problem, pairs, motion.moved, tolerance_m, max_lost);
+        if (motion.mapped >= 0) motions.push_back(motion);
+      }
+    }
+  std::stable_sort(motions.begin(), motions.end(),
+                   [](const Motion& a, const Motion& b) { return a.mapped > b.mapped; });
+  if (motions.size() > max_motions) motions.resize(max_motions);
+  return motions;
+}
+
+// Error of a lamp's place that the gates of blobs and poses permit.
+double tolerance_m(const AssignmentProblem& problem, const PoseHypothesis& e) {
+  double sum = 0;
+  for (const Pair& p : e.pairs)
+    sum += problem.observation(p.observation).sigma_rad *
+           (e.estimate.pose * problem.map_point(p.map_point).centre).norm();
+  return 2 * problem.options->gate_sigma * sum / static_cast<double>(e.pairs.size());
+}
+
+}  // namespace
+
+// The poses are verified without the last pose. Those within six sigma of it become hypotheses.
+void Search::add_moved_poses() {
+  if (found_.empty() || found_.front().pairs.size() < 4) return;
+  const PoseHypothesis best = found_.front();
+  const std::optional<Corner> corner = corner_of(problem_, best.pairs);
+  if (!corner) return;
+  const std::vector<Motion> motions =
+      motions_of(problem_, best.pairs, *corner, tolerance_m(problem_, best));
+  if (motions.empty()) return;
+  IdentifyOptions options = *problem_.options;
+  if (options.prior) options.prior->last_pose.reset();
+  AssignmentProblem open = problem_;
+  open.options = &options;
+  Search free(open);
+  free.best_support_ = best_support_;
+  for (const Motion& motion : motions) {
+    Assignment assignment = corner->pairs;
+    for (std::size_t i = 0; i < 3; ++i) assignment[i].map_point = motion.lamps[i];
+    const std::vector<Pair> three(assignment.begin(), assignment.end());
+    const FittedPose seed = fit_pose(open, three, best.estimate.pose * motion.moved.inverse());
+    if (appearance_agrees(open, assignment, seed.pose)) free.consider(seed, assignment);
+  }
+  free.merge_and_rank();
+  for (PoseHypothesis& e : free.found_)
+    (agrees_with_prior(problem_, e) ? found_ : excluded_).push_back(std::move(e));
+  merge_and_rank();
+}
+
+// If the pose near a last pose may be accidental and leaves most blobs, the last pose is doubtful:
+// searches for poses elsewhere that match more blobs.
+void Search::add_poses_elsewhere() {
+  if (found_.empty() || 2 * found_.front().pairs.size() >= problem_.observations.size() ||
+      chance() <= max_chance_if_missing)
+    return;
+  IdentifyOptions options = *problem_.options;
+  options.prior->last_pose.reset();
+  AssignmentProblem open = problem_;
+  open.options = &options;
+  Search elsewhere(open);
+  elsewhere.run();
+  cut_short_ = cut_short_ || elsewhere.cut_short_;
+  for (PoseHypothesis& e : elsewhere.found_)
+    if (!agrees_with_prior(problem_, e) && support(e.pairs) > best_support_)
+      excluded_.push_back(std::move(e));
+}
+
+}  // namespace occ::internal::identify
