@@ -136,7 +136,7 @@ std::optional<Rim> measure_saturated_rim(const Patch& patch, const Component& co
     rim.points = fit_points(patch, conic, tail, level);
     const std::optional<EllipseFit> fit = fit_ellipse(rim.points, conic);
     if (!fit) return std::nullopt;
-    // Where the lens makes the rim no ellipse, the level remains a little off the ellipse.
+    // The level remains a little off the ellipse if the lens deforms the rim.
     const bool settled = (fit->conic.centre - conic.centre).norm() < saturated_settled_px &&
                          std::abs(tail.rim() - last_rim_px) < saturated_settled_px;
     last_rim_px = tail.rim();

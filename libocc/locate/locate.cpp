@@ -125,7 +125,7 @@ void add_excluded(const RefinementAhead& ahead, const std::vector<Hypothesis>& e
     const double log_ratio = evidence(*rival.refined, hypothesis) - of_best;
     rival.hypothesis = &hypothesis;
     rival.fits = true;
-    rival.probability = probability * last_pose_wrong * std::exp(std::min(log_ratio, max_log));
+    rival.probability = probability * last_pose_elsewhere * std::exp(std::min(log_ratio, max_log));
     sum += rival.probability;
     rivals.push_back(std::move(rival));
   }

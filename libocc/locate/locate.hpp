@@ -47,9 +47,10 @@ struct LIBOCC_API LocateOptions {
 /// Each candidate has a probability, the fix a risk. They follow from the evidence of its lamps
 /// (their places, sizes, fluxes and codes), lamps that should be visible and are not, blobs that
 /// stay unexplained and the prior, against the other candidates and against false lights. A last
-/// pose in the prior is wrong with a probability of 1e-2: then poses that it excludes are
-/// candidates, too. If the search was cut short, the risk of a pose of fewer than six lamps
-/// contains the share of the groups of blobs that were not tried.
+/// pose in the prior is off by more than stated with a probability of 1e-2, and that of another
+/// place that looks alike with 1e-5; such places are candidates, too. If the search was cut short,
+/// the risk of a pose of fewer than six lamps contains the share of the groups of blobs that were
+/// not tried.
 ///
 /// Status: ok (the risk is at most max_risk); ambiguous (it is not: several candidates, most
 /// probable first, or one that may be accidental); no_lamps; too_few_lamps; no_pose (also if it is

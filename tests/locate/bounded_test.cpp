@@ -102,7 +102,6 @@ double seconds_of(const std::function<void()>& run) {
 TEST(Bounded, TheLastPoseNamesManyLampsAtOnce) {
   for (const int side : {7, 9}) {
     Random random(static_cast<std::uint64_t>(side));
-    double fastest_s = 1;
     for (int i = 0; i < 10; ++i) {
       const double middle_m = 0.4 * (side - 1);
       const View view = view_of(grid(side, 0.8, 0.1, random), middle_m, 3, random);
@@ -110,21 +109,20 @@ TEST(Bounded, TheLastPoseNamesManyLampsAtOnce) {
                                      with_last_pose(view.truth, 0.01, 0.05, random_vector(random)));
       EXPECT_TRUE(fix.ok() && is_right(fix->cam_from_world, view)) << side << " " << fix.message;
       EXPECT_GE(fix->lamps.size(), 12u);
-      fastest_s = std::min(fastest_s, fix->timing_s.identify_s);
     }
-    EXPECT_LT(fastest_s, 2e-3) << side;
   }
 }
 
-// The camera is one pitch away from the last pose of a regular grid.
-TEST(Bounded, ALastPoseElsewhereInAGridIsNotOk) {
+// The camera is one pitch away from the last pose of a regular grid. Nothing in the image says so.
+TEST(Bounded, APlaceThatTheLastPoseExcludesIsACandidate) {
   Random random(3);
   for (int i = 0; i < 12; ++i) {
     const View view = view_of(grid(8, 0.8, 0, random), 2.8, 3, random);
     Rigid3 last = view.truth;
     last.translation -= last.rotation * Eigen::Vector3d(i % 2 ? 0.8 : -0.8, 0, 0);
-    const Result<Fix> fix =
-        locate(view.blobs, view.scene, with_last_pose(last, 0.01, 0.05, random_vector(random)));
+    LocateOptions options = with_last_pose(last, 0.01, 0.05, random_vector(random));
+    options.max_risk = 1e-6;
+    const Result<Fix> fix = locate(view.blobs, view.scene, options);
     EXPECT_TRUE(!fix.ok() || is_right(fix->cam_from_world, view)) << i;
     const bool listed =
         std::any_of(fix->candidates.begin(), fix->candidates.end(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the message of a doubtful fix names.
+// Reasons that the message of a doubtful fix names.
 #include "libocc/locate/internal/suspects.hpp"
 
 #include <gtest/gtest.h>
