@@ -105,9 +105,9 @@ LIBOCC_API AssignmentProblem make_problem(const std::vector<Blob>& blobs, const 
 /// Searches the assignments and returns the result of identify() for this problem.
 LIBOCC_API Result<Identification> solve_assignment(const AssignmentProblem& problem);
 
-/// Returns the assignment at another pose: partial blobs and missed lamps are those of this pose, and
-/// chi2 does not contain the prior. Empty if a lamp faces away or has another size there, or if the
-/// pose is far outside the prior.
+/// Returns the assignment at another pose: partial blobs and missed lamps are those of this pose,
+/// and chi2 does not contain the prior. Empty if a lamp faces away or has another size there, or if
+/// the pose is far outside the prior.
 LIBOCC_API std::optional<Hypothesis> hypothesis_at(const AssignmentProblem& problem,
                                                    const std::vector<Match>& matches,
                                                    const Rigid3& cam_from_world);

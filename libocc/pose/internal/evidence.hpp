@@ -82,8 +82,8 @@ struct LogEvidence {
 /// -infinity without lamps.
 LIBOCC_API LogEvidence log_evidence(const PoseEvidence& pose);
 
-/// Evidence of poses with the same assignment, in their order. They share one normalised p(x): a pose that
-/// its shapes contradict has less evidence than one that they fit.
+/// Evidence of poses with the same assignment, in their order. They share one normalised p(x): a
+/// pose that its shapes contradict has less evidence than one that they fit.
 LIBOCC_API std::vector<LogEvidence> log_evidences(
     const std::vector<PoseEvidence>& poses_of_one_assignment);
 
