@@ -19,6 +19,11 @@ constexpr double growth_sigma_px = 2;
 /// If a larger share of its rim points is lost, the centroid of the lamp is used.
 constexpr double max_lost_share = 0.25;
 
+/// The scene's emission is rejected if a free order of emission reduces chi-square by this many
+/// sigmas more than by chance. Free orders increase the pose's sigma by 10 % for discs with a
+/// radius of 14 pixels. A PSF that is not Gaussian increases the reduction by up to 6 sigmas.
+constexpr double emission_sigmas = 7;
+
 using Jacobian16 = Eigen::Matrix<double, 1, 6>;
 
 /// ln(measured / predicted electrons) over its sigma; empty if no light of the lamp is predicted.
@@ -143,6 +148,23 @@ bool RefineProblem::add_flux(const LampObservation& lamp, const State& state,
   weight = core::huber_weight(*residual * *residual, options_.huber_sigma);
   normal.add(std::sqrt(weight) * row, std::sqrt(weight) * *residual);
   normal.robust_chi2 += weight * (1 - weight) * *residual * *residual;
+  return true;
+}
+
+bool RefineProblem::free_emission(const PoseNormalEquations& normal) {
+  PoseNormalEquations free = normal;
+  int lamps = 0;
+  for (std::size_t i = 0; i < pixels_.size(); ++i) {
+    if (!pixels_[i] || observations_.lamps[i].contradicts) continue;
+    pixels_[i]->exchange_emission_prior(free);
+    ++lamps;
+  }
+  // For a correct scene, the reduction follows a chi-square distribution with `lamps` degrees.
+  const double reached =
+      free.chi2 - free.gradient.dot(free.information.ldlt().solve(free.gradient));
+  if (!(normal.chi2 - reached > lamps + emission_sigmas * std::sqrt(2.0 * lamps))) return false;
+  for (const auto& pixels : pixels_)
+    if (pixels) pixels->free_emission();
   return true;
 }
 

@@ -193,8 +193,11 @@ std::optional<Minimum> minimise_by_pixels(const State& start, Observations& obse
                                           const Scene& scene, const RefineOptions& options) {
   for (int pass = 0; pass < max_revisions && observations.has_pixels(); ++pass) {
     RefineProblem problem(observations, scene, options, Rung::direct);
-    const Minimum minimum =
-        polish(problem, start, options.max_iterations, direct_tolerance * options.tolerance_px);
+    const double tolerance_px = direct_tolerance * options.tolerance_px;
+    Minimum minimum = polish(problem, start, options.max_iterations, tolerance_px);
+    if (minimum.converged && problem.free_emission(minimum.normal)) {
+      minimum = polish(problem, minimum.state, options.max_iterations, tolerance_px);
+    }
     if (!minimum.converged) return std::nullopt;
     if (revise(problem, observations)) continue;
     for (std::size_t i = 0; i < observations.lamps.size(); ++i) {

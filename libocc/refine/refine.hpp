@@ -9,8 +9,9 @@
 //     *image*, which is not the image of its centre;
 //   - direct: all its pixels minus its rendered image (projected rim, PSF, Lambertian and cos^4
 //     gradients, response, clipping), weighted by the sensor's noise. The lamp's brightness, the
-//     background and the width of the PSF are estimated as well. Pixels whose residuals exceed the
-//     noise significantly have a lower weight. A lamp whose pixels do not fit (LampResidual::misfit
+//     background and the width of the PSF are estimated as well, and the orders of emission if the
+//     pixels contradict half_power_rad significantly. Pixels whose residuals exceed the noise
+//     significantly have a lower weight. A lamp whose pixels do not fit (LampResidual::misfit
 //     above 4), or that is cut, merged, striped or a saturated disc, contributes its rim instead;
 //   - optionally its flux minus the flux of the Lambertian model, with powers known to a sigma or
 //     up to a common factor.

@@ -41,6 +41,10 @@ class LIBOCC_API RefineProblem {
                                                     const Eigen::Vector3d& pivot) const;
 
   /// Pixels of a lamp on the direct rung, or null.
+  /// Frees the emission of all lamps if the pixels contradict the scene's emission significantly.
+  /// `normal`: the last linearisation, at the minimum. Returns true if it changed anything.
+  bool free_emission(const PoseNormalEquations& normal);
+
   const LampPixels* pixels(std::size_t lamp) const { return pixels_[lamp].get(); }
 
   /// Mean of the lamps' centres in the camera's frame.
