@@ -81,7 +81,10 @@ void Search::run() {
   if (!automatic || !search_near_last_pose()) search_by(method);
   merge_and_rank();
   const bool last_pose = prior_ && problem_.options->prior->last_pose;
-  if (cut_short_ || last_pose) add_moved_poses();
+  // In a regular map a moved pose may match some of the blobs that the best pose leaves.
+  const bool leaves_blobs =
+      !found_.empty() && found_.front().pairs.size() < problem_.observations.size();
+  if (cut_short_ || last_pose || leaves_blobs) add_moved_poses();
   if (last_pose) add_poses_elsewhere();
   penalise_fewer_pairs();
 }
