@@ -60,9 +60,9 @@ TEST(IdentifyHashing, VotesWhereLampsHangAtAllHeights) { expect_found(50, 30, 0.
 
 TEST(SlowIdentifyHashing, FindsThePose) {
   for (const int lamps : {20, 100}) expect_found(lamps, 2000, 0);
-  expect_found(1000, 200, 0);
-  expect_found(10000, 10, 0,
-               0.8);  // with so many lamps, more answers are reported as possible chance
+  // With many lamps more answers are ambiguous: rivals with a sixth fewer pairs are listed as well.
+  expect_found(1000, 200, 0, 0.95);
+  expect_found(10000, 10, 0, 0.8);
 }
 
 TEST(IdentifyHashing, NeedsGravity) {
