@@ -33,6 +33,7 @@ using Eigen::MatrixXd;
 
 template Eigen::SelfAdjointEigenSolver<Square<3>> symmetric_eigen(const Square<3>&, int);
 template Eigen::SelfAdjointEigenSolver<Square<6>> symmetric_eigen(const Square<6>&, int);
+template Eigen::SelfAdjointEigenSolver<Square<8>> symmetric_eigen(const Square<8>&, int);
 template Eigen::SelfAdjointEigenSolver<MatrixXd> symmetric_eigen(const MatrixXd&, int);
 
 template Eigen::JacobiSVD<Square<3>> jacobi_svd(const Square<3>&, unsigned);

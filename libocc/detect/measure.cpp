@@ -22,7 +22,6 @@ constexpr double sharpest_psf_px = 0.16;  // lower bound of the PSF sigma withou
 constexpr double sharpest_share = 0.8;    // lower bound as a part of a known PSF's sigma
 constexpr std::int64_t max_pixels = 1 << 22;  // in a patch; anything larger is no lamp
 constexpr double pixel_px2 = 1.0 / 12;        // variance of a uniform distribution over one pixel
-constexpr double clipped_share = 0.97;        // a pixel of this share of full scale is clipped
 constexpr double pulled_chi2 = 4;             // max chi-square of the difference of two centres
 constexpr double min_elongation = 1.2;        // min axis ratio of two lamps in one blob
 constexpr double min_dip = 0.1, dip_sigmas = 5;  // min dip between two lamps: of the peak, of noise

@@ -13,9 +13,9 @@ namespace {
 // Only the tail of the edge is below full scale. Its shape is estimated from the blob itself
 // instead of a PSF: the logarithm of the signal around the whole rim is a parabola in the distance
 // from the rim.
-constexpr double brightest_used = 0.97, dimmest_used = 0.03;  // range of signals, of full scale
-constexpr double inside_px = 1.5, outside_px = 4;             // window about the rim
-constexpr double rim_level = 0.5;                             // signal at the rim, of full scale
+constexpr double dimmest_used = 0.03;              // of full scale; the brightest is clipped_share
+constexpr double inside_px = 1.5, outside_px = 4;  // window about the rim
+constexpr double rim_level = 0.5;                  // signal at the rim, of full scale
 constexpr int max_saturated_passes = 8;
 constexpr double saturated_settled_px = 0.003;  // limit of the last change of centre and level
 constexpr double min_saturated_minor_px = 2;    // min semi-minor axis
@@ -62,7 +62,7 @@ void for_each_sample(const Patch& patch, const RimLine& line, F&& f) {
   const double full = patch.full_scale_signal();
   for (int along = low; along <= high; ++along, pixel += line.step(patch)) {
     const double signal = *pixel;
-    if (!(signal < brightest_used * full && signal > dimmest_used * full)) continue;
+    if (!(signal < clipped_share * full && signal > dimmest_used * full)) continue;
     const double d = outward * (along - line.edge);
     f(d * cosine + 0.5 * curvature * square(d) * (1 - square(cosine)), signal);
   }

@@ -9,9 +9,7 @@
 namespace occ::internal::identify {
 namespace {
 
-constexpr double sigmas = 6;  // as max_prior_chi2 of the final check in search.cpp
-
-bool within(double off, double variance) { return off * off <= sigmas * sigmas * variance; }
+bool within(double off, double variance) { return off * off <= max_prior_chi2 * variance; }
 
 }  // namespace
 
@@ -48,7 +46,8 @@ bool PriorGate::allows(const Eigen::Vector3d& position, double cosine, double si
   const Eigen::Vector2d right(cosine * right_.x() + sine * right_.y(),
                               cosine * right_.y() - sine * right_.x());
   const double reach = right.norm();
-  const double max_rad = sigmas * std::sqrt(heading_variance_ + turn2) / std::max(reach, 1e-6);
+  const double max_rad =
+      max_prior_sigmas * std::sqrt(heading_variance_ + turn2) / std::max(reach, 1e-6);
   return max_rad > 3.14159 || right.dot(*heading_) >= reach * std::cos(max_rad);
 }
 

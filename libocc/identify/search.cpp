@@ -11,6 +11,7 @@
 #include "libocc/core/math.hpp"
 #include "libocc/identify/internal/last_pose.hpp"
 #include "libocc/identify/internal/pose_hypothesis.hpp"
+#include "libocc/identify/internal/prior_gate.hpp"
 #include "libocc/pose/solvers/p3p.hpp"
 
 namespace occ::internal::identify {
@@ -31,10 +32,10 @@ double squared_sigmas(const Rigid3& a, const FittedPose& b) {
 
 // True if verifying every assignment would take long.
 bool has_many_assignments(const AssignmentProblem& problem) {
-  constexpr std::size_t min_points = 7;
   const auto coded = std::count_if(problem.observations.begin(), problem.observations.end(),
                                    [](const BearingObservation& s) { return s.coded; });
-  return problem.map_points.size() >= min_points && problem.observations.size() >= 4 && coded < 2;
+  return problem.map_points.size() >= min_lamps_of_a_search && problem.observations.size() >= 4 &&
+         coded < 2;
 }
 
 }  // namespace
@@ -116,6 +117,11 @@ void Search::search_by_alignment() {
     if (cut_short_) break;
     ++groups_;
   }
+}
+
+// Reads the clock at every sixteenth pose, because a pose takes less than a microsecond.
+bool Search::tried_enough() const {
+  return tried_ >= problem_.options->max_hypotheses || (tried_ % 16 == 0 && problem_.out_of_time());
 }
 
 std::string Search::limit_reached() const {
@@ -202,8 +208,7 @@ void Search::try_triple(const BlobTriple& triple) {
         continue;
       for (const int c : problem_.observation(triple.observations[2]).lamps) {
         if (b == c || c == a || !covisibility_.triple(a, b, c)) continue;
-        if (tried_ >= problem_.options->max_hypotheses ||
-            (tried_ % 16 == 0 && problem_.out_of_time())) {
+        if (tried_enough()) {
           cut_short_ = true;
           return;
         }

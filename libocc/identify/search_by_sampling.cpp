@@ -43,8 +43,7 @@ double samples_needed(const AssignmentProblem& problem, int pairs) {
 void Search::search_by_sampling() {
   Random random(problem_.options->seed);
   for (double needed = samples_needed(problem_, 4); tried_ < needed;) {
-    if (tried_ == problem_.options->max_hypotheses ||
-        (tried_ % 16 == 0 && problem_.out_of_time())) {
+    if (tried_enough()) {
       cut_short_ = true;
       break;
     }

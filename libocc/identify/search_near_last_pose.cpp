@@ -11,12 +11,11 @@
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/identify/internal/last_pose.hpp"
+#include "libocc/identify/internal/prior_gate.hpp"
 #include "libocc/identify/internal/search.hpp"
 
 namespace occ::internal::identify {
 namespace {
-
-constexpr std::size_t min_points = 7;  // as has_many_assignments in search.cpp
 
 // Directions of blobs and lamps, for the assignment of one to the other.
 struct Cone {
@@ -85,10 +84,10 @@ Rigid3 last_pose_from_local(const AssignmentProblem& problem) {
 }
 
 AssignmentProblem near_last_pose(const AssignmentProblem& problem) {
-  const double sigmas = std::sqrt(max_prior_chi2);
   const Matrix6& covariance = problem.options->prior->last_pose->covariance;
   const auto limit = [&](const Eigen::Matrix3d& m) {
-    return sigmas * std::sqrt(core::symmetric_eigen<Eigen::Matrix3d>(m).eigenvalues().maxCoeff());
+    return max_prior_sigmas *
+           std::sqrt(core::symmetric_eigen<Eigen::Matrix3d>(m).eigenvalues().maxCoeff());
   };
   const double turn_rad = limit(covariance.topLeftCorner<3, 3>());
   const double shift_m = limit(covariance.bottomRightCorner<3, 3>());
@@ -113,8 +112,8 @@ AssignmentProblem near_last_pose(const AssignmentProblem& problem) {
 
 // Returns false if the last pose does not limit the search, or if there is none.
 bool Search::search_near_last_pose() {
-  if (!prior_ || !problem_.options->prior->last_pose || problem_.map_points.size() < min_points ||
-      problem_.observations.size() < 4)
+  if (!prior_ || !problem_.options->prior->last_pose ||
+      problem_.map_points.size() < min_lamps_of_a_search || problem_.observations.size() < 4)
     return false;
   const AssignmentProblem near = near_last_pose(problem_);
   if (extend_last_pose(near)) return true;
@@ -133,7 +132,7 @@ void Search::search_by_pairs() {
     for (const int a : problem_.observation(group->observations[0]).lamps)
       for (const int b : problem_.observation(group->observations[1]).lamps) {
         if (a == b || !covisibility_.pair(a, b)) continue;
-        cut_short_ = tried_ >= problem_.options->max_hypotheses || problem_.out_of_time();
+        cut_short_ = tried_enough();
         if (cut_short_) return;
         ++tried_;
         try_pair({group->observations[0], a}, {group->observations[1], b});

@@ -92,24 +92,27 @@ Sums before_places(const PoseEvidence& pose, double model_sigma_px, int wrong) {
   return sums;
 }
 
+/// ln of the integral of before_places() for each size of the errors of camera and map.
+using Integrals = std::array<double, model_sigmas_px.size()>;
+
 /// Poses of one assignment. The density of the pose before the places are compared is the same for
 /// all of them, so it has one integral, which is taken where it is largest.
-using Group = std::vector<PoseEvidence>;
-
-double log_integral_before(const Group& group, double model_sigma_px, int wrong) {
-  double largest = -infinity;
+Integrals log_integrals_before(const std::vector<PoseEvidence>& group, int wrong) {
+  Integrals largest;
+  largest.fill(-infinity);
   for (const PoseEvidence& pose : group)
-    largest = std::max(largest, before_places(pose, model_sigma_px, wrong).log_integral());
+    for (std::size_t i = 0; i < largest.size(); ++i)
+      largest[i] =
+          std::max(largest[i], before_places(pose, model_sigmas_px[i], wrong).log_integral());
   return largest;
 }
 
 /// ln of the evidence of the places, for one size of the errors of camera and map: the integral of
 /// the density of the pose times that of the centroids, over the integral of the former.
-double log_places(const Group& group, const PoseEvidence& pose, double model_sigma_px, int wrong) {
+double log_places(const PoseEvidence& pose, double model_sigma_px, int wrong,
+                  double log_integral_before) {
   Sums sums = before_places(pose, model_sigma_px, wrong);
-  double log =
-      pose.log_appearance -
-      (group.size() > 1 ? log_integral_before(group, model_sigma_px, wrong) : sums.log_integral());
+  double log = pose.log_appearance - log_integral_before;
   for (const SeenLamp& lamp : pose.lamps) {
     const Eigen::Matrix2d s = lamp.covariance_px2 + (square(model_sigma_px) + min_variance_px2) *
                                                         Eigen::Matrix2d::Identity();
@@ -120,14 +123,16 @@ double log_places(const Group& group, const PoseEvidence& pose, double model_sig
 }
 
 /// Mean of the evidence of the places over the sizes of the errors.
-double log_places(const Group& group, const PoseEvidence& pose, int wrong) {
+double log_places(const PoseEvidence& pose, int wrong, const Integrals& before) {
   std::vector<double> terms;
   for (std::size_t i = 0; i < model_sigmas_px.size(); ++i)
-    terms.push_back(std::log(model_shares[i]) + log_places(group, pose, model_sigmas_px[i], wrong));
+    terms.push_back(std::log(model_shares[i]) +
+                    log_places(pose, model_sigmas_px[i], wrong, before[i]));
   return log_sum(terms);
 }
 
-LogEvidence log_evidence(const Group& group, const PoseEvidence& pose) {
+/// `before`: log_integrals_before() without each part of the prior, and last with all of them.
+LogEvidence log_evidence(const PoseEvidence& pose, const std::vector<Integrals>& before) {
   if (pose.lamps.empty()) return {};
   PoseEvidence elsewhere = pose;
   elsewhere.missed = 0;
@@ -137,11 +142,11 @@ LogEvidence log_evidence(const Group& group, const PoseEvidence& pose) {
   for (std::size_t i = 0; i < pose.prior.size(); ++i) {
     const PriorPart& part = pose.prior[i];
     all_right += std::log1p(-part.wrong);
-    const double log = std::log(part.wrong) + log_places(group, pose, static_cast<int>(i));
+    const double log = std::log(part.wrong) + log_places(pose, static_cast<int>(i), before[i]);
     terms.push_back(counts + log);
     excluded.push_back((part.is_place ? counts_elsewhere : counts) + log);
   }
-  terms.push_back(counts + all_right + log_places(group, pose, -1));
+  terms.push_back(counts + all_right + log_places(pose, -1, before.back()));
   return {log_sum(terms), excluded.empty() ? -infinity : log_sum(excluded)};
 }
 
@@ -151,12 +156,18 @@ double log_determinant(const Matrix6& matrix) {
   return log_determinant(Eigen::LLT<Matrix6>(matrix));
 }
 
-LogEvidence log_evidence(const PoseEvidence& pose) { return log_evidence({pose}, pose); }
+LogEvidence log_evidence(const PoseEvidence& pose) { return log_evidences({pose}).front(); }
 
 std::vector<LogEvidence> log_evidences(const std::vector<PoseEvidence>& poses_of_one_assignment) {
+  if (poses_of_one_assignment.empty()) return {};
+  std::vector<Integrals> before;
+  const auto parts = static_cast<int>(poses_of_one_assignment.front().prior.size());
+  for (int wrong = 0; wrong < parts; ++wrong)
+    before.push_back(log_integrals_before(poses_of_one_assignment, wrong));
+  before.push_back(log_integrals_before(poses_of_one_assignment, -1));
   std::vector<LogEvidence> logs;
   for (const PoseEvidence& pose : poses_of_one_assignment)
-    logs.push_back(log_evidence(poses_of_one_assignment, pose));
+    logs.push_back(log_evidence(pose, before));
   return logs;
 }
 

@@ -2,10 +2,10 @@
 #include "libocc/refine/internal/flat_minimum.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 
 namespace occ::internal::refine {
@@ -24,10 +24,8 @@ struct Point {
 class Valley {
  public:
   Valley(RefineProblem& problem, const Minimum& minimum)
-      : problem_(problem),
-        minimum_(minimum),
-        units_(minimum.normal.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse()) {
-    const Eigen::SelfAdjointEigenSolver<Matrix8> eigen(scaled(minimum.normal.information));
+      : problem_(problem), minimum_(minimum), units_(units_of(minimum.normal)) {
+    const auto eigen = core::symmetric_eigen<Matrix8>(scaled(minimum.normal.information));
     along_ = eigen.eigenvectors().col(0);
     curvature_ = eigen.eigenvalues()[0];
   }

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "libocc/core/math.hpp"
-#include "libocc/radiometry/lambertian.hpp"
+#include "libocc/formation/light.hpp"
 #include "libocc/scene/internal/vignetting.hpp"
 
 namespace occ::internal::refine {
@@ -49,11 +49,7 @@ std::optional<FluxRatio> flux_ratio(const Lamp& lamp, const Blob& blob,
   constexpr double light_sigma = 0.5;  // powers of lamps are seldom measured
   const auto measured = log_flux(blob, scene);
   if (!measured) return std::nullopt;
-  const Eigen::Vector3d in_cam = cam_from_world * lamp.centre_m;
-  const double distance = in_cam.norm();
-  const double cos_emission = -(cam_from_world.rotation * lamp.normal).dot(in_cam) / distance;
-  const double light = aperture_power(lamp.power_w, lamp.order(), cos_emission,
-                                      scene.camera.depth_m(in_cam) / distance, distance, 1);
+  const double light = lamp_electrons(lamp, cam_from_world, scene.camera, scene.sensor);
   if (!(light > 0)) return std::nullopt;
   FluxRatio ratio;
   ratio.log_light = std::log(light);

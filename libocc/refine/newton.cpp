@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/refine/internal/newton.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <optional>
 
+#include "libocc/core/internal/dense.hpp"
+
 namespace occ::internal::refine {
 namespace {
-
-/// Unknowns in units of the standard deviation that each would have alone.
-Vector8 units_of(const PoseNormalEquations& normal) {
-  return normal.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-}
 
 bool linearise(RefineProblem& problem, const State& state, Minimum& minimum) {
   minimum.state = state;
@@ -64,7 +60,7 @@ void run_newton(RefineProblem& problem, int max_iterations, double tolerance_px,
     const Vector8 units = units_of(minimum.normal);
     const std::optional<Matrix8> hessian = half_hessian(problem, minimum, units);
     if (!hessian || !hessian->allFinite()) return;
-    const Eigen::SelfAdjointEigenSolver<Matrix8> eigen(*hessian);
+    const auto eigen = core::symmetric_eigen<Matrix8>(*hessian);
     const Vector8 curvature = eigen.eigenvalues().cwiseAbs().cwiseMax(min_curvature);
     const Vector8 gradient = units.cwiseProduct(minimum.normal.gradient);
     Vector8 step = -eigen.eigenvectors() *

@@ -36,9 +36,7 @@ RankedPose refine_hypothesis(const RefinementAhead& ahead, const Hypothesis& hyp
   // one.
   const bool is_meeting = refined.status == Status::degenerate && refined->iterations > 0;
   ranked.fits = refined.ok() || ranked.unfinished || is_meeting;
-  const double prior = options.prior ? options.prior->chi2(refined->cam_from_world) : 0;
-  ranked.measured_chi2 = refined->chi2 - prior;
-  ranked.assumed_chi2 = prior + ahead.identify.miss_penalty * hypothesis.missed;
+  ranked.chi2 = refined->chi2 + ahead.identify.miss_penalty * hypothesis.missed;
   return ranked;
 }
 
@@ -48,7 +46,7 @@ std::size_t matches(const RankedPose& pose) { return pose.hypothesis->matches.si
 bool better(const RankedPose& a, const RankedPose& b) {
   if (a.fits != b.fits) return a.fits;
   if (matches(a) != matches(b)) return matches(a) > matches(b);
-  return a.measured_chi2 + a.assumed_chi2 < b.measured_chi2 + b.assumed_chi2;
+  return a.chi2 < b.chi2;
 }
 
 /// Several assignments can lead to one pose once every rim is used; the best of them remains.

@@ -6,7 +6,8 @@
 //
 //     the whole face   guide/visibility.cpp; refine/expected_lamp.cpp (bound, which ignores boxes)
 //     any part         simulate/truth.cpp
-//     the centre       track/expected_lamps.cpp, identify/unpaired_lamps.cpp, with its radius
+//     the centre       track/expected_lamps.cpp, identify/unpaired_lamps.cpp and
+//                      locate/suspects.cpp, with its radius
 #pragma once
 
 #include <Eigen/Core>

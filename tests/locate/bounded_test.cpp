@@ -11,6 +11,7 @@
 #include "libocc/formation/rim.hpp"
 #include "libocc/geometry/so3.hpp"
 #include "libocc/locate/locate.hpp"
+#include "tests/support/support.hpp"
 
 namespace occ {
 namespace {
@@ -35,12 +36,7 @@ Scene grid(int side, double pitch_m, double jitter_m, Random& random) {
   Scene scene;
   scene.camera = Camera::pinhole(1280, 960, 450, 450, 639.5, 479.5);
   for (int i = 0; i < side * side; ++i) {
-    Lamp lamp;
-    lamp.id = i;
-    lamp.shape = LampShape::disc;
-    lamp.radius_m = 0.05;
-    lamp.normal = -Eigen::Vector3d::UnitZ();
-    lamp.centre_m = {i % side * pitch_m, i / side * pitch_m, 3};
+    Lamp lamp = test::disc_lamp(i, {i % side * pitch_m, i / side * pitch_m, 3}, 0.05);
     lamp.centre_m.head<2>() += jitter_m * Eigen::Vector2d(random.normal(), random.normal());
     scene.lamps.push_back(lamp);
   }

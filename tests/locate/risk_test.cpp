@@ -28,13 +28,8 @@ Room room_of(const Camera& camera, int side, double width_m, double jitter_m, Ra
   Room room{{}, width_m};
   room.scene.camera = camera;
   for (int i = 0; i < side * side; ++i) {
-    Lamp lamp;
-    lamp.id = i;
-    lamp.shape = LampShape::disc;
-    lamp.radius_m = 0.05;
-    lamp.normal = -Eigen::Vector3d::UnitZ();
-    lamp.centre_m = {(i % side + 0.5) * width_m / side, (i / side + 0.5) * width_m / side,
-                     ceiling_m};
+    Lamp lamp = test::disc_lamp(
+        i, {(i % side + 0.5) * width_m / side, (i / side + 0.5) * width_m / side, ceiling_m}, 0.05);
     lamp.centre_m.head<2>() += jitter_m * Eigen::Vector2d(random.normal(), random.normal());
     room.scene.lamps.push_back(lamp);
   }

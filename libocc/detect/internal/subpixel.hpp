@@ -26,6 +26,9 @@
 
 namespace occ::internal::detect {
 
+/// A pixel of this share of full scale counts as clipped.
+inline constexpr double clipped_share = 0.97;
+
 struct Rim {
   std::vector<RimPoint> points;
   EllipseFit fit;

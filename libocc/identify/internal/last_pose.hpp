@@ -7,8 +7,8 @@
 
 namespace occ::internal::identify {
 
-/// Maximum chi-square of the prior at a hypothesis: (6 sigma)^2, as in prior_gate.cpp.
-inline constexpr double max_prior_chi2 = 36;
+/// With fewer lamps the search without the last pose is as fast.
+inline constexpr std::size_t min_lamps_of_a_search = 7;
 
 /// The prior's last pose, relative to the local frame. The prior must contain it.
 Rigid3 last_pose_from_local(const AssignmentProblem& problem);

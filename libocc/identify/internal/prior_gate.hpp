@@ -9,6 +9,11 @@
 
 namespace occ::internal::identify {
 
+/// A pose farther from the prior is rejected: before any fit, and as a hypothesis by its
+/// chi-square.
+inline constexpr double max_prior_sigmas = 6;
+inline constexpr double max_prior_chi2 = max_prior_sigmas * max_prior_sigmas;
+
 /// Rotation from a frame whose z axis points up to the camera frame. The prior must contain
 /// gravity.
 Eigen::Matrix3d cam_from_upright(const AssignmentProblem& problem);

@@ -86,6 +86,7 @@ class Search {
   int group_size() const;
   int cost() const;
   bool reached_limit() const;
+  bool tried_enough() const;
   void verify_best(std::vector<ScoredPose>& candidates, int min_inliers);
   void consider(const ScoredPose& candidate);
   bool is_duplicate(const ScoredPose& candidate) const;

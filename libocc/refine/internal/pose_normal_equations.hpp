@@ -42,6 +42,11 @@ struct PoseNormalEquations {
   }
 };
 
+/// Unknowns in units of the standard deviation that each would have alone.
+inline Vector8 units_of(const PoseNormalEquations& normal) {
+  return normal.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+}
+
 /// The state after a finite step whose pose part is centred at the pivot.
 inline State moved(const State& state, const Eigen::Vector3d& pivot, const Vector8& step) {
   const Eigen::Matrix3d turn = so3_exp(step.head<3>());

@@ -18,11 +18,10 @@ inline constexpr double min_named_probability = 1e-6;
 struct RankedPose {
   Result<Refined> refined;  ///< Status::no_pose as well if lamp sizes contradict the pose
   const Hypothesis* hypothesis = nullptr;
-  bool fits = false;         ///< refined, or not converged yet
-  bool unfinished = false;   ///< not converged yet
-  double measured_chi2 = 0;  ///< chi-square of rims and centroids
-  double assumed_chi2 = 0;   ///< chi-square of the prior, and penalties of missed lamps
-  double probability = 0;    ///< among the poses found and "none of these"
+  bool fits = false;        ///< refined, or not converged yet
+  bool unfinished = false;  ///< not converged yet
+  double chi2 = 0;          ///< chi-square with the prior, and penalties of missed lamps
+  double probability = 0;   ///< among the poses found and "none of these"
 };
 
 struct Refinement {

@@ -9,7 +9,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 DEGREE = math.pi / 180
+BISECTIONS = 50  # interval of 2^-50
 
 
 @dataclass(frozen=True)
@@ -102,12 +105,12 @@ def lower_limit(successes: int, count: int, confidence: float) -> float:
     """Success probability for which `successes` or more of `count` occur with the probability 1 - confidence."""
     if successes == 0:
         return 0.0
-
-    def chance(p: float) -> float:
-        return sum(math.comb(count, k) * p**k * (1 - p) ** (count - k) for k in range(successes, count + 1))
-
+    k = np.arange(successes, count + 1)
+    log_factorials = np.concatenate([[0.0], np.cumsum(np.log(np.arange(1, count + 1)))])
+    log_choices = log_factorials[count] - log_factorials[k] - log_factorials[count - k]
     low, high = 0.0, 1.0
-    while high - low > 1e-9:
+    for _ in range(BISECTIONS):
         middle = (low + high) / 2
-        low, high = (middle, high) if chance(middle) < 1 - confidence else (low, middle)
+        chance = np.exp(log_choices + k * np.log(middle) + (count - k) * np.log1p(-middle)).sum()
+        low, high = (middle, high) if chance < 1 - confidence else (low, middle)
     return low
