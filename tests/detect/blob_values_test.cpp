@@ -121,6 +121,24 @@ TEST(BlobFlux, ErrorsAreAsLargeAsItSays) {
   }
 }
 
+TEST(BlobCovariance, OfASpotInStrongReadNoiseIsConsistentWithoutASensor) {
+  Random random(8);
+  Canvas::Noise noise;
+  noise.read_e = 40;
+  double nees = 0;
+  constexpr int trials = 300;
+  for (int trial = 0; trial < trials; ++trial) {
+    Canvas canvas(50, 50, 40);
+    const Eigen::Vector2d px(random.uniform(22, 28), random.uniform(22, 28));
+    canvas.add_spot(px, 1.2, 20000);
+    const std::vector<Blob> blobs = detect(canvas.image(noise, &random).view());
+    ASSERT_FALSE(blobs.empty());  // one mesh: a few pixels of noise may exceed the threshold
+    const Eigen::Vector2d error = blobs[0].centroid_px - px;
+    nees += error.dot(blobs[0].covariance_px2.inverse() * error) / (2 * trials);
+  }
+  EXPECT_NEAR(nees, 1, 0.3);
+}
+
 /// Adds a Gaussian of this covariance whose light is integrated over each pixel.
 void add_gaussian(const Eigen::Vector2d& px, const Eigen::Matrix2d& covariance, double flux_e,
                   const Eigen::Vector2d& gradient, Canvas& canvas) {
