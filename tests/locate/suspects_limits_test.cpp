@@ -40,7 +40,7 @@ struct Doubtful {
     }
   }
   std::string text() const { return suspects(pose, blobs, scene); }
-  bool says(const std::string& word) const { return text().find(word) != std::string::npos; }
+  bool mentions(const std::string& word) const { return text().find(word) != std::string::npos; }
   void grow(int lamp, double factor) {
     blobs[lamp].ellipse.semi_minor_px *= factor;
     blobs[lamp].ellipse.semi_major_px *= factor;
@@ -54,7 +54,7 @@ TEST(SuspectsLimits, AFewSaturatedLampsOrALittleGrowthAreUsual) {
       view.grow(i, 1.5);
       view.blobs[i].saturated = true;
     }
-    EXPECT_EQ(view.says("over-exposed"), 2 * saturated >= 6) << saturated;
+    EXPECT_EQ(view.mentions("over-exposed"), 2 * saturated >= 6) << saturated;
   }
   Doubtful view;
   for (int i = 0; i < 6; ++i) {
@@ -72,7 +72,7 @@ TEST(SuspectsLimits, PartsAndStripesHaveNoSize) {
       view.blobs[i].saturated = true;
       change(view.scene.lamps[i], view.blobs[i]);
     }
-    return view.says("over-exposed");
+    return view.mentions("over-exposed");
   };
   EXPECT_TRUE(named([](Lamp&, Blob&) {}));
   EXPECT_FALSE(named([](Lamp&, Blob& b) { b.cut_by_border = true; }));
@@ -86,14 +86,14 @@ TEST(SuspectsLimits, ACommonFactorNeedsThreeLampsThatAgree) {
   for (const int lamps : {2, 3, 6}) {
     Doubtful view(lamps);
     for (int i = 0; i < lamps; ++i) view.grow(i, 0.6);
-    EXPECT_EQ(view.says("0.6 times as large"), lamps >= 3) << lamps;
+    EXPECT_EQ(view.mentions("0.6 times as large"), lamps >= 3) << lamps;
   }
   Doubtful view;
   for (int i = 0; i < 6; ++i) view.grow(i, 1.05);
   EXPECT_EQ(view.text(), "");  // within the accuracy of sizes
   view.grow(3, 0.4);
   for (int i = 0; i < 6; ++i) view.grow(i, 1.6);
-  EXPECT_FALSE(view.says("radius_m"));  // one lamp is smaller: no common factor
+  EXPECT_FALSE(view.mentions("radius_m"));  // one lamp is smaller: no common factor
 }
 
 TEST(SuspectsLimits, SmallResidualsAreUsual) {
@@ -101,9 +101,9 @@ TEST(SuspectsLimits, SmallResidualsAreUsual) {
   view.pose.rms_px = 0.4;
   EXPECT_EQ(view.text(), "");
   view.pose.rms_px = 3;
-  EXPECT_TRUE(view.says("3 px off"));
+  EXPECT_TRUE(view.mentions("3 px off"));
   for (Blob& blob : view.blobs) blob.covariance_px2 = 0.09 * Eigen::Matrix2d::Identity();
-  EXPECT_TRUE(view.says("3 px off"));  // ten sigmas
+  EXPECT_TRUE(view.mentions("3 px off"));  // ten sigmas
   for (Blob& blob : view.blobs) blob.covariance_px2 = Eigen::Matrix2d::Identity();
   EXPECT_EQ(view.text(), "");  // three
 }
@@ -113,7 +113,7 @@ TEST(SuspectsLimits, LampsThatCannotBeSeenAreNotMissed) {
     Doubtful view;
     view.pose.lamps.pop_back();
     change(view);
-    return view.says("no blob");
+    return view.mentions("no blob");
   };
   EXPECT_TRUE(missed([](Doubtful&) {}));
   EXPECT_FALSE(missed([](Doubtful& v) { v.scene.lamps[5].normal = Eigen::Vector3d::UnitZ(); }));
@@ -127,9 +127,10 @@ TEST(SuspectsLimits, LampsThatCannotBeSeenAreNotMissed) {
 TEST(SuspectsLimits, CountsMissingLampsAndNamesTheFirst) {
   Doubtful view(6);
   view.pose.lamps.resize(4);
-  EXPECT_TRUE(view.says("2 lamps should be visible and have no blob (id 24 25)")) << view.text();
+  EXPECT_TRUE(view.mentions("2 lamps should be visible and have no blob (id 24 25)"))
+      << view.text();
   view.pose.lamps.clear();
-  EXPECT_TRUE(view.says("6 lamps should be visible and have no blob (id 20 21 22 23 24 ...)"))
+  EXPECT_TRUE(view.mentions("6 lamps should be visible and have no blob (id 20 21 22 23 24 ...)"))
       << view.text();
 }
 

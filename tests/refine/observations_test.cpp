@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the refinement takes from each blob, with which sigma, and what it leaves out.
+// Measurements that the refinement takes from each blob, their sigmas, and blobs that it ignores.
 #include "libocc/refine/internal/observations.hpp"
 
 #include <gtest/gtest.h>

@@ -66,7 +66,7 @@ TEST(BloomingOverABackground, FillsEachColumnToTheFullWell) {
         // The rest of the charge beyond the full well is lost. Each pixel is rounded.
         EXPECT_NEAR(gained, blooming * beyond, 0.01 * beyond + 60) << x << ", " << share;
         if (beyond < 2000) continue;
-        // From the lamp outwards: full pixels, at most one that is partly filled, none beyond.
+        // Outwards from the lamp, full pixels are followed by at most one partly filled pixel.
         for (const int side : {-1, 1}) {
           int partly = 0;
           for (int y = 100; y > 0 && y < 199; y += side) {

@@ -234,8 +234,8 @@ TEST(TightBounds, OfNoiseIsItsStandardDeviation) {
   EXPECT_NEAR(plan.bound_px, std::sqrt(squares) / mean.sum(), 0.2 * plan.bound_px);
 }
 
-// Where the light beyond the full well is cut off, the centroid moves by at most the lamp's radius
-// times the lost share.
+// Saturation cuts off the light beyond the full well. The centroid moves by at most the lamp's
+// radius times the lost share.
 TEST(TightBounds, OfSaturationsCentroidFollowsTheLostLight) {
   TightView view;
   view.scene.sensor.full_well_e = 2e4;

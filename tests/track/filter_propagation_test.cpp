@@ -5,7 +5,6 @@
 
 #include <Eigen/Dense>
 #include <cmath>
-#include <vector>
 
 #include "libocc/geometry/motion.hpp"
 #include "libocc/track/planar_filter.hpp"
@@ -79,7 +78,7 @@ Vector12 moved_body(Sensors sensors, const Vector18& off) {
 }
 
 /// Random positive definite matrix with standard deviations of about `sigma`.
-Matrix6 spread(Random& random, double sigma) {
+Matrix6 spread_covariance(Random& random, double sigma) {
   Matrix6 root = sigma * Matrix6::Identity();
   for (double& value : root.reshaped()) value += 0.3 * sigma * random.normal();
   return root * root.transpose();
@@ -98,8 +97,8 @@ TEST_P(FilterPropagation, InSpaceFollowsTheDerivativesOfThePrediction) {
     PoseFilterOptions options = noiseless_space();
     const Matrix6 tiny = 1e-20 * Matrix6::Identity();
     // The error of the step also moves the pose at time 0.
-    const Matrix6 start = source == 0 ? spread(random, 1e-2) : tiny;
-    const Matrix6 step = source == 1 ? spread(random, 1e-3) : tiny;
+    const Matrix6 start = source == 0 ? spread_covariance(random, 1e-2) : tiny;
+    const Matrix6 step = source == 1 ? spread_covariance(random, 1e-3) : tiny;
     if (source == 2) options.gyro_bias_sigma = 0.1;
     if (source == 3) options.accelerometer_bias_sigma = 0.1;
     const PoseFilter filter = moving_body(options, sensors, Vector18::Zero(), start, step);
@@ -155,9 +154,6 @@ TEST(FilterNoise, WhiteAccelerationInSpaceIsIntegratedTwice) {
     EXPECT_NEAR(end.velocity_covariance(i, i), q * t, 1e-3 * q * t) << i;
     EXPECT_NEAR(end.covariance(i, i), q * t * t * t / 3, 1e-3 * q * t * t * t) << i;
   }
-  // A filter that is asked in between has the same distribution.
-  const PoseFilter filter = stopped_body(options, false, t);
-  EXPECT_LT(filter.at(0.5 * t)->covariance(3, 3), 0.2 * end.covariance(3, 3));
 }
 
 TEST(FilterNoise, OfInertialSensorsIsIntegrated) {
@@ -186,7 +182,7 @@ TEST(FilterNoise, OfInertialSensorsIsIntegrated) {
 TEST(FilterNoise, OfAStepOfOdometryIsSharedByItsParts) {
   for (const bool samples : {false, true}) {
     Random random(4);
-    const Matrix6 covariance = spread(random, 1e-3);
+    const Matrix6 covariance = spread_covariance(random, 1e-3);
     PoseFilter filter(noiseless_space());
     filter.start(0, {}, 1e-18 * Matrix6::Identity());
     filter.add(Odometry{0, 1, {}, covariance});

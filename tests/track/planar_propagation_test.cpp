@@ -239,7 +239,7 @@ TEST(PlanarPropagation, AnImageIsWeighedAsInTextbooks) {
   }
 }
 
-TEST(PlanarPropagation, AnImageTeachesTheBiasOfTheGyroscope) {
+TEST(PlanarPropagation, AnImageCorrectsTheBiasOfTheGyroscope) {
   PlanarFilterOptions options = noiseless_floor();
   options.gyro_bias_sigma = 0.01;
   options.tilt_sigma_rad = options.height_sigma_m = 1e-9;
