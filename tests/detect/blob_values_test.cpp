@@ -121,6 +121,25 @@ TEST(BlobFlux, ErrorsAreAsLargeAsItSays) {
   }
 }
 
+TEST(BlobFlux, OfACutLampIsThatOfItsVisiblePart) {
+  Canvas::Noise fine;
+  fine.full_scale_dn = 65535;
+  for (const Eigen::Vector2d& px : {Eigen::Vector2d(77, 40), Eigen::Vector2d(2, 40),
+                                    Eigen::Vector2d(40, 77), Eigen::Vector2d(40, 2)}) {
+    Canvas canvas(80, 80);
+    canvas.add_disc(px, 9, 9, 0, 0.8, 1e5);
+    double visible_e = 0;
+    for (int y = 0; y < 80; ++y)
+      for (int x = 0; x < 80; ++x) visible_e += canvas.at(x, y);
+    const std::vector<Blob> blobs = detect(canvas.image(fine, nullptr).view());
+    ASSERT_EQ(blobs.size(), 1u);
+    EXPECT_TRUE(blobs[0].cut_by_border);
+    EXPECT_NEAR(blobs[0].flux_dn, fine.gain_dn_per_e * visible_e,
+                0.01 * fine.gain_dn_per_e * visible_e)
+        << px.transpose();
+  }
+}
+
 TEST(BlobCovariance, OfASpotInStrongReadNoiseIsConsistentWithoutASensor) {
   Random random(8);
   Canvas::Noise noise;
