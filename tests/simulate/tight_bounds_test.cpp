@@ -199,6 +199,21 @@ TEST(TightBounds, OfTheSensor) {
   });
 }
 
+// A ghost of scale -1 is a second image of the lamp, so its bounds are those of the lamp times its
+// strength.
+TEST(TightBounds, OfGhostsAddToThoseOfLamps) {
+  for (const Effect effect : {Effect::psf, Effect::light_gradient}) {
+    TightView view;
+    view.scene.lamps[0].half_power_rad = 0.5;
+    tilt(view, 0.8, 0.1);
+    const double alone = view.plan(effect).bound_dn;
+    view.scene.lens.ghosts = {{0.5, -1, 1}};
+    EXPECT_NEAR(view.plan(effect).bound_dn / alone, 1.5, 0.03) << effect_name(effect);
+    view.scene.lens.ghosts = {{0, -1, 1}};
+    EXPECT_EQ(view.plan(effect).bound_dn, alone) << effect_name(effect);
+  }
+}
+
 // Independent factors of standard deviation p move the centroid of a disc by p / (2 sqrt(pi)) along
 // each axis, for any radius. The bound covers rare cases, not impossible ones.
 TEST(TightBounds, OfTheGainsCentroidIsSomeSigmas) {
