@@ -158,6 +158,18 @@ TEST(BlobCovariance, OfASpotInStrongReadNoiseIsConsistentWithoutASensor) {
   EXPECT_NEAR(nees, 1, 0.3);
 }
 
+TEST(BlobMerged, ADiscWithASmallAppendageIsOneLamp) {
+  Canvas::Noise fine;
+  fine.full_scale_dn = 65535;
+  Canvas canvas(90, 90, 40);
+  canvas.add_disc({45.3, 44.8}, 16, 16, 0, 0.8, 1e5);
+  canvas.add_disc({45.3, 62.5}, 1.2, 4, 0, 0.8, 1e5);  // a streak at its lower end
+  const std::vector<Blob> blobs = detect(canvas.image(fine, nullptr).view());
+  ASSERT_EQ(blobs.size(), 1u);
+  EXPECT_FALSE(blobs[0].merged);
+  EXPECT_LT((blobs[0].centroid_px - Eigen::Vector2d(45.3, 44.8)).norm(), 0.5);
+}
+
 /// Adds a Gaussian of this covariance whose light is integrated over each pixel.
 void add_gaussian(const Eigen::Vector2d& px, const Eigen::Matrix2d& covariance, double flux_e,
                   const Eigen::Vector2d& gradient, Canvas& canvas) {

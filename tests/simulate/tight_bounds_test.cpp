@@ -262,6 +262,29 @@ TEST(TightBounds, OfSaturationsCentroidFollowsTheLostLight) {
   EXPECT_EQ(view.plan(Effect::saturation).bound_dn, 0);
 }
 
+// Ambient light and dark current take a part of the full well, so that the lamp exceeds it.
+TEST(TightBounds, OfSaturationIncludesTheBackground) {
+  for (const bool dark_current : {false, true}) {
+    TightView view;
+    view.scene.sensor.full_well_e = 3.4e4;
+    EXPECT_EQ(view.plan(Effect::saturation).bound_dn, 0);
+    if (dark_current) {
+      view.scene.sensor.dark_current_e_per_s = 1e4 / view.scene.sensor.exposure_s;
+    } else {
+      view.scene.ambient_w_m2 = 100;
+      TightView ambient = view;
+      ambient.scene.lamps.clear();
+      ambient.scene.sensor.full_well_e = 1e9;
+      ambient.scene.sensor.gain_dn_per_e = 1e-3;
+      view.scene.ambient_w_m2 *= 1e4 / (ambient.image()(0, 0) / 1e-3);
+    }
+    const double lost_dn = 0.6 * (3e4 + 1e4 - 3.4e4);
+    EXPECT_NEAR(view.plan(Effect::saturation).bound_dn, lost_dn, 0.25 * lost_dn) << dark_current;
+    view.scene.sensor.blooming = 1;
+    EXPECT_GT(view.plan(Effect::blooming).bound_dn, lost_dn) << dark_current;
+  }
+}
+
 // Charge fills the pixels above and below up to the full well: half of it goes each way.
 TEST(TightBounds, OfBloomingsCentroidIsTheReachOfTheCharge) {
   TightView view;
