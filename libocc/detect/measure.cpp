@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "libocc/core/math.hpp"
 #include "libocc/detect/internal/subpixel.hpp"
 
 namespace occ::internal::detect {

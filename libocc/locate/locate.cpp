@@ -106,7 +106,7 @@ void add_excluded(const RefinementAhead& ahead, const std::vector<Hypothesis>& e
   if (excluded.empty() || !best.refined.ok()) return;
   RefineOptions options = ahead.options;
   options.rung = std::min(options.rung, Rung::rims);
-  options.prior->last_pose.reset();
+  if (options.prior) options.prior->last_pose.reset();
   const auto evidence = [&](const Refined& refined, const Hypothesis& hypothesis) {
     return internal::pose::log_evidence(
                evidence_of(refined, hypothesis, ahead.blobs, ahead.scene, options.prior))

@@ -119,11 +119,15 @@ class PlanarModel {
     pose.col(1) += (next.x_m - state.pose.x_m) * pose.col(2);
     // The error of an odometry step is the sum of independent errors of its parts. The error of a
     // velocity would be common to them, so the noise of the step is added to the pose directly.
-    const Eigen::Matrix3d by_velocity = world_from_body(half) * dt;
+    // An error of the rotation rate also moves the end of the path, by half of its final angle.
+    Eigen::Matrix3d by_velocity = world_from_body(half);
+    by_velocity(0, 2) -= (next.y_m - state.pose.y_m) / 2;
+    by_velocity(1, 2) += (next.x_m - state.pose.x_m) / 2;
+    by_velocity *= dt;
     if (!stretch.odometry)
       pose += stack.columns<3>(velocity).lazyProduct(by_velocity.transpose());
     else if (stretch.imu)
-      pose.col(2) += dt * stack.columns<1>(velocity + 2);
+      pose += stack.columns<1>(velocity + 2).lazyProduct(by_velocity.col(2).transpose());
     if (stretch.odometry)
       add_odometry_noise(stretch, state.pose, stack);
     else

@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 #include "libocc/simulate/simulate.hpp"
+#include "tests/detect/detect_support.hpp"
 #include "tests/support/support.hpp"
 
 // A window has few background meshes, and a lamp may cover most of them.
@@ -27,4 +29,69 @@ TEST(DetectInWindows, FindsALampInWindowsOfAnySize) {
     ASSERT_EQ(found.blobs.size(), 1u) << "window of " << 2 * half + 1;
     EXPECT_NEAR((found.blobs[0].centroid_px - seen.lamps[0].image_centre_px).norm(), 0, 0.2);
   }
+}
+
+// Three spots in a row or in a column, and windows around the first and the last.
+TEST(DetectInWindows, FindsNothingBetweenWindows) {
+  for (const bool column : {false, true}) {
+    occ::test::Canvas canvas(300, 300);
+    occ::Random random(2);
+    std::vector<occ::PixelWindow> windows;
+    for (const int at : {50, 150, 250}) {
+      const int x = column ? 150 : at, y = column ? at : 150;
+      canvas.add_spot(Eigen::Vector2d(x, y), 1.2, 20000);
+      if (at != 150) windows.push_back({x - 30, y - 30, x + 30, y + 30});
+    }
+    const occ::Image image = canvas.image({}, &random);
+    const occ::WindowBlobs found = occ::detect_in_windows(image.view(), windows);
+    ASSERT_EQ(found.blobs.size(), 2u) << column;
+    for (const occ::Blob& blob : found.blobs)
+      EXPECT_GT((blob.centroid_px - Eigen::Vector2d(150, 150)).norm(), 90);
+    // Windows that overlap, and a third one that overlaps both, show each spot once.
+    windows = {{20, 20, 160, 170}, {140, 130, 290, 280}, {100, 100, 200, 200}};
+    const std::size_t count = occ::detect(image.view()).size();
+    EXPECT_EQ(count, 3u);
+    EXPECT_LE(occ::detect_in_windows(image.view(), windows).blobs.size(), 3u);
+    EXPECT_GE(occ::detect_in_windows(image.view(), windows).blobs.size(), 1u);
+  }
+}
+
+TEST(DetectInWindows, BlobsAreInPixelsOfTheWholeImage) {
+  occ::test::Canvas canvas(300, 200);
+  canvas.add_disc({203.4, 121.7}, 12, 10, 0.4, 0.8, 3000);
+  occ::Random random(3);
+  const occ::Image image = canvas.image({}, &random);
+  const occ::Blob whole = occ::detect(image.view()).at(0);
+  const occ::WindowBlobs found = occ::detect_in_windows(image.view(), {{120, 50, 280, 190}});
+  ASSERT_EQ(found.blobs.size(), 1u);
+  const occ::Blob& blob = found.blobs[0];
+  EXPECT_EQ(found.cut, 0);
+  EXPECT_LT((blob.centroid_px - whole.centroid_px).norm(), 0.05);
+  EXPECT_LT((blob.ellipse.centre_px - whole.ellipse.centre_px).norm(), 0.05);
+  EXPECT_NEAR(blob.x0, whole.x0, 1);
+  EXPECT_NEAR(blob.x1, whole.x1, 1);
+  EXPECT_NEAR(blob.y0, whole.y0, 1);
+  EXPECT_NEAR(blob.y1, whole.y1, 1);
+  ASSERT_FALSE(blob.rim.empty());
+  for (const occ::RimPoint& point : blob.rim)
+    EXPECT_LT(std::abs((point.px - whole.centroid_px).norm() - 11), 1.5);
+}
+
+TEST(DetectInWindows, BlobsThatAWindowCutsAreCounted) {
+  occ::test::Canvas canvas(200, 200);
+  canvas.add_disc({100, 100}, 10, 10, 0, 0.8, 3000);
+  canvas.add_disc({100, 3}, 10, 10, 0, 0.8, 3000);  // the border of the image cuts this one
+  occ::Random random(4);
+  const occ::Image image = canvas.image({}, &random);
+  for (const occ::PixelWindow& window :
+       {occ::PixelWindow{100, 40, 180, 160}, occ::PixelWindow{20, 40, 101, 160},
+        occ::PixelWindow{40, 100, 160, 180}, occ::PixelWindow{40, 40, 160, 101}}) {
+    const occ::WindowBlobs found = occ::detect_in_windows(image.view(), {window});
+    EXPECT_EQ(found.blobs.size(), 0u) << window.x0 << " " << window.y0;
+    EXPECT_EQ(found.cut, 1) << window.x0 << " " << window.y0;
+  }
+  const occ::WindowBlobs top = occ::detect_in_windows(image.view(), {{40, -20, 160, 60}});
+  ASSERT_EQ(top.blobs.size(), 1u);
+  EXPECT_TRUE(top.blobs[0].cut_by_border);
+  EXPECT_EQ(top.cut, 0);
 }

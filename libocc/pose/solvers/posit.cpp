@@ -19,7 +19,7 @@ constexpr double posit_converged = 1e-14;  // change of the perspective correcti
 void solve_posit(const PoseProblem& problem, std::vector<Rigid3>& candidates) {
   const std::optional<PinholeFrame> frame = pinhole_frame(problem);
   const Eigen::Index n = problem.points.cols();
-  if (!frame || n < 4 || !spans_space(point_layout(problem.points))) return;
+  if (!frame || !spans_space(point_layout(problem.points))) return;
   const Eigen::MatrixX4d model = problem.points.colwise().homogeneous().transpose();
   const Eigen::HouseholderQR<Eigen::MatrixX4d> solver(model);
   Eigen::VectorXd w = Eigen::VectorXd::Ones(n);

@@ -25,7 +25,9 @@ void clear_below(int i, int count, Rows& rows) {
   if (end <= i + 1) return;
   auto mirror = rows.col(i).segment(i, end - i);
   const double norm = mirror.norm(), first = mirror[0];
-  if (!(norm > 0)) return;  // squares underflow
+  // Squares of smaller values lose digits or underflow, and the reflection is not orthogonal.
+  constexpr double min_norm = 1e-140;
+  if (!(norm > min_norm)) return;
   const double scale = 1 / (norm * (norm + std::abs(first)));
   mirror[0] += first < 0 ? -norm : norm;
   for (int j = i + 1; j < rows.cols(); ++j) {

@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bounds of effects in views where each effect is large: the change by the effect reaches a known
+// part of its bound, so a bound that is far too large or too small is noticed.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include "libocc/core/math.hpp"
+#include "libocc/simulate/plan.hpp"
+#include "tests/support/simulate_support.hpp"
+
+namespace occ {
+namespace {
+
+/// A disc of 14 px on the optical axis at 2 m, with 14 bits that it does not saturate.
+struct TightView {
+  Scene scene;
+  Rigid3 pose;
+  SimulateOptions options = test::noiseless();
+
+  TightView() {
+    scene.camera = Camera::pinhole(160, 120, 280, 280, 79.6, 59.7);
+    scene.lamps = {test::disc_lamp(0, {0, 0, 2}, 0.1)};
+    scene.lamps[0].normal = {0, 0, -1};
+    scene.sensor.bit_depth = 16;
+    scene.sensor.black_level_dn = 0;
+    scene.sensor.psf_sigma_px = 0.8;
+    scene.sensor.full_well_e = 1e5;
+    scene.sensor.gain_dn_per_e = 0.6;
+    scene.sensor.read_noise_e = 5;
+    expose(3e4);
+  }
+
+  /// Sets the lamps' power so that the first one has this many electrons in a whole pixel.
+  void expose(double electrons) {
+    scene.validate();
+    const auto px = scene.camera.project(pose * scene.lamps[0].centre_m);
+    const double now = scene.sensor.electrons(
+        irradiance_at(scene.lamps[0], pose, scene.camera, scene.sensor, *px));
+    for (Lamp& lamp : scene.lamps) lamp.power_w *= electrons / now;
+  }
+
+  EffectPlan plan(Effect effect) const {
+    return plan_render(scene, pose, options).effects[static_cast<std::size_t>(effect)];
+  }
+  Eigen::MatrixXd image() const {
+    const Image seen = simulate(scene, pose, options).image;
+    Eigen::MatrixXd values(seen.width, seen.height);
+    for (int y = 0; y < seen.height; ++y)
+      for (int x = 0; x < seen.width; ++x) values(x, y) = seen.u16[y * seen.width + x];
+    return values;
+  }
+};
+
+Eigen::Vector2d centre_of_light(const Eigen::MatrixXd& image) {
+  Eigen::Vector2d moment = Eigen::Vector2d::Zero();
+  for (int y = 0; y < image.cols(); ++y)
+    for (int x = 0; x < image.rows(); ++x) moment += image(x, y) * Eigen::Vector2d(x, y);
+  return moment / image.sum();
+}
+
+/// Bound over change, in grey levels and in pixels.
+struct Tightness {
+  double dn = 0, px = 0;
+};
+
+Tightness tightness(Effect effect, const std::function<void(TightView&)>& change) {
+  TightView view;
+  change(view);
+  view.scene.validate();
+  const EffectPlan plan = view.plan(effect);
+  EXPECT_TRUE(plan.called_for);
+  const Eigen::MatrixXd with = view.image();
+  view.scene.effects.set(effect, Use::off);
+  const Eigen::MatrixXd without = view.image();
+  return {plan.bound_dn / (with - without).cwiseAbs().maxCoeff(),
+          plan.bound_px / (centre_of_light(with) - centre_of_light(without)).norm()};
+}
+
+void aside(TightView& view, double x, double y) {
+  view.scene.lamps[0].centre_m = {x, y, 2};
+  view.expose(3e4);
+}
+
+/// Expects a bound that holds, up to rounding, and exceeds the change by at most these factors.
+/// Zero: the view is symmetric, so that the centroid hardly moves.
+void expect_tight(Effect effect, double max_dn, double max_px,
+                  const std::function<void(TightView&)>& change) {
+  const Tightness found = tightness(effect, change);
+  EXPECT_GT(found.dn, 0.98) << effect_name(effect);
+  EXPECT_LT(found.dn, max_dn) << effect_name(effect);
+  if (max_px == 0) return;
+  EXPECT_GT(found.px, 0.92) << effect_name(effect);
+  EXPECT_LT(found.px, max_px) << effect_name(effect);
+}
+
+void move_aside(TightView& view) { aside(view, 0.35, 0.2); }
+
+void tilt(TightView& view, double slope, double radius_m) {
+  view.scene.lamps[0].radius_m = radius_m;
+  view.scene.lamps[0].normal = Eigen::Vector3d(slope, 0.1, -1).normalized();
+  view.expose(3e4);
+}
+
+TEST(TightBounds, OfTheLamp) {
+  expect_tight(Effect::light_gradient, 2.3, 3.8, [](TightView& v) {
+    v.scene.lamps[0].half_power_rad = 0.5;
+    tilt(v, 0.8, 0.1);
+  });
+  expect_tight(Effect::extent, 4.8, 1.4, [](TightView& v) { tilt(v, 1.6, 0.01); });
+  // Square waves of half a period in each exposure, and much faster than the readout.
+  for (const double row_time_s : {0.0, 2e-5})
+    expect_tight(Effect::modulation, 1.3, row_time_s > 0 ? 4.8 : 0, [&](TightView& v) {
+      v.scene.lamps[0].frequency_hz = row_time_s > 0 ? 2000 : 300;
+      v.scene.lamps[0].duty = 0.5;
+      v.scene.sensor.exposure_s = row_time_s > 0 ? 1e-4 : 0.00167;
+      v.scene.sensor.row_time_s = row_time_s;
+      v.expose(3e4);
+    });
+}
+
+TEST(TightBounds, OfTheLens) {
+  expect_tight(Effect::vignetting, 1.6, 2.1, [](TightView& v) {
+    v.scene.lens.vignetting = {-0.4};
+    move_aside(v);
+  });
+  expect_tight(Effect::distortion, 1.8, 2.4, [](TightView& v) {
+    v.scene.camera = Camera::pinhole(160, 120, 280, 280, 79.6, 59.7, {-0.1, 0, 0, 0});
+    move_aside(v);
+  });
+  expect_tight(Effect::psf, 4.8, 0, [](TightView&) {});
+  expect_tight(Effect::glare, 1.4, 0, [](TightView& v) { v.scene.lens.veiling_glare = 0.1; });
+  expect_tight(Effect::ghosts, 1.6, 0, [](TightView& v) {
+    v.scene.lens.ghosts = {{0.05, -0.8, 1}};
+    aside(v, 0.3, 0.2);
+  });
+}
+
+TEST(TightBounds, OfTheMotion) {
+  expect_tight(Effect::motion_blur, 3.2, 1.4, [](TightView& v) {
+    v.options.velocity << 0, 0.05, 0, 0.02, 0, 0;
+    v.scene.sensor.exposure_s = 0.05;
+    v.expose(3e4);
+  });
+  expect_tight(Effect::rolling_shutter, 2.0, 1.6, [](TightView& v) {
+    v.options.velocity << 0, 0.5, 0, 0, 0, 0;
+    v.scene.sensor.row_time_s = 1e-4;
+  });
+}
+
+void in_a_room(TightView& view) {
+  view.scene.room = Room{{3, 3, 2.2}, 0.6};
+  view.scene.lamps[0].centre_m = {1.5, 1.5, 2.1};
+  view.pose = look_at({1.4, 1.3, 0.3}, {1.5, 1.5, 2.1}, {0, 1, 0});
+  view.expose(3e4);
+}
+
+TEST(TightBounds, OfTheRoom) {
+  expect_tight(Effect::ambient, 1.05, 0, [](TightView& v) { v.scene.ambient_w_m2 = 0.2; });
+  expect_tight(Effect::occlusion, 1.3, 6.5, [](TightView& v) {
+    v.scene.boxes = {{{-0.2, -0.05, 1}, {0.0, 0.1, 1.1}}};
+  });
+  TightView view;
+  in_a_room(view);
+  const EffectPlan walls = view.plan(Effect::walls), more = view.plan(Effect::interreflection);
+  const Eigen::MatrixXd all = view.image();
+  view.scene.effects.set(Effect::interreflection, Use::off);
+  const Eigen::MatrixXd once = view.image();
+  view.scene.effects.set(Effect::walls, Use::off);
+  const Eigen::MatrixXd none = view.image();
+  const double indirect = (all - once).cwiseAbs().maxCoeff();
+  const double both = (all - none).cwiseAbs().maxCoeff();
+  ASSERT_GT(indirect, 3);
+  EXPECT_GE(more.bound_dn, indirect - 1);
+  EXPECT_LT(more.bound_dn, 4.4 * indirect);
+  EXPECT_GE(walls.bound_dn, both - 1);
+  EXPECT_LT(walls.bound_dn, 7.5 * both);
+}
+
+TEST(TightBounds, OfTheSensor) {
+  expect_tight(Effect::gain, 2.4, 0, [](TightView& v) { v.scene.sensor.gain_sigma = 0.02; });
+  expect_tight(Effect::saturation, 1.35, 0, [](TightView& v) {
+    v.scene.sensor.full_well_e = 2e4;
+    v.scene.sensor.gain_dn_per_e = 1;
+  });
+  expect_tight(Effect::blooming, 2.1, 0, [](TightView& v) {
+    v.scene.sensor.full_well_e = 2.8e4;
+    v.scene.sensor.blooming = 1;
+    aside(v, 0, 0.3);
+  });
+  expect_tight(Effect::response, 1.02, 0,
+               [](TightView& v) { v.scene.sensor.response = Response::srgb; });
+  expect_tight(Effect::mosaic, 1.3, 0, [](TightView& v) {
+    v.scene.sensor.mosaic = static_cast<Mosaic>(1);
+    v.scene.lamps[0].colour = {1, 0.5, 0.2};
+  });
+}
+
+// A ghost of scale -1 is a second image of the lamp, so its bounds are those of the lamp times its
+// strength.
+TEST(TightBounds, OfGhostsAddToThoseOfLamps) {
+  for (const Effect effect : {Effect::psf, Effect::light_gradient}) {
+    TightView view;
+    view.scene.lamps[0].half_power_rad = 0.5;
+    tilt(view, 0.8, 0.1);
+    const double alone = view.plan(effect).bound_dn;
+    view.scene.lens.ghosts = {{0.5, -1, 1}};
+    EXPECT_NEAR(view.plan(effect).bound_dn / alone, 1.5, 0.03) << effect_name(effect);
+    view.scene.lens.ghosts = {{0, -1, 1}};
+    EXPECT_EQ(view.plan(effect).bound_dn, alone) << effect_name(effect);
+  }
+}
+
+// Independent factors of standard deviation p move the centroid of a disc by p / (2 sqrt(pi)) along
+// each axis, for any radius. The bound covers rare cases, not impossible ones.
+TEST(TightBounds, OfTheGainsCentroidIsSomeSigmas) {
+  TightView view;
+  view.scene.sensor.gain_sigma = 0.02;
+  const double sigma = 0.02 / (2 * std::sqrt(pi));
+  EXPECT_GT(view.plan(Effect::gain).bound_px, 4 * sigma);
+  EXPECT_LT(view.plan(Effect::gain).bound_px, 7 * sigma);
+  // A long disc: the deviation along it is larger by the root of its axis ratio.
+  const double round = view.plan(Effect::gain).bound_px;
+  tilt(view, 2.5, 0.1);
+  EXPECT_NEAR(view.plan(Effect::gain).bound_px / round, std::pow(1 + 2.5 * 2.5, 0.25), 0.15);
+}
+
+// One standard deviation of a pixel, and of the length of the centroid's error.
+TEST(TightBounds, OfNoiseIsItsStandardDeviation) {
+  TightView view;
+  view.scene.sensor.read_noise_e = 20;
+  const Eigen::MatrixXd mean = view.image() / view.scene.sensor.gain_dn_per_e;
+  view.options.noise = true;
+  const EffectPlan plan = view.plan(Effect::noise);
+  const double floor_e2 = 20 * 20;
+  EXPECT_NEAR(plan.bound_dn,
+              view.scene.sensor.gain_dn_per_e * std::sqrt(floor_e2 + mean.maxCoeff()),
+              0.05 * plan.bound_dn);
+  const Eigen::Vector2d centre = centre_of_light(mean);
+  double squares = 0;
+  for (int y = 0; y < mean.cols(); ++y)
+    for (int x = 0; x < mean.rows(); ++x) {
+      const double distance2 = (Eigen::Vector2d(x, y) - centre).squaredNorm();
+      if (distance2 < 16 * 16) squares += distance2 * (floor_e2 + mean(x, y));
+    }
+  EXPECT_NEAR(plan.bound_px, std::sqrt(squares) / mean.sum(), 0.2 * plan.bound_px);
+}
+
+// Saturation cuts off the light beyond the full well. The centroid moves by at most the lamp's
+// radius times the lost share.
+TEST(TightBounds, OfSaturationsCentroidFollowsTheLostLight) {
+  TightView view;
+  view.scene.sensor.full_well_e = 2e4;
+  EXPECT_NEAR(view.plan(Effect::saturation).bound_px, 14 * 0.5, 1);
+  view.scene.sensor.full_well_e = 1e4;
+  EXPECT_NEAR(view.plan(Effect::saturation).bound_px, 14, 0.5);
+  view.scene.sensor.full_well_e = 4e4;
+  EXPECT_EQ(view.plan(Effect::saturation).bound_px, 0);
+  EXPECT_EQ(view.plan(Effect::saturation).bound_dn, 0);
+}
+
+// Ambient light and dark current take a part of the full well, so that the lamp exceeds it.
+TEST(TightBounds, OfSaturationIncludesTheBackground) {
+  for (const bool dark_current : {false, true}) {
+    TightView view;
+    view.scene.sensor.full_well_e = 3.4e4;
+    EXPECT_EQ(view.plan(Effect::saturation).bound_dn, 0);
+    if (dark_current) {
+      view.scene.sensor.dark_current_e_per_s = 1e4 / view.scene.sensor.exposure_s;
+    } else {
+      view.scene.ambient_w_m2 = 100;
+      TightView ambient = view;
+      ambient.scene.lamps.clear();
+      ambient.scene.sensor.full_well_e = 1e9;
+      ambient.scene.sensor.gain_dn_per_e = 1e-3;
+      view.scene.ambient_w_m2 *= 1e4 / (ambient.image()(0, 0) / 1e-3);
+    }
+    const double lost_dn = 0.6 * (3e4 + 1e4 - 3.4e4);
+    EXPECT_NEAR(view.plan(Effect::saturation).bound_dn, lost_dn, 0.25 * lost_dn) << dark_current;
+    view.scene.sensor.blooming = 1;
+    EXPECT_GT(view.plan(Effect::blooming).bound_dn, lost_dn) << dark_current;
+  }
+}
+
+// Charge fills the pixels above and below up to the full well: half of it goes each way.
+TEST(TightBounds, OfBloomingsCentroidIsTheReachOfTheCharge) {
+  TightView view;
+  view.scene.sensor.full_well_e = 2.5e4;
+  view.scene.sensor.blooming = 1;
+  const double bound = view.plan(Effect::blooming).bound_px;
+  const Eigen::MatrixXd with = view.image();
+  view.scene.effects.set(Effect::blooming, Use::off);
+  const Eigen::MatrixXd change = with - view.image();
+  int reach = 0;
+  for (int y = 0; y < change.cols(); ++y)
+    if (change.col(y).maxCoeff() > 1) reach = std::max(reach, std::abs(y - 60));
+  EXPECT_GE(bound, reach);
+  EXPECT_LT(bound, 4 * reach);
+  view.scene.effects.set(Effect::blooming, Use::on);
+  view.scene.sensor.full_well_e = 4e4;  // no pixel overflows
+  EXPECT_EQ(view.plan(Effect::blooming).bound_dn, 0);
+  view.scene.sensor.full_well_e = 20;  // all of the image does
+  EXPECT_LE(view.plan(Effect::blooming).bound_px, 120);
+  EXPECT_GE(view.plan(Effect::blooming).bound_px, 60);
+}
+
+}  // namespace
+}  // namespace occ
