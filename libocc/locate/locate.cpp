@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "libocc/core/require.hpp"
+#include "libocc/identify/internal/assignment_problem.hpp"
 #include "libocc/locate/internal/best_candidate.hpp"
 #include "libocc/locate/internal/suspects.hpp"
 #include "libocc/refine/internal/pose_evidence.hpp"
@@ -165,7 +166,8 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
         options.identify.max_time_s,
         std::max(min_s, search_share * (*options.budget_s - clock.seconds()) - after_search_s));
   const Clock identify_clock;
-  const Result<Identification> identified = identify(blobs, scene, options.identify);
+  const Result<Identification> identified =
+      internal::identify::search_hypotheses(blobs, scene, options.identify);
   fix.timing_s.identify_s = identify_clock.seconds();
   fix.cut_short = identified->cut_short;
   if (identified->hypotheses.empty()) {
