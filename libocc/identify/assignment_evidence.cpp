@@ -79,12 +79,23 @@ double log_flux_ratio(const AssignmentProblem& problem, const PoseHypothesis& e,
   return powers_fit ? log : std::log((1 - wrong_powers) * std::exp(log) + wrong_powers);
 }
 
+/// ln of the density ratio of a lamp's visibility. Nearly edge-on a lamp is too dark to be found,
+/// but for one in a hundred; there a missed one does not count either.
+double log_visibility(const AssignmentProblem& problem, const MapPoint& map_point,
+                      const Rigid3& pose) {
+  constexpr double found = 0.01;
+  const Eigen::Vector3d to_camera = pose.origin_in_source() - map_point.centre;
+  const bool edge_on = map_point.normal.dot(to_camera) < map_point.reliable_cos * to_camera.norm();
+  return problem.scene && edge_on ? std::log(found) : 0;
+}
+
 double log_appearance(const AssignmentProblem& problem, const PoseHypothesis& e, bool powers_fit) {
   double log = 0;
   for (const Pair& pair : e.pairs) {
     const BearingObservation& observation = problem.observation(pair.observation);
     const MapPoint& map_point = problem.map_point(pair.map_point);
-    log += log_code_ratio(observation, problem.map_points.size());
+    log += log_code_ratio(observation, problem.map_points.size()) +
+           log_visibility(problem, map_point, e.estimate.pose);
     if (problem.options->use_brightness)
       log += log_size_ratio(observation, map_point, (e.estimate.pose * map_point.centre).norm());
   }
