@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/math.hpp"
 #include "libocc/core/statistics.hpp"
 #include "libocc/radiometry/lambertian.hpp"
 
@@ -125,6 +126,29 @@ Brightness brightness_of(const AssignmentProblem& problem, const PoseHypothesis&
   b.chi2 = sum(fluxes, b.log_gain) + sum(sizes, 0);
   b.fits = b.residuals > 0 && variance_factor(b.chi2, b.residuals) == 1;
   return b;
+}
+
+double log_flux_ratio(const AssignmentProblem& problem, const PoseHypothesis& e) {
+  constexpr double log_range = 7, of_one_kind = 0.5;
+  std::vector<Residual> fluxes, equal_fluxes;
+  double peak = 0, most = -std::numeric_limits<double>::infinity();
+  for (const Pair& pair : e.pairs) {
+    const auto flux = flux_residual(problem, pair, e.estimate.pose);
+    if (!flux) continue;
+    fluxes.push_back(*flux);
+    equal_fluxes.push_back(*flux);
+    equal_fluxes.back().log_ratio += std::log(problem.map_point(pair.map_point).power_w);
+    if (flux->at_most) continue;
+    const double of_one = std::log(log_range / (std::sqrt(2 * pi) * flux->sigma));
+    peak += of_one;
+    most = std::max(most, of_one);
+  }
+  if (!std::isfinite(most)) return 0;
+  peak -= most;  // determines the gain
+  const auto log_of = [&](const std::vector<Residual>& residuals) {
+    return peak - 0.5 * sum(residuals, common_log_gain(residuals));
+  };
+  return log_of(fluxes) - std::log(1 - of_one_kind + of_one_kind * std::exp(log_of(equal_fluxes)));
 }
 
 void rank_by_brightness(const AssignmentProblem& problem, std::vector<PoseHypothesis>& found) {

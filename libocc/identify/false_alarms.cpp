@@ -90,14 +90,6 @@ double log_tests(double blobs, double points, double facing, double agree) {
          log_factorial(facing - agree);
 }
 
-std::vector<Pair> pairs_of(const AssignmentProblem& problem, const Hypothesis& hypothesis) {
-  std::vector<Pair> pairs;
-  for (const Match& match : hypothesis.matches)
-    for (int s = 0; s < static_cast<int>(problem.observations.size()); ++s)
-      if (problem.observation(s).blob == match.blob) pairs.push_back({s, match.lamp});
-  return pairs;
-}
-
 std::vector<Pair> all_observations(const AssignmentProblem& problem) {
   std::vector<Pair> all;
   for (int s = 0; s < static_cast<int>(problem.observations.size()); ++s) all.push_back({s, 0});

@@ -13,6 +13,7 @@
 #include "libocc/identify/internal/lamp_table.hpp"
 #include "libocc/identify/internal/pose_hypothesis.hpp"
 #include "libocc/identify/internal/search.hpp"
+#include "libocc/identify/internal/verdict.hpp"
 
 namespace occ {
 
@@ -62,23 +63,6 @@ bool all_collinear(const AssignmentProblem& problem) {
   return true;
 }
 
-// True if the best hypothesis leaves blobs unmatched. Then there are false lights, which could also
-// have produced the hypothesis.
-bool leaves_blobs(const Identification& found, const AssignmentProblem& problem) {
-  std::size_t whole = 0;
-  for (const Match& match : found.hypotheses.front().matches)
-    whole += std::any_of(problem.observations.begin(), problem.observations.end(),
-                         [&](const BearingObservation& s) { return s.blob == match.blob; });
-  return whole < problem.observations.size();
-}
-
-// True if every blob matches a lamp and every lamp a blob. Other poses with as many pairs are
-// symmetries of the layout, which a prior or the brightness has excluded.
-bool matches_everything(const Identification& found, const AssignmentProblem& problem) {
-  return !leaves_blobs(found, problem) &&
-         found.hypotheses.front().matches.size() == problem.map_points.size();
-}
-
 // Adds the hypotheses that are plausible, or would be with fewer missed lamps. Clears all
 // hypotheses and sets the status `degenerate` if the lamps of one are collinear and no prior fixes
 // the rotation.
@@ -102,45 +86,14 @@ void add_hypotheses(const std::vector<PoseHypothesis>& found, const AssignmentPr
   }
 }
 
-// Appends the symmetries that relate the plausible hypotheses.
-void append_symmetries(const std::vector<Hypothesis>& hypotheses, std::size_t count,
-                       std::ostream& text) {
-  constexpr std::size_t max_listed = 3;
-  std::size_t listed = 0, repeats = 0;
-  for (std::size_t i = 1; i < count; ++i) {
-    if (hypotheses[i].symmetry->kind == SymmetryKind::none || ++repeats > max_listed) continue;
-    text << (listed++ == 0 ? ": " : "; ") << hypotheses[i].symmetry->text;
-  }
-  if (repeats > max_listed) text << "; and " << repeats - max_listed << " more";
-}
-
-void set_status(Result<Identification>& result, const AssignmentProblem& problem,
-                const Search& search, bool reflections) {
-  const std::vector<Hypothesis>& hypotheses = result->hypotheses;
-  const auto count = std::count_if(hypotheses.begin(), hypotheses.end(), [&](const Hypothesis& h) {
-    return h.chi2 <= hypotheses.front().chi2 + max_hypothesis_delta_chi2;
-  });
+// Message of the search. Without hypotheses the status is no_pose.
+void set_message(Result<Identification>& result, const AssignmentProblem& problem,
+                 const Search& search, bool reflections) {
   std::ostringstream text;
-  if (count == 0) {
+  if (result->hypotheses.empty()) {
     result.status = Status::no_pose;
     text << "no pose matches enough of the " << problem.observations.size() << " blobs to the "
          << problem.map_points.size() << " lamps";
-  } else if (count > 1) {
-    result.status = Status::ambiguous;
-    text << count << " poses match the same number of blobs with similar likelihood";
-    append_symmetries(hypotheses, count, text);
-  } else if (!matches_everything(*result, problem) &&
-             result->chance >
-                 (hypotheses.front().missed > 0 ? max_chance_if_missing : max_chance)) {
-    result.value.may_be_chance = true;
-    result.status = Status::ambiguous;
-    text << "the only pose found may be accidental: " << result->chance
-         << " wrong poses are expected to match as many blobs";
-  } else if (leaves_blobs(*result, problem) && !search.best_fits()) {
-    result.value.may_be_chance = true;
-    result.status = Status::ambiguous;
-    text
-        << "the only pose found leaves blobs unmatched and fits worse than 99.9 % of correct poses";
   }
   const auto add = [&]() -> std::ostream& { return text << (text.tellp() > 0 ? "; " : ""); };
   if (reflections)
@@ -161,7 +114,7 @@ void fill(const AssignmentProblem& problem, const Search& search, std::vector<Po
   for (const PoseHypothesis& e : search.excluded())
     result.value.excluded.push_back(to_hypothesis(problem, e));
   add_hypotheses(found, problem, result);
-  if (result.ok()) set_status(result, problem, search, reflections);
+  if (result.ok()) set_message(result, problem, search, reflections);
 }
 
 // The best hypothesis may match reflections. Then the remaining blobs have a brighter hypothesis.
@@ -186,6 +139,7 @@ bool fill_from_brighter(const AssignmentProblem& problem, const PoseHypothesis& 
 
 void IdentifyOptions::validate() const {
   if (prior) prior->validate();
+  require(max_risk > 0 && max_risk <= 1, "max_risk", max_risk, "above 0 and at most 1");
   internal::core::check_fields(*this, identify_fields, "");
 }
 
@@ -241,21 +195,42 @@ std::optional<Hypothesis> internal::identify::hypothesis_at(const AssignmentProb
   return to_hypothesis(problem, e);
 }
 
-Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& scene,
-                                const IdentifyOptions& options) {
+namespace {
+
+void check(const std::vector<Blob>& blobs, const Scene& scene, const IdentifyOptions& options) {
   options.validate();
   require_finite(blobs);
   require(!options.index || options.index->table().is_of(scene.lamps), "index",
           options.index ? options.index->triangles() : 0,
           "of the scene's lamps, positions unchanged");
+}
+
+}  // namespace
+
+Result<Identification> internal::identify::search_hypotheses(const std::vector<Blob>& blobs,
+                                                             const Scene& scene,
+                                                             const IdentifyOptions& options) {
+  check(blobs, scene, options);
   return solve_assignment(make_problem(blobs, scene, options));
+}
+
+Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& scene,
+                                const IdentifyOptions& options) {
+  check(blobs, scene, options);
+  const AssignmentProblem problem = make_problem(blobs, scene, options);
+  Result<Identification> result = solve_assignment(problem);
+  conclude(problem, result);
+  return result;
 }
 
 Result<Identification> identify_object(const std::vector<Blob>& blobs, const Object& object,
                                        const Camera& camera, const IdentifyOptions& options) {
   options.validate();
   require_finite(blobs);
-  return solve_assignment(make_problem(blobs, object, camera, options));
+  const AssignmentProblem problem = make_problem(blobs, object, camera, options);
+  Result<Identification> result = solve_assignment(problem);
+  conclude(problem, result);
+  return result;
 }
 
 }  // namespace occ

@@ -6,7 +6,12 @@
 // geometry: small groups of blobs are assigned to lamps, which yields candidate poses (three blobs
 // by P3P; two with known gravity). The remaining lamps are projected and matched within gates that
 // follow from the covariances of blobs and pose. All poses consistent with the map are returned,
-// ranked by chi-square.
+// each with its probability.
+//
+// The probabilities follow from the evidence of each pose (pose/internal/evidence.hpp): places,
+// sizes, fluxes and codes of the blobs, lamps that are missed, blobs that are left, and the prior.
+// "None of these", with all blobs false lights, competes with them. locate() decides in the same
+// way, with the rims of large lamps as well.
 //
 // Maps of seven lamps and more are searched by voting (internal/hypothesis_voting.hpp). Then only
 // neighbouring lamps are combined in one group, and a pose is rejected if the penalty of its missed
@@ -70,6 +75,7 @@ struct LIBOCC_API IdentifyOptions {
   /// Maximum time of the search [s]. A search that reaches it is cut short, and its result depends
   /// on the speed of the machine.
   double max_time_s = std::numeric_limits<double>::infinity();
+  double max_risk = 1e-4;  ///< a pose is ok if it is wrong with at most this probability
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };
@@ -86,17 +92,16 @@ struct Hypothesis {
   double brightness_chi2 = 0;  ///< fluxes, up to one common gain, and sizes; included in chi2 where
                                ///< brightness ranks the poses
   std::optional<Symmetry> symmetry;  ///< motion from the best hypothesis to this one
+  double probability = 0;            ///< that it is right, among all hypotheses and "none of these"
 };
 
 /// All plausible assignments of an image.
 struct Identification {
-  std::vector<Hypothesis> hypotheses;  ///< smallest chi2 first
-  int tried = 0;                       ///< assignments of three blobs tried
-  double chance = 0;                   ///< expected number of wrong poses that match as many blobs
-  bool may_be_chance = false;  ///< the only plausible pose is uncertain: `chance` exceeds 0.1 (0.01
-                               ///< where lamps are missed), or blobs stay unmatched and the fit is
-                               ///< worse than for 99.9 % of correct poses
-  bool cut_short = false;      ///< the search stopped at max_hypotheses or max_time_s
+  std::vector<Hypothesis> hypotheses;  ///< most probable first
+  double risk = 1;         ///< probability that the first hypothesis is wrong; 1 without any
+  int tried = 0;           ///< assignments of three blobs tried
+  double chance = 0;       ///< expected number of wrong poses that match as many blobs
+  bool cut_short = false;  ///< the search stopped at max_hypotheses or max_time_s
   double untried = 0;  ///< share of the groups of blobs that a search that was cut short left out
   /// Poses that only the prior's last pose excludes: they match nearly as many blobs by a symmetry
   /// of the map, or more blobs. If the last pose is wrong, one of them may be right.
@@ -106,16 +111,15 @@ struct Identification {
 /// Assigns blobs to the lamps of a valid scene.
 ///
 /// Once three lamps are identified by codes, a blob without a code is not assigned to a blinking
-/// lamp. A hypothesis is plausible if it has at least 1/1000 of the best likelihood and at most a
-/// sixth fewer pairs than the largest number of pairs. The likelihood includes brightness if the
-/// best hypothesis agrees with the lamps' powers. Hypotheses that would be plausible with up to
-/// three missed lamps fewer are listed as well, because lamps are switched in groups.
+/// lamp. The search keeps poses with at most a sixth fewer pairs than the largest number of pairs.
+/// Those with a probability of at least 1e-6 are listed.
 ///
-/// Status: ok (one plausible); ambiguous (several, or one that may be accidental); too_few_lamps
-/// (fewer than three whole blobs or lamps); no_pose (no hypothesis matches four blobs, or three
-/// that are coded, supported by a prior, or the only ones); degenerate (all lamps are collinear;
-/// without a prior also if the matched lamps are collinear within the blobs' errors and
-/// model_sigma_px). Throws std::invalid_argument for invalid options and blobs that are not finite.
+/// Status: ok (the risk is at most max_risk); ambiguous (it is not); no_pose (it is more probable
+/// that no hypothesis is right; or none matches four blobs, or three that are coded, supported by a
+/// prior, or the only ones); too_few_lamps (fewer than three whole blobs or lamps); degenerate (all
+/// lamps are collinear; without a prior also if the matched lamps are collinear within the blobs'
+/// errors and model_sigma_px). Throws std::invalid_argument for invalid options and blobs that are
+/// not finite.
 LIBOCC_API Result<Identification> identify(const std::vector<Blob>& blobs, const Scene& scene,
                                            const IdentifyOptions& options = {});
 

@@ -155,6 +155,14 @@ FittedPose add_best_pair(const AssignmentProblem& problem, const FittedPose& see
 
 }  // namespace
 
+std::vector<Pair> pairs_of(const AssignmentProblem& problem, const Hypothesis& hypothesis) {
+  std::vector<Pair> pairs;
+  for (const Match& match : hypothesis.matches)
+    for (int s = 0; s < static_cast<int>(problem.observations.size()); ++s)
+      if (problem.observation(s).blob == match.blob) pairs.push_back({s, match.lamp});
+  return pairs;
+}
+
 bool contains(const std::vector<Pair>& pairs, const Pair& pair) {
   return std::any_of(pairs.begin(), pairs.end(), [&](const Pair& p) {
     return p.observation == pair.observation && p.map_point == pair.map_point;

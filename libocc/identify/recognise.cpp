@@ -4,18 +4,27 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 
 #include "libocc/core/require.hpp"
 #include "libocc/identify/internal/assignment_problem.hpp"
 #include "libocc/identify/internal/false_alarms.hpp"
+#include "libocc/identify/internal/verdict.hpp"
+#include "libocc/pose/internal/evidence.hpp"
 
 namespace occ {
 
 using namespace internal::identify;
 namespace {
 
-constexpr double rival_log10 = 3;  // of likelihood: rivals within a ratio of 1000
+// The match of an object, with the evidence of its poses.
+struct Found {
+  ObjectMatch match;
+  std::vector<double> logs;              // of the poses, less ln of the number of objects
+  std::vector<double> logs_prior_wrong;  // the same if a part of the prior is wrong
+  double untried = 0;                    // share of the groups of blobs left out
+};
 
 class Recogniser {
  public:
@@ -37,6 +46,8 @@ class Recogniser {
   bool is_significant(const ObjectMatch& match) const {
     return match.log10_false_alarms <= std::log10(options_.max_false_alarms);
   }
+  std::optional<std::size_t> next() const;
+  std::vector<Found> rivals_of(const Hypothesis& first, std::size_t best) const;
   RecognisedObject accept(std::size_t best);
 
   const std::vector<Blob>& blobs_;
@@ -44,15 +55,9 @@ class Recogniser {
   const Camera& camera_;
   const RecogniseOptions& options_;
   std::vector<int> remaining_;  // indices of blobs that no accepted object uses
-  std::vector<std::optional<ObjectMatch>> best_;
+  std::vector<std::optional<Found>> best_;
   bool cut_short_ = false;
 };
-
-// Decimal logarithm of false alarms over likelihood. Among significant matches the likelihood
-// decides, because it penalises points that should be visible but are not.
-double log10_cost(const ObjectMatch& match) {
-  return match.log10_false_alarms + match.poses.front().chi2 / (2 * std::log(10.0));
-}
 
 bool share_blobs(const Hypothesis& a, const Hypothesis& b) {
   return std::any_of(a.matches.begin(), a.matches.end(), [&](const Match& m) {
@@ -64,6 +69,36 @@ bool share_blobs(const Hypothesis& a, const Hypothesis& b) {
 bool contains(const Hypothesis& h, int blob) {
   return std::any_of(h.matches.begin(), h.matches.end(),
                      [&](const Match& m) { return m.blob == blob; });
+}
+
+// Sorts the poses by evidence; equal ones keep their order.
+void sort_by_evidence(Found& found) {
+  std::vector<std::size_t> order(found.logs.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto rounded = [&](std::size_t i) { return std::round(20 * found.logs[i]); };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return rounded(a) > rounded(b); });
+  Found sorted = found;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    sorted.match.poses[i] = found.match.poses[order[i]];
+    sorted.logs[i] = found.logs[order[i]];
+    sorted.logs_prior_wrong[i] = found.logs_prior_wrong[order[i]];
+  }
+  found = std::move(sorted);
+}
+
+// Removes the poses of negligible probability, except the first, and counts the plausible ones.
+void remove_improbable(ObjectMatch& match) {
+  constexpr double plausible = 1e-3;
+  const double first = match.poses.front().probability;
+  match.poses.erase(std::remove_if(match.poses.begin() + 1, match.poses.end(),
+                                   [](const Hypothesis& pose) {
+                                     return pose.probability < min_listed_probability;
+                                   }),
+                    match.poses.end());
+  match.plausible = static_cast<int>(
+      std::count_if(match.poses.begin(), match.poses.end(),
+                    [&](const Hypothesis& pose) { return pose.probability >= plausible * first; }));
 }
 
 // Identifies the object in the remaining blobs. The false alarms are those in the image of all
@@ -79,29 +114,79 @@ void Recogniser::identify(std::size_t object) {
   Result<Identification> found = solve_assignment(problem);
   cut_short_ = cut_short_ || found->cut_short;
   if (found->hypotheses.empty()) return;
-  ObjectMatch match;
+  Found result;
+  ObjectMatch& match = result.match;
   match.object = static_cast<int>(object);
   match.poses = std::move(found.value.hypotheses);
+  const double log_objects = std::log(static_cast<double>(objects_.size()));
+  for (const internal::pose::LogEvidence& log : evidences_of(problem, match.poses)) {
+    result.logs.push_back(log.value - log_objects);
+    result.logs_prior_wrong.push_back(log.if_prior_wrong - log_objects);
+  }
+  result.untried = found->untried;
   for (Hypothesis& h : match.poses)
     for (Match& m : h.matches) m.blob = remaining_[m.blob];
-  match.plausible =
-      static_cast<int>(std::count_if(match.poses.begin(), match.poses.end(), [&](const auto& h) {
-        return h.chi2 <= match.poses.front().chi2 + max_hypothesis_delta_chi2;
-      }));
+  sort_by_evidence(result);
   match.log10_false_alarms = log10_false_alarms(all, match.poses.front()) + log10_objects();
-  best_[object] = std::move(match);
+  best_[object] = std::move(result);
+}
+
+// Returns the significant match of the largest evidence that is not used up.
+std::optional<std::size_t> Recogniser::next() const {
+  std::optional<std::size_t> best;
+  for (std::size_t i = 0; i < best_.size(); ++i)
+    if (best_[i] && is_significant(best_[i]->match) && best_[i]->logs.front() > 0 &&
+        (!best || best_[i]->logs.front() > best_[*best]->logs.front()))
+      best = i;
+  return best;
+}
+
+// Returns the poses of all objects that share blobs with the first pose of the best object, which
+// comes first. Other poses may belong to another instance of the object.
+std::vector<Found> Recogniser::rivals_of(const Hypothesis& first, std::size_t best) const {
+  std::vector<Found> rivals;
+  for (std::size_t i = 0; i < best_.size(); ++i) {
+    if (!best_[i]) continue;
+    Found rival = *best_[i];
+    rival.match.poses.clear(), rival.logs.clear(), rival.logs_prior_wrong.clear();
+    for (std::size_t k = 0; k < best_[i]->logs.size(); ++k) {
+      if (!share_blobs(best_[i]->match.poses[k], first)) continue;
+      rival.match.poses.push_back(best_[i]->match.poses[k]);
+      rival.logs.push_back(best_[i]->logs[k]);
+      rival.logs_prior_wrong.push_back(best_[i]->logs_prior_wrong[k]);
+    }
+    if (!rival.logs.empty()) rivals.insert(i == best ? rivals.begin() : rivals.end(), rival);
+  }
+  return rivals;
 }
 
 RecognisedObject Recogniser::accept(std::size_t best) {
+  const Hypothesis first = best_[best]->match.poses.front();
+  std::vector<Found> rivals = rivals_of(first, best);
+  std::vector<double> logs;
+  double log_none = 0;
+  for (const Found& rival : rivals) {
+    logs.insert(logs.end(), rival.logs.begin(), rival.logs.end());
+    for (const double log : rival.logs_prior_wrong)
+      log_none = std::max(log_none, std::log(excluded_by_prior) + log);
+  }
+  const std::vector<double> shares = internal::pose::probabilities(logs, log_none);
   RecognisedObject accepted;
-  accepted.match = *best_[best];
-  const Hypothesis& first = accepted.match.poses.front();
-  for (const auto& other : best_)
-    if (other && other->object != accepted.match.object && is_significant(*other) &&
-        log10_cost(*other) <= log10_cost(accepted.match) + rival_log10 &&
-        share_blobs(other->poses.front(), first))
-      accepted.rivals.push_back(*other);
-  if (accepted.match.plausible > 1 || !accepted.rivals.empty()) accepted.status = Status::ambiguous;
+  accepted.risk = shares.back();
+  for (std::size_t i = 1; i < logs.size(); ++i) accepted.risk += shares[i];
+  if (first.matches.size() < strong_matches)
+    accepted.risk += (1 - accepted.risk) * rivals.front().untried;
+  auto share = shares.begin();
+  for (Found& rival : rivals) {
+    for (Hypothesis& pose : rival.match.poses) pose.probability = *share++;
+    const double most = rival.match.poses.front().probability;
+    remove_improbable(rival.match);
+    if (&rival == &rivals.front())
+      accepted.match = std::move(rival.match);
+    else if (most >= min_listed_probability)
+      accepted.rivals.push_back(std::move(rival.match));
+  }
+  if (!(accepted.risk <= options_.identify.max_risk)) accepted.status = Status::ambiguous;
   remaining_.erase(std::remove_if(remaining_.begin(), remaining_.end(),
                                   [&](int blob) { return contains(first, blob); }),
                    remaining_.end());
@@ -113,21 +198,16 @@ Recognition Recogniser::run() {
   best_.resize(objects_.size());
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     identify(i);
-    result.log10_false_alarms.push_back(best_[i] ? best_[i]->log10_false_alarms
+    result.log10_false_alarms.push_back(best_[i] ? best_[i]->match.log10_false_alarms
                                                  : std::numeric_limits<double>::infinity());
   }
-  for (;;) {
-    std::optional<std::size_t> best;
-    for (std::size_t i = 0; i < best_.size(); ++i)
-      if (best_[i] && is_significant(*best_[i]) &&
-          (!best || log10_cost(*best_[i]) < log10_cost(*best_[*best])))
-        best = i;
-    if (!best) return result;
+  while (const auto best = next()) {
     result.found.push_back(accept(*best));
     const Hypothesis& accepted = result.found.back().match.poses.front();
     for (std::size_t i = 0; i < best_.size(); ++i)
-      if (best_[i] && share_blobs(best_[i]->poses.front(), accepted)) identify(i);
+      if (best_[i] && share_blobs(best_[i]->match.poses.front(), accepted)) identify(i);
   }
+  return result;
 }
 
 }  // namespace
@@ -162,7 +242,8 @@ Result<Recognition> recognise(const std::vector<Blob>& blobs, const std::vector<
     if (object.status == Status::ambiguous) {
       result.status = Status::ambiguous;
       result.message =
-          "an object has several plausible poses, or several objects match the same blobs";
+          "an object has several poses, several objects match the same blobs, or the blobs are "
+          "other lights, with a probability above max_risk";
     }
   if (recogniser.cut_short())
     result.message += (result.message.empty() ? "" : "; ") +

@@ -7,6 +7,8 @@
 #include <sstream>
 
 #include "libocc/core/require.hpp"
+#include "libocc/identify/internal/assignment_problem.hpp"
+#include "libocc/identify/internal/verdict.hpp"
 #include "libocc/locate/internal/best_candidate.hpp"
 #include "libocc/locate/internal/suspects.hpp"
 #include "libocc/refine/internal/pose_evidence.hpp"
@@ -44,31 +46,6 @@ Candidate candidate_of(const RankedPose& pose, const std::vector<Blob>& blobs, c
   return candidate;
 }
 
-/// The poses are no answer where it is more probable that none of them is right.
-constexpr double accidental = 0.5;
-
-/// Names the rivals of the best pose and the probability that none of the poses is right.
-std::string doubt_message(const Refinement& refinement) {
-  const auto rivals = refinement.poses.size() - 1;
-  const RankedPose& best = refinement.poses.front();
-  const double none = refinement.none, others = 1 - best.probability - none;
-  std::ostringstream text;
-  text.precision(2);
-  if (none > accidental)
-    text << "the poses found are accidental with a probability of " << none
-         << ": the blobs that they match are more likely other lights; a prior or lamp codes can "
-            "help";
-  else if (rivals > 0 && others >= none)
-    text << rivals + 1 << " poses match the image; the best is right with a probability of "
-         << best.probability
-         << "; a prior (position, heading or gravity) or lamp codes can select one";
-  else
-    text << "the only pose found may be accidental: with a probability of " << none
-         << " the blobs that it matches are other lights; more lamps in view, a prior, lamp codes "
-            "or fewer false lights reduce it";
-  return text.str();
-}
-
 /// Status and message of the fix. The first pose that was not refined determines them, then the
 /// risk, then the budget.
 void conclude(const Refinement& refinement, double max_risk, Result<Fix>& result) {
@@ -81,8 +58,10 @@ void conclude(const Refinement& refinement, double max_risk, Result<Fix>& result
   result.message = worst.message;
   if (!result.ok()) return;
   if (!(*result->risk <= max_risk)) {
-    result.status = refinement.none > accidental ? Status::no_pose : Status::ambiguous;
-    result.message = doubt_message(refinement);
+    const double none = refinement.none;
+    result.status = none > internal::identify::accidental ? Status::no_pose : Status::ambiguous;
+    result.message =
+        internal::identify::doubt_message(poses.size(), poses.front().probability, none);
   } else if (!refinement.choice.met) {
     result.status = Status::budget_not_met;
     result.message = refinement.choice.reason;
@@ -165,7 +144,8 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
         options.identify.max_time_s,
         std::max(min_s, search_share * (*options.budget_s - clock.seconds()) - after_search_s));
   const Clock identify_clock;
-  const Result<Identification> identified = identify(blobs, scene, options.identify);
+  const Result<Identification> identified =
+      internal::identify::search_hypotheses(blobs, scene, options.identify);
   fix.timing_s.identify_s = identify_clock.seconds();
   fix.cut_short = identified->cut_short;
   if (identified->hypotheses.empty()) {

@@ -12,8 +12,9 @@
 namespace occ::internal::pose {
 namespace {
 
-/// Errors of camera and map [px] and their probabilities: calibrated, typical, uncalibrated, poor.
-constexpr std::array<double, 4> model_sigmas_px = {0, 0.15, 0.5, 2};
+/// Errors of camera and map over PoseEvidence::model_sigma_px, and their probabilities: calibrated,
+/// typical, uncalibrated, poor.
+constexpr std::array<double, 4> model_sigmas = {0, 0.3, 1, 4};
 constexpr std::array<double, 4> model_shares = {0.3, 0.3, 0.3, 0.1};
 
 /// Beta prior of the rate of dark lamps: low rates are more probable, but any is possible.
@@ -73,8 +74,9 @@ struct Sums {
 /// without the part `wrong` (-1: none) and the shapes.
 Sums before_places(const PoseEvidence& pose, double model_sigma_px, int wrong) {
   const double length_m = std::cbrt(pose.volume_m3);
+  const double information = 3 / (pi * pi) / square(std::cbrt(pose.rotations));
   Sums sums;
-  sums.information.diagonal() << Eigen::Vector3d::Constant(3 / (pi * pi)),
+  sums.information.diagonal() << Eigen::Vector3d::Constant(information),
       Eigen::Vector3d::Constant(12 / (length_m * length_m));
   for (int i = 0; i < static_cast<int>(pose.prior.size()); ++i) {
     if (i == wrong) continue;
@@ -93,7 +95,7 @@ Sums before_places(const PoseEvidence& pose, double model_sigma_px, int wrong) {
 }
 
 /// ln of the integral of before_places() for each size of the errors of camera and map.
-using Integrals = std::array<double, model_sigmas_px.size()>;
+using Integrals = std::array<double, model_sigmas.size()>;
 
 /// Poses of one assignment. The density of the pose before the places are compared is the same for
 /// all of them, so it has one integral, which is taken where it is largest.
@@ -102,8 +104,9 @@ Integrals log_integrals_before(const std::vector<PoseEvidence>& group, int wrong
   largest.fill(-infinity);
   for (const PoseEvidence& pose : group)
     for (std::size_t i = 0; i < largest.size(); ++i)
-      largest[i] =
-          std::max(largest[i], before_places(pose, model_sigmas_px[i], wrong).log_integral());
+      largest[i] = std::max(
+          largest[i],
+          before_places(pose, model_sigmas[i] * pose.model_sigma_px, wrong).log_integral());
   return largest;
 }
 
@@ -125,9 +128,9 @@ double log_places(const PoseEvidence& pose, double model_sigma_px, int wrong,
 /// Mean of the evidence of the places over the sizes of the errors.
 double log_places(const PoseEvidence& pose, int wrong, const Integrals& before) {
   std::vector<double> terms;
-  for (std::size_t i = 0; i < model_sigmas_px.size(); ++i)
+  for (std::size_t i = 0; i < model_sigmas.size(); ++i)
     terms.push_back(std::log(model_shares[i]) +
-                    log_places(pose, model_sigmas_px[i], wrong, before[i]));
+                    log_places(pose, model_sigmas[i] * pose.model_sigma_px, wrong, before[i]));
   return log_sum(terms);
 }
 

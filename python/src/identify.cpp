@@ -71,9 +71,11 @@ void define_matches(py::module_& m) {
                     "Chi-square of fluxes, up to one common gain, and sizes.")
       .def_readonly("symmetry", &Hypothesis::symmetry,
                     "Symmetry that maps the best hypothesis to this one; None for the best.")
+      .def_readonly("probability", &Hypothesis::probability,
+                    "Probability that it is right, among all hypotheses and 'none of these'.")
       .def("__repr__", [](const Hypothesis& h) {
         return "<Hypothesis: " + std::to_string(h.matches.size()) + " matches, " +
-               std::to_string(h.missed) + " missed, chi2 " + value_repr(h.chi2) + ">";
+               std::to_string(h.missed) + " missed, probability " + value_repr(h.probability) + ">";
       });
 
   using Identified = Result<Identification>;
@@ -83,7 +85,10 @@ void define_matches(py::module_& m) {
   identified
       .def_property_readonly(
           "hypotheses", [](const Identified& r) { return r.value.hypotheses; },
-          "List of Hypothesis, best first.")
+          "List of Hypothesis, most probable first.")
+      .def_property_readonly(
+          "risk", [](const Identified& r) { return r.value.risk; },
+          "Probability that the first hypothesis is wrong; 1 without hypotheses.")
       .def_property_readonly(
           "tried", [](const Identified& r) { return r.value.tried; },
           "Assignments of three blobs tried.")
@@ -101,12 +106,13 @@ void define_matches(py::module_& m) {
           "List of Hypothesis that only the prior's last pose excludes, by a symmetry of the map.")
       .def("__repr__", [](const Identified& r) {
         return "<Identification: " + std::string(to_string(r.status)) + ", " +
-               std::to_string(r.value.hypotheses.size()) + " hypotheses>";
+               std::to_string(r.value.hypotheses.size()) + " hypotheses, risk " +
+               value_repr(r.value.risk) + ">";
       });
 }
 
 void define_identify_function(py::module_& m) {
-  const auto fields = identify_fields();
+  const auto fields = identify_verdict_fields();
   define_function(
       m, "identify", fields,
       [](IdentifyOptions options, const std::vector<Blob>& blobs, const Scene& scene,
@@ -117,8 +123,8 @@ void define_identify_function(py::module_& m) {
       },
       py::arg("blobs"), py::arg("scene"), py::arg("prior") = py::none(), py::kw_only(),
       ("Assigns blobs to lamps by blink code and by geometry, with or without a prior.\n\n"
-       "Returns: Identification with all poses that are consistent with the map, best "
-       "first." +
+       "Returns: Identification with all poses that are consistent with the map, most probable "
+       "first, and the risk that the first is wrong." +
        fields_doc(fields, "Options"))
           .c_str());
 }

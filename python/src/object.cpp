@@ -69,7 +69,7 @@ Raises: FileNotFoundError or OSError when it cannot be opened; ValueError naming
 }
 
 void define_identify_object(py::module_& m) {
-  const auto fields = identify_fields();
+  const auto fields = identify_verdict_fields();
   define_function(
       m, "identify_object", fields,
       [](IdentifyOptions options, const std::vector<Blob>& blobs, const Object& object,
@@ -80,10 +80,11 @@ void define_identify_object(py::module_& m) {
       },
       py::arg("blobs"), py::arg("object"), py::arg("camera"), py::arg("prior") = py::none(),
       py::kw_only(),
-      ("Assigns blobs to the points of an object and returns all plausible poses.\n\n"
+      ("Assigns blobs to the points of an object and returns all plausible poses with their "
+       "risk.\n\n"
        "prior: for cam_from_world; the world frame is the object's frame.\n"
-       "Returns: Identification; cam_from_world is cam_from_object, Match.lamp an index in "
-       "object.points." +
+       "Returns: Identification, most probable pose first; cam_from_world is cam_from_object, "
+       "Match.lamp an index in object.points." +
        fields_doc(fields, "Options"))
           .c_str());
 }
@@ -93,9 +94,10 @@ void define_recognition(py::module_& m) {
   ResultClass<M>(m, "ObjectMatch", "An object with the poses that match its points to blobs.")
       .def_readonly("object", &M::object, "Index in the list of objects.")
       .def_readonly("poses", &M::poses,
-                    "List of Hypothesis, best first; the world frame is the object's frame.")
+                    "List of Hypothesis, most probable first; the world frame is the object's "
+                    "frame.")
       .def_readonly("plausible", &M::plausible,
-                    "Number of poses with at least 1/1000 of the likelihood of the first.")
+                    "Number of poses with at least 1/1000 of the probability of the first.")
       .def_readonly(
           "log10_false_alarms", &M::log10_false_alarms,
           "Base-10 logarithm of the expected number of matches as good by chance, by any object.")
@@ -107,12 +109,14 @@ void define_recognition(py::module_& m) {
   using O = RecognisedObject;
   ResultClass<O>(m, "RecognisedObject", "An object found in an image.")
       .def_readonly("match", &O::match, "ObjectMatch.")
-      .def_readonly("status", &O::status, "Status; ambiguous: several plausible poses, or rivals.")
+      .def_readonly("risk", &O::risk, "Probability that object or pose is wrong.")
+      .def_readonly("status", &O::status,
+                    "Status; ok: the risk is at most max_risk, else ambiguous.")
       .def_readonly("rivals", &O::rivals,
                     "ObjectMatches of other objects that match some of the blobs as well.")
       .def("__repr__", [](const O& o) {
         return "<RecognisedObject: " + std::string(to_string(o.status)) + ", object " +
-               std::to_string(o.match.object) + ">";
+               std::to_string(o.match.object) + ", risk " + value_repr(o.risk) + ">";
       });
   using R = Result<Recognition>;
   ResultClass<R> recognition(m, "Recognition", "Objects found in an image, with their poses.");
@@ -120,7 +124,7 @@ void define_recognition(py::module_& m) {
   recognition
       .def_property_readonly(
           "found", [](const R& r) { return r.value.found; },
-          "RecognisedObjects, most significant first.")
+          "RecognisedObjects, largest evidence first.")
       .def_property_readonly(
           "log10_false_alarms", [](const R& r) { return r.value.log10_false_alarms; },
           "Best match of each object, accepted or not; inf: no match.")
@@ -131,7 +135,7 @@ void define_recognition(py::module_& m) {
 }
 
 void define_recognise(py::module_& m) {
-  const auto fields = identify_fields();
+  const auto fields = identify_verdict_fields();
   define_function(
       m, "recognise", fields,
       [](IdentifyOptions identify, const std::vector<Blob>& blobs,

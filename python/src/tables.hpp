@@ -17,6 +17,14 @@ inline auto identify_fields() {
                  "gate_model_sigma_px");
 }
 
+/// Options of the functions that return a verdict of identification. locate() has its own max_risk.
+inline auto identify_verdict_fields() {
+  return std::tuple_cat(identify_fields(),
+                        std::make_tuple(field("max_risk", &IdentifyOptions::max_risk,
+                                              "status ok if the pose is wrong with at most this "
+                                              "probability")));
+}
+
 inline auto refine_fields() { return options_of(internal::refine::refine_fields); }
 
 }  // namespace occ::python

@@ -88,7 +88,7 @@ TEST(IdentifyChance, FalseLightsAloneAreRarelyMatched) {
           if (upright) identify_options.prior = maps::gravity(view, 0.01, random);
           const Result<Identification> found = identify(view.blobs, view.scene, identify_options);
           unique += found.ok();
-          EXPECT_TRUE(!found->may_be_chance || found.status == Status::ambiguous);
+          EXPECT_EQ(found.ok(), found->risk <= IdentifyOptions{}.max_risk);
         }
       }
   EXPECT_LE(unique, images / 100);

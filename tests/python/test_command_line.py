@@ -69,18 +69,19 @@ def test_help_starts_with_an_example_with_its_actual_output(name, run):
 def test_identify_assigns_every_lamp(run, room):
     code, out, _ = run("identify", room, "--map", "irregular_six", "--json", "--overlay", "named.png")
     found = json.loads(out)
-    assert code == 0 and found["status"] == "ok"
+    assert code == 0 and found["status"] == "ok" and found["risk"] <= 1e-4
+    assert found["poses"][0]["probability"] == pytest.approx(1 - found["risk"], abs=1e-6)
     assert sorted(found["poses"][0]["lamp_of_blob"].values()) == [0, 1, 2, 3, 4, 5]
     np.testing.assert_allclose(found["poses"][0]["position_m"], [1.7, 2.1, 0.5], atol=0.01)
     assert Path("named.png").read_bytes()[:4] == b"\x89PNG"
     code, out, _ = run("identify", room, "--map", "irregular_six")
-    assert code == 0 and out.splitlines()[0] == "status  ok" and len(out.splitlines()) == 3
+    assert code == 0 and out.splitlines()[0] == "status  ok" and len(out.splitlines()) == 4
 
 
 def test_identify_lists_all_poses_of_a_square(run):
     assert run("simulate", "square_four", "--position", 1.7, 1.8, 0.3, "--out", "s.png")[0] == 0
     code, out, _ = run("identify", "s.png", "--map", "square_four")
-    assert code == 1 and "ambiguous" in out and len(out.splitlines()) == 3 + 4
+    assert code == 1 and "ambiguous" in out and len(out.splitlines()) == 4 + 4
     assert run("identify", "s.png", "--map", "square_four", "--prior-heading-deg", 10)[0] == 0
 
 

@@ -102,8 +102,14 @@ LIBOCC_API AssignmentProblem make_problem(const std::vector<Blob>& blobs, const 
 LIBOCC_API AssignmentProblem make_problem(const std::vector<Blob>& blobs, const Object& object,
                                           const Camera& camera, const IdentifyOptions& options);
 
-/// Searches the assignments and returns the result of identify() for this problem.
+/// Searches the assignments. Returns the hypotheses without a verdict: no probabilities, no risk,
+/// and the status ok if there is one.
 LIBOCC_API Result<Identification> solve_assignment(const AssignmentProblem& problem);
+
+/// As identify(), without a verdict: refinement has more evidence.
+LIBOCC_API Result<Identification> search_hypotheses(const std::vector<Blob>& blobs,
+                                                    const Scene& scene,
+                                                    const IdentifyOptions& options);
 
 /// Returns the assignment at another pose: partial blobs and missed lamps are those of this pose,
 /// and chi2 does not contain the prior. Empty if a lamp faces away or has another size there, or if

@@ -9,6 +9,11 @@ namespace occ::internal::identify {
 
 Brightness brightness_of(const AssignmentProblem& problem, const PoseHypothesis& e);
 
+/// ln of the density of the fluxes if the blobs are these lamps, up to a common gain, over that if
+/// they are false lights: of one kind, with the fluxes of equal lamps, or of any fluxes, uniform in
+/// ln over three decades. Lamps of equal power are therefore no evidence.
+double log_flux_ratio(const AssignmentProblem& problem, const PoseHypothesis& e);
+
 /// Sets the brightness of all hypotheses and adds it to their chi-square, provided that one of
 /// those with the most pairs fits the map; otherwise the powers in the map are assumed to be wrong.
 /// Sorts the hypotheses that have as many pairs as the first one by chi-square.

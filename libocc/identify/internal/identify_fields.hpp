@@ -35,6 +35,8 @@ inline constexpr auto identify_fields = core::fields_of<IdentifyOptions>(
     core::field("max_hypotheses", &IdentifyOptions::max_hypotheses, "", core::Positive{},
                 "maximum number of poses tried"),
     core::field("max_time_s", &IdentifyOptions::max_time_s, "s", core::PositiveOrInfinite{},
-                "maximum time of the search; the result then depends on the machine's speed"));
+                "maximum time of the search; the result then depends on the machine's speed"),
+    core::field("max_risk", &IdentifyOptions::max_risk, "", core::ByHand{},
+                "status ok if the pose is wrong with at most this probability"));
 
 }  // namespace occ::internal::identify

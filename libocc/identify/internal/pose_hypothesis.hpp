@@ -50,6 +50,9 @@ struct PairFit {
   double determinant = 0;  ///< determinant of S + J C J' [rad^4]
 };
 
+/// Pairs of a hypothesis, without the partial blobs that are attached to lamps.
+std::vector<Pair> pairs_of(const AssignmentProblem& problem, const Hypothesis& hypothesis);
+
 bool contains(const std::vector<Pair>& pairs, const Pair& pair);
 bool same_pairs(const std::vector<Pair>& a, const std::vector<Pair>& b);  ///< in any order
 

@@ -14,8 +14,8 @@
 
 namespace occ::internal::identify {
 
-/// Maximum expected number of wrong poses for a unique answer: if the pose misses no lamp, and if
-/// it misses some.
+/// Maximum expected number of wrong poses of a hypothesis that ends the search: if it misses no
+/// lamp, and if it misses some.
 inline constexpr double max_chance = 0.1, max_chance_if_missing = 0.01;
 
 /// A hypothesis with this many pairs is very unlikely to be wrong, so fewer alternatives are tried.
@@ -48,9 +48,6 @@ class Search {
   const std::vector<PoseHypothesis>& found() const { return found_; }
   /// Expected number of wrong hypotheses with as many pairs as the best one.
   double chance() const;
-  /// False if the best hypothesis was found by voting and its chi-square exceeds the 99.9 %
-  /// quantile.
-  bool best_fits() const { return found_.empty() || !statistics_ || fits(found_.front()); }
   int tried() const { return tried_; }  ///< assignments of three blobs
   /// True if the search stopped at max_hypotheses or at the deadline.
   bool cut_short() const { return cut_short_; }

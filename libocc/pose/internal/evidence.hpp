@@ -18,13 +18,14 @@
 // H. Its width over that of p(x) counts the poses that were open, so three lamps alone are no
 // evidence.
 //
-// p(x) is a wide Gaussian of the variances of a uniform rotation and a uniform position in a
-// volume, times the prior and the shapes of rims, normalised. Shapes limit the distances and the
-// tilt, but do not count as evidence: other lamps of the same kind have the same shapes. Each part
-// of a prior may be wrong and is ignored with its own probability.
+// p(x) is a wide Gaussian of the variances of a uniform rotation (or of the share of the rotations
+// that show lamps) and a uniform position in a volume, times the prior and the shapes of rims,
+// normalised. Shapes limit the distances and the tilt, but do not count as evidence: other lamps of
+// the same kind have the same shapes. Each part of a prior may be wrong and is ignored with its own
+// probability.
 //
 // Errors of camera and map are common and of unknown size: the evidence is the mean over several
-// standard deviations of them (model_sigmas_px).
+// standard deviations of them, multiples of a typical one (model_sigma_px).
 //
 // If all blobs are false lights, the expected sum of e^evidence over all poses is one. So it
 // exceeds 1 / q with a probability of at most q (Markov's inequality): the risk is honest for
@@ -65,11 +66,13 @@ struct PriorPart {
 struct PoseEvidence {
   std::vector<SeenLamp> lamps;
   std::vector<PriorPart> prior;
-  double image_px2 = 0;       ///< area in which blobs are found
-  int blobs = 0;              ///< blobs that could be lamps
-  int missed = 0;             ///< lamps that should be visible but have no blob
-  double volume_m3 = 0;       ///< inverse of the density of the camera's position
-  double log_appearance = 0;  ///< ln of the density ratio of sizes, fluxes and codes
+  double image_px2 = 0;         ///< area in which blobs are found
+  int blobs = 0;                ///< blobs that could be lamps
+  int missed = 0;               ///< lamps that should be visible but have no blob
+  double volume_m3 = 0;         ///< inverse of the density of the camera's position
+  double rotations = 1;         ///< share of all rotations that can show lamps in the image
+  double model_sigma_px = 0.5;  ///< typical error of camera and map if they are not calibrated well
+  double log_appearance = 0;    ///< ln of the density ratio of sizes, fluxes and codes
 };
 
 struct LogEvidence {

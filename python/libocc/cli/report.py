@@ -223,11 +223,13 @@ def identification_dict(found: Identification, scene: Scene) -> dict[str, Any]:
     return {
         "status": found.status.name,
         "message": found.message,
+        "risk": found.risk,
         "chance": found.chance,
         "poses": [
             {
                 "cam_from_world": h.cam_from_world.tolist(),
                 "position_m": _position_m(h).tolist(),
+                "probability": h.probability,
                 "chi2": h.chi2,
                 "missed": h.missed,
                 "brightness_chi2": h.brightness_chi2,
@@ -245,7 +247,8 @@ def identification_text(found: Identification, scene: Scene) -> str:
     if found.message:
         lines.append(f"why     {found.message}")
     if found.hypotheses:
-        lines.append("pose    position [m]               heading   chi2  missed  lamps (blob: lamp)")
+        lines.append(f"risk    {_risk(found.risk)}")
+        lines.append("pose    position [m]               heading  probability   chi2  missed  lamps (blob: lamp)")
     for rank, h in enumerate(found.hypotheses, 1):
         position = _numbers(_position_m(h), 3, 9)
         heading = float(np.degrees(heading_rad(h.cam_from_world)))
@@ -253,5 +256,5 @@ def identification_text(found: Identification, scene: Scene) -> str:
         names = " ".join(f"{blob}:{lamp}" for blob, lamp in pairs)
         if h.symmetry is not None:
             names += f"  ({h.symmetry.text})"
-        lines.append(f"{rank:<5}{position} {heading:7.2f} {h.chi2:7.1f} {h.missed:7d}  {names}")
+        lines.append(f"{rank:<5}{position} {heading:7.2f} {h.probability:12.2g} {h.chi2:6.1f} {h.missed:7d}  {names}")
     return "\n".join(lines)

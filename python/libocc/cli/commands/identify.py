@@ -38,13 +38,14 @@ def command(
     ...
     $ libocc identify room.png --map irregular_six
     status  ok
-    pose    position [m]               heading   chi2  missed  lamps (blob: lamp)
-    1        1.700     2.100     0.500    0.00     0.0       0  0:5 1:4 2:2 3:3 4:0 5:1
+    risk    below 1e-9
+    pose    position [m]               heading  probability   chi2  missed  lamps (blob: lamp)
+    1        1.700     2.100     0.500    0.00            1    0.0       0  0:5 1:4 2:2 3:3 4:0 5:1
 
     Assigns the blobs of IMAGE to the lamps of the map, a YAML file or the name of a scene that comes
-    with libocc, and lists every pose that explains the image equally well, the most likely first. The
-    poses are computed from the blobs' centroids; libocc locate refines them. Exit code 0: one pose;
-    1: none, or several; 2: bad input.
+    with libocc, and lists every pose that explains the image, the most probable first. The risk is the
+    probability that the first is wrong. The poses are computed from the blobs' centroids; libocc locate
+    refines them. Exit code 0: one pose; 1: none, or several; 2: bad input.
     """
     with error_context(scene):
         lamps = samples.load_scene(scene)

@@ -21,6 +21,7 @@ def match_dict(match: occ.objects.ObjectMatch, objects: Sequence[occ.objects.Obj
         "poses": [
             {
                 "cam_from_object": h.cam_from_world.tolist(),
+                "probability": h.probability,
                 "chi2": h.chi2,
                 "missed": h.missed,
                 "point_of_blob": {m.blob: thing.points[m.lamp].id for m in h.matches},
@@ -38,6 +39,7 @@ def recognition_dict(found: occ.objects.Recognition, objects: Sequence[occ.objec
         "found": [
             {
                 "status": o.status.name,
+                "risk": o.risk,
                 **match_dict(o.match, objects),
                 "rivals": [match_dict(rival, objects) for rival in o.rivals],
             }
@@ -49,21 +51,25 @@ def recognition_dict(found: occ.objects.Recognition, objects: Sequence[occ.objec
     }
 
 
+def _risk(risk: float) -> str:
+    return "<1e-9" if risk < 1e-9 else f"{risk:.0e}"
+
+
 def recognition_text(found: occ.objects.Recognition, objects: Sequence[occ.objects.Object]) -> str:
     lines = [f"status  {found.status.name}"]
     if found.message:
         lines.append(f"why     {found.message}")
     width = max(6, *(len(thing.name) for thing in objects))
     if found.found:
-        heading = "verdict    poses  position in camera frame [m]  log10(alarms)  points (blob: point)"
+        heading = "verdict     risk  poses  position in camera [m]  log10(alarms)  points (blob: point)"
         lines.append(f"{'object':<{width}}  {heading}")
     for o in found.found:
         thing, best = objects[o.match.object], o.match.poses[0]
         x, y, z = best.cam_from_world[:3, 3]
         names = " ".join(f"{m.blob}:{thing.points[m.lamp].id}" for m in sorted(best.matches, key=lambda m: m.blob))
         lines.append(
-            f"{thing.name:<{width}}  {o.status.name:<9} {o.match.plausible:6d} {x:9.3f} {y:9.3f} {z:9.3f}"
-            f" {o.match.log10_false_alarms:14.1f}  {names}"
+            f"{thing.name:<{width}}  {o.status.name:<9} {_risk(o.risk):>6} {o.match.plausible:6d}"
+            f" {x:7.3f} {y:7.3f} {z:7.3f} {o.match.log10_false_alarms:13.1f}  {names}"
         )
         lines += [f"  or {objects[rival.object].name}" for rival in o.rivals]
     return "\n".join(lines)
@@ -96,14 +102,14 @@ def command(
     ...
     $ libocc recognise night.png car beacon --camera parking
     status  ok
-    object  verdict    poses  position in camera frame [m]  log10(alarms)  points (blob: point)
-    car     ok             1    -0.579     0.489     9.294          -37.2  2:4 3:2 4:0 6:1 7:3 8:5 9:8 10:9 12:6 16:7
-    beacon  ok             1     1.191     0.476     6.370          -16.9  0:11 1:1 5:5 11:6 13:8 14:7 15:0
+    object  verdict     risk  poses  position in camera [m]  log10(alarms)  points (blob: point)
+    car     ok         <1e-9      1  -0.579   0.489   9.294         -37.2  2:4 3:2 4:0 6:1 7:3 8:5 9:8 10:9 12:6 16:7
+    beacon  ok         <1e-9      1   1.191   0.476   6.370         -16.9  0:11 1:1 5:5 11:6 13:8 14:7 15:0
 
     Recognises objects in IMAGE (YAML files or names of objects that come with libocc). Prints the pose
-    of each object, the assignment of blobs to its points, and the expected number of false alarms. A
-    prior refers to the camera in an object's frame. Exit code 0: one pose of each recognised object;
-    1: no object, or an ambiguous one; 2: bad input.
+    of each object, the probability that it is wrong (risk), the expected number of false alarms, and
+    the assignment of blobs to its points. A prior refers to the camera in an object's frame. Exit code
+    0: one pose of each recognised object; 1: no object, or an ambiguous one; 2: bad input.
     """
     with error_context(scene):
         source = samples.load_scene(scene)
