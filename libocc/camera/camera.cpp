@@ -47,18 +47,29 @@ Camera Camera::rotating_line_first_order(const RotatingLine& line) {
 Camera Camera::with_parameters(const Eigen::VectorXd& values) const {
   const int expected = model_->parameter_count();
   require(values.size() == expected, "values' length", values.size(), std::to_string(expected));
-  return Camera(model_->with_parameters(values));
+  return with_model(model_->with_parameters(values));
+}
+
+// The model has the parameters of this one, or the first of them.
+Camera Camera::with_model(CameraModel::Pointer model) const {
+  Camera changed(std::move(model));
+  const Eigen::Index count = changed.model_->parameter_count();
+  if (!errors_ || count == errors_->covariance.rows()) {
+    changed.errors_ = errors_;
+    return changed;
+  }
+  return changed.with_parameter_covariance(errors_->covariance.topLeftCorner(count, count));
 }
 
 Camera Camera::without_distortion() const {
   CameraModel::Pointer model = model_->without_distortion();
-  return model ? Camera(std::move(model)) : *this;
+  return model ? with_model(std::move(model)) : *this;
 }
 
 Camera Camera::with_seam_at(double column) const {
   require(std::isfinite(column), "column", column, "finite");
   CameraModel::Pointer model = model_->with_seam_at(column);
-  return model ? Camera(std::move(model)) : *this;
+  return model ? with_model(std::move(model)) : *this;
 }
 
 const RotatingLine& Camera::line() const {

@@ -12,7 +12,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
+#include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "libocc/camera/model.hpp"
@@ -93,6 +96,23 @@ class LIBOCC_API Camera {
   /// This camera with other values; throws std::invalid_argument as the factories do.
   Camera with_parameters(const Eigen::VectorXd& values) const;
 
+  /// True if no errors of the parameters are stated.
+  bool is_exact() const { return !errors_; }
+  /// Covariance of the errors of parameters(); zero if the camera is exact.
+  Eigen::MatrixXd parameter_covariance() const;
+  /// Standard deviations of the parameters that are not exact, if their errors are independent.
+  std::optional<std::map<std::string, double>> independent_sigmas() const;
+  /// Matrix R with R R^T = parameter_covariance(); no columns if the camera is exact.
+  Eigen::MatrixXd root_of_covariance() const;
+  /// This camera with a covariance of its parameters. Throws std::invalid_argument if it is not
+  /// symmetric and positive semidefinite of parameters().size() rows.
+  Camera with_parameter_covariance(const Eigen::MatrixXd& covariance) const;
+  /// This camera with independent errors of the parameters with these names and standard
+  /// deviations. Distortion coefficients of a pinhole or fisheye model that the camera does not
+  /// have are added with the value zero. Throws std::invalid_argument for a name that the model
+  /// does not have, for a sigma that is negative or not finite, and if all are zero.
+  Camera with_parameter_sigmas(const std::map<std::string, double>& sigmas) const;
+
   /// Pixel of a point in the camera frame [m], or nothing outside the domain. The pixel may lie
   /// outside the image; see `contains`. `jacobian` (2x3, optional): d pixel / d point.
   std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& point_in_cam,
@@ -141,8 +161,13 @@ class LIBOCC_API Camera {
 
  private:
   explicit Camera(CameraModel::Pointer model);
+  Camera with_model(CameraModel::Pointer model) const;
 
   CameraModel::Pointer model_;  // never null
+  struct Errors {
+    Eigen::MatrixXd covariance, root;
+  };
+  std::shared_ptr<const Errors> errors_;  // null if the camera is exact
 };
 
 }  // namespace occ

@@ -122,6 +122,15 @@ void YamlSection::read(const std::string& key, Eigen::Vector3d& value) {
   read_exactly(key, 3, value.data());
 }
 
+void YamlSection::read(const std::string& key, PerAxis& value) {
+  const YamlNode* node = take(key);
+  if (!node) return;
+  if (node->kind == YamlNode::Kind::sequence) return read_exactly(key, 3, value.data());
+  const auto number = finite_number(*node);
+  if (!number) fail_value(key, "must be a finite number or a list of 3 finite numbers");
+  value = PerAxis(*number);
+}
+
 void YamlSection::read(const std::string& key, std::vector<double>& value) {
   const auto* items = take_list(key, "must be a list of numbers");
   if (!items) return;

@@ -25,6 +25,15 @@ void add_map_points(AssignmentProblem& problem, std::vector<MapPoint> map_points
   problem.map_points = std::move(map_points);
 }
 
+void add_errors_of_map(AssignmentProblem& problem) {
+  problem.min_radius_m = std::numeric_limits<double>::infinity();
+  for (const Lamp& lamp : problem.scene->lamps) {
+    problem.min_radius_m = std::min(problem.min_radius_m, lamp.reach_m());
+    if (const auto sigma_m = problem.scene->position_sigma_m(lamp))
+      problem.map_variance_m2 = std::max(problem.map_variance_m2, square(sigma_m->maxCoeff()));
+  }
+}
+
 MapPoint to_map_point(const Lamp& lamp) {
   MapPoint map_point{lamp.centre_m, lamp.normal.normalized(), lamp.reach_m(),
                      lamp.shape == LampShape::disc};
@@ -127,6 +136,28 @@ bool is_almost_whole(const Blob& blob) {
          blob.area_px > share * pi * blob.ellipse.semi_major_px * blob.ellipse.semi_minor_px;
 }
 
+// Covariance of a pixel by the errors of the camera's parameters.
+Eigen::Matrix2d covariance_of_camera(const AssignmentProblem& problem,
+                                     const Eigen::Vector3d& bearing) {
+  Camera::ParameterJacobian by_parameters;
+  if (!problem.camera->project(problem.size_m * bearing, nullptr, &by_parameters))
+    return Eigen::Matrix2d::Zero();
+  return by_parameters * problem.camera->parameter_covariance() * by_parameters.transpose();
+}
+
+// Variance of the direction of a lamp by the errors of its position, at the distance that its size
+// in the image shows for the smallest lamp, or at that of the map's size. Errors along the line of
+// sight are included, because the direction to the lamp is not known yet.
+double map_variance_rad2(const AssignmentProblem& problem, const Blob& blob,
+                         const Eigen::Matrix2d& rad_per_px) {
+  if (problem.map_variance_m2 == 0) return 0;
+  double distance_m = problem.size_m;
+  const double radius_rad = rad_per_px.norm() / std::sqrt(2.0) * blob.ellipse.semi_major_px;
+  if (problem.min_radius_m > 0 && radius_rad > 0)
+    distance_m = std::min(distance_m, problem.min_radius_m / radius_rad);
+  return problem.map_variance_m2 / square(distance_m);
+}
+
 // Returns nothing when the pixel is outside the camera's domain.
 std::optional<BearingObservation> make_observation(const AssignmentProblem& problem,
                                                    int blob_index) {
@@ -147,11 +178,13 @@ std::optional<BearingObservation> make_observation(const AssignmentProblem& prob
     s.parallax_rad = s.origin.norm() / problem.size_m;
   }
   const double model = problem.options->model_sigma_px, cut = blob.cut_by_border ? cut_sigma_px : 0;
-  const Eigen::Matrix2d pixel_covariance =
+  Eigen::Matrix2d pixel_covariance =
       blob.covariance_px2 +
       (model * model + cut * cut + min_variance_px2) * Eigen::Matrix2d::Identity();
+  if (!problem.camera->is_exact()) pixel_covariance += covariance_of_camera(problem, *bearing);
   const Eigen::Matrix2d across = s.tangent * jacobian;
   s.covariance = across * pixel_covariance * across.transpose();
+  s.covariance += map_variance_rad2(problem, blob, across) * Eigen::Matrix2d::Identity();
   s.sigma_rad = std::sqrt(s.covariance.trace() + s.parallax_rad * s.parallax_rad);
   measure_size(blob, across, s);
   if (problem.scene) measure_flux(blob, *problem.scene, s);
@@ -260,6 +293,7 @@ AssignmentProblem make_problem(const std::vector<Blob>& blobs, const Scene* scen
                        std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                            std::chrono::duration<double>(options.max_time_s));
   add_map_points(problem, std::move(map_points));
+  if (scene) add_errors_of_map(problem);
   mark_duplicates(problem);
   add_observations(problem);
   problem.allowed.assign(problem.observations.size() * problem.map_points.size(), 0);

@@ -22,8 +22,11 @@ struct Candidate {
   Matrix6 covariance = unknown_covariance<6>();
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< camera position in the world
   double rms_px = 0;                                     ///< r.m.s. residual over all lamps
-  double chi2 = 0;  ///< weighted sum of squared residuals at this pose
-  int dof = 0;      ///< residuals minus unknowns
+  double chi2 = 0;             ///< weighted sum of squared residuals at this pose
+  int dof = 0;                 ///< residuals minus unknowns
+  double variance_factor = 1;  ///< contained in the covariance
+  /// See Refined.
+  std::optional<double> estimated_map_sigma_m, estimated_size_sigma;
   /// Probability that this pose is right, among all candidates and, in locate(), "none of them".
   std::optional<double> probability;
   std::map<int, Blob> lamps;  ///< lamp id -> blob

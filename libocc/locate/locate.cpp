@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iomanip>
 #include <sstream>
 
 #include "libocc/core/require.hpp"
@@ -11,6 +12,7 @@
 #include "libocc/identify/internal/verdict.hpp"
 #include "libocc/locate/internal/best_candidate.hpp"
 #include "libocc/locate/internal/suspects.hpp"
+#include "libocc/refine/internal/estimated_map.hpp"
 #include "libocc/refine/internal/pose_evidence.hpp"
 #include "libocc/refine/internal/ranking.hpp"
 
@@ -40,10 +42,32 @@ Candidate candidate_of(const RankedPose& pose, const std::vector<Blob>& blobs, c
   candidate.rms_px = refined.rms_px;
   candidate.chi2 = refined.chi2;
   candidate.dof = refined.dof;
+  candidate.variance_factor = refined.variance_factor;
+  candidate.estimated_map_sigma_m = refined.estimated_map_sigma_m;
+  candidate.estimated_size_sigma = refined.estimated_size_sigma;
   candidate.probability = pose.probability;
   for (const Match& match : pose.hypothesis->matches)
     candidate.lamps.emplace(scene.lamps[match.lamp].id, blobs[match.blob]);
   return candidate;
+}
+
+/// Empty unless errors of the map were estimated.
+std::string contradiction_message(const Refined& refined) {
+  if (!refined.estimated_map_sigma_m && !refined.estimated_size_sigma) return "";
+  std::ostringstream text;
+  text << std::setprecision(2);
+  if (refined.estimated_size_sigma) {
+    text << "the sizes of the lamps' images do not match their directions, as if radius_m or "
+         << "size_m had errors of " << 100 * *refined.estimated_size_sigma
+         << " %: measure the lamps, improve exposure or focus, or state the errors (size_sigma)";
+  } else {
+    text << "the lamps contradict each other by more than their noise, as if their positions had "
+         << "errors of " << 1e3 * *refined.estimated_map_sigma_m
+         << " mm: measure the map, calibrate the lens, or state their errors (map_sigma_m, "
+         << "parameter_sigmas)";
+  }
+  text << "; the covariance allows for them";
+  return text.str();
 }
 
 /// Status and message of the fix. The first pose that was not refined determines them, then the
@@ -65,6 +89,8 @@ void conclude(const Refinement& refinement, double max_risk, Result<Fix>& result
   } else if (!refinement.choice.met) {
     result.status = Status::budget_not_met;
     result.message = refinement.choice.reason;
+  } else {
+    result.message = contradiction_message(*poses.front().refined);
   }
 }
 
@@ -97,8 +123,8 @@ void add_excluded(const RefinementAhead& ahead, const std::vector<Hypothesis>& e
   double sum = 1;
   for (const Hypothesis& hypothesis : excluded) {
     RankedPose rival;
-    rival.refined =
-        refine(hypothesis.cam_from_world, hypothesis.matches, ahead.blobs, ahead.scene, options);
+    rival.refined = refine_as_stated(hypothesis.cam_from_world, hypothesis.matches, ahead.blobs,
+                                     ahead.scene, options, nullptr);
     if (!rival.refined.ok()) continue;
     constexpr double max_log = 100;  // larger ratios have the same effect
     const double log_ratio = evidence(*rival.refined, hypothesis) - of_best;

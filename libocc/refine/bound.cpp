@@ -114,7 +114,11 @@ Result<PoseBound> pose_bound(const Scene& given, const Rigid3& cam_from_world, R
   const ExpectedLamps expected(scene, cam_from_world, pivot, rung, flux);
   PoseNormalEquations normal;
   int lamps = 0;
-  for (const Lamp& lamp : scene.lamps) lamps += expected.add(lamp, normal) ? 1 : 0;
+  std::optional<CameraSums> camera;
+  if (!scene.camera.is_exact()) camera.emplace(CameraErrors(scene.camera).count());
+  for (const Lamp& lamp : scene.lamps)
+    lamps += expected.add(lamp, normal, camera ? &*camera : nullptr) ? 1 : 0;
+  if (camera) normal.information -= camera->mixed * camera->gain() * camera->mixed.transpose();
   return bound_of(normal, pivot, cam_from_world, lamps);
 }
 

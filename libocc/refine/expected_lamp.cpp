@@ -30,42 +30,54 @@ ExpectedLamps::ExpectedLamps(const Scene& scene, const Rigid3& cam_from_world,
       pose_(cam_from_world),
       pivot_(pivot),
       noise_(scene.sensor),
-      psf_(gaussian_blur_px(scene)) {
+      psf_(gaussian_blur_px(scene)),
+      camera_errors_(scene.camera) {
   options_.rung = rung;
   options_.flux = flux;
 }
 
-bool ExpectedLamps::add(const Lamp& lamp, PoseNormalEquations& normal) const {
+bool ExpectedLamps::add(const Lamp& lamp, PoseNormalEquations& normal, CameraSums* camera) const {
   if (!whole_in_image(lamp, pose_, scene_.camera)) return false;
   const Blob unseen;
   LampObservation observation{&lamp, &unseen};
+  observation.errors = errors_of(lamp, scene_);
   const bool uses_flux = options_.flux != FluxModel::ignore && !lamp.frequency_hz;
   if (uses_flux) observation.light_sigma = lamp.power_sigma;
   PixelScratch scratch;
   LampPixels pixels(observation, scene_, options_, noise_, psf_, scratch);
   if (!pixels.linearise({pose_}, pivot_)) return false;
-  if (options_.rung == Rung::direct) {
+  const bool exact = !observation.errors && !camera;
+  if (options_.rung == Rung::direct && exact) {
     pixels.add_to(normal);
     return true;
   }
-  const auto contour = options_.rung == Rung::rims
+  const auto contour = options_.rung == Rung::rims || options_.rung == Rung::direct
                            ? project_moving_contour(lamp, pose_, scene_.camera, 1)
                            : std::nullopt;
   if (contour && !contour->empty()) {
-    add_rim(lamp, *contour, normal);
+    add_rim(observation, *contour, normal, camera);
   } else {
-    add_centroid(lamp, pixels.centroid_information(), normal);
+    add_centroid(observation, pixels.centroid_information(), normal, camera);
   }
   if (uses_flux) add_flux(lamp, pixels.light_information(), normal);
   return true;
 }
 
-void ExpectedLamps::add_centroid(const Lamp& lamp, const Eigen::Matrix2d& information,
-                                 PoseNormalEquations& normal) const {
+void ExpectedLamps::add_centroid(const LampObservation& lamp, Eigen::Matrix2d information,
+                                 PoseNormalEquations& normal, CameraSums* camera) const {
   Eigen::Matrix<double, 2, 6> d_pose;
-  if (!predicted_centroid_px(lamp, pose_, scene_.camera, options_.rung, &d_pose)) return;
+  if (!predicted_centroid_px(*lamp.lamp, pose_, scene_.camera, options_.rung, &d_pose)) return;
+  if (lamp.errors)
+    information = (information.inverse() +
+                   image_covariance_px2(*lamp.lamp, pose_, scene_.camera, lamp.errors))
+                      .inverse();
   d_pose.leftCols<3>() += d_pose.rightCols<3>() * skew(pivot_);
   normal.information.topLeftCorner<6, 6>() += d_pose.transpose() * information * d_pose;
+  if (!camera) return;
+  const Eigen::Matrix2Xd by_camera =
+      camera_errors_.by_errors(scene_.camera, pose_ * lamp.lamp->centre_m);
+  camera->mixed.topRows<6>() += d_pose.transpose() * information * by_camera;
+  camera->information += by_camera.transpose() * information * by_camera;
 }
 
 /// Information about the position of a straight edge, per px along it [1/px^3].
@@ -83,19 +95,41 @@ double ExpectedLamps::edge_information(double background_e, double full_e) const
   return sum * step * sigma;
 }
 
-void ExpectedLamps::add_rim(const Lamp& lamp, const MovingContour& contour,
-                            PoseNormalEquations& normal) const {
+void ExpectedLamps::add_rim(const LampObservation& lamp, const MovingContour& contour,
+                            PoseNormalEquations& normal, CameraSums* camera) const {
   const Sensor& sensor = scene_.sensor;
-  Matrix6 information = Matrix6::Zero();
+  const Eigen::Index errors = camera_errors_.count();
+  const double distance_m = (pose_ * lamp.lamp->centre_m).norm();
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(6 + errors, 6 + errors);
+  Eigen::VectorXd sweep(6 + errors);
   for (const MovingContourPoint& point : contour) {
-    const double light = irradiance_at(lamp, pose_, scene_.camera, sensor, point.px);
+    const double light = irradiance_at(*lamp.lamp, pose_, scene_.camera, sensor, point.px);
     const double full_e = (sensor.electrons(1) - sensor.electrons(0)) * light;
-    information += edge_information(noise_.dark_e(), full_e) / point.step_px.norm() * point.sweep *
-                   point.sweep.transpose();
+    const auto bearing = scene_.camera.unproject(point.px);
+    sweep.head<6>() = point.sweep;
+    if (camera && bearing) {
+      const Eigen::Matrix2Xd by_camera =
+          camera_errors_.by_errors(scene_.camera, distance_m * *bearing);
+      sweep.tail(errors) =
+          (by_camera.row(0) * point.step_px.y() - by_camera.row(1) * point.step_px.x()).transpose();
+    }
+    information += edge_information(noise_.dark_e(), full_e) / point.step_px.norm() * sweep *
+                   sweep.transpose();
+  }
+  if (lamp.errors) {
+    const Eigen::MatrixXd root =
+        unit_motion(*lamp.errors, lamp_in_cam(*lamp.lamp, pose_), 0, pose_);
+    const Eigen::MatrixXd along = root.transpose() * information.topRows<6>();
+    const Eigen::MatrixXd own = Eigen::MatrixXd::Identity(7, 7) + along.leftCols<6>() * root;
+    information -= along.transpose() * core::solve_llt(own, along);
   }
   Matrix6 lamp_of_pose = Matrix6::Identity();  // a rotation about the pivot moves the lamp
-  lamp_of_pose.bottomLeftCorner<3, 3>() = -skew(pose_ * lamp.centre_m - pivot_);
-  normal.information.topLeftCorner<6, 6>() += lamp_of_pose.transpose() * information * lamp_of_pose;
+  lamp_of_pose.bottomLeftCorner<3, 3>() = -skew(pose_ * lamp.lamp->centre_m - pivot_);
+  normal.information.topLeftCorner<6, 6>() +=
+      lamp_of_pose.transpose() * information.topLeftCorner<6, 6>() * lamp_of_pose;
+  if (!camera) return;
+  camera->mixed.topRows<6>() += lamp_of_pose.transpose() * information.topRightCorner(6, errors);
+  camera->information += information.bottomRightCorner(errors, errors);
 }
 
 void ExpectedLamps::add_flux(const Lamp& lamp, double information,

@@ -6,7 +6,10 @@
 #include <cmath>
 #include <limits>
 
+#include "libocc/core/internal/covariance.hpp"
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/internal/robust_loss.hpp"
+#include "libocc/core/math.hpp"
 #include "libocc/refine/internal/predicted_centroid.hpp"
 
 namespace occ::internal::refine {
@@ -33,17 +36,118 @@ double scatter(std::vector<double> sizes) {
 
 }  // namespace
 
-LampRim::LampRim(const LampObservation& lamp, const std::vector<RimObservation>& rim,
-                 const Scene& scene)
-    : lamp_(lamp), points_(rim.data() + lamp.rim_begin), scene_(scene) {
+LampRim::LampRim(const LampObservation& lamp, const Observations& all, const Scene& scene,
+                 double huber_sigma)
+    : lamp_(lamp),
+      points_(all.rim.data() + lamp.rim_begin),
+      all_(all),
+      scene_(scene),
+      huber_sigma_(huber_sigma),
+      next_unit_error_(lamp.unit_error) {
+  if (has_errors()) common_root_ = core::semidefinite_root(lamp.common_covariance_px2).transpose();
   const auto count = static_cast<Eigen::Index>(lamp.rim_end - lamp.rim_begin);
   rows_.resize(11, count);
   weighted_.resize(11, count);
   weights_.setOnes(count);
 }
 
+LampInCam LampRim::lamp_at(const Rigid3& cam_from_world) const {
+  const LampInCam lamp = lamp_in_cam(*lamp_.lamp, cam_from_world);
+  if (!lamp_.errors) return lamp;
+  return with_error(lamp, error_, cam_from_world);
+}
+
+/// The images of the rim's points move by n . (d pixel / d errors) along the rim's normal. That is
+/// evaluated at the predicted points: at the measured ones it would correlate with their noise, and
+/// the camera's estimate would have a bias.
+void LampRim::linearise_camera(const LampInCam& lamp) {
+  by_camera_.setZero(all_.camera_errors.count(), rows_.cols());
+  for (Eigen::Index i = 0; i < rows_.cols(); ++i) {
+    const RimObservation& point = points_[i];
+    const Eigen::Vector3d by_shift = rows_.col(i).segment<3>(3);
+    if (by_shift.isZero(0)) continue;  // lost
+    const Eigen::Vector3d measured =
+        point.ray.origin + lamp.centre_m.norm() * point.ray.bearing.normalized();
+    const Eigen::Vector3d predicted =
+        measured + rows_(residual_index, i) / by_shift.squaredNorm() * by_shift;
+    by_camera_.col(i) = -point.inverse_sigma *
+                        all_.camera_errors.by_errors(scene_.camera, predicted).transpose() *
+                        point.normal;
+  }
+}
+
 int LampRim::linearise(const State& state, const Eigen::Vector3d& pivot) {
-  const LampInCam in_cam = lamp_in_cam(*lamp_.lamp, state.cam_from_world);
+  linearise_rim(state, pivot);
+  if (lamp_.errors) follow_errors(state, pivot, nullptr);
+  return lost_;
+}
+
+/// The most probable errors that move the lamp's centre to the measured centroid, or to the middle
+/// of the visible part of its rim.
+void LampRim::displace_by_centroid(const State& state) {
+  Eigen::Matrix<double, 2, 3> by_shift;
+  const auto px = scene_.camera.project(state.cam_from_world * lamp_.lamp->centre_m, &by_shift);
+  next_unit_error_.setZero();
+  if (!px) return;
+  const auto count = static_cast<double>(rows_.cols());
+  Eigen::Vector2d off_px = Eigen::Vector2d::Zero();
+  for (const RimPoint& point : lamp_.blob->rim)
+    off_px += scene_.camera.difference_px(point.px, *px) / count;
+  Eigen::Matrix2d covariance =
+      square(0.5 * lamp_.blob->ellipse.semi_major_px + 1) * Eigen::Matrix2d::Identity();
+  if (lamp_.has_centroid) {
+    off_px = scene_.camera.difference_px(lamp_.blob->centroid_px, *px);
+    covariance = lamp_.centroid_information.inverse();
+  }
+  const Eigen::Matrix<double, 2, 3> by_errors =
+      by_shift * state.cam_from_world.rotation * lamp_.errors->position_m.asDiagonal();
+  covariance += by_errors * by_errors.transpose();
+  LampError unit = LampError::Zero();
+  unit.segment<3>(3) = by_errors.transpose() * covariance.inverse() * off_px;
+  set_estimate(unit);
+}
+
+/// Repeats the linearisation at the estimated errors of the lamp until they are stable, with the
+/// given weights or with those of the residuals.
+void LampRim::follow_errors(const State& state, const Eigen::Vector3d& pivot,
+                            const Eigen::VectorXd* weights) {
+  if (is_stable(state, pivot, weights)) return;
+  // The last estimate is too far from that of this state.
+  displace_by_centroid(state);
+  linearise_rim(state, pivot);
+  is_stable(state, pivot, weights);
+}
+
+/// False if the estimates are not stable after some passes, or if many rays miss the lamp there.
+bool LampRim::is_stable(const State& state, const Eigen::Vector3d& pivot,
+                        const Eigen::VectorXd* weights) {
+  constexpr int max_passes = 8;
+  constexpr double stable_px = 1e-4;
+  const double max_lost = 0.1 * static_cast<double>(rows_.cols());
+  const double px_per_m =
+      scene_.camera.fx_px() / (state.cam_from_world * lamp_.lamp->centre_m).norm();
+  for (int pass = 0; pass < max_passes; ++pass) {
+    if (weights)
+      weights_ = (weights_.array() > 0).select(*weights, 0);
+    else
+      weigh_points();
+    weighted_.noalias() = rows_ * weights_.asDiagonal();
+    eliminate(weighted_ * rows_.transpose());
+    const LampError step = lamp_.errors->scaled(next_unit_error_) - error_;
+    const double step_m = step.segment<3>(3).norm() +
+                          lamp_.lamp->reach_m() * (step.head<3>().norm() + std::abs(step[6]));
+    if (step_m * px_per_m < stable_px) return lost_ <= max_lost;
+    linearise_rim(state, pivot);
+  }
+  return false;
+}
+
+int LampRim::linearise_rim(const State& state, const Eigen::Vector3d& pivot) {
+  unit_error_ = next_unit_error_;
+  if (lamp_.errors) error_ = lamp_.errors->scaled(unit_error_);
+  const LampInCam in_cam = lamp_at(state.cam_from_world);
+  if (lamp_.errors)
+    unit_motion_ = unit_motion(*lamp_.errors, in_cam, error_[6], state.cam_from_world);
   const Eigen::Vector2d shift =
       light_shift_px(*lamp_.lamp, *lamp_.blob, state.cam_from_world, scene_);
   const double growth_slope = lamp_.blob->saturated ? -1 : 0;
@@ -63,11 +167,24 @@ int LampRim::linearise(const State& state, const Eigen::Vector3d& pivot) {
     rows_.col(i) << d_lamp.transpose(), growth_slope, off, 1, points_[i].normal;
     rows_.col(i) *= points_[i].inverse_sigma;
   }
+  if (all_.camera_errors.count() > 0 && by_camera_.cols() != rows_.cols()) linearise_camera(in_cam);
+  if (has_errors()) step_back();
   return lost_;
 }
 
-void LampRim::weigh_points(double huber_sigma) {
-  const auto residuals = rows_.row(residual_index);
+/// r = r(e0) - (d r / d e) e0 for the errors of the lamp and of the camera.
+void LampRim::step_back() {
+  seen_ = rows_.row(residual_index);
+  back_.setZero(rows_.cols());
+  if (lamp_.errors)
+    back_ += unit_error_.transpose() * unit_motion_.transpose() * rows_.topRows<6>();
+  if (by_camera_.size() > 0) back_ += all_.camera_shift.transpose() * by_camera_;
+  rows_.row(residual_index) -= back_;
+}
+
+void LampRim::weigh_points() {
+  const Eigen::RowVectorXd residuals =
+      has_errors() ? seen_ : Eigen::RowVectorXd(rows_.row(residual_index));
   const auto commons = rows_.bottomRows<3>();
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   Eigen::Vector3d pull = Eigen::Vector3d::Zero();
@@ -82,18 +199,64 @@ void LampRim::weigh_points(double huber_sigma) {
     const auto k = static_cast<Eigen::Index>(i);
     left[i] = std::abs(residuals[k] - commons.col(k).dot(common));
   }
-  threshold_ = huber_sigma * std::max(1.0, scatter(left));
+  threshold_ = huber_sigma_ * std::max(1.0, scatter(left));
   for (std::size_t i = 0; i < left.size(); ++i) {
     double& weight = weights_[static_cast<Eigen::Index>(i)];
     if (weight > 0) weight = core::huber_weight(left[i] * left[i], threshold_);
   }
 }
 
-void LampRim::add_to(PoseNormalEquations& normal, double huber_sigma) {
+/// Sums over pose, growth, residual and errors of the camera without the common errors.
+Eigen::MatrixXd LampRim::eliminate(const Products& products) {
+  const Eigen::Index errors = by_camera_.rows();
+  Eigen::MatrixXd sums(8 + errors, 8 + errors);
+  sums.topLeftCorner<8, 8>() = products.topLeftCorner<8, 8>();
+  Eigen::Matrix<double, 9, Eigen::Dynamic> along(9, 8 + errors);
+  along.topLeftCorner<3, 8>() = products.bottomLeftCorner<3, 8>();
+  along.bottomLeftCorner<6, 8>() = products.topLeftCorner<6, 8>();
+  Eigen::Matrix<double, 9, 9> spread;
+  spread << products.bottomRightCorner<3, 3>(), products.bottomLeftCorner<3, 6>(),
+      products.topRightCorner<6, 3>(), products.topLeftCorner<6, 6>();
+  if (errors > 0) {
+    const Eigen::MatrixXd cross = by_camera_ * weighted_.transpose();
+    sums.bottomLeftCorner(errors, 8) = cross.leftCols<8>();
+    sums.topRightCorner(8, errors) = cross.leftCols<8>().transpose();
+    sums.bottomRightCorner(errors, errors) =
+        by_camera_ * weights_.asDiagonal() * by_camera_.transpose();
+    along.topRightCorner(3, errors) = cross.rightCols<3>().transpose();
+    along.bottomRightCorner(6, errors) = cross.leftCols<6>().transpose();
+  }
+  Eigen::Matrix<double, 9, 10> root = Eigen::Matrix<double, 9, 10>::Zero();
+  root.topLeftCorner<3, 3>() = common_root_;
+  if (lamp_.errors) root.bottomRightCorner<6, 7>() = unit_motion_;
+  const Eigen::MatrixXd whitened = root.transpose() * along;
+  const Eigen::MatrixXd information =
+      Eigen::MatrixXd::Identity(10, 10) + root.transpose() * spread * root;
+  const Eigen::MatrixXd estimates = core::solve_llt(information, whitened);
+  sums.noalias() -= whitened.transpose() * estimates;
+  if (lamp_.errors) {
+    Eigen::VectorXd errors_of_lamp = -estimates.col(residual_index);
+    if (errors > 0) errors_of_lamp -= estimates.rightCols(errors) * all_.camera_shift;
+    set_estimate(errors_of_lamp.tail<7>());
+  }
+  return sums;
+}
+
+/// Within six sigma, beyond which the rim would be linearised where the lamp is not.
+void LampRim::set_estimate(const LampError& unit) {
+  constexpr double max_sigmas = 6;
+  next_unit_error_ = unit / std::max(1.0, unit.cwiseAbs().maxCoeff() / max_sigmas);
+}
+
+void LampRim::add_to(PoseNormalEquations& normal, CameraSums* camera) {
   if (weights_.size() == 0) return;
-  weigh_points(huber_sigma);
+  weigh_points();
   weighted_.noalias() = rows_ * weights_.asDiagonal();
-  const Eigen::Matrix<double, 11, 11> products = weighted_ * rows_.transpose();
+  const Products products = weighted_ * rows_.transpose();
+  if (has_errors()) {
+    add_with_errors(products, normal, camera);
+    return;
+  }
   Matrix8 sum = products.topLeftCorner<8, 8>();  // gradient and chi2 in the last column
   const Eigen::Matrix<double, 3, 8> along = products.bottomLeftCorner<3, 8>();
   const Eigen::Matrix3d spread = products.bottomRightCorner<3, 3>();
@@ -103,6 +266,8 @@ void LampRim::add_to(PoseNormalEquations& normal, double huber_sigma) {
   common_gain_ = covariance * damped.inverse();
   sum.noalias() -= along.transpose() * common_gain_ * along;
 
+  shift_information_ = sum.block<3, 3>(3, 3);
+  shift_gradient_ = sum.block<3, 1>(3, residual_index);
   // A rotation w of the pose about the pivot rotates the lamp and moves its centre by w x arm.
   sum.leftCols<3>() -= sum.middleCols<3>(3) * skew(arm_);
   sum.topRows<3>() += skew(arm_) * sum.middleRows<3>(3);
@@ -111,6 +276,28 @@ void LampRim::add_to(PoseNormalEquations& normal, double huber_sigma) {
   normal.gradient.head<7>() += sum.col(residual_index).head<7>();
   normal.chi2 += chi2;
   normal.robust_chi2 += chi2 + robust_excess();
+}
+
+void LampRim::add_with_errors(const Products& products, PoseNormalEquations& normal,
+                              CameraSums* camera) {
+  Eigen::MatrixXd sums = eliminate(products);
+  const Eigen::Matrix3d arm = skew(arm_);
+  sums.leftCols<3>() -= (sums.middleCols<3>(3) * arm).eval();
+  sums.topRows<3>() += (arm * sums.middleRows<3>(3)).eval();
+  const double chi2 = sums(residual_index, residual_index) + lost_chi2 * lost_;
+  normal.information.topLeftCorner<7, 7>() += sums.topLeftCorner<7, 7>();
+  normal.gradient.head<7>() += sums.col(residual_index).head<7>();
+  normal.chi2 += chi2;
+  normal.robust_chi2 += chi2 + robust_excess();
+  if (!camera) return;
+  const Eigen::Index errors = by_camera_.rows();
+  camera->mixed.topRows<7>() += sums.topRightCorner(7, errors);
+  camera->information += sums.bottomRightCorner(errors, errors);
+  camera->gradient += sums.col(residual_index).tail(errors);
+}
+
+double LampRim::own_chi2() const {
+  return shift_gradient_.dot(inverse_of(shift_information_) * shift_gradient_);
 }
 
 /// Sum of 2 rho(e) - w e^2 over the points, with Huber's loss rho and |e| = k / w where w < 1.
@@ -122,7 +309,8 @@ double LampRim::robust_excess() const {
   return sum;
 }
 
-double LampRim::chi2(const State& state) const {
+double LampRim::chi2(const State& state, Eigen::VectorXd* by_camera) {
+  if (has_errors()) return chi2_with_errors(state, by_camera);
   const LampInCam in_cam = lamp_in_cam(*lamp_.lamp, state.cam_from_world);
   const Eigen::Vector2d shift =
       light_shift_px(*lamp_.lamp, *lamp_.blob, state.cam_from_world, scene_);
@@ -143,6 +331,22 @@ double LampRim::chi2(const State& state) const {
             Eigen::Vector3d(1, points_[i].normal.x(), points_[i].normal.y());
   }
   return sum - pull.dot(common_gain_ * pull) + lost;
+}
+
+/// The errors of the lamp follow the pose: they are estimated anew.
+double LampRim::chi2_with_errors(const State& state, Eigen::VectorXd* by_camera) {
+  const Eigen::VectorXd weights = weights_;
+  const LampError estimate = next_unit_error_;
+  const Eigen::Vector3d anywhere = Eigen::Vector3d::Zero();  // the pivot has no effect on chi2
+  linearise_rim(state, anywhere);
+  if (lamp_.errors) follow_errors(state, anywhere, &weights);
+  weights_ = (weights_.array() > 0).select(weights, 0);
+  weighted_.noalias() = rows_ * weights_.asDiagonal();
+  const Eigen::MatrixXd sums = eliminate(weighted_ * rows_.transpose());
+  weights_ = weights;
+  next_unit_error_ = estimate;
+  if (by_camera) *by_camera += sums.col(residual_index).tail(by_camera->size());
+  return sums(residual_index, residual_index) + lost_chi2 * lost_;
 }
 
 }  // namespace occ::internal::refine

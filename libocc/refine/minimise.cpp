@@ -33,7 +33,7 @@ class Steps {
 
   // The problem in the unknowns `step`, for core::minimise_sums().
   static constexpr int unknowns = 8;
-  double chi2(const Vector8& step) const { return problem_.chi2(state_at(step)); }
+  double chi2(const Vector8& step) { return problem_.chi2(state_at(step)); }
   bool sums(const Vector8& step, core::NormalSums<8>& sums) {
     linearise_at(step);
     if (!defined_) return false;
@@ -127,6 +127,7 @@ Minimum minimise(RefineProblem& problem, const State& start, int max_iterations,
   // The remaining error is below the resolution of the cost.
   if (gauss_newton(problem, steps, max_iterations, tolerance_px, true, minimum))
     run_newton(problem, max_iterations, tolerance_px, minimum);
+  minimum.camera_errors = problem.camera_estimate(Vector8::Zero());
   return minimum;
 }
 
@@ -135,6 +136,19 @@ Minimum polish(RefineProblem& problem, const State& start, int max_iterations,
   Steps steps(problem, start);
   Minimum minimum{start, steps.pivot(), steps.normal(), 0, steps.defined(), false, Matrix6::Zero()};
   if (minimum.defined) gauss_newton(problem, steps, max_iterations, tolerance_px, false, minimum);
+  return minimum;
+}
+
+Minimum step_with_camera(RefineProblem& problem, const State& start, double tolerance_px) {
+  Steps steps(problem, start);
+  Minimum minimum{start, steps.pivot(), steps.normal(), 1, steps.defined(), false, Matrix6::Zero()};
+  if (!minimum.defined) return minimum;
+  const Vector8 step = gauss_newton_step(steps.normal());
+  minimum.defined = step.allFinite();
+  if (!minimum.defined) return minimum;
+  minimum.converged = problem.max_motion_px(start, steps.pivot(), step) <= tolerance_px;
+  minimum.state = moved(start, steps.pivot(), step);
+  minimum.camera_errors = problem.camera_estimate(step);
   return minimum;
 }
 

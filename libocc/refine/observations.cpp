@@ -108,7 +108,10 @@ void observe_flux(const Lamp& lamp, const Blob& blob, const Sensor& sensor,
 /// often marked as merged because no ellipse fits them. Saturated discs are excluded because the
 /// position where they clip depends on the far tail of the PSF, which the scene does not contain;
 /// their rims allow for it.
+/// So are lamps with errors in the scene, or all if the camera has errors: the rendered image is
+/// linearised at the stated position.
 bool offers_pixels(const LampObservation& observation, const Sensor& sensor) {
+  if (observation.errors) return false;
   const Lamp& lamp = *observation.lamp;
   const Blob& blob = *observation.blob;
   if (blob.saturated && observation.has_rim()) return false;
@@ -190,6 +193,10 @@ int Observations::degrees_of_freedom(const RefineOptions& options, Rung rung) co
 Observations observe(const std::vector<Match>& matches, const std::vector<Blob>& blobs,
                      const Scene& scene, const RefineOptions& options, const ImageView* image) {
   Observations all;
+  if (!scene.camera.is_exact()) {
+    all.camera_errors = CameraErrors(scene.camera);
+    all.camera_shift.setZero(all.camera_errors.count());
+  }
   all.lamps.reserve(matches.size());
   std::size_t rim_count = 0;
   for (const Match& match : matches) {
@@ -202,6 +209,7 @@ Observations observe(const std::vector<Match>& matches, const std::vector<Blob>&
     const Blob& blob = blobs[match.blob];
     check_axes(lamp);
     LampObservation observation{&lamp, &blob};
+    observation.errors = errors_of(lamp, scene);
     const double model_variance = options.model_sigma_px * options.model_sigma_px;
     observation.common_covariance_px2 = blob.rim_covariance_px2;
     observation.common_covariance_px2.diagonal() +=
@@ -215,7 +223,7 @@ Observations observe(const std::vector<Match>& matches, const std::vector<Blob>&
     all.has_flux = all.has_flux || observation.has_flux;
     all.lamps.push_back(observation);
   }
-  if (image && options.rung == Rung::direct) {
+  if (image && options.rung == Rung::direct && scene.camera.is_exact()) {
     observe_pixels(matches, blobs, scene, options, *image, all);
   }
   return all;

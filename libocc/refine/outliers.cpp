@@ -16,9 +16,9 @@ const double chi2_limit = -2 * std::log(chance);  // two degrees of freedom
 constexpr double min_redundancy = 1e-6;
 
 /// Decrease of chi-square without the lamp; 0 if the other lamps cannot check it.
-double drop_without(const LampObservation& lamp, const RefineProblem::CentroidResidual& centroid,
+double drop_without(const RefineProblem::CentroidResidual& centroid,
                     const Eigen::LDLT<Matrix8>& information) {
-  const Eigen::Matrix2d covariance = lamp.centroid_information.inverse();
+  const Eigen::Matrix2d covariance = centroid.covariance_px2();
   const Eigen::Matrix2d left =
       covariance - centroid.jacobian * information.solve(centroid.jacobian.transpose());
   if (!(left.determinant() > min_redundancy * covariance.determinant())) return 0;
@@ -40,7 +40,7 @@ std::optional<std::size_t> contradicting_lamp(const Observations& observations,
     if (lamp.contradicts || !lamp.has_centroid) continue;
     const std::optional<RefineProblem::CentroidResidual> centroid =
         problem.centroid_residual(lamp, minimum.state, minimum.pivot);
-    const double drop = centroid ? drop_without(lamp, *centroid, information) : 0;
+    const double drop = centroid ? drop_without(*centroid, information) : 0;
     if (drop > largest) {
       largest = drop;
       worst = i;

@@ -10,6 +10,7 @@
 #include "libocc/refine/internal/lamp_sizes.hpp"
 #include "libocc/refine/internal/light_evidence.hpp"
 #include "libocc/refine/internal/predicted_centroid.hpp"
+#include "libocc/refine/internal/scene_errors.hpp"
 
 namespace occ::internal::refine {
 namespace {
@@ -101,12 +102,39 @@ double common_growth_px(const Refined& refined, const std::vector<Blob>& blobs,
   return growths_px.empty() ? 0 : median(std::move(growths_px));
 }
 
+/// Variance of the size of a lamp's image by the stated errors of the scene: those of its size, its
+/// distance and its tilt, and of the camera's scale, which is that between two points of its rim.
+double size_variance_px2(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
+                         const Scene& scene) {
+  const Eigen::Vector3d centre = cam_from_world * lamp.centre_m;
+  double relative = 0;
+  if (const auto errors = errors_of(lamp, scene)) {
+    const Eigen::Vector3d sight = cam_from_world.rotation.transpose() * centre.normalized();
+    relative = square(errors->size) + square(errors->tilt_rad) +
+               errors->position_m.cwiseProduct(sight).squaredNorm() / centre.squaredNorm();
+  }
+  double variance_px2 = relative * square(blob.ellipse.semi_major_px);
+  if (!scene.camera.is_exact()) {
+    const CameraErrors camera(scene.camera);
+    const Eigen::Vector3d across = lamp.reach_m() * centre.unitOrthogonal();
+    const Eigen::Vector3d up = centre.normalized().cross(across);
+    for (const Eigen::Vector3d& reach : {across, up})
+      variance_px2 += 0.5 *
+                      (camera.by_errors(scene.camera, centre + reach) -
+                       camera.by_errors(scene.camera, centre - reach))
+                          .squaredNorm() /
+                      4;
+  }
+  return variance_px2;
+}
+
 /// Adds the shape of a rim without the common growth of saturated rims. Its errors: those of its
 /// points, each axis from half of them; the growth of a saturated rim, which differs between lamps
 /// by as much as the common growth; and a relative error of the model.
-void add_shape(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
-               const Camera& camera, double common_growth_px, SeenLamp& seen) {
+void add_shape(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world, const Scene& scene,
+               double common_growth_px, SeenLamp& seen) {
   constexpr double min_growth_px = 2, relative = 0.003, step = 1e-6;
+  const Camera& camera = scene.camera;
   if (lamp.shape != LampShape::disc || blob.rim.empty() || blob.striped) return;
   const auto shape = predicted_shape(lamp, cam_from_world, camera);
   if (!shape) return;
@@ -124,7 +152,7 @@ void add_shape(const Lamp& lamp, const Blob& blob, const Rigid3& cam_from_world,
   const double growth_px = blob.saturated ? std::max(min_growth_px, std::abs(common_growth_px)) : 0;
   seen.shape_sigma_px =
       std::sqrt(2 * variance_px2 / square(count) + square(relative * blob.ellipse.semi_major_px) +
-                square(growth_px));
+                square(growth_px) + size_variance_px2(lamp, blob, cam_from_world, scene));
 }
 
 /// ln of the density ratio of a code: one false light in a hundred has a code, which is then that
@@ -205,11 +233,11 @@ PoseEvidence evidence_of(const Refined& refined, const Hypothesis& hypothesis,
       continue;
     }
     seen.residual_px = scene.camera.difference_px(*px, blob.centroid_px);
-    seen.covariance_px2 = blob.covariance_px2;
+    seen.covariance_px2 = blob.covariance_px2 + image_covariance_px2(lamp, cam_from_world, scene);
     const auto [light, log_visible] = appearance(lamp, blob, cam_from_world, scene);
     lights.push_back(light);
     evidence.log_appearance += log_visible + log_code_ratio(lamp, blob, scene.lamps.size());
-    add_shape(lamp, blob, cam_from_world, scene.camera, growth_px, seen);
+    add_shape(lamp, blob, cam_from_world, scene, growth_px, seen);
     evidence.lamps.push_back(seen);
   }
   evidence.log_appearance += log_light_ratio(lights, log_fluxes(blobs, is_lamp, scene));

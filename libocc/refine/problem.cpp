@@ -47,7 +47,7 @@ RefineProblem::RefineProblem(const Observations& observations, const Scene& scen
   if (!uses_rims(rung)) return;
   rims_.reserve(observations.lamps.size());
   for (const LampObservation& lamp : observations.lamps)
-    rims_.emplace_back(lamp, observations.rim, scene);
+    rims_.emplace_back(lamp, observations, scene, options.huber_sigma);
   pixels_.resize(observations.lamps.size());
   if (rung != Rung::direct || !observations.has_pixels()) return;
   noise_.emplace(scene.sensor);
@@ -73,15 +73,52 @@ Eigen::Vector3d RefineProblem::pivot(const State& state) const {
 bool RefineProblem::linearise(const State& state, const Eigen::Vector3d& pivot,
                               PoseNormalEquations& normal) {
   normal = PoseNormalEquations{};
+  const Eigen::Index camera_errors = observations_.camera_errors.count();
+  std::optional<CameraSums> camera;
+  if (camera_errors > 0) camera.emplace(camera_errors);
   for (std::size_t i = 0; i < observations_.lamps.size(); ++i) {
-    if (!add_lamp(i, state, pivot, normal)) return false;
+    if (!add_lamp(i, state, pivot, normal, camera ? &*camera : nullptr)) return false;
   }
   add_priors(state, pivot, normal);
+  if (camera) eliminate_camera(*camera, normal);
   return true;
 }
 
+void RefineProblem::eliminate_camera(const CameraSums& camera, PoseNormalEquations& normal) {
+  camera_gain_ = camera.gain();
+  camera_estimate_ = -camera_gain_ * camera.gradient;
+  camera_mixed_ = camera.mixed;
+  normal.information.noalias() -= camera.mixed * camera_gain_ * camera.mixed.transpose();
+  normal.gradient += camera.mixed * camera_estimate_;
+  const double reduction = -camera.gradient.dot(camera_estimate_);
+  normal.chi2 -= reduction;
+  normal.robust_chi2 -= reduction;
+}
+
+void RefineProblem::report_own_chi2(const State& state, std::vector<LampObservation>& lamps) const {
+  for (std::size_t i = 0; i < lamps.size(); ++i) {
+    LampObservation& lamp = lamps[i];
+    lamp.own_chi2 = lamp.own_coordinates = 0;
+    if (lamp.contradicts) continue;
+    if (held_[i].by_rim) {
+      lamp.own_chi2 = rims_[i].own_chi2();
+      lamp.own_coordinates = 3;
+    } else if (lamp.has_centroid) {
+      const auto centroid = centroid_residual(lamp, state, pivot(state));
+      if (!centroid) continue;
+      lamp.own_chi2 = centroid->residual_px.dot(centroid->information * centroid->residual_px);
+      lamp.own_coordinates = 2;
+    }
+  }
+}
+
+Eigen::VectorXd RefineProblem::camera_estimate(const Vector8& step) const {
+  if (camera_gain_.size() == 0) return {};
+  return camera_estimate_ - camera_gain_ * camera_mixed_.transpose() * step;
+}
+
 bool RefineProblem::add_lamp(std::size_t index, const State& state, const Eigen::Vector3d& pivot,
-                             PoseNormalEquations& normal) {
+                             PoseNormalEquations& normal, CameraSums* camera) {
   const LampObservation& lamp = observations_.lamps[index];
   Held& held = held_[index];
   held.by_rim = false;
@@ -97,8 +134,8 @@ bool RefineProblem::add_lamp(std::size_t index, const State& state, const Eigen:
     held.by_rim = !lamp.has_centroid || lost <= max_lost_share * count;
   }
   if (held.by_rim) {
-    rims_[index].add_to(normal, options_.huber_sigma);
-  } else if (lamp.has_centroid && !add_centroid(lamp, state, pivot, normal)) {
+    rims_[index].add_to(normal, camera);
+  } else if (lamp.has_centroid && !add_centroid(lamp, state, pivot, normal, camera, held)) {
     return false;
   }
   return !lamp.has_flux || add_flux(lamp, state, pivot, held.flux_weight, normal);
@@ -111,7 +148,18 @@ std::optional<RefineProblem::CentroidResidual> RefineProblem::centroid_residual(
       predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene_, rung_, &d_pose);
   if (!centre) return std::nullopt;
   CentroidResidual centroid{scene_.camera.difference_px(lamp.blob->centroid_px, *centre),
-                            Eigen::Matrix<double, 2, 8>::Zero()};
+                            Eigen::Matrix<double, 2, 8>::Zero(), lamp.centroid_information};
+  if (lamp.errors) {
+    const Eigen::Matrix2d covariance =
+        lamp.centroid_information.inverse() +
+        image_covariance_px2(*lamp.lamp, state.cam_from_world, scene_.camera, lamp.errors);
+    centroid.information = covariance.inverse();
+  }
+  if (observations_.camera_errors.count() > 0) {
+    centroid.by_camera = -observations_.camera_errors.by_errors(
+        scene_.camera, state.cam_from_world * lamp.lamp->centre_m);
+    centroid.residual_px -= centroid.by_camera * observations_.camera_shift;
+  }
   for (int i = 0; i < 2; ++i) {
     Vector8 row = Vector8::Zero();
     row.head<6>() = -d_pose.row(i).transpose();
@@ -121,12 +169,26 @@ std::optional<RefineProblem::CentroidResidual> RefineProblem::centroid_residual(
   return centroid;
 }
 
+Eigen::Matrix2d RefineProblem::CentroidResidual::covariance_px2() const {
+  Eigen::Matrix2d covariance = information.inverse();
+  if (by_camera.cols() > 0) covariance += by_camera * by_camera.transpose();
+  return covariance;
+}
+
 bool RefineProblem::add_centroid(const LampObservation& lamp, const State& state,
-                                 const Eigen::Vector3d& pivot, PoseNormalEquations& normal) const {
+                                 const Eigen::Vector3d& pivot, PoseNormalEquations& normal,
+                                 CameraSums* camera, Held& held) const {
   const std::optional<CentroidResidual> p = centroid_residual(lamp, state, pivot);
   if (!p) return false;
-  const Eigen::Matrix<double, 8, 2> informed = p->jacobian.transpose() * lamp.centroid_information;
-  const double chi2 = p->residual_px.dot(lamp.centroid_information * p->residual_px);
+  held.centroid_information = p->information;
+  held.by_camera = p->by_camera;
+  const Eigen::Matrix<double, 8, 2> informed = p->jacobian.transpose() * p->information;
+  const double chi2 = p->residual_px.dot(p->information * p->residual_px);
+  if (camera) {
+    camera->mixed += informed * p->by_camera;
+    camera->information += p->by_camera.transpose() * p->information * p->by_camera;
+    camera->gradient += p->by_camera.transpose() * p->information * p->residual_px;
+  }
   normal.information.noalias() += informed * p->jacobian;
   normal.gradient.noalias() += informed * p->residual_px;
   normal.chi2 += chi2;
@@ -176,21 +238,28 @@ void RefineProblem::add_priors(const State& state, const Eigen::Vector3d& pivot,
   if (options_.prior) add_prior(*options_.prior, state.cam_from_world, pivot, normal);
 }
 
-double RefineProblem::chi2(const State& state) const {
+double RefineProblem::chi2(const State& state) {
   PoseNormalEquations own;
   add_priors(state, Eigen::Vector3d::Zero(), own);
   double sum = own.chi2;
+  const Eigen::Index camera_errors = observations_.camera_errors.count();
+  Eigen::VectorXd by_camera = Eigen::VectorXd::Zero(camera_errors);
   for (std::size_t i = 0; i < observations_.lamps.size(); ++i) {
     const LampObservation& lamp = observations_.lamps[i];
     if (lamp.contradicts) continue;
     if (held_[i].by_rim) {
-      sum += rims_[i].chi2(state);
+      sum += rims_[i].chi2(state, camera_errors > 0 ? &by_camera : nullptr);
     } else if (lamp.has_centroid) {
       const std::optional<Eigen::Vector2d> centre =
           predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene_, rung_);
       if (!centre) return std::numeric_limits<double>::infinity();
-      const Eigen::Vector2d residual = scene_.camera.difference_px(lamp.blob->centroid_px, *centre);
-      sum += residual.dot(lamp.centroid_information * residual);
+      const Held& held = held_[i];
+      Eigen::Vector2d residual = scene_.camera.difference_px(lamp.blob->centroid_px, *centre);
+      if (camera_errors > 0) {
+        residual -= held.by_camera * observations_.camera_shift;
+        by_camera += held.by_camera.transpose() * held.centroid_information * residual;
+      }
+      sum += residual.dot(held.centroid_information * residual);
     }
     if (lamp.has_flux) {
       const std::optional<double> residual = flux_residual(lamp, state, scene_);
@@ -198,7 +267,7 @@ double RefineProblem::chi2(const State& state) const {
       sum += held_[i].flux_weight * *residual * *residual;
     }
   }
-  return sum;
+  return camera_errors > 0 ? sum - by_camera.dot(camera_gain_ * by_camera) : sum;
 }
 
 double RefineProblem::max_motion_px(const State& state, const Eigen::Vector3d& pivot,

@@ -9,6 +9,7 @@
 #include "libocc/core/math.hpp"
 #include "libocc/identify/internal/assignment_problem.hpp"
 #include "libocc/pose/internal/evidence.hpp"
+#include "libocc/refine/internal/estimated_map.hpp"
 #include "libocc/refine/internal/lamp_sizes.hpp"
 #include "libocc/refine/internal/pose_evidence.hpp"
 #include "libocc/refine/internal/pose_roots.hpp"
@@ -24,7 +25,8 @@ RankedPose refine_hypothesis(const RefinementAhead& ahead, const Hypothesis& hyp
   RefineOptions options = given;
   options.rung = std::min(options.rung, Rung::rims);
   RankedPose ranked;
-  ranked.refined = occ::refine(start, hypothesis.matches, ahead.blobs, ahead.scene, options);
+  ranked.refined =
+      refine_as_stated(start, hypothesis.matches, ahead.blobs, ahead.scene, options, nullptr);
   Result<Refined>& refined = ranked.refined;
   ranked.hypothesis = &hypothesis;
   ranked.unfinished = refined.status == Status::not_converged && refined->iterations > 0;
@@ -158,8 +160,8 @@ void weigh_to_the_end(const RefinementAhead& ahead, RefineOptions options, Refin
 void refine_by_pixels(const RefinementAhead& ahead, const RefineOptions& options,
                       RankedPose& pose) {
   if (!pose.refined.ok()) return;
-  Result<Refined> refined = occ::refine(pose.refined->cam_from_world, pose.hypothesis->matches,
-                                        ahead.blobs, ahead.scene, options, *ahead.image);
+  Result<Refined> refined = refine_as_stated(pose.refined->cam_from_world, pose.hypothesis->matches,
+                                             ahead.blobs, ahead.scene, options, ahead.image);
   if (refined.ok()) pose.refined.value = std::move(refined.value);
 }
 
@@ -215,6 +217,9 @@ Refinement refine_hypotheses(const RefinementAhead& ahead,
   });
   if (ahead.image && options.rung == Rung::direct)
     for (RankedPose& pose : poses) refine_by_pixels(ahead, options, pose);
+  for (RankedPose& pose : poses)
+    pose.refined = with_estimated_map(pose.refined, pose.hypothesis->matches, ahead.blobs,
+                                      ahead.scene, options);
   complete(poses.front().refined, out.choice);
   return out;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -10,7 +11,9 @@
 #include "libocc/core/internal/robust_loss.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/core/statistics.hpp"
+#include "libocc/refine/internal/estimated_map.hpp"
 #include "libocc/refine/internal/flat_minimum.hpp"
+#include "libocc/refine/internal/lamp_contradictions.hpp"
 #include "libocc/refine/internal/minimise.hpp"
 #include "libocc/refine/internal/outliers.hpp"
 #include "libocc/refine/internal/pose_covariance.hpp"
@@ -40,7 +43,8 @@ constexpr int max_revisions = 5;
 constexpr double direct_tolerance = 100;
 
 double rim_rms(const LampObservation& lamp, const Observations& observations, const State& state) {
-  const LampInCam in_cam = lamp_in_cam(*lamp.lamp, state.cam_from_world);
+  LampInCam in_cam = lamp_in_cam(*lamp.lamp, state.cam_from_world);
+  if (lamp.errors) in_cam = with_error(in_cam, lamp.error(), state.cam_from_world);
   const double growth_px = lamp.blob->saturated ? state.growth_px : 0;
   double sum = 0;
   int count = 0;
@@ -67,6 +71,8 @@ void report_residuals(const State& state, const std::vector<Match>& matches,
                                       : std::min(rung, Rung::centres);
     residual.contradicts = lamp.contradicts;
     residual.misfit = lamp.misfit;
+    residual.position_error_m = lamp.error().segment<3>(3);
+    residual.size_error = lamp.error()[6];
     const std::optional<Eigen::Vector2d> centre =
         predicted_centroid_px(*lamp.lamp, state.cam_from_world, scene.camera, rung);
     const auto centroid =
@@ -112,7 +118,12 @@ double contradiction_chi2(const Observations& observations, const Scene& scene, 
         predicted_centroid_px(*lamp.lamp, *lamp.blob, state.cam_from_world, scene, rung);
     if (!centre) continue;
     const Eigen::Vector2d residual = scene.camera.difference_px(lamp.blob->centroid_px, *centre);
-    const double chi2 = residual.dot(lamp.centroid_information * residual);
+    Eigen::Matrix2d information = lamp.centroid_information;
+    if (lamp.errors || observations.camera_errors.count() > 0)
+      information =
+          (information.inverse() + image_covariance_px2(*lamp.lamp, state.cam_from_world, scene))
+              .inverse();
+    const double chi2 = residual.dot(information * residual);
     const double weight = internal::core::huber_weight(chi2, huber_sigma);
     sum += weight * (2 - weight) * chi2;
   }
@@ -147,7 +158,11 @@ Minimum minimise_by_rims(const State& start, Observations& observations, const S
   }
   if (observations.rims_grow) near.growth_px = typical_growth_px(near, observations);
   RefineProblem problem(observations, scene, options, Rung::rims);
-  return minimise(problem, near, options.max_iterations, tolerance_px);
+  const Minimum minimum = minimise(problem, near, options.max_iterations, tolerance_px);
+  for (std::size_t i = 0; i < observations.lamps.size(); ++i)
+    if (observations.lamps[i].errors) observations.lamps[i].unit_error = problem.lamp_error(i);
+  problem.report_own_chi2(minimum.state, observations.lamps);
+  return minimum;
 }
 
 /// Start value for the direct rung, from centroids alone if their redundancy is sufficient.
@@ -208,6 +223,62 @@ std::optional<Minimum> minimise_by_pixels(const State& start, Observations& obse
   return std::nullopt;
 }
 
+/// The observations with the camera that contains these errors.
+void linearise_camera(const Eigen::VectorXd& errors, const Camera& stated,
+                      const std::vector<Match>& matches, const std::vector<Blob>& blobs,
+                      const RefineOptions& options, Observations& observations, Scene& scene) {
+  const Observations before = std::move(observations);
+  scene.camera = before.camera_errors.camera(stated, errors);
+  observations = observe(matches, blobs, scene, options);
+  observations.camera_shift = errors;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    observations.lamps[i].contradicts = before.lamps[i].contradicts;
+    observations.lamps[i].unit_error = before.lamps[i].unit_error;
+  }
+}
+
+/// Minimum for the rungs below direct if the camera has errors. They can move the image by many
+/// pixels, so the camera is linearised anew at their estimate until that is stable. The estimates
+/// by centroids converge from farther away than those by rims.
+Minimum minimise_with_camera(const State& start, const std::vector<Match>& matches,
+                             const std::vector<Blob>& blobs, const RefineOptions& options,
+                             Observations& observations, Scene& scene) {
+  constexpr int max_passes = 20;
+  constexpr double rough_sigmas = 0.01, stable_sigmas = 1e-3;
+  const Camera stated = scene.camera;
+  const auto linearise_at = [&](const Minimum& minimum) {
+    const double step = (minimum.camera_errors - observations.camera_shift).norm();
+    linearise_camera(minimum.camera_errors, stated, matches, blobs, options, observations, scene);
+    return step;
+  };
+  Minimum minimum{start};
+  if (observations.equations(options, Rung::centres) >= 6 && !observations.rim.empty()) {
+    for (int pass = 0; pass < max_passes; ++pass) {
+      Minimum rough =
+          minimise_by_centroids(minimum.state, observations, scene, options, rough_tolerance_px);
+      if (!rough.defined) break;
+      minimum = std::move(rough);
+      if (linearise_at(minimum) < rough_sigmas) break;
+    }
+  }
+  if (observations.rim.empty() || !minimum.defined)
+    minimum = minimise_by_rims(minimum.state, observations, scene, options, rough_tolerance_px);
+  minimum.converged = false;
+  for (int pass = 0; pass < options.max_iterations && minimum.defined; ++pass) {
+    const double step = linearise_at(minimum);
+    const bool is_last = minimum.converged && step < stable_sigmas;
+    const Rung rung = observations.rim.empty() ? std::min(options.rung, Rung::centres) : Rung::rims;
+    RefineProblem problem(observations, scene, options, rung);
+    minimum = step_with_camera(problem, minimum.state, options.tolerance_px);
+    minimum.iterations = pass + 1;
+    for (std::size_t i = 0; i < observations.lamps.size(); ++i)
+      if (observations.lamps[i].has_rim()) observations.lamps[i].unit_error = problem.lamp_error(i);
+    minimum.converged = is_last || (minimum.converged && step < stable_sigmas);
+    if (is_last) break;
+  }
+  return minimum;
+}
+
 Minimum find_minimum(const State& start, Observations& observations, const Scene& scene,
                      const RefineOptions& options) {
   if (observations.has_pixels()) {
@@ -242,7 +313,12 @@ void report_lamps(const Minimum& minimum, const RefineOptions& options, Refined&
   refined.lamp_gradient = -rows.jacobian.transpose() * rows.residuals / factor;
 }
 
-void conclude(const Minimum& minimum, const RefineOptions& options, Result<Refined>& result) {
+double factor_of(const LampContradiction& lamps) {
+  return lamps.factor > 1 ? lamps.factor * few_lamps_factor(lamps.dof) : 1;
+}
+
+void conclude(const Minimum& minimum, const RefineOptions& options,
+              const std::vector<LampObservation>& lamps, Result<Refined>& result) {
   if (!minimum.defined) {
     result.status = Status::not_converged;
     result.message =
@@ -255,7 +331,8 @@ void conclude(const Minimum& minimum, const RefineOptions& options, Result<Refin
     result.message = "the lamps do not determine the pose: they are collinear or coincide";
     return;
   }
-  result.value.variance_factor = variance_factor(minimum.normal.robust_chi2, result->dof);
+  result.value.variance_factor = std::max(variance_factor(minimum.normal.robust_chi2, result->dof),
+                                          factor_of(contradiction_of(lamps)));
   Matrix6& covariance = result.value.covariance;
   covariance = result->variance_factor * pose.covariance + minimum.bend;
   covariance.bottomRightCorner<3, 3>() +=
@@ -275,19 +352,40 @@ void RefineOptions::validate() const {
 
 namespace {
 
+/// Tolerance of the steps, at least 0.5 % of the smallest error of a lamp's place by the map.
+double tolerance_px(const Rigid3& start, const Observations& observations, const Scene& scene,
+                    const RefineOptions& options) {
+  constexpr double share = 5e-3;
+  double smallest_px = std::numeric_limits<double>::infinity();
+  for (const LampObservation& lamp : observations.lamps) {
+    if (!lamp.errors) return options.tolerance_px;
+    const Eigen::Matrix2d covariance =
+        image_covariance_px2(*lamp.lamp, start, scene.camera, lamp.errors);
+    smallest_px = std::min(smallest_px, std::sqrt(covariance.trace() / 2));
+  }
+  return std::isfinite(smallest_px) ? std::max(options.tolerance_px, share * smallest_px)
+                                    : options.tolerance_px;
+}
+
 Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& matches,
-                            const std::vector<Blob>& blobs, const Scene& scene,
-                            const RefineOptions& options, const ImageView* image) {
+                            const std::vector<Blob>& blobs, const Scene& stated,
+                            RefineOptions options, const ImageView* image) {
   options.validate();
   require(start.rotation.allFinite() && start.translation.allFinite(), "start", start.matrix(),
           "finite");
+  std::optional<Scene> corrected;  // the scene with the estimated camera
+  if (!stated.camera.is_exact()) corrected = stated;
+  const Scene& scene = corrected ? *corrected : stated;
   Observations observations = observe(matches, blobs, scene, options, image);
+  options.tolerance_px = tolerance_px(start, observations, scene, options);
   Result<Refined> result;
   Refined& refined = result.value;
   State state{start};
   const int equations = observations.equations(options, options.rung);
   if (equations >= 6) {
-    Minimum minimum = find_minimum(state, observations, scene, options);
+    Minimum minimum =
+        corrected ? minimise_with_camera(state, matches, blobs, options, observations, *corrected)
+                  : find_minimum(state, observations, scene, options);
     if (minimum.converged && !observations.has_pixels() && may_be_flat(minimum)) {
       const Rung rung =
           observations.rim.empty() ? std::min(options.rung, Rung::centres) : Rung::rims;
@@ -300,7 +398,7 @@ Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& match
         contradiction_chi2(observations, scene, state, options.rung, options.huber_sigma);
     refined.iterations = minimum.iterations;
     refined.dof = observations.degrees_of_freedom(options, options.rung) + minimum.normal.pixels;
-    conclude(minimum, options, result);
+    conclude(minimum, options, observations.lamps, result);
   } else {
     refined.dof = observations.degrees_of_freedom(options, options.rung);
     result.status = Status::too_few_lamps;
@@ -318,16 +416,26 @@ Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& match
 
 }  // namespace
 
+Result<Refined> internal::refine::refine_as_stated(const Rigid3& start,
+                                                   const std::vector<Match>& matches,
+                                                   const std::vector<Blob>& blobs,
+                                                   const Scene& scene, const RefineOptions& options,
+                                                   const ImageView* image) {
+  return refine_with(start, matches, blobs, scene, options, image);
+}
+
 Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
                        const std::vector<Blob>& blobs, const Scene& scene,
                        const RefineOptions& options) {
-  return refine_with(start, matches, blobs, scene, options, nullptr);
+  return with_estimated_map(refine_as_stated(start, matches, blobs, scene, options, nullptr),
+                            matches, blobs, scene, options);
 }
 
 Result<Refined> refine(const Rigid3& start, const std::vector<Match>& matches,
                        const std::vector<Blob>& blobs, const Scene& scene,
                        const RefineOptions& options, const ImageView& image) {
-  return refine_with(start, matches, blobs, scene, options, &image);
+  return with_estimated_map(refine_as_stated(start, matches, blobs, scene, options, &image),
+                            matches, blobs, scene, options);
 }
 
 }  // namespace occ

@@ -24,10 +24,21 @@
 // probability of 0.1 %); this takes five lamps or a prior. Huber's loss reduces the weight of stray
 // rim points, fluxes and pixels.
 //
+// Errors of the scene that it states (Lamp::position_sigma_m, size_sigma, tilt_sigma_rad,
+// Scene::map_sigma_m, Camera::parameter_covariance) are unknowns with priors: those of each lamp
+// are eliminated with its observations, those of the camera with all of them. The lamps concerned
+// are taken by their rims on the rung direct.
+//
 // The covariance is (J^T J)^-1 of the whitened residuals; it is valid if the stated sigmas are. If
 // chi2 exceeds its 99.9 % quantile, the covariance is multiplied by the variance factor chi2 / dof
-// (the a posteriori variance of unit weight). It includes the second-order effect of a rotation
-// about distant lamps on the translation (arc_moment).
+// (the a posteriori variance of unit weight). Errors of map and camera that are not stated are one
+// for each lamp, however many points its rim has. So a second factor compares the lamps as wholes:
+// the reductions of chi2 if each lamp alone is moved, over their number of coordinates less the six
+// of the pose; the larger factor counts. If it is significant and all lamps have rims, the fit is
+// repeated with errors of the map whose standard deviations are estimated
+// (Refined::estimated_map_sigma_m, estimated_size_sigma). Both factors are enlarged for few lamps,
+// so that three sigma are those of Student's distribution. The covariance includes the second-order
+// effect of a rotation about distant lamps on the translation (arc_moment).
 #pragma once
 
 #include <optional>
@@ -76,7 +87,7 @@ struct LIBOCC_API RefineOptions {
   int max_iterations = 20;  ///< limit of the number of steps
   /// Converged when a step moves the image of no lamp farther than this. That step is still taken,
   /// so the remaining error is far smaller. Rung::direct converges faster and uses 100 times the
-  /// value.
+  /// value. If no lamp's position is exact: at least 0.5 % of the errors that this causes.
   double tolerance_px = 1e-5;
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
@@ -90,6 +101,10 @@ struct LampResidual {
   double misfit = 1;         ///< direct: residuals of its pixels relative to the sensor's noise
   double rms_px = 0;  ///< r.m.s. residual of its rim points, or length of its centroid residual
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< predicted centre of the lamp's image
+  /// Estimated error of the lamp's position in the scene, in the frame of the world; zero if it is
+  /// exact or used by its centroid.
+  Eigen::Vector3d position_error_m = Eigen::Vector3d::Zero();
+  double size_error = 0;  ///< estimated relative error of its size in the scene
 };
 
 /// Refined pose with its statistics.
@@ -103,8 +118,16 @@ struct Refined {
   Vector6 lamp_gradient = Vector6::Zero();  ///< g of the expression above
   double chi2 = 0;  ///< robust; includes the prior and the lamps that were left out
   int dof = 0;      ///< observations minus parameters
-  /// Contained in the covariance; 1 unless chi2 exceeds its 99.9 % quantile.
+  /// Contained in the covariance; 1 unless chi2 of all residuals or of the lamps as wholes exceeds
+  /// its 99.9 % quantile.
   double variance_factor = 1;
+  /// Standard deviation of errors of the lamps' positions along each axis, estimated because lamps
+  /// that are stated as exact contradict each other. Pose, covariance and the lamps' residuals then
+  /// allow for them; chi2, dof and variance_factor are those of the scene as it is stated.
+  std::optional<double> estimated_map_sigma_m;
+  /// Standard deviation of relative errors of the lamps' sizes, estimated if their directions agree
+  /// with each other and the sizes of their images do not. The positions are then used as exact.
+  std::optional<double> estimated_size_sigma;
   double rms_px = 0;                    ///< r.m.s. centre residual over all lamps
   std::vector<LampResidual> lamps;      ///< in the order of the matches
   std::optional<double> rim_growth_px;  ///< common growth of saturated lamps

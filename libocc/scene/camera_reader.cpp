@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <stdexcept>
 
@@ -40,6 +41,53 @@ std::array<Word<CameraKind>, 5> kind_words() {
   return words;
 }
 
+/// Names of all parameters that a camera of this model can have.
+std::vector<std::string> parameter_names(const Camera& camera) {
+  const Camera longest = camera.is_pinhole()
+                             ? Camera::pinhole(1, 1, 1, 1, 0, 0, std::vector<double>(14))
+                         : camera.kind() == CameraKind::fisheye
+                             ? Camera::fisheye(1, 1, 1, 1, 0, 0, std::vector<double>(4))
+                             : camera;
+  std::vector<std::string> names;
+  for (const CameraParameter& parameter : longest.parameters()) names.push_back(parameter.name);
+  return names;
+}
+
+/// The keys `parameter_sigmas` and `parameter_covariance`, which describe errors of the camera.
+struct ErrorKeys {
+  std::optional<YamlSection> sigmas;
+  std::vector<double> covariance;
+};
+
+ErrorKeys read_errors(YamlSection& camera) {
+  ErrorKeys keys;
+  if (camera.has("parameter_sigmas")) keys.sigmas = camera.section("parameter_sigmas");
+  if (camera.has("parameter_covariance")) camera.read("parameter_covariance", keys.covariance);
+  if (keys.sigmas && !keys.covariance.empty())
+    camera.fail("parameter_covariance", "must not be given together with `parameter_sigmas`");
+  return keys;
+}
+
+Camera with_errors(const Camera& exact, ErrorKeys keys, const YamlSection& camera) {
+  Camera made = exact;
+  if (keys.sigmas) {
+    std::map<std::string, double> sigmas;
+    for (const std::string& name : parameter_names(exact))
+      if (keys.sigmas->has(name)) keys.sigmas->read(name, sigmas[name]);
+    keys.sigmas->reject_unknown();
+    keys.sigmas->check([&] { made = exact.with_parameter_sigmas(sigmas); },
+                       sigmas.empty() ? "" : sigmas.begin()->first);
+  }
+  if (keys.covariance.empty()) return made;
+  const auto count = static_cast<Eigen::Index>(exact.parameters().size());
+  if (static_cast<Eigen::Index>(keys.covariance.size()) != count * count)
+    camera.fail_value("parameter_covariance", "must be a list of " + std::to_string(count) + " x " +
+                                                  std::to_string(count) + " numbers, row by row");
+  const Eigen::Map<const Eigen::MatrixXd> covariance(keys.covariance.data(), count, count);
+  camera.check([&] { made = exact.with_parameter_covariance(covariance); }, "parameter_covariance");
+  return made;
+}
+
 Camera read_line(YamlSection& camera, CameraKind kind, int width, int height) {
   RotatingLine line;
   line.width = width;
@@ -58,13 +106,14 @@ Camera read_line(YamlSection& camera, CameraKind kind, int width, int height) {
   if (tumbling.size() != line.tumbling_rad.size())
     camera.fail_value("tumbling_rad", "must be a list of 6 numbers");
   std::copy(tumbling.begin(), tumbling.end(), line.tumbling_rad.begin());
+  const ErrorKeys errors = read_errors(camera);
   camera.reject_unknown();
   std::optional<Camera> made;
   camera.check([&] {
     made = kind == CameraKind::rotating_line ? Camera::rotating_line(line)
                                              : Camera::rotating_line_first_order(line);
   });
-  return *made;
+  return with_errors(*made, errors, camera);
 }
 
 Camera read_plane(YamlSection& camera, YamlSection& root, CameraKind kind, int width, int height) {
@@ -87,6 +136,7 @@ Camera read_plane(YamlSection& camera, YamlSection& root, CameraKind kind, int w
     camera.read("skew_px", skew_px);
     camera.read("distortion", distortion);
   }
+  const ErrorKeys errors = read_errors(camera);
   camera.reject_unknown();
   std::optional<Camera> made;
   camera.check([&] {
@@ -97,7 +147,7 @@ Camera read_plane(YamlSection& camera, YamlSection& root, CameraKind kind, int w
     else
       made = Camera::pinhole(width, height, fx_px, fy_px, cx_px, cy_px, distortion, skew_px);
   });
-  return *made;
+  return with_errors(*made, errors, camera);
 }
 
 Camera read_inline(YamlSection& camera, YamlSection& root) {
@@ -189,13 +239,16 @@ Camera internal::scene::read_camera_section(YamlSection& root) {
   if (!camera.has("file")) return read_inline(camera, root);
   std::string name;
   camera.read("file", name);
+  const ErrorKeys errors = read_errors(camera);
   camera.reject_unknown();
   const std::filesystem::path path = std::filesystem::path(root.file()).parent_path() / name;
+  std::optional<Camera> named;
   try {
-    return read_named_file(path.string());
+    named = read_named_file(path.string());
   } catch (const std::runtime_error& error) {
     camera.fail("file", error.what());
   }
+  return with_errors(*named, errors, camera);
 }
 
 Camera read_camera(const std::string& path) {

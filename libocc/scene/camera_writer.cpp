@@ -101,11 +101,7 @@ std::string ros_text(const Camera& camera, const std::string& name) {
   return text;
 }
 
-}  // namespace
-
-void internal::scene::write_camera_section(const Camera& camera, std::string& out) {
-  out += "camera:\n";
-  Lines lines(out, "  ");
+void write_model(const Camera& camera, Lines& lines) {
   lines.add("model", std::string(name_of(camera.kind())));
   lines.add("width_px", camera.width());
   lines.add("height_px", camera.height());
@@ -122,6 +118,29 @@ void internal::scene::write_camera_section(const Camera& camera, std::string& ou
   }
   lines.add("skew_px", camera.skew_px());
   lines.add("distortion", list_text(camera.distortion()));
+}
+
+void write_errors(const Camera& camera, Lines& lines) {
+  if (camera.is_exact()) return;
+  const auto sigmas = camera.independent_sigmas();
+  if (!sigmas) {
+    const Eigen::MatrixXd covariance = camera.parameter_covariance();
+    lines.add("parameter_covariance", list_text(covariance.reshaped()));
+    return;
+  }
+  std::string text;
+  for (const auto& [name, sigma] : *sigmas)
+    text += (text.empty() ? "" : ", ") + name + ": " + text_of(sigma);
+  lines.add("parameter_sigmas", "{" + text + "}");
+}
+
+}  // namespace
+
+void internal::scene::write_camera_section(const Camera& camera, std::string& out) {
+  out += "camera:\n";
+  Lines lines(out, "  ");
+  write_model(camera, lines);
+  write_errors(camera, lines);
 }
 
 std::string format_camera(const Camera& camera, CameraFormat format, const std::string& name) {

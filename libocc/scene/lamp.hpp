@@ -9,6 +9,7 @@
 
 #include "libocc/codes/code.hpp"
 #include "libocc/core/abi.hpp"
+#include "libocc/core/per_axis.hpp"
 
 namespace occ {
 
@@ -43,8 +44,13 @@ struct LIBOCC_API Lamp {
   Eigen::Vector2d size_m =
       Eigen::Vector2d::Zero();  ///< rectangle, lame: (a, b), along x_axis and across it
   Eigen::Vector3d x_axis =
-      Eigen::Vector3d::UnitX();                ///< rectangle, lame: direction of the first side
-  double exponent = 2;                         ///< lame: n in [1, 100]; 2 is an ellipse
+      Eigen::Vector3d::UnitX();  ///< rectangle, lame: direction of the first side
+  double exponent = 2;           ///< lame: n in [1, 100]; 2 is an ellipse
+  /// Standard deviations of centre_m along the axes of the world; none: Scene::map_sigma_m.
+  std::optional<PerAxis> position_sigma_m;
+  double size_sigma = 0;  ///< relative standard deviation of radius_m or size_m
+  /// Standard deviation of the directions of the normal and, of shapes with sides, of x_axis.
+  std::optional<double> tilt_sigma_rad;
   double power_w = 1;                          ///< radiant power while lit
   double power_sigma = 0.1;                    ///< relative standard deviation of power_w
   double half_power_rad = 1.0471975511965976;  ///< half-power semi-angle (60 degrees)

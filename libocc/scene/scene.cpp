@@ -44,6 +44,19 @@ void check_codes(const std::vector<Lamp>& lamps) {
   }
 }
 
+// A sigma of zero for every lamp states that the map is exact: then it is left out.
+void check_position_sigmas(const Scene& scene) {
+  bool stated = false;
+  for (const Lamp& lamp : scene.lamps) {
+    const std::optional<PerAxis> sigma_m = scene.position_sigma_m(lamp);
+    if (sigma_m && !sigma_m->isZero(0)) return;
+    stated = stated || sigma_m;
+  }
+  if (stated)
+    require(false, scene.map_sigma_m ? "map_sigma_m" : "lamps: position_sigma_m", 0.0,
+            "positive for one lamp or more; leave it out if the map is exact");
+}
+
 }  // namespace
 
 void Scene::validate() {
@@ -60,6 +73,9 @@ void Scene::validate() {
             "unique in its family");
   }
   check_codes(lamps);
+  if (map_sigma_m && !NotNegative{}.holds(*map_sigma_m))
+    require(false, "map_sigma_m", vector_text(*map_sigma_m), "zero or positive");
+  check_position_sigmas(*this);
   lens.validate();
   effects.validate();
   require(ambient_w_m2 >= 0 && std::isfinite(ambient_w_m2), "ambient_w_m2", ambient_w_m2,

@@ -40,8 +40,11 @@ struct LIBOCC_API Box {
 struct LIBOCC_API Scene {
   /// Projection; its size is the image's.
   Camera camera = Camera::pinhole(640, 480, 500, 500, 319.5, 239.5);
-  Sensor sensor;                     ///< exposure, noise and response
-  std::vector<Lamp> lamps;           ///< unique ids
+  Sensor sensor;            ///< exposure, noise and response
+  std::vector<Lamp> lamps;  ///< unique ids
+  /// Standard deviations of the positions of all lamps without Lamp::position_sigma_m, along the
+  /// axes of the world; none: their positions are exact.
+  std::optional<PerAxis> map_sigma_m;
   std::optional<Room> room;          ///< walls; empty: none
   Lens lens;                         ///< blur, vignetting, glare
   std::vector<Box> boxes;            ///< occlude lamps
@@ -59,6 +62,11 @@ struct LIBOCC_API Scene {
   /// pixel gains, mosaic, response curve, boxes and the full well; lamps then have their mean
   /// light.
   Scene as_rendered() const;
+
+  /// Lamp::position_sigma_m, or map_sigma_m; none: the lamp's position is exact.
+  std::optional<PerAxis> position_sigma_m(const Lamp& lamp) const {
+    return lamp.position_sigma_m ? lamp.position_sigma_m : map_sigma_m;
+  }
 };
 
 }  // namespace occ

@@ -107,6 +107,7 @@ std::string format_scene(const Scene& scene) {
   write_sensor(checked.sensor, out);
   out += checked.lamps.empty() ? "lamps: []\n" : "lamps:\n";
   for (const Lamp& lamp : checked.lamps) write_lamp(lamp, out);
+  if (checked.map_sigma_m) Lines(out, "").add("map_sigma_m", *checked.map_sigma_m);
   write_lens(checked.lens, out);
   Lines(out, "").add("ambient_w_m2", checked.ambient_w_m2);
   write_parts("boxes", checked.boxes, box_fields, out);

@@ -44,7 +44,30 @@ std::string camera_repr(const Camera& camera) {
   }
   if (!camera.distortion().empty()) text += ", distortion=" + value_repr(camera.distortion());
   if (camera.skew_px() != 0) text += ", skew_px=" + value_repr(camera.skew_px());
+  const auto sigmas = camera.independent_sigmas();
+  if (sigmas && !sigmas->empty())
+    text += ", parameter_sigmas=" + py::repr(py::cast(*sigmas)).cast<std::string>();
   return text + ")";
+}
+
+using Sigmas = std::optional<std::map<std::string, double>>;
+
+Camera with_sigmas(const Camera& camera, const Sigmas& sigmas) {
+  return sigmas ? camera.with_parameter_sigmas(*sigmas) : camera;
+}
+
+template <Camera (*factory)(int, int, double, double, double, double, const std::vector<double>&,
+                            double)>
+Camera make_lens(int width, int height, double fx_px, double fy_px, double cx_px, double cy_px,
+                 const std::vector<double>& distortion, double skew_px, const Sigmas& sigmas) {
+  return with_sigmas(factory(width, height, fx_px, fy_px, cx_px, cy_px, distortion, skew_px),
+                     sigmas);
+}
+
+Camera make_double_sphere(int width, int height, double fx_px, double fy_px, double cx_px,
+                          double cy_px, double xi, double alpha, const Sigmas& sigmas) {
+  return with_sigmas(Camera::double_sphere(width, height, fx_px, fy_px, cx_px, cy_px, xi, alpha),
+                     sigmas);
 }
 
 using State = py::typing::Tuple<py::object, py::ellipsis>;
@@ -56,7 +79,8 @@ std::vector<double> values_of(const Camera& camera) {
 }
 
 State camera_state(const Camera& c) {
-  return py::make_tuple(c.kind(), c.width(), c.height(), c.distortion().size(), values_of(c));
+  return py::make_tuple(c.kind(), c.width(), c.height(), c.distortion().size(), values_of(c),
+                        c.is_exact() ? py::none() : py::cast(c.parameter_covariance()));
 }
 
 // A camera of the given kind; its parameters are replaced afterwards.
@@ -84,14 +108,15 @@ Camera blank_camera(CameraKind kind, int width, int height, std::size_t coeffici
 Camera camera_from_state(const State& s) {
   const Camera blank = blank_camera(s[0].cast<CameraKind>(), s[1].cast<int>(), s[2].cast<int>(),
                                     s[3].cast<std::size_t>());
-  return blank.with_parameters(s[4].cast<Eigen::VectorXd>());
+  const Camera camera = blank.with_parameters(s[4].cast<Eigen::VectorXd>());
+  return s[5].is_none() ? camera : camera.with_parameter_covariance(s[5].cast<Eigen::MatrixXd>());
 }
 
 template <Camera (*factory)(const RotatingLine&)>
 Camera make_line(int width, int height, double c_px, std::optional<double> cy_px,
                  std::optional<double> angle_per_px_rad, double tilt_x_rad, double tilt_y_rad,
                  const Eigen::Vector3d& eccentricity_m, double k1, double k2,
-                 const std::array<double, 6>& tumbling_rad) {
+                 const std::array<double, 6>& tumbling_rad, const Sigmas& sigmas) {
   RotatingLine line;
   line.width = width;
   line.height = height;
@@ -104,18 +129,18 @@ Camera make_line(int width, int height, double c_px, std::optional<double> cy_px
   line.k1 = k1;
   line.k2 = k2;
   line.tumbling_rad = tumbling_rad;
-  return factory(line);
+  return with_sigmas(factory(line), sigmas);
 }
 
 template <Camera (*factory)(const RotatingLine&)>
 void define_line(py::class_<Camera>& camera, const char* name, const char* doc) {
-  camera.def_static(name, &make_line<factory>, py::kw_only(), py::arg("width"), py::arg("height"),
-                    py::arg("c_px"), py::arg("cy_px") = py::none(),
-                    py::arg("angle_per_px_rad") = py::none(), py::arg("tilt_x_rad") = 0.0,
-                    py::arg("tilt_y_rad") = 0.0,
-                    py::arg_v("eccentricity_m", Eigen::Vector3d(0, 0, 0), "(0, 0, 0)"),
-                    py::arg("k1") = 0.0, py::arg("k2") = 0.0,
-                    py::arg_v("tumbling_rad", std::array<double, 6>{}, "(0, 0, 0, 0, 0, 0)"), doc);
+  camera.def_static(
+      name, &make_line<factory>, py::kw_only(), py::arg("width"), py::arg("height"),
+      py::arg("c_px"), py::arg("cy_px") = py::none(), py::arg("angle_per_px_rad") = py::none(),
+      py::arg("tilt_x_rad") = 0.0, py::arg("tilt_y_rad") = 0.0,
+      py::arg_v("eccentricity_m", Eigen::Vector3d(0, 0, 0), "(0, 0, 0)"), py::arg("k1") = 0.0,
+      py::arg("k2") = 0.0, py::arg_v("tumbling_rad", std::array<double, 6>{}, "(0, 0, 0, 0, 0, 0)"),
+      py::arg("parameter_sigmas") = py::none(), doc);
 }
 
 void define_kinds(py::module_& m) {
@@ -148,25 +173,28 @@ void define_kinds(py::module_& m) {
 // Factories of the models other than the pinhole.
 void define_factories(py::class_<Camera>& camera) {
   camera
-      .def_static("fisheye", &Camera::fisheye, py::kw_only(), py::arg("width"), py::arg("height"),
-                  py::arg("fx_px"), py::arg("fy_px"), py::arg("cx_px"), py::arg("cy_px"),
-                  py::arg_v("distortion", std::vector<double>{}, "[]"), py::arg("skew_px") = 0.0,
+      .def_static("fisheye", &make_lens<&Camera::fisheye>, py::kw_only(), py::arg("width"),
+                  py::arg("height"), py::arg("fx_px"), py::arg("fy_px"), py::arg("cx_px"),
+                  py::arg("cy_px"), py::arg_v("distortion", std::vector<double>{}, "[]"),
+                  py::arg("skew_px") = 0.0, py::arg("parameter_sigmas") = py::none(),
                   R"(Creates a fisheye camera of Kannala and Brandt in OpenCV's form.
 
 width, height: [px]; fx_px, fy_px, cx_px, cy_px: focal lengths and principal point; distortion: at
-most 4 coefficients. Equations and source: libocc/camera/fisheye.hpp.
+most 4 coefficients; parameter_sigmas: as of pinhole(). Equations and source:
+libocc/camera/fisheye.hpp.
 Raises: ValueError naming the argument and its value.
 
 >>> import libocc as occ
 >>> camera = occ.Camera.fisheye(width=800, height=800, fx_px=250, fy_px=250, cx_px=399.5, cy_px=399.5)
 >>> camera.project([1, 0, -0.2]) is None  # behind the image plane, but in the domain
 False)")
-      .def_static("double_sphere", &Camera::double_sphere, py::kw_only(), py::arg("width"),
+      .def_static("double_sphere", &make_double_sphere, py::kw_only(), py::arg("width"),
                   py::arg("height"), py::arg("fx_px"), py::arg("fy_px"), py::arg("cx_px"),
                   py::arg("cy_px"), py::arg("xi"), py::arg("alpha"),
+                  py::arg("parameter_sigmas") = py::none(),
                   R"(Creates a double sphere camera of Usenko, Demmel and Cremers (3DV 2018).
 
-xi: in (-1, 1]; alpha: in [0, 1]. Equations: libocc/camera/double_sphere.hpp.
+xi: in (-1, 1]; alpha: in [0, 1]; parameter_sigmas: as of pinhole(). Equations: libocc/camera/double_sphere.hpp.
 Raises: ValueError naming the argument and its value.)");
   define_line<&Camera::rotating_line>(
       camera, "rotating_line",
@@ -177,7 +205,8 @@ axis towards increasing rows; columns increase from X to Y.
 width, height: [px]; c_px: camera constant over the array's pixel pitch; cy_px: row of the horizon
 (default: the middle); angle_per_px_rad: angle between columns (default: 2 pi / width); tilt_x_rad,
 tilt_y_rad: tilt of the array; eccentricity_m (3,): offset of the projection centre from the axis;
-k1, k2: distortion along the array; tumbling_rad (6,): Fourier terms of the axis's wobble.
+k1, k2: distortion along the array; tumbling_rad (6,): Fourier terms of the axis's wobble;
+parameter_sigmas: as of pinhole().
 Equations: libocc/camera/rotating_line.hpp. Raises: ValueError naming the argument and its value.
 
 >>> import libocc as occ
@@ -201,6 +230,21 @@ void define_generality(py::class_<Camera>& camera) {
           "with_parameters",
           [](const Camera& c, const Eigen::VectorXd& values) { return c.with_parameters(values); },
           py::arg("values"), "Returns this camera with other values of `parameters`, (n,).")
+      .def_property_readonly("is_exact", &Camera::is_exact,
+                             "True if no errors of the parameters are stated.")
+      .def_property_readonly("parameter_covariance", &Camera::parameter_covariance,
+                             "(n, n) covariance of the errors of `parameters`; zero if exact.")
+      .def("with_parameter_covariance", &Camera::with_parameter_covariance, py::arg("covariance"),
+           R"(Returns this camera with errors of its parameters, covariance (n, n).
+
+refine(), locate() and pose_bound() estimate these errors together with the pose, so the pose's
+covariance contains them.
+Raises: ValueError for another size, or if it is not symmetric and positive semidefinite.)")
+      .def("with_parameter_sigmas", &Camera::with_parameter_sigmas, py::arg("sigmas"),
+           R"(Returns this camera with independent errors of its parameters: {name: sigma}.
+
+Raises: ValueError for a name that the model does not have, for a sigma that is negative or not
+finite, and if all are zero.)")
       .def(
           "ray", [](const Camera& c, const Eigen::Vector2d& p) { return c.ray(p); },
           py::arg("pixel"), "Returns the Ray of a pixel (2,); None outside the lens model.")
@@ -254,13 +298,17 @@ Pixel (0, 0) is the centre of the first pixel; camera axes: x right, y down, z f
 >>> camera.project([0.1, 0, 2]).tolist()
 [339.5, 239.5])");
   camera
-      .def_static("pinhole", &Camera::pinhole, py::kw_only(), py::arg("width"), py::arg("height"),
-                  py::arg("fx_px"), py::arg("fy_px"), py::arg("cx_px"), py::arg("cy_px"),
-                  py::arg_v("distortion", std::vector<double>{}, "[]"), py::arg("skew_px") = 0.0,
+      .def_static("pinhole", &make_lens<&Camera::pinhole>, py::kw_only(), py::arg("width"),
+                  py::arg("height"), py::arg("fx_px"), py::arg("fy_px"), py::arg("cx_px"),
+                  py::arg("cy_px"), py::arg_v("distortion", std::vector<double>{}, "[]"),
+                  py::arg("skew_px") = 0.0, py::arg("parameter_sigmas") = py::none(),
                   R"(Creates a pinhole camera with OpenCV's lens distortion.
 
 width, height: [px]; fx_px, fy_px, cx_px, cy_px: focal lengths and principal point.
 distortion: 0, 4, 5, 8, 12 or 14 coefficients in OpenCV's order k1 k2 p1 p2 k3 k4 k5 k6 s1 ...
+parameter_sigmas: standard deviations of the errors of parameters by name, such as
+{"fx_px": 3, "fy_px": 3, "k1": 0.02}; coefficients that `distortion` does not have are added as
+zeros. None: the camera is exact. Poses allow for these errors, see with_parameter_covariance.
 Raises: ValueError naming the argument and its value.)")
       .def_property_readonly("width", &Camera::width, "Columns [px].")
       .def_property_readonly("height", &Camera::height, "Rows [px].")

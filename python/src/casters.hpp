@@ -15,6 +15,7 @@
 
 #include "libocc/core/blob.hpp"
 #include "libocc/core/image.hpp"
+#include "libocc/core/per_axis.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/scene/prior.hpp"
 
@@ -101,6 +102,25 @@ struct type_caster<occ::Rigid3> {
   }
   static handle cast(const occ::Rigid3& transform, return_value_policy, handle) {
     return pybind11::cast(Eigen::Matrix4d(transform.matrix())).release();
+  }
+};
+
+template <>
+struct type_caster<occ::PerAxis> {
+  PYBIND11_TYPE_CASTER(occ::PerAxis, const_name("float | ") + make_caster<Eigen::Vector3d>::name);
+  bool load(handle source, bool convert) {
+    make_caster<double> number;
+    if (number.load(source, convert)) {
+      value = occ::PerAxis(cast_op<double>(number));
+      return true;
+    }
+    make_caster<Eigen::Vector3d> vector;
+    if (!vector.load(source, convert)) return false;
+    value = cast_op<Eigen::Vector3d&>(vector);
+    return true;
+  }
+  static handle cast(const occ::PerAxis& values, return_value_policy, handle) {
+    return pybind11::cast(Eigen::Vector3d(values)).release();
   }
 };
 

@@ -50,6 +50,12 @@ void define_refine(py::module_& m) {
                     "residual [px].")
       .def_readonly("centre_px", &LampResidual::centre_px,
                     "(2,) predicted centre of the lamp's image [px].")
+      .def_readonly("position_error_m", &LampResidual::position_error_m,
+                    "(3,) estimated error of the lamp's position in the scene, in the world [m]; "
+                    "zero if it is exact.")
+      .def_readonly(
+          "size_error", &LampResidual::size_error,
+          "Estimated relative error of the lamp's size in the scene; zero if it is exact.")
       .def("__repr__", [](const LampResidual& r) {
         return "<LampResidual: lamp " + std::to_string(r.match.lamp) + ", rms " +
                value_repr(r.rms_px) + " px>";
@@ -114,6 +120,14 @@ void define_fix(py::module_& m) {
           "position_covariance_m2",
           [](const C& c) { return position_covariance(c.cam_from_world, c.covariance); },
           "(3, 3) covariance of the position [m^2, world].")
+      .def_readonly("variance_factor", &C::variance_factor,
+                    "Factor that the covariance contains because residuals exceed their sigmas.")
+      .def_readonly("estimated_map_sigma_m", &C::estimated_map_sigma_m,
+                    "Estimated standard deviation of errors of the lamps' positions [m] if lamps "
+                    "that are stated as exact contradict each other, else None.")
+      .def_readonly("estimated_size_sigma", &C::estimated_size_sigma,
+                    "The same for relative errors of the lamps' sizes, if the sizes of their "
+                    "images contradict their directions, else None.")
       .def_readonly("rms_px", &C::rms_px, "Root mean square centre residual over all lamps [px].")
       .def_readonly("chi2", &C::chi2, "Robust chi-square of lamps and prior.")
       .def_readonly("dof", &C::dof, "Observations minus parameters.")

@@ -133,10 +133,11 @@ TEST(RefineCovariance, IsTrueWithAnErrorCommonToEachLamp) {
   const test::Measurement measurement{40, 0.05, 0.03, 0.2};
   expect_true_covariance(over_images(test::irregular_room(), measurement, options));
   expect_true_covariance(over_images(points_room(), {0, 0, 0.05, 0.2}, options, 2));
-  // and it is far too small when that error is kept from it
+  // If that error is not stated, the variance factor of the lamps contains most of it: without it
+  // the mean is above 50.
   RefineOptions unaware;
   unaware.huber_sigma = std::numeric_limits<double>::infinity();
-  EXPECT_GT(over_images(test::irregular_room(), measurement, unaware).pose_nees, 50);
+  EXPECT_LT(over_images(test::irregular_room(), measurement, unaware).pose_nees, 15);
 }
 
 TEST(RefineCovariance, IsTrueWhenSaturatedRimsHaveGrown) {

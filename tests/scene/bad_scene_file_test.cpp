@@ -38,6 +38,40 @@ std::string rest_complaint(const std::string& rest) {
 
 TEST(BadScene, TheTemplateIsValid) { EXPECT_EQ(complaint_about(scene_text()), ""); }
 
+TEST(BadScene, ErrorsOfTheMap) {
+  const std::string lamp = "id: 0, centre_m: [0, 0, 3], radius_m: 0.1, ";
+  const std::string at = "scene.yaml:5: key `lamps[0].position_sigma_m`: must be ";
+  EXPECT_EQ(lamp_complaint(lamp + "position_sigma_m: -0.1"),
+            at + "zero or positive, got [-0.1, -0.1, -0.1]");
+  EXPECT_EQ(lamp_complaint(lamp + "position_sigma_m: .nan"),
+            at + "a finite number or a list of 3 finite numbers, got .nan");
+  EXPECT_EQ(lamp_complaint(lamp + "position_sigma_m: [1, 2]"),
+            at + "a list of 3 finite numbers, got a list of 2");
+  EXPECT_NE(lamp_complaint(lamp + "position_sigma_m: 0").find("position_sigma_m must be positive"),
+            std::string::npos);
+  EXPECT_NE(rest_complaint("map_sigma_m: 0\n").find("`map_sigma_m`: must be positive"),
+            std::string::npos);
+  EXPECT_NE(rest_complaint("map_sigma_m: [0.1, -1, 0]\n").find("`map_sigma_m`: must be zero or"),
+            std::string::npos);
+  EXPECT_NE(lamp_complaint(lamp + "tilt_sigma_deg: 0").find("tilt_sigma_deg"), std::string::npos);
+  EXPECT_EQ(lamp_complaint(lamp + "tilt_sigma_deg: 2, size_sigma: 0.1, position_sigma_m: 0.1"), "");
+}
+
+TEST(BadScene, ErrorsOfTheCamera) {
+  const std::string camera = "width_px: 640, height_px: 480, fx_px: 500, ";
+  EXPECT_EQ(camera_complaint(camera + "parameter_sigmas: {fx_px: 3, k1: 0.02}"), "");
+  EXPECT_NE(camera_complaint(camera + "parameter_sigmas: {f_px: 3}").find("parameter_sigmas.f_px"),
+            std::string::npos);
+  EXPECT_NE(
+      camera_complaint(camera + "parameter_sigmas: {fx_px: -3}").find("parameter_sigmas.fx_px"),
+      std::string::npos);
+  EXPECT_NE(camera_complaint(camera + "parameter_covariance: [1, 2]").find("5 x 5"),
+            std::string::npos);
+  EXPECT_NE(camera_complaint(camera + "parameter_covariance: [1], parameter_sigmas: {fx_px: 1}")
+                .find("together"),
+            std::string::npos);
+}
+
 TEST(BadScene, LampValues) {
   const std::string at = "scene.yaml:5: key `lamps[0].";
   EXPECT_EQ(lamp_complaint("id: 0, centre_m: [0, 0, 3], radius_m: -0.1"),

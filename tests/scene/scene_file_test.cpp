@@ -333,5 +333,29 @@ TEST(CameraFile, NamedByASceneMustBeACalibration) {
             std::string::npos);
 }
 
+TEST(SceneFile, ErrorsOfMapAndCameraSurvive) {
+  Scene scene = read_scene(scenes + "irregular_six.yaml");
+  scene.map_sigma_m = Eigen::Vector3d(0.01, 0.01, 0.002);
+  scene.lamps[1].position_sigma_m = PerAxis(0.05);
+  scene.lamps[2].size_sigma = 0.02;
+  scene.lamps[3].tilt_sigma_rad = 0.03;
+  scene.camera = scene.camera.with_parameter_sigmas({{"fx_px", 3.3}, {"k1", 0.02}});
+  const std::string text = format_scene(scene);
+  const Scene back = parse_scene(text);
+  EXPECT_EQ(format_scene(back), text);
+  EXPECT_EQ(*back.map_sigma_m, *scene.map_sigma_m);
+  EXPECT_EQ(*back.lamps[1].position_sigma_m, *scene.lamps[1].position_sigma_m);
+  EXPECT_FALSE(back.lamps[0].position_sigma_m);
+  EXPECT_EQ(back.lamps[2].size_sigma, 0.02);
+  EXPECT_NEAR(*back.lamps[3].tilt_sigma_rad, 0.03, 1e-15);
+  EXPECT_EQ(back.camera.parameter_covariance(), scene.camera.parameter_covariance());
+  Eigen::MatrixXd covariance = scene.camera.parameter_covariance();
+  covariance(0, 1) = covariance(1, 0) = 0;
+  covariance(0, 2) = covariance(2, 0) = 1.1;
+  covariance(2, 2) = 4;
+  scene.camera = scene.camera.with_parameter_covariance(covariance);
+  EXPECT_EQ(parse_scene(format_scene(scene)).camera.parameter_covariance(), covariance);
+}
+
 }  // namespace
 }  // namespace occ

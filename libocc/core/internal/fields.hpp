@@ -85,6 +85,10 @@ struct PositiveOrInfinite {
 
 struct NotNegative {
   bool holds(double value) const { return value >= 0 && std::isfinite(value); }
+  template <class Derived>
+  bool holds(const Eigen::MatrixBase<Derived>& value) const {
+    return value.allFinite() && value.minCoeff() >= 0;
+  }
   template <class T>
   std::string text(const T&) const {
     return "zero or positive";

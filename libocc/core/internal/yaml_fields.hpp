@@ -23,7 +23,9 @@ std::string file_key(const char* name, const Rule&) {
 
 template <class T, class Rule>
 void read_field(YamlSection& section, const std::string& key, T& value, const Rule& rule) {
-  if constexpr (std::is_same_v<Rule, Angle>)
+  if constexpr (std::is_same_v<Rule, Angle> && is_optional_v<T>) {
+    if (section.has(key)) read_field(section, key, value.emplace(), rule);
+  } else if constexpr (std::is_same_v<Rule, Angle>)
     section.read_angle(key, value, rule.limit_deg, rule.right);
   else if constexpr (std::is_enum_v<T>)
     section.read(key, value, rule.words);

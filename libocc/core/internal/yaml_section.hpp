@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "libocc/core/internal/yaml_node.hpp"
+#include "libocc/core/per_axis.hpp"
 
 namespace occ::internal::core {
 
@@ -30,6 +31,7 @@ class YamlSection {
   void read(const std::string& key, std::string& value);
   void read(const std::string& key, Eigen::Vector2d& value);
   void read(const std::string& key, Eigen::Vector3d& value);
+  void read(const std::string& key, PerAxis& value);
   void read(const std::string& key, std::vector<double>& value);
   void read(const std::string& key, std::vector<std::string>& value);
   template <typename T>

@@ -63,6 +63,8 @@ struct AssignmentProblem {
   int min_pairs = 0;                                 ///< hypotheses with fewer pairs are discarded
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< origin of the local frame, in the world
   double size_m = 0;                 ///< largest distance of a map point from the origin
+  double map_variance_m2 = 0;        ///< largest variance of a lamp's position along an axis
+  double min_radius_m = 0;           ///< radius of the smallest lamp; 0 if a lamp is a point
   std::vector<MapPoint> map_points;  ///< in the order of the scene's lamps or object's points
   std::vector<BearingObservation> observations;  ///< coded ones first, then by decreasing flux
   std::vector<int> partial_blobs;  ///< cut or merged: their extent is used, not their centroid

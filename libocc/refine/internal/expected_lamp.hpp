@@ -13,13 +13,15 @@ class ExpectedLamps {
   ExpectedLamps(const Scene& scene, const Rigid3& cam_from_world, const Eigen::Vector3d& pivot,
                 Rung rung, FluxModel flux);
 
-  /// Adds the lamp's information; false if it is dark or not completely inside the image.
-  bool add(const Lamp& lamp, PoseNormalEquations& normal) const;
+  /// Adds the lamp's information; false if it is dark or not completely inside the image. `camera`:
+  /// null if the camera is exact.
+  bool add(const Lamp& lamp, PoseNormalEquations& normal, CameraSums* camera) const;
 
  private:
-  void add_centroid(const Lamp& lamp, const Eigen::Matrix2d& information,
-                    PoseNormalEquations& normal) const;
-  void add_rim(const Lamp& lamp, const MovingContour& contour, PoseNormalEquations& normal) const;
+  void add_centroid(const LampObservation& lamp, Eigen::Matrix2d information,
+                    PoseNormalEquations& normal, CameraSums* camera) const;
+  void add_rim(const LampObservation& lamp, const MovingContour& contour,
+               PoseNormalEquations& normal, CameraSums* camera) const;
   void add_flux(const Lamp& lamp, double information, PoseNormalEquations& normal) const;
   double edge_information(double background_e, double full_e) const;
 
@@ -29,6 +31,7 @@ class ExpectedLamps {
   RefineOptions options_;
   PixelNoise noise_;
   PixelPsf psf_;
+  CameraErrors camera_errors_;
 };
 
 }  // namespace occ::internal::refine

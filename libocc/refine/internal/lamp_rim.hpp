@@ -5,6 +5,11 @@
 // sigma to each residual, v = (1, n). It is eliminated in closed form (Woodbury):
 //     r^T (I + V S V^T)^-1 r = r^T r - u^T (S^-1 + N)^-1 u,   V = v / sigma, u = V^T r, N = V^T V.
 //
+// Errors e of the lamp in the scene (scene_errors.hpp) are eliminated in the same way, with the
+// derivatives d r / d e in V. They can move the rim by many pixels, so the rim is linearised at
+// their estimate e0 of the step before: r = r(e0) - (d r / d e) e0. Errors of the camera, common to
+// all lamps, are left to the caller, with the coupling to them.
+//
 // Huber's weights reduce stray points. They depend on the residuals after the best fit of the
 // lamp's size and position, in units of sigma or of the lamp's scatter if that is larger.
 #pragma once
@@ -21,25 +26,51 @@ namespace occ::internal::refine {
 class LampRim {
  public:
   /// Empty unless the lamp has a rim. Keeps references.
-  LampRim(const LampObservation& lamp, const std::vector<RimObservation>& rim, const Scene& scene);
+  LampRim(const LampObservation& lamp, const Observations& all, const Scene& scene,
+          double huber_sigma);
 
   /// Computes residuals and derivatives at a state. Returns the number of lost points, whose rays
   /// miss the lamp.
   int linearise(const State& state, const Eigen::Vector3d& pivot);
 
-  /// Adds the weighted residuals; chi2() uses these weights until the next call.
-  void add_to(PoseNormalEquations& normal, double huber_sigma);
+  /// Adds the weighted residuals; chi2() uses these weights until the next call. `camera`: null if
+  /// the camera is exact.
+  void add_to(PoseNormalEquations& normal, CameraSums* camera);
 
-  /// r^T r at a state with the current weights; each lost point adds a constant.
-  double chi2(const State& state) const;
+  /// r^T r at a state with the current weights; each lost point adds a constant. Adds the gradient
+  /// by the camera's errors to `by_camera`; null if the camera is exact.
+  double chi2(const State& state, Eigen::VectorXd* by_camera);
+
+  /// Reduction of chi-square if the lamp alone is moved, at the last linearisation.
+  double own_chi2() const;
+
+  /// Estimate of the errors of the lamp in the scene, in units of their standard deviations.
+  const LampError& unit_error() const { return next_unit_error_; }
 
  private:
-  void weigh_points(double huber_sigma);
+  using Products = Eigen::Matrix<double, 11, 11>;
+
+  bool has_errors() const { return lamp_.errors || all_.camera_errors.count() > 0; }
+  LampInCam lamp_at(const Rigid3& cam_from_world) const;
+  void linearise_camera(const LampInCam& lamp);
+  void weigh_points();
+  double chi2_with_errors(const State& state, Eigen::VectorXd* by_camera);
+  void follow_errors(const State& state, const Eigen::Vector3d& pivot,
+                     const Eigen::VectorXd* weights);
+  bool is_stable(const State& state, const Eigen::Vector3d& pivot, const Eigen::VectorXd* weights);
+  void displace_by_centroid(const State& state);
+  int linearise_rim(const State& state, const Eigen::Vector3d& pivot);
+  void step_back();
+  Eigen::MatrixXd eliminate(const Products& products);
+  void set_estimate(const LampError& unit);
+  void add_with_errors(const Products& products, PoseNormalEquations& normal, CameraSums* camera);
   double robust_excess() const;
 
   const LampObservation& lamp_;
   const RimObservation* points_;
+  const Observations& all_;
   const Scene& scene_;
+  double huber_sigma_;
 
   // One column for each point: d residual / d (rotation of the lamp, shift of its centre, growth),
   // the residual, and v / sigma.
@@ -51,6 +82,17 @@ class LampRim {
   int lost_ = 0;
   double threshold_ = 0;                                   // corner of Huber's loss
   Eigen::Matrix3d common_gain_ = Eigen::Matrix3d::Zero();  // (S^-1 + N)^-1
+
+  Eigen::Matrix3d shift_information_ = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d shift_gradient_ = Eigen::Vector3d::Zero();
+
+  // With errors of lamp or camera. The common errors are then v and those of the lamp.
+  LampError unit_error_ = LampError::Zero(), next_unit_error_ = LampError::Zero();
+  LampError error_ = LampError::Zero();      // of unit_error_
+  Eigen::Matrix<double, 6, 7> unit_motion_;  // see unit_motion()
+  Eigen::RowVectorXd seen_, back_;           // residuals r(e0), and (d r / d e) e0
+  Eigen::MatrixXd by_camera_;  // a column for each point: d residual / d errors of the camera
+  Eigen::Matrix3d common_root_ = Eigen::Matrix3d::Zero();  // of S
 };
 
 }  // namespace occ::internal::refine

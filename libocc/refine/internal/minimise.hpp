@@ -10,13 +10,14 @@ namespace occ::internal::refine {
 
 struct Minimum {
   State state;
-  Eigen::Vector3d pivot;       ///< pivot of the normal equations
-  PoseNormalEquations normal;  ///< at the state
+  Eigen::Vector3d pivot = Eigen::Vector3d::Zero();  ///< pivot of the normal equations
+  PoseNormalEquations normal = {};                  ///< at the state
   int iterations = 0;
   bool defined = false;    ///< all lamps are visible from the start
   bool converged = false;  ///< the last step moved no lamp farther than the tolerance
   /// Second-order part of the covariance of a left perturbation, in a flat valley.
   Matrix6 bend = Matrix6::Zero();
+  Eigen::VectorXd camera_errors = {};  ///< estimates; empty if the camera is exact
 };
 
 LIBOCC_API Minimum minimise(RefineProblem& problem, const State& start, int max_iterations,
@@ -25,5 +26,9 @@ LIBOCC_API Minimum minimise(RefineProblem& problem, const State& start, int max_
 /// Minimises by Gauss-Newton steps alone, for a close start: one linearisation for each step.
 LIBOCC_API Minimum polish(RefineProblem& problem, const State& start, int max_iterations,
                           double tolerance_px);
+
+/// One Gauss-Newton step of the pose and of the errors of the camera.
+LIBOCC_API Minimum step_with_camera(RefineProblem& problem, const State& start,
+                                    double tolerance_px);
 
 }  // namespace occ::internal::refine

@@ -11,6 +11,7 @@
 #include "libocc/core/abi.hpp"
 #include "libocc/formation/rim.hpp"
 #include "libocc/refine/internal/pixel_window.hpp"
+#include "libocc/refine/internal/scene_errors.hpp"
 #include "libocc/refine/refine.hpp"
 
 namespace occ::internal::refine {
@@ -32,6 +33,10 @@ struct LampObservation {
   bool has_centroid = false;  ///< its centroid is that of the whole lamp
   bool contradicts = false;   ///< left out as a gross error
   Eigen::Matrix2d centroid_information = Eigen::Matrix2d::Zero();  ///< includes the model error
+  std::optional<LampErrors> errors = std::nullopt;  ///< errors in the scene; empty if it is exact
+  /// Their estimate in units of their standard deviations: the rim is linearised there.
+  LampError unit_error = LampError::Zero();
+  LampError error() const { return errors ? errors->scaled(unit_error) : LampError::Zero().eval(); }
   BlobWindow window = {};  ///< for the direct rung; empty if the lamp has no usable pixels
   /// Standard deviation of ln of its light in the flux model; infinite if the model excludes the
   /// lamp.
@@ -40,6 +45,11 @@ struct LampObservation {
   bool has_flux = false;
   double log_electrons = 0;  ///< measured
   double flux_inverse_sigma = 0;
+
+  /// Reduction of chi-square if the lamp alone is moved from its position in the scene, and the
+  /// number of coordinates that its observations determine.
+  double own_chi2 = 0;
+  int own_coordinates = 0;
 
   bool has_rim() const { return rim_begin < rim_end; }
   bool has_pixels() const { return !window.empty(); }
@@ -51,6 +61,9 @@ struct Observations {
   bool rims_grow = false;  ///< true if `rim` contains a saturated lamp
   bool has_flux = false;
   double psf_sigma_px = 0;  ///< the scene's, then the estimate from the pixels
+  CameraErrors camera_errors;
+  /// Errors that the camera in use contains: it is linearised there. Empty if it is exact.
+  Eigen::VectorXd camera_shift;
 
   bool has_pixels() const;  ///< true if a lamp without contradiction has pixels
 

@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "libocc/core/abi.hpp"
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/geometry/so3.hpp"
 
@@ -39,6 +40,25 @@ struct PoseNormalEquations {
     gradient += residual * row;
     chi2 += residual * residual;
     robust_chi2 += residual * residual;
+  }
+};
+
+/// The part of the normal equations that belongs to the errors of the camera, whose prior is a unit
+/// variance each.
+struct CameraSums {
+  Eigen::Matrix<double, 8, Eigen::Dynamic> mixed;  ///< J^T J of the unknowns and the errors
+  Eigen::MatrixXd information;                     ///< J^T J of the errors, with their prior
+  Eigen::VectorXd gradient;                        ///< J^T r of the errors, with their prior
+
+  explicit CameraSums(Eigen::Index errors)
+      : mixed(Eigen::Matrix<double, 8, Eigen::Dynamic>::Zero(8, errors)),
+        information(Eigen::MatrixXd::Identity(errors, errors)),
+        gradient(Eigen::VectorXd::Zero(errors)) {}
+
+  /// Inverse of `information`.
+  Eigen::MatrixXd gain() const {
+    return core::solve_llt(
+        information, Eigen::MatrixXd(Eigen::MatrixXd::Identity(gradient.size(), gradient.size())));
   }
 };
 

@@ -29,16 +29,28 @@ class LIBOCC_API RefineProblem {
 
   /// r^T r with the weights of the last linearisation; infinite if a lamp is not visible. Not for
   /// Rung::direct.
-  double chi2(const State& state) const;
+  double chi2(const State& state);
 
   /// Centroid minus the predicted centre of the lamp's image, with derivatives; empty if the lamp
   /// is not visible.
   struct CentroidResidual {
     Eigen::Vector2d residual_px;
     Eigen::Matrix<double, 2, 8> jacobian;
+    Eigen::Matrix2d information;      ///< with the errors of the lamp
+    Eigen::Matrix2Xd by_camera = {};  ///< derivative by the errors of the camera
+    /// Covariance with all errors.
+    Eigen::Matrix2d covariance_px2() const;
   };
   std::optional<CentroidResidual> centroid_residual(const LampObservation& lamp, const State& state,
                                                     const Eigen::Vector3d& pivot) const;
+
+  /// Sets LampObservation::own_chi2 and own_coordinates of the lamps, at the last linearisation.
+  void report_own_chi2(const State& state, std::vector<LampObservation>& lamps) const;
+
+  /// Estimates of the errors of the lamps, in units of their standard deviations, and of the camera
+  /// by the last linearisation, the latter after a step of the unknowns.
+  const LampError& lamp_error(std::size_t lamp) const { return rims_[lamp].unit_error(); }
+  Eigen::VectorXd camera_estimate(const Vector8& step) const;
 
   /// Pixels of a lamp on the direct rung, or null.
   /// Frees the emission of all lamps if the pixels contradict the scene's emission significantly.
@@ -57,12 +69,15 @@ class LIBOCC_API RefineProblem {
   struct Held {
     bool by_rim = false;
     double flux_weight = 1;
+    Eigen::Matrix2d centroid_information = Eigen::Matrix2d::Zero();
+    Eigen::Matrix2Xd by_camera;
   };
 
   bool add_lamp(std::size_t index, const State& state, const Eigen::Vector3d& pivot,
-                PoseNormalEquations& normal);
+                PoseNormalEquations& normal, CameraSums* camera);
   bool add_centroid(const LampObservation& lamp, const State& state, const Eigen::Vector3d& pivot,
-                    PoseNormalEquations& normal) const;
+                    PoseNormalEquations& normal, CameraSums* camera, Held& held) const;
+  void eliminate_camera(const CameraSums& camera, PoseNormalEquations& normal);
   bool add_flux(const LampObservation& lamp, const State& state, const Eigen::Vector3d& pivot,
                 double& weight, PoseNormalEquations& normal) const;
   void add_priors(const State& state, const Eigen::Vector3d& pivot,
@@ -79,6 +94,9 @@ class LIBOCC_API RefineProblem {
   PixelScratch scratch_;
   std::vector<std::unique_ptr<LampPixels>> pixels_;  // one for each lamp, possibly null
   std::vector<Held> held_;                           // from the last linearisation
+  Eigen::MatrixXd camera_gain_;                      // inverse information of the camera's errors
+  Eigen::VectorXd camera_estimate_;
+  Eigen::Matrix<double, 8, Eigen::Dynamic> camera_mixed_;
 };
 
 }  // namespace occ::internal::refine

@@ -61,6 +61,14 @@ inline constexpr auto lamp_fields = core::fields_of<Lamp>(
                 "n of a Lame curve, and only there; 2 is an ellipse")
         .needed()
         .when(&is_lame),
+    core::field("position_sigma_m", &Lamp::position_sigma_m, "m", core::NotNegative{},
+                "standard deviation of `centre_m`: one number, or three along the axes of the "
+                "world; without it `map_sigma_m` of the scene"),
+    core::field("size_sigma", &Lamp::size_sigma, "", core::NotNegative{},
+                "relative standard deviation of `radius_m` or `size_m`"),
+    core::field("tilt_sigma_rad", &Lamp::tilt_sigma_rad, "rad", core::Angle{90, ')'},
+                "standard deviation of the directions of `normal` and `x_axis`; without it they "
+                "are exact"),
     core::field("power_w", &Lamp::power_w, "W", core::Positive{}, "radiant power while lit"),
     core::field("power_sigma", &Lamp::power_sigma, "", core::NotNegative{},
                 "relative standard deviation of `power_w`"),

@@ -34,6 +34,7 @@ from .structs import (
 )
 
 ORIGIN = [0.0, 0.0, 0.0]
+PER_AXIS: Schema = {"oneOf": [NUMBER, vector(3)]}
 USE = {"enum": ["on", "off", "auto", True, False]}  # YAML 1.1 reads on and off as true and false
 COEFFICIENTS = described(NUMBERS, "instead of response: coefficients of the basis of response curves")
 
@@ -44,6 +45,7 @@ def scene() -> Schema:
         "sensor": sensor(),
         "lamps": listed(lamp()),
         "lens": lens(),
+        "map_sigma_m": described(PER_AXIS, "standard deviation of the positions of lamps without their own [m]"),
         "ambient_w_m2": described(NUMBER, "irradiance of the sensor from other sources than the lamps [W/m^2]"),
         "room": mapping(of_struct(Room())),
         "boxes": listed(mapping(of_struct(Box(min_m=ORIGIN, max_m=[1, 1, 1]), defaults=False), ["min_m", "max_m"])),
@@ -74,7 +76,14 @@ def object_file() -> Schema:
 
 
 def camera(with_file: bool = True) -> Schema:
+    errors = {
+        "parameter_sigmas": described(
+            {"type": "object", "additionalProperties": NUMBER}, "standard deviations of errors of parameters by name"
+        ),
+        "parameter_covariance": described(NUMBERS, "instead: covariance of all parameters, row by row"),
+    }
     size = {
+        **errors,
         "model": {**words(*CameraKind.__members__), "default": "pinhole", "description": "model of the lens"},
         "width_px": described(WHOLE, "image width [px]"),
         "height_px": described(WHOLE, "image height [px]"),
@@ -120,7 +129,7 @@ def camera(with_file: bool = True) -> Schema:
     }
     if not with_file:
         return {"type": "object", **inline}
-    named = mapping({"file": described(TEXT, "camera file, relative to this file")}, ["file"])
+    named = mapping({"file": described(TEXT, "camera file, relative to this file"), **errors}, ["file"])
     return {"type": "object", "if": {"required": ["file"]}, "then": named, "else": inline}
 
 
@@ -137,7 +146,7 @@ def lamp() -> Schema:
     fields = of_struct(
         Lamp(id=0, centre_m=ORIGIN, radius_m=1.0),
         skip=["code"],
-        replace={"size_m": vector(2), "x_axis": vector(3), "exponent": NUMBER},
+        replace={"size_m": vector(2), "x_axis": vector(3), "exponent": NUMBER, "position_sigma_m": PER_AXIS},
     )
     for key in ("id", "centre_m", "radius_m", "size_m", "x_axis", "exponent"):
         fields[key].pop("default", None)

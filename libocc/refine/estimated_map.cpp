@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "libocc/refine/internal/estimated_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libocc/core/math.hpp"
+#include "libocc/core/statistics.hpp"
+#include "libocc/refine/internal/lamp_contradictions.hpp"
+#include "libocc/refine/internal/minimise.hpp"
+#include "libocc/refine/internal/problem.hpp"
+
+namespace occ::internal::refine {
+
+double few_lamps_factor(int dof) { return square(student_quantile(0.99865, dof) / 3); }
+
+LampContradiction contradiction_of(const std::vector<LampObservation>& lamps) {
+  constexpr int of_shapes = 2;  // at most so many coordinates of the pose follow from the shapes
+  double chi2 = 0;
+  LampContradiction found;
+  found.dof = -6;
+  for (const LampObservation& lamp : lamps) {
+    if (lamp.errors) return {};
+    chi2 += lamp.own_chi2;
+    found.dof += lamp.own_coordinates;
+  }
+  if (found.dof > 0 && variance_factor(chi2, found.dof + of_shapes) > 1)
+    found.factor = chi2 / found.dof;
+  return found;
+}
+
+namespace {
+
+/// Smaller contradictions are those of single rim points as well, such as beams in front of a lamp.
+constexpr double min_contradiction = 25;
+
+double mean_distance_m(const Refined& refined, const Scene& scene) {
+  double sum = 0;
+  for (const LampResidual& lamp : refined.lamps)
+    sum += (refined.cam_from_world * scene.lamps[lamp.match.lamp].centre_m).norm();
+  return sum / static_cast<double>(std::max<std::size_t>(1, refined.lamps.size()));
+}
+
+/// True if every lamp in use has a rim, which gives three coordinates of its position.
+bool is_by_rims(const Refined& refined) {
+  return std::all_of(refined.lamps.begin(), refined.lamps.end(), [](const LampResidual& lamp) {
+    return lamp.contradicts || lamp.rung == Rung::rims;
+  });
+}
+
+/// True if the lamps contradict each other at this pose.
+bool have_contradictions(const Refined& refined, const std::vector<Match>& matches,
+                         const std::vector<Blob>& blobs, const Scene& scene,
+                         const RefineOptions& options) {
+  if (refined.variance_factor < min_contradiction) return false;  // contains that of the lamps
+  Observations observations = observe(matches, blobs, scene, options);
+  for (std::size_t i = 0; i < matches.size(); ++i)
+    observations.lamps[i].contradicts = refined.lamps[i].contradicts;
+  RefineProblem problem(observations, scene, options, Rung::rims);
+  const State state{refined.cam_from_world, refined.rim_growth_px.value_or(0)};
+  const Minimum minimum = minimise(problem, state, options.max_iterations, options.tolerance_px);
+  if (!minimum.converged) return false;
+  std::vector<LampObservation> lamps = observations.lamps;
+  problem.report_own_chi2(minimum.state, lamps);
+  return contradiction_of(lamps).factor >= min_contradiction;
+}
+
+/// Standard deviations of errors of the map with their degrees of freedom.
+struct EstimatedErrors {
+  double map_sigma_m = 0, size_sigma = 0;
+  int dof = 0;
+};
+
+/// Root mean square of the errors of position in a fit that leaves them free.
+EstimatedErrors errors_of_positions(const Refined& fit) {
+  double sum = 0;
+  int dof = -6;
+  for (const LampResidual& lamp : fit.lamps) {
+    if (lamp.contradicts) continue;
+    sum += lamp.position_error_m.squaredNorm();
+    dof += 3;
+  }
+  return {std::sqrt(sum / std::max(1, dof)), 0, dof};
+}
+
+/// Residuals of a fit of the centroids, which give the directions alone.
+EstimatedErrors errors_of_directions(const Refined& fit, const Scene& scene) {
+  double sum_m2 = 0;
+  int dof = -6;
+  for (const LampResidual& lamp : fit.lamps) {
+    if (lamp.contradicts || lamp.rung != Rung::centres) continue;
+    const Lamp& in_world = scene.lamps[lamp.match.lamp];
+    const double distance_m = (fit.cam_from_world * in_world.centre_m).norm();
+    sum_m2 += square(lamp.rms_px / scene.camera.fx_px() * distance_m);
+    dof += 2;
+  }
+  return {std::sqrt(sum_m2 / std::max(1, dof)), 0, dof};
+}
+
+double rms_size_error(const Refined& fit) {
+  double sum = 0;
+  int lamps = 0;
+  for (const LampResidual& lamp : fit.lamps) {
+    if (lamp.contradicts) continue;
+    sum += square(lamp.size_error);
+    ++lamps;
+  }
+  return std::sqrt(sum / std::max(1, lamps));
+}
+
+/// An assignment and the fit of the scene as it is stated.
+struct Problem {
+  const Refined& exact;
+  const std::vector<Match>& matches;
+  const std::vector<Blob>& blobs;
+  const Scene& scene;
+  const RefineOptions& options;
+
+  Result<Refined> fit(Rung rung, const EstimatedErrors& errors) const {
+    Scene wrong = scene;
+    if (errors.map_sigma_m > 0) wrong.map_sigma_m = errors.map_sigma_m;
+    for (Lamp& lamp : wrong.lamps) lamp.size_sigma = errors.size_sigma;
+    RefineOptions with_rung = options;
+    with_rung.rung = rung;
+    return refine_as_stated(exact.cam_from_world, matches, blobs, wrong, with_rung, nullptr);
+  }
+};
+
+void enlarge(double factor, Refined& refined) {
+  refined.covariance *= factor;
+  refined.lamp_information /= factor;
+  refined.lamp_gradient /= factor;
+}
+
+/// Fit with errors of the sizes; empty unless the directions agree with each other much better than
+/// `map_sigma_m`, which is the misfit of directions and sizes.
+std::optional<Refined> with_errors_of_sizes(const Problem& problem, double map_sigma_m) {
+  constexpr double free_size = 0.1, much_better = 3;
+  const Result<Refined> centroids = problem.fit(Rung::centres, {});
+  if (!centroids.ok()) return std::nullopt;
+  const EstimatedErrors directions = errors_of_directions(*centroids, problem.scene);
+  if (directions.dof < 1 || much_better * directions.map_sigma_m > map_sigma_m) return std::nullopt;
+  const Result<Refined> free = problem.fit(Rung::rims, {0, free_size});
+  if (!free.ok()) return std::nullopt;
+  Result<Refined> result = problem.fit(Rung::rims, {0, rms_size_error(*free)});
+  if (!result.ok()) return std::nullopt;
+  result.value.estimated_size_sigma = rms_size_error(*free);
+  enlarge(std::max(few_lamps_factor(directions.dof), centroids->variance_factor), result.value);
+  return std::move(result.value);
+}
+
+/// Fit with errors of the positions, or of the sizes if they are the cause. In a fit with errors of
+/// 1 % of the distance, the noise of the rims is negligible: the lamps' errors are then the
+/// residuals of a least-squares fit of their positions. Empty if they are larger.
+std::optional<Refined> with_errors_of_residuals(const Problem& problem) {
+  const double max_sigma_m = 0.01 * mean_distance_m(problem.exact, problem.scene);
+  const Result<Refined> loose = problem.fit(Rung::rims, {max_sigma_m});
+  if (!loose.ok() || !is_by_rims(*loose)) return std::nullopt;
+  const EstimatedErrors errors = errors_of_positions(*loose);
+  if (errors.dof < 1 || !(errors.map_sigma_m > 0)) return std::nullopt;
+  if (auto sized = with_errors_of_sizes(problem, errors.map_sigma_m)) return sized;
+  if (errors.map_sigma_m > max_sigma_m) return std::nullopt;
+  Result<Refined> result = problem.fit(Rung::rims, errors);
+  if (!result.ok()) return std::nullopt;
+  result.value.estimated_map_sigma_m = errors.map_sigma_m;
+  enlarge(few_lamps_factor(errors.dof), result.value);
+  return std::move(result.value);
+}
+
+}  // namespace
+
+Result<Refined> with_estimated_map(const Result<Refined>& exact, const std::vector<Match>& matches,
+                                   const std::vector<Blob>& blobs, const Scene& scene,
+                                   const RefineOptions& options) {
+  const bool may_have_errors = scene.camera.is_exact() && !scene.map_sigma_m &&
+                               options.model_sigma_px == 0 && std::isfinite(options.huber_sigma);
+  if (!exact.ok() || !may_have_errors || !is_by_rims(*exact) ||
+      !have_contradictions(*exact, matches, blobs, scene, options))
+    return exact;
+  Result<Refined> result = exact;
+  if (auto estimated = with_errors_of_residuals({*exact, matches, blobs, scene, options})) {
+    // The misfit of the scene as it is stated.
+    estimated->chi2 = exact->chi2;
+    estimated->dof = exact->dof;
+    estimated->variance_factor = exact->variance_factor;
+    result.value = *std::move(estimated);
+  }
+  return result;
+}
+
+}  // namespace occ::internal::refine

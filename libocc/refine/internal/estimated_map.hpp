@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Errors of the map that the scene does not state, estimated from the lamps' contradictions.
+#pragma once
+
+#include <vector>
+
+#include "libocc/core/abi.hpp"
+#include "libocc/refine/refine.hpp"
+
+namespace occ::internal::refine {
+
+/// refine() with the errors that the scene states, and no others. `image`: null without one.
+LIBOCC_API Result<Refined> refine_as_stated(const Rigid3& start, const std::vector<Match>& matches,
+                                            const std::vector<Blob>& blobs, const Scene& scene,
+                                            const RefineOptions& options, const ImageView* image);
+
+/// The result of refine_as_stated(), or the fit with estimated errors of the map
+/// (Refined::estimated_map_sigma_m) if lamps with rims that are stated as exact contradict each
+/// other by more than five sigma on average.
+LIBOCC_API Result<Refined> with_estimated_map(const Result<Refined>& exact,
+                                              const std::vector<Match>& matches,
+                                              const std::vector<Blob>& blobs, const Scene& scene,
+                                              const RefineOptions& options);
+
+}  // namespace occ::internal::refine

@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: Apache-2.0
+// Errors of the map and of the camera that the scene states: poses from wrong maps and cameras are
+// as far off as their covariance states.
+#include "libocc/refine/internal/scene_errors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "libocc/core/statistics.hpp"
+#include "libocc/refine/bound.hpp"
+#include "libocc/refine/refine.hpp"
+#include "tests/support/measured_blobs.hpp"
+
+namespace occ {
+namespace {
+
+using internal::refine::LampErrors;
+
+constexpr double focal_error = 0.01, k1_error = 0.05, sigma_rad = 0.05;
+
+Rigid3 seen_from() { return look_at({2.1, 1.8, 0.5}, {2.3, 2.1, 3.0}, {0.2, 1, 0}); }
+
+/// A scene as it is, and as its author states it.
+struct World {
+  Scene real, stated;
+};
+
+double pose_nees(const Refined& refined) {
+  const Vector6 error = difference(refined.cam_from_world, seen_from());
+  return error.dot(refined.covariance.ldlt().solve(error));
+}
+
+/// The sum over `count` worlds is chi-square with 6 degrees of freedom each.
+template <class Draw>
+void expect_true_covariance(const Draw& draw, const test::Measurement& measurement,
+                            RefineOptions options = {}, int count = 150) {
+  Random random(3);
+  double sum = 0;
+  int left_out = 0, missed = 0;
+  for (int i = 0; i < count; ++i) {
+    const World world = draw(random);
+    const auto exact = test::exact_blobs(world.real, seen_from(), measurement);
+    const auto blobs = test::noisy(exact, world.real, measurement, random);
+    const auto refined =
+        refine(seen_from(), test::in_order(world.stated), blobs, world.stated, options);
+    if (!refined.ok()) {  // an honest answer, but rare
+      EXPECT_EQ(refined.status, Status::not_converged) << refined.message;
+      ++missed;
+      continue;
+    }
+    for (const LampResidual& lamp : refined->lamps) left_out += lamp.contradicts ? 1 : 0;
+    sum += pose_nees(*refined);
+  }
+  EXPECT_LE(missed, count / 50);
+  const auto [low, high] = test::chi2_interval(6.0 * (count - missed));
+  EXPECT_GT(sum, low);
+  EXPECT_LT(sum, high);
+  EXPECT_LE(left_out, 5);  // one lamp in a thousand, by chance
+}
+
+World with_wrong_positions(const Scene& map, const Eigen::Vector3d& sigma_m, Random& random) {
+  World world{map, map};
+  world.stated.map_sigma_m = sigma_m;
+  for (Lamp& lamp : world.real.lamps)
+    for (int axis = 0; axis < 3; ++axis) lamp.centre_m[axis] += sigma_m[axis] * random.normal();
+  world.real.validate();
+  world.stated.validate();
+  return world;
+}
+
+constexpr test::Measurement with_rims{80, 0.05, 0.03}, without_rims{0, 0, 0.03};
+
+TEST(SceneErrors, CovarianceContainsWrongPositions) {
+  for (const double sigma_m : {0.0005, 0.002, 0.01, 0.03})
+    for (const test::Measurement& measurement : {with_rims, without_rims}) {
+      SCOPED_TRACE(sigma_m);
+      SCOPED_TRACE(measurement.rim_points);
+      const auto draw = [&](Random& random) {
+        return with_wrong_positions(test::irregular_room(), Eigen::Vector3d::Constant(sigma_m),
+                                    random);
+      };
+      expect_true_covariance(draw, measurement);
+    }
+}
+
+TEST(SceneErrors, PositionsMayBeWrongAlongOneAxis) {
+  const auto draw = [](Random& random) {
+    return with_wrong_positions(test::irregular_room(), {0, 0, 0.02}, random);
+  };
+  expect_true_covariance(draw, with_rims);
+}
+
+TEST(SceneErrors, CovarianceContainsWrongSizes) {
+  const auto draw = [](Random& random) {
+    World world{test::irregular_room(), test::irregular_room()};
+    for (Lamp& lamp : world.stated.lamps) lamp.size_sigma = 0.03;
+    for (Lamp& lamp : world.real.lamps) lamp.radius_m *= 1 + 0.03 * random.normal();
+    return world;
+  };
+  expect_true_covariance(draw, with_rims);
+}
+
+TEST(SceneErrors, CovarianceContainsTiltedLamps) {
+  const auto draw = [](Random& random) {
+    World world{test::irregular_room(), test::irregular_room()};
+    for (Lamp& lamp : world.stated.lamps) lamp.tilt_sigma_rad = sigma_rad;
+    for (Lamp& lamp : world.real.lamps) {
+      const double x = sigma_rad * random.normal(), y = sigma_rad * random.normal();
+      lamp.normal = so3_exp(Eigen::Vector3d(x, y, 0)) * lamp.normal;
+    }
+    world.real.validate();
+    return world;
+  };
+  expect_true_covariance(draw, with_rims);
+}
+
+World with_wrong_camera(Random& random) {
+  World world{test::irregular_room(), test::irregular_room()};
+  const Camera& camera = world.real.camera;
+  const double f = camera.fx_px();
+  world.stated.camera = camera.with_parameter_sigmas(
+      {{"fx_px", focal_error * f}, {"fy_px", focal_error * f}, {"k1", k1_error}});
+  const double x = random.normal(), y = random.normal();
+  world.real.camera = Camera::pinhole(camera.width(), camera.height(), f * (1 + focal_error * x),
+                                      f * (1 + focal_error * y), camera.cx_px(), camera.cy_px(),
+                                      {k1_error * random.normal(), 0, 0, 0});
+  return world;
+}
+
+TEST(SceneErrors, CovarianceContainsAWrongCamera) {
+  expect_true_covariance(with_wrong_camera, with_rims);
+  expect_true_covariance(with_wrong_camera, without_rims);
+}
+
+// The focal length follows from the differences of the lamps' distances, which their errors hide: a
+// bias of its derivative would appear.
+TEST(SceneErrors, CovarianceContainsMapAndCameraTogether) {
+  for (const double sigma_m : {0.0005, 0.002, 0.005}) {
+    SCOPED_TRACE(sigma_m);
+    const auto draw = [&](Random& random) {
+      World world = with_wrong_camera(random);
+      const World map =
+          with_wrong_positions(world.real, Eigen::Vector3d::Constant(sigma_m), random);
+      world.real.lamps = map.real.lamps;
+      world.stated.map_sigma_m = map.stated.map_sigma_m;
+      return world;
+    };
+    expect_true_covariance(draw, with_rims);
+  }
+}
+
+// A fixed and a correlated error of both focal lengths: a square pixel.
+TEST(SceneErrors, AFullCovarianceOfTheCamera) {
+  const auto draw = [](Random& random) {
+    World world{test::irregular_room(), test::irregular_room()};
+    const Camera& camera = world.real.camera;
+    const double sigma = focal_error * camera.fx_px(), scale = 1 + focal_error * random.normal();
+    const auto count = static_cast<Eigen::Index>(camera.parameters().size());
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(count, count);
+    covariance.topLeftCorner<2, 2>().setConstant(sigma * sigma);
+    world.stated.camera = camera.with_parameter_covariance(covariance);
+    world.real.camera = Camera::pinhole(camera.width(), camera.height(), camera.fx_px() * scale,
+                                        camera.fy_px() * scale, camera.cx_px(), camera.cy_px());
+    return world;
+  };
+  expect_true_covariance(draw, with_rims);
+}
+
+// Errors that are stated much smaller than the noise have no effect.
+TEST(SceneErrors, SmallErrorsChangeNothing) {
+  const Scene exact = test::irregular_room();
+  Scene stated = exact;
+  stated.map_sigma_m = PerAxis(1e-9);
+  stated.camera = stated.camera.with_parameter_sigmas({{"fx_px", 1e-6}});
+  Random random(1);
+  const auto blobs =
+      test::noisy(test::exact_blobs(exact, seen_from(), with_rims), exact, with_rims, random);
+  const auto plain = refine(seen_from(), test::in_order(exact), blobs, exact);
+  const auto with_errors = refine(seen_from(), test::in_order(stated), blobs, stated);
+  ASSERT_TRUE(plain.ok() && with_errors.ok());
+  EXPECT_LT(difference(plain->cam_from_world, with_errors->cam_from_world).norm(), 1e-7);
+  EXPECT_LT((plain->covariance - with_errors->covariance).norm(), 1e-4 * plain->covariance.norm());
+  EXPECT_NEAR(plain->chi2, with_errors->chi2, 1e-3 * plain->chi2);
+}
+
+// A lamp that is off by much more than its neighbours is estimated.
+TEST(SceneErrors, TheErrorOfALampIsReported) {
+  World world{test::irregular_room(), test::irregular_room()};
+  world.stated.map_sigma_m = PerAxis(0.001);
+  world.stated.lamps[2].position_sigma_m = PerAxis(0.02);
+  const Eigen::Vector3d off(0.015, -0.01, 0.012);
+  world.real.lamps[2].centre_m += off;
+  const auto blobs = test::exact_blobs(world.real, seen_from(), with_rims);
+  const auto refined = refine(seen_from(), test::in_order(world.stated), blobs, world.stated);
+  ASSERT_TRUE(refined.ok());
+  EXPECT_LT((refined->lamps[2].position_error_m - off).norm(), 1e-3);
+  for (const std::size_t i : {0, 1, 3}) EXPECT_LT(refined->lamps[i].position_error_m.norm(), 1e-3);
+}
+
+TEST(SceneErrors, BoundsContainThem) {
+  Random random(2);
+  World world = with_wrong_camera(random);
+  world.stated.map_sigma_m = PerAxis(0.005);
+  const auto blobs = test::exact_blobs(world.stated, seen_from(), with_rims);
+  const auto refined = refine(seen_from(), test::in_order(world.stated), blobs, world.stated);
+  const auto bound = pose_bound(test::in_order(world.stated), blobs, world.stated, seen_from());
+  ASSERT_TRUE(refined.ok() && bound.ok());
+  EXPECT_LT((bound->covariance - refined->covariance).norm(), 0.02 * refined->covariance.norm());
+  // The errors dominate, whatever the noise of the rims is.
+  const auto of_scene = pose_bound(world.stated, seen_from(), Rung::rims);
+  ASSERT_TRUE(of_scene.ok());
+  EXPECT_NEAR(std::sqrt(of_scene->position_covariance_m2.trace()),
+              std::sqrt(bound->position_covariance_m2.trace()),
+              0.15 * std::sqrt(bound->position_covariance_m2.trace()));
+}
+
+// A lamp that is larger by e has the image of one that is nearer: the rims agree.
+TEST(SceneErrors, AnErrorOfTheSizeIsAShiftAlongTheLineOfSight) {
+  constexpr double e = 1e-3;
+  const Lamp lamp = test::irregular_room().lamps[0];
+  LampErrors errors;
+  errors.size = e;
+  const auto in_cam = lamp_in_cam(lamp, seen_from());
+  const Eigen::Vector3d shift =
+      internal::refine::unit_motion(errors, in_cam, 0, seen_from()).bottomRightCorner<3, 1>();
+  Lamp larger = lamp, nearer = lamp;
+  larger.radius_m *= 1 + e;
+  nearer.centre_m += seen_from().rotation.transpose() * shift;
+  const Camera camera = test::irregular_room().camera;
+  const auto a = project_rim(larger, seen_from(), camera, 16);
+  const auto b = project_rim(nearer, seen_from(), camera, 16);
+  ASSERT_TRUE(a && b);
+  for (std::size_t i = 0; i < 16; ++i) EXPECT_LT(((*a)[i] - (*b)[i]).norm(), 1e-3 * e * 640);
+}
+
+// Exact maps and wrong ones, which the scene states as exact.
+struct Unstated {
+  int estimated = 0, beyond_three_sigma = 0;
+  std::vector<double> sigmas_m;
+};
+
+Unstated over_unstated_maps(double sigma_m, int count) {
+  Random random(11);
+  Unstated all;
+  for (int i = 0; i < count; ++i) {
+    World world = with_wrong_positions(test::irregular_room(),
+                                       Eigen::Vector3d::Constant(std::max(1e-12, sigma_m)), random);
+    world.stated.map_sigma_m.reset();
+    const auto exact = test::exact_blobs(world.real, seen_from(), with_rims);
+    const auto blobs = test::noisy(exact, world.real, with_rims, random);
+    const auto refined = refine(seen_from(), test::in_order(world.stated), blobs, world.stated);
+    EXPECT_TRUE(refined.ok()) << refined.message;
+    const Eigen::Vector3d off =
+        refined->cam_from_world.origin_in_source() - seen_from().origin_in_source();
+    const Eigen::Matrix3d covariance =
+        position_covariance(refined->cam_from_world, refined->covariance);
+    all.beyond_three_sigma += off.dot(covariance.ldlt().solve(off)) > 16.3;
+    all.estimated += refined->estimated_map_sigma_m.has_value();
+    all.sigmas_m.push_back(refined->estimated_map_sigma_m.value_or(0));
+  }
+  return all;
+}
+
+TEST(SceneErrors, WrongMapsThatAreNotStatedAreNoticed) {
+  constexpr int count = 200;
+  for (const double sigma_m : {0.002, 0.01}) {
+    SCOPED_TRACE(sigma_m);
+    Unstated all = over_unstated_maps(sigma_m, count);
+    EXPECT_GE(all.estimated, 0.98 * count);
+    EXPECT_LE(all.beyond_three_sigma, 0.01 * count);
+    const double typical_m = median(all.sigmas_m);
+    EXPECT_GT(typical_m, 0.8 * sigma_m);
+    EXPECT_LT(typical_m, 1.25 * sigma_m);
+  }
+}
+
+// Wrong sizes do not spoil the directions, which give a better pose than the rims do.
+TEST(SceneErrors, WrongSizesThatAreNotStatedAreNoticed) {
+  constexpr double size_sigma = 0.02;
+  constexpr int count = 100;
+  Random random(5);
+  int estimated = 0, beyond_three_sigma = 0;
+  std::vector<double> off_m;
+  for (int i = 0; i < count; ++i) {
+    const Scene stated = test::irregular_room();
+    Scene real = stated;
+    for (Lamp& lamp : real.lamps) lamp.radius_m *= 1 + size_sigma * random.normal();
+    const auto exact = test::exact_blobs(real, seen_from(), with_rims);
+    const auto refined = refine(seen_from(), test::in_order(stated),
+                                test::noisy(exact, real, with_rims, random), stated);
+    ASSERT_TRUE(refined.ok()) << refined.message;
+    estimated += refined->estimated_size_sigma.has_value();
+    const Eigen::Vector3d off =
+        refined->cam_from_world.origin_in_source() - seen_from().origin_in_source();
+    const Eigen::Matrix3d covariance =
+        position_covariance(refined->cam_from_world, refined->covariance);
+    beyond_three_sigma += off.dot(covariance.ldlt().solve(off)) > 16.3;
+    off_m.push_back(off.norm());
+  }
+  EXPECT_GE(estimated, 0.9 * count);
+  EXPECT_LE(beyond_three_sigma, 0.01 * count);
+  EXPECT_LT(median(off_m), 0.002);  // 0.05 from the sizes alone
+}
+
+TEST(SceneErrors, ExactMapsAreNotDoubted) {
+  const Unstated all = over_unstated_maps(0, 200);
+  EXPECT_EQ(all.estimated, 0);
+  EXPECT_LE(all.beyond_three_sigma, 2);
+}
+
+}  // namespace
+}  // namespace occ
