@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "libocc/core/abi.hpp"
@@ -53,6 +54,9 @@ struct Fix {
   std::optional<double> risk;
   /// locate(): the search for poses stopped early, at the budget or at identify.max_hypotheses.
   bool cut_short = false;
+  /// locate(): "camera" and "map" if the scene states no error of them. Where such a part is not
+  /// exact, the pose can be off by many of its sigmas.
+  std::vector<std::string> taken_as_exact;
   std::map<int, Blob> lamps;          ///< lamp id -> blob, of the best candidate
   std::vector<Blob> blobs;            ///< all detected blobs
   std::vector<Candidate> candidates;  ///< all plausible poses, best first; the first is the fix

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "libocc/core/require.hpp"
+#include "libocc/identify/internal/assignment_evidence.hpp"
 #include "libocc/identify/internal/assignment_problem.hpp"
 #include "libocc/identify/internal/verdict.hpp"
 #include "libocc/locate/internal/best_candidate.hpp"
@@ -15,6 +16,7 @@
 #include "libocc/refine/internal/estimated_map.hpp"
 #include "libocc/refine/internal/pose_evidence.hpp"
 #include "libocc/refine/internal/ranking.hpp"
+#include "libocc/refine/internal/scene_errors.hpp"
 
 namespace occ {
 
@@ -68,6 +70,16 @@ std::string contradiction_message(const Refined& refined) {
   }
   text << "; the covariance allows for them";
   return text.str();
+}
+
+/// See Fix::taken_as_exact.
+std::vector<std::string> exact_parts(const Scene& scene, const RefineOptions& options) {
+  std::vector<std::string> exact;
+  if (options.model_sigma_px > 0) return exact;
+  if (scene.camera.is_exact()) exact.emplace_back("camera");
+  const auto has_no_error = [&](const Lamp& lamp) { return !errors_of(lamp, scene); };
+  if (std::all_of(scene.lamps.begin(), scene.lamps.end(), has_no_error)) exact.emplace_back("map");
+  return exact;
 }
 
 /// Status and message of the fix. The first pose that was not refined determines them, then the
@@ -130,7 +142,8 @@ void add_excluded(const RefinementAhead& ahead, const std::vector<Hypothesis>& e
     const double log_ratio = evidence(*rival.refined, hypothesis) - of_best;
     rival.hypothesis = &hypothesis;
     rival.fits = true;
-    rival.probability = probability * last_pose_elsewhere * std::exp(std::min(log_ratio, max_log));
+    rival.probability = probability * internal::identify::last_pose_elsewhere *
+                        std::exp(std::min(log_ratio, max_log));
     sum += rival.probability;
     rivals.push_back(std::move(rival));
   }
@@ -155,6 +168,7 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
   Fix& fix = result.value;
   fix.blobs = blobs;
   fix.risk = 1;
+  fix.taken_as_exact = exact_parts(scene, given.refine);
   if (blobs.empty()) {
     result.status = Status::no_lamps;
     result.message = "nothing in the image stands out from the background";

@@ -6,6 +6,7 @@
 
 #include "libocc/core/math.hpp"
 #include "libocc/core/statistics.hpp"
+#include "libocc/identify/internal/assignment_evidence.hpp"
 #include "libocc/pose/internal/evidence.hpp"
 #include "libocc/refine/internal/lamp_sizes.hpp"
 #include "libocc/refine/internal/light_evidence.hpp"
@@ -16,7 +17,6 @@ namespace occ::internal::refine {
 namespace {
 
 using pose::PoseEvidence;
-using pose::PriorPart;
 using pose::SeenLamp;
 
 /// ln of the density ratio of a blob's size. For a lamp, the size is normal about the predicted
@@ -162,48 +162,12 @@ double log_code_ratio(const Lamp& lamp, const Blob& blob, std::size_t lamps) {
   return coded ? std::log(100.0 * static_cast<double>(lamps)) : 0;
 }
 
-/// Volume whose inverse is the density of the camera's position: uniform in direction and in ln of
-/// the distance from the middle of the map, over two decades.
 double volume_m3(const std::vector<Lamp>& lamps, const Eigen::Vector3d& position_m) {
-  constexpr double min_m = 0.1, decades = 2;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const Lamp& lamp : lamps) mean += lamp.centre_m / static_cast<double>(lamps.size());
-  double distance_m = std::max(min_m, (position_m - mean).norm());
-  for (const Lamp& lamp : lamps) distance_m = std::max(distance_m, (lamp.centre_m - mean).norm());
-  return 4 * pi * decades * std::log(10.0) * std::pow(distance_m, 3);
-}
-
-PriorPart part_of(const Prior& prior, const Rigid3& cam_from_world, double wrong) {
-  const PriorRows rows = prior.rows(cam_from_world);
-  return {rows.jacobian.transpose() * rows.jacobian, rows.jacobian.transpose() * rows.residuals,
-          rows.residuals.squaredNorm(), wrong};
-}
-
-/// A last pose is wrong if the camera was carried away or the pose before was wrong; the others if
-/// they were stated wrongly.
-std::vector<PriorPart> parts_of(const Prior& prior, const Rigid3& cam_from_world) {
-  constexpr double misstated = 1e-4;
-  std::vector<PriorPart> parts;
-  const auto add = [&](bool has, Prior part, double wrong) {
-    if (has) parts.push_back(part_of(part, cam_from_world, wrong));
-  };
-  Prior position, height, heading, gravity, last;
-  position.position_m = prior.position_m;
-  position.position_sigmas_m = prior.position_sigmas();
-  height.height_m = prior.height_m;
-  height.height_sigma_m = prior.height_sigma_m;
-  heading.heading_rad = prior.heading_rad;
-  heading.heading_sigma_rad = prior.heading_sigma_rad;
-  gravity.gravity_in_cam = prior.gravity_in_cam;
-  gravity.gravity_sigma_rad = prior.gravity_sigma_rad;
-  last.last_pose = prior.last_pose;
-  add(prior.position_m.has_value(), position, misstated);
-  add(prior.height_m.has_value(), height, misstated);
-  add(prior.heading_rad.has_value(), heading, misstated);
-  add(prior.gravity_in_cam.has_value(), gravity, misstated);
-  add(prior.last_pose.has_value(), last, last_pose_wrong);
-  if (prior.last_pose) parts.back().is_place = true;
-  return parts;
+  double radius_m = 0;
+  for (const Lamp& lamp : lamps) radius_m = std::max(radius_m, (lamp.centre_m - mean).norm());
+  return identify::volume_m3(radius_m, (position_m - mean).norm());
 }
 
 }  // namespace
@@ -241,7 +205,7 @@ PoseEvidence evidence_of(const Refined& refined, const Hypothesis& hypothesis,
     evidence.lamps.push_back(seen);
   }
   evidence.log_appearance += log_light_ratio(lights, log_fluxes(blobs, is_lamp, scene));
-  if (prior) evidence.prior = parts_of(*prior, cam_from_world);
+  if (prior) evidence.prior = identify::prior_parts(*prior, cam_from_world);
   return evidence;
 }
 

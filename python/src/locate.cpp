@@ -177,6 +177,10 @@ Without candidates, the pose is undefined and its covariance infinite.)");
       .def_property_readonly("cut_short", value_of(&Fix::cut_short),
                              "locate(): the search for poses stopped early, at the budget or at "
                              "max_hypotheses.")
+      .def_property_readonly("taken_as_exact", value_of(&Fix::taken_as_exact),
+                             "locate(): \"camera\" and \"map\" if the scene states no error of "
+                             "them. Where such a part is not exact, the pose can be off by many "
+                             "of its sigmas.")
       .def_property_readonly("timing_s", value_of(&Fix::timing_s), "Timing: computing times [s].")
       .def_property_readonly("choice", value_of(&Fix::choice),
                              "RungChoice of locate(): rung of the refinement, with the reason; or "

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import libocc as occ
+from libocc.samples import load_scene
 
 
 @pytest.fixture(scope="module")
@@ -186,3 +187,14 @@ def test_a_lamp_index_serves_hashing(image, scene, pose):
     assert found.ok and len(found.hypotheses[0].matches) == 6
     with pytest.raises(ValueError, match="index must be of the scene's lamps"):
         occ.identify(blobs, scene.replace(lamps=scene.lamps[:5]), prior, index=index)
+
+
+def test_a_fix_names_what_it_takes_as_exact():
+    scene = load_scene("irregular_six")
+    pose = occ.look_at(position_m=[1.9, 2.1, 0.3], target_m=[2, 2, 3], up=[0, 1, 0])
+    image, _ = occ.simulate(scene, cam_from_world=pose, seed=1)
+    assert occ.locate(image, scene).taken_as_exact == ["camera", "map"]
+    assert occ.locate(image, scene.replace(map_sigma_m=0.001)).taken_as_exact == ["camera"]
+    stated = scene.replace(camera=scene.camera.with_parameter_sigmas({"fx_px": 1}))
+    assert occ.locate(image, stated).taken_as_exact == ["map"]
+    assert occ.locate(image, scene, model_sigma_px=0.5).taken_as_exact == []

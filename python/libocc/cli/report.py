@@ -77,7 +77,13 @@ def candidate_dict(found: Fix | Candidate) -> dict[str, Any]:
 
 
 def _candidate_dict(candidate: Candidate) -> dict[str, Any]:
-    return {**candidate_dict(candidate), "probability": candidate.probability}
+    return {
+        **candidate_dict(candidate),
+        "probability": candidate.probability,
+        "variance_factor": candidate.variance_factor,
+        "estimated_map_sigma_m": candidate.estimated_map_sigma_m,
+        "estimated_size_sigma": candidate.estimated_size_sigma,
+    }
 
 
 def choice_dict(choice: RungChoice | None) -> dict[str, Any] | None:
@@ -109,6 +115,7 @@ def fix_dict(fix: Fix) -> dict[str, Any]:
         "message": fix.message,
         **pose,
         "risk": fix.risk,
+        "taken_as_exact": fix.taken_as_exact,
         "candidates": [_candidate_dict(candidate) for candidate in fix.candidates],
         "choice": choice_dict(fix.choice),
         "timing_s": {
@@ -171,6 +178,9 @@ def fix_text(fix: Fix, explain: bool = False) -> str:
         lines.append(f"rms       {fix.rms_px:.3f} px")
         if fix.risk is not None:
             lines.append(f"risk      {_risk(fix.risk)}")
+        if fix.taken_as_exact:
+            exact = " and ".join(fix.taken_as_exact)
+            lines.append(f"exact     {exact}, by the scene: the sigma is that of the image alone")
     if timing.total_s > 0:
         lines.append(
             f"time      {timing.total_s * 1e3:.1f} ms (detect {timing.detect_s * 1e3:.1f}, "
