@@ -13,6 +13,7 @@
 #include "libocc/locate/tags.hpp"
 #include "libocc/scene/scene_file.hpp"
 #include "libocc/scene/tag.hpp"
+#include "tests/support/nees.hpp"
 #include "tests/support/support.hpp"
 #include "tests/support/target_fields.hpp"
 
@@ -140,7 +141,7 @@ std::vector<AprilTag> seen_tags(const Scene& scene, const Rigid3& pose, Random& 
 
 double mahalanobis2(const Fix& fix, const Rigid3& truth) {
   const Vector6 error = difference(fix.cam_from_world, truth);
-  return error.dot(fix.covariance.ldlt().solve(error));
+  return test::nees(error, fix.covariance);
 }
 
 constexpr double chi2_6_999 = 22.5;

@@ -13,6 +13,7 @@
 #include "libocc/geometry/so3.hpp"
 #include "libocc/locate/locate.hpp"
 #include "libocc/pose/solvers/p3p.hpp"
+#include "tests/support/nees.hpp"
 
 namespace occ {
 namespace {
@@ -146,7 +147,7 @@ View draw_view(int lamps, double radius_m, Random& random) {
 /// Squared Mahalanobis distance of the truth.
 double nees(const Candidate& candidate, const Rigid3& truth) {
   const Vector6 off = difference(truth, candidate.cam_from_world);
-  return off.dot(candidate.covariance.llt().solve(off));
+  return test::nees(off, candidate.covariance);
 }
 
 constexpr double max_nees = 150;  // five sigmas in each of six unknowns

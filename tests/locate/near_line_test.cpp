@@ -10,6 +10,7 @@
 #include "libocc/locate/locate.hpp"
 #include "libocc/simulate/simulate.hpp"
 #include "tests/locate/solve_pose_support.hpp"
+#include "tests/support/nees.hpp"
 
 namespace occ::test {
 namespace {
@@ -90,7 +91,7 @@ bool holds_truth(const Fix& fix, const Rigid3& truth) {
   return std::any_of(fix.candidates.begin(), fix.candidates.end(), [&](const Candidate& c) {
     const Eigen::Vector3d error = c.position_m - truth.origin_in_source();
     const Eigen::Matrix3d covariance = position_covariance(c.cam_from_world, c.covariance);
-    return error.dot(covariance.llt().solve(error)) < too_far;
+    return test::nees(error, covariance) < too_far;
   });
 }
 
@@ -204,7 +205,7 @@ SeenScene thin_scene(Random& random, const Row& row) {
 double squared_error_of_position(const SeenScene& scene, const Candidate& c,
                                  const Matrix6& covariance) {
   const Eigen::Vector3d error = c.position_m - scene.truth.origin_in_source();
-  return error.dot(position_covariance(c.cam_from_world, covariance).llt().solve(error));
+  return test::nees(error, position_covariance(c.cam_from_world, covariance));
 }
 
 struct Tally {

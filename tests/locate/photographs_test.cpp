@@ -16,6 +16,7 @@
 #include "libocc/core/image_file.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/locate/locate.hpp"
+#include "tests/support/nees.hpp"
 #include "tests/support/rendered_rooms.hpp"
 #include "tests/support/support.hpp"
 
@@ -129,7 +130,7 @@ TEST(RenderedRooms, SaturatedLampsStayWithinTwoMillimetres) {
     ASSERT_EQ(fix.status, Status::ok) << path.stem() << ": " << fix.message;
     const Eigen::Vector3d slip = fix->position_m - room.position_m;
     const double error = slip.norm();
-    nees += slip.dot(fix->position_covariance_m2.ldlt().solve(slip));
+    nees += test::nees(slip, fix->position_covariance_m2);
     std::printf("%s: error %.3f mm, sigma %.3f mm\n", path.stem().c_str(), 1e3 * error,
                 1e3 * std::sqrt(fix->position_covariance_m2.trace()));
     EXPECT_LE(error, 2e-3) << path.stem();

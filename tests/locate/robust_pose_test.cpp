@@ -13,6 +13,7 @@
 #include "libocc/pose/internal/consensus_cost.hpp"
 #include "libocc/pose/internal/false_alarms.hpp"
 #include "libocc/refine/bound.hpp"
+#include "tests/support/nees.hpp"
 #include "tests/support/support.hpp"
 
 namespace occ::test {
@@ -64,7 +65,7 @@ Eigen::Vector3d up_of(const Matched& m, Random& random, double sigma_rad) {
 
 double squared_error(const Matched& m, const Fix& fix, const Matrix6& covariance) {
   const Vector6 error = difference(fix.cam_from_world, m.truth);
-  return error.dot(covariance.ldlt().solve(error));
+  return test::nees(error, covariance);
 }
 
 Matrix6 bound_of(const Matched& m) {
@@ -322,7 +323,7 @@ Matched two_poses(Random& random, int moved, int anywhere, int count) {
 bool is_among(const Rigid3& pose, const Fix& fix) {
   for (const Candidate& c : fix.candidates) {
     const Vector6 error = difference(c.cam_from_world, pose);
-    if (error.dot(c.covariance.ldlt().solve(error)) < 60) return true;
+    if (test::nees(error, c.covariance) < 60) return true;
   }
   return false;
 }

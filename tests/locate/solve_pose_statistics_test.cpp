@@ -10,6 +10,7 @@
 #include "libocc/pose/internal/point_fit.hpp"
 #include "libocc/refine/bound.hpp"
 #include "tests/locate/solve_pose_support.hpp"
+#include "tests/support/nees.hpp"
 
 namespace occ::test {
 using namespace internal::pose;
@@ -236,7 +237,7 @@ SeenScene plane_scene(Random& random) {
 
 double squared_left_error(const SeenScene& scene, const Candidate& c) {
   const Vector6 error = difference(scene.truth, c.cam_from_world);
-  return error.dot(c.covariance.ldlt().solve(error));
+  return test::nees(error, c.covariance);
 }
 
 void expect_true_covariance_of_four(int problems) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "libocc/locate/solve_pose.hpp"
+#include "tests/support/nees.hpp"
 #include "tests/support/solver_problems.hpp"
 #include "tests/support/support.hpp"
 
@@ -99,7 +100,7 @@ inline double squared_error(const Candidate& c, const SeenScene& scene) {
   Vector6 error;
   error.head<3>() = so3_log(scene.truth.rotation * c.cam_from_world.rotation.transpose());
   error.tail<3>() = scene.truth * centroid - seen - error.head<3>().cross(seen);
-  return error.dot(c.covariance.ldlt().solve(error));
+  return test::nees(error, c.covariance);
 }
 
 inline double min_squared_error(const Fix& fix, const SeenScene& scene) {

@@ -10,6 +10,7 @@
 #include <map>
 
 #include "tests/support/measured_blobs.hpp"
+#include "tests/support/nees.hpp"
 #include "tests/support/support.hpp"
 
 namespace occ {
@@ -23,7 +24,7 @@ std::map<int, Blob> by_id(const Scene& scene, const std::vector<Blob>& blobs) {
 
 double nees(const Fix& fix, const Rigid3& truth) {
   const Vector6 off = difference(truth, fix.cam_from_world);
-  return off.dot(fix.covariance.llt().solve(off));
+  return test::nees(off, fix.covariance);
 }
 
 double mean_nees(const Scene& scene, int count) {

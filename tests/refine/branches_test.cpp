@@ -6,6 +6,7 @@
 #include "libocc/refine/internal/pose_roots.hpp"
 #include "libocc/refine/refine.hpp"
 #include "tests/support/measured_blobs.hpp"
+#include "tests/support/nees.hpp"
 #include "tests/support/support.hpp"
 
 namespace occ {
@@ -69,7 +70,7 @@ TEST(RefineBranches, ConvergesOnTheDangerCylinder) {
     if (!refined.ok()) continue;
     EXPECT_LT(refined->chi2, 40) << seed;  // what the truth has at most
     const Vector6 off = difference(view.truth, refined->cam_from_world);
-    outside += off.dot(refined->covariance.llt().solve(off)) > 25;  // 0.03 % of chi2 with 6 dof
+    outside += test::nees(off, refined->covariance) > 25;  // 0.03 % of chi2 with 6 dof
   }
   EXPECT_LE(failed, views / 4);  // chi2 is flat to second order
   EXPECT_LE(outside, 1);

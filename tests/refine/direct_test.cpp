@@ -11,6 +11,7 @@
 #include "libocc/refine/bound.hpp"
 #include "libocc/refine/internal/problem.hpp"
 #include "tests/support/measured_blobs.hpp"
+#include "tests/support/nees.hpp"
 #include "tests/support/pixel_blobs.hpp"
 #include "tests/support/rendered_rooms.hpp"
 #include "tests/support/simulate_support.hpp"
@@ -136,10 +137,9 @@ Statistics over_frames(const Scene& scene, Rung rung, int frames, FluxModel flux
     const Eigen::Vector3d slip = error.tail<3>();
     const Matrix6& covariance = refined->covariance;
     ++mean.frames;
-    mean.pose_nees += error.dot(covariance.ldlt().solve(error));
-    mean.position_nees +=
-        slip.dot(Eigen::Matrix3d(covariance.bottomRightCorner<3, 3>()).ldlt().solve(slip));
-    mean.over_bound += error.dot(bound->covariance.ldlt().solve(error)) / 6;
+    mean.pose_nees += test::nees(error, covariance);
+    mean.position_nees += test::nees(slip, Eigen::Matrix3d(covariance.bottomRightCorner<3, 3>()));
+    mean.over_bound += test::nees(error, bound->covariance) / 6;
     Scene seen = scene;
     seen.lamps.clear();
     for (const Match& match : frame.matches) seen.lamps.push_back(scene.lamps[match.lamp]);
@@ -307,7 +307,7 @@ TEST(SlowRefineDirect, AnEdgeThatIsNotTheModelsIsNotTrustedInTheDark) {
         refine(pose, frame.matches, frame.blobs, scene, by(Rung::direct), frame.image.view());
     ASSERT_TRUE(refined.ok()) << refined.message;
     const Vector6 error = difference(refined->cam_from_world, pose);
-    nees += error.dot(refined->covariance.ldlt().solve(error));
+    nees += test::nees(error, refined->covariance);
     ++frames;
   }
   EXPECT_LT(nees, test::chi2_interval(6.0 * frames).second);
@@ -331,7 +331,7 @@ TEST(RefineDirect, SaturatedDiscsAreTakenByTheirRims) {
       EXPECT_LT(difference(refined->cam_from_world, by_rims->cam_from_world).norm(), 1e-6);
       EXPECT_TRUE(refined->rim_growth_px);
       const Vector6 error = difference(refined->cam_from_world, truth());
-      nees += error.dot(refined->covariance.ldlt().solve(error));
+      nees += test::nees(error, refined->covariance);
     }
     EXPECT_LT(nees, test::chi2_interval(6.0 * frames).second) << assumed_psf_px;
   }
@@ -403,7 +403,7 @@ TEST(RefineDirect, UndoesTheResponse) {
       ASSERT_TRUE(refined.ok()) << refined.message;
       EXPECT_EQ(refined->lamps[0].rung, Rung::direct);
       const Vector6 error = difference(refined->cam_from_world, truth());
-      nees += error.dot(refined->covariance.ldlt().solve(error));
+      nees += test::nees(error, refined->covariance);
     }
     const auto interval = test::chi2_interval(6.0 * frames);
     EXPECT_GT(nees, interval.first) << bits;

@@ -8,6 +8,7 @@
 #include "libocc/core/math.hpp"
 #include "libocc/detect/detect.hpp"
 #include "libocc/refine/refine.hpp"
+#include "tests/support/nees.hpp"
 #include "tests/support/simulate_support.hpp"
 #include "tests/support/support.hpp"
 
@@ -113,8 +114,8 @@ Nees mean_nees(const Exposure& exposure, int frames, bool aware = true) {
         refined->cam_from_world.origin_in_source() - pose.origin_in_source();
     const Eigen::Matrix3d covariance =
         position_covariance(refined->cam_from_world, refined->covariance);
-    mean.pose += error.dot(refined->covariance.ldlt().solve(error)) / frames;
-    mean.position += slip.dot(covariance.ldlt().solve(slip)) / frames;
+    mean.pose += test::nees(error, refined->covariance) / frames;
+    mean.position += test::nees(slip, covariance) / frames;
   }
   return mean;
 }

@@ -11,6 +11,7 @@
 #include "libocc/refine/bound.hpp"
 #include "libocc/refine/refine.hpp"
 #include "tests/support/measured_blobs.hpp"
+#include "tests/support/nees.hpp"
 
 namespace occ {
 namespace {
@@ -28,7 +29,7 @@ struct World {
 
 double pose_nees(const Refined& refined) {
   const Vector6 error = difference(refined.cam_from_world, seen_from());
-  return error.dot(refined.covariance.ldlt().solve(error));
+  return test::nees(error, refined.covariance);
 }
 
 /// The sum over `count` worlds is chi-square with 6 degrees of freedom each.
@@ -255,7 +256,7 @@ Unstated over_unstated_maps(double sigma_m, int count) {
         refined->cam_from_world.origin_in_source() - seen_from().origin_in_source();
     const Eigen::Matrix3d covariance =
         position_covariance(refined->cam_from_world, refined->covariance);
-    all.beyond_three_sigma += off.dot(covariance.ldlt().solve(off)) > 16.3;
+    all.beyond_three_sigma += test::nees(off, covariance) > 16.3;
     all.estimated += refined->estimated_map_sigma_m.has_value();
     all.sigmas_m.push_back(refined->estimated_map_sigma_m.value_or(0));
   }
@@ -295,7 +296,7 @@ TEST(SceneErrors, WrongSizesThatAreNotStatedAreNoticed) {
         refined->cam_from_world.origin_in_source() - seen_from().origin_in_source();
     const Eigen::Matrix3d covariance =
         position_covariance(refined->cam_from_world, refined->covariance);
-    beyond_three_sigma += off.dot(covariance.ldlt().solve(off)) > 16.3;
+    beyond_three_sigma += test::nees(off, covariance) > 16.3;
     off_m.push_back(off.norm());
   }
   EXPECT_GE(estimated, 0.9 * count);

@@ -10,6 +10,7 @@
 #include "libocc/geometry/so3.hpp"
 #include "libocc/simulate/renderer.hpp"
 #include "libocc/track/tracker.hpp"
+#include "tests/support/nees.hpp"
 
 namespace occ {
 namespace {
@@ -74,7 +75,7 @@ TEST(TrackerBranches, APathThroughTheMeetingOfTwoBranchesIsNeverWrong) {
       if (seen.state != TrackerState::tracking) continue;
       ++tracked;
       const Vector6 off = difference(truth, seen.cam_from_world);
-      EXPECT_LT(off.dot(seen.covariance.llt().solve(off)), 150)
+      EXPECT_LT(test::nees(off, seen.covariance), 150)
           << "seed " << seed << ", frame " << frame << ": " << error_m(seen, truth) << " m off";
     }
     EXPECT_GT(tracked, frames / 3) << seed;

@@ -8,6 +8,7 @@
 #include "libocc/geometry/motion.hpp"
 #include "libocc/scene/scene_file.hpp"
 #include "libocc/simulate/renderer.hpp"
+#include "tests/support/nees.hpp"
 #include "tests/support/support.hpp"
 
 namespace occ {
@@ -50,7 +51,7 @@ double error_m(const TrackedFrame& frame, const Rigid3& truth) {
 
 double nees(const TrackedFrame& frame, const Rigid3& truth) {
   const Vector6 off = difference(truth, frame.cam_from_world);
-  return off.dot(frame.covariance.llt().solve(off));
+  return test::nees(off, frame.covariance);
 }
 
 TEST(Tracker, FollowsACameraThroughLampsThatComeAndGo) {
