@@ -20,7 +20,6 @@ LampContradiction contradiction_of(const std::vector<LampObservation>& lamps) {
   LampContradiction found;
   found.dof = -6;
   for (const LampObservation& lamp : lamps) {
-    if (lamp.errors) return {};
     chi2 += lamp.own_chi2;
     found.dof += lamp.own_coordinates;
   }
@@ -41,11 +40,13 @@ double mean_distance_m(const Refined& refined, const Scene& scene) {
   return sum / static_cast<double>(std::max<std::size_t>(1, refined.lamps.size()));
 }
 
-/// True if every lamp in use has a rim, which gives three coordinates of its position.
+/// True if the lamps in use are used by their rims, or by their centroids where they have none.
 bool is_by_rims(const Refined& refined) {
-  return std::all_of(refined.lamps.begin(), refined.lamps.end(), [](const LampResidual& lamp) {
-    return lamp.contradicts || lamp.rung == Rung::rims;
-  });
+  const auto count = [&](Rung rung) {
+    return std::count_if(refined.lamps.begin(), refined.lamps.end(),
+                         [&](const auto& lamp) { return !lamp.contradicts && lamp.rung == rung; });
+  };
+  return count(Rung::rims) > 0 && count(Rung::direct) == 0;
 }
 
 /// True if the lamps contradict each other at this pose.
@@ -59,7 +60,7 @@ bool have_contradictions(const Refined& refined, const std::vector<Match>& match
   RefineProblem problem(observations, scene, options, Rung::rims);
   const State state{refined.cam_from_world, refined.rim_growth_px.value_or(0)};
   const Minimum minimum = minimise(problem, state, options.max_iterations, options.tolerance_px);
-  if (!minimum.converged) return false;
+  if (!minimum.defined) return false;
   std::vector<LampObservation> lamps = observations.lamps;
   problem.report_own_chi2(minimum.state, lamps);
   return contradiction_of(lamps).factor >= min_contradiction;
@@ -71,28 +72,23 @@ struct EstimatedErrors {
   int dof = 0;
 };
 
-/// Root mean square of the errors of position in a fit that leaves them free.
-EstimatedErrors errors_of_positions(const Refined& fit) {
-  double sum = 0;
-  int dof = -6;
-  for (const LampResidual& lamp : fit.lamps) {
-    if (lamp.contradicts) continue;
-    sum += lamp.position_error_m.squaredNorm();
-    dof += 3;
-  }
-  return {std::sqrt(sum / std::max(1, dof)), 0, dof};
+/// Distance of a lamp from its direction, by the residual of its centroid.
+double centroid_error_m(const LampResidual& residual, const Refined& fit, const Scene& scene) {
+  const double distance_m = (fit.cam_from_world * scene.lamps[residual.match.lamp].centre_m).norm();
+  return residual.rms_px / scene.camera.fx_px() * distance_m;
 }
 
-/// Residuals of a fit of the centroids, which give the directions alone.
-EstimatedErrors errors_of_directions(const Refined& fit, const Scene& scene) {
+/// Root mean square of the errors of position in a fit that leaves them free, or of those across
+/// the lines of sight in a fit of centroids.
+EstimatedErrors errors_of_positions(const Refined& fit, const Scene& scene) {
   double sum_m2 = 0;
   int dof = -6;
   for (const LampResidual& lamp : fit.lamps) {
-    if (lamp.contradicts || lamp.rung != Rung::centres) continue;
-    const Lamp& in_world = scene.lamps[lamp.match.lamp];
-    const double distance_m = (fit.cam_from_world * in_world.centre_m).norm();
-    sum_m2 += square(lamp.rms_px / scene.camera.fx_px() * distance_m);
-    dof += 2;
+    if (lamp.contradicts) continue;
+    const bool by_rim = lamp.rung == Rung::rims;
+    sum_m2 +=
+        by_rim ? lamp.position_error_m.squaredNorm() : square(centroid_error_m(lamp, fit, scene));
+    dof += by_rim ? 3 : 2;
   }
   return {std::sqrt(sum_m2 / std::max(1, dof)), 0, dof};
 }
@@ -117,12 +113,20 @@ struct Problem {
   const RefineOptions& options;
 
   Result<Refined> fit(Rung rung, const EstimatedErrors& errors) const {
+    return fit(rung, errors, exact.cam_from_world);
+  }
+  Result<Refined> fit(Rung rung, const EstimatedErrors& errors, const Rigid3& start) const {
     Scene wrong = scene;
-    if (errors.map_sigma_m > 0) wrong.map_sigma_m = errors.map_sigma_m;
-    for (Lamp& lamp : wrong.lamps) lamp.size_sigma = errors.size_sigma;
+    for (Lamp& lamp : wrong.lamps) {
+      lamp.size_sigma = std::max(lamp.size_sigma, errors.size_sigma);
+      if (!(errors.map_sigma_m > 0)) continue;
+      const Eigen::Vector3d stated_m =
+          scene.position_sigma_m(lamp).value_or(PerAxis(Eigen::Vector3d::Zero()));
+      lamp.position_sigma_m = Eigen::Vector3d(stated_m.cwiseMax(errors.map_sigma_m));
+    }
     RefineOptions with_rung = options;
     with_rung.rung = rung;
-    return refine_as_stated(exact.cam_from_world, matches, blobs, wrong, with_rung, nullptr);
+    return refine_as_stated(start, matches, blobs, wrong, with_rung, nullptr);
   }
 };
 
@@ -135,11 +139,14 @@ void enlarge(double factor, Refined& refined) {
 /// Fit with errors of the sizes; empty unless the directions agree with each other much better than
 /// `map_sigma_m`, which is the misfit of directions and sizes.
 std::optional<Refined> with_errors_of_sizes(const Problem& problem, double map_sigma_m) {
-  constexpr double free_size = 0.1, much_better = 3;
+  constexpr int min_dof = 4;  // with four lamps, directions often agree by chance
+  constexpr double free_size = 0.1, by_chance = 1e-3;
   const Result<Refined> centroids = problem.fit(Rung::centres, {});
   if (!centroids.ok()) return std::nullopt;
-  const EstimatedErrors directions = errors_of_directions(*centroids, problem.scene);
-  if (directions.dof < 1 || much_better * directions.map_sigma_m > map_sigma_m) return std::nullopt;
+  const EstimatedErrors directions = errors_of_positions(*centroids, problem.scene);
+  if (directions.dof < min_dof) return std::nullopt;
+  const double much_better = student_quantile(1 - by_chance / 2, directions.dof);
+  if (much_better * directions.map_sigma_m > map_sigma_m) return std::nullopt;
   const Result<Refined> free = problem.fit(Rung::rims, {0, free_size});
   if (!free.ok()) return std::nullopt;
   Result<Refined> result = problem.fit(Rung::rims, {0, rms_size_error(*free)});
@@ -156,12 +163,15 @@ std::optional<Refined> with_errors_of_residuals(const Problem& problem) {
   const double max_sigma_m = 0.01 * mean_distance_m(problem.exact, problem.scene);
   const Result<Refined> loose = problem.fit(Rung::rims, {max_sigma_m});
   if (!loose.ok() || !is_by_rims(*loose)) return std::nullopt;
-  const EstimatedErrors errors = errors_of_positions(*loose);
+  const EstimatedErrors errors = errors_of_positions(*loose, problem.scene);
   if (errors.dof < 1 || !(errors.map_sigma_m > 0)) return std::nullopt;
   if (auto sized = with_errors_of_sizes(problem, errors.map_sigma_m)) return sized;
   if (errors.map_sigma_m > max_sigma_m) return std::nullopt;
-  Result<Refined> result = problem.fit(Rung::rims, errors);
-  if (!result.ok()) return std::nullopt;
+  Result<Refined> result = problem.fit(Rung::rims, errors, loose->cam_from_world);
+  if (!result.ok()) {
+    result = loose;
+    enlarge(square(errors.map_sigma_m / max_sigma_m), result.value);
+  }
   result.value.estimated_map_sigma_m = errors.map_sigma_m;
   enlarge(few_lamps_factor(errors.dof), result.value);
   return std::move(result.value);
@@ -172,8 +182,7 @@ std::optional<Refined> with_errors_of_residuals(const Problem& problem) {
 Result<Refined> with_estimated_map(const Result<Refined>& exact, const std::vector<Match>& matches,
                                    const std::vector<Blob>& blobs, const Scene& scene,
                                    const RefineOptions& options) {
-  const bool may_have_errors = scene.camera.is_exact() && !scene.map_sigma_m &&
-                               options.model_sigma_px == 0 && std::isfinite(options.huber_sigma);
+  const bool may_have_errors = options.model_sigma_px == 0 && std::isfinite(options.huber_sigma);
   if (!exact.ok() || !may_have_errors || !is_by_rims(*exact) ||
       !have_contradictions(*exact, matches, blobs, scene, options))
     return exact;

@@ -281,6 +281,10 @@ void LampRim::add_to(PoseNormalEquations& normal, CameraSums* camera) {
 void LampRim::add_with_errors(const Products& products, PoseNormalEquations& normal,
                               CameraSums* camera) {
   Eigen::MatrixXd sums = eliminate(products);
+  const Eigen::Index errors = by_camera_.rows();
+  shift_information_ = sums.block<3, 3>(3, 3);
+  shift_gradient_ = sums.block<3, 1>(3, residual_index);
+  if (errors > 0) shift_gradient_ += sums.block(3, 8, 3, errors) * all_.camera_shift;
   const Eigen::Matrix3d arm = skew(arm_);
   sums.leftCols<3>() -= (sums.middleCols<3>(3) * arm).eval();
   sums.topRows<3>() += (arm * sums.middleRows<3>(3)).eval();
@@ -290,7 +294,6 @@ void LampRim::add_with_errors(const Products& products, PoseNormalEquations& nor
   normal.chi2 += chi2;
   normal.robust_chi2 += chi2 + robust_excess();
   if (!camera) return;
-  const Eigen::Index errors = by_camera_.rows();
   camera->mixed.topRows<7>() += sums.topRightCorner(7, errors);
   camera->information += sums.bottomRightCorner(errors, errors);
   camera->gradient += sums.col(residual_index).tail(errors);

@@ -106,7 +106,10 @@ void RefineProblem::report_own_chi2(const State& state, std::vector<LampObservat
     } else if (lamp.has_centroid) {
       const auto centroid = centroid_residual(lamp, state, pivot(state));
       if (!centroid) continue;
-      lamp.own_chi2 = centroid->residual_px.dot(centroid->information * centroid->residual_px);
+      Eigen::Vector2d off_px = centroid->residual_px;
+      if (centroid->by_camera.cols() > 0)
+        off_px += centroid->by_camera * observations_.camera_shift;
+      lamp.own_chi2 = off_px.dot(centroid->information * off_px);
       lamp.own_coordinates = 2;
     }
   }

@@ -273,6 +273,7 @@ Minimum minimise_with_camera(const State& start, const std::vector<Match>& match
     minimum.iterations = pass + 1;
     for (std::size_t i = 0; i < observations.lamps.size(); ++i)
       if (observations.lamps[i].has_rim()) observations.lamps[i].unit_error = problem.lamp_error(i);
+    problem.report_own_chi2(minimum.state, observations.lamps);
     minimum.converged = is_last || (minimum.converged && step < stable_sigmas);
     if (is_last) break;
   }

@@ -122,8 +122,8 @@ struct Refined {
   /// its 99.9 % quantile.
   double variance_factor = 1;
   /// Standard deviation of errors of the lamps' positions along each axis, estimated because lamps
-  /// that are stated as exact contradict each other. Pose, covariance and the lamps' residuals then
-  /// allow for them; chi2, dof and variance_factor are those of the scene as it is stated.
+  /// contradict each other by more than the scene states. Pose, covariance and the lamps' residuals
+  /// then allow for them; chi2, dof and variance_factor are those of the scene as it is stated.
   std::optional<double> estimated_map_sigma_m;
   /// Standard deviation of relative errors of the lamps' sizes, estimated if their directions agree
   /// with each other and the sizes of their images do not. The positions are then used as exact.

@@ -113,7 +113,9 @@ def test_rotated_pictures_of_a_phone_calibrate_it(phone_pictures: list[Path], tm
         "calibrate", "camera", *phone_pictures, "--tag-size", 0.16, "--model", model, "--out", tmp_path / "out"
     )
     assert code == 0, err
-    assert occ.read_camera(tmp_path / "out" / "camera.yaml").fx_px == pytest.approx(CAMERA.fx_px, rel=0.01)
+    camera = occ.read_camera(tmp_path / "out" / "camera.yaml")
+    assert camera.fx_px == pytest.approx(CAMERA.fx_px, rel=0.01)
+    assert camera.parameter_covariance[0, 0] > 0
     # The targets give the focal length of a pinhole camera.
     assert ("warning: the initial focal length is that of the EXIF data (Focal" in text) == (model == "fisheye")
 
@@ -238,6 +240,9 @@ def test_lamps_are_surveyed_better_than_the_map(tmp_path: Path) -> None:
         return float(np.abs(apart[0] - apart[1]).max())
 
     assert spread(surveyed.lamps) < 1e-3 < 5e-3 < spread(rough.lamps)
+    sigmas_m = np.array([lamp.position_sigma_m for lamp in surveyed.lamps])
+    printed_mm = np.array([line.split("sigma ")[1].split()[:3] for line in printed], dtype=float)
+    assert 1e3 * sigmas_m == pytest.approx(printed_mm, rel=0.06)
 
 
 @pytest.fixture

@@ -15,8 +15,8 @@ LIBOCC_API Result<Refined> refine_as_stated(const Rigid3& start, const std::vect
                                             const RefineOptions& options, const ImageView* image);
 
 /// The result of refine_as_stated(), or the fit with estimated errors of the map
-/// (Refined::estimated_map_sigma_m) if lamps with rims that are stated as exact contradict each
-/// other by more than five sigma on average.
+/// (Refined::estimated_map_sigma_m) if lamps with rims contradict each other by more than five of
+/// their stated sigmas on average.
 LIBOCC_API Result<Refined> with_estimated_map(const Result<Refined>& exact,
                                               const std::vector<Match>& matches,
                                               const std::vector<Blob>& blobs, const Scene& scene,

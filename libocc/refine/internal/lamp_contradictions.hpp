@@ -15,7 +15,7 @@ namespace occ::internal::refine {
 double few_lamps_factor(int dof);
 
 /// Chi-square of the lamps as wholes (LampObservation::own_chi2) over its degrees of freedom; 1
-/// unless it exceeds its 99.9 % quantile, or if a lamp has stated errors.
+/// unless it exceeds its 99.9 % quantile. Stated errors are contained.
 struct LampContradiction {
   double factor = 1;
   int dof = 0;

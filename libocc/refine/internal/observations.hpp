@@ -46,8 +46,8 @@ struct LampObservation {
   double log_electrons = 0;  ///< measured
   double flux_inverse_sigma = 0;
 
-  /// Reduction of chi-square if the lamp alone is moved from its position in the scene, and the
-  /// number of coordinates that its observations determine.
+  /// Reduction of chi-square if the lamp alone is moved from its position in the scene, beyond its
+  /// stated errors, and the number of coordinates that its observations determine.
   double own_chi2 = 0;
   int own_coordinates = 0;
 

@@ -129,6 +129,19 @@ def uncertainty(c: Calibration, camera: int) -> Figure | None:
     return None if sigma is None else figures.uncertainty_map(sigma, model.width, model.height)
 
 
+def stated_camera(c: Calibration, index: int) -> Camera:
+    """An adjusted camera with the covariance of its free parameters."""
+    camera = c.network.cameras[index]
+    free = c.network.free_parameters[index]
+    if not (c.known.ok and free):
+        return camera
+    names = [parameter.name for parameter in camera.parameters]
+    at = [names.index(name) for name in free]
+    covariance = np.zeros((len(names), len(names)))
+    covariance[np.ix_(at, at)] = c.known.parameters(index)
+    return camera.with_parameter_covariance(covariance)
+
+
 def camera_files(name: str, camera: Camera) -> dict[str, bytes]:
     """Camera files for libocc and, if they have the camera model, for OpenCV and ROS."""
     files = {f"{name}.yaml": format_camera(camera).encode()}
@@ -143,8 +156,8 @@ def write(folder: ResultFolder, c: Calibration, title: str, extra: Sequence[str]
     """Writes all files, also of a failed adjustment; returns the summary."""
     data = summary(c)
     folder.write("result.json", json_bytes(data))
-    for name, camera in zip(c.network.camera_names, c.network.cameras):
-        for file, content in camera_files(name, camera).items():
+    for k, name in enumerate(c.network.camera_names):
+        for file, content in camera_files(name, stated_camera(c, k)).items():
             folder.write(file, content)
     folder.write("images.csv", image_table(c.network))
     if c.network.point_names:

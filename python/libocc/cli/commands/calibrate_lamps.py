@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
@@ -11,6 +11,9 @@ from .. import Failure, error_context, json_option
 from ..detect_options import Threshold, background_hint, threshold_of, threshold_option
 from ..progress import progress
 from .calibrate_options import add_distances, distance_option, finish, out_option, robust_option
+
+if TYPE_CHECKING:  # matplotlib loads slowly
+    from ..calibration.summary import Calibration
 
 MIN_REDUNDANCY = 5
 MAX_SCALE_CHANGE = 0.02  # a tape is more accurate over a room
@@ -99,7 +102,7 @@ def command(
            robust=robust, as_json=as_json, notes=notes + started.warnings,
            settings={"kind": "lamps", "images": list(images), "map": scene_path},
            text=lambda data: lamp_lines(data, scene),
-           more=lambda network: {"scene.yaml": surveyed(scene, network).format().encode()})
+           more=lambda found: {"scene.yaml": surveyed(scene, found).format().encode()})
 
 
 def scale_warning(points_m: Any, map_m: Any) -> str:
@@ -135,8 +138,22 @@ def lamp_lines(data: dict[str, Any], scene: occ.Scene) -> list[str]:
     return text + [f"{name} was not surveyed; the position in the map is kept" for name in absent]
 
 
-def surveyed(scene: occ.Scene, network: occ.network.Network) -> occ.Scene:
-    """Scene with the adjusted lamp positions and the adjusted camera."""
+def surveyed(scene: occ.Scene, found: "Calibration") -> occ.Scene:
+    """Scene with the adjusted lamp positions and the adjusted camera, with their standard deviations."""
+    from ..calibration.run import stated_camera
+
+    network = found.network
     places = dict(zip(network.point_names, np.asarray(network.points_m)))
-    lamps = [lamp.replace(centre_m=places.get(f"lamp {lamp.id}", lamp.centre_m)) for lamp in scene.lamps]
-    return scene.replace(lamps=lamps, camera=network.cameras[0])
+    sigmas = {}
+    if found.known.ok:
+        covariances = np.asarray(found.known.points())
+        sigmas = dict(zip(network.point_names, np.sqrt(np.diagonal(covariances, axis1=1, axis2=2))))
+    lamps = []
+    for lamp in scene.lamps:
+        name = f"lamp {lamp.id}"
+        if name in places:
+            lamp = lamp.replace(centre_m=places[name])
+        if name in sigmas and np.isfinite(sigmas[name]).all():
+            lamp = lamp.replace(position_sigma_m=sigmas[name])
+        lamps.append(lamp)
+    return scene.replace(lamps=lamps, camera=stated_camera(found, 0))

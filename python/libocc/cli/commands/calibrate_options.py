@@ -2,13 +2,16 @@
 """Options and output shared by all kinds of calibration."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 import libocc as occ
 
 from .. import Failure, error_context, json_option, print_json
+
+if TYPE_CHECKING:  # matplotlib loads slowly
+    from ..calibration.summary import Calibration
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -60,13 +63,13 @@ def target_of(network: occ.network.Network, name: str) -> occ.network.Target:
 def finish(
     ctx: click.Context, network: occ.network.Network, datum: occ.network.Datum, *, out: str, title: str,
     select: bool, robust: bool, as_json: bool, settings: dict[str, Any], notes: Sequence[str] = (),
-    more: Callable[[occ.network.Network], dict[str, bytes]] | None = None, ladder: bool = False,
+    more: Callable[["Calibration"], dict[str, bytes]] | None = None, ladder: bool = False,
     checks: dict[str, Any] | None = None, before: occ.Camera | None = None,
     text: Callable[[dict[str, Any]], list[str]] | None = None,
 ) -> None:
     """Adjusts the network, writes the folder and prints the result; exit code 1 when the adjustment failed.
 
-    text: further lines of the text output.
+    text: further lines of the text output. more: further files by their names.
     """
     from ..calibration.report import table
     from ..calibration.run import calibrate, ladder_section, write
@@ -84,7 +87,7 @@ def finish(
         if ladder:
             sections.append(ladder_section(network, datum, found.adjustment.rejected))
         data = write(folder, found, title, sections)
-        for name, content in (more(found.network) if more else {}).items():
+        for name, content in (more(found) if more else {}).items():
             folder.write(name, content)
     if as_json:
         print_json(data)
