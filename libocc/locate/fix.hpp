@@ -10,9 +10,11 @@
 
 #include "libocc/core/abi.hpp"
 #include "libocc/core/blob.hpp"
+#include "libocc/core/status.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/geometry/unknown_covariance.hpp"
 #include "libocc/refine/rung_choice.hpp"
+#include "libocc/refine/separation.hpp"
 
 namespace occ {
 
@@ -62,6 +64,15 @@ struct Fix {
   std::vector<Candidate> candidates;  ///< all plausible poses, best first; the first is the fix
   std::optional<RungChoice> choice;   ///< locate(): rung of the refinement, with the reason
   Timing timing_s;                    ///< time of each step
+  /// locate(): ids of lamps that contradict the others. `lamps` contains them, the pose does not
+  /// depend on them.
+  std::vector<int> excluded_lamps;
+  SeparationModel separation;  ///< locate(): for protection_level_m()
+
+  /// Bound of the position's error that is exceeded, without detection, with at most this
+  /// probability, although lamps may be faulty; see protection_level() in refine/separation.hpp.
+  LIBOCC_API Result<ProtectionLevel> protection_level_m(double risk = 1e-7,
+                                                        double continuity_risk = 1e-3) const;
 };
 
 }  // namespace occ

@@ -12,6 +12,7 @@
 #include "libocc/identify/internal/assignment_problem.hpp"
 #include "libocc/identify/internal/verdict.hpp"
 #include "libocc/locate/internal/best_candidate.hpp"
+#include "libocc/locate/internal/exclusion.hpp"
 #include "libocc/locate/internal/suspects.hpp"
 #include "libocc/refine/internal/estimated_map.hpp"
 #include "libocc/refine/internal/pose_evidence.hpp"
@@ -207,12 +208,14 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
                               image};
   Refinement refinement = refine_hypotheses(ahead, [&] { return clock.seconds(); });
   add_excluded(ahead, identified->excluded, refinement);
+  exclude_separated_lamp(ahead, refinement, fix.excluded_lamps);
   fix.choice = refinement.choice;
   fix.timing_s.refine_s = refine_clock.seconds();
 
   for (const RankedPose& pose : refinement.poses)
     fix.candidates.push_back(candidate_of(pose, blobs, scene));
   take_best(fix);
+  take_separation(*refinement.poses.front().refined, scene, options.lamp_fault_probability, fix);
   const double rest = risk_of_rest(identified.value, *refinement.poses.front().hypothesis);
   const double risk = risk_of(refinement);
   fix.risk = risk + (1 - risk) * rest;
@@ -249,6 +252,8 @@ void LocateOptions::validate() const {
   };
   require(max_candidates > 0, "max_candidates", max_candidates, "positive");
   require(max_risk > 0 && max_risk <= 1, "max_risk", max_risk, "above 0 and at most 1");
+  require(lamp_fault_probability > 0 && lamp_fault_probability < 1, "lamp_fault_probability",
+          lamp_fault_probability, "between 0 and 1");
   check(budget_s, "budget_s");
   check(target_sigma_m, "target_sigma_m");
   costs.validate();

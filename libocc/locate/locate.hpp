@@ -40,6 +40,10 @@ struct LIBOCC_API LocateOptions {
   RefineOptions refine;      ///< without a prior of its own
   int max_candidates = 64;   ///< maximum number of poses that are refined and returned
   double max_risk = 1e-4;    ///< a pose is ok if it is wrong with at most this probability
+  /// Probability that a lamp in an image is moved, misnamed or a reflection, for the protection
+  /// level. An assumption: one fault in 1000 lamps is ten times the prior of a satellite
+  /// constellation and 100 times that of a satellite in ARAIM (Blanch et al. 2015).
+  double lamp_fault_probability = 1e-3;
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value
 };

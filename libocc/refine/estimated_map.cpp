@@ -134,6 +134,8 @@ void enlarge(double factor, Refined& refined) {
   refined.covariance *= factor;
   refined.lamp_information /= factor;
   refined.lamp_gradient /= factor;
+  refined.separation.variance_factor *= factor;
+  refined.separation.position_covariance_m2 *= factor;
 }
 
 /// Fit with errors of the sizes; empty unless the directions agree with each other much better than

@@ -128,6 +128,7 @@ Minimum minimise(RefineProblem& problem, const State& start, int max_iterations,
   if (gauss_newton(problem, steps, max_iterations, tolerance_px, true, minimum))
     run_newton(problem, max_iterations, tolerance_px, minimum);
   minimum.camera_errors = problem.camera_estimate(Vector8::Zero());
+  minimum.parts = problem.parts();
   return minimum;
 }
 
@@ -136,6 +137,7 @@ Minimum polish(RefineProblem& problem, const State& start, int max_iterations,
   Steps steps(problem, start);
   Minimum minimum{start, steps.pivot(), steps.normal(), 0, steps.defined(), false, Matrix6::Zero()};
   if (minimum.defined) gauss_newton(problem, steps, max_iterations, tolerance_px, false, minimum);
+  minimum.parts = problem.parts();
   return minimum;
 }
 
@@ -149,6 +151,7 @@ Minimum step_with_camera(RefineProblem& problem, const State& start, double tole
   minimum.converged = problem.max_motion_px(start, steps.pivot(), step) <= tolerance_px;
   minimum.state = moved(start, steps.pivot(), step);
   minimum.camera_errors = problem.camera_estimate(step);
+  minimum.parts = problem.parts();
   return minimum;
 }
 

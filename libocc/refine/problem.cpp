@@ -44,6 +44,7 @@ RefineProblem::RefineProblem(const Observations& observations, const Scene& scen
       options_(options),
       rung_(rung),
       held_(observations.lamps.size()) {
+  parts_.lamps.resize(observations.lamps.size());
   if (!uses_rims(rung)) return;
   rims_.reserve(observations.lamps.size());
   for (const LampObservation& lamp : observations.lamps)
@@ -77,9 +78,14 @@ bool RefineProblem::linearise(const State& state, const Eigen::Vector3d& pivot,
   std::optional<CameraSums> camera;
   if (camera_errors > 0) camera.emplace(camera_errors);
   for (std::size_t i = 0; i < observations_.lamps.size(); ++i) {
-    if (!add_lamp(i, state, pivot, normal, camera ? &*camera : nullptr)) return false;
+    CameraSums* const sums = camera ? &*camera : nullptr;
+    const PartRecorder before(normal, sums);
+    if (!add_lamp(i, state, pivot, normal, sums)) return false;
+    before.finish(normal, sums, parts_.lamps[i]);
   }
+  parts_.prior = -normal.information;
   add_priors(state, pivot, normal);
+  parts_.prior += normal.information;
   if (camera) eliminate_camera(*camera, normal);
   return true;
 }

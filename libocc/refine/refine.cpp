@@ -314,12 +314,28 @@ void report_lamps(const Minimum& minimum, const RefineOptions& options, Refined&
   refined.lamp_gradient = -rows.jacobian.transpose() * rows.residuals / factor;
 }
 
+/// `matches`: of the lamps of the minimum's parts.
+void report_separation(const Minimum& minimum, const std::vector<Match>& matches,
+                       const std::vector<LampObservation>& lamps, Refined& refined) {
+  std::vector<int> indices;
+  for (const Match& match : matches) indices.push_back(match.lamp);
+  const Rigid3& pose = minimum.state.cam_from_world;
+  refined.separation = separation_model(minimum.parts, indices, pose, minimum.pivot);
+  refined.separation.variance_factor = refined.variance_factor;
+  refined.separation.position_covariance_m2 = position_covariance(pose, refined.covariance);
+  refined.separation.excluded =
+      static_cast<int>(std::count_if(lamps.begin(), lamps.end(), [](const LampObservation& lamp) {
+        return lamp.contradicts;
+      }));
+}
+
 double factor_of(const LampContradiction& lamps) {
   return lamps.factor > 1 ? lamps.factor * few_lamps_factor(lamps.dof) : 1;
 }
 
 void conclude(const Minimum& minimum, const RefineOptions& options,
-              const std::vector<LampObservation>& lamps, Result<Refined>& result) {
+              const std::vector<Match>& matches, const std::vector<LampObservation>& lamps,
+              Result<Refined>& result) {
   if (!minimum.defined) {
     result.status = Status::not_converged;
     result.message =
@@ -339,6 +355,7 @@ void conclude(const Minimum& minimum, const RefineOptions& options,
   covariance.bottomRightCorner<3, 3>() +=
       arc_moment(covariance.topLeftCorner<3, 3>(), minimum.pivot);
   report_lamps(minimum, options, result.value);
+  report_separation(minimum, matches, lamps, result.value);
   if (minimum.converged) return;
   result.status = Status::not_converged;
   result.message = "not converged after " + std::to_string(options.max_iterations) + " iterations";
@@ -399,7 +416,7 @@ Result<Refined> refine_with(const Rigid3& start, const std::vector<Match>& match
         contradiction_chi2(observations, scene, state, options.rung, options.huber_sigma);
     refined.iterations = minimum.iterations;
     refined.dof = observations.degrees_of_freedom(options, options.rung) + minimum.normal.pixels;
-    conclude(minimum, options, observations.lamps, result);
+    conclude(minimum, options, matches, observations.lamps, result);
   } else {
     refined.dof = observations.degrees_of_freedom(options, options.rung);
     result.status = Status::too_few_lamps;

@@ -51,6 +51,7 @@
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/geometry/unknown_covariance.hpp"
 #include "libocc/pose/match.hpp"
+#include "libocc/refine/separation.hpp"
 #include "libocc/scene/prior.hpp"
 #include "libocc/scene/scene.hpp"
 
@@ -130,6 +131,7 @@ struct Refined {
   std::optional<double> estimated_size_sigma;
   double rms_px = 0;                    ///< r.m.s. centre residual over all lamps
   std::vector<LampResidual> lamps;      ///< in the order of the matches
+  SeparationModel separation;           ///< for protection_level()
   std::optional<double> rim_growth_px;  ///< common growth of saturated lamps
   std::optional<double> psf_sigma_px;   ///< direct: estimated from the lamps' pixels
   std::optional<double> flux_factor;    ///< FluxModel::common_factor: measured over predicted flux

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "libocc/core/abi.hpp"
+#include "libocc/refine/internal/lamp_parts.hpp"
 #include "libocc/refine/internal/lamp_pixels.hpp"
 #include "libocc/refine/internal/lamp_rim.hpp"
 #include "libocc/refine/internal/observations.hpp"
@@ -26,6 +27,9 @@ class LIBOCC_API RefineProblem {
 
   /// Normal equations at a state; sets the weights. False if a lamp is not visible.
   bool linearise(const State& state, const Eigen::Vector3d& pivot, PoseNormalEquations& normal);
+
+  /// Contributions of the lamps and the priors to the last linearisation.
+  const NormalParts& parts() const { return parts_; }
 
   /// r^T r with the weights of the last linearisation; infinite if a lamp is not visible. Not for
   /// Rung::direct.
@@ -94,6 +98,7 @@ class LIBOCC_API RefineProblem {
   PixelScratch scratch_;
   std::vector<std::unique_ptr<LampPixels>> pixels_;  // one for each lamp, possibly null
   std::vector<Held> held_;                           // from the last linearisation
+  NormalParts parts_;                                // also from it
   Eigen::MatrixXd camera_gain_;                      // inverse information of the camera's errors
   Eigen::VectorXd camera_estimate_;
   Eigen::Matrix<double, 8, Eigen::Dynamic> camera_mixed_;
