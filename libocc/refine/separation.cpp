@@ -18,8 +18,9 @@ namespace {
 /// Limits the number of sets of up to three units to 298.
 constexpr std::size_t max_monitored_units = 12;
 
-/// Avoids that rounding errors of lamps without influence exceed their thresholds.
-constexpr double rounding_m = 1e-9;
+/// Smallest axis of the ellipse of a separation, relative to its largest and absolute: separations
+/// across a narrow ellipse are rounding and second-order effects.
+constexpr double min_axis = 0.01, min_axis_m = 1e-9;
 
 /// Information, relative to that of all lamps, below which a direction is undetermined.
 constexpr double singular = 1e-9;
@@ -116,10 +117,11 @@ double probability_beyond(std::size_t faults, std::size_t units, double probabil
   return sum;
 }
 
-/// Sets of faulty units with what is not monitored.
+/// Sets of faulty units, and the probabilities of those that are not monitored: with more faulty
+/// units, and without a pose from the others.
 struct Hypotheses {
   std::vector<Subset> sets;
-  double unmonitored = 0;
+  double beyond = 0, undetermined = 0;
 };
 
 void add_sets(Whitened& model, double fault_probability, std::size_t faults, std::size_t first,
@@ -129,20 +131,21 @@ void add_sets(Whitened& model, double fault_probability, std::size_t faults, std
     set.units.push_back(i);
     set.probability *= fault_probability * static_cast<double>(model.units()[i].lamps.size());
     const bool is_monitored = model.leave_out(set);
-    if (!is_monitored) out.unmonitored += set.probability;
+    if (!is_monitored) out.undetermined += set.probability;
     if (set.units.size() < faults) add_sets(model, fault_probability, faults, i + 1, set, out);
     if (is_monitored) out.sets.push_back(std::move(set));
   }
 }
 
-Hypotheses hypotheses(Whitened& model, double fault_probability, double risk) {
+Hypotheses hypotheses(Whitened& model, double fault_probability, int excluded, double risk) {
   Hypotheses out;
   const std::size_t units = model.units().size();
   const double largest =
       fault_probability * static_cast<double>(units ? model.units().front().lamps.size() : 0);
+  const std::size_t all = units + static_cast<std::size_t>(excluded);
   std::size_t faults = std::min<std::size_t>(2, units);
-  while (faults < units && probability_beyond(faults, units, largest) > risk / 2) ++faults;
-  out.unmonitored = probability_beyond(faults, units, largest);
+  while (faults < units && probability_beyond(faults, all, largest) > risk / 2) ++faults;
+  out.beyond = probability_beyond(faults, all, largest);
   add_sets(model, fault_probability, faults, 0, {}, out);
   return out;
 }
@@ -231,7 +234,8 @@ double share_of(const SeparationModel& model) {
   return half / combinations(all, model.excluded);
 }
 
-/// Thresholds of the separations of this number of sets.
+/// Thresholds of the separations of this number of sets, in sigmas. The horizontal separation is
+/// tested by its ellipse, the largest axis of which bounds its length.
 class Thresholds {
  public:
   Thresholds(double continuity_risk, std::size_t sets) {
@@ -241,24 +245,28 @@ class Thresholds {
     vertical_ = normal_quantile(share / 2) * normal_quantile(share / 2);
   }
 
-  /// Squared thresholds from the variances of a separation.
-  Variances squared(const Variances& separation) const {
-    Variances result;
-    result.horizontal = horizontal_ * separation.horizontal;
-    result.vertical = vertical_ * separation.vertical;
-    return result;
+  double horizontal_m(const Variances& separation) const {
+    return std::sqrt(horizontal_ * separation.horizontal);
+  }
+  double vertical_m(const Variances& separation) const {
+    return std::sqrt(vertical_ * separation.vertical);
+  }
+
+  /// Separation over its threshold, the larger of the horizontal and the vertical one.
+  double excess(const Eigen::Vector3d& separation, const Eigen::Matrix3d& covariance) const {
+    Eigen::Matrix2d ellipse = covariance.topLeftCorner<2, 2>();
+    ellipse.diagonal().array() +=
+        min_axis * min_axis * max_eigenvalue(ellipse) + min_axis_m * min_axis_m;
+    const Eigen::Vector2d level = separation.head<2>();
+    const double horizontal = level.dot(ellipse.inverse() * level) / horizontal_;
+    const double vertical = separation.z() * separation.z() /
+                            (vertical_ * std::max(covariance(2, 2), min_axis_m * min_axis_m));
+    return std::sqrt(std::max(horizontal, vertical));
   }
 
  private:
   double horizontal_, vertical_;
 };
-
-/// Separation over its threshold, the larger of the horizontal and the vertical one.
-double excess(const Eigen::Vector3d& separation, const Variances& squared_threshold) {
-  return std::max(
-      separation.head<2>().norm() / (std::sqrt(squared_threshold.horizontal) + rounding_m),
-      std::abs(separation.z()) / (std::sqrt(squared_threshold.vertical) + rounding_m));
-}
 
 /// Terms of both levels, and the largest separation over its threshold.
 struct Levels {
@@ -274,17 +282,18 @@ Levels levels_of(const SeparationModel& model, const Whitened& whitened,
   const Thresholds thresholds(continuity_risk, hypotheses.sets.size());
   Levels levels;
   const auto add = [&](double probability, const Variances& separation, const Variances& own) {
-    const Variances squared = thresholds.squared(separation);
     levels.horizontal.push_back(
-        {probability, std::sqrt(squared.horizontal), std::sqrt(own.horizontal)});
-    levels.vertical.push_back({probability, std::sqrt(squared.vertical), std::sqrt(own.vertical)});
+        {probability, thresholds.horizontal_m(separation), std::sqrt(own.horizontal)});
+    levels.vertical.push_back(
+        {probability, thresholds.vertical_m(separation), std::sqrt(own.vertical)});
   };
   add(1, {}, second_order.of(linear, model.variance_factor));
   levels.vertical.front().probability = 2;
   for (const Subset& set : hypotheses.sets) {
-    const Variances separation(Eigen::Matrix3d(model.variance_factor * (set.covariance - linear)));
-    add(set.probability, separation, second_order.of(set.covariance, model.variance_factor));
-    const double over = excess(set.separation, thresholds.squared(separation));
+    const Eigen::Matrix3d separation = model.variance_factor * (set.covariance - linear);
+    add(set.probability, Variances(separation),
+        second_order.of(set.covariance, model.variance_factor));
+    const double over = thresholds.excess(set.separation, separation);
     if (over <= levels.largest) continue;
     levels.largest = over;
     levels.contradicting = &set;
@@ -292,11 +301,11 @@ Levels levels_of(const SeparationModel& model, const Whitened& whitened,
   return levels;
 }
 
-std::string unmonitored_message(const ProtectionLevel& level, double share, std::size_t lamps) {
+std::string unmonitored_message(const ProtectionLevel& level, double min_risk, std::size_t lamps) {
   std::ostringstream text;
   text.precision(2);
   text << "with " << lamps << " lamps, faults of probability " << level.unmonitored
-       << " are not monitored; the risk must exceed " << level.unmonitored / share
+       << " are not monitored; the risk must exceed " << min_risk
        << ", or more lamps must be in view";
   return text.str();
 }
@@ -324,9 +333,9 @@ Result<ProtectionLevel> protection_level(const SeparationModel& model, double ri
     return result;
   }
   const double share = share_of(model);
-  const Hypotheses found = hypotheses(whitened, model.fault_probability, share * risk);
+  const Hypotheses found = hypotheses(whitened, model.fault_probability, model.excluded, risk);
   level.hypotheses = static_cast<int>(found.sets.size());
-  level.unmonitored = std::min(1.0, found.unmonitored + assignment_risk);
+  level.unmonitored = std::min(1.0, found.beyond + found.undetermined + assignment_risk);
   const Levels levels = levels_of(model, whitened, found, continuity_risk);
   if (levels.largest > 1) {
     for (const std::size_t unit : levels.contradicting->units)
@@ -341,9 +350,10 @@ Result<ProtectionLevel> protection_level(const SeparationModel& model, double ri
     result.message = text.str();
     return result;
   }
-  const double left = share * risk - level.unmonitored;
+  const double min_risk = found.beyond + assignment_risk + found.undetermined / share;
+  const double left = share * (risk - min_risk);
   if (!(left > 0)) {
-    result.message = unmonitored_message(level, share, model.lamps.size());
+    result.message = unmonitored_message(level, min_risk, model.lamps.size());
     return result;
   }
   result.status = Status::ok;
@@ -362,8 +372,8 @@ std::vector<int> separated_lamps(const SeparationModel& model, double continuity
     Subset set;
     set.units = {i};
     if (!whitened.leave_out(set)) continue;
-    const Variances separation(Eigen::Matrix3d(model.variance_factor * (set.covariance - linear)));
-    const double over = excess(set.separation, thresholds.squared(separation));
+    const Eigen::Matrix3d separation = model.variance_factor * (set.covariance - linear);
+    const double over = thresholds.excess(set.separation, separation);
     if (over > 1) separated.emplace_back(-over, model.lamps[i].lamp);
   }
   std::sort(separated.begin(), separated.end());

@@ -8,8 +8,8 @@
 // each lamp H. With the covariances C_0 and C_i of both positions, the covariance of their
 // separation is C_i - C_0 (Brown, "A baseline GPS RAIM scheme", Navigation 39(2), 1992; Blanch,
 // Walter, Enge et al., "Baseline advanced RAIM user algorithm and possible improvements", IEEE
-// Trans. AES 51(1), 2015, section III). The separation must be below the threshold T_i. The levels
-// solve, as eq. (33) of Blanch et al. without nominal biases,
+// Trans. AES 51(1), 2015). The separation must be below the threshold T_i. The levels solve, as the
+// protection levels of Blanch et al. without nominal biases,
 //
 //     vertical:    2 Q(V / s_0) + sum p_i Q((V - T_i) / s_i) + u = risk,
 //     horizontal:  E(H / s_0) + sum p_i E((H - T_i) / s_i) + u = risk,
@@ -27,8 +27,9 @@
 // faults than are monitored, and of Fix::risk. Sets of one and two lamps are monitored, and larger
 // ones until those left have at most half of the risk. If u reaches the risk, the level is infinite.
 //
-// If lamps were excluded, the level is that of the others. Half of the risk belongs to fixes
-// without an excluded lamp, the other half is divided among all sets of as many lamps.
+// If lamps were excluded, the level is that of the others. Half of the risk (less that of more
+// faults than are monitored and of Fix::risk, which counts once) belongs to fixes without an
+// excluded lamp, the other half is divided among all sets of as many lamps.
 #pragma once
 
 #include <Eigen/Core>

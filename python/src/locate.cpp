@@ -109,6 +109,35 @@ void define_refine(py::module_& m) {
           .c_str());
 }
 
+void define_protection_level(py::module_& m) {
+  using P = Result<ProtectionLevel>;
+  ResultClass<P> level(m, "ProtectionLevel", R"(Bound of a position's error although lamps may be faulty.
+
+Status: ok; too_few_lamps (the probability of faults that are not monitored reaches the risk);
+no_pose (the position without some lamps differs by more than its threshold). The levels are
+infinite unless the status is ok.)");
+  define_result(level);
+  level
+      .def_property_readonly("risk", value_of(&ProtectionLevel::risk),
+                             "Probability that an error beyond the level is not detected.")
+      .def_property_readonly("horizontal_m", value_of(&ProtectionLevel::horizontal_m),
+                             "Level of the horizontal error [m].")
+      .def_property_readonly("vertical_m", value_of(&ProtectionLevel::vertical_m),
+                             "Level of the error along the world's z axis [m].")
+      .def_property_readonly("unmonitored", value_of(&ProtectionLevel::unmonitored),
+                             "Probability of faults that are not monitored, with that of a wrong "
+                             "assignment (Fix.risk).")
+      .def_property_readonly("hypotheses", value_of(&ProtectionLevel::hypotheses),
+                             "Number of monitored sets of faulty lamps.")
+      .def_property_readonly("contradicting_lamps", value_of(&ProtectionLevel::contradicting_lamps),
+                             "Ids of the lamps with the largest separation beyond its threshold.")
+      .def("__repr__", [](const P& p) {
+        return "<ProtectionLevel: " + std::string(to_string(p.status)) + ", horizontal " +
+               value_repr(p.value.horizontal_m) + " m, vertical " + value_repr(p.value.vertical_m) +
+               " m>";
+      });
+}
+
 void define_fix(py::module_& m) {
   using C = Candidate;
   ResultClass<C>(m, "Candidate", "One plausible pose.")
@@ -147,6 +176,7 @@ void define_fix(py::module_& m) {
       .def_readonly("total_s", &Timing::total_s, "Whole call [s].")
       .def("__repr__", [](const Timing& t) { return "<Timing: " + value_repr(t.total_s) + " s>"; });
 
+  define_protection_level(m);
   using R = Result<Fix>;
   ResultClass<R> fix(m, "Fix", R"(Pose of the camera: result of locate() and solve_pose().
 
@@ -181,6 +211,21 @@ Without candidates, the pose is undefined and its covariance infinite.)");
                              "locate(): \"camera\" and \"map\" if the scene states no error of "
                              "them. Where such a part is not exact, the pose can be off by many "
                              "of its sigmas.")
+      .def_property_readonly("excluded_lamps", value_of(&Fix::excluded_lamps),
+                             "locate(): ids of lamps that contradict the others; the pose does "
+                             "not depend on them.")
+      .def(
+          "protection_level_m",
+          [](const R& fix, double risk, double continuity_risk) {
+            return fix->protection_level_m(risk, continuity_risk);
+          },
+          py::arg("risk") = 1e-7, py::arg("continuity_risk") = 1e-3,
+          R"(Computes a bound of the position's error by solution separation.
+
+risk: probability that an error beyond the bound is not detected. continuity_risk: probability that
+a test rejects an image without faults. Each lamp may be faulty with the probability
+lamp_fault_probability of locate(). Returns: ProtectionLevel. Raises: ValueError for a probability
+that is not between 0 and 1.)")
       .def_property_readonly("timing_s", value_of(&Fix::timing_s), "Timing: computing times [s].")
       .def_property_readonly("choice", value_of(&Fix::choice),
                              "RungChoice of locate(): rung of the refinement, with the reason; or "
@@ -203,6 +248,9 @@ auto locate_fields() {
                 "maximum number of poses that are refined and returned"),
           field("max_risk", &O::max_risk,
                 "status ok if the pose is wrong with at most this probability"),
+          field("lamp_fault_probability", &O::lamp_fault_probability,
+                "probability that a lamp is moved, misnamed or a reflection, for the protection "
+                "level"),
           field("budget_s", &O::budget_s, "time budget of the whole call [s]; selects the rung"),
           field("target_sigma_m", &O::target_sigma_m,
                 "target for the position's error [m]; selects the rung"),

@@ -12,6 +12,7 @@ from .._core import (
     Fix,
     Hypothesis,
     Identification,
+    ProtectionLevel,
     RungChoice,
     Scene,
     Status,
@@ -103,8 +104,18 @@ def choice_dict(choice: RungChoice | None) -> dict[str, Any] | None:
     }
 
 
-def fix_dict(fix: Fix) -> dict[str, Any]:
-    """Fix as plain data."""
+def protection_dict(level: ProtectionLevel) -> dict[str, Any]:
+    """Protection level as plain data; an infinite one is None."""
+    return {
+        "risk": level.risk,
+        "horizontal_m": level.horizontal_m if level.ok else None,
+        "vertical_m": level.vertical_m if level.ok else None,
+        "message": level.message,
+    }
+
+
+def fix_dict(fix: Fix, protection_risk: float = 1e-7) -> dict[str, Any]:
+    """Fix as plain data. protection_risk: risk of the protection level."""
     timing = fix.timing_s
     pose = candidate_dict(fix)
     if not fix.candidates:
@@ -116,6 +127,8 @@ def fix_dict(fix: Fix) -> dict[str, Any]:
         **pose,
         "risk": fix.risk,
         "taken_as_exact": fix.taken_as_exact,
+        "excluded_lamps": fix.excluded_lamps,
+        "protection_level_m": protection_dict(fix.protection_level_m(protection_risk)),
         "candidates": [_candidate_dict(candidate) for candidate in fix.candidates],
         "choice": choice_dict(fix.choice),
         "timing_s": {
@@ -163,8 +176,17 @@ def _probability(candidate: Candidate) -> str:
     return "" if candidate.probability is None else f"probability {candidate.probability:.2g}  "
 
 
-def fix_text(fix: Fix, explain: bool = False) -> str:
-    """Fix as text. explain: adds the reason for the choice of the rung."""
+def _protection(level: ProtectionLevel) -> str:
+    if not level.ok:
+        return f"level     infinite: {level.message}"
+    return (
+        f"level     {1e3 * level.horizontal_m:.2f} mm horizontal, {1e3 * level.vertical_m:.2f} mm vertical "
+        f"at a risk of {level.risk:.1g}"
+    )
+
+
+def fix_text(fix: Fix, explain: bool = False, protection_risk: float | None = None) -> str:
+    """Fix as text. explain: adds the reason for the choice of the rung. protection_risk: adds the protection level."""
     timing = fix.timing_s
     lines = [f"status    {fix.status.name}" + (f": {fix.message}" if fix.message else "")]
     if fix.candidates:
@@ -181,6 +203,10 @@ def fix_text(fix: Fix, explain: bool = False) -> str:
         if fix.taken_as_exact:
             exact = " and ".join(fix.taken_as_exact)
             lines.append(f"exact     {exact}, by the scene: the sigma is that of the image alone")
+        if fix.excluded_lamps:
+            lines.append(f"excluded  {' '.join(str(id) for id in fix.excluded_lamps)}")
+        if protection_risk is not None:
+            lines.append(_protection(fix.protection_level_m(protection_risk)))
     if timing.total_s > 0:
         lines.append(
             f"time      {timing.total_s * 1e3:.1f} ms (detect {timing.detect_s * 1e3:.1f}, "

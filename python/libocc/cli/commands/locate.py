@@ -16,6 +16,10 @@ from ..prior_options import given, prior_options
 @click.option("--budget-ms", type=float, help="Time limit of the call: use the most accurate rung that meets it.")
 @click.option("--target-mm", type=float, help="Position error to reach: use the fastest rung that meets it.")
 @click.option("--costs", metavar="FILE.yaml", help="Costs of the rungs on this machine, from libocc ladder --costs.")
+@click.option(
+    "--protection", metavar="RISK", type=click.FloatRange(0, 1, min_open=True, max_open=True),
+    help="Add the protection level at this risk, such as 1e-7.",
+)
 @threshold_option
 @json_option
 @overlay_option
@@ -28,6 +32,7 @@ def command(
     budget_ms: float | None,
     target_mm: float | None,
     costs: str | None,
+    protection: float | None,
     threshold_dn: Threshold,
     as_json: bool,
     overlay: str | None,
@@ -70,9 +75,10 @@ def command(
         with error_context(overlay):
             draw_fix(overlay, pixels, fix, lamps, title=image)
     if as_json:
-        print_json(report.fix_dict(fix))
+        print_json(report.fix_dict(fix) if protection is None else report.fix_dict(fix, protection))
     else:
-        click.echo(report.fix_text(fix, explain=budget_ms is not None or target_mm is not None))
+        explain = budget_ms is not None or target_mm is not None
+        click.echo(report.fix_text(fix, explain, protection))
     if not fix.ok:
         if hint := background_hint(pixels, fix.blobs, threshold_dn, len(lamps.lamps)):
             click.echo(f"warning: {image}: {hint}", err=True)
