@@ -323,10 +323,8 @@ void report_separation(const Minimum& minimum, const std::vector<Match>& matches
   refined.separation = separation_model(minimum.parts, indices, pose, minimum.pivot);
   refined.separation.variance_factor = refined.variance_factor;
   refined.separation.position_covariance_m2 = position_covariance(pose, refined.covariance);
-  refined.separation.excluded =
-      static_cast<int>(std::count_if(lamps.begin(), lamps.end(), [](const LampObservation& lamp) {
-        return lamp.contradicts;
-      }));
+  refined.separation.excluded = static_cast<int>(std::count_if(
+      lamps.begin(), lamps.end(), [](const LampObservation& lamp) { return lamp.contradicts; }));
 }
 
 double factor_of(const LampContradiction& lamps) {

@@ -25,7 +25,8 @@
 //
 // u is the sum of the hypotheses whose other lamps do not determine the pose, of those with more
 // faults than are monitored, and of Fix::risk. Sets of one and two lamps are monitored, and larger
-// ones until those left have at most half of the risk. If u reaches the risk, the level is infinite.
+// ones until those left have at most half of the risk. If u reaches the risk, the level is
+// infinite.
 //
 // If lamps were excluded, the level is that of the others. Half of the risk (less that of more
 // faults than are monitored and of Fix::risk, which counts once) belongs to fixes without an
@@ -43,16 +44,16 @@ namespace occ {
 
 /// Normal equations of one lamp: the sums J^T J and J^T r of its whitened residuals.
 struct LampEquations {
-  int lamp = 0;  ///< Refined: index in the scene; Fix: id
-  Eigen::MatrixXd information;
-  Eigen::VectorXd gradient;
+  int lamp = 0;                 ///< Refined: index in the scene; Fix: id
+  Eigen::MatrixXd information;  ///< J^T J
+  Eigen::VectorXd gradient;     ///< J^T r
 };
 
 /// Linearised position of a refined pose, with the contribution of each lamp. The unknowns are
 /// those of the pose and those common to the lamps, such as errors of the camera.
 struct SeparationModel {
   std::vector<LampEquations> lamps;   ///< lamps in use
-  Eigen::MatrixXd prior_information;  ///< of priors; they have no fault
+  Eigen::MatrixXd prior_information;  ///< priors have no fault
   Eigen::MatrixXd position_jacobian;  ///< d position (3, world) / d unknowns
   double variance_factor = 1;         ///< contained in the covariance of the pose
   /// Covariance of the position. It exceeds that of the unknowns by second-order effects.
@@ -67,17 +68,17 @@ struct ProtectionLevel {
   double risk = 0;  ///< probability that an error beyond the level is not detected
   /// Horizontal and vertical (world z) level; infinite if the status is not ok.
   double horizontal_m = std::numeric_limits<double>::infinity();
-  double vertical_m = std::numeric_limits<double>::infinity();
-  double unmonitored = 0;  ///< u of the equation above
-  int hypotheses = 0;      ///< number of monitored sets of faulty lamps
+  double vertical_m = std::numeric_limits<double>::infinity();  ///< see horizontal_m
+  double unmonitored = 0;                                       ///< u of the equation above
+  int hypotheses = 0;  ///< number of monitored sets of faulty lamps
   /// Set of lamps with the largest separation beyond its threshold; empty if all are below.
   std::vector<int> contradicting_lamps;
 };
 
 /// `assignment_risk`: Fix::risk. `continuity_risk`: probability that a separation exceeds its
-/// threshold in an image without faults. Status: ok; too_few_lamps (`unmonitored` reaches the risk);
-/// no_pose (a separation exceeds its threshold). Throws std::invalid_argument for a probability
-/// that is not between 0 and 1.
+/// threshold in an image without faults. Status: ok; too_few_lamps (`unmonitored` reaches the
+/// risk); no_pose (a separation exceeds its threshold). Throws std::invalid_argument for a
+/// probability that is not between 0 and 1.
 LIBOCC_API Result<ProtectionLevel> protection_level(const SeparationModel& model, double risk,
                                                     double continuity_risk = 1e-3,
                                                     double assignment_risk = 0);

@@ -111,7 +111,8 @@ void define_refine(py::module_& m) {
 
 void define_protection_level(py::module_& m) {
   using P = Result<ProtectionLevel>;
-  ResultClass<P> level(m, "ProtectionLevel", R"(Bound of a position's error although lamps may be faulty.
+  ResultClass<P> level(m, "ProtectionLevel",
+                       R"(Bound of a position's error although lamps may be faulty.
 
 Status: ok; too_few_lamps (the probability of faults that are not monitored reaches the risk);
 no_pose (the position without some lamps differs by more than its threshold). The levels are

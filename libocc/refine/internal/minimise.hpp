@@ -18,7 +18,7 @@ struct Minimum {
   /// Second-order part of the covariance of a left perturbation, in a flat valley.
   Matrix6 bend = Matrix6::Zero();
   Eigen::VectorXd camera_errors = {};  ///< estimates; empty if the camera is exact
-  NormalParts parts = {};              ///< of the normal equations, by lamp
+  NormalParts parts = {};              ///< parts of the normal equations
 };
 
 LIBOCC_API Minimum minimise(RefineProblem& problem, const State& start, int max_iterations,
