@@ -430,11 +430,6 @@ void expect_integrity(int images, std::uint64_t seed) {
   EXPECT_GT(one.largest, 0.3);
   EXPECT_GT(none.largest, 0.3);
   EXPECT_LT(one.infinite, images / 20);
-  std::printf(
-      "P without fault %.2g (%d), of one fault %.2g (%d); total %.2g; detected %d, excluded %d, "
-      "infinite %d, largest %.2f %.2f\n",
-      none.probability, none.beyond, one.probability, one.beyond, total, one.detected, one.excluded,
-      one.infinite, none.largest, one.largest);
 }
 
 TEST(Separation, UndetectedErrorsBeyondTheLevelAreRare) { expect_integrity(3000, 10); }
