@@ -21,9 +21,9 @@ namespace occ::internal::refine {
 struct ErrorGradient {
   struct Source {
     int lamp = -1;      ///< index in the scene; -1 for the camera
-    int component = 0;  ///< of LampError, or of CameraErrors
+    int component = 0;  ///< index in LampError or CameraErrors
   };
-  std::vector<Source> sources;  ///< of the columns
+  std::vector<Source> sources;  ///< one for each column
   /// A^T W G, for left perturbations of cam_from_world.
   Eigen::Matrix<double, 6, Eigen::Dynamic> gradient_by_errors;
 };

@@ -31,7 +31,7 @@ template <int states>
 struct SystematicRoot {
   using Root = Eigen::Matrix<double, states, states>;
 
-  std::vector<int> numbers;  ///< of the errors; those of the last measurement are at the end
+  std::vector<int> numbers;  ///< those of the last measurement are at the end
   Eigen::Matrix<double, Eigen::Dynamic, states> rows = {};  ///< C
 
   bool empty() const { return numbers.empty(); }
