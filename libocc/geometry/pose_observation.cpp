@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "libocc/core/internal/covariance.hpp"
+#include "libocc/core/internal/dense.hpp"
 #include "libocc/core/require.hpp"
 
 namespace occ {
@@ -30,7 +31,36 @@ PoseObservation PoseObservation::of_pose(double time_s, const Rigid3& cam_from_w
   return seen;
 }
 
+PoseObservation PoseObservation::without_systematic() const {
+  PoseObservation out = *this;
+  if (systematic.empty()) return out;
+  out.systematic.clear();
+  out.gradient_by_systematic.resize(6, 0);
+  constexpr double rounding = 1e-13;
+  const Vector6 scale = information.diagonal().cwiseMax(0).cwiseSqrt();
+  const Vector6 unit = (scale.array() > 0).select(scale.cwiseInverse(), 0);
+  const auto eigen =
+      internal::core::symmetric_eigen<Matrix6>(unit.asDiagonal() * information * unit.asDiagonal());
+  const Vector6 values = eigen.eigenvalues();
+  const auto known = values.array() > rounding * values.maxCoeff();
+  const Vector6 root = known.select(values.cwiseMax(0).cwiseSqrt(), 0);
+  const Vector6 inverse = known.select(root.cwiseInverse(), 0);
+  // The whitened observation has the rows root V^T scale and the errors b = inverse V^T unit S. The
+  // errors increase its covariance from 1 to 1 + b b^T.
+  const Matrix6 rows = root.asDiagonal() * eigen.eigenvectors().transpose() * scale.asDiagonal();
+  const Matrix6 whiten =
+      inverse.asDiagonal() * eigen.eigenvectors().transpose() * unit.asDiagonal();
+  const Eigen::MatrixXd by_errors = whiten * gradient_by_systematic;
+  const Eigen::MatrixXd covariance = Matrix6::Identity() + by_errors * by_errors.transpose();
+  const Matrix6 weighted = internal::core::solve_llt(covariance, Eigen::MatrixXd(rows));
+  out.information = rows.transpose() * weighted;
+  out.information = (0.5 * (out.information + out.information.transpose())).eval();
+  out.gradient = weighted.transpose() * (whiten * gradient);
+  return out;
+}
+
 PoseObservation PoseObservation::of_body() const {
+  if (!systematic.empty()) return without_systematic().of_body();
   const Matrix6 cam_from_body_delta = adjoint(cam_from_body);
   PoseObservation body;
   body.time_s = time_s;
@@ -46,6 +76,11 @@ void PoseObservation::validate() const {
   require(finite(cam_from_body), "cam_from_body", cam_from_body.matrix(), "finite");
   internal::core::require_semidefinite(information, "information");
   require(gradient.allFinite(), "gradient", gradient.transpose(), "finite");
+  require(gradient_by_systematic.cols() == static_cast<Eigen::Index>(systematic.size()),
+          "gradient_by_systematic.cols()", gradient_by_systematic.cols(),
+          "the number of systematic errors");
+  require(gradient_by_systematic.allFinite(), "gradient_by_systematic", gradient_by_systematic,
+          "finite");
 }
 
 }  // namespace occ

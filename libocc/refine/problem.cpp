@@ -90,6 +90,20 @@ bool RefineProblem::linearise(const State& state, const Eigen::Vector3d& pivot,
   return true;
 }
 
+std::vector<RefineProblem::LampSums> RefineProblem::lamp_sums(const State& state,
+                                                              const Eigen::Vector3d& pivot) {
+  const Eigen::Index errors = observations_.camera_errors.count();
+  std::vector<LampSums> out;
+  for (std::size_t i = 0; i < observations_.lamps.size(); ++i) {
+    LampSums lamp{Matrix8::Zero(), CameraSums(errors)};
+    PoseNormalEquations normal;
+    add_lamp(i, state, pivot, normal, errors > 0 ? &lamp.camera : nullptr);
+    lamp.information = normal.information;
+    out.push_back(std::move(lamp));
+  }
+  return out;
+}
+
 void RefineProblem::eliminate_camera(const CameraSums& camera, PoseNormalEquations& normal) {
   camera_gain_ = camera.gain();
   camera_estimate_ = -camera_gain_ * camera.gradient;

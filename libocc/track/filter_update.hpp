@@ -2,6 +2,9 @@
 // Results of the filters: the outcome of one measurement, and a predicted pose.
 #pragma once
 
+#include <Eigen/Core>
+#include <vector>
+
 #include "libocc/core/abi.hpp"
 #include "libocc/geometry/rigid.hpp"
 #include "libocc/geometry/unknown_covariance.hpp"
@@ -35,6 +38,10 @@ struct PosePrediction {
   Matrix6 covariance = unknown_covariance<6>();           ///< see geometry/rigid.hpp
   Vector6 velocity = Vector6::Zero();                     ///< see geometry/motion.hpp
   Matrix6 velocity_covariance = unknown_covariance<6>();  ///< order as `velocity`
+  /// Systematic errors that the pose depends on, see PoseObservation, and the derivative of its
+  /// error by them. Their part of the covariance is by_systematic * by_systematic^T.
+  std::vector<int> systematic = {};
+  Eigen::Matrix<double, 6, Eigen::Dynamic> by_systematic = {};  ///< one column for each
 };
 
 }  // namespace occ

@@ -11,6 +11,7 @@
 #include "libocc/track/internal/covariance_root.hpp"
 #include "libocc/track/internal/replay.hpp"
 #include "libocc/track/internal/root_update.hpp"
+#include "libocc/track/internal/systematic_root.hpp"
 
 namespace occ {
 
@@ -21,7 +22,7 @@ namespace {
 constexpr int states = 7, velocity = 3, bias = 6;
 using Root = Eigen::Matrix<double, states, states>;
 // Rows of noise in one step: gyroscope, velocity and pose of odometry (or acceleration), bias.
-using Stack = RootStack<states, 1 + 6 + 1>;
+constexpr int max_noise = 1 + 6 + 1;
 using Matrix63 = Eigen::Matrix<double, 6, 3>;
 
 struct PlanarState {
@@ -30,12 +31,30 @@ struct PlanarState {
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
   double gyro_bias = 0;
   Root root = Root::Identity();  // of the covariance, see covariance_root.hpp
+  SystematicRoot<states> systematic = {};
 };
+
+/// Covariance of three successive states.
+Eigen::Matrix3d covariance_in(const PlanarState& state, int first) {
+  Eigen::Matrix3d covariance = covariance_of<3>(state.root, first);
+  if (state.systematic.empty()) return covariance;
+  const auto errors = state.systematic.rows.middleCols<3>(first);
+  return covariance + errors.transpose() * errors;
+}
 
 Eigen::Matrix3d world_from_body(const PlanarPose& pose) {
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   turn.topLeftCorner<2, 2>() << pose.forward(), pose.left();
   return turn;
+}
+
+PlanarEstimate estimate_of(const PlanarState& state) {
+  return {state.time_s,
+          state.pose,
+          covariance_in(state, 0),
+          state.velocity,
+          covariance_in(state, velocity),
+          state.gyro_bias};
 }
 
 class PlanarModel {
@@ -48,27 +67,23 @@ class PlanarModel {
   const PlanarFilterOptions& options() const { return options_; }
 
   void propagate(State& state, const Timeline<Step>::Stretch& stretch) const {
-    const double dt = stretch.duration_s;
-    Stack stack(state.root);
-    if (stretch.odometry) follow_wheels(*stretch.odometry, state, stack);
-    if (stretch.imu) follow_gyro(*stretch.imu, dt, state, stack);
-    move(stretch, state, stack);
-    stack.append<1>()[bias] = options_.gyro_bias_walk * std::sqrt(dt);
-    state.root = stack.root();
+    if (state.systematic.empty()) {
+      RootStack<states, max_noise> stack(state.root);
+      propagate(state, stretch, stack);
+      return;
+    }
+    ErrorStack<states, max_noise> stack(state.root, state.systematic.rows);
+    propagate(state, stretch, stack);
+    state.systematic.rows = stack.errors();
   }
 
   FilterUpdate update(State& state, const PoseObservation& seen) const {
+    if (!state.systematic.empty() || !seen.systematic.empty())
+      return update_with_systematic(state, seen);
     const RootUpdate<states, 3> corrected(state.root, on_floor(state.pose, seen));
-    FilterUpdate update{FilterOutcome::accepted, corrected.nis(), corrected.dof()};
-    if (update.nis_dof > 0 && update.nis > gate_chi2(options_.gate_sigma, update.nis_dof)) {
-      update.outcome = FilterOutcome::gated;
-      return update;
-    }
-    const Eigen::Matrix<double, states, 1>& step = corrected.step();
-    state.pose = {state.pose.x_m + step[0], state.pose.y_m + step[1],
-                  wrapped_rad(state.pose.heading_rad + step[2])};
-    state.velocity += step.segment<3>(velocity);
-    state.gyro_bias += step[bias];
+    const FilterUpdate update = gated(corrected);
+    if (!update.accepted()) return update;
+    correct(state, corrected.step());
     state.root.topRows<3>() = corrected.rows();
     return update;
   }
@@ -79,42 +94,85 @@ class PlanarModel {
   }
 
  private:
+  template <class Stack>
+  void propagate(State& state, const Timeline<Step>::Stretch& stretch, Stack& stack) const {
+    const double dt = stretch.duration_s;
+    if (stretch.odometry) follow_wheels(*stretch.odometry, state, stack);
+    if (stretch.imu) follow_gyro(*stretch.imu, dt, state, stack);
+    move(stretch, state, stack);
+    stack.template append<1>()[bias] = options_.gyro_bias_walk * std::sqrt(dt);
+    state.root = stack.root();
+  }
+
+  FilterUpdate update_with_systematic(State& state, const PoseObservation& seen) const {
+    SystematicRoot<states> errors = state.systematic;
+    Root root = state.root;
+    errors.use(seen.systematic, root);
+    const SystematicUpdate<states, 3> corrected(root, errors.rows, on_floor(state.pose, seen));
+    const FilterUpdate update = gated(corrected);
+    if (!update.accepted()) return update;
+    correct(state, corrected.step());
+    state.root = corrected.root();
+    errors.rows = corrected.errors();
+    state.systematic = std::move(errors);
+    return update;
+  }
+
+  template <class Corrected>
+  FilterUpdate gated(const Corrected& corrected) const {
+    FilterUpdate update{FilterOutcome::accepted, corrected.nis(), corrected.dof()};
+    if (update.nis_dof > 0 && update.nis > gate_chi2(options_.gate_sigma, update.nis_dof))
+      update.outcome = FilterOutcome::gated;
+    return update;
+  }
+
+  static void correct(State& state, const Eigen::Matrix<double, states, 1>& step) {
+    state.pose = {state.pose.x_m + step[0], state.pose.y_m + step[1],
+                  wrapped_rad(state.pose.heading_rad + step[2])};
+    state.velocity += step.segment<3>(velocity);
+    state.gyro_bias += step[bias];
+  }
+
   /// Eliminates roll, pitch and height, which scatter with the standard deviations of the floor.
   DataEquation<3> on_floor(const PlanarPose& pose, const PoseObservation& seen) const {
     const Rigid3 observed = seen.cam_from_body.inverse() * seen.cam_from_world;
     const Rigid3 predicted = body_from_world(pose, options_.height_m);
-    DataEquation<6> equation = data_equation<6>(seen.information, seen.gradient);
+    DataEquation<6> equation =
+        data_equation<6>(seen.information, seen.gradient, seen.gradient_by_systematic);
     equation.rows *= adjoint(seen.cam_from_body);
     equation.residuals += equation.rows * difference(predicted, observed);
     const Matrix6 directions = planar_perturbation(pose);
     const Matrix63 across = directions.rightCols<3>() * floor_sigmas().asDiagonal();
     const Matrix63 along = directions.leftCols<3>();
-    return eliminated<3>(equation.rows * across, equation.rows * along, equation.residuals);
+    return eliminated<3>(equation.rows * across, equation.rows * along, equation);
   }
 
   /// Replaces the velocity and its covariance by those of the wheels.
+  template <class Stack>
   static void follow_wheels(const Step& step, State& state, Stack& stack) {
     const double dt = step.to_s - step.from_s;
     state.velocity = planar_log(step.increment) / dt;
-    stack.columns<3>(velocity).setZero();
-    stack.append<3>().middleCols<3>(velocity) =
+    stack.template columns<3>(velocity).setZero();
+    stack.template append<3>().template middleCols<3>(velocity) =
         internal::core::semidefinite_root(step.covariance) / dt;
   }
 
+  template <class Stack>
   void follow_gyro(const ImuSample& sample, double dt, State& state, Stack& stack) const {
     constexpr int turn = velocity + 2;
     state.velocity[2] = sample.turn_rate_rad_s.z() - state.gyro_bias;
-    stack.columns<1>(turn) = -stack.columns<1>(bias);
-    stack.append<1>()[turn] = options_.gyro_noise / std::sqrt(dt);
+    stack.template columns<1>(turn) = -stack.template columns<1>(bias);
+    stack.template append<1>()[turn] = options_.gyro_noise / std::sqrt(dt);
   }
 
   /// Moves the pose at the velocity of the state for the stretch and propagates the covariance.
+  template <class Stack>
   void move(const Timeline<Step>::Stretch& stretch, State& state, Stack& stack) const {
     const double dt = stretch.duration_s;
     const PlanarPose increment = planar_exp(state.velocity * dt);
     const PlanarPose half = state.pose * planar_exp(state.velocity * dt / 2);
     const PlanarPose next = state.pose * increment;
-    auto pose = stack.columns<3>(0);
+    auto pose = stack.template columns<3>(0);
     pose.col(0) -= (next.y_m - state.pose.y_m) * pose.col(2);
     pose.col(1) += (next.x_m - state.pose.x_m) * pose.col(2);
     // The error of an odometry step is the sum of independent errors of its parts. The error of a
@@ -125,9 +183,9 @@ class PlanarModel {
     by_velocity(1, 2) += (next.x_m - state.pose.x_m) / 2;
     by_velocity *= dt;
     if (!stretch.odometry)
-      pose += stack.columns<3>(velocity).lazyProduct(by_velocity.transpose());
+      pose += stack.template columns<3>(velocity).lazyProduct(by_velocity.transpose());
     else if (stretch.imu)
-      pose += stack.columns<1>(velocity + 2).lazyProduct(by_velocity.col(2).transpose());
+      pose += stack.template columns<1>(velocity + 2).lazyProduct(by_velocity.col(2).transpose());
     if (stretch.odometry)
       add_odometry_noise(stretch, state.pose, stack);
     else
@@ -135,16 +193,18 @@ class PlanarModel {
     state.pose = next;
   }
 
+  template <class Stack>
   static void add_odometry_noise(const Timeline<Step>::Stretch& stretch, const PlanarPose& pose,
                                  Stack& stack) {
     Eigen::Matrix3d noise = internal::core::semidefinite_root(stretch.odometry->covariance);
     if (stretch.imu) noise.col(2).setZero();
-    stack.append<3>().leftCols<3>() =
+    stack.template append<3>().template leftCols<3>() =
         std::sqrt(stretch.share) * noise * world_from_body(pose).transpose();
   }
 
   /// Adds white acceleration, integrated once and twice: variances q dt and q dt^3 / 3, covariance
   /// q dt^2 / 2.
+  template <class Stack>
   void add_acceleration_noise(const Timeline<Step>::Stretch& stretch, const PlanarPose& half,
                               Stack& stack) const {
     const double dt = stretch.duration_s;
@@ -152,10 +212,10 @@ class PlanarModel {
     Eigen::Vector3d sigma(options_.acceleration_noise, options_.lateral_noise, turn);
     sigma *= std::sqrt(dt);  // of the change of the velocity
     const Eigen::Matrix3d in_world = sigma.asDiagonal() * world_from_body(half).transpose();
-    auto common = stack.append<3>(), own = stack.append<3>();
-    common.middleCols<3>(velocity).diagonal() = sigma;
-    common.leftCols<3>() = in_world * (dt / 2);
-    own.leftCols<3>() = in_world * (dt / std::sqrt(12.0));
+    auto common = stack.template append<3>(), own = stack.template append<3>();
+    common.template middleCols<3>(velocity).diagonal() = sigma;
+    common.template leftCols<3>() = in_world * (dt / 2);
+    own.template leftCols<3>() = in_world * (dt / std::sqrt(12.0));
   }
 
   PlanarFilterOptions options_;
@@ -244,31 +304,31 @@ std::optional<PlanarEstimate> PlanarFilter::at(double time_s) const {
   require(std::isfinite(time_s), "time_s", time_s, "finite");
   const std::optional<PlanarState> state = impl_->at(time_s);
   if (!state) return std::nullopt;
-  return PlanarEstimate{time_s,
-                        state->pose,
-                        covariance_of<3>(state->root, 0),
-                        state->velocity,
-                        covariance_of<3>(state->root, velocity),
-                        state->gyro_bias};
+  return estimate_of(*state);
 }
 
 std::optional<PosePrediction> PlanarFilter::predict(double time_s) const {
-  const std::optional<PlanarEstimate> estimate = at(time_s);
-  if (!estimate) return std::nullopt;
+  require(std::isfinite(time_s), "time_s", time_s, "finite");
+  const std::optional<PlanarState> state = impl_->at(time_s);
+  if (!state) return std::nullopt;
+  const PlanarEstimate estimate = estimate_of(*state);
   PosePrediction out;
   out.time_s = time_s;
-  out.body_from_world = body_from_world(estimate->pose, options().height_m);
-  const Matrix6 directions = planar_perturbation(estimate->pose);
+  out.body_from_world = body_from_world(estimate.pose, options().height_m);
+  const Matrix6 directions = planar_perturbation(estimate.pose);
   const Matrix63 along = directions.leftCols<3>(), across = directions.rightCols<3>();
   const Matrix6 covariance =
-      along * estimate->covariance * along.transpose() +
+      along * estimate.covariance * along.transpose() +
       across * impl_->model().floor_sigmas().cwiseAbs2().asDiagonal() * across.transpose();
   out.covariance = 0.5 * (covariance + covariance.transpose());
-  const Eigen::Vector3d& v = estimate->velocity;
+  const Eigen::Vector3d& v = estimate.velocity;
   out.velocity << 0, 0, -v[2], -v[0], -v[1], 0;
   Matrix63 rates = Matrix63::Zero();
   rates(2, 2) = rates(3, 0) = rates(4, 1) = -1;
-  out.velocity_covariance = rates * estimate->velocity_covariance * rates.transpose();
+  out.velocity_covariance = rates * estimate.velocity_covariance * rates.transpose();
+  if (state->systematic.empty()) return out;
+  out.systematic = state->systematic.numbers;
+  out.by_systematic = along * state->systematic.rows.leftCols<3>().transpose();
   return out;
 }
 

@@ -37,6 +37,12 @@ void TrackerOptions::validate() const {
   positive(gate_sigma, "gate_sigma");
   require(model_sigma_px >= 0 && std::isfinite(model_sigma_px), "model_sigma_px", model_sigma_px,
           "zero or positive");
+  const auto not_negative = [](double value, const char* name) {
+    require(value >= 0 && std::isfinite(value), name, value, "zero or positive");
+  };
+  not_negative(mount_sigma_rad, "mount_sigma_rad");
+  not_negative(mount_sigma_m, "mount_sigma_m");
+  not_negative(clock_sigma_s, "clock_sigma_s");
   positive(coast_s, "coast_s");
   positive(coast_sigma_m, "coast_sigma_m");
   positive(drift_sigma_m, "drift_sigma_m");

@@ -67,6 +67,11 @@ struct LIBOCC_API TrackerOptions {
   /// Error of the prediction if odometry or a clock fails. Among several poses that explain an
   /// image (a square of equal lamps has four) the full search prefers those within it.
   double drift_sigma_m = 0.3, drift_sigma_rad = 0.2;
+  /// Constant error of each camera's mount: rotation about each axis of the camera, and shift along
+  /// it. Like stated errors of map and camera it does not average away: the covariance contains it
+  /// after any number of images (consider parameters). 0: exact.
+  double mount_sigma_rad = 0, mount_sigma_m = 0;
+  double clock_sigma_s = 0;  ///< constant error of the times of all images
   int confirmations = 3;  ///< consecutive images that must agree on a pose outside the prediction
 
   void validate() const;  ///< throws std::invalid_argument naming the field and its value

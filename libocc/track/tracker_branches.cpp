@@ -33,6 +33,9 @@ void cover(const Vector6& apart, double probability, PoseObservation& seen) {
   const double share = 1 / (1 + spread.dot(weighted));
   seen.information -= share * weighted * weighted.transpose();
   seen.gradient -= share * weighted * spread.dot(seen.gradient);
+  if (!seen.systematic.empty())
+    seen.gradient_by_systematic -=
+        share * weighted * (spread.transpose() * seen.gradient_by_systematic).eval();
   seen.gradient -= seen.information * shift;
 }
 

@@ -10,6 +10,7 @@
 #include "libocc/core/math.hpp"
 #include "libocc/core/require.hpp"
 #include "libocc/geometry/motion.hpp"
+#include "libocc/refine/internal/scene_errors.hpp"
 
 namespace occ::internal::track {
 
@@ -37,7 +38,10 @@ double seconds_since(std::chrono::steady_clock::time_point begun) {
 
 TrackerImpl::TrackerImpl(const Scene& scene, const TrackerOptions& options,
                          const Rigid3& cam_from_body)
-    : options_(options), detect_(options.locate.detect), filter_(make_filter(options)) {
+    : options_(options),
+      detect_(options.locate.detect),
+      filter_(make_filter(options)),
+      systematic_(options) {
   detect_.rims = detect_.rims && options.locate.refine.rung >= Rung::rims;
   add_camera(scene, cam_from_body);
 }
@@ -46,6 +50,10 @@ int TrackerImpl::add_camera(const Scene& scene, const Rigid3& cam_from_body) {
   require(cam_from_body.rotation.allFinite() && cam_from_body.translation.allFinite(),
           "cam_from_body", cam_from_body.matrix(), "finite");
   views_.push_back({checked(scene), cam_from_body});
+  CameraState& view = views_.back();
+  view.is_exact = view.scene.camera.is_exact();
+  for (const Lamp& lamp : view.scene.lamps)
+    view.is_exact = view.is_exact && !refine::errors_of(lamp, view.scene);
   return static_cast<int>(views_.size()) - 1;
 }
 
@@ -146,8 +154,8 @@ bool TrackerImpl::usable(const PosePrediction& predicted) const {
 PredictedCamera TrackerImpl::camera_at(const PosePrediction& predicted, const Job& job) const {
   const Matrix6 moves = adjoint(job.cam_from_body);
   return {predicted.time_s - job.frame.time_s, job.cam_from_body * predicted.body_from_world,
-          moves * predicted.covariance * moves.transpose(), moves * predicted.velocity,
-          moves * predicted.velocity_covariance * moves.transpose()};
+          systematic_.camera_covariance(predicted, job.cam_from_body, job.frame.camera),
+          moves * predicted.velocity, moves * predicted.velocity_covariance * moves.transpose()};
 }
 
 std::vector<Blob> TrackerImpl::detect_at(Job& job,
@@ -219,6 +227,7 @@ bool TrackerImpl::correct(Job& job, Found found) {
   }
   PoseObservation seen{seen_s, refined->cam_from_world, refined->lamp_information,
                        refined->lamp_gradient, job.cam_from_body};
+  if (has_systematic(job)) add_systematic(job, camera, *refined, found, options, seen);
   if (!weigh_branches(job, camera, found, options, *refined, seen)) {
     if (!job.searched) job.frame.reason = "the lamps have the sizes of another pose that fits them";
     return false;

@@ -7,6 +7,7 @@
 #include "libocc/core/internal/dense.hpp"
 #include "libocc/core/math.hpp"
 #include "libocc/core/statistics.hpp"
+#include "libocc/refine/internal/error_gradient.hpp"
 #include "libocc/track/internal/tracker_impl.hpp"
 
 namespace occ::internal::track {
@@ -79,6 +80,44 @@ double TrackerImpl::seen_at(const Fix& fix, const Job& job) {
   return job.frame.time_s + sum_s / static_cast<double>(std::max<std::size_t>(1, fix.lamps.size()));
 }
 
+bool TrackerImpl::has_systematic(const Job& job) const {
+  return !job.view.is_exact || systematic_.has_own();
+}
+
+void TrackerImpl::add_systematic(const Job& job, const PredictedCamera& camera,
+                                 const Refined& refined, const Found& found,
+                                 const RefineOptions& options, PoseObservation& seen) {
+  const Scene& scene = job.view.scene;
+  if (!job.view.is_exact)
+    systematic_.add_scene(refine::error_gradient(refined, found.blobs, scene, options), scene,
+                          job.frame.camera, seen);
+  systematic_.add_own(job.frame.camera, camera.velocity, seen);
+}
+
+TrackerImpl::Found TrackerImpl::found_by(const Fix& fix, const Scene& scene) {
+  Found found;
+  for (std::size_t i = 0; i < scene.lamps.size(); ++i) {
+    const auto lamp = fix.lamps.find(scene.lamps[i].id);
+    if (lamp == fix.lamps.end()) continue;
+    found.matches.push_back({static_cast<int>(i), static_cast<int>(found.blobs.size())});
+    found.blobs.push_back(lamp->second);
+  }
+  return found;
+}
+
+/// Starts at a pose of low weight, so that the lamps' systematic errors are those of the next
+/// images, and corrects it by the lamps.
+bool TrackerImpl::begin_with_systematic(Job& job, double time_s, const Rigid3& body_from_world,
+                                        const Matrix6& covariance, const Fix& fix) {
+  constexpr double low_weight = 100;
+  const double shift_m = options_.mount_sigma_m + options_.clock_sigma_s;
+  const Matrix6 wide = low_weight * inflated(covariance, options_.mount_sigma_rad, shift_m);
+  filter_.start(time_s, body_from_world, wide);
+  if (correct(job, found_by(fix, job.view.scene))) return true;
+  filter_.start(time_s, body_from_world, covariance);
+  return false;
+}
+
 void TrackerImpl::begin(Job& job) {
   Prior prior = options_.locate.prior.value_or(Prior{});
   if (options_.floor) {
@@ -94,8 +133,13 @@ void TrackerImpl::begin(Job& job) {
     return;
   }
   job.seen_s = seen_at(*fix, job);
-  filter_.start(job.seen_s, job.cam_from_body.inverse() * fix->cam_from_world,
-                body_covariance(fix->covariance, job.cam_from_body));
+  const Rigid3 body = job.cam_from_body.inverse() * fix->cam_from_world;
+  const Matrix6 covariance = body_covariance(fix->covariance, job.cam_from_body);
+  if (has_systematic(job)) {
+    if (begin_with_systematic(job, job.seen_s, body, covariance, *fix)) return;
+  } else {
+    filter_.start(job.seen_s, body, covariance);
+  }
   job.frame.lamps = fix->lamps;
   set_tracking(job);
 }
@@ -118,20 +162,14 @@ bool TrackerImpl::search(Job& job, const PosePrediction& predicted) {
 /// Corrects the filter with a fix inside the gate of the prediction; any other must be confirmed.
 bool TrackerImpl::use_fix(Job& job, const PosePrediction& predicted, const Fix& fix) {
   const Rigid3 body = job.cam_from_body.inverse() * fix.cam_from_world;
-  const Matrix6 covariance = body_covariance(fix.covariance, job.cam_from_body);
+  const Matrix6 covariance = inflated(body_covariance(fix.covariance, job.cam_from_body),
+                                      options_.mount_sigma_rad, options_.mount_sigma_m);
   if (agree(body, predicted.body_from_world, predicted.covariance + covariance,
             filter_.gate_sigma())) {
-    Found found;
-    for (std::size_t i = 0; i < job.view.scene.lamps.size(); ++i) {
-      const auto lamp = fix.lamps.find(job.view.scene.lamps[i].id);
-      if (lamp == fix.lamps.end()) continue;
-      found.matches.push_back({static_cast<int>(i), static_cast<int>(found.blobs.size())});
-      found.blobs.push_back(lamp->second);
-    }
-    if (correct(job, std::move(found))) return true;
+    if (correct(job, found_by(fix, job.view.scene))) return true;
   }
   job.frame.lamps = fix.lamps;
-  return confirm(job, predicted, {seen_at(fix, job), body, covariance});
+  return confirm(job, predicted, {seen_at(fix, job), body, covariance}, fix);
 }
 
 bool TrackerImpl::agrees_with_jumps(const Jump& jump) const {
@@ -153,7 +191,8 @@ void TrackerImpl::begin_at_jumps() {
                                          jumps_[i].covariance));
 }
 
-bool TrackerImpl::confirm(Job& job, const PosePrediction& predicted, const Jump& jump) {
+bool TrackerImpl::confirm(Job& job, const PosePrediction& predicted, const Jump& jump,
+                          const Fix& fix) {
   const double away_m =
       (jump.body_from_world.origin_in_source() - predicted.body_from_world.origin_in_source())
           .norm();
@@ -167,8 +206,11 @@ bool TrackerImpl::confirm(Job& job, const PosePrediction& predicted, const Jump&
     job.frame.reason = text.str();
     return false;
   }
-  begin_at_jumps();
   job.seen_s = jump.time_s;
+  if (has_systematic(job))
+    begin_with_systematic(job, jump.time_s, jump.body_from_world, jump.covariance, fix);
+  else
+    begin_at_jumps();
   text << ", confirmed by " << options_.confirmations << " images";
   job.frame.reason = text.str();
   job.frame.relocated = true;

@@ -69,6 +69,11 @@ auto tracker_fields() {
             "position error of the prediction if odometry or a clock fails [m]"),
       field("drift_sigma_rad", &O::drift_sigma_rad,
             "rotation error of the prediction if odometry or a clock fails [rad]"),
+      field("mount_sigma_rad", &O::mount_sigma_rad,
+            "constant error of a camera's mount, rotation about each of the camera's axes [rad]"),
+      field("mount_sigma_m", &O::mount_sigma_m,
+            "constant error of a camera's mount, shift along each of the camera's axes [m]"),
+      field("clock_sigma_s", &O::clock_sigma_s, "constant error of the times of all images [s]"),
       field("confirmations", &O::confirmations,
             "consecutive images that must agree on a pose outside the prediction"));
   return std::tuple_cat(own, fields_within(&O::locate, of_locate));

@@ -31,6 +31,14 @@ class LIBOCC_API RefineProblem {
   /// Contributions of the lamps and the priors to the last linearisation.
   const NormalParts& parts() const { return parts_; }
 
+  /// Parts of the lamps in the information of pose and camera, with the errors of each lamp
+  /// eliminated.
+  struct LampSums {
+    Matrix8 information = Matrix8::Zero();
+    CameraSums camera;  ///< `information` with the prior
+  };
+  std::vector<LampSums> lamp_sums(const State& state, const Eigen::Vector3d& pivot);
+
   /// r^T r with the weights of the last linearisation; infinite if a lamp is not visible. Not for
   /// Rung::direct.
   double chi2(const State& state);

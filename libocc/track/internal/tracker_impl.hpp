@@ -11,6 +11,7 @@
 #include "libocc/core/abi.hpp"
 #include "libocc/track/internal/expected_lamps.hpp"
 #include "libocc/track/internal/motion_filter.hpp"
+#include "libocc/track/internal/systematic_errors.hpp"
 #include "libocc/track/tracker.hpp"
 
 namespace occ::internal::track {
@@ -32,6 +33,7 @@ class TrackerImpl {
   struct CameraState {  // a camera and the times of its images
     Scene scene;
     Rigid3 cam_from_body;
+    bool is_exact = true;  // the scene states no errors
     double last_s = -std::numeric_limits<double>::infinity();
     double last_refused_s = -std::numeric_limits<double>::infinity();
     int refused = 0;
@@ -68,6 +70,12 @@ class TrackerImpl {
   bool usable(const PosePrediction& predicted) const;
   PredictedCamera camera_at(const PosePrediction& predicted, const Job& job) const;
 
+  bool has_systematic(const Job& job) const;
+  void add_systematic(const Job& job, const PredictedCamera& camera, const Refined& refined,
+                      const Found& found, const RefineOptions& options, PoseObservation& seen);
+  static Found found_by(const Fix& fix, const Scene& scene);
+  bool begin_with_systematic(Job& job, double time_s, const Rigid3& body_from_world,
+                             const Matrix6& covariance, const Fix& fix);
   void begin(Job& job);
   bool track(Job& job, const PosePrediction& predicted);
   bool correct(Job& job, Found found);
@@ -78,7 +86,7 @@ class TrackerImpl {
   std::vector<Blob> detect_at(Job& job, const std::vector<ExpectedLamp>& expected) const;
   bool search(Job& job, const PosePrediction& predicted);
   bool use_fix(Job& job, const PosePrediction& predicted, const Fix& fix);
-  bool confirm(Job& job, const PosePrediction& predicted, const Jump& jump);
+  bool confirm(Job& job, const PosePrediction& predicted, const Jump& jump, const Fix& fix);
   bool agrees_with_jumps(const Jump& jump) const;
   void begin_at_jumps();
   static double seen_at(const Fix& fix, const Job& job);
@@ -93,6 +101,7 @@ class TrackerImpl {
   DetectOptions detect_;
   std::vector<CameraState> views_;
   MotionFilter filter_;
+  SystematicErrors systematic_;
   TrackerState state_ = TrackerState::searching;
   double last_seen_s_ = -std::numeric_limits<double>::infinity();
   std::vector<Jump> jumps_;  // of consecutive images, which agree with each other

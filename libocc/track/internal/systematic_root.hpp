@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+// Systematic errors in a filter (consider parameters): constants of unit variance that measurements
+// depend on and that the filter does not estimate. Only their correlation with the state is kept.
+//
+// The error of the state is R^T u + C^T beta, with u and the systematic errors beta independent and
+// of unit variance: P = R^T R + C^T C. Measurements as rows W, residuals r and derivatives B by
+// beta have the innovation covariance and the gain
+//     S = I + |R W^T|^2 + |C W^T + B^T|^2,   K = (R^T R W^T + C^T (C W^T + B^T)) S^-1.
+// After the update C+ = C - (C W^T + B^T) K^T, and R+ is a root of the rows [R (I - W^T K^T); K^T].
+// K and the root of S come from the reflections that clear the first columns of
+//     [I            0]
+//     [R W^T        R]
+//     [C W^T + B^T  C].
+//
+// Source: Schmidt, "Application of state-space methods to navigation problems", Advances in Control
+// Systems 3, 1966; Tapley, Schutz, Born, Statistical Orbit Determination, 2004, ch. 6.
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <vector>
+
+#include "libocc/core/abi.hpp"
+#include "libocc/track/internal/covariance_root.hpp"
+#include "libocc/track/internal/root_update.hpp"
+
+namespace occ::internal::track {
+
+/// The systematic errors that a state depends on.
+template <int states>
+struct SystematicRoot {
+  using Root = Eigen::Matrix<double, states, states>;
+
+  std::vector<int> numbers;  ///< those of the last measurement are at the end
+  Eigen::Matrix<double, Eigen::Dynamic, states> rows = {};  ///< C
+
+  bool empty() const { return numbers.empty(); }
+
+  /// Moves the errors of a measurement to the end and adds the new ones. Of more than
+  /// `max_errors`, those that have not been used for the longest time become independent: their
+  /// variance moves to R.
+  void use(const std::vector<int>& used, Root& root) {
+    // Positions of sixty lamps: those in view and those of the last minutes.
+    constexpr std::size_t max_errors = 192;
+    std::vector<int> order;
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      if (std::find(used.begin(), used.end(), numbers[i]) == used.end())
+        order.push_back(static_cast<int>(i));
+    const std::size_t room = std::max(max_errors, used.size()) - used.size();
+    const std::size_t forgotten = order.size() > room ? order.size() - room : 0;
+    forget({order.begin(), order.begin() + static_cast<std::ptrdiff_t>(forgotten)}, root);
+    order.erase(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(forgotten));
+    const auto kept = static_cast<Eigen::Index>(order.size() + used.size());
+    SystematicRoot next;
+    next.rows.setZero(kept, states);
+    for (const int row : order) {
+      next.rows.row(static_cast<Eigen::Index>(next.numbers.size())) = rows.row(row);
+      next.numbers.push_back(numbers[static_cast<std::size_t>(row)]);
+    }
+    for (const int number : used) {
+      const auto known = std::find(numbers.begin(), numbers.end(), number);
+      if (known != numbers.end())
+        next.rows.row(static_cast<Eigen::Index>(next.numbers.size())) =
+            rows.row(known - numbers.begin());
+      next.numbers.push_back(number);
+    }
+    *this = std::move(next);
+  }
+
+ private:
+  void forget(const std::vector<int>& forgotten, Root& root) const {
+    for (const int row : forgotten) {
+      RootStack<states, 1> stack(root);
+      stack.template append<1>() = rows.row(row);
+      root = stack.root();
+    }
+  }
+};
+
+/// Update by a measurement of the first states.
+template <int states, int measured>
+class SystematicUpdate {
+ public:
+  using Root = Eigen::Matrix<double, states, states>;
+  using State = Eigen::Matrix<double, states, 1>;
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, states>;
+
+  /// The columns of `seen.systematic` are those of the last rows of `errors`.
+  SystematicUpdate(const Root& root, const Rows& errors, const DataEquation<measured>& seen) {
+    const Eigen::Index count = seen.rows.rows(), known = errors.rows();
+    const auto across = seen.rows.transpose();
+    const Eigen::MatrixXd by_noise = root.template leftCols<measured>() * across;
+    Eigen::MatrixXd by_errors = errors.template leftCols<measured>() * across;
+    by_errors.bottomRows(seen.systematic.cols()) += seen.systematic.transpose();
+    Eigen::MatrixXd stack = Eigen::MatrixXd::Zero(count + states + known, count + states);
+    stack.topLeftCorner(count, count).setIdentity();
+    stack.middleRows(count, states) << by_noise, root;
+    stack.bottomRows(known) << by_errors, errors;
+    for (int i = 0; i < count; ++i) clear_below(i, static_cast<int>(stack.rows()), stack);
+    const Eigen::MatrixXd square = stack.topLeftCorner(count, count);
+    const auto innovation_root = square.template triangularView<Eigen::Upper>();
+    const Eigen::MatrixXd gain = innovation_root.solve(stack.topRightCorner(count, states));
+    const Eigen::VectorXd white = innovation_root.transpose().solve(seen.residuals);
+    count_nis(square, white);
+    step_ = -gain.transpose() * seen.residuals;
+    errors_ = errors - by_errors * gain;
+    RootStack<states, measured> left(root - by_noise * gain);
+    left.template append<measured>().topRows(count) = gain;
+    root_ = left.root();
+  }
+
+  double nis() const { return nis_; }
+  int dof() const { return dof_; }
+  const State& step() const { return step_; }
+  const Root& root() const { return root_; }
+  const Rows& errors() const { return errors_; }
+
+ private:
+  /// Rows that the prediction determines a thousand times better than the measurement do not count.
+  void count_nis(const Eigen::MatrixXd& innovation_root, const Eigen::VectorXd& white) {
+    constexpr double min_gain = 1e-6;
+    for (Eigen::Index i = 0; i < white.size(); ++i) {
+      if (!(innovation_root.col(i).squaredNorm() - 1 > min_gain)) continue;
+      ++dof_;
+      nis_ += white[i] * white[i];
+    }
+  }
+
+  double nis_ = 0;
+  int dof_ = 0;
+  State step_;
+  Root root_;
+  Rows errors_;
+};
+
+}  // namespace occ::internal::track
