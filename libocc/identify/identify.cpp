@@ -111,6 +111,7 @@ void fill(const AssignmentProblem& problem, const Search& search, std::vector<Po
   result.value.chance = search.chance();
   result.value.cut_short = search.cut_short();
   result.value.untried = search.untried();
+  result.value.excluded_listed = search.excluded_listed();
   for (const PoseHypothesis& e : search.excluded())
     result.value.excluded.push_back(to_hypothesis(problem, e));
   add_hypotheses(found, problem, result);

@@ -106,6 +106,9 @@ struct Identification {
   /// Poses that only the prior's last pose excludes: they match nearly as many blobs by a symmetry
   /// of the map, or more blobs. If the last pose is wrong, one of them may be right.
   std::vector<Hypothesis> excluded;
+  /// The symmetries of the map were searched for such poses. They are not if fewer than four lamps
+  /// match or if all of these are collinear.
+  bool excluded_listed = false;
 };
 
 /// Assigns blobs to the lamps of a valid scene.

@@ -139,6 +139,7 @@ void Search::add_moved_poses() {
   const PoseHypothesis best = found_.front();
   const std::optional<Corner> corner = corner_of(problem_, best.pairs);
   if (!corner) return;
+  excluded_listed_ = true;
   const std::vector<Motion> motions =
       motions_of(problem_, best.pairs, *corner, tolerance_m(problem_, best));
   if (motions.empty()) return;
@@ -156,8 +157,16 @@ void Search::add_moved_poses() {
     if (appearance_agrees(open, assignment, seed.pose)) free.consider(seed, assignment);
   }
   free.merge_and_rank();
-  for (PoseHypothesis& e : free.found_)
-    (agrees_with_prior(problem_, e) ? found_ : excluded_).push_back(std::move(e));
+  for (PoseHypothesis& e : free.found_) {
+    if (!agrees_with_prior(problem_, e)) {
+      excluded_.push_back(std::move(e));
+      continue;
+    }
+    const double chi2 = e.estimate.chi2;
+    e.estimate = fit_pose_with_prior(problem_, e.pairs, e.estimate.pose);
+    e.chi2 += e.estimate.chi2 - chi2;
+    found_.push_back(std::move(e));
+  }
   merge_and_rank();
 }
 

@@ -121,7 +121,7 @@ void Recogniser::identify(std::size_t object) {
   const double log_objects = std::log(static_cast<double>(objects_.size()));
   for (const internal::pose::LogEvidence& log : evidences_of(problem, match.poses)) {
     result.logs.push_back(log.value - log_objects);
-    result.logs_prior_wrong.push_back(log.if_prior_wrong - log_objects);
+    result.logs_prior_wrong.push_back(log.if_excluded(found->excluded_listed) - log_objects);
   }
   result.untried = found->untried;
   for (Hypothesis& h : match.poses)

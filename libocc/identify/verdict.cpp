@@ -125,7 +125,8 @@ double weigh(const AssignmentProblem& problem, Identification& found) {
   double log_none = 0;
   for (const pose::LogEvidence& log : logs) {
     values.push_back(log.value);
-    log_none = std::max(log_none, std::log(excluded_by_prior) + log.if_prior_wrong);
+    log_none =
+        std::max(log_none, std::log(excluded_by_prior) + log.if_excluded(found.excluded_listed));
   }
   const std::vector<double> shares = pose::probabilities(values, log_none);
   for (std::size_t i = 0; i < all.size(); ++i) all[i].hypothesis.probability = shares[i];

@@ -205,7 +205,8 @@ Result<Fix> locate_blobs(const std::vector<Blob>& blobs, const Scene& scene,
                               options.identify,
                               options.budget_s,
                               options.target_sigma_m,
-                              image};
+                              image,
+                              identified->excluded_listed};
   Refinement refinement = refine_hypotheses(ahead, [&] { return clock.seconds(); });
   add_excluded(ahead, identified->excluded, refinement);
   exclude_separated_lamp(ahead, refinement, fix.excluded_lamps);

@@ -25,6 +25,7 @@ constexpr double min_variance_px2 = 1e-8;  ///< variance of a noise-free centroi
 double log_beta(double a, double b) { return std::lgamma(a) + std::lgamma(b) - std::lgamma(a + b); }
 
 double log_sum(const std::vector<double>& terms) {
+  if (terms.empty()) return -infinity;
   const double largest = *std::max_element(terms.begin(), terms.end());
   if (!std::isfinite(largest)) return largest;
   double sum = 0;
@@ -140,17 +141,20 @@ LogEvidence log_evidence(const PoseEvidence& pose, const std::vector<Integrals>&
   PoseEvidence elsewhere = pose;
   elsewhere.missed = 0;
   const double counts = log_counts(pose), counts_elsewhere = log_counts(elsewhere);
-  std::vector<double> terms, excluded;
+  std::vector<double> terms, excluded, places;
   double all_right = 0;
   for (std::size_t i = 0; i < pose.prior.size(); ++i) {
     const PriorPart& part = pose.prior[i];
     all_right += std::log1p(-part.wrong);
     const double log = std::log(part.wrong) + log_places(pose, static_cast<int>(i), before[i]);
     terms.push_back(counts + log);
-    excluded.push_back((part.is_place ? counts_elsewhere : counts) + log);
+    if (part.is_place)
+      places.push_back(counts_elsewhere + log);
+    else
+      excluded.push_back(counts + log);
   }
   terms.push_back(counts + all_right + log_places(pose, -1, before.back()));
-  return {log_sum(terms), excluded.empty() ? -infinity : log_sum(excluded)};
+  return {log_sum(terms), log_sum(excluded), log_sum(places)};
 }
 
 }  // namespace

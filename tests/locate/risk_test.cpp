@@ -245,6 +245,59 @@ TEST(Risk, WhereNoPoseIsMoreProbableThereIsNone) {
   EXPECT_GT(none, 3);
 }
 
+LocateOptions with_last_pose(const Rigid3& pose, double sigma_rad, double sigma_m) {
+  Vector6 sigmas;
+  sigmas << Eigen::Vector3d::Constant(sigma_rad), Eigen::Vector3d::Constant(sigma_m);
+  LocateOptions options;
+  options.prior = Prior{};
+  options.prior->last_pose = PriorPose{pose, sigmas.cwiseAbs2().asDiagonal().toDenseMatrix()};
+  return options;
+}
+
+TEST(Risk, ARightLastPoseAddsNoDoubt) {
+  const Scene scene = test::irregular_room();
+  Random random(12);
+  for (int i = 0; i < 5; ++i) {
+    const Rigid3 truth = test::random_room_pose(random, 0.1);
+    const std::vector<Blob> blobs = detect(simulate(scene, truth).image.view(), {});
+    if (blobs.size() < 5) continue;
+    for (const double sigma : {0.02, 0.2, 0.5}) {
+      const Result<Fix> fix = locate(blobs, scene, with_last_pose(truth, sigma, sigma));
+      EXPECT_TRUE(fix.ok()) << fix.message;
+      EXPECT_LT(*fix->risk, 1e-9) << i << " " << sigma;
+    }
+  }
+}
+
+TEST(Risk, ALastPoseSelectsOnePoseOfASquare) {
+  Scene scene = test::irregular_room();
+  scene.lamps.resize(4);
+  for (int i = 0; i < 4; ++i)
+    scene.lamps[i].centre_m = {i % 2 ? 3.0 : 1.0, i / 2 ? 3.0 : 1.0, ceiling_m};
+  const Eigen::Vector3d position(2.05, 1.9, 0.3);
+  const auto turned = [&](double angle_rad) {
+    const Eigen::Matrix3d rotation = so3_exp({0, 0, angle_rad});
+    return Rigid3{rotation, -rotation * position};
+  };
+  const std::vector<Blob> blobs = detect(simulate(scene, turned(0.3)).image.view(), {});
+  ASSERT_EQ(blobs.size(), 4u);
+  EXPECT_EQ(locate(blobs, scene).status, Status::ambiguous);
+  for (const double off_rad : {0.0, 0.2, -0.3}) {
+    const Result<Fix> fix = locate(blobs, scene, with_last_pose(turned(0.3 + off_rad), 0.2, 0.3));
+    ASSERT_TRUE(fix.ok()) << fix.message;
+    EXPECT_LT((fix->position_m - position).norm(), 0.01);
+    EXPECT_GE(*fix->risk, 2.9e-5);  // the last pose may be that of one of the three others
+  }
+  // Half of a quarter turn off, the last pose selects none of two.
+  for (const double off_rad : {-0.87, -pi / 4, -0.75, 0.75, pi / 4, 0.87}) {
+    const Result<Fix> fix = locate(blobs, scene, with_last_pose(turned(0.3 + off_rad), 0.2, 0.3));
+    EXPECT_EQ(fix.status, Status::ambiguous) << off_rad;
+    EXPECT_TRUE(std::any_of(fix->candidates.begin(), fix->candidates.end(), [&](const auto& c) {
+      return (c.position_m - position).norm() < 0.01 && *c.probability > 1e-3;
+    })) << off_rad;
+  }
+}
+
 TEST(Risk, RimsThatAllGrewAreNoAccident) {
   const Scene scene = test::irregular_room();
   Random random(11);

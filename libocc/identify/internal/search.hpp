@@ -55,6 +55,7 @@ class Search {
   double untried() const;             ///< share of the groups of blobs left out; 0 unless cut short
   /// Poses that only the prior's last pose excludes, see Identification::excluded.
   const std::vector<PoseHypothesis>& excluded() const { return excluded_; }
+  bool excluded_listed() const { return excluded_listed_; }
 
  private:
   /// A pose from three pairs, with the pairs that agree with it before any refit.
@@ -123,6 +124,7 @@ class Search {
   bool by_shape_ = false, by_last_pose_ = false;
   int groups_in_all_ = 0;  // groups of blobs that could be tried
   std::vector<PoseHypothesis> excluded_;
+  bool excluded_listed_ = false;
   bool cut_short_ = false;
 };
 

@@ -33,6 +33,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <vector>
 
 #include "libocc/core/abi.hpp"
@@ -78,8 +79,15 @@ struct PoseEvidence {
 struct LogEvidence {
   double value = -infinity;  ///< ln of the evidence
   /// ln of the part of the evidence in which a part of the prior is wrong: the evidence of a pose
-  /// that the prior excluded, if there is one.
-  double if_prior_wrong = -infinity;
+  /// that the prior excluded, if there is one. `if_place_wrong` is that of a part with is_place,
+  /// `if_prior_wrong` that of any other.
+  double if_prior_wrong = -infinity, if_place_wrong = -infinity;
+
+  /// ln of the evidence of a pose that the prior excluded and that is not among the rivals.
+  /// `places_listed`: those at other places are.
+  double if_excluded(bool places_listed) const {
+    return places_listed ? if_prior_wrong : std::max(if_prior_wrong, if_place_wrong);
+  }
 };
 
 /// -infinity without lamps.

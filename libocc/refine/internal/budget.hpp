@@ -26,6 +26,7 @@ struct RefinementAhead {
   std::optional<double> budget_s;
   std::optional<double> target_sigma_m;
   const ImageView* image = nullptr;  ///< may be null
+  bool excluded_listed = false;      ///< see Identification
 };
 
 /// `elapsed_s` returns the part of the budget that has been used when it is called.
