@@ -41,7 +41,8 @@ void PartRecorder::finish(const PoseNormalEquations& normal, const CameraSums* c
 }
 
 SeparationModel separation_model(const NormalParts& parts, const std::vector<int>& lamps,
-                                 const Rigid3& cam_from_world, const Eigen::Vector3d& pivot) {
+                                 const Rigid3& cam_from_world, const Eigen::Vector3d& pivot,
+                                 const Eigen::VectorXd& camera_errors) {
   SeparationModel model;
   if (parts.lamps.empty()) return model;
   const std::vector<int> used = used_unknowns(parts);
@@ -61,6 +62,7 @@ SeparationModel separation_model(const NormalParts& parts, const std::vector<int
           lamp.information.topRightCorner(own, errors).transpose();
       lamp.information.bottomRightCorner(errors, errors) = part.camera->information;
       lamp.gradient.tail(errors) = part.camera->gradient;
+      lamp.gradient += lamp.information.rightCols(errors) * camera_errors;
     }
     model.lamps.push_back(std::move(lamp));
   }

@@ -320,7 +320,8 @@ void report_separation(const Minimum& minimum, const std::vector<Match>& matches
   std::vector<int> indices;
   for (const Match& match : matches) indices.push_back(match.lamp);
   const Rigid3& pose = minimum.state.cam_from_world;
-  refined.separation = separation_model(minimum.parts, indices, pose, minimum.pivot);
+  refined.separation =
+      separation_model(minimum.parts, indices, pose, minimum.pivot, minimum.camera_errors);
   refined.separation.variance_factor = refined.variance_factor;
   refined.separation.position_covariance_m2 = position_covariance(pose, refined.covariance);
   refined.separation.excluded = static_cast<int>(std::count_if(

@@ -22,7 +22,7 @@ namespace {
 constexpr int states = 7, velocity = 3, bias = 6;
 using Root = Eigen::Matrix<double, states, states>;
 // Rows of noise in one step: gyroscope, velocity and pose of odometry (or acceleration), bias.
-constexpr int max_noise = 1 + 6 + 1;
+using Stack = RootStack<states, 1 + 6 + 1>;
 using Matrix63 = Eigen::Matrix<double, 6, 3>;
 
 struct PlanarState {
@@ -67,14 +67,16 @@ class PlanarModel {
   const PlanarFilterOptions& options() const { return options_; }
 
   void propagate(State& state, const Timeline<Step>::Stretch& stretch) const {
-    if (state.systematic.empty()) {
-      RootStack<states, max_noise> stack(state.root);
-      propagate(state, stretch, stack);
-      return;
+    if (!state.systematic.empty()) {
+      // Systematic errors have the same transition and no noise.
+      State moved = state;
+      Stack transition(Root::Identity());
+      propagate(moved, stretch, transition);
+      state.systematic.rows *= transition.top();
     }
-    ErrorStack<states, max_noise> stack(state.root, state.systematic.rows);
+    Stack stack(state.root);
     propagate(state, stretch, stack);
-    state.systematic.rows = stack.errors();
+    state.root = stack.root();
   }
 
   FilterUpdate update(State& state, const PoseObservation& seen) const {
@@ -94,21 +96,19 @@ class PlanarModel {
   }
 
  private:
-  template <class Stack>
   void propagate(State& state, const Timeline<Step>::Stretch& stretch, Stack& stack) const {
     const double dt = stretch.duration_s;
     if (stretch.odometry) follow_wheels(*stretch.odometry, state, stack);
     if (stretch.imu) follow_gyro(*stretch.imu, dt, state, stack);
     move(stretch, state, stack);
-    stack.template append<1>()[bias] = options_.gyro_bias_walk * std::sqrt(dt);
-    state.root = stack.root();
+    stack.append<1>()[bias] = options_.gyro_bias_walk * std::sqrt(dt);
   }
 
   FilterUpdate update_with_systematic(State& state, const PoseObservation& seen) const {
     SystematicRoot<states> errors = state.systematic;
     Root root = state.root;
     errors.use(seen.systematic, root);
-    const SystematicUpdate<states, 3> corrected(root, errors.rows, on_floor(state.pose, seen));
+    const SystematicUpdate corrected(root, errors.rows, on_floor(state.pose, seen));
     const FilterUpdate update = gated(corrected);
     if (!update.accepted()) return update;
     correct(state, corrected.step());
@@ -138,41 +138,38 @@ class PlanarModel {
     const Rigid3 observed = seen.cam_from_body.inverse() * seen.cam_from_world;
     const Rigid3 predicted = body_from_world(pose, options_.height_m);
     DataEquation<6> equation =
-        data_equation<6>(seen.information, seen.gradient, seen.gradient_by_systematic);
+        data_equation(seen.information, seen.gradient, seen.gradient_by_systematic);
     equation.rows *= adjoint(seen.cam_from_body);
     equation.residuals += equation.rows * difference(predicted, observed);
     const Matrix6 directions = planar_perturbation(pose);
     const Matrix63 across = directions.rightCols<3>() * floor_sigmas().asDiagonal();
     const Matrix63 along = directions.leftCols<3>();
-    return eliminated<3>(equation.rows * across, equation.rows * along, equation);
+    return eliminated(equation.rows * across, equation.rows * along, equation);
   }
 
   /// Replaces the velocity and its covariance by those of the wheels.
-  template <class Stack>
   static void follow_wheels(const Step& step, State& state, Stack& stack) {
     const double dt = step.to_s - step.from_s;
     state.velocity = planar_log(step.increment) / dt;
-    stack.template columns<3>(velocity).setZero();
-    stack.template append<3>().template middleCols<3>(velocity) =
+    stack.columns<3>(velocity).setZero();
+    stack.append<3>().middleCols<3>(velocity) =
         internal::core::semidefinite_root(step.covariance) / dt;
   }
 
-  template <class Stack>
   void follow_gyro(const ImuSample& sample, double dt, State& state, Stack& stack) const {
     constexpr int turn = velocity + 2;
     state.velocity[2] = sample.turn_rate_rad_s.z() - state.gyro_bias;
-    stack.template columns<1>(turn) = -stack.template columns<1>(bias);
-    stack.template append<1>()[turn] = options_.gyro_noise / std::sqrt(dt);
+    stack.columns<1>(turn) = -stack.columns<1>(bias);
+    stack.append<1>()[turn] = options_.gyro_noise / std::sqrt(dt);
   }
 
   /// Moves the pose at the velocity of the state for the stretch and propagates the covariance.
-  template <class Stack>
   void move(const Timeline<Step>::Stretch& stretch, State& state, Stack& stack) const {
     const double dt = stretch.duration_s;
     const PlanarPose increment = planar_exp(state.velocity * dt);
     const PlanarPose half = state.pose * planar_exp(state.velocity * dt / 2);
     const PlanarPose next = state.pose * increment;
-    auto pose = stack.template columns<3>(0);
+    auto pose = stack.columns<3>(0);
     pose.col(0) -= (next.y_m - state.pose.y_m) * pose.col(2);
     pose.col(1) += (next.x_m - state.pose.x_m) * pose.col(2);
     // The error of an odometry step is the sum of independent errors of its parts. The error of a
@@ -183,9 +180,9 @@ class PlanarModel {
     by_velocity(1, 2) += (next.x_m - state.pose.x_m) / 2;
     by_velocity *= dt;
     if (!stretch.odometry)
-      pose += stack.template columns<3>(velocity).lazyProduct(by_velocity.transpose());
+      pose += stack.columns<3>(velocity).lazyProduct(by_velocity.transpose());
     else if (stretch.imu)
-      pose += stack.template columns<1>(velocity + 2).lazyProduct(by_velocity.col(2).transpose());
+      pose += stack.columns<1>(velocity + 2).lazyProduct(by_velocity.col(2).transpose());
     if (stretch.odometry)
       add_odometry_noise(stretch, state.pose, stack);
     else
@@ -193,18 +190,16 @@ class PlanarModel {
     state.pose = next;
   }
 
-  template <class Stack>
   static void add_odometry_noise(const Timeline<Step>::Stretch& stretch, const PlanarPose& pose,
                                  Stack& stack) {
     Eigen::Matrix3d noise = internal::core::semidefinite_root(stretch.odometry->covariance);
     if (stretch.imu) noise.col(2).setZero();
-    stack.template append<3>().template leftCols<3>() =
+    stack.append<3>().leftCols<3>() =
         std::sqrt(stretch.share) * noise * world_from_body(pose).transpose();
   }
 
   /// Adds white acceleration, integrated once and twice: variances q dt and q dt^3 / 3, covariance
   /// q dt^2 / 2.
-  template <class Stack>
   void add_acceleration_noise(const Timeline<Step>::Stretch& stretch, const PlanarPose& half,
                               Stack& stack) const {
     const double dt = stretch.duration_s;
@@ -212,10 +207,10 @@ class PlanarModel {
     Eigen::Vector3d sigma(options_.acceleration_noise, options_.lateral_noise, turn);
     sigma *= std::sqrt(dt);  // of the change of the velocity
     const Eigen::Matrix3d in_world = sigma.asDiagonal() * world_from_body(half).transpose();
-    auto common = stack.template append<3>(), own = stack.template append<3>();
-    common.template middleCols<3>(velocity).diagonal() = sigma;
-    common.template leftCols<3>() = in_world * (dt / 2);
-    own.template leftCols<3>() = in_world * (dt / std::sqrt(12.0));
+    auto common = stack.append<3>(), own = stack.append<3>();
+    common.middleCols<3>(velocity).diagonal() = sigma;
+    common.leftCols<3>() = in_world * (dt / 2);
+    own.leftCols<3>() = in_world * (dt / std::sqrt(12.0));
   }
 
   PlanarFilterOptions options_;

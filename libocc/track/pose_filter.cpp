@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "libocc/track/pose_filter.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <utility>
 
@@ -24,7 +25,7 @@ namespace {
 constexpr int states = 18, velocity = 6, gyro = 12, accelerometer = 15;
 using Root = Eigen::Matrix<double, states, states>;
 // Rows of noise in one step: gyroscope, velocity and pose of odometry (or acceleration), biases.
-constexpr int max_noise = 3 + 12 + 6;
+using Stack = RootStack<states, 3 + 12 + 6>;
 
 struct PoseState {
   double time_s = 0;
@@ -55,14 +56,16 @@ class PoseModel {
   const PoseFilterOptions& options() const { return options_; }
 
   void propagate(State& state, const Stretch& stretch) const {
-    if (state.systematic.empty()) {
-      RootStack<states, max_noise> stack(state.root);
-      propagate(state, stretch, stack);
-      return;
+    if (!state.systematic.empty()) {
+      // Systematic errors have the same transition and no noise.
+      State moved = state;
+      Stack transition(Root::Identity());
+      propagate(moved, stretch, transition);
+      state.systematic.rows *= transition.top();
     }
-    ErrorStack<states, max_noise> stack(state.root, state.systematic.rows);
+    Stack stack(state.root);
     propagate(state, stretch, stack);
-    state.systematic.rows = stack.errors();
+    state.root = stack.root();
   }
 
   FilterUpdate update(State& state, const PoseObservation& seen) const {
@@ -71,7 +74,7 @@ class PoseModel {
     const Rigid3 observed = seen.cam_from_body.inverse() * seen.cam_from_world;
     const Vector6 off = difference(state.pose, observed);
     DataEquation<6> equation =
-        data_equation<6>(seen.information, seen.gradient, seen.gradient_by_systematic);
+        data_equation(seen.information, seen.gradient, seen.gradient_by_systematic);
     equation.rows *= adjoint(seen.cam_from_body);
     equation.residuals += equation.rows * off;
     Root about_seen = state.root;
@@ -89,13 +92,11 @@ class PoseModel {
   }
 
  private:
-  template <class Stack>
   void propagate(State& state, const Stretch& stretch, Stack& stack) const {
     if (stretch.odometry) follow_odometry(*stretch.odometry, state, stack);
     if (stretch.imu) follow_gyro(*stretch.imu, stretch.duration_s, state, stack);
     move(stretch, state, stack);
     add_walks(stretch.duration_s, stack);
-    state.root = stack.root();
   }
 
   FilterUpdate update_with_systematic(State& state, const PoseObservation& seen,
@@ -104,7 +105,7 @@ class PoseModel {
     SystematicRoot<states> errors = state.systematic;
     errors.rows.leftCols<6>() *= d_difference(off).transpose();
     errors.use(seen.systematic, about_seen);
-    const SystematicUpdate<states, 6> corrected(about_seen, errors.rows, equation);
+    const SystematicUpdate corrected(about_seen, errors.rows, equation);
     const FilterUpdate update = gated(corrected);
     if (!update.accepted()) return update;
     const Vector6 left = off + corrected.step().head<6>();
@@ -138,22 +139,20 @@ class PoseModel {
     return stretch.imu && !stretch.odometry && options_.use_accelerometer;
   }
 
-  template <class Stack>
   static void follow_odometry(const Step& step, State& state, Stack& stack) {
     const double dt = step.to_s - step.from_s;
     state.velocity = velocity_between(Rigid3{}, step.to_from_from, dt);
-    stack.template columns<6>(velocity).setZero();
-    stack.template append<6>().template middleCols<6>(velocity) =
+    stack.columns<6>(velocity).setZero();
+    stack.append<6>().middleCols<6>(velocity) =
         internal::core::semidefinite_root(step.covariance) / dt;
   }
 
   /// Replaces the rotational velocity: body_from_world rotates at the negative rate of the body.
-  template <class Stack>
   void follow_gyro(const ImuSample& sample, double dt, State& state, Stack& stack) const {
     state.velocity.head<3>() = state.gyro_bias - sample.turn_rate_rad_s;
-    stack.template columns<3>(velocity) = stack.template columns<3>(gyro);
-    stack.template append<3>().template middleCols<3>(velocity).diagonal().setConstant(
-        options_.gyro_noise / std::sqrt(dt));
+    stack.columns<3>(velocity) = stack.columns<3>(gyro);
+    stack.append<3>().middleCols<3>(velocity).diagonal().setConstant(options_.gyro_noise /
+                                                                     std::sqrt(dt));
   }
 
   /// d (velocity of translation) / dt = -a - R g + w x v, with w, v the parts of the velocity.
@@ -163,7 +162,6 @@ class PoseModel {
            state.velocity.head<3>().cross(state.velocity.tail<3>());
   }
 
-  template <class Stack>
   void move(const Stretch& stretch, State& state, Stack& stack) const {
     const double dt = stretch.duration_s;
     Vector6 mean = state.velocity;
@@ -172,16 +170,15 @@ class PoseModel {
     mean.tail<3>() += rate * dt / 2;
     const Rigid3 increment = moved_pose(Rigid3{}, mean, dt);
     const Matrix6 by_velocity = dt * adjoint(moved_pose(Rigid3{}, mean, dt / 2));
-    auto pose = stack.template columns<6>(0);
+    auto pose = stack.columns<6>(0);
     Eigen::Matrix<double, Eigen::Dynamic, 6, 0, Stack::max_rows, 6> moved =
         pose.lazyProduct(adjoint(increment).transpose());
     // The error of an odometry step is the sum of independent errors of its parts. The error of a
     // velocity would be common to them, so the noise of the step is added to the pose directly.
     if (!stretch.odometry)
-      moved += stack.template columns<6>(velocity).lazyProduct(by_velocity.transpose());
+      moved += stack.columns<6>(velocity).lazyProduct(by_velocity.transpose());
     else if (stretch.imu)
-      moved +=
-          stack.template columns<3>(velocity).lazyProduct(by_velocity.leftCols<3>().transpose());
+      moved += stack.columns<3>(velocity).lazyProduct(by_velocity.leftCols<3>().transpose());
     if (reads_acceleration(stretch)) accelerate(state, dt, stack);
     pose = moved;
     state.velocity.tail<3>() += rate * dt;
@@ -193,29 +190,26 @@ class PoseModel {
   }
 
   /// Propagates the error of the velocity of translation, which the accelerometer changes.
-  template <class Stack>
   void accelerate(const State& state, double dt, Stack& stack) const {
     const Eigen::Matrix3d by_rotation = dt * skew(state.pose.rotation * options_.gravity_m_s2);
     const Eigen::Matrix3d by_turn = -dt * skew(state.velocity.tail<3>());
     const Eigen::Matrix3d by_speed = dt * skew(state.velocity.head<3>());
-    auto speed = stack.template columns<3>(velocity + 3);
+    auto speed = stack.columns<3>(velocity + 3);
     const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, Stack::max_rows, 3> change =
-        stack.template columns<3>(0).lazyProduct(by_rotation.transpose()) +
-        stack.template columns<3>(velocity).lazyProduct(by_turn.transpose()) +
-        speed.lazyProduct(by_speed.transpose()) + dt * stack.template columns<3>(accelerometer);
+        stack.columns<3>(0).lazyProduct(by_rotation.transpose()) +
+        stack.columns<3>(velocity).lazyProduct(by_turn.transpose()) +
+        speed.lazyProduct(by_speed.transpose()) + dt * stack.columns<3>(accelerometer);
     speed += change;
   }
 
-  template <class Stack>
   static void add_odometry_noise(const Stretch& stretch, Stack& stack) {
     Matrix6 noise = internal::core::semidefinite_root(stretch.odometry->covariance);
     if (stretch.imu) noise.leftCols<3>().setZero();
-    stack.template append<6>().template leftCols<6>() = std::sqrt(stretch.share) * noise;
+    stack.append<6>().leftCols<6>() = std::sqrt(stretch.share) * noise;
   }
 
   /// Adds white acceleration, integrated once and twice: variances q dt and q dt^3 / 3, covariance
   /// q dt^2 / 2.
-  template <class Stack>
   void add_acceleration_noise(const Stretch& stretch, Stack& stack) const {
     const double dt = stretch.duration_s;
     const double turn = stretch.imu ? 0 : options_.turn_acceleration_noise;
@@ -224,19 +218,18 @@ class PoseModel {
     Vector6 sigma;  // of the change of the velocity
     sigma << Eigen::Vector3d::Constant(turn), Eigen::Vector3d::Constant(shift);
     sigma *= std::sqrt(dt);
-    auto common = stack.template append<6>(), own = stack.template append<6>();
-    common.template middleCols<6>(velocity).diagonal() = sigma;
-    common.template leftCols<6>().diagonal() = sigma * (dt / 2);
-    own.template leftCols<6>().diagonal() = sigma * (dt / std::sqrt(12.0));
+    auto common = stack.append<6>(), own = stack.append<6>();
+    common.middleCols<6>(velocity).diagonal() = sigma;
+    common.leftCols<6>().diagonal() = sigma * (dt / 2);
+    own.leftCols<6>().diagonal() = sigma * (dt / std::sqrt(12.0));
   }
 
-  template <class Stack>
   void add_walks(double dt, Stack& stack) const {
-    auto walk = stack.template append<6>();
-    walk.template middleCols<3>(gyro).template topRows<3>().diagonal().setConstant(
-        options_.gyro_bias_walk * std::sqrt(dt));
-    walk.template middleCols<3>(accelerometer)
-        .template bottomRows<3>()
+    auto walk = stack.append<6>();
+    walk.middleCols<3>(gyro).topRows<3>().diagonal().setConstant(options_.gyro_bias_walk *
+                                                                 std::sqrt(dt));
+    walk.middleCols<3>(accelerometer)
+        .bottomRows<3>()
         .diagonal()
         .setConstant(options_.accelerometer_bias_walk * std::sqrt(dt));
   }

@@ -23,7 +23,7 @@ void append(int number, const Vector6& column, PoseObservation& seen) {
 void separate(const Eigen::Matrix<double, 6, Eigen::Dynamic>& by_errors, PoseObservation& seen) {
   // The errors' share of the variance is rounded below 1 if the noise is a thousandth of them.
   constexpr double max_share = 1 - 1e-6, rounding = 1e-13;
-  const DataEquation<6> rows = data_equation<6>(seen.information, seen.gradient, by_errors);
+  const DataEquation<6> rows = data_equation(seen.information, seen.gradient, by_errors);
   const Eigen::Index rank = rows.rows.rows();
   Matrix6 shares = Matrix6::Zero();
   shares.topLeftCorner(rank, rank) = rows.systematic * rows.systematic.transpose();

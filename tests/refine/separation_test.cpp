@@ -194,12 +194,22 @@ class Exact {
   double vertical_sigmas_, horizontal_sigmas_;
 };
 
+/// A camera whose parameters are off by as much as one stated standard deviation.
+Camera real_camera(const Camera& stated) {
+  Eigen::VectorXd values = stated.parameter_covariance().diagonal().cwiseSqrt();
+  for (Eigen::Index i = 0; i < values.size(); ++i)
+    values[i] += stated.parameters()[static_cast<std::size_t>(i)].value;
+  return stated.with_parameters(values);
+}
+
 /// Fits with the covariance of the whitened normal equations and with that of refine().
 void expect_model_of(const Scene& scene, const test::Measurement& measurement,
                      const std::optional<Prior>& prior = std::nullopt) {
+  Scene real = scene;
+  real.camera = real_camera(scene.camera);
   Random random(1);
   const auto blobs =
-      test::noisy(test::exact_blobs(scene, truth(), measurement), scene, measurement, random);
+      test::noisy(test::exact_blobs(real, truth(), measurement), real, measurement, random);
   RefineOptions options;
   options.prior = prior;
   std::vector<Match> matches = test::in_order(scene);
@@ -245,6 +255,12 @@ TEST(Separation, TheModelIsThatOfTheFit) {
   prior.position_m = truth().origin_in_source();
   prior.position_sigma_m = 0.001;
   expect_model_of(points_room(), centroids, prior);
+  const auto uncalibrated = [](Scene scene) {
+    scene.camera = scene.camera.with_parameter_sigmas({{"fx_px", 2}, {"fy_px", 2}, {"k1", 0.005}});
+    return scene;
+  };
+  expect_model_of(uncalibrated(points_room()), centroids);
+  expect_model_of(uncalibrated(test::irregular_room()), {60, 0.05, 0.03});
 }
 
 TEST(Separation, TheLevelIsCloseToTheExactBound) {

@@ -37,9 +37,11 @@ class PartRecorder {
   std::optional<CameraSums> camera_;
 };
 
-/// Model of a minimum at `cam_from_world`. `lamps`: index in the scene of each part. Unknowns that
-/// no lamp affects are left out.
+/// Model of a minimum at `cam_from_world` with the estimated `camera_errors`; the gradients of the
+/// parts are those without these errors. `lamps`: index in the scene of each part. Unknowns that no
+/// lamp affects are left out.
 SeparationModel separation_model(const NormalParts& parts, const std::vector<int>& lamps,
-                                 const Rigid3& cam_from_world, const Eigen::Vector3d& pivot);
+                                 const Rigid3& cam_from_world, const Eigen::Vector3d& pivot,
+                                 const Eigen::VectorXd& camera_errors);
 
 }  // namespace occ::internal::refine

@@ -62,6 +62,9 @@ class RootStack {
     return added;
   }
 
+  /// The first rows: F^T if the root was the identity.
+  Root top() const { return rows_.template topRows<states>(); }
+
   /// R of the sum of all rows; upper triangular. Destroys the rows.
   Root root() {
     for (int i = 0; i < states; ++i) clear_below(i, count_, rows_);
@@ -70,47 +73,6 @@ class RootStack {
 
  private:
   Eigen::Matrix<double, max_rows, states> rows_;
-  int count_ = states;
-};
-
-/// Like RootStack, with the rows of systematic errors, which have the same transition and no noise.
-template <int states, int max_noise>
-class ErrorStack {
- public:
-  using Root = Eigen::Matrix<double, states, states>;
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, states>;
-  static constexpr int max_rows = Eigen::Dynamic;
-
-  ErrorStack(const Root& root, const Rows& errors)
-      : errors_(errors.rows()), rows_(errors_ + states + max_noise, states) {
-    rows_.topRows(errors_) = errors;
-    rows_.template middleRows<states>(errors_) = root;
-  }
-
-  template <int n>
-  auto columns(int first) {
-    return rows_.template middleCols<n>(first).topRows(errors_ + count_);
-  }
-
-  template <int n>
-  auto append() {
-    count_ += n;
-    auto added = rows_.template middleRows<n>(errors_ + count_ - n);
-    added.setZero();
-    return added;
-  }
-
-  Rows errors() const { return rows_.topRows(errors_); }
-
-  Root root() {
-    auto noise = rows_.bottomRows(rows_.rows() - errors_);
-    for (int i = 0; i < states; ++i) clear_below(i, count_, noise);
-    return noise.template topRows<states>().template triangularView<Eigen::Upper>();
-  }
-
- private:
-  Eigen::Index errors_;
-  Rows rows_;
   int count_ = states;
 };
 

@@ -13,12 +13,11 @@
 // sec. 5.4.
 #pragma once
 
-#include <Eigen/Cholesky>
-#include <algorithm>
+#include <Eigen/Core>
 #include <cmath>
 
 #include "libocc/core/abi.hpp"
-#include "libocc/core/internal/dense.hpp"
+#include "libocc/geometry/rigid.hpp"
 #include "libocc/track/internal/covariance_root.hpp"
 
 namespace occ::internal::track {
@@ -36,80 +35,18 @@ struct DataEquation {
 /// Data equation with rows^T rows = information, rows^T residuals = gradient and rows^T systematic
 /// = gradient_by_systematic. Directions whose information is within the rounding errors of the
 /// scaled matrix are left out, with their gradient.
-template <int measured>
-DataEquation<measured> data_equation(
-    const Eigen::Matrix<double, measured, measured>& information,
-    const Eigen::Matrix<double, measured, 1>& gradient,
-    const Eigen::Matrix<double, measured, Eigen::Dynamic>& gradient_by_systematic = {}) {
-  using Square = Eigen::Matrix<double, measured, measured>;
-  using Column = Eigen::Matrix<double, measured, 1>;
-  constexpr double clearly_regular = 1e-3, rounding = 1e-13;
-  const Column scale = information.diagonal().cwiseMax(0).cwiseSqrt();
-  const Column unit = (scale.array() > 0).select(scale.cwiseInverse(), 0);
-  const Square scaled = unit.asDiagonal() * information * unit.asDiagonal();
-  const Column slope = unit.cwiseProduct(gradient);
-  const Eigen::LLT<Square> cholesky(scaled);
-  if (cholesky.info() == Eigen::Success &&
-      cholesky.matrixLLT().diagonal().minCoeff() > clearly_regular) {
-    DataEquation<measured> out{cholesky.matrixU() * Square(scale.asDiagonal()),
-                               cholesky.matrixL().solve(slope)};
-    if (gradient_by_systematic.cols() > 0)
-      out.systematic = cholesky.matrixL().solve(unit.asDiagonal() * gradient_by_systematic);
-    return out;
-  }
-  const auto eigen = core::symmetric_eigen<Square>(scaled);
-  const double largest = eigen.eigenvalues()[measured - 1];  // in ascending order
-  const auto rank = (eigen.eigenvalues().array() > rounding * largest).count();
-  const auto values = eigen.eigenvalues().tail(rank).cwiseSqrt();
-  const auto directions = eigen.eigenvectors().rightCols(rank).transpose();
-  DataEquation<measured> out{values.asDiagonal() * directions * scale.asDiagonal(),
-                             values.cwiseInverse().asDiagonal() * (directions * slope)};
-  if (gradient_by_systematic.cols() > 0)
-    out.systematic = values.cwiseInverse().asDiagonal() *
-                     (directions * (unit.asDiagonal() * gradient_by_systematic));
-  return out;
-}
+DataEquation<6> data_equation(
+    const Matrix6& information, const Vector6& gradient,
+    const Eigen::Matrix<double, 6, Eigen::Dynamic>& gradient_by_systematic = {});
 
-/// Reduces rows [identity 0 0; across along right]: the first `kept` columns are eliminated.
-template <int kept, class Across, class Along, class Right, class Rows>
-DataEquation<kept> eliminated_in(Rows& rows, const Across& across, const Along& along,
-                                 const Right& right) {
-  constexpr double rounding = 1e-13;
-  const int measured = static_cast<int>(right.rows()), count = kept + measured;
-  rows.setZero();
-  rows.template topLeftCorner<kept, kept>().setIdentity();
-  rows.middleRows(kept, measured) << across, along, right;
-  const double smallest = rounding * along.norm();
-  for (int i = 0; i < 2 * kept; ++i) clear_below(i, count, rows);
-  const int left = std::min(measured, kept);
-  const auto errors = static_cast<int>(rows.cols()) - 2 * kept - 1;
-  DataEquation<kept> out{rows.template block<kept, kept>(kept, kept).topRows(left),
-                         rows.col(2 * kept).segment(kept, left)};
-  if (errors > 0) out.systematic = rows.block(kept, 2 * kept + 1, left, errors);
-  for (int i = 0; i < left; ++i) {
-    if (out.rows.row(i).norm() > smallest) continue;
-    out.rows.row(i).setZero();
-    if (errors > 0) out.systematic.row(i).setZero();
-  }
-  return out;
-}
+/// Derivatives of a data equation by three of the states.
+using RowsOfThree = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 6, 3>;
 
-/// Data equation of `kept` states after the elimination of as many others, of unit variance, that
-/// the measurement depends on by `across`. Rows within the rounding errors are left out.
-template <int kept, class Across, class Along>
-DataEquation<kept> eliminated(const Across& across, const Along& along,
-                              const DataEquation<6>& seen) {
-  constexpr int max_rows = kept + 6, columns = 2 * kept + 1;
-  const Eigen::Index errors = seen.systematic.cols();
-  if (errors == 0) {
-    Eigen::Matrix<double, max_rows, columns> rows;
-    return eliminated_in<kept>(rows, across, along, seen.residuals);
-  }
-  Eigen::Matrix<double, max_rows, Eigen::Dynamic> rows(max_rows, columns + errors);
-  Eigen::MatrixXd right(seen.residuals.size(), 1 + errors);
-  right << seen.residuals, seen.systematic;
-  return eliminated_in<kept>(rows, across, along, right);
-}
+/// Data equation of three states, with the derivatives `along`, after the elimination of the other
+/// three, of unit variance, that the measurement depends on by `across`. Rows within the rounding
+/// errors are left out.
+DataEquation<3> eliminated(const RowsOfThree& across, const RowsOfThree& along,
+                           const DataEquation<6>& seen);
 
 template <int states, int measured>
 class RootUpdate {

@@ -78,59 +78,31 @@ struct SystematicRoot {
 };
 
 /// Update by a measurement of the first states.
-template <int states, int measured>
 class SystematicUpdate {
  public:
-  using Root = Eigen::Matrix<double, states, states>;
-  using State = Eigen::Matrix<double, states, 1>;
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, states>;
-
-  /// The columns of `seen.systematic` are those of the last rows of `errors`.
-  SystematicUpdate(const Root& root, const Rows& errors, const DataEquation<measured>& seen) {
-    const Eigen::Index count = seen.rows.rows(), known = errors.rows();
-    const auto across = seen.rows.transpose();
-    const Eigen::MatrixXd by_noise = root.template leftCols<measured>() * across;
-    Eigen::MatrixXd by_errors = errors.template leftCols<measured>() * across;
-    by_errors.bottomRows(seen.systematic.cols()) += seen.systematic.transpose();
-    Eigen::MatrixXd stack = Eigen::MatrixXd::Zero(count + states + known, count + states);
-    stack.topLeftCorner(count, count).setIdentity();
-    stack.middleRows(count, states) << by_noise, root;
-    stack.bottomRows(known) << by_errors, errors;
-    for (int i = 0; i < count; ++i) clear_below(i, static_cast<int>(stack.rows()), stack);
-    const Eigen::MatrixXd square = stack.topLeftCorner(count, count);
-    const auto innovation_root = square.template triangularView<Eigen::Upper>();
-    const Eigen::MatrixXd gain = innovation_root.solve(stack.topRightCorner(count, states));
-    const Eigen::VectorXd white = innovation_root.transpose().solve(seen.residuals);
-    count_nis(square, white);
-    step_ = -gain.transpose() * seen.residuals;
-    errors_ = errors - by_errors * gain;
-    RootStack<states, measured> left(root - by_noise * gain);
-    left.template append<measured>().topRows(count) = gain;
-    root_ = left.root();
+  /// Root R, errors C, and a data equation of the first states; the columns of its `systematic` are
+  /// those of the last rows of C.
+  template <class Root, class Errors, int measured>
+  SystematicUpdate(const Root& root, const Errors& errors, const DataEquation<measured>& seen)
+      : root_(root), errors_(errors) {
+    update(seen.rows, seen.residuals, seen.systematic);
   }
 
   double nis() const { return nis_; }
   int dof() const { return dof_; }
-  const State& step() const { return step_; }
-  const Root& root() const { return root_; }
-  const Rows& errors() const { return errors_; }
+  const Eigen::VectorXd& step() const { return step_; }
+  const Eigen::MatrixXd& root() const { return root_; }
+  const Eigen::MatrixXd& errors() const { return errors_; }
 
  private:
-  /// Rows that the prediction determines a thousand times better than the measurement do not count.
-  void count_nis(const Eigen::MatrixXd& innovation_root, const Eigen::VectorXd& white) {
-    constexpr double min_gain = 1e-6;
-    for (Eigen::Index i = 0; i < white.size(); ++i) {
-      if (!(innovation_root.col(i).squaredNorm() - 1 > min_gain)) continue;
-      ++dof_;
-      nis_ += white[i] * white[i];
-    }
-  }
+  void update(const Eigen::MatrixXd& rows, const Eigen::VectorXd& residuals,
+              const Eigen::MatrixXd& systematic);
+  void count_nis(const Eigen::MatrixXd& innovation_root, const Eigen::VectorXd& white);
 
   double nis_ = 0;
   int dof_ = 0;
-  State step_;
-  Root root_;
-  Rows errors_;
+  Eigen::VectorXd step_;
+  Eigen::MatrixXd root_, errors_;
 };
 
 }  // namespace occ::internal::track
